@@ -62,9 +62,8 @@ Json = Annotated[bool, Parameter(name="--json", negative="", help="print data as
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run a command line; returns the exit code."""
     if isinstance(sys.stdout, io.TextIOWrapper):
-        sys.stdout.reconfigure(
-            errors="backslashreplace"
-        )  # a terminal that cannot show a letter shows its number
+        # a terminal that cannot show a letter shows its number
+        sys.stdout.reconfigure(errors="backslashreplace")
     try:
         with noted_inputs():
             code = app(
@@ -80,15 +79,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except WorkbenchError as error:
         tell(str(error))
         return error.exit_code
-    except (
-        BrokenPipeError
-    ):  # the reader has seen enough; what is left to print must not fail again at the end
+    except BrokenPipeError:
+        # the reader has seen enough; what is left to print must not fail again at the end
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
     except OSError as error:
-        tell(
-            f"{f'{error.filename}: ' if error.filename else ''}cannot read or write: {error.strerror}"
-        )
+        where = f"{error.filename}: " if error.filename else ""
+        tell(f"{where}cannot read or write: {error.strerror}")
         return 3
     except KeyboardInterrupt as error:
         tell(str(error) or "stopped")

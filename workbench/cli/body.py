@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import App, Parameter
 
 from workbench.cli.progress import emit, tell
 from workbench.errors import UsageError, one_of
+
+if TYPE_CHECKING:
+    from workbench.model.growth import Growth
+    from workbench.model.population import PopulationModel
 
 __all__ = ["body_app"]
 
@@ -111,9 +115,7 @@ def body_scale(
     from workbench.files.body.bodies import body_path, load_body
     from workbench.files.body.encumbrances import worn
     from workbench.files.body.writer import body_text
-    from workbench.files.growth import load_growth
     from workbench.files.output_file import check_file, write_file
-    from workbench.files.populations import load_population_model
     from workbench.study.persons import person_body
 
     if not measures and age is None:
@@ -121,31 +123,31 @@ def body_scale(
             'workbench body scale: give one measure or more, such as --stature "1625 mm"'
         )
     check_file(out)
-    wanted = {
-        name.replace("-", "_"): _quantity(name.replace("-", "_"), text)
-        for name, text in measures.items()
-    }
-    people = (
-        load_population_model(population or "ansur2")
-        if age is None
-        else load_growth(population or "cdc_growth")
-    )
+    names = {name: name.replace("-", "_") for name in measures}
+    wanted = {names[name]: _quantity(names[name], text) for name, text in measures.items()}
+    people = _people(population, age)
     made = person_body(load_body(body), people, sex=sex, measures=wanted, age=age, detail=detail)
     dressed = dress(made.body, worn(wear or [], made.body))
     for warning in made.warnings:
         tell(f"warning: {warning}")
-    told = ", ".join(
-        [
-            *(f"{name} {text}" for name, text in measures.items()),
-            *([f"{age:g} years"] if age else []),
-        ]
-    )
-    told += f", with {', '.join(wear)}" if wear else ""
-    words = f"{body}, {sex}, to {told}"
+    given = [f"{name} {text}" for name, text in measures.items()]
+    given += [f"{age:g} years"] if age else []
+    words = f"{body}, {sex}, to {', '.join(given)}"
+    words += f", with {', '.join(wear)}" if wear else ""
     text = body_text(dressed, body_path(body), name=out.stem, description=words, folder=out.parent)
     write_file(out, text)
     emit(out)
     return 0
+
+
+def _people(population: str | None, age: float | None) -> PopulationModel | Growth:
+    """Whose figures measures follow: those of grown people, of children where an age is given."""
+    from workbench.files.growth import load_growth
+    from workbench.files.populations import load_population_model
+
+    if age is None:
+        return load_population_model(population or "ansur2")
+    return load_growth(population or "cdc_growth")
 
 
 def _quantity(name: str, text: str) -> float:

@@ -13,6 +13,7 @@ from cyclopts import Parameter
 from workbench.cli.progress import Progress, emit, tell
 
 if TYPE_CHECKING:
+    from workbench.files.results.comparison import ComparisonFile
     from workbench.files.results.result import ResultFile
     from workbench.model.comparison import Judged
     from workbench.model.study import Study
@@ -59,14 +60,18 @@ def compare(before: str, after: str, *, out: Path | None = None, as_json: Json =
         if names:
             tell(f"warning: asked for {when} only: {', '.join(names)}")
     if as_json:
-        plain = "utf" not in (sys.stdout.encoding or "utf-8").lower()
-        emit(
-            json.dumps(rows.model_dump(mode="json"), indent=1, ensure_ascii=plain, allow_nan=False)
-        )
+        emit(_json(rows))
     else:
         emit(rows.headline)
         emit(folder / "report.html")
     return 0
+
+
+def _json(rows: ComparisonFile) -> str:
+    """A comparison as JSON; letters as numbers where the terminal cannot show them."""
+    plain = "utf" not in (sys.stdout.encoding or "utf-8").lower()
+    data = rows.model_dump(mode="json")
+    return json.dumps(data, indent=1, ensure_ascii=plain, allow_nan=False)
 
 
 class _Side(NamedTuple):

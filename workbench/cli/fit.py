@@ -89,26 +89,28 @@ def body_fit(
     limits = _limits(least_radius, greatest_radius, outward, inward)
     check_file(out)
     surface = read_surface(source, length=length, up=up, forward=forward)
-    placed = (
-        placed_skeleton(skeleton, posture=posture, at=_place(at)) if skeleton is not None else None
-    )
+    placed = None
+    if skeleton is not None:
+        placed = placed_skeleton(skeleton, posture=posture, at=_place(at))
     check_file(out)  # again, now that all inputs are known
     cut = fit_body(surface, placed, limits, count=count, seed=seed)
-    told = figures(surface, cut)
+    found = figures(surface, cut)
     if bound:
-        told["fewest_spheres"] = bound_of(surface, placed, limits, seed=seed)
-    write_file(
-        out,
-        fitted_body_text(
-            surface,
-            cut,
-            placed,
-            name=out.stem,
-            source=f"spheres fitted to {source.name}",
-            description=_description(source, skeleton, told),
-        ),
+        found["fewest_spheres"] = bound_of(surface, placed, limits, seed=seed)
+    text = fitted_body_text(
+        surface,
+        cut,
+        placed,
+        name=out.stem,
+        source=f"spheres fitted to {source.name}",
+        description=_description(source, skeleton, found),
     )
-    _print(told, out, as_json=as_json)
+    write_file(out, text)
+    if as_json:
+        emit(json.dumps({"body": str(out)} | found, indent=1, allow_nan=False))
+    else:
+        _show(found)
+        emit(out)
     return 0
 
 
@@ -146,46 +148,38 @@ def _metres(option: str, text: str) -> float:
         raise UsageError(f"{option}: {error}, got {text!r}") from None
 
 
-def _description(source: Path, skeleton: str | None, told: dict[str, Any]) -> str:
-    whole = told["whole"]
+def _description(source: Path, skeleton: str | None, found: dict[str, Any]) -> str:
+    whole = found["whole"]
     like = f", segments of {Path(skeleton).stem}" if skeleton else ""
     return f"{source.stem} as {whole['spheres']} spheres, {whole['mean_mm']:.2f} mm from it in the mean{like}"
 
 
-def _print(told: dict[str, Any], out: Path, *, as_json: bool) -> None:
+_COLUMNS = {
+    "spheres": ("spheres", ""),
+    "mean": ("mean_mm", ".2f"),
+    "95 %": ("p95_mm", ".2f"),
+    "to spheres": ("to_spheres_mm", ".2f"),
+    "to surface": ("to_surface_mm", ".2f"),
+    "outside": ("outside_mm", ".2f"),
+    "inside": ("inside_mm", ".2f"),
+    "volume": ("volume_ratio", ".3f"),
+    "IoU": ("iou", ".3f"),
+}
+"""The heads of the table, with the figure of each and how it is written."""
+
+
+def _show(found: dict[str, Any]) -> None:
     """A row for each segment and one for the whole; what was mended goes to stderr."""
-    if as_json:
-        emit(json.dumps({"body": str(out)} | told, indent=1, allow_nan=False))
-        return
-    for note in told["notes"]:
+    for note in found["notes"]:
         tell(f"note: {note}")
-    heads = (
-        "spheres",
-        "mean",
-        "95 %",
-        "to spheres",
-        "to surface",
-        "outside",
-        "inside",
-        "volume",
-        "IoU",
-    )
-    emit(f"{'[mm]':<12}" + "".join(f"{head:>11}" for head in heads))
-    for name, row in [*told["segments"].items(), ("whole", told["whole"])]:
-        lengths = [
-            row[f"{key}_mm"]
-            for key in ("mean", "p95", "to_spheres", "to_surface", "outside", "inside")
-        ]
-        emit(
-            f"{name:<12}{row['spheres']:>11}"
-            + "".join(f"{value:>11.2f}" for value in lengths)
-            + f"{row['volume_ratio']:>11.3f}{row['iou']:>11.3f}"
-        )
-    emit(f"{told['whole']['seconds']:.1f} s of processor time")
-    if (fewest := told.get("fewest_spheres")) is not None:
-        spheres = told["whole"]["spheres"]
-        more = 100 * (spheres / fewest - 1)
+    whole = found["whole"]
+    emit(f"{'[mm]':<12}" + "".join(f"{head:>11}" for head in _COLUMNS))
+    for name, row in [*found["segments"].items(), ("whole", whole)]:
+        cells = (f"{row[figure]:>11{form}}" for figure, form in _COLUMNS.values())
+        emit(f"{name:<12}" + "".join(cells))
+    emit(f"{whole['seconds']:.1f} s of processor time")
+    if (fewest := found.get("fewest_spheres")) is not None:
+        more = 100 * (whole["spheres"] / fewest - 1)
         emit(
             f"of the spheres to choose from, no fewer than {fewest} can do: at most {more:.0f} % above the fewest"
         )
-    emit(out)

@@ -12,6 +12,7 @@ from workbench.cli.progress import emit, tell
 from workbench.errors import UsageError, one_of
 
 if TYPE_CHECKING:
+    from workbench.files.motions.number_rows import FrameRange
     from workbench.files.output_file import Content
     from workbench.model.body import Body
     from workbench.model.poses import Poses
@@ -61,21 +62,34 @@ def show(
     """
     from workbench.report.motions.movement import movement_sentences
 
-    who, poses, notes = _read(motion, body, ((up, unit, scale), (start, end, every)))
+    frames = _frames(start, end, every)
+    who, poses, notes = _read(motion, body, up=up, unit=unit, scale=scale, frames=frames)
     time = poses.clock
     ranges = _ranges(who, poses)
-    told = movement_sentences(who, poses)
+    sentences = movement_sentences(who, poses)
     if as_json:
         data = {
             "file": str(motion),
             "body": who.name,
             "frames": len(poses),
             "start_s": float(time[0]),
+            "end_s": float(time[-1]),
+            "angles_deg": ranges,
+            "movement": sentences,
+            "notes": notes,
         }
-        data |= {"end_s": float(time[-1]), "angles_deg": ranges, "movement": told, "notes": notes}
         emit(json.dumps(data, indent=1))
         return 0
     emit(f"{motion}: {len(poses)} frames from {time[0]:g} to {time[-1]:g} s, told of {who.name}")
+    _show_ranges(ranges)
+    emit("\n".join(sentences))
+    for note in notes:
+        tell(f"note: {note}")
+    return 0
+
+
+def _show_ranges(ranges: dict[str, dict[str, list[float]]]) -> None:
+    """A line for each joint: the least and greatest angle of each of its motions."""
     emit(f"{'joint':<6} " + " ".join(f"{'motion':<20} {'from':>7} {'to':>7}" for _ in range(3)))
     for joint, row in ranges.items():
         cells = (
@@ -83,10 +97,6 @@ def show(
             for name, (least, most) in row.items()
         )
         emit(f"{joint:<6} " + " ".join(cells))
-    emit("\n".join(told))
-    for note in notes:
-        tell(f"note: {note}")
-    return 0
 
 
 @motion_app.command
@@ -129,17 +139,10 @@ def convert(
     """
     from workbench.files.output_file import check_file, write_file
 
-    forms = (".csv", ".bvh", ".glb", ".laban")
-    if out.suffix.lower() not in forms:
-        raise UsageError(
-            f"{out}: {out.suffix or 'no ending'} is no form of motion to write; {one_of('', forms)}"
-        )
-    if (out.suffix.lower() == ".laban") != (tempo is not None):
-        raise UsageError(
-            f"{out}: a .laban file is written in beats and needs its --tempo; no other file has one"
-        )
+    _check_form(out, tempo)
     check_file(out)
-    who, poses, notes = _read(motion, body, ((up, unit, scale), (start, end, every)))
+    frames = _frames(start, end, every)
+    who, poses, notes = _read(motion, body, up=up, unit=unit, scale=scale, frames=frames)
     check_file(out)  # again, now that all inputs are known
     poses = _timed(poses, rate, speed)
     write_file(out, _written(who, poses, out.suffix.lower(), tempo))
@@ -149,24 +152,47 @@ def convert(
     return 0
 
 
+def _check_form(out: Path, tempo: float | None) -> None:
+    """Raise where the ending of a file names no form of motion, or does not go with a tempo."""
+    forms = (".csv", ".bvh", ".glb", ".laban")
+    form = out.suffix.lower()
+    if form not in forms:
+        raise UsageError(
+            f"{out}: {out.suffix or 'no ending'} is no form of motion to write; {one_of('', forms)}"
+        )
+    if (form == ".laban") != (tempo is not None):
+        raise UsageError(
+            f"{out}: a .laban file is written in beats and needs its --tempo; no other file has one"
+        )
+
+
+def _frames(start: float | None, end: float | None, every: int) -> FrameRange:
+    """The frames that are wanted, all those before or after where no end is given."""
+    import math
+
+    from workbench.files.motions.number_rows import FrameRange
+
+    return FrameRange(
+        -math.inf if start is None else start, math.inf if end is None else end, every
+    )
+
+
 def _read(
     motion: Path,
     body: str,
-    how: tuple[tuple[str | None, str | None, str], tuple[float | None, float | None, int]],
+    *,
+    up: str | None,
+    unit: str | None,
+    scale: Literal["body", "subject"],
+    frames: FrameRange,
 ) -> tuple[Body, Poses, tuple[str, ...]]:
-    import math
-
+    """The body, sized as its subject where that is wanted, its motion, and notes on both."""
     from workbench.files.body.bodies import load_body
-    from workbench.files.motions.number_rows import FrameRange
     from workbench.study.motions import MotionOptions, load_motion
     from workbench.study.subject import subject_body
 
-    (up, unit, scale), (start, end, every) = how
-    keep = FrameRange(
-        -math.inf if start is None else start, math.inf if end is None else end, every
-    )
     who = load_body(body)
-    options = MotionOptions(up=up, metres=None if unit is None else _metres(unit), keep=keep)
+    options = MotionOptions(up=up, metres=None if unit is None else _metres(unit), keep=frames)
     sized: tuple[str, ...] = ()
     if scale == "subject":
         who, sized = subject_body(who, motion, options=options)
@@ -211,26 +237,27 @@ def _timed(poses: Poses, rate: float | None, speed: float) -> Poses:
     """The motion at another rate and speed."""
     from dataclasses import replace
 
+    if not 1e-4 <= speed <= 1e4 or not (rate is None or 1e-3 <= rate <= 1e5):
+        raise UsageError(f"rate {rate} and speed {speed}: both must be positive")
+    if poses.time is None:
+        raise UsageError("the motion has no times")
+    if rate is not None:
+        poses = _resampled(poses, speed / rate)
+    time = poses.clock
+    return replace(poses, time=time[0] + (time - time[0]) / speed)
+
+
+def _resampled(poses: Poses, step: float) -> Poses:
+    """The motion at times `step` [s] apart."""
     import numpy as np
 
     from workbench.model.moving import poses_at
     from workbench.model.poses import stacked
     from workbench.model.spool import pieces
 
-    if not 1e-4 <= speed <= 1e4 or not (rate is None or 1e-3 <= rate <= 1e5):
-        raise UsageError(f"rate {rate} and speed {speed}: both must be positive")
-    if poses.time is None:
-        raise UsageError("the motion has no times")
-    if rate is not None:
-        step = speed / rate
-        start = poses.time[0]
-        motion = poses
-        count = int(np.floor((poses.time[-1] - start) / step + 1e-9)) + 1
-        poses = stacked(
-            poses_at(motion, start + step * np.arange(count)[rows]) for rows in pieces(count)
-        )
-    time = poses.clock
-    return replace(poses, time=time[0] + (time - time[0]) / speed)
+    start = poses.clock[0]
+    count = int(np.floor((poses.clock[-1] - start) / step + 1e-9)) + 1
+    return stacked(poses_at(poses, start + step * np.arange(count)[rows]) for rows in pieces(count))
 
 
 def _written(body: Body, poses: Poses, ending: str, tempo: float | None) -> Content:

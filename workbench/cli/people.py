@@ -267,27 +267,39 @@ def _chosen(people: Population, measures: list[str] | None) -> Population:
 
 
 def _show(people: Population, *, as_json: bool = False, as_csv: bool = False) -> None:
+    """Print people as JSON, as CSV or as a table."""
+    rows = _rows(people)
+    if as_json:
+        text = json.dumps({"source": people.source, "people": rows}, indent=1, allow_nan=False)
+    elif as_csv:
+        text = _csv(rows, [f"{name}_{_unit(name)[0]}" for name in people.names])
+    else:
+        text = _table(people.source, rows)
+    emit(text)
+
+
+def _rows(people: Population) -> list[dict[str, Any]]:
+    """Label, sex and measures of each person."""
     from workbench.model.population import SEXES
 
-    units = {name: ("kg", 1.0, 2) if name == "mass" else ("mm", 1000.0, 1) for name in people.names}
-    rows: list[dict[str, Any]] = [
+    units = [_unit(name) for name in people.names]
+    names = [f"{name}_{unit}" for name, (unit, _, _) in zip(people.names, units, strict=True)]
+    return [
         {
             "label": label,
             "sex": SEXES[sex],
             "measures": {
-                f"{name}_{units[name][0]}": round(float(value) * units[name][1], units[name][2])
-                for name, value in zip(people.names, values, strict=True)
+                name: round(float(value) * factor, digits)
+                for name, (_, factor, digits), value in zip(names, units, values, strict=True)
             },
         }
         for label, sex, values in zip(people.labels, people.sex, people.measures, strict=True)
     ]
-    if as_json:
-        text = json.dumps({"source": people.source, "people": rows}, indent=1, allow_nan=False)
-    elif as_csv:
-        text = _csv(rows, [f"{name}_{units[name][0]}" for name in people.names])
-    else:
-        text = _table(people.source, rows)
-    emit(text)
+
+
+def _unit(name: str) -> tuple[str, float, int]:
+    """The unit that a measure is shown in, how many there are in a metre or kilogram, and digits."""
+    return ("kg", 1.0, 2) if name == "mass" else ("mm", 1000.0, 1)
 
 
 def _csv(rows: list[dict[str, Any]], names: list[str]) -> str:
@@ -301,12 +313,14 @@ def _csv(rows: list[dict[str, Any]], names: list[str]) -> str:
 def _table(source: str, rows: list[dict[str, Any]]) -> str:
     """A column a person; where their labels are long, numbers head the columns and the labels stand
     above."""
+    if not rows:
+        return f"{source}\n  "
     heads = [row["label"] for row in rows]
-    lines = [f"{source}, {rows[0]['sex']}"] if rows else [source]
+    lines = [f"{source}, {rows[0]['sex']}"]
     if any(len(head) > LONGEST_HEADING for head in heads):
         lines += [f"  {n}  {head}" for n, head in enumerate(heads, 1)]
         heads = [str(n) for n in range(1, len(rows) + 1)]
-    names = list(rows[0]["measures"]) if rows else []
+    names = list(rows[0]["measures"])
     width = max(map(len, names), default=0)
     lines.append(" " * (width + 2) + "".join(f"{head:>{LONGEST_HEADING}}" for head in heads))
     for name in names:

@@ -127,7 +127,7 @@ def render(
 
     with Progress() as say:
         say(f"reading {source}")
-        found = _found(source, (pose, case), movement)
+        found = _found(source, pose, case, movement)
         check_file(out)  # again, now that all inputs are known
         if picture.marks is not None:
             found = with_marks(found, tuple(name.strip() for name in picture.marks.split(",")))
@@ -159,12 +159,13 @@ def _options(out: Path, picture: Picture, movement: Movement) -> DisplayOptions:
     return options
 
 
-def _found(source: str, chosen: tuple[str | None, str | None], movement: Movement) -> Source:
+def _found(source: str, pose: str | None, case: str | None, movement: Movement) -> Source:
     """What is to be drawn, in motion where that is asked for, and over what lies under it."""
     from workbench.draw.films.motion_clips import MotionClip, is_motion, overlay, with_motion
     from workbench.draw.scene_builder import build_source
 
-    (pose, case), motion, over = chosen, movement.motion, movement.over
+    motion = movement.motion
+    over = movement.over
     clip = MotionClip(movement.start, movement.end, movement.up)
     if clip != MotionClip() and motion is None and not (over and is_motion(over)):
         raise UsageError("--start, --end and --up choose from a motion file: give one by --motion")
@@ -178,11 +179,10 @@ def _found(source: str, chosen: tuple[str | None, str | None], movement: Movemen
         found = with_motion(source, motion, clip=clip, case=case)
     if over is None:
         return found
-    under = (
-        with_motion(source, over, clip=clip, case=case)
-        if is_motion(over)
-        else build_source(over, poses=pose, case=case)
-    )
+    if is_motion(over):
+        under = with_motion(source, over, clip=clip, case=case)
+    else:
+        under = build_source(over, poses=pose, case=case)
     return overlay(found, under, _names(motion or source, over))
 
 

@@ -44,19 +44,18 @@ def simulate(
     from workbench.files.output_file import check_file, write_file
     from workbench.study.simulation import run_simulation
 
-    for path in (out, forces):
-        if path is not None and path.suffix.lower() != ".csv":
+    paths = [out, forces] if forces is not None else [out]
+    for path in paths:
+        if path.suffix.lower() != ".csv":
             raise UsageError(f"{path}: a simulated motion and its forces are written as .csv")
-        if path is not None:
-            check_file(path)
+        check_file(path)
     if forces is not None and forces.resolve() == out.resolve():
         raise UsageError(f"{forces}: the motion and the forces need a file each")
     with Progress() as say:
         say(f"reading {simulation}")
         plan = load_simulation(simulation)
-        for path in (out, forces):
-            if path is not None:
-                check_file(path)
+        for path in paths:
+            check_file(path)  # again, now that all inputs are known
         say(f"simulating {plan.file.duration:g} ms")
         made = run_simulation(plan)
     first, *rest = angle_table_text(plan.body, made.motion)
@@ -66,7 +65,7 @@ def simulate(
         write_file(forces, _forces(plan, made))
     for warning in made.warnings:
         tell(f"warning: {warning}")
-    emit(_told(plan, made))
+    emit(_summary(plan, made))
     emit(out)
     return 0
 
@@ -84,7 +83,7 @@ def _forces(plan: SimulationPlan, made: Simulated) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _told(plan: SimulationPlan, made: Simulated) -> str:
+def _summary(plan: SimulationPlan, made: Simulated) -> str:
     """What came of it, in a line for the motion and one for each belt."""
     from workbench.model.pulse import gained
 

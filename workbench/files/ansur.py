@@ -64,7 +64,7 @@ def read_ansur(
     wanted = check_measures(measures)
     if not wanted:
         raise UsageError("measures: expected one measure at least, got none")
-    parts = [_people(_table(Path(path)), wanted, (unit, weights)) for path in paths]
+    parts = [_people(_table(Path(path)), wanted, unit, weights) for path in paths]
     return Population(
         names=wanted,
         sex=np.concatenate([part.sex for part in parts]),
@@ -92,47 +92,65 @@ def _parts(measure: str, columns: Container[str]) -> tuple[str, ...]:
     return ("weightkg",) if measure == MASS and name not in columns else (name,)
 
 
-def _people(table: _Table, measures: tuple[str, ...], how: tuple[float, str | None]) -> Population:
-    unit, weights = how
-    column = [weights.lower().replace("_", "")] if weights is not None else []
+def _people(
+    table: _Table, measures: tuple[str, ...], unit: float, weights: str | None
+) -> Population:
+    """The people of a table. unit: of its lengths [m]; weights: the column of their weights."""
+    weight_column = weights.lower().replace("_", "") if weights is not None else ""
     columns_of = {measure: _parts(measure, table.columns) for measure in measures}
-    needed = dict.fromkeys(
-        [_SEX, *column, *(part for parts in columns_of.values() for part in parts)]
-    )
+    parts = [part for columns in columns_of.values() for part in columns]
+    needed = dict.fromkeys([_SEX, *([weight_column] if weights is not None else []), *parts])
     missing = [column for column in needed if column not in table.columns]
     if missing:
         raise InputError(f"{table.path}:1: missing columns: {', '.join(missing)}")
     faults: list[str] = []
     sex = [_sex(table, row, cell, faults) for row, cell in enumerate(table.columns[_SEX])]
     raw = {name: _numbers(table, name, faults) for name in needed if name != _SEX}
-    columns = []
-    bad = dict[str, Bools]()
-    for measure in sorted(
-        measures, key=_SITTING.__contains__
-    ):  # what others are derived from is judged first
-        first, *others = columns_of[measure]
-        # in whole millimetres first, so that equal people stay equal
-        recorded = raw[first] - raw[others[0]] + raw[others[1]] if others else raw[first]
-        values = recorded * _unit(first, unit)
-        known = np.any([bad.get(part, np.isnan(raw[part])) for part in (first, *others)], axis=0)
-        absurd = _absurd(table, (measure, columns_of[measure]), (values, known), faults)
-        bad["+".join((first, *others))] = known | absurd
-        columns.append((measures.index(measure), values))
-    weight = raw[column[0]] if column else np.ones(len(table.lines))
+    values = _measured(table, columns_of, raw, unit, faults)
+    weight = raw[weight_column] if weights is not None else np.ones(len(table.lines))
     faults += [
-        f"{table.path}:{table.lines[row]}: {column[0]}: a weight is positive, got {weight[row]:g}"
+        f"{table.path}:{table.lines[row]}: {weight_column}: a weight is positive, got {weight[row]:g}"
         for row in np.flatnonzero(weight <= 0)
     ]
     if faults:
-        more = (
-            [f"{table.path}: … and {len(faults) - MOST_TOLD} more"]
-            if len(faults) > MOST_TOLD
-            else []
-        )
-        raise InputError(faults[:MOST_TOLD] + more)
-    values = np.stack([each for _, each in sorted(columns, key=lambda pair: pair[0])], axis=1)
+        raise InputError(_first(table, faults))
     labels = tuple(table.columns.get(_SUBJECT, [str(line) for line in table.lines]))
     return Population(measures, np.array(sex), weight, values, table.path.name, labels)
+
+
+def _first(table: _Table, faults: list[str]) -> list[str]:
+    """The first faults of a table, and how many more there are."""
+    more = len(faults) - MOST_TOLD
+    return faults[:MOST_TOLD] + ([f"{table.path}: … and {more} more"] if more > 0 else [])
+
+
+def _measured(
+    table: _Table,
+    columns_of: dict[str, tuple[str, ...]],
+    raw: dict[str, Floats],
+    unit: float,
+    faults: list[str],
+) -> Floats:
+    """(P, M) the measures [m; kg for mass] from the columns that each is made of.
+
+    raw: the numbers of the columns as recorded; unit: that of lengths [m]; faults: to which those
+    of values that are no person's are added.
+    """
+    values: dict[str, Floats] = {}
+    bad: dict[str, Bools] = {}
+    # what others are derived from is judged first, so that its fault is reported once
+    for measure in sorted(columns_of, key=_SITTING.__contains__):
+        parts = columns_of[measure]
+        first, *others = parts
+        # in whole millimetres first, so that equal people stay equal
+        recorded = raw[first] - raw[others[0]] + raw[others[1]] if others else raw[first]
+        values[measure] = recorded * _unit(first, unit)
+        known = np.any([bad.get(part, np.isnan(raw[part])) for part in parts], axis=0)
+        absurd = _absurd(measure, values[measure])
+        bad["+".join(parts)] = known | absurd
+        rows = np.flatnonzero(absurd & ~known).tolist()
+        faults += [_absurd_words(table, row, measure, parts, values[measure]) for row in rows]
+    return np.stack([values[measure] for measure in columns_of], axis=1)
 
 
 def _unit(column: str, unit: float) -> float:
@@ -167,42 +185,34 @@ def _numbers(table: _Table, column: str, faults: list[str]) -> Floats:
     return values
 
 
-def _absurd(
-    table: _Table, what: tuple[str, tuple[str, ...]], found: tuple[Floats, Bools], faults: list[str]
-) -> Bools:
-    """(P,) where a measure, made of these columns, is not that of a person; told unless the fault
-    is known already."""
-    (measure, parts), (values, known) = what, found
+def _absurd(measure: str, values: Floats) -> Bools:
+    """(P,) where a measure [m; kg for mass] is not that of a person."""
     low, high = MEASURES[measure]
-    absurd = ~((values >= low) & (values <= high))
-    unit, scale = ("kg", 1.0) if measure == MASS else ("mm", 1000.0)
-    for row in np.flatnonzero(absurd & ~known):
-        column = parts[0] if len(parts) == 1 else f"{parts[-1]} ({measure})"
-        got = f"{values[row] * scale:g} {unit}"
-        faults.append(
-            f"{table.path}:{table.lines[row]}: {column}: {got} is absurd for a person; "
-            f"{low * scale:g} to {high * scale:g} {unit} is plausible"
-        )
+    absurd: Bools = ~((values >= low) & (values <= high))
     return absurd
 
 
-def _table(path: Path) -> _Table:
-    data = read_whole(path, "a CSV file", most=MOST_BYTES)
-    text = printable(
-        data.removeprefix(BYTE_ORDER_MARK)
-        .decode("latin-1")
-        .replace("\r\n", "\n")
-        .replace("\r", "\n")
+def _absurd_words(
+    table: _Table, row: int, measure: str, parts: tuple[str, ...], values: Floats
+) -> str:
+    """The fault of one absurd value of a measure that is made of these columns."""
+    low, high = MEASURES[measure]
+    unit, scale = ("kg", 1.0) if measure == MASS else ("mm", 1000.0)
+    column = parts[0] if len(parts) == 1 else f"{parts[-1]} ({measure})"
+    return (
+        f"{table.path}:{table.lines[row]}: {column}: {values[row] * scale:g} {unit} is absurd for a "
+        f"person; {low * scale:g} to {high * scale:g} {unit} is plausible"
     )
+
+
+def _table(path: Path) -> _Table:
+    """The cells of a CSV file; InputError where it is none, or a row has too many or few cells."""
+    data = read_whole(path, "a CSV file", most=MOST_BYTES).removeprefix(BYTE_ORDER_MARK)
+    text = printable(data.decode("latin-1").replace("\r\n", "\n").replace("\r", "\n"))
     reader = csv.reader(io.StringIO(text, newline=""), strict=True)
-    rows = []
-    lines = []
     try:
         header = [cell.strip().lower().replace("_", "") for cell in next(reader, [])]
-        for row in reader:
-            if row:
-                rows.append(row)
-                lines.append(reader.line_num)
+        rows = [(reader.line_num, row) for row in reader if row]
     except csv.Error as error:
         raise InputError(f"{path}:{reader.line_num}: not a CSV file: {error}") from None
     faults = [
@@ -212,15 +222,12 @@ def _table(path: Path) -> _Table:
     ]
     faults += [
         f"{path}:{line}: {len(header)} cells are needed, one a column (got {len(row)})"
-        for line, row in zip(lines, rows, strict=True)
+        for line, row in rows
         if len(row) != len(header)
     ]
     if not rows:
         faults.append(f"{path}: holds no people")
     if faults:
         raise InputError(faults[:MOST_TOLD])
-    return _Table(
-        path,
-        dict(zip(header, (list(column) for column in zip(*rows, strict=True)), strict=True)),
-        lines,
-    )
+    columns = (list(column) for column in zip(*(row for _, row in rows), strict=True))
+    return _Table(path, dict(zip(header, columns, strict=True)), [line for line, _ in rows])

@@ -16,7 +16,7 @@ import numpy as np
 from workbench.errors import InputError, printable
 from workbench.files.inputs import note_input
 from workbench.files.opening import read_whole
-from workbench.model.arrays import Floats
+from workbench.model.arrays import Floats, Ints
 from workbench.model.basis import Detail, ShapeBasis
 from workbench.model.vocabulary import DIRECTIONS
 
@@ -62,7 +62,9 @@ def _loaded(path: Path, changed: int) -> ShapeBasis:
         raise InputError(f"{path}: format {given} is unknown; {FORMAT} is what can be read")
     segments = read.names("segments")
     joints = read.names("joints")
-    count = read.array("joint_basis", (None, len(joints), 3)).shape[0]
+    n = len(segments)
+    j = len(joints)
+    count = read.array("joint_basis", (None, j, 3)).shape[0]
     levels = [level for level in LEVELS if f"{level}_segment" in arrays]
     if not levels:
         raise InputError(
@@ -73,14 +75,12 @@ def _loaded(path: Path, changed: int) -> ShapeBasis:
         name=path.name,
         segments=segments,
         joints=joints,
-        joint_mean=read.array("joint_mean", (len(joints), 3)),
-        joint_basis=read.array("joint_basis", (count, len(joints), 3)),
-        origin_mean=read.array("origin_mean", (len(segments), 3)),
-        origin_basis=read.array("origin_basis", (count, len(segments), 3)),
-        details={
-            level: _detail(read, level, (count, len(segments), len(joints))) for level in levels
-        },
-        density=read.array("density", (len(segments),)),
+        joint_mean=read.array("joint_mean", (j, 3)),
+        joint_basis=read.array("joint_basis", (count, j, 3)),
+        origin_mean=read.array("origin_mean", (n, 3)),
+        origin_basis=read.array("origin_basis", (count, n, 3)),
+        details={level: _detail(read, level, (count, n, j)) for level in levels},
+        density=read.array("density", (n,)),
         anchor_names=anchors,
         anchors=read.array("anchors", (len(anchors), count)),
         anchor_spread=_spread(read, len(anchors), count),
@@ -131,18 +131,18 @@ class _Reader:
 
     def names(self, name: str, count: int | None = None) -> tuple[str, ...]:
         found = self._found(name)
+        here = f"{self.path}: {name}"
+        got = f"got {found.dtype} {found.shape}"
         if found.ndim != 1 or found.dtype.kind != "U" or count not in (None, len(found)):
-            what = f"{count or 'some'} texts are needed, got {found.dtype} {found.shape}"
-            raise InputError(f"{self.path}: {name}: {what}")
-        if (
-            len(found) > MOST_NAMES or found.dtype.itemsize > 4 * LONGEST_NAME
-        ):  # texts of no letters take no bytes
+            raise InputError(f"{here}: {count or 'some'} texts are needed, {got}")
+        # texts of no letters take no bytes
+        if len(found) > MOST_NAMES or found.dtype.itemsize > 4 * LONGEST_NAME:
             what = f"at most {MOST_NAMES} texts of at most {LONGEST_NAME} letters are possible"
-            raise InputError(f"{self.path}: {name}: {what}, got {found.dtype} {found.shape}")
+            raise InputError(f"{here}: {what}, {got}")
         try:
             return tuple(printable(str(text)) for text in found)
         except SystemError:  # a number that is no character
-            raise InputError(f"{self.path}: {name}: holds what is no text") from None
+            raise InputError(f"{here}: holds what is no text") from None
 
     def array(self, name: str, shape: tuple[int | None, ...], kind: str = "iuf") -> Floats:
         found = self._found(name)
@@ -174,6 +174,7 @@ class _Reader:
 
 
 def _detail(read: _Reader, level: str, counts: tuple[int, int, int]) -> Detail:
+    """The arrays of a level of detail. counts: of coefficients, segments and joints."""
     k, n, j = counts
     s = len(read.array(f"{level}_segment", (None,), "iu"))
     segment = read.indices(f"{level}_segment", s, (0, n))
@@ -181,12 +182,7 @@ def _detail(read: _Reader, level: str, counts: tuple[int, int, int]) -> Detail:
         raise InputError(
             f"{read.path}: {level}_segment: spheres must be grouped by segment, in body order"
         )
-    named = ("", *DIRECTIONS)
-    directions = read.names(f"{level}_direction", s)
-    if unknown := sorted(set(directions) - set(named)):
-        raise InputError(
-            f"{read.path}: {level}_direction: no direction {unknown[0]!r}; valid: {', '.join(DIRECTIONS)}"
-        )
+    direction = _directions(read, f"{level}_direction", s)
     share = read.array(f"{level}_blend_share", (s,))
     if not np.all((share >= 0) & (share <= 1)):
         raise InputError(f"{read.path}: {level}_blend_share: numbers from 0 to 1 are needed")
@@ -199,9 +195,20 @@ def _detail(read: _Reader, level: str, counts: tuple[int, int, int]) -> Detail:
         blend_joint=read.indices(f"{level}_blend_joint", s, (-1, j)),
         blend_share=share,
         names=read.names(f"{level}_name", s),
-        direction=np.array([named.index(name) - 1 for name in directions], dtype=np.int64),
+        direction=direction,
         fit_error=read.array(f"{level}_fit_error", (n, 2)),
     )
+
+
+def _directions(read: _Reader, name: str, count: int) -> Ints:
+    """(S,) indices into DIRECTIONS, -1 where a sphere shows none."""
+    valid = ("", *DIRECTIONS)
+    given = read.names(name, count)
+    if unknown := sorted(set(given) - set(valid)):
+        raise InputError(
+            f"{read.path}: {name}: no direction {unknown[0]!r}; valid: {', '.join(DIRECTIONS)}"
+        )
+    return np.array([valid.index(word) - 1 for word in given], dtype=np.int64)
 
 
 def _spread(read: _Reader, anchors: int, count: int) -> Floats:

@@ -77,7 +77,7 @@ def load_environment(source: str | Path, *, near: Path | None = None) -> Environ
         raise InputError(
             [fail(document, _rule_path(file, names[k]), what) for k, what in open_parts]
         )
-    return _complete(environment, file, (rules, notes))
+    return _complete(environment, file, rules, notes)
 
 
 def environment_files(source: str | Path, *, near: Path | None = None) -> tuple[Path, ...]:
@@ -156,19 +156,15 @@ def _meshes(
     notes: list[str] = []
     faults: list[str] = []
     for row, mesh in enumerate(file.meshes):
+        key = ("meshes", row, "file")
         try:
             found, said = _mesh(folder, mesh, alone=len(file.meshes) == 1)
         except InputError as error:
-            faults += [
-                fail(document, ("meshes", row, "file"), problem) for problem in error.problems
-            ]
+            faults += [fail(document, key, problem) for problem in error.problems]
             continue
         taken = {part.name for part in parts}
         twice = [part.name for part in found if part.name in taken]
-        faults += [
-            fail(document, ("meshes", row, "file"), f"part {name!r} is in another mesh too")
-            for name in twice
-        ]
+        faults += [fail(document, key, f"part {name!r} is in another mesh too") for name in twice]
         parts += found
         notes += [f"{mesh.file}: {note}" for note in said]
     if not faults and (wrong := implausible(float(extent(tuple(parts)).max()), 1.0)):
@@ -181,15 +177,15 @@ def _meshes(
 def _mesh(
     folder: Path, mesh: MeshFile, *, alone: bool
 ) -> tuple[tuple[RawPart, ...], tuple[str, ...]]:
+    """The parts of a mesh in the world's frame, and notes about it. alone: it is all there is."""
     if outside_folder(mesh.file):
         raise InputError(
             f"{mesh.file}: a mesh lies in the folder of its environment file, or below it"
         )
     raw = read_mesh(folder / mesh.file)
     metres = raw.metres if mesh.length is None else unit_metres(mesh.length)
-    wrong = implausible(
-        float(extent(raw.parts).max()), metres, smallest=SMALLEST if alone else _SMALL
-    )
+    smallest = SMALLEST if alone else _SMALL
+    wrong = implausible(float(extent(raw.parts).max()), metres, smallest=smallest)
     if wrong or metres is None:
         raise InputError(f"{mesh.file}: {wrong}")
     turn = attitude_matrix(yaw=mesh.turn.yaw, pitch=mesh.turn.pitch, roll=mesh.turn.roll)
@@ -234,26 +230,30 @@ def _unknown_names(document: Document, file: EnvironmentFile, names: list[str]) 
     """A line for each part that seats and controls name and that is not there."""
     wanted: list[tuple[tuple[str | int, ...], str]] = []
     for seat, rest in file.seats.items():
-        wanted += [(("seats", seat, "cushion", "part"), rest.cushion.part)]
-        wanted += [(("seats", seat, "back", "part"), rest.back.part)]
-        wanted += [(("seats", seat, "moves", k), key) for k, key in enumerate(rest.moves)]
-    wanted += [
-        (("controls", key, "part"), control.part)
-        for key, control in file.controls.items()
-        if control.part
-    ]
-    known = set(names)
+        key = ("seats", seat)
+        wanted += [((*key, "cushion", "part"), rest.cushion.part)]
+        wanted += [((*key, "back", "part"), rest.back.part)]
+        # what a seat moves may be patterns
+        moves = enumerate(rest.moves)
+        wanted += [((*key, "moves", k), name) for k, name in moves if not _matching(name, names)]
+    for control, given in file.controls.items():
+        if given.part:
+            wanted.append((("controls", control, "part"), given.part))
     return [
         fail(document, path, f"no part {name!r}; {one_of(name, names)}")
         for path, name in wanted
-        if name not in known and not (path[2] == "moves" and _matching(name, names))
+        if name not in names
     ]
 
 
 def _complete(
-    environment: Environment, file: EnvironmentFile, found: tuple[list[PartFile], list[str]]
+    environment: Environment, file: EnvironmentFile, rules: list[PartFile], notes: list[str]
 ) -> Environment:
-    rules, notes = found
+    """The environment with its seats, points, controls and allowances.
+
+    rules: of each part; notes: sentences about the meshes.
+    """
+    controls = file.controls.items()
     return replace(
         environment,
         description=file.description,
@@ -262,9 +262,7 @@ def _complete(
         allowances=(*_allowances(rules), *_resting(file, environment.parts)),
         seats=tuple(_seat(name, seat, environment.parts) for name, seat in file.seats.items()),
         points=dict(file.points),
-        controls=tuple(
-            Control(name, c.at, c.grip, c.zone, c.part) for name, c in file.controls.items()
-        ),
+        controls=tuple(Control(name, c.at, c.grip, c.zone, c.part) for name, c in controls),
         warnings=(*notes, *_seats_away(environment, file), *environment.warnings),
     )
 
@@ -281,18 +279,27 @@ def _seats_away(environment: Environment, file: EnvironmentFile) -> Iterator[str
         first, last = environment.triangle_start[[polygons.start, polygons.stop]]
         corners = environment.vertices[environment.triangles[first:last].ravel()]
         box = np.array([corners.min(axis=0), corners.max(axis=0)])
-        if (gap := _gap(box, seat.srp)) <= _SEAT_AWAY:
-            continue
-        units = [(used, right) for used in metres_in for right in metres_in if used != right]
-        fits = [
-            (used, right)
-            for used, right in units
-            if still and _gap(box * metres_in[right] / metres_in[used], seat.srp) <= _SEAT_NEAR
-        ]
-        hint = ": a wrong unit of length, or a wrong place?"
-        if fits:
-            hint = f": the mesh would be there if its unit were {fits[0][1]} where {fits[0][0]} is taken"
-        yield f"seat {name!r}: its reference point is {gap:.3g} m away from its cushion {seat.cushion.part!r}{hint}"
+        gap = _gap(box, seat.srp)
+        if gap > _SEAT_AWAY:
+            hint = ": a wrong unit of length, or a wrong place?"
+            if still and (units := _mistaken_units(box, seat.srp)):
+                used, right = units
+                hint = f": the mesh would be there if its unit were {right} where {used} is taken"
+            yield (
+                f"seat {name!r}: its reference point is {gap:.3g} m away from its cushion "
+                f"{seat.cushion.part!r}{hint}"
+            )
+
+
+def _mistaken_units(box: Floats, point: Iterable[float]) -> tuple[str, str] | None:
+    """The unit that was taken for a box (2, 3) [m], and the one in which it would be at a point;
+    None where there is no such unit."""
+    at = tuple(point)
+    for used, taken in metres_in.items():
+        for right, metres in metres_in.items():
+            if used != right and _gap(box * metres / taken, at) <= _SEAT_NEAR:
+                return used, right
+    return None
 
 
 def _gap(box: Floats, point: Iterable[float]) -> float:

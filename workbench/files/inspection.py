@@ -77,87 +77,104 @@ def inspect_mesh(
     up: str | None = None,
     forward: str | None = None,
 ) -> Inspection:
-    """Look through a mesh file. length: its unit, where it does not say it or is wrong; up,
-    forward: its axes, where None those the file or its format says, else z and x.
+    """Look through a mesh file.
 
-    InputError where it cannot be read at all, UsageError for wrong axes.
+    Parameters
+    ----------
+    path
+        The file.
+    length
+        Its unit, where it does not say it or is wrong.
+    up, forward
+        Its axes, where None those that the file or its format says, else z and x.
+
+    Raises
+    ------
+    InputError
+        Where it cannot be read at all. UsageError for wrong axes.
     """
     raw = read_mesh(path)
+    name = Path(path).stem
     up = up or raw.up or "z"
-    forward = forward or ("z" if up.lstrip("+-") == "y" else "x" if up.lstrip("+-") == "z" else "y")
+    forward = forward or {"y": "z", "z": "x"}.get(up.lstrip("+-"), "y")
     rotation = axes_rotation(up, forward)
     try:
         metres = raw.metres if length is None else unit_metres(length)
     except ValueError as error:
         raise InputError(f"{path}: length {length!r}: {error}") from None
     parts = to_world(raw, rotation, metres=metres or 1.0)
-    doubts = () if metres is None else implausible_sizes(parts, metres, file=Path(path).stem)
-    environment, _ = build_environment(
-        Path(path).stem, parts, solid=["auto"] * len(parts), notes=(*doubts, *raw.notes)
-    )
-    size = _three(environment.bounds[1] - environment.bounds[0])
+    doubts = () if metres is None else implausible_sizes(parts, metres, file=name)
+    notes = (*doubts, *raw.notes)
+    environment, _ = build_environment(name, parts, solid=["auto"] * len(parts), notes=notes)
+    size = _size(environment)
     units = max(size) / (metres or 1.0)
     return Inspection(
-        str(path),
-        raw.format,
-        raw.metres,
-        metres,
-        up,
-        forward,
-        _parts(environment),
-        size,
-        {unit: units * one for unit, one in metres_in.items()},
-        environment.warnings,
-        implausible(units, metres),
+        file=str(path),
+        format=raw.format,
+        metres_told=raw.metres,
+        metres=metres,
+        up=up,
+        forward=forward,
+        parts=_parts(environment),
+        size=size,
+        largest_if={unit: units * one for unit, one in metres_in.items()},
+        warnings=environment.warnings,
+        problem=implausible(units, metres),
     )
 
 
 def inspect_environment(source: str | Path, *, near: Path | None = None) -> Inspection:
     """Look through a complete environment; InputError where it does not load."""
     environment = load_environment(source, near=near)
-    size = _three(environment.bounds[1] - environment.bounds[0])
+    size = _size(environment)
     return Inspection(
-        str(source),
-        "environment",
-        1.0,
-        1.0,
-        "z",
-        "x",
-        _parts(environment),
-        size,
-        {"m": max(size)},
-        environment.warnings,
-        None,
+        file=str(source),
+        format="environment",
+        metres_told=1.0,
+        metres=1.0,
+        up="z",
+        forward="x",
+        parts=_parts(environment),
+        size=size,
+        largest_if={"m": max(size)},
+        warnings=environment.warnings,
+        problem=None,
     )
 
 
+def _size(environment: Environment) -> Size:
+    """The extents of an environment [m]."""
+    return _three(environment.bounds[1] - environment.bounds[0])
+
+
 def _parts(environment: Environment) -> tuple[PartSize, ...]:
-    parts = []
-    for k, found in enumerate(environment.quality):
-        polygons = environment.polygons(k)
-        first, last = environment.triangle_start[[polygons.start, polygons.stop]]
-        corners = environment.vertices[environment.triangles[first:last].ravel()]
-        parts.append(
-            PartSize(
-                name=found.part,
-                faces=found.faces,
-                polygons=found.polygons,
-                low=_three(corners.min(axis=0)),
-                high=_three(corners.max(axis=0)),
-                open_edges=found.open_edges,
-                degenerate=found.degenerate,
-                duplicate=found.duplicate,
-                against=found.against,
-                one_sided=found.one_sided,
-                cavities=found.cavities,
-                nested=found.nested,
-                crossing=found.crossing,
-                watertight=found.watertight,
-                inverted=found.inverted,
-                solid=bool(environment.solid[k]),
-            )
-        )
-    return tuple(parts)
+    return tuple(_part(environment, k) for k in range(len(environment.quality)))
+
+
+def _part(environment: Environment, k: int) -> PartSize:
+    """The k-th part: its quality and where it is."""
+    found = environment.quality[k]
+    polygons = environment.polygons(k)
+    first, last = environment.triangle_start[[polygons.start, polygons.stop]]
+    corners = environment.vertices[environment.triangles[first:last].ravel()]
+    return PartSize(
+        name=found.part,
+        faces=found.faces,
+        polygons=found.polygons,
+        low=_three(corners.min(axis=0)),
+        high=_three(corners.max(axis=0)),
+        open_edges=found.open_edges,
+        degenerate=found.degenerate,
+        duplicate=found.duplicate,
+        against=found.against,
+        one_sided=found.one_sided,
+        cavities=found.cavities,
+        nested=found.nested,
+        crossing=found.crossing,
+        watertight=found.watertight,
+        inverted=found.inverted,
+        solid=bool(environment.solid[k]),
+    )
 
 
 def _three(values: np.ndarray[tuple[int, ...], np.dtype[np.float64]]) -> Size:

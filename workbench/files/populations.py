@@ -59,28 +59,28 @@ def load_population_model(source: str | Path) -> PopulationModel:
     its faults."""
     document = read_yaml(find("bodies/populations", str(source)))
     file = validate(document, PopulationFile)
+    sexes = file.sexes()
     faults = list(_level_faults(document, file))
-    if not file.sexes():
+    if not sexes:
         faults.append(fail(document, (), f"one or both of {', '.join(SEXES)} are needed"))
-    for sex in file.sexes():
+    for sex in sexes:
         faults += _sex_faults(document, file, sex)
     if faults:
         raise InputError(faults)
-    parts = file.sexes()
-    names = tuple(next(iter(parts.values())).quantiles)
+    parts = list(sexes.values())
+    names = tuple(parts[0].quantiles)
     units = np.array([_unit(file, name) for name in names])[:, None]
+    quantiles = [np.array([part.quantiles[name] for name in names]) * units for part in parts]
     return PopulationModel(
         name=file.population,
         description=file.description,
         source=file.source,
         names=names,
-        sexes=tuple(parts),
-        count=np.array([part.count for part in parts.values()]),
+        sexes=tuple(sexes),
+        count=np.array([part.count for part in parts]),
         levels=np.array(file.percentiles) / 100,
-        quantiles=np.stack(
-            [np.array([part.quantiles[n] for n in names]) * units for part in parts.values()]
-        ),
-        correlation=np.stack([_square(part) for part in parts.values()]),
+        quantiles=np.stack(quantiles),
+        correlation=np.stack([_square(part) for part in parts]),
     )
 
 
@@ -97,20 +97,15 @@ def _square(part: SexFile) -> Floats:
 
 
 def _level_faults(document: Document, file: PopulationFile) -> Iterator[str]:
+    """Faults of the percentiles: from 0 to 100, rising, and no finer than the people are many."""
     levels = file.percentiles
     if levels[0] != 0 or levels[-1] != 100:
-        yield fail(
-            document,
-            ("percentiles",),
-            f"must go from 0 to 100 (got {levels[0]:g} to {levels[-1]:g})",
-        )
+        what = f"must go from 0 to 100 (got {levels[0]:g} to {levels[-1]:g})"
+        yield fail(document, ("percentiles",), what)
     for k, (low, high) in enumerate(pairwise(levels)):
         if high <= low:
-            yield fail(
-                document,
-                ("percentiles", k + 1),
-                f"percentiles must rise (got {high:g} after {low:g})",
-            )
+            what = f"percentiles must rise (got {high:g} after {low:g})"
+            yield fail(document, ("percentiles", k + 1), what)
     edge = min(levels[1], 100 - levels[-2])
     for sex, part in file.sexes().items():
         if edge <= 50 / part.count:
@@ -119,27 +114,32 @@ def _level_faults(document: Document, file: PopulationFile) -> Iterator[str]:
 
 
 def _sex_faults(document: Document, file: PopulationFile, sex: str) -> list[str]:
+    """Faults of the tables of one sex."""
     part = file.sexes()[sex]
-    names = list(next(iter(file.sexes().values())).quantiles)
     faults = []
     for name, row in part.quantiles.items():
         where = (sex, "quantiles", name)
         if name not in MEASURES:
-            faults.append(
-                fail(document, where, f"no such measure; {one_of(name, MEASURES, words=WORDS)}")
-            )
+            what = f"no such measure; {one_of(name, MEASURES, words=WORDS)}"
+            faults.append(fail(document, where, what))
         elif len(row) != len(file.percentiles):
             what = f"{len(file.percentiles)} values are needed, one a percentile (got {len(row)})"
             faults.append(fail(document, where, what))
         else:
             faults += _row_faults(document, where, row, _unit(file, name))
+    names = list(next(iter(file.sexes().values())).quantiles)
     for key, rows in (("quantiles", part.quantiles), ("correlation", part.correlation)):
         if list(rows) != names:
-            told = [f"{name} is missing" for name in names if name not in rows]
-            told += [f"{name} is not in the first table" for name in rows if name not in names]
-            what = f"all tables need the same measures in the same order ({', '.join(told) or 'another order'})"
-            faults.append(fail(document, (sex, key), what))
+            faults.append(fail(document, (sex, key), _other_measures(names, list(rows))))
     return faults or _correlation_faults(document, sex, part)
+
+
+def _other_measures(names: list[str], rows: list[str]) -> str:
+    """How the measures of a table differ from those of the first table."""
+    differ = [f"{name} is missing" for name in names if name not in rows]
+    differ += [f"{name} is not in the first table" for name in rows if name not in names]
+    how = ", ".join(differ) or "another order"
+    return f"all tables need the same measures in the same order ({how})"
 
 
 def _row_faults(
@@ -160,6 +160,7 @@ def _row_faults(
 
 
 def _correlation_faults(document: Document, sex: str, part: SexFile) -> list[str]:
+    """Faults of the correlations of one sex: the rows of a triangle, of a matrix that can be."""
     faults = []
     for i, (name, row) in enumerate(part.correlation.items()):
         where = (sex, "correlation", name)
@@ -167,15 +168,11 @@ def _correlation_faults(document: Document, sex: str, part: SexFile) -> list[str
             got = f"got {len(row)}, the last {row[-1] if row else 'missing'}"
             what = f"a row has one value for each measure down to its own: {i + 1}, the last of them 1 ({got})"
             faults.append(fail(document, where, what))
-        for k, value in enumerate(row[:-1]):
-            if not -1 < value < 1:
-                faults.append(
-                    fail(
-                        document,
-                        (*where, k),
-                        f"a correlation lies between -1 and 1 (got {value:g})",
-                    )
-                )
+        faults += [
+            fail(document, (*where, k), f"a correlation lies between -1 and 1 (got {value:g})")
+            for k, value in enumerate(row[:-1])
+            if not -1 < value < 1
+        ]
     if not faults and (least := float(np.linalg.eigvalsh(_square(part)).min())) <= 0:
         what = f"they contradict one another: an eigenvalue of their matrix is {least:.3g}, all must be positive"
         faults.append(fail(document, (sex, "correlation"), what))

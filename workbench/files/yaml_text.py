@@ -192,65 +192,83 @@ class _Builder:
 
     def _node(self, event: yaml.NodeEvent) -> None:
         if isinstance(event, yaml.AliasEvent):
-            if event.anchor not in self._anchors:
-                raise self._wrong(
-                    event, f"alias *{event.anchor} has no finished anchor &{event.anchor} before it"
-                )
-            self._count(event, self._sizes[event.anchor])
-            self._deep(event, self._heights[event.anchor])
-            self._raise(self._heights[event.anchor])
-            self._put(event, self._anchors[event.anchor])
+            self._alias(event)
         elif isinstance(event, yaml.ScalarEvent):
-            if event.tag not in (None, "!", "tag:yaml.org,2002:str"):
-                raise self._wrong(event, f"tag {event.tag} is not supported; remove it")
-            plain = event.implicit[0]
-            value = _scalar(event.value) if plain and not event.tag else event.value
-            if event.anchor:
-                self._anchors[event.anchor] = value
-                self._sizes[event.anchor] = 1
-                self._heights[event.anchor] = 0
-            path = self._put(event, value)
-            if has_controls(event.value):
-                self.controls.append(path)
+            self._text(event)
         else:
-            tag = getattr(event, "tag", None)
-            if tag not in (None, "!", "tag:yaml.org,2002:seq", "tag:yaml.org,2002:map"):
-                raise self._wrong(event, f"tag {tag} is not supported; remove it")
-            self._deep(event, 1)
-            value = [] if isinstance(event, yaml.SequenceStartEvent) else {}
-            path = self._put(event, value)
-            if event.anchor:
-                self._sizes[event.anchor] = self._values
-            self._open.append(_Open(value, path, event.anchor))
+            self._begin(event)
+
+    def _alias(self, event: yaml.AliasEvent) -> None:
+        """Store the value of an anchor once more."""
+        anchor = event.anchor
+        if anchor not in self._anchors:
+            raise self._wrong(event, f"alias *{anchor} has no finished anchor &{anchor} before it")
+        self._count(event, self._sizes[anchor])
+        self._deep(event, self._heights[anchor])
+        self._raise(self._heights[anchor])
+        self._put(event, self._anchors[anchor])
+
+    def _text(self, event: yaml.ScalarEvent) -> None:
+        """Store a text, or what a plain one stands for."""
+        self._check_tag(event, event.tag, "str")
+        plain = event.implicit[0]
+        value = _scalar(event.value) if plain and not event.tag else event.value
+        if event.anchor:
+            self._anchors[event.anchor] = value
+            self._sizes[event.anchor] = 1
+            self._heights[event.anchor] = 0
+        path = self._put(event, value)
+        if has_controls(event.value):
+            self.controls.append(path)
+
+    def _begin(self, event: yaml.NodeEvent) -> None:
+        """Store a list or a mapping that is still empty."""
+        self._check_tag(event, getattr(event, "tag", None), "seq", "map")
+        self._deep(event, 1)
+        value: list[Any] | dict[str, Any] = []
+        if not isinstance(event, yaml.SequenceStartEvent):
+            value = {}
+        path = self._put(event, value)
+        if event.anchor:
+            self._sizes[event.anchor] = self._values
+        self._open.append(_Open(value, path, event.anchor))
+
+    def _check_tag(self, event: yaml.NodeEvent, tag: str | None, *kinds: str) -> None:
+        """Refuse a tag other than those that say what the value is anyway."""
+        if tag not in (None, "!", *(f"tag:yaml.org,2002:{kind}" for kind in kinds)):
+            raise self._wrong(event, f"tag {tag} is not supported; remove it")
 
     def _put(self, event: yaml.NodeEvent, value: Any) -> Path_:
         """Store a finished or opened value where it belongs; returns its path."""
-        spot = _spot(event)
         if not self._open:
             self.value = value
             self.done = True
-            self.positions[()] = spot
-            return ()
-        top = self._open[-1]
-        if isinstance(top.value, list):
+            path: Path_ = ()
+        elif isinstance(self._open[-1].value, list):
+            top = self._open[-1]
             path = (*top.path, len(top.value))
             top.value.append(value)
-        elif not top.has_key:
-            if isinstance(value, (list, dict)):
-                raise self._wrong(event, "a key must be a name, not a list or a mapping")
-            key = value if isinstance(value, str) else self._raw(event)
-            if key in top.value:
-                raise self._wrong(event, f"key {key!r} stands twice in one mapping")
-            top.key = key
-            top.has_key = True
-            self.positions[(*top.path, key)] = spot
-            return (*top.path, key)
-        else:
+        elif self._open[-1].has_key:
+            top = self._open[-1]
             top.value[top.key] = value
             top.has_key = False
-            return (*top.path, top.key)
-        self.positions[path] = spot
+            return (*top.path, top.key)  # whose position is that of the key
+        else:
+            path = self._put_key(event, value)
+        self.positions[path] = _spot(event)
         return path
+
+    def _put_key(self, event: yaml.NodeEvent, value: Any) -> Path_:
+        """Store the key of the mapping that is open; returns its path."""
+        top = self._open[-1]
+        if isinstance(value, (list, dict)):
+            raise self._wrong(event, "a key must be a name, not a list or a mapping")
+        key = value if isinstance(value, str) else self._raw(event)
+        if key in top.value:
+            raise self._wrong(event, f"key {key!r} stands twice in one mapping")
+        top.key = key
+        top.has_key = True
+        return (*top.path, key)
 
     def _raw(self, event: yaml.NodeEvent) -> str:
         if isinstance(event, yaml.ScalarEvent):

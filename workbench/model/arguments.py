@@ -114,21 +114,24 @@ def argument_fault(name: str, value: object, kind: Any) -> str:
     if kind in (_Finite, _Numbers):
         return _numbers_fault(name, value, finite=kind is _Finite)
     if origin is Sequence and inner == (float,):
-        rows = isinstance(value, (list, tuple)) or (
-            isinstance(value, np.ndarray) and value.ndim > 0
-        )
-        return _numbers_fault(name, value, finite=True) if rows else _words(name, value, kind)
+        is_array = isinstance(value, np.ndarray) and value.ndim > 0
+        is_row = is_array or isinstance(value, (list, tuple))
+        return _numbers_fault(name, value, finite=True) if is_row else _words(name, value, kind)
     if origin is Literal:
         return "" if value in inner else _words(name, value, kind)
-    if isinstance(value, _LIKE.get(kind, ())) and not (
-        isinstance(value, bool) and kind in (int, float)
-    ):
+    if origin is not None:
+        return _container_fault(name, value, kind)
+    return _plain_fault(name, value, kind)
+
+
+def _plain_fault(name: str, value: object, kind: Any) -> str:
+    """What is wrong with a value for an annotation without arguments, as float or Body."""
+    is_truth = isinstance(value, bool) and kind in (int, float)
+    if isinstance(value, _LIKE.get(kind, ())) and not is_truth:
         return _number_fault(name, value, kind)
-    if origin is None:
-        same = kind in (None, type(None)) and value is None
-        plain = isinstance(kind, type) and kind not in _LIKE and isinstance(value, kind)
-        return "" if same or plain else _words(name, value, kind)
-    return _container_fault(name, value, kind)
+    same = kind in (None, type(None)) and value is None
+    plain = isinstance(kind, type) and kind not in _LIKE and isinstance(value, kind)
+    return "" if same or plain else _words(name, value, kind)
 
 
 def _number_fault(name: str, value: Any, kind: Any) -> str:
@@ -156,6 +159,7 @@ _LIKE: dict[Any, tuple[type, ...]] = {
 
 
 def _container_fault(name: str, value: object, kind: Any) -> str:
+    """What is wrong with a function, a mapping, a tuple or a sequence, and what is in it."""
     origin = get_origin(kind)
     inner = get_args(kind)
     if origin is Callable:
@@ -164,29 +168,35 @@ def _container_fault(name: str, value: object, kind: Any) -> str:
         return _words(name, value, kind)
     if isinstance(value, np.ndarray) and inner[0] is not str:  # nouns in an array are a slip
         return _words(name, value, kind)
+    if not isinstance(value, Collection) and origin is Iterable:
+        return ""  # a stream is read once, by the function itself
+    items = _items(name, value, origin, inner)
+    if items is None:
+        return _words(name, value, kind)
+    return next((fault for item in items if (fault := argument_fault(*item))), "")
+
+
+def _items(
+    name: str, value: Iterable[Any], origin: Any, inner: tuple[Any, ...]
+) -> list[tuple[str, Any, Any]] | None:
+    """What is in a container: its name, itself and its annotation; None for a wrong container."""
     if origin in (Mapping, dict):
         if not isinstance(value, Mapping):
-            return _words(name, value, kind)
-        pairs = [(f"{name}: a key", key, inner[0]) for key in value]
-        pairs += [(f"{name}[{key!r}]", item, inner[1]) for key, item in value.items()]
-    elif origin is tuple and inner[-1] is not Ellipsis:
+            return None
+        keys = [(f"{name}: a key", key, inner[0]) for key in value]
+        return keys + [(f"{name}[{key!r}]", item, inner[1]) for key, item in value.items()]
+    if origin is tuple and inner[-1] is not Ellipsis:
         if not isinstance(value, (tuple, list)) or len(value) != len(inner):
-            return _words(name, value, kind)
-        pairs = [
-            (f"{name}[{n}]", item, one)
-            for n, (item, one) in enumerate(zip(value, inner, strict=True))
-        ]
-    elif isinstance(value, Collection):
-        if (
-            isinstance(inner[0], type)
-            and inner[0] not in (float, int)
-            and all(isinstance(v, inner[0]) for v in value)
-        ):
-            return ""  # the usual case, told fast
-        pairs = [(f"{name}[{n}]", item, inner[0]) for n, item in enumerate(value)]
-    else:  # a stream is read once, by the function itself
-        return "" if origin is Iterable else _words(name, value, kind)
-    return next((fault for pair in pairs if (fault := argument_fault(*pair))), "")
+            return None
+        pairs = enumerate(zip(value, inner, strict=True))
+        return [(f"{name}[{n}]", item, one) for n, (item, one) in pairs]
+    if not isinstance(value, Collection):
+        return None
+    one = inner[0]
+    plain = isinstance(one, type) and one not in (float, int)
+    if plain and all(isinstance(item, one) for item in value):
+        return []  # the usual case, decided fast
+    return [(f"{name}[{n}]", item, one) for n, item in enumerate(value)]
 
 
 def _numbers_fault(name: str, value: object, *, finite: bool) -> str:

@@ -10,9 +10,11 @@ the joint's twist, its surface near the joint carries the twist already, so R_o 
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
-from workbench.model.arrays import Bools, Floats
+from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.body import Body, Topology
 
 __all__ = ["blend_point", "distal", "enclosing_spheres", "swept_spheres", "twist_shared"]
@@ -43,87 +45,139 @@ def twist_shared(body: Body | Topology) -> Bools:
 
 
 def swept_spheres(body: Body) -> tuple[Floats, Floats]:
-    """Centres (S, 3) and radii (S,) [m], in segment frames, of spheres that hold each sphere of the
-    first row however the joint turns that it is blended across; seen from the line that its segment's twist
-    turns about, also at every twist.
+    """Find spheres that hold each sphere of the first row however the joint turns that it is
+    blended across; seen from the line that its segment's twist turns about, also at every twist.
 
     w R (c - joint) stays on a sphere of radius w |c - joint| about joint + (1 - w)(c - joint).
     Where the sphere twists about a line that the joint is not on, both are taken at their farthest
     from the line and from each other.
+
+    Returns
+    -------
+    tuple
+        Centres (S, 3) and radii (S,) [m] in segment frames.
     """
     point = blend_point(body)[0]
     own = body.centre[0]
     share = np.where(body.blend_joint >= 0, body.blend_share[0], 0.0)
     middle = own - share[:, None] * (own - point)
     reach = np.linalg.norm(own - point, axis=1)
-    segment = body.sphere_segment
-    turned = np.flatnonzero(
-        (share > 0) & (body.twist_share[0] > 0) & (body.twist_joint[segment] >= 0)
-    )
-    start = body.twist_point[0, segment[turned]]
-    line = body.twist_axis[0, segment[turned]]
-    both = np.stack([own[turned], point[turned]]) - start
-    along = np.einsum("ksi,si->ks", both, line)
-    off = both - along[..., None] * line
+    aside = _beside_line(body, share, point)
+    segment = body.sphere_segment[aside]
+    start = body.twist_point[0, segment]
+    line = body.twist_axis[0, segment]
+    # the sphere and its joint, each at its farthest from the line, on opposite sides of it
+    along, off = _from_line(np.stack([own[aside], point[aside]]), start, line)
     far = np.linalg.norm(off, axis=-1)
-    aside = far[1] > 1e-9
-    turned = turned[aside]
-    start = start[aside]
-    line = line[aside]
-    along = along[:, aside]
-    off = off[:, aside]
-    far = far[:, aside]
-    part = np.stack([1.0 - share[turned], share[turned]])
-    reach[turned] = np.hypot(along[0] - along[1], far.sum(axis=0))
+    reach[aside] = np.hypot(along[0] - along[1], far.sum(axis=0))
+    # between the two where the share w divides them, on the side of the sphere
     out = (
         np.where(far[0, :, None] > 1e-12, off[0], off[1])
         / np.where(far[0] > 1e-12, far[0], far[1])[:, None]
     )
-    middle[turned] = (
+    part = np.stack([1.0 - share[aside], share[aside]])
+    middle[aside] = (
         start + line * (along * part).sum(axis=0)[:, None] + out * (far * part).sum(axis=0)[:, None]
     )
     return middle, body.radius[0] + share * reach
 
 
+def _beside_line(body: Body, share: Floats, point: Floats) -> Ints:
+    """The spheres that are blended, and twist about a line that their joint (S, 3) is not on."""
+    segment = body.sphere_segment
+    turned = np.flatnonzero(
+        (share > 0) & (body.twist_share[0] > 0) & (body.twist_joint[segment] >= 0)
+    )
+    start = body.twist_point[0, segment[turned]]
+    _, off = _from_line(point[turned], start, body.twist_axis[0, segment[turned]])
+    beside: Ints = turned[np.linalg.norm(off, axis=-1) > 1e-9]
+    return beside
+
+
+def _from_line(points: Floats, start: Floats, line: Floats) -> tuple[Floats, Floats]:
+    """How far (..., K) points (..., K, 3) lie along lines (K, 3) from their starts (K, 3) [m], and
+    the vectors (..., K, 3) to them from the lines."""
+    away = points - start
+    along = np.einsum("...si,si->...s", away, line)
+    return along, away - along[..., None] * line
+
+
+@dataclass(frozen=True, eq=False)
+class _Spheres:
+    """Spheres, grouped by segments that have some: centre (S, 3), radius (S,) [m].
+
+    first (G,): the first sphere of each group; group (S,): the group of each sphere.
+    """
+
+    centre: Floats
+    radius: Floats
+    first: Ints
+    group: Ints
+
+    def middle(self) -> Floats:
+        """(G, 3) the mean of the centres of each group, weighted by the radii."""
+        weight = np.add.reduceat(self.radius, self.first)
+        return np.add.reduceat(self.centre * self.radius[:, None], self.first) / weight[:, None]
+
+    def farthest(self, at: Floats) -> tuple[Floats, Ints]:
+        """(G,) how far the spheres of each group go from a point (G, 3) [m], and which goes
+        farthest."""
+        gap = np.linalg.norm(self.centre - at[self.group], axis=1) + self.radius
+        most = np.maximum.reduceat(gap, self.first)
+        some = np.flatnonzero(gap == most[self.group])
+        return most, some[np.searchsorted(self.group[some], np.arange(len(self.first)))]
+
+
+@dataclass(frozen=True, eq=False)
+class _Lines:
+    """Lines that centres must lie on: turns (G, 1): whether there is one; point, axis (G, 3)."""
+
+    turns: Bools
+    point: Floats
+    axis: Floats
+
+    def nearest(self, at: Floats) -> Floats:
+        """(G, 3) the point of each line nearest to another; the other where there is no line."""
+        along = np.einsum("ni,ni->n", at - self.point, self.axis)[:, None]
+        return np.where(self.turns, self.point + self.axis * along, at)
+
+
 def enclosing_spheres(
     body: Body, *, steps: int = 100, centre: Floats | None = None
 ) -> tuple[Floats, Floats]:
-    """Centres (N, 3) and radii (N,) of small spheres around all spheres of each segment of the
-    first row in every pose; radius 0 where there are none.
+    """Find small spheres around all spheres of each segment of the first row in every pose.
 
     Where a segment shares a twist the centre lies on the line it turns about, so that any twist
     fits. Found by moving toward the farthest sphere by ever smaller steps (after Badoiu & Clarkson
-    2003), from `centre` where given.
+    2003).
+
+    Parameters
+    ----------
+    body
+        The body.
+    steps
+        How many steps are made.
+    centre
+        (N, 3) where to begin; a mean of the spheres where not given.
+
+    Returns
+    -------
+    tuple
+        Centres (N, 3) and radii (N,) [m]; radius 0 where a segment has no spheres.
     """
-    middle, reach = swept_spheres(body)
-    filled = np.flatnonzero(np.diff(body.start) > 0)
-    first = body.start[filled]
-    count = np.diff(body.start)[filled]
-    group = np.repeat(np.arange(len(filled)), count)
+    count = np.diff(body.start)
+    filled = np.flatnonzero(count > 0)
+    group = np.repeat(np.arange(len(filled)), count[filled])
+    spheres = _Spheres(*swept_spheres(body), body.start[filled], group)
     turns = (body.twist_joint[filled] >= 0)[:, None]
-    point = body.twist_point[0, filled]
-    axis = body.twist_axis[0, filled]
-
-    def on_line(at: Floats) -> Floats:
-        along = np.einsum("ni,ni->n", at - point, axis)[:, None]
-        return np.where(turns, point + axis * along, at)
-
-    weight = np.add.reduceat(reach, first)
-    best = (
-        np.add.reduceat(middle * reach[:, None], first) / weight[:, None]
-        if centre is None
-        else centre[filled]
-    )
-    kept = best = on_line(best)
+    lines = _Lines(turns, body.twist_point[0, filled], body.twist_axis[0, filled])
+    kept = best = lines.nearest(spheres.middle() if centre is None else centre[filled])
     least = np.full(len(filled), np.inf)
     for step in range(steps + 1):
-        gap = np.linalg.norm(middle - best[group], axis=1) + reach
-        most = np.maximum.reduceat(gap, first)
+        most, far = spheres.farthest(best)
         kept = np.where((most < least)[:, None], best, kept)
         least = np.minimum(most, least)
-        at = np.flatnonzero(gap == most[group])
-        far = at[np.searchsorted(group[at], np.arange(len(filled)))]
-        best = on_line(best + (middle[far] - best) / (step + 2))
+        best = lines.nearest(best + (spheres.centre[far] - best) / (step + 2))
     centres = np.zeros((len(body.segments), 3))
     radii = np.zeros(len(body.segments))
     centres[filled] = kept

@@ -34,42 +34,60 @@ def write_people(
 ) -> list[str]:
     """Write the bodies of people and people.csv into a folder.
 
-    Returns a line for each thing that is improbable about them, and for each file that is kept, see
-    write_folder.
+    Parameters
+    ----------
+    folder
+        Where they are written.
+    people
+        Who they are.
+    sources
+        The body that men ("male") and women ("female") are made from.
+    shown
+        The measures that each body shows exactly.
+    detail
+        The level of detail of their family.
+    wears
+        What they are dressed in.
 
-    sources: the body that men ("male") and women ("female") are made from; shown: the measures that
-    each body shows exactly; detail: of their family; wears: what they are dressed in. InputError,
-    and nothing is written, where there is no such person or the folder holds something else.
+    Returns
+    -------
+    list
+        A line for each thing that is improbable about them, and for each file that is kept, see
+        write_folder.
+
+    Raises
+    ------
+    InputError
+        Where there is no such person or the folder holds something else; nothing is written.
     """
     check_folder(folder, holds="people")  # before the work, not after it
     loaded = {name: morph_to(load_body(name), detail) for name in dict.fromkeys(sources.values())}
     dressing = {name: worn(list(wears), body) for name, body in loaded.items()}
-    files: dict[str, Content] = {}
-    told: list[str] = []
-    rows = []
     bodies = {sex: loaded[name] for sex, name in sources.items()}
-    names = file_names(people)
-    for name, made, code, label in zip(
-        names, people_bodies(bodies, people, shown), people.sex, people.labels, strict=True
-    ):
-        source = sources[SEXES[int(code)]]
-        body = wear(made.body, dressing[source])
-        words = f"{people.source}: {SEXES[int(code)]}, {label}; made from {source}"
+    files: dict[str, Content] = {}
+    warnings: list[str] = []
+    rows = []
+    made_bodies = people_bodies(bodies, people, shown)
+    who = zip(file_names(people), made_bodies, people.sex, people.labels, strict=True)
+    for name, made, code, label in who:
+        sex = SEXES[int(code)]
+        source = sources[sex]
+        words = f"{people.source}: {sex}, {label}; made from {source}"
         words += f", with {', '.join(wears)}" if wears else ""
+        body = wear(made.body, dressing[source])
         files[name] = body_text(
             body, body_path(source), name=Path(name).stem, description=words, folder=folder
         )
-        told += [f"{name}: {warning}" for warning in made.warnings]
-        rows.append(
-            [name, SEXES[int(code)], label, *(_told(m, made.measures[m]) for m in people.names)]
-        )
+        warnings += [f"{name}: {warning}" for warning in made.warnings]
+        rows.append([name, sex, label, *(_rounded(m, made.measures[m]) for m in people.names)])
     if not rows:
         raise InputError(f"{people.source}: there is nobody to make bodies of")
     units = [f"{name}_{'kg' if name == MASS else 'mm'}" for name in people.names]
-    table = csv_text(["file", "sex", "label", *units], rows)
-    write_folder(folder, {TABLE: table, **files}, holds="people", tell=told.append)
-    return told
+    files = {TABLE: csv_text(["file", "sex", "label", *units], rows), **files}
+    write_folder(folder, files, holds="people", tell=warnings.append)
+    return warnings
 
 
-def _told(name: str, value: float) -> float:
+def _rounded(name: str, value: float) -> float:
+    """A measure as the table has it [mm], a mass [kg]."""
     return round(value, 2) if name == MASS else round(1000 * value, 1)

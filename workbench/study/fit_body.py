@@ -20,7 +20,7 @@ from workbench.body.skeleton import bones_of, named_rows, spheres_in_frames
 from workbench.body.surface import Surface, sealed
 from workbench.errors import UsageError
 from workbench.files.body.bodies import body_path, load_body
-from workbench.files.body.fitted import FittedSegment, fitted_text
+from workbench.files.body.fitted import FittedSegment, SkeletonFile, fitted_text
 from workbench.files.body.outlines import load_outlines
 from workbench.files.meshes.reading import axes_rotation, read_mesh, to_world
 from workbench.files.meshes.sizes import implausible_sizes, person_size
@@ -161,9 +161,8 @@ def fitted_body_text(
     for segment, (centre, radius) in spheres_in_frames(body, skeleton.world, cut).items():
         names = named_rows(body, body.segment(segment), centre, radius)
         segments[segment] = FittedSegment(centre, radius, names, *errors[segment])
-    return fitted_text(
-        segments, name=name, description=description, source=source, skeleton=(body, skeleton.path)
-    )
+    file = SkeletonFile(body, skeleton.path)
+    return fitted_text(segments, name=name, description=description, source=source, skeleton=file)
 
 
 def figures(surface: Surface, cut: SegmentedFit) -> dict[str, Any]:

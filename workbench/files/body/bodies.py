@@ -17,7 +17,7 @@ from workbench.files.catalogue import find, find_beside
 from workbench.files.schema import fail, validate
 from workbench.files.yaml_text import Document, read_yaml
 from workbench.model.arrays import Floats, Ints
-from workbench.model.basis import in_order
+from workbench.model.basis import ShapeBasis, in_order
 from workbench.model.body import Body, Topology
 from workbench.model.settled import settled
 from workbench.model.vocabulary import DIRECTIONS
@@ -33,8 +33,17 @@ def body_path(source: str | Path, *, near: Path | None = None) -> Path:
 def load_body(source: str | Path, *, near: Path | None = None) -> Body:
     """Load a body by catalogue name ("bubbleman") or by path.
 
-    near: the folder of the file that names it. InputError lists every fault of the file with its
-    line.
+    Parameters
+    ----------
+    source
+        The name of a body of the catalogue, or the path of a file.
+    near
+        The folder of the file that names it.
+
+    Raises
+    ------
+    InputError
+        With every fault of the file and its line.
     """
     document = read_yaml(body_path(source, near=near))
     file = validate(document, BodyFile)
@@ -43,7 +52,7 @@ def load_body(source: str | Path, *, near: Path | None = None) -> Body:
     )
     if faults:
         raise InputError(faults)
-    body = settled(_pack(file, depth_first(file)))
+    body = settled(_pack(file))
     return _of_family(document, file, body) if file.basis else body
 
 
@@ -59,59 +68,81 @@ def _of_family(document: Document, file: BodyFile, body: Body) -> Body:
         what = f"{len(basis)} coefficients are needed for {basis.name} (got {len(file.basis_at)})"
         raise InputError(fail(document, ("basis_at",) if file.basis_at else ("basis",), what))
     if not basis.level(np.diff(body.start)):
-        told = ", ".join(f"{level} {len(detail.names)}" for level, detail in basis.details.items())
-        what = f"{basis.name} has spheres for {told}; this body's {len(body.sphere_names)} spheres fit none of these levels"
-        raise InputError(fail(document, ("basis",), what))
+        raise InputError(fail(document, ("basis",), _no_level(basis, body)))
     topology = replace(body.topology, basis=basis)
     return replace(body, topology=topology, basis_at=np.array([file.basis_at]))
 
 
-def _pack(file: BodyFile, tree: tuple[list[str], list[str]]) -> Body:
-    order, joints = tree
+def _no_level(basis: ShapeBasis, body: Body) -> str:
+    """Why the spheres of a body are none of the levels of detail of its basis."""
+    levels = ", ".join(f"{level} {len(detail.names)}" for level, detail in basis.details.items())
+    count = len(body.sphere_names)
+    return (
+        f"{basis.name} has spheres for {levels}; this body's {count} spheres fit none of these "
+        "levels"
+    )
+
+
+def _pack(file: BodyFile) -> Body:
+    """The body of a file without faults; what is derived from its arrays is left at zero."""
+    order, joints = depth_first(file)
     segments = [file.segments[name] for name in order]
     entries = [file.joints[name] for name in joints]
-    index = {name: i for i, name in enumerate(order)}
     rows = [row for segment in segments for row in segment.spheres]
-    blend = _blend(segments, joints)
-    topology = Topology(
+    blend_joint, blend_share = _blend(segments, joints)
+    in_child = [j.at[name] for j, name in zip(entries, order[1:], strict=True)]
+    in_parent = [j.at[j.between[0]] for j in entries]
+    n = len(order)
+    return Body(
+        name=file.body,
+        description=file.description,
+        topology=_topology(file, order, joints, blend_joint),
+        joint_in_parent=np.array(in_parent, dtype=np.float64).reshape(1, -1, 3),
+        joint_in_child=np.array(in_child, dtype=np.float64).reshape(1, -1, 3),
+        mass=np.array([[s.mass for s in segments]]),
+        centre=np.array([row[:3] for row in rows], dtype=np.float64).reshape(1, -1, 3),
+        radius=np.array([[row[3] for row in rows]], dtype=np.float64),
+        enclosing_centre=np.zeros((1, n, 3)),
+        enclosing_radius=np.zeros((1, n)),
+        twist_point=np.zeros((1, n, 3)),
+        twist_axis=np.zeros((1, n, 3)),
+        twist_share=np.zeros((1, len(rows))),
+        allowance=_allowance(file, order)[None],
+        fit_error=np.array([[_fit_error(segment) for segment in segments]]),
+        blend_share=blend_share[None],
+    )
+
+
+def _topology(file: BodyFile, order: list[str], joints: list[str], blend_joint: Ints) -> Topology:
+    """What all sizes of the body share.
+
+    Parameters
+    ----------
+    order, joints
+        The segments in depth-first order, and the joint above each but the first.
+    blend_joint
+        (S,) the joint that each sphere is blended across, -1 where none.
+    """
+    segments = [file.segments[name] for name in order]
+    entries = [file.joints[name] for name in joints]
+    rows = [row for segment in segments for row in segment.spheres]
+    sides = [DIRECTIONS.index(row[5]) if len(row) > 5 else -1 for row in rows]
+    twists = [joints.index(s.twist_along) if s.twist_along else -1 for s in segments]
+    return Topology(
         segments=tuple(order),
         segment_names=tuple(s.name for s in segments),
         segment_numbers=tuple(s.number for s in segments),
         joints=tuple(joints),
         joint_names=tuple(j.name for j in entries),
         joint_numbers=tuple(j.number for j in entries),
-        parent=np.array([-1] + [index[j.between[0]] for j in entries]),
-        stops=pack_stops(file, tree),
-        start=np.concatenate([[0], np.cumsum([len(segment.spheres) for segment in segments])]),
+        parent=np.array([-1] + [order.index(j.between[0]) for j in entries]),
+        stops=pack_stops(file, order, joints),
+        start=np.cumsum([0] + [len(s.spheres) for s in segments]),
         sphere_names=tuple(row[4] if len(row) > 4 else "" for row in rows),
-        sphere_direction=np.array(
-            [DIRECTIONS.index(row[5]) if len(row) > 5 else -1 for row in rows], np.int64
-        ),
+        sphere_direction=np.array(sides, np.int64),
         directions=np.array([direction_table(s) for s in segments]),
-        twist_joint=np.array(
-            [joints.index(s.twist_along) if s.twist_along else -1 for s in segments], np.int64
-        ),
-        blend_joint=blend[0],
-    )
-    in_child = [j.at[name] for j, name in zip(entries, order[1:], strict=True)]
-    in_parent = [j.at[j.between[0]] for j in entries]
-    return Body(
-        name=file.body,
-        description=file.description,
-        topology=topology,
-        joint_in_parent=np.array(in_parent, dtype=np.float64).reshape(1, -1, 3),
-        joint_in_child=np.array(in_child, dtype=np.float64).reshape(1, -1, 3),
-        mass=np.array([[s.mass for s in segments]]),
-        centre=np.array([row[:3] for row in rows], dtype=np.float64).reshape(1, -1, 3),
-        radius=np.array([[row[3] for row in rows]], dtype=np.float64),
-        enclosing_centre=np.zeros((1, len(order), 3)),
-        enclosing_radius=np.zeros((1, len(order))),
-        twist_point=np.zeros((1, len(order), 3)),
-        twist_axis=np.zeros((1, len(order), 3)),
-        twist_share=np.zeros((1, len(rows))),
-        allowance=_allowance(file, index)[None],
-        fit_error=np.array([[_fit_error(segment) for segment in segments]]),
-        blend_share=blend[1][None],
+        twist_joint=np.array(twists, np.int64),
+        blend_joint=blend_joint,
     )
 
 
@@ -131,16 +162,16 @@ def _blend(segments: list[SegmentFile], joints: list[str]) -> tuple[Ints, Floats
     return np.array(joint, dtype=np.int64), np.array(share)
 
 
-def _allowance(file: BodyFile, index: dict[str, int]) -> Floats:
-    """(N, N) the overlap of soft flesh that is no contact, both ways."""
-    depth = np.zeros((len(index), len(index)))
+def _allowance(file: BodyFile, order: list[str]) -> Floats:
+    """(N, N) the overlap of soft flesh that is no contact [m], both ways."""
+    depth = np.zeros((len(order), len(order)))
     for row in file.allowances:
-        a, b = (index[name] for name in row.between)
+        a, b = (order.index(name) for name in row.between)
         depth[a, b] = depth[b, a] = row.depth
     return depth
 
 
 def _fit_error(segment: SegmentFile) -> tuple[float, float]:
-    """How far the true surface may lie outside and inside; NaN where the file does not say."""
-    told = segment.fit_error
-    return (told.outside, told.inside) if told else (math.nan, math.nan)
+    """How far the true surface may lie outside and inside [m]; NaN where the file does not say."""
+    given = segment.fit_error
+    return (given.outside, given.inside) if given else (math.nan, math.nan)

@@ -3,6 +3,9 @@ together."""
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterator, Mapping
+
 import numpy as np
 
 from workbench.errors import one_of
@@ -16,46 +19,49 @@ from workbench.model.vocabulary import DIRECTIONS, OPPOSITE
 __all__ = ["depth_first", "direction_table", "segment_faults", "tree_faults"]
 
 JOINT_SPHERE_TOLERANCE = 1e-6
+_Problem = tuple[tuple[str | int, ...], str]
+"""A key of the file, and what is wrong there."""
 
 
 def tree_faults(document: Document, file: BodyFile) -> list[str]:
     """A joint joins exactly two known segments; together they make one tree."""
     faults: list[str] = []
-    proximal: dict[str, str] = {}
+    above: dict[str, str] = {}
     for name, joint in file.joints.items():
-        key = ("joints", name)
-        for end, segment in enumerate(joint.between):
-            if segment not in file.segments:
-                what = f"unknown segment {segment!r}; {one_of(segment, file.segments)}"
-                faults.append(fail(document, (*key, "between", end), what))
-        if joint.between[0] == joint.between[1]:
-            faults.append(fail(document, (*key, "between"), "a joint joins two different segments"))
-        if set(joint.at) != set(joint.between):
-            what = f"coordinates are needed in exactly the two frames {list(joint.between)} (got {list(joint.at)})"
-            faults.append(fail(document, (*key, "at"), what))
-        if joint.between[1] in proximal:
-            what = f"segment {joint.between[1]!r} is already the distal one of joint {proximal[joint.between[1]]!r}"
-            faults.append(fail(document, (*key, "between"), what))
-        proximal.setdefault(joint.between[1], name)
+        faults += [fail(document, key, what) for key, what in _end_problems(file, name, joint)]
+        distal = joint.between[1]
+        if distal in above:
+            what = f"segment {distal!r} is already the distal one of joint {above[distal]!r}"
+            faults.append(fail(document, ("joints", name, "between"), what))
+        above.setdefault(distal, name)
     if faults:
         return faults
-    roots = [name for name in file.segments if name not in proximal]
+    roots = [name for name in file.segments if name not in above]
     if not roots:
-        return [
-            fail(document, ("joints",), "the joints form a circle: no segment is the stage (root)")
-        ]
+        what = "the joints form a circle: no segment is the stage (root)"
+        return [fail(document, ("joints",), what)]
     if len(roots) > 1:
-        what = (
-            f"one tree is needed, but {len(roots)} segments hang from nothing: {', '.join(roots)}"
-        )
-        return [fail(document, ("segments", roots[1]), what)]
+        what = f"one tree is needed, but {len(roots)} segments hang from nothing: "
+        return [fail(document, ("segments", roots[1]), what + ", ".join(roots))]
     reached = set(depth_first(file)[0])
     lost = [name for name in file.segments if name not in reached]
-    return (
-        [fail(document, ("segments", lost[0]), f"segments in a circle: {', '.join(lost)}")]
-        if lost
-        else []
-    )
+    if lost:
+        return [fail(document, ("segments", lost[0]), f"segments in a circle: {', '.join(lost)}")]
+    return []
+
+
+def _end_problems(file: BodyFile, name: str, joint: JointFile) -> Iterator[_Problem]:
+    """What is wrong with the two ends of a joint, and where."""
+    key = ("joints", name)
+    for end, segment in enumerate(joint.between):
+        if segment not in file.segments:
+            what = f"unknown segment {segment!r}; {one_of(segment, file.segments)}"
+            yield (*key, "between", end), what
+    if joint.between[0] == joint.between[1]:
+        yield (*key, "between"), "a joint joins two different segments"
+    if set(joint.at) != set(joint.between):
+        frames = f"{list(joint.between)} (got {list(joint.at)})"
+        yield (*key, "at"), f"coordinates are needed in exactly the two frames {frames}"
 
 
 def depth_first(file: BodyFile) -> tuple[list[str], list[str]]:
@@ -74,35 +80,41 @@ def depth_first(file: BodyFile) -> tuple[list[str], list[str]]:
 
 def segment_faults(document: Document, file: BodyFile) -> list[str]:
     """Directions, twists, names, numbers, joint spheres and allowances that no schema can check."""
-    faults = []
-    for name, segment in file.segments.items():
-        key = ("segments", name)
-        if problem := _twist_problem(file, name):
-            faults.append(fail(document, (*key, "twist_along"), problem))
-        named = [row[4] for row in segment.spheres if len(row) > 4]
-        for twice in sorted({label for label in named if named.count(label) > 1}):
-            faults.append(fail(document, (*key, "spheres"), f"two spheres are named {twice!r}"))
-        faults += _blend_faults(document, file, name)
-        if problem := _direction_problem(segment):
-            faults.append(fail(document, (*key, "directions"), problem))
+    problems = [
+        *(problem for name in file.segments for problem in _segment_problems(file, name)),
+        *_number_problems(file),
+        *_joint_sphere_problems(file),
+    ]
+    faults = [fail(document, key, what) for key, what in problems]
+    return faults + _allowance_faults(document, file)
+
+
+def _segment_problems(file: BodyFile, name: str) -> Iterator[_Problem]:
+    """What is wrong with the twist, the spheres and the directions of a segment, and where."""
+    segment = file.segments[name]
+    key = ("segments", name)
+    if problem := _twist_problem(file, name):
+        yield (*key, "twist_along"), problem
+    named = [row[4] for row in segment.spheres if len(row) > 4]
+    for twice in sorted({label for label in named if named.count(label) > 1}):
+        yield (*key, "spheres"), f"two spheres are named {twice!r}"
+    yield from _blend_problems(file, name)
+    if problem := _direction_problem(segment):
+        yield (*key, "directions"), problem
+
+
+def _number_problems(file: BodyFile) -> Iterator[_Problem]:
+    """A body without spheres, and numbers that two segments or two joints have, and where."""
     if not any(segment.spheres for segment in file.segments.values()):
-        faults.append(
-            fail(document, ("segments",), "a body is made of spheres; none of its segments has one")
-        )
+        yield ("segments",), "a body is made of spheres; none of its segments has one"
+    entries: Mapping[str, SegmentFile | JointFile]
     for kind, entries in (("segments", file.segments), ("joints", file.joints)):
         numbers: dict[int, str] = {}
         for name, entry in entries.items():
             if entry.number in numbers:
                 what = f"number {entry.number} is taken by {numbers[entry.number]!r}"
-                faults.append(fail(document, (kind, name, "number"), what))
+                yield (kind, name, "number"), what
             numbers.setdefault(entry.number, name)
-    faults += [
-        line
-        for name, joint in file.joints.items()
-        for line in _joint_sphere(document, file, (name, joint))
-    ]
-    faults += _allowance_faults(document, file)
-    return faults
 
 
 def _allowance_faults(document: Document, file: BodyFile) -> list[str]:
@@ -112,84 +124,84 @@ def _allowance_faults(document: Document, file: BodyFile) -> list[str]:
     seen = dict[frozenset[str], int]()
     words = {segment.name: name for name, segment in file.segments.items()}
     for row, allowance in enumerate(file.allowances):
-        pair = frozenset(allowance.between)
-        if pair in seen:
-            before = document.where(("allowances", seen[pair])).removeprefix(f"{document.file}:")
-            what = f"{' and '.join(allowance.between)} have an allowance already, at {before}; one for each pair"
-            faults.append(fail(document, ("allowances", row), what))
-        seen.setdefault(pair, row)
-        for end, segment_name in enumerate(allowance.between):
-            if segment_name not in file.segments:
-                what = f"unknown segment {segment_name!r}; {one_of(segment_name, file.segments, words=words)}"
-                faults.append(fail(document, ("allowances", row, "between", end), what))
+        key = ("allowances", row)
+        between = allowance.between
+        first = seen.setdefault(frozenset(between), row)
+        if first != row:
+            before = document.where(("allowances", first)).removeprefix(f"{document.file}:")
+            what = f"{' and '.join(between)} have an allowance already, at {before}; "
+            faults.append(fail(document, key, what + "one for each pair"))
+        for end, name in enumerate(between):
+            if name not in file.segments:
+                what = f"unknown segment {name!r}; {one_of(name, file.segments, words=words)}"
+                faults.append(fail(document, (*key, "between", end), what))
     return faults
 
 
-def _blend_faults(document: Document, file: BodyFile, name: str) -> list[str]:
-    """A sphere is there, and blended across one joint of its own segment."""
+def _blend_problems(file: BodyFile, name: str) -> Iterator[_Problem]:
+    """What is wrong with the blends of a segment: a sphere is there, and blended across one joint
+    of its own segment."""
     segment = file.segments[name]
     key = ("segments", name, "blend")
     near = [j for j, joint in file.joints.items() if name in joint.between]
-    faults = []
     taken = dict[int, str]()
     for joint, rows in segment.blend.items():
         if joint not in near:
             what = f"not a joint of {name} (got {joint!r}); {one_of(joint, near)}"
-            faults.append(fail(document, (*key, joint), what))
+            yield (*key, joint), what
         for row in rows:
+            sphere = int(row)
             where = (*key, joint, row)
-            if int(row) >= len(segment.spheres):
-                what = f"{name} has the spheres 0 to {len(segment.spheres) - 1} (got {row})"
-                faults.append(fail(document, where, what))
-            elif int(row) in taken:
-                what = (
-                    f"sphere {row} is blended across {taken[int(row)]} already; one joint a sphere"
-                )
-                faults.append(fail(document, where, what))
-            taken.setdefault(int(row), joint)
-    return faults
+            if sphere >= len(segment.spheres):
+                yield where, f"{name} has the spheres 0 to {len(segment.spheres) - 1} (got {row})"
+            elif sphere in taken:
+                what = f"sphere {row} is blended across {taken[sphere]} already; one joint a sphere"
+                yield where, what
+            taken.setdefault(sphere, joint)
 
 
 def _twist_problem(file: BodyFile, name: str) -> str:
-    """Twist is shared along the line from the proximal joint (the origin, at the stage) to a distal
-    one."""
+    """Why the twist of a segment cannot be shared, "" where it can: it is shared along the line
+    from the proximal joint (the origin, at the stage) to a distal one."""
     twist = file.segments[name].twist_along
     if twist is None:
         return ""
+    joints = file.joints.values()
     distal = [j for j, joint in file.joints.items() if joint.between[0] == name]
     if twist not in distal:
         return f"not a distal joint of {name} (got {twist!r}); {one_of(twist, distal)}"
-    proximal = [
-        joint.at[name]
-        for joint in file.joints.values()
-        if joint.between[1] == name and name in joint.at
-    ]
-    start = (proximal or [(0.0, 0.0, 0.0)])[0]
+    proximal = (j.at[name] for j in joints if j.between[1] == name and name in j.at)
+    start = next(proximal, (0.0, 0.0, 0.0))
     end = file.joints[twist].at.get(name)
     if end is not None and float(np.linalg.norm(np.subtract(start, end))) <= JOINT_SPHERE_TOLERANCE:
-        return f"joint {twist} lies where the proximal joint of {name} is: no line for the twist to be shared along"
+        return (
+            f"joint {twist} lies where the proximal joint of {name} is: no line for the twist to be "
+            "shared along"
+        )
     return ""
 
 
-def _joint_sphere(document: Document, file: BodyFile, entry: tuple[str, JointFile]) -> list[str]:
-    """The paper's rule: a sphere sits exactly at every joint, in at least one of the two
-    segments."""
-    name, joint = entry
-    if not set(joint.between) <= set(joint.at) & set(file.segments):
-        return []  # told already
-    nearest = np.inf
-    for segment in joint.between:
-        for row in file.segments[segment].spheres:
-            nearest = min(nearest, float(np.linalg.norm(np.subtract(row[:3], joint.at[segment]))))
-    if nearest <= JOINT_SPHERE_TOLERANCE:
-        return []
-    far = (
-        f"the nearest is {nearest * 1000:.1f} mm away"
-        if np.isfinite(nearest)
-        else "neither segment has spheres"
-    )
-    what = f"a sphere must sit exactly at the joint in {joint.between[0]} or {joint.between[1]} ({far})"
-    return [fail(document, ("joints", name, "at"), what)]
+def _joint_sphere_problems(file: BodyFile) -> Iterator[_Problem]:
+    """Joints without a sphere at them, and where. The paper's rule: a sphere sits exactly at every
+    joint, in at least one of the two segments."""
+    for name, joint in file.joints.items():
+        if not set(joint.between) <= set(joint.at) & set(file.segments):
+            continue  # reported with the tree
+        nearest = min(
+            (
+                float(np.linalg.norm(np.subtract(row[:3], joint.at[segment])))
+                for segment in joint.between
+                for row in file.segments[segment].spheres
+            ),
+            default=math.inf,
+        )
+        if nearest > JOINT_SPHERE_TOLERANCE:
+            far = "neither segment has spheres"
+            if math.isfinite(nearest):
+                far = f"the nearest is {nearest * 1000:.1f} mm away"
+            ends = " or ".join(joint.between)
+            what = f"a sphere must sit exactly at the joint in {ends} ({far})"
+            yield ("joints", name, "at"), what
 
 
 def _direction_problem(segment: SegmentFile) -> str:

@@ -15,7 +15,7 @@ from workbench.files.yaml_text import read_yaml
 from workbench.model.arrays import Floats
 from workbench.model.body import Body
 
-__all__ = ["FittedSegment", "fitted_text"]
+__all__ = ["FittedSegment", "SkeletonFile", "fitted_text"]
 
 _ALONE: dict[str, Any] = {
     "name": "body",
@@ -39,54 +39,68 @@ class FittedSegment:
     inside: float
 
 
+@dataclass(frozen=True, eq=False)
+class SkeletonFile:
+    """A body, and its file, whose segments, joints and stops a fitted body keeps."""
+
+    body: Body
+    file: Path
+
+
 def fitted_text(
     segments: Mapping[str, FittedSegment],
     *,
     name: str,
     description: str,
     source: str,
-    skeleton: tuple[Body, Path] | None = None,
+    skeleton: SkeletonFile | None = None,
 ) -> str:
-    """YAML text of a body. skeleton: the body, and its file, whose segments, joints and stops are
-    kept; without one there is one segment. Lengths in the skeleton's unit, to a thousandth of a
-    millimetre; errors rounded up."""
+    """Write a fitted body as YAML.
+
+    Lengths are in the skeleton's unit, to a thousandth of a millimetre; errors are rounded up.
+
+    Parameters
+    ----------
+    segments
+        The spheres of each segment.
+    name, description, source
+        Those of the new body.
+    skeleton
+        Whose segments and joints are kept; without one there is one segment.
+    """
     given: dict[str, Any] = {"length": "mm", "segments": dict.fromkeys(segments, _ALONE)}
     if skeleton is not None:
-        given = dict(read_yaml(skeleton[1]).value)
+        given = dict(read_yaml(skeleton.file).value)
     unit = metres_in[given["length"]]
-    lines = [
-        f"body: {_flow(name)}",
-        f"description: {_flow(description)}",
-        f"source: {_flow(source)}",
-    ]
-    lines += [f"{key}: {_flow(given[key])}" for key in (*_KEPT, "length") if key in given]
-    lines.append("segments:")
+    head: dict[str, Any] = {"body": name, "description": description, "source": source}
+    head |= {key: given[key] for key in (*_KEPT, "length") if key in given}
+    lines = [*(f"{key}: {_flow(item)}" for key, item in head.items()), "segments:"]
     for mnemonic, entry in given["segments"].items():
         lines += _segment(mnemonic, dict(entry), segments[mnemonic], unit)
     if skeleton is not None and given.get("joints"):
         lines.append("joints:")
-        lines += [
-            line
-            for joint, entry in given["joints"].items()
-            for line in _joint(skeleton[0], joint, entry, unit)
-        ]
-    for key in ("allowances",):
-        if given.get(key):
-            lines += [f"{key}:", *(f"  - {_flow(row)}" for row in given[key])]
+        for joint, entry in given["joints"].items():
+            lines += _joint(skeleton.body, joint, entry, unit)
+    if given.get("allowances"):
+        lines += ["allowances:", *(f"  - {_flow(row)}" for row in given["allowances"])]
     return "\n".join(lines) + "\n"
 
 
 def _segment(mnemonic: str, entry: dict[str, Any], fitted: FittedSegment, unit: float) -> list[str]:
-    for key in ("spheres", "blend"):
-        entry.pop(key, None)
-    entry["mass"] = round(fitted.mass, 4)
-    entry["fit_error"] = {"outside": _up(fitted.outside, unit), "inside": _up(fitted.inside, unit)}
-    lines = [f"  {_flow(mnemonic)}:", *(f"    {key}: {_flow(item)}" for key, item in entry.items())]
-    lines.append("    spheres:")
-    for k, (centre, radius) in enumerate(zip(fitted.centre, fitted.radius, strict=True)):
-        row = [*_numbers(centre, unit), *_numbers([radius], unit), *fitted.names.get(k, ())]
-        lines.append(f"      - {_flow(row)}")
-    return lines
+    """A segment of the skeleton with the mass, fit error and spheres found for it."""
+    items = {key: item for key, item in entry.items() if key not in ("spheres", "blend")}
+    items["mass"] = round(fitted.mass, 4)
+    items["fit_error"] = {"outside": _up(fitted.outside, unit), "inside": _up(fitted.inside, unit)}
+    spheres = [
+        [*_numbers([*centre, radius], unit), *fitted.names.get(k, ())]
+        for k, (centre, radius) in enumerate(zip(fitted.centre, fitted.radius, strict=True))
+    ]
+    return [
+        f"  {_flow(mnemonic)}:",
+        *(f"    {key}: {_flow(item)}" for key, item in items.items()),
+        "    spheres:",
+        *(f"      - {_flow(row)}" for row in spheres),
+    ]
 
 
 def _joint(body: Body, joint: str, entry: dict[str, Any], unit: float) -> list[str]:

@@ -24,42 +24,54 @@ DIGITS = 3
 def body_text(
     body: Body, origin: Path, *, name: str, description: str, folder: Path | None = None
 ) -> str:
-    """YAML text of a body with the segments and joints of the body file `origin`; its spheres may
-    be others.
+    """Write a body with the segments and joints of a body file as YAML.
 
-    folder: where the file will lie, the origin's own where None: what the origin names beside
-    itself is named from there, unless it is among the bodies that come along. Lengths in the unit
-    of that file, to 3 decimals; a sphere at a joint is written with the joint's own numbers.
+    Lengths are in the unit of that file, to 3 decimals; a sphere at a joint is written with the
+    joint's own numbers.
+
+    Parameters
+    ----------
+    body
+        The body of one size; its spheres may be others than those of the origin.
+    origin
+        The body file.
+    name, description
+        Those of the new body.
+    folder
+        Where the file will lie, the origin's own folder where None. What the origin names beside
+        itself is named from there, unless it is among the bodies that come along.
     """
     check_one(body)
     value = dict(read_yaml(origin).value)
     unit = metres_in[value["length"]]
-    lines = [f"body: {_flow(name)}", f"description: {_flow(description)}"]
-    lines += [
-        f"{key}: {_flow(value[key])}" for key in ("source", "licence", "length") if key in value
-    ]
+    head: dict[str, Any] = {"body": name, "description": description}
+    head |= {key: value[key] for key in ("source", "licence", "length") if key in value}
     if "postures" in value:
-        lines.append(f"postures: {_flow(_named(str(value['postures']), origin, folder))}")
+        head["postures"] = _named(str(value["postures"]), origin, folder)
     if body.basis is not None:
-        named = _named(str(value.get("basis", body.basis.name)), origin, folder)
-        lines.append(f"basis: {_flow(named)}")
-        lines.append(f"basis_at: {_flow([round(float(z), 6) + 0.0 for z in body.basis_at[0]])}")
-    lines.append("segments:")
+        head["basis"] = _named(str(value.get("basis", body.basis.name)), origin, folder)
+        head["basis_at"] = [round(float(z), 6) + 0.0 for z in body.basis_at[0]]
+    lines = [*(f"{key}: {_flow(item)}" for key, item in head.items()), "segments:"]
     for segment, entry in value["segments"].items():
-        lines += _segment(body, (segment, dict(entry)), unit)
+        lines += _segment(body, segment, entry, unit)
     if value.get("joints"):
         lines.append("joints:")
     for joint, entry in value.get("joints", {}).items():
-        j = body.joint(joint)
-        parent, child = entry["between"]
-        at = {
-            parent: _numbers(body.joint_in_parent[0, j], unit),
-            child: _numbers(body.joint_in_child[0, j], unit),
-        }
-        lines.append(f"  {_flow(joint)}:")
-        lines += [f"    {key}: {_flow(at if key == 'at' else item)}" for key, item in entry.items()]
+        lines += _joint(body, joint, entry, unit)
     lines += ["allowances:", *_allowances(body, unit)]
     return "\n".join(lines) + "\n"
+
+
+def _joint(body: Body, joint: str, entry: dict[str, Any], unit: float) -> list[str]:
+    """A joint of the origin with the coordinates of the body."""
+    j = body.joint(joint)
+    parent, child = entry["between"]
+    at = {
+        parent: _numbers(body.joint_in_parent[0, j], unit),
+        child: _numbers(body.joint_in_child[0, j], unit),
+    }
+    items = {key: at if key == "at" else item for key, item in entry.items()}
+    return [f"  {_flow(joint)}:", *(f"    {key}: {_flow(item)}" for key, item in items.items())]
 
 
 def _named(name: str, origin: Path, folder: Path | None) -> str:
@@ -75,22 +87,21 @@ def _named(name: str, origin: Path, folder: Path | None) -> str:
     return Path(os.path.relpath(beside.resolve(), folder.resolve())).as_posix()
 
 
-def _segment(body: Body, entry: tuple[str, dict[str, Any]], unit: float) -> list[str]:
-    name, given = entry
+def _segment(body: Body, name: str, entry: dict[str, Any], unit: float) -> list[str]:
+    """A segment of the origin with the mass, fit error, blends and spheres of the body."""
     n = body.segment(name)
-    given = {
-        key: item for key, item in given.items() if key not in ("spheres", "blend", "fit_error")
-    }
+    replaced = ("spheres", "blend", "fit_error")
+    given = {key: item for key, item in entry.items() if key not in replaced}
     given["mass"] = round(float(body.mass[0, n]), 4)
-    outside, inside = (round(float(v) / unit, DIGITS) for v in body.fit_error[0, n])
     if not np.isnan(body.fit_error[0, n]).any():
+        outside, inside = (round(float(v) / unit, DIGITS) for v in body.fit_error[0, n])
         given["fit_error"] = {"outside": outside, "inside": inside}
     if blend := _blend(body, n):
         given["blend"] = blend
-    lines = [f"  {_flow(name)}:", *(f"    {key}: {_flow(item)}" for key, item in given.items())]
     rows = range(body.start[n], body.start[n + 1])
     return [
-        *lines,
+        f"  {_flow(name)}:",
+        *(f"    {key}: {_flow(item)}" for key, item in given.items()),
         "    spheres:" if rows else "    spheres: []",
         *(f"      - {_sphere(body, s, unit)}" for s in rows),
     ]

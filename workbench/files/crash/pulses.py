@@ -9,6 +9,7 @@ import numpy as np
 
 from workbench.errors import InputError
 from workbench.files.motions.number_rows import Clock, number_rows, numbered_lines
+from workbench.model.arrays import Floats, Ints
 from workbench.model.pulse import STANDARD_GRAVITY, Pulse, table_pulse
 
 __all__ = ["read_pulse"]
@@ -20,10 +21,15 @@ _SMALL = 0.01
 
 
 def read_pulse(path: Path, *, start: float = 0.0) -> Pulse:
-    """A table `time [ms], acceleration [g]` (or [s], [m/s2]; lines with # are left out) as a pulse.
+    """Read a table `time [ms], acceleration [g]` (or [s], [m/s2]) as a pulse.
 
-    InputError with the line where a value is no finite number or time goes back, and where the
-    pulse does not begin and end at 0 (within 1 % of its peak).
+    Lines with # are left out.
+
+    Raises
+    ------
+    InputError
+        With the line where a value is no finite number or time goes back, and where the pulse does
+        not begin and end at 0 (within 1 % of its peak).
     """
     lines = (
         (n, line)
@@ -31,31 +37,37 @@ def read_pulse(path: Path, *, start: float = 0.0) -> Pulse:
         if line.strip() and not line.lstrip().startswith("#")
     )
     number, head = next(lines, (1, ""))
-    scale = [
-        _unit(path, number, word.strip(), name)
-        for word, name in zip([*head.split(","), "", ""][:2], _UNITS, strict=True)
-    ]
+    words = [word.strip() for word in [*head.split(","), "", ""][:2]]
+    seconds, metres = (
+        _unit(path, number, word, name) for word, name in zip(words, _UNITS, strict=True)
+    )
     rows = ((n, [word.strip() for word in line.split(",")]) for n, line in lines)
     values, _, numbers = number_rows(path, rows, 2, rows=list(_UNITS), clock=Clock(None, 1.0))
     if len(values) < 3:
         raise InputError(f"{path}: a pulse needs 3 samples or more, got {len(values)}")
-    time = values[:, 0] * scale[0]
-    level = values[:, 1] * scale[1]
-    back = np.flatnonzero(np.diff(time) <= 0)
-    if len(back):
-        raise InputError(
-            f"{path}, line {numbers[int(back[0]) + 1]}: time goes back or stands still, from "
-            f"{values[back[0], 0]:g} to {values[back[0] + 1, 0]:g}"
-        )
+    _check_time(path, values[:, 0], numbers)
+    time = values[:, 0] * seconds
+    level = values[:, 1] * metres
     most = np.abs(level).max()
     for which, k in (("begin", 0), ("end", -1)):
         if abs(level[k]) > _SMALL * most:
-            unit = re.sub(r".*\[|\].*", "", head.split(",")[1])
+            unit = re.sub(r".*\[|\].*", "", words[1])
             raise InputError(
                 f"{path}, line {numbers[k]}: the pulse does not {which} at 0: {values[k, 1]:g} {unit} at "
                 f"{1000 * time[k]:g} ms; give it whole"
             )
     return table_pulse(time, level, start=start)
+
+
+def _check_time(path: Path, time: Floats, numbers: Ints) -> None:
+    """Raise where the time (T,) of a table does not rise. numbers: the line of each sample."""
+    back = np.flatnonzero(np.diff(time) <= 0)
+    if len(back):
+        k = int(back[0])
+        raise InputError(
+            f"{path}, line {numbers[k + 1]}: time goes back or stands still, from "
+            f"{time[k]:g} to {time[k + 1]:g}"
+        )
 
 
 def _unit(path: Path, number: int, word: str, name: str) -> float:

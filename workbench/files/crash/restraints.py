@@ -73,33 +73,55 @@ def pulse_of(file: PulseFile, folder: Path) -> Pulse:
 def belt_faults(
     document: Document,
     belts: Sequence[BeltFile],
-    known: tuple[Body, Iterable[str], Iterable[str]],
-    where: tuple[str | int, ...] = ("belts",),
+    body: Body,
+    *,
+    anchors: Iterable[str],
+    taken: Iterable[str],
+    key: tuple[str | int, ...] = ("belts",),
 ) -> list[str]:
-    """What is wrong with the belts: known are the body, the names of anchors, and those of parts
-    already taken."""
-    body, anchors, taken = known
+    """Faults of belts: names that are taken, and points that nothing holds.
+
+    Parameters
+    ----------
+    document, belts
+        The file, and the belts in it.
+    body
+        The occupant, to whose segments points of the routes belong.
+    anchors
+        The names of the points that a route may go through.
+    taken
+        The names of parts, which no belt may have.
+    key
+        Where the belts stand in the file.
+    """
     faults = []
     names = list(anchors)
     seen = set(taken)
     for row, belt in enumerate(belts):
         if belt.name in seen:
-            faults.append(
-                fail(document, (*where, row, "name"), f"something is named {belt.name!r} already")
-            )
+            what = f"something is named {belt.name!r} already"
+            faults.append(fail(document, (*key, row, "name"), what))
         seen.add(belt.name)
         for place, point in enumerate(belt.route):
-            key = (*where, row, "route", place)
-            if isinstance(point, str) and point not in names:
-                faults.append(fail(document, key, f"no anchor {point!r}; {one_of(point, names)}"))
-            if not isinstance(point, BeltPointFile):
-                continue
-            if point.segment not in body.segments:
-                what = f"body {body.name} has no segment {point.segment!r}; {one_of(point.segment, body.segments)}"
-                faults.append(fail(document, (*key, "segment"), what))
-            elif not any(point.at):
-                faults.append(fail(document, (*key, "at"), "the segment's origin is on no surface"))
+            where = (*key, row, "route", place)
+            if isinstance(point, BeltPointFile):
+                faults += _belt_point_faults(document, where, point, body)
+            elif isinstance(point, str) and point not in names:
+                faults.append(fail(document, where, f"no anchor {point!r}; {one_of(point, names)}"))
     return faults
+
+
+def _belt_point_faults(
+    document: Document, key: tuple[str | int, ...], point: BeltPointFile, body: Body
+) -> list[str]:
+    """Report a point on no segment of the body, or without a way from the segment's origin."""
+    if point.segment not in body.segments:
+        hint = one_of(point.segment, body.segments)
+        what = f"body {body.name} has no segment {point.segment!r}; {hint}"
+        return [fail(document, (*key, "segment"), what)]
+    if not any(point.at):
+        return [fail(document, (*key, "at"), "the segment's origin is on no surface")]
+    return []
 
 
 def belts_of(
@@ -146,21 +168,20 @@ def surface_point(body: Body, segment: int, toward: Floats) -> Floats:
 def contact_faults(
     document: Document,
     rows: Iterable[tuple[tuple[str | int, ...], ContactFile]],
-    known: tuple[Body, Sequence[str]],
+    body: Body,
+    parts: Sequence[str],
 ) -> list[str]:
     """Names of segments and parts in force laws, given with their keys, that nothing is called."""
-    body, parts = known
-    faults = []
-    for key, rule in rows:
+    return [
+        fail(document, (*key, field, place), f"nothing is called {name!r}; {one_of(name, valid)}")
+        for key, rule in rows
         for field, names, valid in (
             ("parts", rule.parts, parts),
             ("segments", rule.segments or [], body.segments),
-        ):
-            for place, name in enumerate(names):
-                if not any(matches(name, k) for k in valid):
-                    what = f"nothing is called {name!r}; {one_of(name, valid)}"
-                    faults.append(fail(document, (*key, field, place), what))
-    return faults
+        )
+        for place, name in enumerate(names)
+        if not any(matches(name, each) for each in valid)
+    ]
 
 
 def rules_of(
@@ -215,18 +236,23 @@ def airbag_part(bag: Airbag) -> RawPart:
     rise = np.linspace(0, np.pi, _RINGS + 1)[1:-1]
     ring = [[(np.sin(a) * np.cos(t), np.sin(a) * np.sin(t), np.cos(a)) for t in turn] for a in rise]
     unit = np.concatenate([[(0.0, 0.0, 1.0)], np.array(ring).reshape(-1, 3), [(0.0, 0.0, -1.0)]])
+    scaled = unit * np.array(bag.half_axes)
+    placed = scaled @ attitude_matrix(pitch=bag.pitch).T + np.array(bag.centre)
+    if not np.isfinite(placed).all():
+        raise InputError(f"airbag {bag.name}: its size must be finite")
+    return RawPart(bag.name, placed, np.array(_globe_faces(len(rise)), dtype=np.int64))
+
+
+def _globe_faces(rings: int) -> list[tuple[int, int, int]]:
+    """Triangles of a globe: vertex 0 is its top, then `rings` rings of slices follow, its bottom is
+    the last."""
+    last = rings * _SLICES + 1
     faces = []
-    last = len(unit) - 1
     for s in range(_SLICES):
         t = (s + 1) % _SLICES
         faces += [(0, 1 + s, 1 + t), (last, last - _SLICES + t, last - _SLICES + s)]
-        for r in range(len(rise) - 1):
+        for r in range(rings - 1):
             a = 1 + r * _SLICES
-            b = 1 + (r + 1) * _SLICES
+            b = a + _SLICES
             faces += [(a + s, b + s, b + t), (a + s, b + t, a + t)]
-    placed = (unit * np.array(bag.half_axes)) @ attitude_matrix(pitch=bag.pitch).T + np.array(
-        bag.centre
-    )
-    if not np.isfinite(placed).all():
-        raise InputError(f"airbag {bag.name}: its size must be finite")
-    return RawPart(bag.name, placed, np.array(faces, dtype=np.int64))
+    return faces

@@ -3,8 +3,8 @@ them."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -29,7 +29,7 @@ from workbench.files.postures import flat_angles, load_postures, posture_path, p
 from workbench.files.schema import fail, validate
 from workbench.files.yaml_text import Document, read_yaml
 from workbench.model.body import Body, segment_words
-from workbench.model.environment import Allowance, Environment
+from workbench.model.environment import Allowance, Environment, Seat
 from workbench.model.joined import joined
 from workbench.model.poses import Poses
 from workbench.model.pulse import Pulse
@@ -66,42 +66,20 @@ def load_simulation(source: str | Path, *, near: Path | None = None) -> Simulati
     """Load a simulation by catalogue name or path. InputError lists every fault with its line."""
     path = simulation_path(source, near=near)
     document = read_yaml(path)
-    file = validate(document, SimulationFile)
-    inputs = {"simulation": path}
-    faults = list[str]()
-    environment, body = _loaded(document, file, (inputs, faults))
-    pulse = _pulse(document, file, (inputs, faults))
+    work = _Work(document, validate(document, SimulationFile), {"simulation": path})
+    environment = _environment(work)
+    body = _body(work)
+    pulse = _pulse(work)
     if environment is None or body is None:
-        raise InputError(faults)
-    faults += airbag_faults(document, file.airbags, environment.parts)
-    anchors = {**environment.points, **file.anchors}
-    parts = [*environment.parts, *(bag.name for bag in file.airbags)]
-    faults += belt_faults(document, file.belts, (body, anchors, parts))
-    laws = [(("contact", row), rule) for row, rule in enumerate(file.contact)]
-    faults += contact_faults(document, laws, (body, parts))
-    faults += _joint_faults(document, file, body) + _place_faults(
-        document, file, (environment, body)
-    )
-    poses, more = _poses(document, file, (body, inputs))
-    faults += more
-    if faults or pulse is None or poses is None:
-        raise InputError(faults)
-    environment = with_airbags(environment, airbags_of(file.airbags))
-    joints = tuple(
-        JointRule(tuple(body.joint(j) for j in row.joints), row.stiffness, row.damping)
-        for row in file.joints
-    )
-    return SimulationPlan(
-        file,
-        environment,
-        body,
-        poses,
-        pulse,
-        belts_of(file.belts, body, anchors),
-        rules_of(file.contact, body, environment),
-        joints,
-        inputs,
-    )
+        raise InputError(work.faults)
+    anchors = {**environment.points, **work.file.anchors}
+    _restraint_faults(work, environment, body, anchors)
+    _joint_faults(work, body)
+    _place_faults(work, environment, body)
+    poses = _poses(work, body)
+    if work.faults or pulse is None or poses is None:
+        raise InputError(work.faults)
+    return _plan(work, with_airbags(environment, airbags_of(work.file.airbags)), body, poses, pulse)
 
 
 def with_airbags(environment: Environment, bags: Sequence[Airbag]) -> Environment:
@@ -118,112 +96,171 @@ def with_airbags(environment: Environment, bags: Sequence[Airbag]) -> Environmen
     )
 
 
-Work = tuple[dict[str, Path], list[str]]
+@dataclass(frozen=True)
+class _Work:
+    """A simulation file that is being read.
+
+    inputs: the files it names, by role; faults: the lines of what is wrong so far.
+    """
+
+    document: Document
+    file: SimulationFile
+    inputs: dict[str, Path]
+    faults: list[str] = field(default_factory=list)
+
+    def fault(self, key: tuple[str | int, ...], what: str) -> None:
+        """Report a fault of the value at a key."""
+        self.faults.append(fail(self.document, key, what))
+
+    def errors(self, key: tuple[str | int, ...], error: InputError) -> None:
+        """Report the faults of something that is named at a key."""
+        for problem in error.problems:
+            self.fault(key, problem)
+
+    @property
+    def near(self) -> Path:
+        """The folder beside which the catalogue is: that of studies/, not of studies/simulations."""
+        folder = Path(self.document.file).parent
+        return folder.parent if folder.name == _FOLDER else folder
 
 
-def _loaded(
-    document: Document, file: SimulationFile, work: Work
-) -> tuple[Environment | None, Body | None]:
-    inputs, faults = work
-    near = Path(document.file).parent
-    near = (
-        near.parent if near.name == _FOLDER else near
-    )  # the catalogue is beside studies/, not beside this folder
-    environment = body = None
+def _environment(work: _Work) -> Environment | None:
+    """The environment that the file names; None, and its faults, where it cannot be loaded."""
+    name = work.file.environment
     try:
-        source = find("environments", file.environment, "environment.yaml", near=near)
+        source = find("environments", name, "environment.yaml", near=work.near)
         environment = load_environment(source)
-        inputs |= {
-            f"environment: {p.relative_to(source.parent)}": p for p in environment_files(source)
-        }
     except InputError as error:
-        faults += [fail(document, ("environment",), problem) for problem in error.problems]
-    try:
-        where = body_path(file.body, near=near)
-        body = load_body(where)
-        inputs["body"] = where
-    except InputError as error:
-        faults += [fail(document, ("body",), problem) for problem in error.problems]
-    return environment, body
+        work.errors(("environment",), error)
+        return None
+    for path in environment_files(source):
+        work.inputs[f"environment: {path.relative_to(source.parent)}"] = path
+    return environment
 
 
-def _pulse(document: Document, file: SimulationFile, work: Work) -> Pulse | None:
-    inputs, faults = work
-    folder = Path(document.file).parent
-    if file.pulse.file is not None:
-        inputs["pulse"] = folder / file.pulse.file
+def _body(work: _Work) -> Body | None:
+    """The body that the file names; None, and its faults, where it cannot be loaded."""
     try:
-        return pulse_of(file.pulse, folder)
+        source = body_path(work.file.body, near=work.near)
+        body = load_body(source)
     except InputError as error:
-        faults += [fail(document, ("pulse",), problem) for problem in error.problems]
+        work.errors(("body",), error)
+        return None
+    work.inputs["body"] = source
+    return body
+
+
+def _pulse(work: _Work) -> Pulse | None:
+    """The pulse of the file; None, and its faults, where its table cannot be read."""
+    file = work.file.pulse
+    folder = Path(work.document.file).parent
+    if file.file is not None:
+        work.inputs["pulse"] = folder / file.file
+    try:
+        return pulse_of(file, folder)
+    except InputError as error:
+        work.errors(("pulse",), error)
         return None
 
 
-def _joint_faults(document: Document, file: SimulationFile, body: Body) -> list[str]:
-    named = [
+def _restraint_faults(
+    work: _Work, environment: Environment, body: Body, anchors: Iterable[str]
+) -> None:
+    """Report faults of airbags, belts and contact laws."""
+    document = work.document
+    file = work.file
+    parts = [*environment.parts, *(bag.name for bag in file.airbags)]
+    laws = [(("contact", row), rule) for row, rule in enumerate(file.contact)]
+    work.faults.extend(airbag_faults(document, file.airbags, environment.parts))
+    work.faults.extend(belt_faults(document, file.belts, body, anchors=anchors, taken=parts))
+    work.faults.extend(contact_faults(document, laws, body, parts))
+
+
+def _joint_faults(work: _Work, body: Body) -> None:
+    """Report joints that the body has not."""
+    named: list[tuple[tuple[str | int, ...], str]] = [
         (("joints", row, "joints", place), name)
-        for row, rule in enumerate(file.joints)
+        for row, rule in enumerate(work.file.joints)
         for place, name in enumerate(rule.joints)
     ]
-    named += [(("relaxed", place), name) for place, name in enumerate(file.relaxed)]  # type: ignore[misc]
-    return [
-        fail(document, key, f"body {body.name} has no joint {name!r}; {one_of(name, body.joints)}")
-        for key, name in named
-        if name not in body.joints
-    ]
+    named += [(("relaxed", place), name) for place, name in enumerate(work.file.relaxed)]
+    for key, name in named:
+        if name not in body.joints:
+            what = f"body {body.name} has no joint {name!r}; {one_of(name, body.joints)}"
+            work.fault(key, what)
 
 
-def _place_faults(
-    document: Document, file: SimulationFile, known: tuple[Environment, Body]
-) -> list[str]:
-    environment, body = known
+def _place_faults(work: _Work, environment: Environment, body: Body) -> None:
+    """Report a segment or a seat that is not there, and a seat moved beyond its travel."""
+    file = work.file
     if file.at is not None and file.at.segment not in body.segments:
         hint = one_of(file.at.segment, body.segments, words=segment_words(body))
-        return [fail(document, ("at", "segment"), f"unknown segment {file.at.segment!r}; {hint}")]
-    if file.seat is None:
-        return []
-    seats = {seat.name: seat for seat in environment.seats}
-    if file.seat not in seats:
-        return [
-            fail(
-                document,
-                ("seat",),
-                f"environment {environment.name} has no seat {file.seat!r}; "
-                f"{one_of(file.seat, seats)}",
-            )
-        ]
-    faults = []
-    seat = seats[file.seat]
+        work.fault(("at", "segment"), f"unknown segment {file.at.segment!r}; {hint}")
+    elif file.seat is not None:
+        seats = {seat.name: seat for seat in environment.seats}
+        if file.seat in seats:
+            _travel_faults(work, seats[file.seat])
+        else:
+            what = f"environment {environment.name} has no seat {file.seat!r}; "
+            work.fault(("seat",), what + one_of(file.seat, seats))
+
+
+def _travel_faults(work: _Work, seat: Seat) -> None:
+    """Report a seat that is moved beyond its travel."""
     for way, (low, high) in (("forward", seat.travel_forward), ("up", seat.travel_up)):
-        value = getattr(file.adjust, way, 0.0)
+        value = getattr(work.file.adjust, way, 0.0)
         if not low - 1e-9 <= value <= high + 1e-9:
             what = f"beyond the travel of seat {seat.name}, {1000 * low:g} to {1000 * high:g} mm"
-            faults.append(fail(document, ("adjust", way), f"{what} (got {1000 * value:g} mm)"))
-    return faults
+            work.fault(("adjust", way), f"{what} (got {1000 * value:g} mm)")
 
 
-def _poses(
-    document: Document, file: SimulationFile, known: tuple[Body, dict[str, Path]]
-) -> tuple[Poses | None, list[str]]:
-    """The posture, at `at` where that is given, and what is wrong with it."""
-    body, inputs = known
-    path = posture_path(inputs["body"])
+def _poses(work: _Work, body: Body) -> Poses | None:
+    """The posture, at `at` where that is given; None, and its faults, where it has any."""
+    file = work.file
+    path = posture_path(work.inputs["body"])
     if path is None:
-        return None, [fail(document, ("posture",), f"body {body.name} names no postures file")]
+        work.fault(("posture",), f"body {body.name} names no postures file")
+        return None
     postures, _ = load_postures(path, body)
-    inputs["postures"] = path
-    faults = [
-        fail(document, ("angles", *key), what) for key, what in flat_angles(body, file.angles)[1]
-    ]
+    work.inputs["postures"] = path
+    before = len(work.faults)
+    for key, what in flat_angles(body, file.angles)[1]:
+        work.fault(("angles", *key), what)
     if file.posture not in postures.postures:
         what = f"no posture {file.posture!r}; {one_of(file.posture, postures.postures)}"
-        faults.append(fail(document, ("posture",), what))
-    if faults:
-        return None, faults
+        work.fault(("posture",), what)
+    if len(work.faults) > before:
+        return None
     attitude = file.at.attitude if file.at else None
     poses = posture_pose(body, postures, file.posture, more=file.angles, attitude=attitude)
+    return _placed(poses, file, body)
+
+
+def _placed(poses: Poses, file: SimulationFile, body: Body) -> Poses:
+    """The poses with the segment that the file names at its place."""
     if file.at is None or file.at.segment not in body.segments:
-        return poses, []
+        return poses
     world = poses.world_from_reference.copy()
     world[:, :, 3] = file.at.position
-    return Poses(poses.rotations, body.segment(file.at.segment), world), []
+    return Poses(poses.rotations, body.segment(file.at.segment), world)
+
+
+def _plan(
+    work: _Work, environment: Environment, body: Body, poses: Poses, pulse: Pulse
+) -> SimulationPlan:
+    """The simulation of a file without faults, in an environment that has its airbags."""
+    file = work.file
+    return SimulationPlan(
+        file=file,
+        environment=environment,
+        body=body,
+        poses=poses,
+        pulse=pulse,
+        belts=belts_of(file.belts, body, {**environment.points, **file.anchors}),
+        rules=rules_of(file.contact, body, environment),
+        joints=tuple(
+            JointRule(tuple(body.joint(j) for j in row.joints), row.stiffness, row.damping)
+            for row in file.joints
+        ),
+        inputs=work.inputs,
+    )

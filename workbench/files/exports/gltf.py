@@ -97,17 +97,28 @@ def glb_bytes(
     pose: int = 0,
     times: Floats | None = None,
 ) -> bytes:
-    """A .glb file of one pose of every figure, or with times (P,) [s], rising, of all poses as an
-    animation.
+    """Make a .glb file of one pose of every figure, or of all poses as an animation.
 
-    Every figure then has P poses. InputError for times that do not rise, or a pose that is not
-    finite.
+    Parameters
+    ----------
+    figures
+        The bodies; with times each has P poses.
+    environment
+        What stands around them.
+    pose
+        The index of the one pose.
+    times
+        (P,) [s], rising: those of the poses of an animation.
+
+    Raises
+    ------
+    InputError
+        For times that do not rise, or a pose that is not finite.
     """
     file = _File()
     channels = _Channels()
-    top = [
-        _figure(file, figure, pose, channels if times is not None else None) for figure in figures
-    ]
+    moving = channels if times is not None else None
+    top = [_figure(file, figure, pose, moving) for figure in figures]
     if environment is not None:
         top.append(_environment(file, environment))
     root = file.add("nodes", {"name": "workbench", "rotation": list(_UPRIGHT), "children": top})
@@ -117,9 +128,8 @@ def glb_bytes(
         "scenes": [{"nodes": [root]}],
     }
     if times is not None:
-        document["animations"] = [_animation(file, channels, _checked_times(figures, times))]
-        if not document["animations"][0]["channels"]:
-            del document["animations"]
+        animation = _animation(file, channels, _checked_times(figures, times))
+        document |= {"animations": [animation]} if animation["channels"] else {}
     document |= {key: rows for key, rows in file.json.items() if rows}
     if file.data:
         document["buffers"] = [{"byteLength": len(file.data)}]
@@ -127,13 +137,10 @@ def glb_bytes(
 
 
 def _checked_times(figures: Sequence[Figure], times: Floats) -> Floats:
+    """(P,) the times [s] since the first of them; InputError unless they rise, one a pose."""
     times = np.asarray(times, dtype=np.float64)
-    if (
-        times.ndim != 1
-        or not len(times)
-        or not np.all(np.isfinite(times))
-        or np.any(np.diff(times) <= 0.0)
-    ):
+    whole = times.ndim == 1 and len(times) and np.all(np.isfinite(times))
+    if not whole or np.any(np.diff(times) <= 0.0):
         raise InputError("glTF: the times of a motion must be finite and rise")
     for figure in figures:
         if len(figure.placed) != len(times):
@@ -151,39 +158,45 @@ class _Channels(list[tuple[int, str, Floats]]):
 def _figure(file: _File, figure: Figure, pose: int, moving: _Channels | None) -> int:
     """Nodes of a body; the number of its topmost one."""
     placed = figure.placed
-    body = figure.placed.body
     material = file.add("materials", _material(figure.name, (*figure.colour, 1.0)))
     ball = _ball(file, material)
     frames = slice(None) if moving is not None else slice(pose, pose + 1 or None)
-    world = placed.world_from_segment[frames]
     nodes: dict[int, int] = {}
     top: list[int] = []
-    for n in np.flatnonzero(placed.window):
-        if not np.all(np.isfinite(world[:, n])):
-            raise InputError(
-                f"glTF: {figure.name}: segment {body.segments[n]} is not at a finite place"
-            )
-        parent = int(body.parent[n])
-        local = world[:, n] if parent not in nodes else _relative(world[:, parent], world[:, n])
-        turns = _steady(from_matrices(local[:, :, :3])[:, [1, 2, 3, 0]])
-        node = {
+    for n in np.flatnonzero(placed.window).tolist():
+        parent = nodes.get(int(placed.body.parent[n]))
+        nodes[n] = _segment(file, figure, n, frames, parent is not None, moving)
+        (top if parent is None else file.json["nodes"][parent]["children"]).append(nodes[n])
+        file.json["nodes"][nodes[n]]["children"] = _spheres(file, figure, frames, n, ball, moving)
+    return file.add("nodes", {"name": figure.name, "children": top})
+
+
+def _segment(
+    file: _File, figure: Figure, n: int, frames: slice, hangs: bool, moving: _Channels | None
+) -> int:
+    """A node of segment n. hangs: whether it stands in the frame of its parent, else in the
+    world's."""
+    body = figure.placed.body
+    world = figure.placed.world_from_segment[frames]
+    if not np.all(np.isfinite(world[:, n])):
+        raise InputError(
+            f"glTF: {figure.name}: segment {body.segments[n]} is not at a finite place"
+        )
+    local = _relative(world[:, int(body.parent[n])], world[:, n]) if hangs else world[:, n]
+    turns = _steady(from_matrices(local[:, :, :3])[:, [1, 2, 3, 0]])
+    node = file.add(
+        "nodes",
+        {
             "name": body.segment_names[n],
             "translation": local[0, :, 3].tolist(),
             "rotation": turns[0].tolist(),
             "extras": {"segment": body.segments[n]},
             "children": [],
-        }
-        nodes[int(n)] = file.add("nodes", node)
-        (top if parent not in nodes else file.json["nodes"][nodes[parent]]["children"]).append(
-            nodes[int(n)]
-        )
-        if moving is not None:
-            moving += [
-                (nodes[int(n)], "rotation", turns),
-                (nodes[int(n)], "translation", local[:, :, 3]),
-            ]
-        node["children"] = _spheres(file, (figure, frames), int(n), ball, moving)
-    return file.add("nodes", {"name": figure.name, "children": top})
+        },
+    )
+    if moving is not None:
+        moving += [(node, "rotation", turns), (node, "translation", local[:, :, 3])]
+    return node
 
 
 def _relative(parent: Floats, child: Floats) -> Floats:
@@ -203,25 +216,27 @@ def _steady(turns: Floats) -> Floats:
 
 
 def _spheres(
-    file: _File, who: tuple[Figure, slice], n: int, ball: int, moving: _Channels | None
+    file: _File, figure: Figure, frames: slice, n: int, ball: int, moving: _Channels | None
 ) -> list[int]:
     """Nodes of the spheres of segment n, instances of one mesh."""
-    (figure, frames), body = who, who[0].placed.body
-    frame = figure.placed.world_from_segment[frames, n]
-    away = figure.placed.centres[frames, body.spheres(n)] - frame[:, None, :, 3]
+    placed = figure.placed
+    body = placed.body
+    frame = placed.world_from_segment[frames, n]
+    away = placed.centres[frames, body.spheres(n)] - frame[:, None, :, 3]
     local = np.einsum("pji,psj->psi", frame[:, :, :3], away)
+    person = placed.person[frames][0]
     found = []
     for k in range(local.shape[1]):
         sphere = int(body.start[n]) + k
-        name = body.sphere_names[sphere] or f"{body.segments[n]} {k}"
-        size = [float(body.radius[figure.placed.person[frames][0], sphere])] * 3
-        node = file.add(
-            "nodes",
-            {"name": name, "mesh": ball, "translation": local[0, k].tolist(), "scale": size},
-        )
+        entry = {
+            "name": body.sphere_names[sphere] or f"{body.segments[n]} {k}",
+            "mesh": ball,
+            "translation": local[0, k].tolist(),
+            "scale": [float(body.radius[person, sphere])] * 3,
+        }
+        found.append(file.add("nodes", entry))
         if moving is not None:
-            moving.append((node, "translation", local[:, k]))
-        found.append(node)
+            moving.append((found[-1], "translation", local[:, k]))
     return found
 
 
@@ -267,68 +282,64 @@ def _ball(file: _File, material: int) -> int:
 
 
 def _icosphere(halvings: int) -> tuple[Floats, NDArray[np.int64]]:
+    """Corners (V, 3) and faces (F, 3) of an icosahedron whose edges are halved so many times, on
+    the unit sphere."""
+    points, faces = _icosahedron()
+    for _ in range(halvings):
+        points, faces = _halved(points, faces)
+    return points / np.linalg.norm(points, axis=1, keepdims=True), faces
+
+
+def _icosahedron() -> tuple[Floats, NDArray[np.int64]]:
+    """Corners (12, 3) and faces (20, 3), outward: its edges are 2 long, and no other two corners
+    are as near."""
     golden = (1.0 + 5.0**0.5) / 2.0
     signs = [(a, b * golden) for a in (-1.0, 1.0) for b in (-1.0, 1.0)]
     points = np.array([p for a, b in signs for p in ((0.0, a, b), (a, b, 0.0), (b, 0.0, a))])
     apart = np.linalg.norm(points[:, None] - points[None], axis=2)
     near = np.abs(apart - 2.0) < 1e-9
-    faces = np.array(
-        [
-            (i, j, k)
-            for i in range(12)
-            for j in range(i)
-            for k in range(j)
-            if near[i, j] and near[j, k] and near[i, k]
-        ]
+    triples = ((i, j, k) for i in range(12) for j in range(i) for k in range(j))
+    faces = np.array([(i, j, k) for i, j, k in triples if near[i, j] and near[j, k] and near[i, k]])
+    first, second, third = points[faces.T]
+    turn = np.einsum("fi,fi->f", first, np.cross(second, third))
+    return points, np.where(turn[:, None] < 0.0, faces[:, ::-1], faces)
+
+
+def _halved(points: Floats, faces: NDArray[np.int64]) -> tuple[Floats, NDArray[np.int64]]:
+    """Each triangle as four, with the middles of its edges as new corners."""
+    edges = np.sort(np.concatenate([faces[:, [k, (k + 1) % 3]] for k in range(3)]), axis=1)
+    unique, which = np.unique(edges, axis=0, return_inverse=True)
+    a, b, c = faces.T
+    ab, bc, ca = len(points) + which.reshape(3, -1)
+    fourth = ((a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca))
+    return (
+        np.concatenate([points, points[unique].mean(axis=1)]),
+        np.concatenate([np.stack(corners, axis=1) for corners in fourth]),
     )
-    turn = np.einsum(
-        "fi,fi->f", points[faces[:, 0]], np.cross(points[faces[:, 1]], points[faces[:, 2]])
-    )
-    faces = np.where(turn[:, None] < 0.0, faces[:, ::-1], faces)
-    for _ in range(halvings):
-        edges = np.sort(
-            np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]), axis=1
-        )
-        unique, which = np.unique(edges, axis=0, return_inverse=True)
-        middle = len(points) + which.reshape(3, -1)
-        points = np.concatenate([points, points[unique].mean(axis=1)])
-        (a, b, c), (ab, bc, ca) = faces.T, middle
-        faces = np.concatenate(
-            [np.stack(t, axis=1) for t in ((a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca))]
-        )
-    return points / np.linalg.norm(points, axis=1, keepdims=True), faces
 
 
 def _environment(file: _File, environment: Environment) -> int:
     """A node and mesh for every part that is not hidden, flat shaded by its polygons' normals."""
     grey = file.add("materials", _material("part", (0.62, 0.65, 0.69, 1.0)))
     glass = file.add("materials", _material("see-through part", (0.5, 0.7, 0.8, 0.25)))
-    nodes = []
     polygon = np.repeat(np.arange(len(environment.normal)), np.diff(environment.triangle_start))
-    for part in np.flatnonzero(~environment.hidden):
-        rows = environment.polygons(int(part))
-        span = slice(
-            int(environment.triangle_start[rows.start]), int(environment.triangle_start[rows.stop])
-        )
-        corners = environment.vertices[environment.triangles[span]].reshape(-1, 3)
-        if not len(corners):
+    nodes = []
+    for part in np.flatnonzero(~environment.hidden).tolist():
+        rows = environment.polygons(part)
+        first, last = environment.triangle_start[[rows.start, rows.stop]]
+        if first == last:
             continue
-        normals = np.repeat(environment.normal[polygon[span]], 3, axis=0)
+        corners = environment.vertices[environment.triangles[first:last]].reshape(-1, 3)
+        normals = np.repeat(environment.normal[polygon[first:last]], 3, axis=0)
         attributes = {
             "POSITION": file.accessor(corners, bounds=True, mesh=True),
             "NORMAL": file.accessor(normals, mesh=True),
         }
-        mesh = {
-            "attributes": attributes,
-            "material": glass if environment.see_through[part] else grey,
-        }
+        material = glass if environment.see_through[part] else grey
         name = environment.parts[part]
-        nodes.append(
-            file.add(
-                "nodes",
-                {"name": name, "mesh": file.add("meshes", {"name": name, "primitives": [mesh]})},
-            )
-        )
+        primitives = [{"attributes": attributes, "material": material}]
+        mesh = file.add("meshes", {"name": name, "primitives": primitives})
+        nodes.append(file.add("nodes", {"name": name, "mesh": mesh}))
     return file.add(
         "nodes",
         {"name": environment.name, "children": nodes} if nodes else {"name": environment.name},

@@ -8,7 +8,7 @@ import numpy as np
 
 from workbench.files.meshes.mesh_validation import Defect, MeshDefects, validate_part
 from workbench.files.meshes.parts import RawPart, weld
-from workbench.files.meshes.polygons import merge_coplanar
+from workbench.files.meshes.polygons import Polygons, merge_coplanar
 from workbench.files.meshes.winding import winding_sense
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.environment import Environment, Quality
@@ -49,17 +49,10 @@ def build_environment(
     vertices = np.concatenate([np.zeros((0, 3)), *(part.vertices for part, _ in checked)])
     faces = [part.faces + start for (part, _), start in zip(checked, first, strict=False)]
     merged = merge_coplanar(vertices, np.concatenate([np.zeros((0, 3), dtype=np.int64), *faces]))
-    first_vertex = merged.triangles[merged.triangle_start[:-1], 0]
-    owner = np.searchsorted(first, first_vertex, side="right") - 1
-    part_start = np.searchsorted(owner, np.arange(len(checked) + 1))
-    solids = np.array(
-        [
-            defects.closed if how == "auto" else bool(how)
-            for (_, defects), how in zip(checked, declared, strict=True)
-        ],
-        dtype=np.bool_,
-    )
+    part_start = _part_starts(merged, first)
+    solids = _solids(checked, declared)
     none = np.zeros(len(checked), dtype=np.bool_)
+    shared = _shared_face_warnings(names, vertices, faces, solids)
     environment = Environment(
         name=name,
         description="",
@@ -78,13 +71,25 @@ def build_environment(
         hidden=none,
         see_through=none,
         quality=_qualities(checked, np.diff(part_start), declared),
-        warnings=(
-            *notes,
-            *_defect_warnings(checked),
-            *_shared_face_warnings(names, vertices, faces, solids),
-        ),
+        warnings=(*notes, *_defect_warnings(checked), *shared),
     )
     return environment, _solid_errors(checked, declared)
+
+
+def _part_starts(merged: Polygons, first: Ints) -> Ints:
+    """Return the first polygon (K + 1,) of each part from the first vertex (K + 1,) of each."""
+    vertex = merged.triangles[merged.triangle_start[:-1], 0]
+    owner = np.searchsorted(first, vertex, side="right") - 1
+    return np.searchsorted(owner, np.arange(len(first)))
+
+
+def _solids(checked: Sequence[_Checked], declared: Sequence[bool | str]) -> Bools:
+    """Return whether each part is solid: as declared, or if it is closed."""
+    solid = [
+        defects.closed if how == "auto" else bool(how)
+        for (_, defects), how in zip(checked, declared, strict=True)
+    ]
+    return np.array(solid, dtype=np.bool_)
 
 
 def _solid_errors(
@@ -143,13 +148,12 @@ def _defect_warnings(checked: Sequence[_Checked]) -> list[str]:
     warnings = []
     for (what, meaning), rows in kinds.items():
         names = [name for _, name in sorted(rows, key=lambda row: -row[0])]
-        more = f" and {len(names) - _MAX_NAMES} more" if len(names) > _MAX_NAMES else ""
-        shown = ", ".join(names[:_MAX_NAMES]) + more
-        total = sum(count for count, _ in rows)
-        if len(names) > 1:
-            warnings.append(f"parts {shown}: {Defect(total, what, ' in all' + meaning).sentence()}")
-        else:
-            warnings.append(f"part {shown}: {Defect(total, what, meaning).sentence()}")
+        shown = ", ".join(names[:_MAX_NAMES])
+        if len(names) > _MAX_NAMES:
+            shown += f" and {len(names) - _MAX_NAMES} more"
+        some, all_ = ("parts", " in all") if len(names) > 1 else ("part", "")
+        defect = Defect(sum(count for count, _ in rows), what, all_ + meaning)
+        warnings.append(f"{some} {shown}: {defect.sentence()}")
     return warnings
 
 
@@ -186,14 +190,20 @@ def _shared_faces(vertices: Floats, faces: Sequence[Ints], solid: Bools) -> tupl
         return np.empty((0, 2), dtype=np.int64), np.empty(0, dtype=np.int64)
     owner = np.repeat(np.arange(len(faces)), [len(part) for part in faces])
     corners = weld(vertices, np.concatenate(faces))[1]
+    one, other = _equal_faces(corners, owner)
+    touching = solid[owner[one]] & solid[owner[other]]
+    touching &= winding_sense(corners[one]) != winding_sense(corners[other])
+    pairs = np.column_stack([owner[one[~touching]], owner[other[~touching]]])
+    return np.unique(pairs, axis=0, return_counts=True)
+
+
+def _equal_faces(corners: Ints, owner: Ints) -> tuple[Ints, Ints]:
+    """Return pairs (N,), (N,) of faces (T, 3) of different parts that have the same three
+    corners."""
     key = np.sort(corners, axis=1)
     order = np.lexsort((owner, key[:, 2], key[:, 1], key[:, 0]))
     one = order[:-1]
     other = order[1:]
     copies = (key[one] == key[other]).all(axis=1) & (owner[one] != owner[other])
     copies &= (np.diff(key[one], axis=1) > 0).all(axis=1)  # not collapsed
-    opposite = winding_sense(corners[one]) != winding_sense(corners[other])
-    touching = solid[owner[one]] & solid[owner[other]] & opposite
-    counted = copies & ~touching
-    pairs = np.column_stack([owner[one[counted]], owner[other[counted]]])
-    return np.unique(pairs, axis=0, return_counts=True)
+    return one[copies], other[copies]

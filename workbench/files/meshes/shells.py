@@ -120,6 +120,13 @@ class _Containment:
     self_crossing: Bools
     """(M,) whether a shell lies partly in itself: near it its winding number is not only 0 and 1."""
 
+    def crossing(self) -> Bools:
+        """Return which shells (M,) cross themselves or another one."""
+        crossing = self.self_crossing.copy()
+        crossing[self.inner[self.partly]] = True
+        crossing[self.outer[self.partly]] = True
+        return crossing
+
 
 def shell_labels(halves: HalfEdges, patch: Ints, sense: Ints) -> Ints:
     """Join patches into shells, where one alone is not closed at an edge of more than two faces.
@@ -163,6 +170,7 @@ def orient_shells(vertices: Floats, faces: Ints, shell: Ints) -> OrientedShells:
     """
     count = int(shell.max(initial=-1)) + 1
     corner = vertices[faces] - vertices[faces].reshape(-1, 3).mean(axis=0)
+    # six times the volume of a tetrahedron is a . (b x c)
     tetrahedra = np.einsum("nc,nc->n", corner[:, 0], np.cross(corner[:, 1], corner[:, 2])) / 6
     volume = np.bincount(shell, tetrahedra, count)
     if count == 1 and _is_convex(corner):
@@ -174,9 +182,7 @@ def orient_shells(vertices: Floats, faces: Ints, shell: Ints) -> OrientedShells:
     parent = _parents(containment, np.abs(volume))
     final = _final_signs(parent, sign, np.abs(volume))
     wrong = final != sign
-    crossing = containment.self_crossing.copy()
-    crossing[containment.inner[containment.partly]] = True
-    crossing[containment.outer[containment.partly]] = True
+    crossing = containment.crossing()
     nested = (parent >= 0) & (final > 0) & (final[parent] > 0) & ~crossing
     return OrientedShells(
         wrong[shell],
@@ -289,12 +295,8 @@ def _containment(corner: Floats, shell: Ints, samples: _Samples, sign: Ints) -> 
         return_inverse=True,
         return_counts=True,
     )
-    # samples that lie deep inside the other shell, and those that come to lie in it if shifted
     deep = np.bincount(index.reshape(-1), np.isin(here.key, outward.key)[in_other], len(pair))
-    shallow = np.setdiff1d(inward.key[here.certain[inward.sample]], here.key)
-    shallow_pair = own[shallow // count] * count + shallow % count
-    shallow_pair = shallow_pair[np.isin(shallow_pair, pair)]
-    touched = inside + np.bincount(np.searchsorted(pair, shallow_pair), minlength=len(pair))
+    touched = inside + _shallow(here, inward, own, pair, count)
     total = np.bincount(own[here.certain], minlength=count)[pair // count]
     return _Containment(
         pair // count,
@@ -303,6 +305,29 @@ def _containment(corner: Floats, shell: Ints, samples: _Samples, sign: Ints) -> 
         partly=(deep > 0) & (touched < total),
         self_crossing=_self_crossing((outward, inward), own, sign),
     )
+
+
+def _shallow(
+    here: _WindingNumbers, inward: _WindingNumbers, own: Ints, pair: Ints, count: int
+) -> Ints:
+    """Count the samples (K,) of each pair of shells that come to lie in the other one only if they
+    are shifted inward.
+
+    Parameters
+    ----------
+    here, inward
+        Winding numbers about the samples, and about the shifted samples.
+    own
+        (Q,) the shell of each sample.
+    pair
+        (K,) the pairs, each the inner shell times `count` plus the outer one, ascending.
+    count
+        The number of shells.
+    """
+    key = np.setdiff1d(inward.key[here.certain[inward.sample]], here.key)
+    shallow = own[key // count] * count + key % count
+    shallow = shallow[np.isin(shallow, pair)]
+    return np.bincount(np.searchsorted(pair, shallow), minlength=len(pair))
 
 
 def _shifted_samples(face: Floats, samples: _Samples, sign: Ints) -> tuple[_Samples, _Samples]:
@@ -349,24 +374,21 @@ def _ray_candidates(corner: Floats, samples: _Samples) -> _Candidates:
     x = samples.point[:, 0]
     low = corner.min(axis=1)
     high = corner.max(axis=1)
-    left = x.min()
-    width = max((x.max() - left) / _STRIPS, 1e-300)
     bottom = low[:, 1].min()
-    strip_height = 2.0 * float(max(high[:, 1].max() - bottom, 1e-300))
-
-    def strip_of(values: Floats) -> Ints:
-        strip: Ints = np.clip((values - left) / width, 0, _STRIPS - 1).astype(np.int64)
-        return strip
-
-    key = strip_of(x) * strip_height + (samples.point[:, 1] - bottom)
-    order = np.argsort(key, kind="stable")
-    begin = strip_of(low[:, 0])
-    face, number = _repeat_counted(np.arange(len(corner)), strip_of(high[:, 0]) - begin + 1)
-    strip = begin[face] + number
-    first = np.searchsorted(key[order], strip * strip_height + (low[face, 1] - bottom))
-    last = np.searchsorted(
-        key[order], strip * strip_height + (high[face, 1] - bottom), side="right"
+    left = x.min()
+    strips = _Strips(
+        left=left,
+        width=max((x.max() - left) / _STRIPS, 1e-300),
+        bottom=bottom,
+        height=2.0 * float(max(high[:, 1].max() - bottom, 1e-300)),
     )
+    key = strips.key(strips.of(x), samples.point[:, 1])
+    order = np.argsort(key, kind="stable")
+    begin = strips.of(low[:, 0])
+    face, number = _repeat_counted(np.arange(len(corner)), strips.of(high[:, 0]) - begin + 1)
+    strip = begin[face] + number
+    first = np.searchsorted(key[order], strips.key(strip, low[face, 1]))
+    last = np.searchsorted(key[order], strips.key(strip, high[face, 1]), side="right")
     run, number = _repeat_counted(np.arange(len(face)), last - first)
     face = face[run]
     sample = order[first[run] + number]
@@ -374,6 +396,25 @@ def _ray_candidates(corner: Floats, samples: _Samples) -> _Candidates:
     meets &= samples.point[sample, 2] <= high[face, 2]
     meets &= face != samples.face[sample]
     return _Candidates(sample[meets], face[meets])
+
+
+@dataclass(frozen=True)
+class _Strips:
+    """Strips of x, `width` wide from `left`; y from `bottom`, less than `height` above it."""
+
+    left: float
+    width: float
+    bottom: float
+    height: float
+
+    def of(self, x: Floats) -> Ints:
+        """Return the strip (N,) of each x, the outermost ones for what lies outside."""
+        strip: Ints = np.clip((x - self.left) / self.width, 0, _STRIPS - 1).astype(np.int64)
+        return strip
+
+    def key(self, strip: Ints, y: Floats) -> Floats:
+        """Return numbers (N,) that rise with the strip, and with y within a strip."""
+        return strip * self.height + (y - self.bottom)
 
 
 def _repeat_counted(values: Ints, count: Ints) -> tuple[Ints, Ints]:
@@ -385,6 +426,10 @@ def _repeat_counted(values: Ints, count: Ints) -> tuple[Ints, Ints]:
 def _crossings(corner: Floats, point: Floats, candidates: _Candidates) -> _Crossings:
     """Return the candidates whose ray crosses the face, or may cross it.
 
+    With corners a, b, c from the sample, the 2D cross products a x b, b x c, c x a are twice the
+    areas that the ray's foot spans with each edge. The ray crosses if all have one sign; its
+    height is the mean of the corners' z with these weights.
+
     Parameters
     ----------
     corner, point
@@ -392,26 +437,21 @@ def _crossings(corner: Floats, point: Floats, candidates: _Candidates) -> _Cross
     candidates
         Pairs of them.
     """
-    # With corners a, b, c from the sample, the 2D cross products a x b, b x c, c x a are twice the
-    # areas that the ray's foot spans with each edge. The ray crosses if all have one sign; its
-    # height is the mean of the corners' z with these weights.
-    size = float(np.ptp(corner.reshape(-1, 3), axis=0).max())
+    slack = _TOLERANCE * float(np.ptp(corner.reshape(-1, 3), axis=0).max())
     a, b, c = (corner[candidates.face, k] - point[candidates.sample] for k in range(3))
     edges = ((a, b), (b, c), (c, a))
     side = np.stack([_cross_2d(start, end) for start, end in edges])
-    near = _TOLERANCE * size * np.stack([_length_2d(start, end) for start, end in edges])
+    near = slack * np.stack([_length_2d(start, end) for start, end in edges])
     kept = ~((side > near).any(axis=0) & (side < -near).any(axis=0))
-    sample = candidates.sample[kept]
-    face = candidates.face[kept]
     side = side[:, kept]
     area = side.sum(axis=0)
     with np.errstate(divide="ignore", invalid="ignore"):
         height = (side[0] * c[kept, 2] + side[1] * a[kept, 2] + side[2] * b[kept, 2]) / area
-    uncertain = (np.abs(side) <= near[:, kept]).any(axis=0) | ~(np.abs(height) > _TOLERANCE * size)
-    uncertain &= ~(height < -_TOLERANCE * size)
+    uncertain = (np.abs(side) <= near[:, kept]).any(axis=0) | ~(np.abs(height) > slack)
+    uncertain &= ~(height < -slack)
     above = uncertain | (height > 0)
     sign = np.where(uncertain, 0, np.sign(area)).astype(np.int64)
-    return _Crossings(sample[above], face[above], sign[above])
+    return _Crossings(candidates.sample[kept][above], candidates.face[kept][above], sign[above])
 
 
 def _cross_2d(a: Floats, b: Floats) -> Floats:

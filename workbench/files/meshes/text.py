@@ -58,13 +58,7 @@ def _integers(path: Path, numbers: Floats) -> Ints:
 
 def read_off(path: Path, data: bytes) -> RawMesh:
     """Read the one part of an OFF file (plain or coloured; not binary)."""
-    lines = (
-        line.partition(b"#")[0].split() for line in data.removeprefix(BYTE_ORDER_MARK).splitlines()
-    )
-    rows = [line for line in lines if line]
-    if not rows or rows[0][0] not in (b"OFF", b"COFF"):
-        raise InputError(f"{path}: not an OFF file: it begins with {data[:12]!r}")
-    rows = rows[1:] if len(rows[0]) == 1 else [rows[0][1:], *rows[1:]]
+    rows = _off_rows(path, data)
     point_count, face_count = _off_counts(path, rows)
     points = rows[1 : point_count + 1]
     faces = rows[point_count + 1 : point_count + face_count + 1]
@@ -78,6 +72,17 @@ def read_off(path: Path, data: bytes) -> RawMesh:
         raise InputError(f"{path}: a face has fewer corners than it announces")
     words = [word for row, size in zip(faces, sizes, strict=True) for word in row[1 : size + 1]]
     return _one_part(path, "OFF", vertices, _integers(path, _numbers(path, words)), sizes)
+
+
+def _off_rows(path: Path, data: bytes) -> list[list[bytes]]:
+    """Return the words of each line that has any, from the line of the counts."""
+    lines = (
+        line.partition(b"#")[0].split() for line in data.removeprefix(BYTE_ORDER_MARK).splitlines()
+    )
+    rows = [line for line in lines if line]
+    if not rows or rows[0][0] not in (b"OFF", b"COFF"):
+        raise InputError(f"{path}: not an OFF file: it begins with {data[:12]!r}")
+    return rows[1:] if len(rows[0]) == 1 else [rows[0][1:], *rows[1:]]
 
 
 def _off_counts(path: Path, rows: list[list[bytes]]) -> tuple[int, int]:
@@ -148,13 +153,18 @@ def read_ply(path: Path, data: bytes) -> RawMesh:
         raise InputError(
             f"{path}: broken or cut short PLY: {error or type(error).__name__}"
         ) from None
-    faces = columns.get("face", {})
+    corners, sizes = (_integers(path, numbers) for numbers in _ply_faces(columns.get("face", {})))
+    return _one_part(path, "PLY", vertices, corners, sizes)
+
+
+def _ply_faces(faces: dict[str, Floats]) -> tuple[Floats, Floats]:
+    """Return the corners of the faces one after the other, and the number of corners of each."""
     corners = sizes = np.zeros(0)
     for name in ("vertex_index", "vertex_indices"):
         if name in faces:
             corners = faces[name]
             sizes = faces[name + " sizes"]
-    return _one_part(path, "PLY", vertices, _integers(path, corners), _integers(path, sizes))
+    return corners, sizes
 
 
 def _ply_columns(header: str, body: bytes) -> dict[str, dict[str, Floats]]:

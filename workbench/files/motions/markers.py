@@ -59,22 +59,34 @@ def read_trc(path: str | Path, *, up: str | None = None, keep: FrameRange = ALL_
     header, names = _trc_header(source, lines)
     unit = str(header.get("units", ""))
     if unit not in metres_in:
-        raise InputError(
-            f"{source}, line 3: unit {unit!r} is not known; valid: {', '.join(metres_in)}"
-        )
+        valid = ", ".join(metres_in)
+        raise InputError(f"{source}, line 3: unit {unit!r} is not known; valid: {valid}")
+    table = _trc_numbers(source, lines, header, names, keep)
+    position = table[:, 2:].reshape(len(table), len(names), 3) * metres_in[unit]
+    position[np.isnan(position).any(axis=-1)] = np.nan  # one coordinate missing: a gap
+    return _markers(source, names, position, table[:, 1], up=up, stated_up="")
+
+
+def _trc_numbers(
+    path: Path,
+    lines: Iterator[tuple[int, str]],
+    header: dict[str, str],
+    names: list[str],
+    keep: FrameRange,
+) -> Floats:
+    """Read the frame, the time and the coordinates (P, 2 + 3 M) of the frames that are kept, NaN in
+    empty cells."""
     width = 2 + 3 * len(names)
     cells = ((number, _padded(line, width)) for number, line in lines if line.strip())
     columns = ["frame", "time", *(f"{name} {axis}" for name in names for axis in "XYZ")]
     table, count, _ = number_rows(
-        source, cells, width, rows=columns, blank=True, keep=keep, clock=Clock(1, 1.0)
+        path, cells, width, rows=columns, blank=True, keep=keep, clock=Clock(1, 1.0)
     )
     stated = header.get("numframes", str(count))
     if parse_count(stated) != count:
-        raise InputError(f"{source}, line 3: says {stated[:20]} frames, {count} are there")
-    _check_frames(source, len(table), table.size, keep)
-    position = table[:, 2:].reshape(len(table), len(names), 3) * metres_in[unit]
-    position[np.isnan(position).any(axis=-1)] = np.nan  # one coordinate missing: a gap
-    return _markers(source, names, position, table[:, 1], up=up, stated_up="")
+        raise InputError(f"{path}, line 3: says {stated[:20]} frames, {count} are there")
+    _check_frames(path, len(table), table.size, keep)
+    return table
 
 
 def read_c3d(path: str | Path, *, up: str | None = None, keep: FrameRange = ALL_FRAMES) -> Markers:
@@ -96,21 +108,22 @@ def read_c3d(path: str | Path, *, up: str | None = None, keep: FrameRange = ALL_
     """
     source = Path(path)
     points = read_points(source)
-    if points.count == 0 or len(points.frames) == 0:
+    frames = len(points.frames)
+    if points.count == 0 or frames == 0:
         raise InputError(f"{source}: holds no marker")
     if points.unit not in metres_in or not points.rate > 0:
         raise InputError(
             f"{source}: POINT:UNITS is {points.unit!r}, POINT:RATE is {points.rate:g}: a unit of length and "
             "a rate are needed"
         )
-    time = (points.first + np.arange(len(points.frames))) / points.rate
+    time = (points.first + np.arange(frames)) / points.rate
     rows = np.flatnonzero((time >= keep.start) & (time <= keep.end))[:: keep.every]
     _check_frames(source, len(rows), len(rows) * points.count * 3, keep)
     unnamed = (f"marker {k + 1}" for k in range(len(points.labels), points.count))
     labels = [*points.labels, *unnamed][: points.count]
     position = points.position(rows) * metres_in[points.unit]
-    stated_up = points.screen.lower().lstrip("+")
-    markers = _markers(source, labels, position, time[rows], up=up, stated_up=stated_up)
+    screen = points.screen.lower().lstrip("+")
+    markers = _markers(source, labels, position, time[rows], up=up, stated_up=screen)
     return replace(markers, notes=(*points.notes, *markers.notes))
 
 

@@ -104,30 +104,32 @@ def coordinate_batches(path: str | Path, *, keep: FrameRange = ALL_FRAMES) -> It
     header = _read_header(source, lines)
     names = header.names
     words = ((number, line.split()) for number, line in lines if line.strip())
-    time_column = names.index("time")
-    rows = number_rows(source, words, len(names), rows=names, keep=keep, clock=Clock(time_column))
-    for what, count in (("rows", rows.total), ("columns", len(names))):
-        stated = header.counts.get(what, count)
-        if stated != count:
-            raise InputError(f"{source}: the header says {stated} {what}, {count} are there")
-    if not len(rows.values):
-        raise InputError(f"{source}: no frame between {keep.start:g} and {keep.end:g} s")
-    time = rising_time(rows.values[:, time_column], str(source))
+    clock = Clock(names.index("time"))
+    rows = number_rows(source, words, len(names), rows=names, keep=keep, clock=clock)
+    _check_counts(source, header, rows, keep)
+    time = rising_time(rows.values[:, names.index("time")], str(source))
     columns = [k for k, name in enumerate(names) if name != "time"]
-    is_angle = np.array([not _is_length(names[k]) for k in columns])
-    scale = np.where(is_angle & header.degrees, np.pi / 180, 1.0)
-    for k, factor in zip(columns, scale.tolist(), strict=True):
-        if not _is_length(names[k]):
+    is_angle = [not _is_length(names[k]) for k in columns]
+    scale = np.where(np.array(is_angle) & header.degrees, np.pi / 180, 1.0)
+    for k, factor, angle in zip(columns, scale.tolist(), is_angle, strict=True):
+        if angle:
             _check_angle(source, header, rows, k, factor)
-    negative = frozenset(
-        names[k]
-        for k in columns
-        if names[k].startswith("knee_angle") and np.median(rows.values[:, k]) < 0
-    )
+    knees = [k for k in columns if names[k].startswith("knee_angle")]
+    negative = frozenset(names[k] for k in knees if np.median(rows.values[:, k]) < 0)
     called = tuple(names[k] for k in columns)
     for batch in pieces(len(time)):
         values = rows.values[batch][:, columns] * scale
         yield Coordinates(called, values, time[batch], str(source), negative)
+
+
+def _check_counts(path: Path, header: _Header, rows: NumberRows, keep: FrameRange) -> None:
+    """Refuse a file that has not the rows and columns that its header states, or no frames."""
+    for what, count in (("rows", rows.total), ("columns", len(header.names))):
+        stated = header.counts.get(what, count)
+        if stated != count:
+            raise InputError(f"{path}: the header says {stated} {what}, {count} are there")
+    if not len(rows.values):
+        raise InputError(f"{path}: no frame between {keep.start:g} and {keep.end:g} s")
 
 
 def _check_angle(path: Path, header: _Header, rows: NumberRows, k: int, factor: float) -> None:
@@ -170,16 +172,15 @@ def coordinate_poses(body: Body, found: Coordinates) -> tuple[Poses, tuple[str, 
     """
     reader = _Reader(found)
     count = len(found.time)
-    rotations = np.tile(_IDENTITY, (count, len(body.joints), 1))
     pelvis = reader.rotation(_PELVIS)
-    rotations[:, body.joint("PV")] = pelvis
     half = _half_rotation(reader.rotation(_TRUNK))
-    rotations[:, body.joint("W")] = half
-    rotations[:, body.joint("SP")] = half
+    turns = {"PV": pelvis, "W": half, "SP": half}
     for limb, coordinates in _LIMBS.items():
         for side in "lr":
-            joint = body.joint(side.upper() + limb)
-            rotations[:, joint] = reader.rotation(coordinates, side)
+            turns[side.upper() + limb] = reader.rotation(coordinates, side)
+    rotations = np.tile(_IDENTITY, (count, len(body.joints), 1))
+    for joint, turn in turns.items():
+        rotations[:, body.joint(joint)] = turn
     notes = reader.finish()
     x, y, z = (reader.known.get(name, np.zeros(count)) for name in _PLACES)
     position = np.stack([x, -z, y], axis=-1)
@@ -246,6 +247,7 @@ def _read_header(path: Path, lines: Iterator[tuple[int, str]]) -> _Header:
     counts: dict[str, int] = {}
     ended = False
     for number, line in lines:
+        where = f"{path}, line {number}"
         words = line.replace("=", " ").split()
         key = words[0].lower() if words else ""
         if key == "time":
@@ -253,23 +255,26 @@ def _read_header(path: Path, lines: Iterator[tuple[int, str]]) -> _Header:
         if key == "endheader":
             ended = True
         elif key in ("nrows", "datarows", "ncolumns", "datacolumns"):
-            count = parse_count(words[1]) if len(words) > 1 else None
-            if count is None:
-                raise InputError(f"{path}, line {number}: {line.strip()[:60]!r}: a count is needed")
-            counts["rows" if "row" in key else "columns"] = count
+            counts["rows" if "row" in key else "columns"] = _stated_count(where, line, words)
             if key.startswith("data") and degrees is None:  # SIMM files are always in degrees
                 degrees = True
         elif key == "indegrees":
             if len(words) < 2 or words[1].lower() not in ("yes", "no"):
-                raise InputError(f"{path}, line {number}: inDegrees must be yes or no")
+                raise InputError(f"{where}: inDegrees must be yes or no")
             degrees = words[1].lower() == "yes"
         elif key and ended:
-            raise InputError(
-                f"{path}, line {number}: the column 'time' must come first, got {words[0]!r}"
-            )
+            raise InputError(f"{where}: the column 'time' must come first, got {words[0]!r}")
     raise InputError(
         f"{path}: no line of column names beginning with 'time': no OpenSim motion, or cut short"
     )
+
+
+def _stated_count(where: str, line: str, words: list[str]) -> int:
+    """Return the count that a line of the header states after its key."""
+    count = parse_count(words[1]) if len(words) > 1 else None
+    if count is None:
+        raise InputError(f"{where}: {line.strip()[:60]!r}: a count is needed")
+    return count
 
 
 def _finish_header(

@@ -167,10 +167,14 @@ def _angle_poses(table: _Table, body: Body) -> Poses:
     rotations = compose(body, angles)
     for joint, given in quaternions.items():
         rotations[:, joint] = _unit_quaternions(table, body.joints[joint], given)
-    zero = np.zeros(len(angles))
+    return Poses(rotations, reference, _placed(table, placement), table.time)
+
+
+def _placed(table: _Table, placement: Mapping[str, Floats]) -> Floats:
+    """Return places (P, 3, 4) from the columns of a position and an attitude; 0 if not given."""
+    zero = np.zeros(len(table.time))
     position = np.stack([placement.get(axis, zero) for axis in "xyz"], axis=-1)
-    world = np.concatenate([_attitude(table, placement), position[..., None]], axis=-1)
-    return Poses(rotations, reference, world, table.time)
+    return np.concatenate([_attitude(table, placement), position[..., None]], axis=-1)
 
 
 def _joint_motion(table: _Table, body: Body, joint: int, column: _Column) -> tuple[int, float]:
@@ -206,12 +210,12 @@ def segment_batches(path: str | Path, *, keep: FrameRange = ALL_FRAMES) -> Itera
 
 
 def _segment_track(table: _Table) -> SegmentTrack:
-    names = list(dict.fromkeys(column.head for column in table.columns))
-    given: dict[str, dict[str, Floats]] = {name: {} for name in names}
+    """Return the places of the segments of a table."""
+    given: dict[str, dict[str, Floats]] = {}
     for k, column in enumerate(table.columns):
         unit = _placement_unit(table, column, column.tail)
-        given[column.head][column.tail] = table.column(k) * unit
-    world = np.zeros((len(table.time), len(names), 3, 4))
+        given.setdefault(column.head, {})[column.tail] = table.column(k) * unit
+    world = np.zeros((len(table.time), len(given), 3, 4))
     for n, (name, own) in enumerate(given.items()):
         has_attitude = set(_ATTITUDES) <= own.keys() or set(_QUATERNION) <= own.keys()
         if not (own.keys() >= set("xyz") and has_attitude):
@@ -219,9 +223,8 @@ def _segment_track(table: _Table) -> SegmentTrack:
                 f": segment {name} needs columns {name}.x, .y, "
                 ".z and .qw to .qz or .roll, .pitch, .yaw"
             )
-        world[:, n, :, :3] = _attitude(table, own)
-        world[:, n, :, 3] = np.stack([own[axis] for axis in "xyz"], axis=-1)
-    return SegmentTrack(tuple(names), world, table.time, str(table.path))
+        world[:, n] = _placed(table, own)
+    return SegmentTrack(tuple(given), world, table.time, str(table.path))
 
 
 def angle_table_text(body: Body, poses: Poses) -> Iterator[str]:
@@ -232,21 +235,25 @@ def angle_table_text(body: Body, poses: Poses) -> Iterator[str]:
     yield "# workbench motion\n"
     yield f"# body: {body.name}\n# reference: {body.segments[poses.reference]}\n"
     names = [
-        f"{joint}.{body.stops.motions[j][axis][0]} [deg]"
-        for j, joint in enumerate(body.joints)
-        for axis in range(3)
+        f"{joint}.{motions[0]} [deg]"
+        for joint, own in zip(body.joints, body.stops.motions, strict=True)
+        for motions in own
     ]
     yield ", ".join(["time [s]", "x [mm]", "y [mm]", "z [mm]", *_QUATERNION, *names]) + "\n"
     for rows in pieces(len(poses)):
-        batch = poses.rows(rows)
-        world = batch.world_from_reference
-        angles = np.degrees(angles_of(body, batch)).reshape(len(batch), -1) + 0.0
-        turns = from_matrices(world[:, :, :3])
-        for p, time in enumerate(poses.clock[rows].tolist()):
-            position = [f"{1000 * v:.6f}" for v in world[p, :, 3]]
-            turn = [f"{v:.12f}" for v in turns[p]]
-            row = [f"{time:.9g}", *position, *turn, *(f"{v:.7g}" for v in angles[p])]
-            yield ", ".join(row) + "\n"
+        yield from _angle_lines(body, poses.rows(rows), poses.clock[rows])
+
+
+def _angle_lines(body: Body, poses: Poses, clock: Floats) -> Iterator[str]:
+    """Yield a line for each frame. clock: (P,) [s]."""
+    world = poses.world_from_reference
+    angles = np.degrees(angles_of(body, poses)).reshape(len(poses), -1) + 0.0
+    turns = from_matrices(world[:, :, :3])
+    for p, time in enumerate(clock.tolist()):
+        position = [f"{1000 * v:.6f}" for v in world[p, :, 3]]
+        turn = [f"{v:.12f}" for v in turns[p]]
+        row = [f"{time:.9g}", *position, *turn, *(f"{v:.7g}" for v in angles[p])]
+        yield ", ".join(row) + "\n"
 
 
 def _read_header(path: Path, lines: Iterator[tuple[int, str]]) -> _Header:
@@ -275,41 +282,45 @@ def _parse_column(here: str, word: str) -> _Column:
 
 
 def _read_table(path: Path, keep: FrameRange) -> _Table:
+    """Read the frames of a table that are wanted."""
     lines = numbered_lines(path)
     header = _read_header(path, lines)
     columns = header.columns
-    names = [column.name for column in columns]
-    if "time" not in names:
-        raise InputError(f"{path}, line {header.line}: a column 'time [s]' is needed")
-    clock = names.index("time")
-    unit = columns[clock].unit
-    if unit not in _SECONDS:
-        raise InputError(
-            f"{path}, line {header.line}: time needs its unit, [s] or [ms], got [{unit}]"
-        )
+    clock = _clock(path, header)
     words = (
         (number, [word.strip() for word in line.split(",")])
         for number, line in lines
         if line.strip() and not line.startswith("#")
     )
-    rows = number_rows(
-        path, words, len(columns), rows=names, keep=keep, clock=Clock(clock, _SECONDS[unit])
-    )
+    names = [column.name for column in columns]
+    rows = number_rows(path, words, len(columns), rows=names, keep=keep, clock=clock)
     if not rows.total:
         raise InputError(f"{path}: holds no frame")
     if not len(rows.values):
         raise InputError(f"{path}: no frame between {keep.start:g} and {keep.end:g} s")
-    others = tuple(k for k in range(len(columns)) if k != clock)
+    others = tuple(k for k in range(len(columns)) if k != clock.column)
     return _Table(
-        path,
-        header.about,
-        tuple(columns[k] for k in others),
-        header.line,
-        rows.values,
-        others,
-        rising_time(rows.values[:, clock] * _SECONDS[unit], str(path)),
-        rows.lines,
+        path=path,
+        about=header.about,
+        columns=tuple(columns[k] for k in others),
+        header_line=header.line,
+        values=rows.values,
+        places=others,
+        time=rising_time(rows.values[:, clock.column] * clock.unit, str(path)),
+        lines=rows.lines,
     )
+
+
+def _clock(path: Path, header: _Header) -> Clock:
+    """Return where the time is, and its unit."""
+    names = [column.name for column in header.columns]
+    here = f"{path}, line {header.line}"
+    if "time" not in names:
+        raise InputError(f"{here}: a column 'time [s]' is needed")
+    unit = header.columns[names.index("time")].unit
+    if unit not in _SECONDS:
+        raise InputError(f"{here}: time needs its unit, [s] or [ms], got [{unit}]")
+    return Clock(names.index("time"), _SECONDS[unit])
 
 
 def _placement_unit(table: _Table, column: _Column, what: str) -> float:

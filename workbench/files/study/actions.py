@@ -18,6 +18,7 @@ from workbench.files.crash.restraints import (
     belts_of,
     pulse_of,
 )
+from workbench.files.crash.simulation_schema import PulseFile
 from workbench.files.crash.simulations import SimulationPlan, load_simulation, simulation_path
 from workbench.files.postures import (
     PosturesFile,
@@ -31,13 +32,16 @@ from workbench.files.study.schema import (
     DriverFile,
     MotionFile,
     PredictedFile,
+    RoleFile,
     StatedRestraintsFile,
+    StudyPostureFile,
 )
 from workbench.files.study.work import Key, Work
 from workbench.model.driving import DrivingAims
 from workbench.model.environment import Environment
 from workbench.model.poses import Poses
 from workbench.model.posing import attitude_matrix
+from workbench.model.pulse import Pulse
 from workbench.model.simulation import Restraints
 from workbench.model.study import (
     Action,
@@ -71,35 +75,41 @@ def with_postures(work: Work, roles: dict[str, LoadedRole]) -> dict[str, LoadedR
         for name, action in case.actions.items():
             if action is not None:
                 used.setdefault(_posture_name(action), set()).add(name)
+    found = dict(roles)
     for name, posture in work.parts.postures.items():
         if posture is None:
             continue
+        # a posture that nobody uses is checked with the first body
         users = [role for role in roles if role in used.get(name, set())] or list(roles)[:1]
         for user in users:
-            loaded = roles[user]
-            base = loaded.postures
-            if base is None:
-                continue
-            key = ("postures", name)
-            if name in base.postures:
-                own = f"body {loaded.body.name} has a posture {name!r} of its own"
-                work.fault(key, f"{own}; give it another name")
-                continue
-            if posture.like not in base.postures or posture.like in work.parts.postures:
-                known = [p for p in base.postures if p not in work.parts.postures]
-                what = f"body {loaded.body.name} has no posture {posture.like!r}; "
-                work.fault((*key, "like"), what + one_of(posture.like, known))
-                continue
-            problems = flat_angles(loaded.body, posture.angles)[1]
-            for path, what in problems:
-                work.fault((*key, "angles", *path), what)
-            if problems:
-                continue
-            made = replaced_angles(loaded.body, base.postures[posture.like], posture.angles)
-            own_postures = {**base.postures, name: made}
-            postures = base.model_copy(update={"postures": own_postures})
-            roles = {**roles, user: replace(loaded, postures=postures)}
-    return roles
+            found[user] = _with_posture(work, found[user], name, posture)
+    return found
+
+
+def _with_posture(work: Work, role: LoadedRole, name: str, posture: StudyPostureFile) -> LoadedRole:
+    """A role with a posture of the study beside those of its body; as it is where that has a
+    fault."""
+    base = role.postures
+    if base is None:
+        return role
+    key = ("postures", name)
+    body = role.body
+    if name in base.postures:
+        what = f"body {body.name} has a posture {name!r} of its own; give it another name"
+        work.fault(key, what)
+        return role
+    own = [known for known in base.postures if known not in work.parts.postures]
+    what = f"body {body.name} has no posture {posture.like!r}"
+    if not work.check_name((*key, "like"), posture.like, own, what):
+        return role
+    problems = flat_angles(body, posture.angles)[1]
+    for path, what in problems:
+        work.fault((*key, "angles", *path), what)
+    if problems:
+        return role
+    made = replaced_angles(body, base.postures[posture.like], posture.angles)
+    postures = base.model_copy(update={"postures": {**base.postures, name: made}})
+    return replace(role, postures=postures)
 
 
 def _posture_name(action: ActionFile) -> str:
@@ -197,49 +207,53 @@ def aims_of(file: PredictedFile | DriverFile) -> Aims:
 
 
 def _predicted(work: Work, asked: _Asked, room: Environment | None) -> PredictedPosture | None:
+    """The posture that is predicted of a role, or of a driver; None where it cannot be."""
     file = asked.file.driver or asked.file.predicted
     assert file is not None
-    kind = asked.file.kind
+    key = (*asked.key, asked.file.kind)
     role = asked.role.file
     if role.at is not None or role.stand is not None:
         what = (
             "only the posture of somebody in a seat is predicted; give the role a 'seat', or the "
             "case a 'posture'"
         )
-        work.fault((*asked.key, kind), what)
+        work.fault(key, what)
     if isinstance(file, DriverFile):
-        many = role.population is not None
-        if many and file.sex is not None:
-            what = "the sex of each driver is that of the person in the population; leave it out"
-            work.fault((*asked.key, kind, "sex"), what)
-        if not many and file.sex is None and role.size is None and role.sizes is None:
-            what = (
-                "it is not stated whether a man or a woman drives: give 'sex', or the role a 'size'"
-            )
-            work.fault((*asked.key, kind), what)
+        _sex_faults(work, key, file, role)
     if room is not None:
-        _aim_faults(work, file, (*asked.key, kind), room)
-    postures = _named(work, asked, (kind, "like"), file.like)
+        _aim_faults(work, file, key, room)
+    postures = _named(work, asked, (asked.file.kind, "like"), file.like)
     if postures is None:
         return None
     return PredictedPosture(file.like, _pose(asked, postures, file.like), aims_of(file))
+
+
+def _sex_faults(work: Work, key: Key, file: DriverFile, role: RoleFile) -> None:
+    """Report a driver whose sex is stated twice, or not at all."""
+    many = role.population is not None
+    if many and file.sex is not None:
+        what = "the sex of each driver is that of the person in the population; leave it out"
+        work.fault((*key, "sex"), what)
+    if not many and file.sex is None and role.size is None and role.sizes is None:
+        what = "it is not stated whether a man or a woman drives: give 'sex', or the role a 'size'"
+        work.fault(key, what)
 
 
 def _aim_faults(work: Work, file: PredictedFile | DriverFile, key: Key, room: Environment) -> None:
     """Report controls and points that are not there, hands on pedals and feet on knobs."""
     controls = {control.name: control for control in room.controls}
     for limb, control, place in _held(file):
-        if control not in controls:
-            what = f"environment {room.name} has no control {control!r}; "
-            work.fault((*key, *place), what + one_of(control, controls))
-        elif (controls[control].grip == "foot") != limb.endswith("foot"):
+        where = (*key, *place)
+        what = f"environment {room.name} has no control {control!r}"
+        if work.check_name(where, control, controls, what):
             meant = "feet" if controls[control].grip == "foot" else "hands"
-            work.fault((*key, *place), f"{control} is for {meant}; name it under '{meant}'")
+            if (meant == "feet") != limb.endswith("foot"):
+                work.fault(where, f"{control} is for {meant}; name it under '{meant}'")
     for field in ("eyes", "heels", "wheel", "h_point"):
         point = getattr(file, field, None)
-        if point is not None and point not in room.points:
-            what = f"environment {room.name} has no point {point!r}; "
-            work.fault((*key, field), what + one_of(point, room.points))
+        if point is not None:
+            what = f"environment {room.name} has no point {point!r}"
+            work.check_name((*key, field), point, room.points, what)
 
 
 def _held(file: PredictedFile | DriverFile) -> Iterator[tuple[str, str, tuple[str, str]]]:
@@ -252,24 +266,15 @@ def _held(file: PredictedFile | DriverFile) -> Iterator[tuple[str, str, tuple[st
 
 
 def _recorded(work: Work, asked: _Asked, room: Environment | None) -> RecordedMotion | None:
+    """The recorded motion of a role; None where the environment could not be loaded."""
     file = asked.file.motion
     assert file is not None
-    key = (*asked.key, "motion")
-    near = work.path.parent
-    path = near / file.file
-    if not is_file(path):
-        what = f"no such file {file.file!r} in {near}; motions are looked for beside the study"
-        work.fault((*key, "file"), what)
-    else:
-        row = asked.key[1]
-        case = next(c.name for r, c in work.parts.cases if r == row)
-        work.inputs[f"motion of {asked.name}, {case}"] = path
+    path = _motion_path(work, asked, file)
     if file.start is not None and file.end is not None and file.start >= file.end:
         what = f"end {file.end:g} s must be after start {file.start:g} s"
-        work.fault((*key, "end"), what)
+        work.fault((*asked.key, "motion", "end"), what)
     if room is None:
         return None
-    restraints = _restraints(work, asked, file, room)
     return RecordedMotion(
         file=path,
         begin=-math.inf if file.start is None else file.start,
@@ -282,8 +287,21 @@ def _recorded(work: Work, asked: _Asked, room: Environment | None) -> RecordedMo
         move=file.move,
         yaw=file.yaw,
         subject=file.scale == "subject",
-        restraints=restraints,
+        restraints=_restraints(work, asked, file, room),
     )
+
+
+def _motion_path(work: Work, asked: _Asked, file: MotionFile) -> Path:
+    """The path of a motion file beside the study; reports one that is not there."""
+    near = work.path.parent
+    path = near / file.file
+    if not is_file(path):
+        what = f"no such file {file.file!r} in {near}; motions are looked for beside the study"
+        work.fault((*asked.key, "motion", "file"), what)
+    else:
+        case = next(case.name for row, case in work.parts.cases if row == asked.key[1])
+        work.inputs[f"motion of {asked.name}, {case}"] = path
+    return path
 
 
 def _restraints(work: Work, asked: _Asked, file: MotionFile, room: Environment) -> Restraints:
@@ -338,26 +356,31 @@ def _plan(
 
 
 def _stated(work: Work, asked: _Asked, file: StatedRestraintsFile, room: Environment) -> Restraints:
+    """The restraints that a motion states itself; none where they have a fault."""
     key = (*asked.key, "motion", "restraints")
-    folder = work.path.parent
+    body = asked.role.body
     anchors = {**room.points, **file.anchors}
-    faults = airbag_faults(work.document, file.airbags, room.parts, (*key, "airbags"))
     taken = [*room.parts, *(bag.name for bag in file.airbags)]
-    known = (asked.role.body, anchors, taken)
-    faults += belt_faults(work.document, file.belts, known, (*key, "belts"))
+    where = (*key, "belts")
+    faults = airbag_faults(work.document, file.airbags, room.parts, (*key, "airbags"))
+    faults += belt_faults(work.document, file.belts, body, anchors=anchors, taken=taken, key=where)
     work.add(faults)
-    pulse = None
-    if file.pulse is not None:
-        if file.pulse.file is not None:
-            work.inputs[f"pulse: {file.pulse.file}"] = folder / file.pulse.file
-        try:
-            pulse = pulse_of(file.pulse, folder)
-        except InputError as error:
-            work.errors((*key, "pulse"), error)
+    pulse = _pulse(work, (*key, "pulse"), file.pulse) if file.pulse is not None else None
     if faults:
         return Restraints()
-    belts = belts_of(file.belts, asked.role.body, anchors)
-    return Restraints(pulse, belts, airbags_of(file.airbags))
+    return Restraints(pulse, belts_of(file.belts, body, anchors), airbags_of(file.airbags))
+
+
+def _pulse(work: Work, key: Key, file: PulseFile) -> Pulse | None:
+    """The pulse that stands at a key; None, and its faults, where its table cannot be read."""
+    folder = work.path.parent
+    if file.file is not None:
+        work.inputs[f"pulse: {file.file}"] = folder / file.file
+    try:
+        return pulse_of(file, folder)
+    except InputError as error:
+        work.errors(key, error)
+        return None
 
 
 def _simulated(work: Work, asked: _Asked, room: Environment | None) -> SimulatedMotion | None:

@@ -13,17 +13,19 @@ from workbench.files.catalogue import find
 from workbench.files.names import matches, matching
 from workbench.files.schema import validate
 from workbench.files.study.roles import LoadedRole
-from workbench.files.study.schema import ActionFile, CriterionFile, RoleFile, RulesFile
+from workbench.files.study.schema import ActionFile, CriterionFile, LimitFile, RoleFile, RulesFile
 from workbench.files.study.work import Key, Work
 from workbench.files.yaml_text import read_yaml
 from workbench.model.body import segment_words
 from workbench.model.criterion import Criterion, Limit
-from workbench.model.environment import Environment
+from workbench.model.environment import Control, Environment
 
 __all__ = ["Known", "criteria_of", "unfit", "visible_parts"]
 
 Pair = tuple[str, str]
 """A role and a case, by their names."""
+_HELD = 0.003
+"""How long a level is held [s] where a rule does not state it: the 3 ms of the chest."""
 
 
 @dataclass(frozen=True)
@@ -90,11 +92,11 @@ def criteria_of(work: Work, known: Known) -> list[Criterion]:
     found = []
     for row, file in work.parts.criteria:
         before = len(work.faults)
-        _name_faults(work, (row, file), known)
-        pairs = _pairs(work, (row, file))
-        limits = _limits(work, (row, file), known)
+        _name_faults(work, row, file, known)
+        pairs = _pairs(work, row, file)
+        limits = _limits(work, row, file, known)
         if len(work.faults) == before and known.room is not None:
-            found.append(_criterion(file, pairs, limits, known))
+            found.append(_criterion(file, pairs, limits, known, known.room))
     return found
 
 
@@ -110,44 +112,44 @@ def _twice(work: Work) -> None:
 def _asked_twice(work: Work, known: Known) -> None:
     """Report controls of a population that two criteria ask for by the same hand in the same zone:
     they would be counted twice."""
+    if not work.parts.crowd or known.room is None:
+        return
     asked: dict[tuple[str, str, int], str] = {}
-    for row, file in work.parts.criteria if work.parts.crowd else ():
-        if file.check != "reach" or known.room is None:
-            continue
-        for control in known.room.controls:
-            if not matching(file.controls, [control.name]):
-                continue
-            zone = file.zone or control.zone
-            key = (control.name, file.hand or "either", zone)
-            before = asked.setdefault(key, file.name)
-            if before != file.name:
-                where: Key = ("criteria", row, "controls") if file.controls else ("criteria", row)
-                what = f"{control.name} in zone {zone} is asked for by {before!r} already; "
-                work.fault(where, what + "name it in one of the two")
+    for row, file, control in _reached(work, known.room):
+        zone = file.zone or control.zone
+        before = asked.setdefault((control.name, file.hand or "either", zone), file.name)
+        if before != file.name:
+            where: Key = ("criteria", row, "controls") if file.controls else ("criteria", row)
+            what = f"{control.name} in zone {zone} is asked for by {before!r} already; "
+            work.fault(where, what + "name it in one of the two")
 
 
-def _name_faults(work: Work, entry: tuple[int, CriterionFile], known: Known) -> None:
-    row, file = entry
-    valid: dict[str, Iterable[str]] = {
+def _reached(work: Work, room: Environment) -> Iterator[tuple[int, CriterionFile, Control]]:
+    """The criteria about reach, with their rows, and each control that they ask for."""
+    for row, file in work.parts.criteria:
+        for control in room.controls if file.check == "reach" else ():
+            if matching(file.controls, [control.name]):
+                yield row, file, control
+
+
+def _name_faults(work: Work, row: int, file: CriterionFile, known: Known) -> None:
+    """Report what a criterion names that is not there."""
+    exact: dict[str, Iterable[str]] = {
         "people": work.parts.roles,
-        "cases": [case.name for _, case in work.parts.cases],
+        "cases": work.parts.case_names,
         "of": [name for r, name in work.parts.criterion_names if r != row],
     }
+    patterns: dict[str, Iterable[str]] = {}
     if known.complete:
-        valid["segments"] = known.segments
-        valid["subparts"] = known.subparts
+        patterns |= {"segments": known.segments, "subparts": known.subparts}
     if known.room is not None:
-        valid["controls"] = [control.name for control in known.room.controls]
-        valid["parts"] = known.parts
-    for field, names in valid.items():
+        controls = [control.name for control in known.room.controls]
+        patterns |= {"controls": controls, "parts": known.parts}
+    for field, names in (exact | patterns).items():
         every = list(names)
         for place, name in enumerate(getattr(file, field) or ()):
-            exact = field in ("people", "cases", "of")
-            if (
-                not every
-                or name in every
-                or (not exact and any(matches(name, each) for each in every))
-            ):
+            there = name in every or not every
+            if there or (field in patterns and any(matches(name, each) for each in every)):
                 continue
             what = f"nothing is called {name!r}"
             if field == "parts" and name in known.hidden:
@@ -165,54 +167,58 @@ def _actions(work: Work) -> Iterator[tuple[Pair, RoleFile, ActionFile]]:
                 yield (name, case.name), role, action
 
 
-def _pairs(work: Work, entry: tuple[int, CriterionFile]) -> list[Pair]:
+def _pairs(work: Work, row: int, file: CriterionFile) -> list[Pair]:
     """The roles and cases that a criterion is asked of; reports those that it does not fit."""
-    row, file = entry
     if not work.parts.people_whole or row not in work.parts.criteria_whole:
         return []
+    key: Key = ("criteria", row)
     if file.check == "share":
         if work.parts.crowd is None:
             what = "a share is of a population; give a role a 'population'"
-            work.fault(("criteria", row, "check"), what)
+            work.fault((*key, "check"), what)
         return []
     if file.check == "between_people" and len(work.parts.roles) < 2:
         what = "between_people needs two roles or more; leave it out for one"
-        work.fault(("criteria", row, "check"), what)
-    pairs = []
-    reasons: dict[Pair, str] = {}
-    for pair, role, action in _actions(work):
-        if file.people is not None and pair[0] not in file.people:
-            continue
-        if file.cases is not None and pair[1] not in file.cases:
-            continue
-        reason = unfit(file.check, role, action)
-        if reason:
-            reasons[pair] = reason
-        else:
-            pairs.append(pair)
-    named = [case for _, case in pairs]
+        work.fault((*key, "check"), what)
+    asked = [
+        (pair, unfit(file.check, role, action))
+        for pair, role, action in _actions(work)
+        if (file.people is None or pair[0] in file.people)
+        and (file.cases is None or pair[1] in file.cases)
+    ]
+    _unfit_faults(work, key, file, asked)
+    return [pair for pair, why in asked if not why]
+
+
+def _unfit_faults(work: Work, key: Key, file: CriterionFile, asked: list[tuple[Pair, str]]) -> None:
+    """Report the cases and roles that a criterion names and does not fit, or that it fits none.
+
+    asked: the roles and cases that it is asked of, each with why it does not fit, "" where it does.
+    """
+    check = f"check: {file.check}"
     for place, case in enumerate(file.cases or ()):
-        why = next((r for (_, c), r in reasons.items() if c == case), "")
-        if case not in named and why:
-            what = f"check: {file.check} does not fit case {case!r}: {why}; leave the case out"
-            work.fault(("criteria", row, "cases", place), what)
-    if file.cases is None:
-        who = [name for name, _ in pairs]
-        for place, name in enumerate(file.people or ()):
-            why = next((r for (n, _), r in reasons.items() if n == name), "")
-            if name not in who and why:
-                what = f"check: {file.check} fits no case of {name!r}: {why}; leave the role out"
-                work.fault(("criteria", row, "people", place), what)
-        if not pairs and reasons and file.people is None:
-            why = next(iter(reasons.values()))
-            what = f"check: {file.check} fits no case: {why}; leave the criterion out"
-            work.fault(("criteria", row, "check"), what)
-    return pairs
+        if why := _why_none(why for pair, why in asked if pair[1] == case):
+            what = f"{check} does not fit case {case!r}: {why}; leave the case out"
+            work.fault((*key, "cases", place), what)
+    if file.cases is not None:
+        return
+    for place, name in enumerate(file.people or ()):
+        if why := _why_none(why for pair, why in asked if pair[0] == name):
+            what = f"{check} fits no case of {name!r}: {why}; leave the role out"
+            work.fault((*key, "people", place), what)
+    why = _why_none(why for _, why in asked)
+    if why and file.people is None:
+        work.fault((*key, "check"), f"{check} fits no case: {why}; leave the criterion out")
 
 
-def _limits(work: Work, entry: tuple[int, CriterionFile], known: Known) -> tuple[Limit, ...]:
+def _why_none(reasons: Iterable[str]) -> str:
+    """The first reason where nothing fits; "" where anything does, or nothing is asked."""
+    every = list(reasons)
+    return every[0] if every and all(every) else ""
+
+
+def _limits(work: Work, row: int, file: CriterionFile, known: Known) -> tuple[Limit, ...]:
     """The limits of the rule set of an injury criterion."""
-    row, file = entry
     if file.rules is None:
         return ()
     key: Key = ("criteria", row, "rules")
@@ -225,31 +231,30 @@ def _limits(work: Work, entry: tuple[int, CriterionFile], known: Known) -> tuple
     work.inputs["rules" if "rules" not in work.inputs else f"rules: {file.rules}"] = where
     for role in known.roles.values():
         for limit in rules.limits:
-            if limit.segment not in role.body.segments:
-                what = f"limits segment {limit.segment!r}, which body {role.body.name} has not; "
-                work.fault(key, what + one_of(limit.segment, role.body.segments))
-    spans = {"hic": math.inf, "held": 0.003}
+            what = f"limits segment {limit.segment!r}, which body {role.body.name} has not"
+            work.check_name(key, limit.segment, role.body.segments, what)
     return tuple(
-        Limit(
-            limit.figure,
-            limit.segment,
-            (limit.window if limit.figure == "hic" else limit.hold) or spans[limit.figure],
-            limit.limit,
-            limit.source,
-        )
+        Limit(limit.figure, limit.segment, _window(limit), limit.limit, limit.source)
         for limit in rules.limits
     )
 
 
+def _window(limit: LimitFile) -> float:
+    """The time [s] over which a figure is taken: the longest window of HIC, or how long a level is
+    held."""
+    if limit.figure == "hic":
+        return limit.window or math.inf
+    return limit.hold or _HELD
+
+
 def _criterion(
-    file: CriterionFile, pairs: list[Pair], limits: tuple[Limit, ...], known: Known
+    file: CriterionFile,
+    pairs: list[Pair],
+    limits: tuple[Limit, ...],
+    known: Known,
+    room: Environment,
 ) -> Criterion:
-    assert known.room is not None
-    at_least = file.at_least or 0.0
-    if file.check == "stops":
-        at_least = math.radians(at_least)
-    if file.check == "share":
-        at_least /= 100
+    """A criterion without faults, its patterns resolved to names."""
     direction = np.array(file.direction or (1.0, 0.0, 0.0))
     x, y, z = (float(v) for v in direction / np.linalg.norm(direction))
     most = 0.001 if file.check == "pedals" else 0.0
@@ -259,8 +264,8 @@ def _criterion(
         people=tuple(dict.fromkeys(name for name, _ in pairs)),
         segments=matching(file.segments, known.segments),
         parts=matching(file.parts, known.parts),
-        at_least=at_least,
-        controls=matching(file.controls, [control.name for control in known.room.controls]),
+        at_least=_at_least(file),
+        controls=matching(file.controls, [control.name for control in room.controls]),
         zone=file.zone,
         hand=None if file.hand == "either" else file.hand,
         subparts=matching(file.subparts, known.subparts) if file.subparts else (),
@@ -275,3 +280,11 @@ def _criterion(
         of=tuple(file.of or ()),
         cases=tuple(dict.fromkeys(case for _, case in pairs)),
     )
+
+
+def _at_least(file: CriterionFile) -> float:
+    """The least value that meets a criterion: [rad] of stops, a fraction of a share, else [m]."""
+    least = file.at_least or 0.0
+    if file.check == "stops":
+        return math.radians(least)
+    return least / 100 if file.check == "share" else least

@@ -86,10 +86,20 @@ class StudyParts:
         """Whether any action is a motion."""
         return any(case.moves for _, case in self.cases)
 
+    @property
+    def case_names(self) -> list[str]:
+        """The names of the cases, in the order of the file."""
+        return [case.name for _, case in self.cases]
+
 
 def read_parts(document: Document) -> tuple[StudyParts, list[str]]:
-    """The parts of a study file, and a line for each fault of its form. InputError where the file
-    is no mapping at all."""
+    """Read the parts of a study file, and a line for each fault of its form.
+
+    Raises
+    ------
+    InputError
+        Where the file is no mapping at all.
+    """
     faults: list[str] = []
     file = None
     try:
@@ -98,15 +108,17 @@ def read_parts(document: Document) -> tuple[StudyParts, list[str]]:
         faults = list(error.problems)
     if not isinstance(document.value, dict):
         raise InputError(faults)
-    value = document.value
+    return _readable(file, document.value), faults
+
+
+def _readable(file: StudyFile | None, value: dict[Any, Any]) -> StudyParts:
+    """The parts of a mapping that can be read. file: the whole of it, where it has no fault."""
     unit = value.get("length")
     metres = metres_in.get(unit, 0.001) if isinstance(unit, str) else 0.001
     take = _Reading({"metres": metres})
     people = _Reading({"metres": metres})
     criteria = _Reading({"metres": metres})
     environment = value.get("environment")
-    compare = value.get("compare")
-    names = isinstance(compare, list) and all(isinstance(name, str) for name in compare)
     parts = StudyParts(
         file=file,
         environment=environment if isinstance(environment, str) and environment else None,
@@ -117,33 +129,32 @@ def read_parts(document: Document) -> tuple[StudyParts, list[str]]:
         },
         cases=[
             (row, CaseParts(case["name"], people.actions(case.get("people"))))
-            for row, case in _mappings(value.get("cases"))
-            if isinstance(case.get("name"), str)
+            for row, case in _named(value.get("cases"))
         ],
         criteria=criteria.rows(CriterionFile, value.get("criteria")),
-        criterion_names=[
-            (row, criterion["name"])
-            for row, criterion in _mappings(value.get("criteria"))
-            if isinstance(criterion.get("name"), str)
-        ],
+        criterion_names=[(row, entry["name"]) for row, entry in _named(value.get("criteria"))],
         shares=take.one(SharesFile, value.get("shares")),
         maps=take.rows(MapFile, value.get("reach_maps")),
         envelopes=take.rows(EnvelopeFile, value.get("reach_envelopes")),
         changes=take.rows(ChangeFile, value.get("changes")),
-        compare=compare if names and isinstance(compare, list) else None,
+        compare=_names(value.get("compare")),
         signals=take.one(SignalsFile, value.get("signals")),
         forces=take.rows(ContactFile, value.get("contact_forces")),
     )
-    parts.people_whole = (
-        not people.pruned
-        and isinstance(value.get("cases"), list)
-        and len(parts.cases) == len(value["cases"]) > 0
+    parts.people_whole = not people.pruned and _has_all_cases(parts, value.get("cases"))
+    rows = {row for row, _ in parts.criteria}
+    parts.criteria_whole = frozenset(rows - set(criteria.pruned))
+    return parts
+
+
+def _has_all_cases(parts: StudyParts, cases: Any) -> bool:
+    """Whether there are roles, and every case of the file could be read and has an action."""
+    return (
+        isinstance(cases, list)
+        and len(parts.cases) == len(cases) > 0
         and len(parts.roles) > 0
         and all(case.actions for _, case in parts.cases)
     )
-    rows = {row for row, _ in parts.criteria}
-    parts.criteria_whole = frozenset(rows - set(criteria.pruned))
-    return parts, faults
 
 
 @dataclass(frozen=True)
@@ -185,5 +196,17 @@ def _mapping(value: Any) -> list[tuple[str, Any]]:
 
 
 def _mappings(value: Any) -> list[tuple[int, dict[str, Any]]]:
+    """The mappings in a list, with their rows."""
     rows = enumerate(value) if isinstance(value, list) else ()
     return [(row, entry) for row, entry in rows if isinstance(entry, dict)]
+
+
+def _named(value: Any) -> list[tuple[int, dict[str, Any]]]:
+    """The mappings in a list that have a name, with their rows."""
+    return [(row, entry) for row, entry in _mappings(value) if isinstance(entry.get("name"), str)]
+
+
+def _names(value: Any) -> list[str] | None:
+    """A list of names; None where it is anything else."""
+    whole = isinstance(value, list) and all(isinstance(name, str) for name in value)
+    return list(value) if whole else None

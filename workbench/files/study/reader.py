@@ -4,6 +4,7 @@ once."""
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import dataclass
 from pathlib import Path
 
 from workbench.errors import InputError, one_of
@@ -21,7 +22,7 @@ from workbench.files.study.limits import limit_faults
 from workbench.files.study.parts import read_parts
 from workbench.files.study.roles import LoadedRole, load_roles, place_faults
 from workbench.files.study.schema import ActionFile, ChangeFile, PositionFile, RoleFile, StudyFile
-from workbench.files.study.work import Work
+from workbench.files.study.work import Key, Work
 from workbench.files.yaml_text import Document, read_yaml
 from workbench.model.accommodation import Change, IntervalRule, MapTask
 from workbench.model.criterion import Criterion
@@ -87,7 +88,7 @@ def load_study(source: str | Path) -> Study:
         limit_faults(work)
     if work.faults or room is None or parts.file is None:
         raise InputError(_sorted(document, work.faults))
-    return _study(work, parts.file, known, (actions, criteria))
+    return _study(work, parts.file, known, actions, criteria)
 
 
 def _sorted(document: Document, faults: list[str]) -> list[str]:
@@ -137,254 +138,323 @@ def _known(
 
 def _case_faults(work: Work) -> None:
     """Report cases of one name, roles that are missing, and actions of nobody."""
-    seen: set[str] = set()
+    _report_repeated(
+        work,
+        [(("cases", row, "name"), case.name) for row, case in work.parts.cases],
+        "two cases are named {name!r}; give each a name of its own",
+    )
+    roles = work.parts.roles
     for row, case in work.parts.cases:
-        if case.name in seen:
-            what = f"two cases are named {case.name!r}; give each a name of its own"
-            work.fault(("cases", row, "name"), what)
-        seen.add(case.name)
-        for name in work.parts.roles:
-            if name not in case.actions and case.actions:
+        key = ("cases", row, "people")
+        for name in roles if case.actions else ():
+            if name not in case.actions:
                 what = f"the action of {name!r} is missing; every role acts in every case"
-                work.fault(("cases", row, "people"), what)
-        for name in case.actions if work.parts.roles else ():
-            if name not in work.parts.roles:
-                what = f"nobody is called {name!r}; {one_of(name, work.parts.roles)}"
-                work.fault(("cases", row, "people", name), what)
+                work.fault(key, what)
+        for name in case.actions if roles else ():
+            work.check_name((*key, name), name, roles, f"nobody is called {name!r}")
+
+
+def _report_repeated(work: Work, named: list[tuple[Key, str]], what: str) -> None:
+    """Report the names that stand a second time. what: the message, with {name!r} in it."""
+    seen: set[str] = set()
+    for key, name in named:
+        if name in seen:
+            work.fault(key, what.format(name=name))
+        seen.add(name)
 
 
 def _other_faults(work: Work, known: Known) -> None:
     """Report names of nothing in what the study asks for beside its criteria."""
-    cases = [case.name for _, case in work.parts.cases]
-    postures: list[str | None] = (
-        [None] if any(not case.moves for _, case in work.parts.cases) else []
-    )
-    postures += [case.name for _, case in work.parts.cases if not case.moves]
-    for key, rows in (("reach_maps", work.parts.maps), ("reach_envelopes", work.parts.envelopes)):
-        for row, task in rows:
-            if task.people not in work.parts.roles:
-                what = f"nobody is called {task.people!r}; {one_of(task.people, work.parts.roles)}"
-                work.fault((key, row, "people"), what)
-            else:
-                role = work.parts.roles[task.people]
-                if role is not None and role.seat is None:
-                    what = f"{task.people!r} is in no seat, about which reaches are measured; "
-                    work.fault((key, row, "people"), what + "give the role a 'seat'")
-            if task.case is not None and task.case not in cases:
-                what = f"no case is called {task.case!r}; {one_of(task.case, cases)}"
-                work.fault((key, row, "case"), what)
-            elif task.case not in postures:
-                what = "reaches begin at a posture: "
-                what += f"{task.case!r} is a motion" if task.case else "all cases are motions"
-                work.fault((key, row, "case") if task.case else (key, row), what)
-    for place, name in enumerate(work.parts.compare or ()):
-        if name not in cases:
-            what = f"no case is called {name!r}; {one_of(name, cases)}"
-            work.fault(("compare", place), what)
-    _named_twice(work)
-    if known.room is not None:
-        for row, map_file in work.parts.maps:
-            if map_file.part not in known.room.parts:
-                what = f"environment {known.room.name} has no part {map_file.part!r}; "
-                work.fault(
-                    ("reach_maps", row, "part"), what + one_of(map_file.part, known.room.parts)
-                )
-        for row, change in work.parts.changes:
-            _change_faults(work, (row, change), known.room)
-    if known.complete:
-        body = next(iter(known.roles.values())).body
-        for row, point in enumerate(work.parts.signals.points if work.parts.signals else ()):
-            if point.segment not in body.segments:
-                what = f"body {body.name} has no segment {point.segment!r}; "
-                key_ = ("signals", "points", row, "segment")
-                work.fault(key_, what + one_of(point.segment, body.segments))
-        if known.room is not None:
-            laws = [(("contact_forces", row), law) for row, law in work.parts.forces]
-            work.add(contact_faults(work.document, laws, (body, known.parts)))
-
-
-def _named_twice(work: Work) -> None:
-    """Report changes and signal points of one name."""
-    points = enumerate(work.parts.signals.points if work.parts.signals else ())
-    rows: list[tuple[tuple[str | int, ...], str]] = [
-        (("changes", row), change.name) for row, change in work.parts.changes
+    parts = work.parts
+    for kind, tasks in (("reach_maps", parts.maps), ("reach_envelopes", parts.envelopes)):
+        for row, task in tasks:
+            _reach_person_faults(work, (kind, row), task.people)
+            _reach_case_faults(work, (kind, row), task.case)
+    for place, name in enumerate(parts.compare or ()):
+        what = f"no case is called {name!r}"
+        work.check_name(("compare", place), name, parts.case_names, what)
+    changes: list[tuple[Key, str]] = [
+        (("changes", row, "name"), change.name) for row, change in parts.changes
     ]
-    rows += [(("signals", "points", row), point.name) for row, point in points]
-    seen: set[tuple[str | int, str]] = set()
-    for key, name in rows:
-        if (key[0], name) in seen:
-            what = f"two of {key[0]} are named {name!r}; give each a name of its own"
-            work.fault((*key, "name"), what)
-        seen.add((key[0], name))
+    points = parts.signals.points if parts.signals else ()
+    signals: list[tuple[Key, str]] = [
+        (("signals", "points", i, "name"), point.name) for i, point in enumerate(points)
+    ]
+    for kind, named in (("changes", changes), ("signals", signals)):
+        what = f"two of {kind} are named {{name!r}}; give each a name of its own"
+        _report_repeated(work, named, what)
+    if known.room is not None:
+        _room_faults(work, known.room)
+    if known.complete:
+        _body_faults(work, known)
 
 
-def _change_faults(work: Work, entry: tuple[int, ChangeFile], room: Environment) -> None:
-    row, change = entry
+def _reach_person_faults(work: Work, key: Key, name: str) -> None:
+    """Report a reach of nobody, or of somebody who is in no seat."""
+    key = (*key, "people")
+    if not work.check_name(key, name, work.parts.roles, f"nobody is called {name!r}"):
+        return
+    role = work.parts.roles[name]
+    if role is not None and role.seat is None:
+        what = f"{name!r} is in no seat, about which reaches are measured; give the role a 'seat'"
+        work.fault(key, what)
+
+
+def _reach_case_faults(work: Work, key: Key, name: str | None) -> None:
+    """Report a reach that begins at no case, or at a motion."""
+    if name is not None:
+        what = f"no case is called {name!r}"
+        if not work.check_name((*key, "case"), name, work.parts.case_names, what):
+            return
+    if not _posture_cases(work, name):
+        which = f"{name!r} is a motion" if name else "all cases are motions"
+        work.fault((*key, "case") if name else key, f"reaches begin at a posture: {which}")
+
+
+def _posture_cases(work: Work, name: str | None) -> list[int]:
+    """The indices of the cases that are postures; of those of a name where one is given."""
+    return [
+        index
+        for index, (_, case) in enumerate(work.parts.cases)
+        if not case.moves and name in (None, case.name)
+    ]
+
+
+def _room_faults(work: Work, room: Environment) -> None:
+    """Report the parts, controls and seats of maps and changes that the environment has not."""
+    for row, task in work.parts.maps:
+        what = f"environment {room.name} has no part {task.part!r}"
+        work.check_name(("reach_maps", row, "part"), task.part, room.parts, what)
+    for row, change in work.parts.changes:
+        _change_faults(work, row, change, room)
+
+
+def _body_faults(work: Work, known: Known) -> None:
+    """Report what signals and contact forces name that the body or the environment has not."""
+    body = next(iter(known.roles.values())).body
+    for row, point in enumerate(work.parts.signals.points if work.parts.signals else ()):
+        what = f"body {body.name} has no segment {point.segment!r}"
+        key = ("signals", "points", row, "segment")
+        work.check_name(key, point.segment, body.segments, what)
+    if known.room is not None:
+        laws = [(("contact_forces", row), law) for row, law in work.parts.forces]
+        work.add(contact_faults(work.document, laws, body, known.parts))
+
+
+def _change_faults(work: Work, row: int, change: ChangeFile, room: Environment) -> None:
+    """Report the control, seat and parts of a change that the environment has not."""
     controls = [control.name for control in room.controls]
-    if change.control is not None and change.control not in controls:
-        what = f"environment {room.name} has no control {change.control!r}; "
-        work.fault(("changes", row, "control"), what + one_of(change.control, controls))
     seats = [seat.name for seat in room.seats]
-    if change.seat is not None and change.seat not in seats:
-        what = f"environment {room.name} has no seat {change.seat!r}; "
-        work.fault(("changes", row, "seat"), what + one_of(change.seat, seats))
+    for kind, name, valid in (("control", change.control, controls), ("seat", change.seat, seats)):
+        if name is not None:
+            what = f"environment {room.name} has no {kind} {name!r}"
+            work.check_name(("changes", row, kind), name, valid, what)
     for place, name in enumerate(change.parts or ()):
         if not any(matches(name, part) for part in room.parts):
             what = f"nothing is called {name!r}; {one_of(name, room.parts)}"
             work.fault(("changes", row, "parts", place), what)
 
 
-def _actions(work: Work, name: str) -> list[ActionFile]:
-    """What a role does, case by case."""
+@dataclass(frozen=True)
+class _ActingRole:
+    """A role of the file, with what it does in the cases that can be read."""
+
+    name: str
+    file: RoleFile
+    actions: list[ActionFile]
+
+    @property
+    def key(self) -> Key:
+        """Where the role stands in the file."""
+        return ("people", self.name)
+
+    @property
+    def predicts(self) -> bool:
+        """Whether a posture is predicted in any case."""
+        return any(action.predicts for action in self.actions)
+
+    @property
+    def free(self) -> bool:
+        """Whether the seat goes where the person wants it."""
+        return self.predicts if self.file.position is None else self.file.position == "free"
+
+
+def _acting(work: Work, name: str, file: RoleFile) -> _ActingRole:
+    """A role with its actions, case by case."""
     found = (case.actions.get(name) for _, case in work.parts.cases)
-    return [action for action in found if action is not None]
-
-
-def _is_free(role: RoleFile, actions: list[ActionFile]) -> bool:
-    """Whether the seat goes where the person wants it."""
-    if role.position is None:
-        return any(action.predicts for action in actions)
-    return role.position == "free"
+    return _ActingRole(name, file, [action for action in found if action is not None])
 
 
 def _whole_faults(work: Work) -> None:
     """Report what the study as a whole lacks or has too much of."""
-    for name, role in work.parts.roles.items():
-        if role is not None:
-            _role_faults(work, (name, role), _actions(work, name))
-    document = work.document.value
-    crowd = work.parts.roles[work.parts.crowd] if work.parts.crowd is not None else None
-    for key in ("shares", "changes"):
-        if document.get(key) and crowd is None:
-            what = f"'{key}' are of a population; give a role a 'population', or leave them out"
-            work.fault((key,), what)
-    for key in ("signals", "contact_forces"):
-        if document.get(key) and not work.parts.moves:
-            work.fault((key,), f"'{key}' are of motions; give a case a 'motion', or leave them out")
-    for row, change in work.parts.changes:
-        if crowd is not None and change.seat is not None and change.seat != crowd.seat:
-            what = "the population has no seat, so this changes nothing for it; move a part"
-            if crowd.seat is not None:
-                what = f"the population sits in {crowd.seat!r}, so this changes nothing for it; "
-                what += f"valid: {crowd.seat}"
-            work.fault(("changes", row, "seat"), what)
+    for name, file in work.parts.roles.items():
+        if file is not None:
+            role = _acting(work, name, file)
+            _place_faults(work, role)
+            _free_seat_faults(work, role)
+            _subject_faults(work, name)
+            _simulated_faults(work, role)
+    _pointless_faults(work)
+    _moved_seat_faults(work)
     _compare_faults(work)
-    rows = document.get("criteria")
+    rows = work.document.value.get("criteria")
     whole = isinstance(rows, list) and 0 < len(rows) == len(work.parts.criteria_whole)
     if whole and not any(criterion.check != "share" for _, criterion in work.parts.criteria):
         what = "nothing is left to ask: a share is of those who meet other criteria; add one"
         work.fault(("criteria",), what)
 
 
-def _role_faults(work: Work, entry: tuple[str, RoleFile], actions: list[ActionFile]) -> None:
-    """Report a place that is missing, or that does not go with what the role does."""
-    name, role = entry
-    key = ("people", name)
-    still = [action for action in actions if not action.moves]
-    place = next((k for k in ("seat", "at", "stand") if getattr(role, k) is not None), None)
+def _pointless_faults(work: Work) -> None:
+    """Report what is asked of a population or of motions where the study has none."""
+    people = "are of a population; give a role a 'population', or leave them out"
+    motions = "are of motions; give a case a 'motion', or leave them out"
+    for key, there, what in (
+        ("shares", work.parts.crowd is not None, people),
+        ("changes", work.parts.crowd is not None, people),
+        ("signals", work.parts.moves, motions),
+        ("contact_forces", work.parts.moves, motions),
+    ):
+        if work.document.value.get(key) and not there:
+            work.fault((key,), f"'{key}' {what}")
+
+
+def _moved_seat_faults(work: Work) -> None:
+    """Report changes of a seat in which the population does not sit."""
+    crowd = work.parts.roles[work.parts.crowd] if work.parts.crowd is not None else None
+    if crowd is None:
+        return
+    what = "the population has no seat, so this changes nothing for it; move a part"
+    if crowd.seat is not None:
+        what = f"the population sits in {crowd.seat!r}, so this changes nothing for it; "
+        what += f"valid: {crowd.seat}"
+    for row, change in work.parts.changes:
+        if change.seat is not None and change.seat != crowd.seat:
+            work.fault(("changes", row, "seat"), what)
+
+
+def _place_faults(work: Work, role: _ActingRole) -> None:
+    """Report a place that is missing, or that a motion states already."""
+    still = any(not action.moves for action in role.actions)
+    place = next((k for k in ("seat", "at", "stand") if getattr(role.file, k) is not None), None)
     if place is None and still:
         what = "'seat', 'at' or 'stand' must say where the role is; only motions say so themselves"
-        work.fault(key, what)
-    if place is not None and actions and not still:
+        work.fault(role.key, what)
+    if place is not None and role.actions and not still:
         what = f"a motion says itself where the role is: leave {place!r} out"
-        work.fault((*key, place), what)
-    given = [action for action in actions if action.posture is not None]
-    predicts = any(action.predicts for action in actions)
-    free = _is_free(role, actions)
-    if role.seat is not None and free and given:
+        work.fault((*role.key, place), what)
+
+
+def _free_seat_faults(work: Work, role: _ActingRole) -> None:
+    """Report a free seat beside a given posture, or that no case can set."""
+    file = role.file
+    given = any(action.posture is not None for action in role.actions)
+    if file.seat is not None and role.free and given:
         what = (
             "the seat is free and a case gives the posture, so hands and feet would not follow; "
             "give 'position: reference', or predict the posture of every case"
         )
-        work.fault((*key, "position") if role.position is not None else (*key, "seat"), what)
-    if role.position == "free" and not predicts and not given:
-        work.fault((*key, "position"), "a free seat needs a case that predicts the posture")
-    subjects = [
-        row
-        for row, case in work.parts.cases
-        for action in [case.actions.get(name)]
-        if action is not None and action.motion is not None and action.motion.scale == "subject"
-    ]
-    first = work.parts.cases[0][0] if work.parts.cases else 0
-    for row in subjects:
-        if row != first:
+        work.fault((*role.key, "position" if file.position is not None else "seat"), what)
+    if file.position == "free" and not role.predicts and not given:
+        what = "a free seat needs a case that predicts the posture"
+        work.fault((*role.key, "position"), what)
+
+
+def _subject_faults(work: Work, name: str) -> None:
+    """Report motions after the first case that make the body of a role from their subject."""
+    for row, case in work.parts.cases[1:]:
+        action = case.actions.get(name)
+        if action is not None and action.motion is not None and action.motion.scale == "subject":
             what = "one body makes all motions: 'scale: subject' belongs to the first case"
             work.fault(("cases", row, "people", name, "motion", "scale"), what)
-    simulated = any(action.simulated is not None for action in actions)
-    if simulated and (role.size or role.sizes or role.clothes or role.detail):
+
+
+def _simulated_faults(work: Work, role: _ActingRole) -> None:
+    """Report a body that is changed although a simulation brings its own."""
+    changed = [k for k in ("size", "sizes", "clothes", "detail") if getattr(role.file, k)]
+    if changed and any(action.simulated is not None for action in role.actions):
         what = "the body of a simulated motion is that of the simulation; leave its changes out"
-        given_keys = (k for k in ("size", "sizes", "clothes", "detail") if getattr(role, k))
-        work.fault((*key, next(given_keys)), what)
+        work.fault((*role.key, changed[0]), what)
 
 
 def _compare_faults(work: Work) -> None:
+    """Report a comparison of a case with itself, or of one that is no motion."""
     if work.parts.compare is None or len(work.parts.compare) != 2:
         return
-    rows = {case.name: (row, case) for row, case in work.parts.cases}
+    cases = {case.name: case for _, case in work.parts.cases}
     one, two = work.parts.compare
-    if one == two and one in rows:
+    if one == two and one in cases:
         what = f"{one!r} is named twice; two different cases are compared"
         work.fault(("compare", 1), what)
     for place, name in enumerate(work.parts.compare):
-        actions = rows[name][1].actions.values() if name in rows else ()
+        actions = cases[name].actions.values() if name in cases else ()
         if any(action is not None and not action.moves for action in actions):
             what = f"case {name!r} is no motion; two motions of one role are compared"
             work.fault(("compare", place), what)
 
 
 def _study(
-    work: Work, file: StudyFile, known: Known, loaded: tuple[CaseActions, list[Criterion]]
+    work: Work, file: StudyFile, known: Known, actions: CaseActions, criteria: list[Criterion]
 ) -> Study:
-    actions, criteria = loaded
+    """The study of a file that has no fault."""
     room = known.room
     assert room is not None
-    names = list(file.people)
-    case_names = [case.name for case in file.cases]
-    compare = file.compare
     return Study(
         name=file.study,
         title=file.title or file.study,
         description=file.description,
         environment=room,
-        roles=tuple(_role(work, name, known.roles[name]) for name in names),
+        roles=tuple(_role(work, name, known.roles[name]) for name in file.people),
         cases=tuple(
-            Case(case.name, tuple(actions[row, name] for name in names))
+            Case(case.name, tuple(actions[row, name] for name in file.people))
             for row, case in enumerate(file.cases)
         ),
         criteria=tuple(criteria),
         inputs=work.inputs,
         shares=_shares(file),
-        reach_maps=tuple(
-            MapTask(
-                row.part, row.grip, row.zone, row.hand, row.points, _posture_case(work, row.case)
-            )
-            for row in file.reach_maps
-        ),
-        reach_envelopes=tuple(
-            ReachTask(
-                row.people,
-                f"{row.hand} hand",
-                row.grip,
-                row.zone,
-                row.obstacles,
-                _posture_case(work, row.case),
-            )
-            for row in file.reach_envelopes
-        ),
+        reach_maps=_maps(work, file),
+        reach_envelopes=_envelopes(work, file),
         changes=tuple(_change(row, room) for row in file.changes),
-        compare=(case_names.index(compare[0]), case_names.index(compare[1])) if compare else None,
+        compare=_compared(work, file),
         signals=_signals(file, known),
         contact_forces=_forces(file, known),
         warnings=room.warnings,
     )
 
 
-def _posture_case(work: Work, name: str | None) -> int:
-    """The index of a case by its name, of the first posture where it has none."""
-    cases = [case for _, case in work.parts.cases]
-    return next(
-        row for row, case in enumerate(cases) if not case.moves and name in (None, case.name)
+def _maps(work: Work, file: StudyFile) -> tuple[MapTask, ...]:
+    return tuple(
+        MapTask(
+            part=row.part,
+            grip=row.grip,
+            zone=row.zone,
+            hand=row.hand,
+            points=row.points,
+            case=_posture_cases(work, row.case)[0],
+        )
+        for row in file.reach_maps
     )
+
+
+def _envelopes(work: Work, file: StudyFile) -> tuple[ReachTask, ...]:
+    return tuple(
+        ReachTask(
+            row.people,
+            f"{row.hand} hand",
+            row.grip,
+            row.zone,
+            row.obstacles,
+            _posture_cases(work, row.case)[0],
+        )
+        for row in file.reach_envelopes
+    )
+
+
+def _compared(work: Work, file: StudyFile) -> tuple[int, int] | None:
+    """The indices of the two cases that are compared."""
+    if not file.compare:
+        return None
+    one, two = (work.parts.case_names.index(name) for name in file.compare)
+    return one, two
 
 
 def _role(work: Work, name: str, loaded: LoadedRole) -> Role:
@@ -399,7 +469,7 @@ def _role(work: Work, name: str, loaded: LoadedRole) -> Role:
         sizes=loaded.sizes,
         population=loaded.population,
         seat=file.seat,
-        free=_is_free(file, _actions(work, name)),
+        free=_acting(work, name, file).free,
         forward=place.forward if place else 0.0,
         up=place.up if place else 0.0,
         stand=file.stand.on if file.stand else None,

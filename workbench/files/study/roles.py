@@ -51,10 +51,11 @@ def load_roles(work: Work) -> dict[str, LoadedRole]:
 
 
 def _load_role(work: Work, name: str, file: RoleFile) -> LoadedRole | None:
-    clothes_key = ("people", name, "clothes")
+    """A role with what it names; None where its body cannot be loaded."""
     for row, item in enumerate(file.clothes):
         if item in file.clothes[:row]:
-            work.fault((*clothes_key, row), f"{item!r} is worn already; name it once")
+            key = ("people", name, "clothes", row)
+            work.fault(key, f"{item!r} is worn already; name it once")
     size = _size(work, name, file.size) if file.size is not None else None
     population = _population(work, name, file.population) if file.population is not None else None
     sizes = {
@@ -66,8 +67,8 @@ def _load_role(work: Work, name: str, file: RoleFile) -> LoadedRole | None:
         return None
     postures = _postures(work, name, body)
     if file.detail is not None and (body.basis is None or file.detail not in body.basis.details):
-        levels = ", ".join(body.basis.details) if body.basis else "none"
-        what = f"body {body.name} has no level of detail {file.detail!r}; valid: {levels}"
+        valid = ", ".join(body.basis.details) if body.basis else "none"
+        what = f"body {body.name} has no level of detail {file.detail!r}; valid: {valid}"
         work.fault(("people", name, "detail"), what)
     return LoadedRole(
         file=file,
@@ -123,10 +124,11 @@ def _clothes(work: Work, name: str, body: Body) -> tuple[Encumbrance, ...]:
 
 
 def _size(work: Work, name: str, file: SizeFile, at: tuple[str, ...] = ("size",)) -> Size | None:
+    """The size that stands at a key of a role; None where its population cannot be loaded."""
     key = ("people", name, *at)
-    faults = [(("measures", measure), what) for measure, what in _measure_faults(file)]
-    for where, what in faults:
-        work.fault((*key, *where), what)
+    for measure, value in file.measures.items():
+        if what := _measure_fault(measure, value):
+            work.fault((*key, "measures", measure), what)
     people: PopulationModel | Growth
     try:
         source = find("bodies/populations", file.source, near=work.path.parent)
@@ -139,29 +141,25 @@ def _size(work: Work, name: str, file: SizeFile, at: tuple[str, ...] = ("size",)
     return Size(file.sex, file.measures | mass, people, file.age)
 
 
-def _measure_faults(file: SizeFile) -> list[tuple[str, str]]:
-    """Measures that cannot be given, or that no person has."""
-    faults = []
-    for measure, value in file.measures.items():
-        if measure == "mass":
-            what = "a mass is no length; give it beside the measures, as mass_kg: 60"
-            faults.append((measure, what))
-        elif measure not in ON_THE_BODY:
-            what = f"no measure {measure!r}; {one_of(measure, ON_THE_BODY, words=WORDS)}"
-            faults.append((measure, what))
-        elif measure in MEASURES and not MEASURES[measure][0] <= value <= MEASURES[measure][1]:
-            low, high = (1000 * limit for limit in MEASURES[measure])
-            what = (
-                f"{1000 * value:g} mm is not a person's ({low:g} to {high:g} mm is): a wrong unit?"
-            )
-            faults.append((measure, what))
-    return faults
+def _measure_fault(measure: str, value: float) -> str:
+    """Why a measure [m] cannot be given, or is no person's; "" where it can."""
+    if measure == "mass":
+        return "a mass is no length; give it beside the measures, as mass_kg: 60"
+    if measure not in ON_THE_BODY:
+        return f"no measure {measure!r}; {one_of(measure, ON_THE_BODY, words=WORDS)}"
+    if measure in MEASURES and not MEASURES[measure][0] <= value <= MEASURES[measure][1]:
+        low, high = (1000 * limit for limit in MEASURES[measure])
+        return f"{1000 * value:g} mm is not a person's ({low:g} to {high:g} mm is): a wrong unit?"
+    return ""
 
 
 def _population(work: Work, name: str, file: PopulationFile) -> Population | PeopleDrawn | None:
+    """The people of a role: those of its files, or how they are drawn; None where neither can be
+    loaded."""
     key = ("people", name, "population")
-    for row, source in enumerate(file.files or ()):
-        if source in (file.files or [])[:row]:
+    files = file.files or ()
+    for row, source in enumerate(files):
+        if source in files[:row]:
             what = f"{source!r} is named already, and its people would count twice; name it once"
             work.fault((*key, "files", row), what)
     near = work.path.parent
@@ -169,64 +167,73 @@ def _population(work: Work, name: str, file: PopulationFile) -> Population | Peo
         work.inputs |= people_files(file, near)
         if file.files is not None:
             return rows_of(file, near)
-        women = 0.5 if file.women is None else file.women / 100
-        women = women if len(file.sexes) == 2 else float(file.sexes[0] == "female")
-        return PeopleDrawn(drawn_from(file, near), file.people or 0, file.seed or 0, women)
+        drawn = drawn_from(file, near)
     except InputError as error:
         work.errors((*key, "source" if file.files is None else "files"), error)
         return None
+    return PeopleDrawn(drawn, file.people or 0, file.seed or 0, _share_of_women(file))
+
+
+def _share_of_women(file: PopulationFile) -> float:
+    """The share of women among the people drawn, from 0 to 1."""
+    if len(file.sexes) == 1:
+        return float(file.sexes[0] == "female")
+    return 0.5 if file.women is None else file.women / 100
 
 
 def place_faults(work: Work, roles: dict[str, LoadedRole], room: Environment | None) -> None:
     """Report places that are not there, or that two roles take, and several roles of many
     people."""
+    files = {name: file for name, file in work.parts.roles.items() if file is not None}
+    _several_faults(work, files)
     taken: dict[str, str] = {}
-    several = ""
-    for name, file in work.parts.roles.items():
-        if file is None:
-            continue
-        key = ("people", name)
-        rows = "sizes" if file.sizes is not None else "population"
-        if file.sizes is not None or file.population is not None:
-            if several:
-                what = (
-                    f"{several!r} has several people already; one role of a study at most has "
-                    "`sizes` or a `population`"
-                )
-                work.fault((*key, rows), what)
-            several = several or name
+    for name, file in files.items():
         if file.seat is not None:
             if file.seat in taken:
                 what = (
                     f"{taken[file.seat]!r} sits in {file.seat!r} already; for people who take a "
                     "seat one at a time use `sizes` of one role"
                 )
-                work.fault((*key, "seat"), what)
+                work.fault(("people", name, "seat"), what)
             taken.setdefault(file.seat, name)
             if room is not None:
-                _seat_faults(work, (name, file), room)
+                _seat_faults(work, name, file, room)
         if file.at is not None and name in roles:
+            segment = file.at.segment
             body = roles[name].body
-            if file.at.segment not in body.segments:
-                hint = one_of(file.at.segment, body.segments, words=segment_words(body))
-                what = f"unknown segment {file.at.segment!r}; {hint}"
-                work.fault((*key, "at", "segment"), what)
+            key = ("people", name, "at", "segment")
+            what = f"unknown segment {segment!r}"
+            work.check_name(key, segment, body.segments, what, words=segment_words(body))
 
 
-def _seat_faults(work: Work, role: tuple[str, RoleFile], room: Environment) -> None:
-    """The seat is there, and stands within its travel."""
-    name, file = role
+def _several_faults(work: Work, files: dict[str, RoleFile]) -> None:
+    """Report roles of several people after the first one."""
+    several = [
+        (name, "sizes" if file.sizes is not None else "population")
+        for name, file in files.items()
+        if file.sizes is not None or file.population is not None
+    ]
+    for name, key in several[1:]:
+        what = (
+            f"{several[0][0]!r} has several people already; one role of a study at most has "
+            "`sizes` or a `population`"
+        )
+        work.fault(("people", name, key), what)
+
+
+def _seat_faults(work: Work, name: str, file: RoleFile, room: Environment) -> None:
+    """Report a seat that is not there, or that stands beyond its travel."""
     seats = {seat.name: seat for seat in room.seats}
-    if file.seat not in seats:
-        what = f"environment {room.name} has no seat {file.seat!r}; "
-        work.fault(("people", name, "seat"), what + one_of(str(file.seat), seats))
+    key = ("people", name)
+    what = f"environment {room.name} has no seat {file.seat!r}"
+    if not work.check_name((*key, "seat"), str(file.seat), seats, what):
         return
     if not isinstance(file.position, PositionFile):
         return
-    seat = seats[file.seat]
+    seat = seats[str(file.seat)]
     for way, (low, high) in (("forward", seat.travel_forward), ("up", seat.travel_up)):
         value = getattr(file.position, way)
         if not low - 1e-9 <= value <= high + 1e-9:
             travel = f"{1000 * low:g} to {1000 * high:g} mm"
             what = f"beyond the travel of seat {seat.name}, {travel} (got {1000 * value:g} mm)"
-            work.fault(("people", name, "position", way), what)
+            work.fault((*key, "position", way), what)

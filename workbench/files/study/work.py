@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from workbench.errors import InputError
+from workbench.errors import InputError, one_of
 from workbench.files.schema import fail
 from workbench.files.study.parts import StudyParts
 from workbench.files.yaml_text import Document
@@ -29,6 +29,33 @@ class Work:
     def fault(self, key: Key, what: str) -> None:
         """Report a fault of the value at a key."""
         self.add([fail(self.document, key, what)])
+
+    def check_name(
+        self,
+        key: Key,
+        name: str,
+        valid: Iterable[str],
+        what: str,
+        *,
+        words: Mapping[str, str] | None = None,
+    ) -> bool:
+        """Report a name that is not valid; return whether it is.
+
+        Parameters
+        ----------
+        key
+            Where the name stands.
+        name, valid
+            The name, and those that there are.
+        what
+            What is wrong with a name that is not valid, without a hint at the valid ones.
+        words
+            What the valid names mean, in words.
+        """
+        names = list(valid)
+        if name not in names:
+            self.fault(key, f"{what}; {one_of(name, names, words=words or {})}")
+        return name in names
 
     def errors(self, key: Key, error: InputError) -> None:
         """Report the faults of something that is named at a key."""

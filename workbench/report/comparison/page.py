@@ -30,7 +30,14 @@ from workbench.report.templates import template
 
 __all__ = ["comparison_file", "comparison_page", "comparison_tables", "write_comparison"]
 
-_MOST = 40  # people told on the page
+_MOST = 40  # people on the page
+_CHANGES = {
+    (False, True): "gained",
+    (True, False): "lost",
+    (True, True): "fits",
+    (False, False): "left out",
+}
+"""What becomes of a person, by whether the design before and the one after fit."""
 
 
 def write_comparison(
@@ -57,21 +64,23 @@ def comparison_file(
 ) -> ComparisonFile:
     """The comparison as plain rows."""
     changed = [("gained", row) for row in found.gained] + [("lost", row) for row in found.lost]
+    before = found.before
+    after = found.after
     return ComparisonFile(
         headline=comparison_headline(found),
-        before=found.before.name,
-        after=found.after.name,
-        before_title=found.before.title,
-        after_title=found.after.title,
-        people=len(found.before.labels),
-        confidence=found.before.confidence,
+        before=before.name,
+        after=after.name,
+        before_title=before.title,
+        after_title=after.title,
+        people=len(before.labels),
+        confidence=before.confidence,
         groups=[_row(pair) for pair in found.groups],
         requirements=[_row(pair) for pair in found.pairs],
         only_before=list(found.only_before),
         only_after=list(found.only_after),
         changed=[
             ChangedPersonRow(
-                person=found.before.labels[row],
+                person=before.labels[row],
                 row=row,
                 change=change,
                 sentence=change_sentence(found, row),
@@ -105,18 +114,15 @@ def _nine(value: float) -> float:
 def comparison_tables(found: Comparison) -> dict[str, str | bytes]:
     """people.csv: everybody with both verdicts and the margins of every requirement;
     requirements.csv: the shares."""
-    shared = [pair.name for pair in found.pairs]
+    return {"people.csv": _people_table(found), "requirements.csv": _shares_table(found)}
+
+
+def _people_table(found: Comparison) -> str:
+    """A row for each person: who it is, both verdicts, and both margins of each requirement."""
     one = found.before
     two = found.after
+    shared = [pair.name for pair in found.pairs]
     columns = [(one.requirements.index(name), two.requirements.index(name)) for name in shared]
-    was = one.served
-    now = two.served
-    words = {
-        (False, True): "gained",
-        (True, False): "lost",
-        (True, True): "fits",
-        (False, False): "left out",
-    }
     header = ["person", "sex", "weight", "stature_mm", "fits_before", "fits_after", "change"]
     header += [f"{name}: {when} [mm]" for name in shared for when in ("before", "after")]
     people = (
@@ -125,44 +131,22 @@ def comparison_tables(found: Comparison) -> dict[str, str | bytes]:
             SEXES[int(one.sex[p])],
             one.weight[p],
             _mm(one.stature[p]),
-            _yes(was[p]),
-            _yes(now[p]),
-            words[bool(was[p]), bool(now[p])],
+            _yes(one.served[p]),
+            _yes(two.served[p]),
+            _CHANGES[bool(one.served[p]), bool(two.served[p])],
             *(_mm(m) for a, b in columns for m in (one.margin[p, a], two.margin[p, b])),
         ]
         for p, label in enumerate(one.labels)
     )
-    pairs = (
-        [
-            kind,
-            pair.name,
-            pair.count,
-            _nine(pair.before),
-            _nine(pair.after),
-            pair.gainers,
-            pair.losers,
-            _nine(pair.difference),
-            _nine(pair.low),
-            _nine(pair.high),
-            _nine(pair.chance),
-        ]
-        for kind, rows in (("all requirements", found.groups), ("requirement", found.pairs))
-        for pair in rows
-    )
-    heads = [
-        "what",
-        "name",
-        "people",
-        "before",
-        "after",
-        "gained",
-        "lost",
-        "difference",
-        "low",
-        "high",
-        "chance",
-    ]
-    return {"people.csv": csv_text(header, people), "requirements.csv": csv_text(heads, pairs)}
+    return csv_text(header, people)
+
+
+def _shares_table(found: Comparison) -> str:
+    """A row for all requirements of each group of people, and for each requirement."""
+    rows = [("all requirements", pair) for pair in found.groups]
+    rows += [("requirement", pair) for pair in found.pairs]
+    head = ["what", *PairRow.model_fields]
+    return csv_text(head, ([what, *_row(pair).model_dump().values()] for what, pair in rows))
 
 
 def _mm(metres: float) -> float | str:
@@ -175,11 +159,13 @@ def _yes(value: object) -> str:
 
 def comparison_page(found: Comparison, rows: ComparisonFile) -> str:
     """The HTML text of a comparison; the same bytes for the same two results."""
-    reach = max(
-        [abs(v) for pair in (*found.groups, *found.pairs) for v in (pair.low, pair.high)] + [0.01]
-    )
+    ends = [abs(v) for pair in (*found.groups, *found.pairs) for v in (pair.low, pair.high)]
+    reach = max([*ends, 0.01])
     changed = [pair for pair in found.pairs if pair.gainers or pair.losers]
     changed.sort(key=lambda pair: -abs(pair.difference))
+    sentences: dict[str, list[str]] = {"gained": [], "lost": []}
+    for row in rows.changed:
+        sentences[row.change].append(row.sentence)
     return template("comparison/page.html.j2").render(
         rows=rows,
         groups=[_shown(pair, reach) for pair in found.groups],
@@ -192,11 +178,8 @@ def comparison_page(found: Comparison, rows: ComparisonFile) -> str:
             ("after", [plain(n) for n in found.only_after]),
         ],
         lists=[
-            (word, len(who), [row.sentence for row in rows.changed if row.change == change][:_MOST])
-            for word, change, who in (
-                ("gain", "gained", found.gained),
-                ("lose", "lost", found.lost),
-            )
+            (word, len(sentences[change]), sentences[change][:_MOST])
+            for word, change in (("gain", "gained"), ("lose", "lost"))
         ],
         most=_MOST,
     )

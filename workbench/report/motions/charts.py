@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 from html import escape
 
 import numpy as np
@@ -22,21 +23,20 @@ _COLOURS = ("#1f5fa8", "#b3261e", "#1f7a4d", "#8a5a00", "#6b3fa0", "#00798c")
 _FONT = "font-family=\"system-ui, 'DejaVu Sans', sans-serif\""
 _SOFT = f'font-size="12" fill="#5c6b7a" {_FONT}'
 _MOST_ROWS = 24
+_HEIGHT = 260
+_TOP = 14
+_BOTTOM = 34
+_CURVES_LEFT = 70
 
 
 def timeline(result: MotionFound) -> str:
     """A row for each pair that meets, a bar for each contact from first touch to parting, the
     deepest moment marked."""
-    rows: dict[tuple[str, str], list[Meeting]] = {}
-    for meeting in result.meetings:
-        rows.setdefault((meeting.segment, meeting.other), []).append(meeting)
-    kept = sorted(rows.items(), key=lambda item: -max(m.depth - m.allowed for m in item[1]))[
-        :_MOST_ROWS
-    ]
-    kept.sort(key=lambda item: min(m.enter for m in item[1]))
+    kept = _worst_pairs(result.meetings)
     if not kept:
         return ""
-    names = dict(zip(result.study.body.segments, result.study.body.segment_names, strict=True))
+    body = result.study.body
+    names = dict(zip(body.segments, body.segment_names, strict=True))
     axis = _Axis(result.episodes.span)
     height = 34 + _ROW * len(kept)
     parts = [_open(height, "Contacts over time"), *axis.grid(height)]
@@ -47,17 +47,39 @@ def timeline(result: MotionFound) -> str:
             f'<text x="{_LEFT - 10}" y="{y + 13}" text-anchor="end" font-size="12.5" fill="#1d2733" {_FONT}>'
             f"{escape(_cut(label))}</text>"
         )
-        for m in meetings:
-            left = axis.x(m.enter)
-            right = max(axis.x(m.leave), axis.x(m.enter) + 2)
-            over = m.depth > m.allowed + 1e-9
-            colour = ("#b3261e" if over else "#8fa8c2") if not m.own else "#d79a00"
-            said = f"{m.who}, {m.other}: {1000 * m.depth:.1f} mm deep at {milliseconds(m.deepest)}"
-            box = f'x="{left:.1f}" y="{y + 2}" width="{right - left:.1f}" height="14"'
-            parts.append(f'<rect {box} rx="2" fill="{colour}"><title>{escape(said)}</title></rect>')
-            at = axis.x(m.deepest)
-            parts.append(f'<path d="M{at:.1f} {y + 1}v16" stroke="#1d2733" stroke-width="1.4"/>')
+        for meeting in meetings:
+            parts += _bar(axis, y, meeting)
     return "\n".join([*parts, "</svg>"])
+
+
+def _worst_pairs(
+    meetings: Iterable[Meeting],
+) -> list[tuple[tuple[str, str], list[Meeting]]]:
+    """The pairs of a segment and what it meets that go deepest, by when they first meet."""
+    rows: dict[tuple[str, str], list[Meeting]] = {}
+    for meeting in meetings:
+        rows.setdefault((meeting.segment, meeting.other), []).append(meeting)
+    deepest = sorted(rows.items(), key=lambda item: -max(m.depth - m.allowed for m in item[1]))
+    return sorted(deepest[:_MOST_ROWS], key=lambda item: min(m.enter for m in item[1]))
+
+
+def _bar(axis: _Axis, y: float, meeting: Meeting) -> list[str]:
+    """The bar of a contact in the row at y [pixels], and the mark of its deepest moment."""
+    left = axis.x(meeting.enter)
+    width = max(axis.x(meeting.leave), left + 2) - left
+    at = axis.x(meeting.deepest)
+    colour = "#b3261e" if meeting.depth > meeting.allowed + 1e-9 else "#8fa8c2"
+    if meeting.own:
+        colour = "#d79a00"
+    said = (
+        f"{meeting.who}, {meeting.other}: {1000 * meeting.depth:.1f} mm deep at "
+        f"{milliseconds(meeting.deepest)}"
+    )
+    box = f'x="{left:.1f}" y="{y + 2}" width="{width:.1f}" height="14"'
+    return [
+        f'<rect {box} rx="2" fill="{colour}"><title>{escape(said)}</title></rect>',
+        f'<path d="M{at:.1f} {y + 1}v16" stroke="#1d2733" stroke-width="1.4"/>',
+    ]
 
 
 def clearance_curves(result: MotionFound, *, most: int = 6) -> str:
@@ -75,46 +97,87 @@ def clearance_curves(result: MotionFound, *, most: int = 6) -> str:
 def curves(
     time: Floats, lines: Sequence[tuple[str, Floats]], *, unit: str, title: str, zero: bool = False
 ) -> str:
-    """Curves over time with a key; zero: the part below 0 is shaded."""
-    height = 260
-    top = 14
-    bottom = 34
-    axis = _Axis((float(time[0]), float(time[-1])), left=70)
-    low = min([float(v.min()) for _, v in lines] + [0.0])
-    high = max([float(v.max()) for _, v in lines] + [low + 1e-9])
-    step = _step(high - low)
-    low = step * np.floor(low / step)
-    high = step * np.ceil(high / step)
+    """Draw curves over time with a key.
 
-    def y(value: float) -> float:
-        return float(top + (high - value) / (high - low) * (height - top - bottom))
-
-    parts = [_open(height, title)]
-    if zero and low < 0:
-        parts.append(
-            f'<rect x="70" y="{y(0):.1f}" width="{WIDTH - 70 - _RIGHT}" height="{y(low) - y(0):.1f}" fill="#fbe9e7"/>'
-        )
-    for value in np.arange(low, high + step / 2, step):
-        parts.append(f'<path d="M70 {y(value):.1f}H{WIDTH - _RIGHT}" stroke="#d9dfe5"/>')
-        parts.append(
-            f'<text x="62" y="{y(value) + 4:.1f}" text-anchor="end" {_SOFT}>{value + 0.0:g}</text>'
-        )
-    parts += [*axis.grid(height), f'<text x="8" y="12" {_SOFT}>{unit}</text>']
+    Parameters
+    ----------
+    time
+        (T,) [s].
+    lines
+        The name of each curve, and its values (T,).
+    unit
+        The unit of the values.
+    title
+        The title of the chart.
+    zero
+        Whether the part below 0 is shaded.
+    """
+    axis = _Axis((float(time[0]), float(time[-1])), left=_CURVES_LEFT)
+    levels = _levels([values for _, values in lines])
+    parts = [_open(_HEIGHT, title)]
+    if zero and levels.low < 0:
+        parts.append(levels.shade())
+    parts += levels.grid()
+    parts += [*axis.grid(_HEIGHT), f'<text x="8" y="12" {_SOFT}>{unit}</text>']
     for k, (name, values) in enumerate(lines):
-        points = " ".join(
-            f"{axis.x(t):.1f},{y(v):.1f}" for t, v in zip(*_thinned(time, values), strict=True)
-        )
+        samples = zip(*_thinned(time, values), strict=True)
+        points = " ".join(f"{axis.x(t):.1f},{levels.y(v):.1f}" for t, v in samples)
         colour = _COLOURS[k % len(_COLOURS)]
         parts.append(
             f'<polyline points="{points}" fill="none" stroke="{colour}" stroke-width="1.6"/>'
         )
-        x = 84 + (k % 3) * 330
-        row = top + 12 + 16 * (k // 3)
-        parts.append(
-            f'<path d="M{x} {row - 4}h18" stroke="{colour}" stroke-width="3"/><text x="{x + 24}" y="{row}" '
-            f'font-size="12.5" fill="#1d2733" {_FONT}>{escape(name)}</text>'
-        )
+        parts.append(_key(k, name, colour))
     return "\n".join([*parts, "</svg>"])
+
+
+def _key(k: int, name: str, colour: str) -> str:
+    """The k-th entry of the key, three a row."""
+    x = 84 + (k % 3) * 330
+    y = _TOP + 12 + 16 * (k // 3)
+    return (
+        f'<path d="M{x} {y - 4}h18" stroke="{colour}" stroke-width="3"/><text x="{x + 24}" y="{y}" '
+        f'font-size="12.5" fill="#1d2733" {_FONT}>{escape(name)}</text>'
+    )
+
+
+@dataclass(frozen=True)
+class _Levels:
+    """The values of curves from bottom to top: round numbers low and high, and steps between."""
+
+    low: float
+    high: float
+    step: float
+
+    def y(self, value: float) -> float:
+        """Where a value stands [pixels]."""
+        share = (self.high - value) / (self.high - self.low)
+        return float(_TOP + share * (_HEIGHT - _TOP - _BOTTOM))
+
+    def shade(self) -> str:
+        """The part below 0."""
+        return (
+            f'<rect x="{_CURVES_LEFT}" y="{self.y(0):.1f}" width="{WIDTH - _CURVES_LEFT - _RIGHT}" '
+            f'height="{self.y(self.low) - self.y(0):.1f}" fill="#fbe9e7"/>'
+        )
+
+    def grid(self) -> list[str]:
+        """A line and a number for each step."""
+        parts = []
+        for value in np.arange(self.low, self.high + self.step / 2, self.step):
+            y = self.y(value)
+            parts.append(f'<path d="M{_CURVES_LEFT} {y:.1f}H{WIDTH - _RIGHT}" stroke="#d9dfe5"/>')
+            parts.append(
+                f'<text x="62" y="{y + 4:.1f}" text-anchor="end" {_SOFT}>{value + 0.0:g}</text>'
+            )
+        return parts
+
+
+def _levels(values: Sequence[Floats]) -> _Levels:
+    """Levels that hold all values, and 0."""
+    low = min([float(v.min()) for v in values] + [0.0])
+    high = max([float(v.max()) for v in values] + [low + 1e-9])
+    step = _step(high - low)
+    return _Levels(step * np.floor(low / step), step * np.ceil(high / step), step)
 
 
 def _thinned(time: Floats, values: Floats, most: int = 900) -> tuple[Floats, Floats]:
@@ -134,8 +197,9 @@ class _Axis:
     """Time from left to right."""
 
     def __init__(self, span: tuple[float, float], *, left: int = _LEFT) -> None:
-        self.left, (self.start, self.end) = left, span
-        self.scale = (WIDTH - left - _RIGHT) / max(span[1] - span[0], 1e-9)
+        self.left = left
+        self.start, self.end = span
+        self.scale = (WIDTH - left - _RIGHT) / max(self.end - self.start, 1e-9)
 
     def x(self, time: float) -> float:
         return self.left + (time - self.start) * self.scale

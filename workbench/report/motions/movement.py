@@ -85,18 +85,15 @@ def movement_sentences(body: Body, motion: Poses, *, most: int = 8) -> list[str]
         _trimmed(body, motion, turn) for turn in sorted(_turns(body, motion), key=_size)[:most]
     ]
     chosen = sorted(largest, key=lambda t: (t.first, body.joint_names[t.joint]))
-    told = []
-    limbs = False
-    for group in _together(body, chosen):
-        reach = _reach(body, motion, group)
-        limbs = limbs or bool(reach)
-        told += (
-            [_limb_sentence(body, motion, reach, group)]
-            if reach
-            else [_turn_sentence(body, motion, group[0])]
-        )
-    ends = _ways(body, motion)
-    return told + ends + ([_FRAME] if limbs else [])
+    groups = [(group, _reach(body, motion, group)) for group in _together(body, chosen)]
+    sentences = [
+        _limb_sentence(body, motion, reach, group)
+        if reach
+        else _turn_sentence(body, motion, group[0])
+        for group, reach in groups
+    ]
+    sentences += _ways(body, motion)
+    return sentences + ([_FRAME] if any(reach for _, reach in groups) else [])
 
 
 def _size(turn: _Turn) -> tuple[float, int, int]:
@@ -128,10 +125,9 @@ def _trimmed(body: Body, motion: Poses, turn: _Turn) -> _Turn:
     last = turn.first
     for rows in pieces(turn.last + 1 - turn.first):
         begin = turn.first + rows.start
-        angles = angles_of(body, motion.rows(slice(begin, turn.first + rows.stop)))[
-            :, turn.joint, turn.axis, None
-        ]
-        track = np.degrees(unwrapped.take(angles))[:, 0]
+        angles = angles_of(body, motion.rows(slice(begin, turn.first + rows.stop)))
+        one = angles[:, turn.joint, turn.axis, None]
+        track = np.degrees(unwrapped.take(one))[:, 0]
         start = track[0] if not rows.start else start
         left = np.flatnonzero(np.abs(track - start) > _STILL)
         short = np.flatnonzero(np.abs(track - start - (turn.end - turn.begin)) > _STILL)
@@ -180,30 +176,31 @@ def _reach(body: Body, motion: Poses, group: list[_Turn]) -> str:
     limb = _limb(body, group[0].joint)
     if not limb:
         return ""
-    side, (_, carrier, end, ball, verb) = body.joints[group[0].joint][0], _LIMBS[limb.split()[1]]
-    if (
-        carrier not in body.segments
-        or side + end not in body.segments
-        or side + ball not in body.joints
-    ):
+    side = body.joints[group[0].joint][0]
+    _, carrier, end, ball, verb = _LIMBS[limb.split()[1]]
+    end = side + end
+    ball = side + ball
+    if not {carrier, end} <= set(body.segments) or ball not in body.joints:
         return ""
-    first = min(t.first for t in group)
-    last = max(t.last for t in group)
-    world = _world(body, motion, first, last)
+    world = _world(body, motion, min(t.first for t in group), max(t.last for t in group))
     seen = world[:, body.segment(carrier)]
-    tip = world[:, body.segment(side + end), :, 3]
-    j = body.joint(side + ball)
+    tip = world[:, body.segment(end), :, 3]
     own = np.einsum("pji,pj->pi", seen[:, :, :3], tip - seen[:, :, 3])
-    root = (
-        np.einsum("pij,j->pi", world[:, j + 1, :, :3], body.joint_in_child[0, j])
-        + world[:, j + 1, :, 3]
-    )
-    length = np.linalg.norm(tip - root, axis=1)
     way = own[1] - own[0]
     if np.linalg.norm(way) < _LEAST_WAY:
         return ""
+    length = np.linalg.norm(tip - _joint_place(body, world, body.joint(ball)), axis=1)
     drawn = length[1] < length[0] - _DRAWN_IN
     return f"{'is drawn in,' if drawn else verb} {sign_words(nearest_sign(way))}"
+
+
+def _joint_place(body: Body, world: Floats, joint: int) -> Floats:
+    """(P, 3) [m] where a joint is, from the places (P, N, 3, 4) of the segments."""
+    child = world[:, joint + 1]
+    at: Floats = (
+        np.einsum("pij,j->pi", child[:, :, :3], body.joint_in_child[0, joint]) + child[:, :, 3]
+    )
+    return at
 
 
 def _limb_sentence(body: Body, motion: Poses, reach: str, group: list[_Turn]) -> str:
@@ -244,21 +241,22 @@ def _world(body: Body, motion: Poses, first: int, last: int) -> Floats:
 
 
 def _ways(body: Body, motion: Poses) -> list[str]:
+    """A sentence for each of head, hands and feet that ends up elsewhere than it began."""
     at = _world(body, motion, 0, len(motion) - 1)[..., 3]
-    time = motion.clock
-    told = []
+    span = 1000 * (motion.clock[-1] - motion.clock[0])
+    sentences = []
     for segment in _ENDS:
         if segment not in body.segments:
             continue
-        way = at[-1, body.segment(segment)] - at[0, body.segment(segment)]
+        n = body.segment(segment)
         parts = [
             f"{1000 * abs(w):.0f} mm {words[0] if w > 0 else words[1]}"
-            for w, words in zip(way, _WAYS, strict=True)
+            for w, words in zip(at[-1, n] - at[0, n], _WAYS, strict=True)
             if abs(w) >= _LEAST_WAY
         ]
         if parts:
-            told.append(
-                f"The {body.segment_names[body.segment(segment)]} ends up {', '.join(parts)} "
-                f"of where it was {1000 * (time[-1] - time[0]):.0f} ms before."
+            sentences.append(
+                f"The {body.segment_names[n]} ends up {', '.join(parts)} of where it was "
+                f"{span:.0f} ms before."
             )
-    return told
+    return sentences

@@ -17,7 +17,8 @@ from workbench.files.results.motions import (
     SignalRow,
 )
 from workbench.files.results.result import ResultFile
-from workbench.model.motion_case import ForceCurve, Meeting, Signal
+from workbench.model.body import Body
+from workbench.model.motion_case import ForceCurve, Meeting, Signal, StopBreach
 from workbench.model.result import MotionFound
 from workbench.model.spool import pieces
 from workbench.report.motions.movement import movement_sentences
@@ -38,56 +39,48 @@ def motion_rows(found: MotionFound) -> MotionRows:
     """Convert what was found of a motion: times in ms, lengths in mm, angles in degrees, speeds in
     m/s."""
     study = found.study
-    names = dict(zip(study.body.joints, study.body.joint_names, strict=True))
+    body = study.body
     start, end = found.episodes.span
     return MotionRows(
         name=study.name,
         case=study.case,
         person=study.person,
-        body=study.body.name,
+        body=body.name,
         frames=len(study.motion),
         span_ms=(_ms(start), _ms(end)),
         contacts=[_meeting(m) for m in found.meetings],
-        stops=[
-            BreachRow(
-                joint=b.joint,
-                motion=b.motion,
-                begin_ms=_ms(b.begin),
-                end_ms=_ms(b.end),
-                worst_ms=_ms(b.at),
-                degrees=round(math.degrees(b.worst), 2),
-                sentence=breach_sentence(b, names),
-            )
-            for b in found.breaches
-        ],
-        signals=[_signal(s, study.body.segments[s.point.segment]) for s in found.signals],
+        stops=[_breach(b, body) for b in found.breaches],
+        signals=[_signal(s, body.segments[s.point.segment]) for s in found.signals],
         pulse=pulse_words(study.pulse) if study.pulse else None,
-        movement=movement_sentences(study.body, study.motion),
+        movement=movement_sentences(body, study.motion),
+    )
+
+
+def _breach(breach: StopBreach, body: Body) -> BreachRow:
+    """A joint that went beyond its stop."""
+    names = dict(zip(body.joints, body.joint_names, strict=True))
+    return BreachRow(
+        joint=breach.joint,
+        motion=breach.motion,
+        begin_ms=_ms(breach.begin),
+        end_ms=_ms(breach.end),
+        worst_ms=_ms(breach.at),
+        degrees=round(math.degrees(breach.worst), 2),
+        sentence=breach_sentence(breach, names),
     )
 
 
 def motion_tables(motions: Sequence[MotionFound], rows: ResultFile) -> dict[str, Content]:
     """File name to CSV text: contacts, stops, figures, clearance and signals over time, forces,
     agreement; the motion of each row comes first."""
-    body = motions[0].study.body
-    figures = [
-        [m.name, s.name, s.segment, s.filter_class, f.name, f.value, f.unit, f.begin_ms, f.end_ms]
-        for m in rows.motions
-        for s in m.signals
-        for f in s.figures
-    ]
-    head = ["motion", "point", "segment", "filter_class", "figure", "value", "unit"]
+    segments = motions[0].study.body.segments
+    contacts = (([m.name], row) for m in rows.motions for row in m.contacts)
+    stops = (([m.name], row) for m in rows.motions for row in m.stops)
     tables: dict[str, Content] = {
-        "contacts.csv": row_table(
-            MeetingRow,
-            (([m.name], row) for m in rows.motions for row in m.contacts),
-            lead=["motion"],
-        ),
-        "stops.csv": row_table(
-            BreachRow, (([m.name], row) for m in rows.motions for row in m.stops), lead=["motion"]
-        ),
-        "figures.csv": csv_text([*head, "begin_ms", "end_ms"], figures),
-        "clearance.csv": csv_parts(["motion", "time_ms", *body.segments], _clearances(motions)),
+        "contacts.csv": row_table(MeetingRow, contacts, lead=["motion"]),
+        "stops.csv": row_table(BreachRow, stops, lead=["motion"]),
+        "figures.csv": _figures_table(rows.motions),
+        "clearance.csv": csv_parts(["motion", "time_ms", *segments], _clearances(motions)),
         "signals.csv": csv_parts(["motion", "point", "time_ms", *_AXES], _signals(motions)),
     }
     pairs = list(dict.fromkeys(_pair(force) for motion in motions for force in motion.forces))
@@ -97,6 +90,19 @@ def motion_tables(motions: Sequence[MotionFound], rows: ResultFile) -> dict[str,
     if rows.agreement:
         tables["agreement.csv"] = row_table(AgreementRow, (([], row) for row in rows.agreement))
     return tables
+
+
+def _figures_table(motions: Sequence[MotionRows]) -> str:
+    """A row for each figure of each signal."""
+    head = ["motion", "point", "segment", "filter_class"]
+    head += ["figure", "value", "unit", "begin_ms", "end_ms"]
+    figures = [
+        [m.name, s.name, s.segment, s.filter_class, f.name, f.value, f.unit, f.begin_ms, f.end_ms]
+        for m in motions
+        for s in m.signals
+        for f in s.figures
+    ]
+    return csv_text(head, figures)
 
 
 def _clearances(motions: Sequence[MotionFound]) -> Iterator[list[object]]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
 import numpy as np
@@ -18,6 +18,7 @@ from workbench.files.results.population import (
     PopulationRows,
     RequirementRow,
 )
+from workbench.model.accommodation import Gain, GroupShare, ReachMap
 from workbench.model.arrays import Floats
 from workbench.model.measures import MASS
 from workbench.model.population import SEXES
@@ -59,46 +60,50 @@ def population_rows(result: PopulationFound, people_hash: str) -> PopulationRows
         people_hash=people_hash,
         seed=_seed(result.study),
         confidence=result.study.shares.confidence,
-        shares=[
-            GroupRow(
-                group=s.group,
-                share=_share(s.share),
-                low=_share(s.low),
-                high=_share(s.high),
-                count=s.count,
-            )
-            for s in result.shares
-        ],
+        shares=[_group(group) for group in result.shares],
         requirements=[_requirement(result, r) for r in range(len(result.requirements))],
         hardest=[_hard(result, row) for row in result.hardest],
-        gains=[
-            GainRow(
-                words=g.words,
-                requirement=g.requirement,
-                move_mm=_mm(g.move),
-                rate_per_mm=_share(g.rate / 1000),
-                margin_rate=None if math.isnan(g.margin_rate) else round(g.margin_rate, 4) + 0.0,
-                before=_share(g.before),
-                after=_share(g.after),
-                joint_before=_share(g.joint_before),
-                joint_after=_share(g.joint_after),
-            )
-            for g in result.gains
-        ],
-        maps=[
-            MapRow(
-                part=m.task.part,
-                grip=m.task.grip,
-                zone=m.task.zone,
-                hand=m.task.hand,
-                points_mm=_rows(m.points),
-                flat_mm=_rows(m.flat),
-                share=[_share(v) for v in m.share.tolist()],
-            )
-            for m in result.maps
-        ],
+        gains=[_gain(gain) for gain in result.gains],
+        maps=[_map(found) for found in result.maps],
         reasons=list(result.reasons),
         people=_people(result),
+    )
+
+
+def _group(group: GroupShare) -> GroupRow:
+    return GroupRow(
+        group=group.group,
+        share=_share(group.share),
+        low=_share(group.low),
+        high=_share(group.high),
+        count=group.count,
+    )
+
+
+def _gain(gain: Gain) -> GainRow:
+    rate = gain.margin_rate
+    return GainRow(
+        words=gain.words,
+        requirement=gain.requirement,
+        move_mm=_mm(gain.move),
+        rate_per_mm=_share(gain.rate / 1000),
+        margin_rate=None if math.isnan(rate) else round(rate, 4) + 0.0,
+        before=_share(gain.before),
+        after=_share(gain.after),
+        joint_before=_share(gain.joint_before),
+        joint_after=_share(gain.joint_after),
+    )
+
+
+def _map(found: ReachMap) -> MapRow:
+    return MapRow(
+        part=found.task.part,
+        grip=found.task.grip,
+        zone=found.task.zone,
+        hand=found.task.hand,
+        points_mm=_rows(found.points),
+        flat_mm=_rows(found.flat),
+        share=[_share(v) for v in found.share.tolist()],
     )
 
 
@@ -158,86 +163,48 @@ def _hard(result: PopulationFound, row: int) -> HardRow:
     )
 
 
+_SHARES = {"group": "group", "share": "share", "low": "low", "high": "high", "people": "count"}
+_REQUIREMENTS = ("criterion", "check", "target", "zone", "share", "without", "alone")
+_LEVELS = tuple(f"margin_{level}_percent_mm" for level in (1, 5, 50, 95, 99))
+_GAINS = {
+    "change": "words",
+    "requirement": "requirement",
+    "move_mm": "move_mm",
+    "share_per_mm": "rate_per_mm",
+    "margin_per_mm": "margin_rate",
+    "before": "before",
+    "after": "after",
+    "joint_before": "joint_before",
+    "joint_after": "joint_after",
+}
+"""The columns of the tables, with the fields of the rows that are in them."""
+
+
 def population_tables(result: PopulationFound, rows: PopulationRows) -> dict[str, str]:
     """File name to CSV text: shares, requirements, gains, and everybody with measures, margins and
     what limits."""
-    header, body = people_table(result)
-    levels = [
-        "margin_1_percent_mm",
-        "margin_5_percent_mm",
-        "margin_50_percent_mm",
-        "margin_95_percent_mm",
-        "margin_99_percent_mm",
-    ]
+    requirements = (
+        [q.name, *(getattr(q, field) for field in _REQUIREMENTS), *q.spread_mm]
+        for q in rows.requirements
+    )
     return {
-        "shares.csv": csv_text(
-            ["group", "share", "low", "high", "people"],
-            ([s.group, s.share, s.low, s.high, s.count] for s in rows.shares),
-        ),
-        "requirements.csv": csv_text(
-            [
-                "requirement",
-                "criterion",
-                "check",
-                "target",
-                "zone",
-                "share",
-                "without",
-                "alone",
-                *levels,
-            ],
-            (
-                [
-                    q.name,
-                    q.criterion,
-                    q.check,
-                    q.target,
-                    q.zone,
-                    q.share,
-                    q.without,
-                    q.alone,
-                    *q.spread_mm,
-                ]
-                for q in rows.requirements
-            ),
-        ),
-        "gains.csv": csv_text(
-            [
-                "change",
-                "requirement",
-                "move_mm",
-                "share_per_mm",
-                "margin_per_mm",
-                "before",
-                "after",
-                "joint_before",
-                "joint_after",
-            ],
-            (
-                [
-                    g.words,
-                    g.requirement,
-                    g.move_mm,
-                    g.rate_per_mm,
-                    g.margin_rate,
-                    g.before,
-                    g.after,
-                    g.joint_before,
-                    g.joint_after,
-                ]
-                for g in rows.gains
-            ),
-        ),
-        "people.csv": csv_text(header, body),
+        "shares.csv": _fields_table(_SHARES, rows.shares),
+        "requirements.csv": csv_text(["requirement", *_REQUIREMENTS, *_LEVELS], requirements),
+        "gains.csv": _fields_table(_GAINS, rows.gains),
+        "people.csv": csv_text(*people_table(result)),
     }
+
+
+def _fields_table(columns: Mapping[str, str], rows: Iterable[object]) -> str:
+    """A CSV text of rows. columns: the field of each column."""
+    lines = ([getattr(row, field) for field in columns.values()] for row in rows)
+    return csv_text(list(columns), lines)
 
 
 def people_table(result: PopulationFound) -> tuple[list[str], Iterable[list[object]]]:
     """Header and rows of everybody: who, seat, verdict, a margin and what limits for each
     requirement, measures."""
-    people = result.people
     names = [row.name for row in result.requirements]
-    measures = [f"{name}_{'kg' if name == MASS else 'mm'}" for name in people.names]
     header = [
         "person",
         "sex",
@@ -254,32 +221,32 @@ def people_table(result: PopulationFound) -> tuple[list[str], Iterable[list[obje
         "fits_up_to_mm",
         *(f"{name} [mm]" for name in names),
         *(f"{name}: limited by" for name in names),
-        *measures,
+        *(f"{name}_{'kg' if name == MASS else 'mm'}" for name in result.people.names),
     ]
+    return header, _people_lines(result)
+
+
+def _people_lines(result: PopulationFound) -> Iterator[list[object]]:
+    """The row of each person under that header."""
+    people = result.people
     factor = np.array([1.0 if name == MASS else 1000.0 for name in people.names])
     sizes = np.round(people.measures * factor, 1).tolist()
-
-    def rows() -> Iterable[list[object]]:
-        words = np.array([*result.reasons, ""], dtype=object)[
-            result.reason
-        ].tolist()  # -1: the last, nothing
-        served = result.served.tolist()
-        seat = _cells(np.hstack([result.seat, result.comfortable, result.window]))
-        margins = _cells(result.margin)
-        for p, label in enumerate(_labels(result)):
-            yield [
-                label,
-                SEXES[int(people.sex[p])],
-                float(people.weight[p]),
-                "yes" if served[p] else "no",
-                result.limiting[p],
-                *seat[p],
-                *margins[p],
-                *words[p],
-                *sizes[p],
-            ]
-
-    return header, rows()
+    # a reason of -1 is the last of these words: none
+    words = np.array([*result.reasons, ""], dtype=object)[result.reason].tolist()
+    seat = _cells(np.hstack([result.seat, result.comfortable, result.window]))
+    margins = _cells(result.margin)
+    for p, label in enumerate(_labels(result)):
+        yield [
+            label,
+            SEXES[int(people.sex[p])],
+            float(people.weight[p]),
+            "yes" if result.served[p] else "no",
+            result.limiting[p],
+            *seat[p],
+            *margins[p],
+            *words[p],
+            *sizes[p],
+        ]
 
 
 def _labels(result: PopulationFound) -> list[str]:

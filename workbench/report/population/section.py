@@ -18,10 +18,11 @@ from workbench.draw.disks import disks
 from workbench.draw.reach_map import BANDS, LEVELS, map_controls, reach_map_svg
 from workbench.draw.scene import Mark, Scene, SceneBody
 from workbench.draw.views import four_views
-from workbench.model.accommodation import ReachMap
+from workbench.model.accommodation import Gain, GroupShare, ReachMap
 from workbench.model.arrays import Bools, Floats
 from workbench.model.encumbrance import Encumbrance
 from workbench.model.measures import MASS
+from workbench.model.population import Population
 from workbench.model.population_found import PopulationFound, Shown
 from workbench.posture.seating.sides import middle
 from workbench.report.population.charts import (
@@ -65,28 +66,29 @@ def population_section(result: PopulationFound, say: Callable[[str], None]) -> M
     say("pictures of the hardest people")
     ends = margin_range(result.spread)
     least = max(0.0, np.floor(20 * (min(g.low for g in result.shares) - 0.02)) / 20)
-    people = result.people
+    sex = result.people.sex
     hardest = len(result.hardest)
+    shares = result.study.shares
     html = template("population/section.html.j2").render(
         result=result,
         body=result.body.name,
         clothes=[item.name for item in _clothes(result)],
         seated=result.place.seat is not None,
-        bootstrap=result.study.shares.interval.method == "bootstrap",
-        groups=[_group(result, index, least) for index in range(len(result.shares))],
+        bootstrap=shares.interval.method == "bootstrap",
+        groups=[_group(group, least) for group in result.shares],
         group_axis=Markup(share_axis(least)),
-        confidence=f"{100 * result.study.shares.confidence:g}",
+        confidence=f"{100 * shares.confidence:g}",
         worst=requirement_sentence(result),
         elsewhere=elsewhere_words(result),
         criteria=_criteria(result),
         requirements=_requirements(result, ends),
         margin_axis=Markup(margin_axis(ends)),
-        women=bool((people.sex == 1).any() and (people.sex == 0).any()),
+        women=len(set(sex.tolist())) == 2,
         measures=_measures(result),
-        gains=[_gain(result, index) for index in range(len(result.gains))],
+        gains=[_gain(gain, len(result.served)) for gain in result.gains],
         no_gain=no_gain_words(result),
         cases=_NUMBERS[hardest] if hardest < len(_NUMBERS) else str(hardest),
-        hardest=[_person(result, index) for index in range(hardest)],
+        hardest=[_person(result, row) for row in result.hardest],
         maps=[_map(result, found) for found in result.maps],
         key=_key(),
     )
@@ -118,8 +120,8 @@ def _clothes(result: PopulationFound) -> tuple[Encumbrance, ...]:
     return crowd.clothes if crowd is not None else ()
 
 
-def _group(result: PopulationFound, index: int, least: float) -> dict[str, Any]:
-    group = result.shares[index]
+def _group(group: GroupShare, least: float) -> dict[str, Any]:
+    """A group of people: its share that fits, as a chart too that begins at `least`."""
     share = percent(group.share, group.count)
     low, high = (percent_number(value, group.count) for value in (group.low, group.high))
     interval = f"{low} to {high} %"
@@ -143,78 +145,84 @@ def _weights(result: PopulationFound) -> Floats:
 def _criteria(result: PopulationFound) -> list[dict[str, Any]]:
     """For each criterion the share that fails any of its requirements, and nothing of the others;
     worst first."""
-    weight = _weights(result)
-    met = result.met
-    count = len(met)
-    rows: list[dict[str, Any]] = []
-    for number, name in enumerate(dict.fromkeys(r.criterion for r in result.requirements)):
-        mine = np.array([r.criterion == name for r in result.requirements])
-        failed = ~met[:, mine].all(axis=1)
-        others = ~result.served & result.sets[:, len(result.requirements) + number]
-        rows.append(
-            {
-                "name": plain(name),
-                "count": int(mine.sum()),
-                "people": int(failed.sum()),
-                "out": float(weight @ failed),
-                "alone": float(weight @ others),
-            }
-        )
+    names = dict.fromkeys(requirement.criterion for requirement in result.requirements)
+    rows = [_left_out(result, number, name) for number, name in enumerate(names)]
     rows.sort(key=lambda row: -row["out"])
     most = max([row["out"] for row in rows] + [0.05])
     for row in rows:
-        row |= {
-            "met": percent(1 - row["out"], count),
-            "left": percent(row["out"], count),
-            "only": percent(row["alone"], count),
-            "all": row["people"] == 0,
-        }
         said = f"{row['name']}: {row['left']} left out, {row['only']} by it alone"
         row["chart"] = Markup(bar(row["out"], row["alone"], most=most, said=said))
     return rows
 
 
+def _left_out(result: PopulationFound, number: int, name: str) -> dict[str, Any]:
+    """Whom the requirements of one criterion leave out, and whom no other requirement does."""
+    weight = _weights(result)
+    mine = np.array([requirement.criterion == name for requirement in result.requirements])
+    failed = ~result.met[:, mine].all(axis=1)
+    others = ~result.served & result.sets[:, len(result.requirements) + number]
+    out = float(weight @ failed)
+    alone = float(weight @ others)
+    count = len(result.met)
+    return {
+        "name": plain(name),
+        "count": int(mine.sum()),
+        "people": int(failed.sum()),
+        "out": out,
+        "alone": alone,
+        "met": percent(1 - out, count),
+        "left": percent(out, count),
+        "only": percent(alone, count),
+        "all": not failed.any(),
+    }
+
+
 def _requirements(result: PopulationFound, ends: tuple[float, float]) -> list[dict[str, Any]]:
     """A row for each requirement, worst first: shares, charts, margins in millimetres, what limits
     most often."""
-    weight = _weights(result)
-    met = result.met
-    sex = result.people.sex
+    worst_first = np.lexsort((result.spread[:, 1], result.single)).tolist()
+    return [_figures(result, r) | _charts(result, r, ends) for r in worst_first]
+
+
+def _figures(result: PopulationFound, r: int) -> dict[str, Any]:
+    """The shares of those who meet a requirement, and what limits the others."""
+    requirement = result.requirements[r]
+    met = result.met[:, r]
     count = len(met)
+    out = float(1 - result.single[r])
+    weight = _weights(result)
+    sex = result.people.sex
+    return {
+        "name": plain(requirement.name),
+        "criterion": plain(requirement.criterion),
+        "zone": requirement.zone or "",
+        "met": percent(1 - out, count),
+        "left": percent(out, count),
+        "only": percent(float(result.alone[r]), count),
+        "all": bool(met.all()),
+        "people": int((~met).sum()),
+        "by_sex": [_share_of_some(weight, sex == s, met) for s in (1, 0)],
+        "applies": bool(np.isfinite(result.margin[:, r]).any()),
+        "reason": _reason(result, r),
+    }
+
+
+def _charts(result: PopulationFound, r: int, ends: tuple[float, float]) -> dict[str, Any]:
+    """Whom a requirement leaves out, and its margins [mm], as charts."""
+    name = plain(result.requirements[r].name)
+    out = float(1 - result.single[r])
     most = max(float(1 - result.single.min()), 0.05)
-    rows = []
-    for r in np.lexsort((result.spread[:, 1], result.single)).tolist():
-        requirement = result.requirements[r]
-        out = float(1 - result.single[r])
-        alone = float(result.alone[r])
-        name = plain(requirement.name)
-        by_sex = [_share_of_some(weight, sex == s, met[:, r]) for s in (1, 0)]
-        figures = [
-            f"{round(1000 * v) + 0:d}".replace("-", "−") if np.isfinite(v) else "–"
-            for v in result.spread[r]
-        ]
-        said = f"{name}: margins at 1, 5, 50, 95 and 99 %: {', '.join(figures)} mm"
-        rows.append(
-            {
-                "name": name,
-                "criterion": plain(requirement.criterion),
-                "zone": requirement.zone or "",
-                "met": percent(1 - out, count),
-                "left": percent(out, count),
-                "only": percent(alone, count),
-                "all": bool(met[:, r].all()),
-                "people": int((~met[:, r]).sum()),
-                "by_sex": by_sex,
-                "figures": figures,
-                "bar": Markup(
-                    bar(out, alone, most=most, said=f"{name}: {percent(out, count)} left out")
-                ),
-                "strip": Markup(margin_strip(result.spread[r], ends, said=said)),
-                "applies": bool(np.isfinite(result.margin[:, r]).any()),
-                "reason": _reason(result, r),
-            }
-        )
-    return rows
+    left = f"{name}: {percent(out, len(result.met))} left out"
+    spread = result.spread[r]
+    figures = [
+        f"{round(1000 * v) + 0:d}".replace("-", "−") if np.isfinite(v) else "–" for v in spread
+    ]
+    margins = f"{name}: margins at 1, 5, 50, 95 and 99 %: {', '.join(figures)} mm"
+    return {
+        "figures": figures,
+        "bar": Markup(bar(out, float(result.alone[r]), most=most, said=left)),
+        "strip": Markup(margin_strip(spread, ends, said=margins)),
+    }
 
 
 def _share_of_some(weight: Floats, some: Bools, met: Bools) -> str:
@@ -237,9 +245,9 @@ def _reason(result: PopulationFound, index: int) -> str:
 
 def _measures(result: PopulationFound) -> list[dict[str, Any]]:
     """For each limiting measure the people it limits, most first, and how they compare with all."""
-    people = result.people
-    weight = result.people.weight
     limiting = np.array(result.limiting)
+    weight = result.people.weight
+    count = int((limiting != "").sum())
     total = float(weight[limiting != ""].sum())
     rows: list[dict[str, Any]] = []
     for name in sorted(set(result.limiting) - {""}):
@@ -249,47 +257,51 @@ def _measures(result: PopulationFound) -> list[dict[str, Any]]:
             "people": int(mine.sum()),
             "share": float(weight[mine].sum()) / total,
         }
-        if name in people.names:
-            values = people.column(name)
-            factor = 1.0 if name == MASS else 1000.0
-            low, high = np.percentile(values, [5, 95])
-            rank = np.mean([(values < v).mean() + (values == v).mean() / 2 for v in values[mine]])
-            row["way"] = "small" if rank < 0.35 else "large" if rank > 0.65 else "either way"
-            row["theirs"] = _range(values[mine].min() * factor, values[mine].max() * factor)
-            row["all"] = _range(low * factor, high * factor) + (" kg" if name == MASS else " mm")
-        rows.append(row)
+        rows.append(row | _compared(result.people, name, mine))
     rows.sort(key=lambda row: (-row["share"], row["name"]))
     for row in rows:
+        share = row["share"]
         said = f"{row['name']}: {row['people']} people"
-        row["chart"] = Markup(
-            bar(row["share"], row["share"], most=max(r["share"] for r in rows), said=said)
-        )
-        row["percent"] = percent(row["share"], int((limiting != "").sum()))
+        row["chart"] = Markup(bar(share, share, most=rows[0]["share"], said=said))
+        row["percent"] = percent(share, count)
     return rows[:_MOST_MEASURES]
+
+
+def _compared(people: Population, name: str, mine: Bools) -> dict[str, str]:
+    """How a measure of some people (P,) compares with that of all; nothing where it is not known."""
+    if name not in people.names:
+        return {}
+    values = people.column(name)
+    unit, factor = ("kg", 1.0) if name == MASS else ("mm", 1000.0)
+    low, high = np.percentile(values, [5, 95])
+    # the mean share of all people who have less, those who have as much counted half
+    rank = np.mean([(values < v).mean() + (values == v).mean() / 2 for v in values[mine]])
+    return {
+        "way": "small" if rank < 0.35 else "large" if rank > 0.65 else "either way",
+        "theirs": _range(values[mine].min() * factor, values[mine].max() * factor),
+        "all": f"{_range(low * factor, high * factor)} {unit}",
+    }
 
 
 def _range(low: float, high: float) -> str:
     return f"{low:,.0f} to {high:,.0f}" if f"{low:.0f}" != f"{high:.0f}" else f"{low:,.0f}"
 
 
-def _gain(result: PopulationFound, index: int) -> dict[str, Any]:
+def _gain(gain: Gain, count: int) -> dict[str, Any]:
     """One change as a sentence, with what a millimetre of it gives at first where that says
-    something."""
-    gain = result.gains[index]
-    count = len(result.served)
+    something. count: of the people."""
     joint = gain.joint_after - gain.joint_before
     helps = joint > 1e-9 or (gain.after > gain.before + 1e-9 and joint > -1e-9)
-    told = []
+    rates = []
     if helps and gain.margin_rate >= 0.005:
-        told.append(f"gives those who lack it {gain.margin_rate:.2f} mm of margin on average")
+        rates.append(f"gives those who lack it {gain.margin_rate:.2f} mm of margin on average")
     if helps and np.isfinite(gain.rate) and gain.rate >= 0.05 and count >= TENTHS_FROM:
-        told.append(f"lets {0.1 * gain.rate:.2f} % more of the people meet it")
-    return {"sentence": gain_sentence(gain, count), "rate": " and ".join(told), "helps": helps}
+        rates.append(f"lets {0.1 * gain.rate:.2f} % more of the people meet it")
+    return {"sentence": gain_sentence(gain, count), "rate": " and ".join(rates), "helps": helps}
 
 
-def _person(result: PopulationFound, index: int) -> dict[str, Any]:
+def _person(result: PopulationFound, row: int) -> dict[str, Any]:
     """One of the hardest: a sentence and, where the body is at hand, its picture."""
-    row = result.hardest[index]
     found = next((s for s in result.shown if s.row == row), None)
     picture = _picture(result, found) if found is not None else {}
     return {"sentence": person_sentence(result, row), **picture}
@@ -298,26 +310,19 @@ def _person(result: PopulationFound, index: int) -> dict[str, Any]:
 def _picture(result: PopulationFound, found: Shown) -> dict[str, str]:
     """The body in the cockpit as found, from where the line from tip to target shows longest."""
     lack = f"{millimetres_short(-float(result.margin[found.row, found.requirement]))} mm"
-    name = plain(result.requirements[found.requirement].name)
-    marks: tuple[Mark, ...] = ()
-    if found.target is not None:
-        reach = result.requirements[found.requirement].check == "reach"
-        to = found.tip if found.tip is not None and found.tip != found.target else None
-        marks = (
-            Mark(found.target, lack, "missed" if reach else "clearance" if to else "contact", to),
-        )
+    requirement = result.requirements[found.requirement]
+    name = plain(requirement.name)
     scene = Scene(
         (SceneBody(found.placed, 0, "warm"),),
         found.environment,
-        marks,
+        _marks(found, lack, requirement.check == "reach"),
         name,
         "as found at the worst",
     )
     views = four_views(scene, width=_PICTURE, height=_PICTURE)
     view, camera = max(views, key=lambda pair: (_length(pair[1], found), pair[0] == "left"))
-    out = (
-        io.BytesIO()
-    )  # to look for the smallest file takes longer than to draw it, and saves a tenth
+    out = io.BytesIO()
+    # to look for the smallest file takes longer than to draw it, and saves a tenth
     disks(scene, camera).save(out, "PNG")
     text = "data:image/png;base64," + base64.b64encode(out.getvalue()).decode("ascii")
     return {
@@ -325,6 +330,15 @@ def _picture(result: PopulationFound, found: Shown) -> dict[str, str]:
         "view": _FROM[view],
         "alt": f"{name}: {lack} are lacking, seen {_FROM[view]}",
     }
+
+
+def _marks(found: Shown, lack: str, reach: bool) -> tuple[Mark, ...]:
+    """What is lacking, as a line from the target to the tip or a point; reach: of a limb."""
+    if found.target is None:
+        return ()
+    to = found.tip if found.tip != found.target else None
+    kind = "missed" if reach else "clearance" if to else "contact"
+    return (Mark(found.target, lack, kind, to),)
 
 
 def _length(camera: Camera, found: Shown) -> float:
@@ -340,27 +354,30 @@ def _map(result: PopulationFound, found: ReachMap) -> dict[str, Any]:
     task = found.task
     environment = result.place.environment
     hand = "either hand" if task.hand == "either" else f"the {task.hand} hand"
-    people = len(result.served)
-    controls = []
-    for control in map_controls(found, environment):
-        nearest = int(np.argmin(np.linalg.norm(found.points - control.at, axis=1)))
-        controls.append(
-            {"name": plain(control.name), "share": percent(float(found.share[nearest]), people)}
-        )
     points = len(found.points)
-    area = [
-        f"{percent(float(np.mean(found.share >= level)), points)} by {100 * level:.0f} %"
-        for level in LEVELS
+    reached = [float(np.mean(found.share >= level)) for level in LEVELS]
+    areas = [
+        f"{percent(share, points)} by {100 * level:.0f} %"
+        for share, level in zip(reached, LEVELS, strict=True)
     ]
+    sitter = tuple(middle(result.place).tolist())
     return {
         "part": plain(task.part),
         "how": f"{hand}, {task.grip}, zone {task.zone}, {points:,} points",
-        "svg": Markup(
-            reach_map_svg(found, environment, sitter=tuple(middle(result.place).tolist()))
-        ),
-        "controls": controls,
-        "areas": f"Reached of its points: {', '.join(area)} of the people or more.",
+        "svg": Markup(reach_map_svg(found, environment, sitter=sitter)),
+        "controls": _controls(result, found),
+        "areas": f"Reached of its points: {', '.join(areas)} of the people or more.",
     }
+
+
+def _controls(result: PopulationFound, found: ReachMap) -> list[dict[str, str]]:
+    """The controls near a reach map, and the share of the people at its point nearest to each."""
+    rows = []
+    for control in map_controls(found, result.place.environment):
+        nearest = int(np.argmin(np.linalg.norm(found.points - control.at, axis=1)))
+        share = percent(float(found.share[nearest]), len(result.served))
+        rows.append({"name": plain(control.name), "share": share})
+    return rows
 
 
 def _key() -> list[dict[str, str]]:

@@ -3,12 +3,16 @@ same every time."""
 
 from __future__ import annotations
 
+from collections.abc import Container
+from dataclasses import dataclass
+
 import numpy as np
 
 from workbench.body.people.share import TENTHS_FROM, percent, percent_number
-from workbench.model.accommodation import MET, Gain, GroupShare
+from workbench.model.accommodation import MET, Gain, GroupShare, Requirement
 from workbench.model.arrays import Bools
 from workbench.model.measures import MASS
+from workbench.model.population import SEXES
 from workbench.model.population_found import PopulationFound
 
 __all__ = [
@@ -97,16 +101,21 @@ def requirement_sentence(result: PopulationFound) -> str:
     most = int(np.argmin(result.single))
     gain = int(np.argmax(result.alone))
     count = len(result.served)
-    out = percent(1 - float(result.single[most]), count)
-    text = f"“{plain(result.requirements[most].name)}” leaves out most people: {out}."
+    names = [f"“{plain(requirement.name)}”" for requirement in result.requirements]
+    text = (
+        f"{names[most]} leaves out most people: {percent(1 - float(result.single[most]), count)}."
+    )
     if result.alone[gain] <= 0:
         return (
             text
             + " No requirement leaves anybody out by itself: to drop a single one would gain nothing."
         )
-    shares = f"from {percent(result.shares[0].share, count)} to {percent(float(result.without[gain]), count)}"
-    name = "it" if gain == most else f"“{plain(result.requirements[gain].name)}”"
-    return text + f" Dropping {name} would gain most: the share that meets all would go {shares}."
+    before, after = result.shares[0].share, float(result.without[gain])
+    name = "it" if gain == most else names[gain]
+    return (
+        f"{text} Dropping {name} would gain most: the share that meets all would go from "
+        f"{percent(before, count)} to {percent(after, count)}."
+    )
 
 
 def gain_sentence(gain: Gain, count: int) -> str:
@@ -142,10 +151,10 @@ def person_sentence(result: PopulationFound, row: int) -> str:
     hand stays 41 mm short of flaps in zone 2, limited by the length of the arm. Her popliteal
     height is 352 mm; 97 % of the women here have more. 2 more requirements are not met."."""
     people = result.people
-    noun, whose, _ = _NOUNS[("male", "female")[int(people.sex[row])]]
-    tall = (
-        f" of {1000 * people.column('stature')[row]:,.0f} mm" if "stature" in people.names else ""
-    )
+    noun, whose, _ = _NOUNS[SEXES[int(people.sex[row])]]
+    tall = ""
+    if "stature" in people.names:
+        tall = f" of {1000 * people.column('stature')[row]:,.0f} mm"
     label = person_name(people.labels[row] if people.labels else str(row + 1))
     text = f"A {noun}{tall} ({label}): "
     short = np.flatnonzero(~result.met[row])
@@ -154,9 +163,9 @@ def person_sentence(result: PopulationFound, row: int) -> str:
     worst = int(short[np.argmin(result.margin[row, short])])
     text += _lacks(result, row, worst, whose) + "." + limiting_words(result, row)
     more = len(short) - 1
-    return text + (
-        f" {more} more requirement{'s are' if more > 1 else ' is'} not met." if more else ""
-    )
+    if more:
+        text += f" {more} more requirement{'s are' if more > 1 else ' is'} not met."
+    return text
 
 
 def person_name(label: str) -> str:
@@ -164,38 +173,78 @@ def person_name(label: str) -> str:
     return f"person {label}" if label.isdecimal() else label
 
 
+@dataclass(frozen=True)
+class _Lack:
+    """What one requirement lacks of one person.
+
+    whose: "her" or "his"; by: how much, with its unit; limb: the one that is shown, "" where none
+    is; reason: what limits, "" where nothing is known.
+    """
+
+    requirement: Requirement
+    whose: str
+    by: str
+    limb: str
+    reason: str
+
+    @property
+    def why(self) -> str:
+        """What limits, in brackets."""
+        return f" ({reason_words(self.reason, self.limb)})" if self.reason else ""
+
+
 def _lacks(result: PopulationFound, row: int, index: int, whose: str) -> str:
     """What one requirement lacks of one person, with what limits it."""
     requirement = result.requirements[index]
-    lack = f"{millimetres_short(-result.margin[row, index])} mm"
     found = next((s for s in result.shown if s.row == row and s.requirement == index), None)
-    limb = found.limb if found is not None else ""
     code = int(result.reason[row, index])
-    reason = result.reasons[code] if code >= 0 else ""
+    lack = _Lack(
+        requirement,
+        whose,
+        f"{millimetres_short(-result.margin[row, index])} mm",
+        found.limb if found is not None else "",
+        result.reasons[code] if code >= 0 else "",
+    )
     name = f"“{plain(requirement.name)}”"
     if requirement.check == "reach":
-        who = f"{whose} {limb}" if limb else "the reach"
-        target = plain(requirement.target) + (
-            f" in zone {requirement.zone}" if requirement.zone else ""
-        )
-        if reason in result.place.environment.parts:
-            return f"{who} lacks {lack} to {target}: the {plain(reason)} is in the way"
-        by = f", limited by {reason_words(reason, limb or requirement.target)}" if reason else ""
-        return f"{who} stays {lack} short of {target}{by}"
-    why = f" ({reason_words(reason, limb)})" if reason else ""
+        return _reach_lacks(lack, result.place.environment.parts)
     if requirement.check in ("clearance", "contact"):
-        if " at " in reason:
-            who, part = reason.split(" at ", 1)
-            return (
-                f"{whose} {plain(limb or who)} is {lack} nearer to the {plain(part)} than it may be"
-            )
-        return f"{whose} {limb or 'body'} is {lack} nearer to the {plain(requirement.target)} than it may be{why}"
-    if requirement.check in ("eye_height", "view_over") and reason.startswith("eyes too "):
-        return f"{whose} eyes are {lack} {reason.removeprefix('eyes ')} for {name}"
-    if requirement.check == "pedals" and ", " in reason:
-        foot, limit = reason.split(", ", 1)
-        return f"{whose} {foot} stays {lack} short of its pedal, limited by {reason_words(limit, foot)}"
-    return f"{name} is missed by {lack}{why}"
+        return _clearance_lacks(lack)
+    if requirement.check in ("eye_height", "view_over") and lack.reason.startswith("eyes too "):
+        return f"{whose} eyes are {lack.by} {lack.reason.removeprefix('eyes ')} for {name}"
+    if requirement.check == "pedals" and ", " in lack.reason:
+        foot, limit = lack.reason.split(", ", 1)
+        limited = reason_words(limit, foot)
+        return f"{whose} {foot} stays {lack.by} short of its pedal, limited by {limited}"
+    return f"{name} is missed by {lack.by}{lack.why}"
+
+
+def _reach_lacks(lack: _Lack, parts: Container[str]) -> str:
+    """How far a limb stays short of its target, by its length or by a part of the environment."""
+    requirement = lack.requirement
+    who = f"{lack.whose} {lack.limb}" if lack.limb else "the reach"
+    target = plain(requirement.target)
+    if requirement.zone:
+        target += f" in zone {requirement.zone}"
+    if lack.reason in parts:
+        return f"{who} lacks {lack.by} to {target}: the {plain(lack.reason)} is in the way"
+    by = ""
+    if lack.reason:
+        by = f", limited by {reason_words(lack.reason, lack.limb or requirement.target)}"
+    return f"{who} stays {lack.by} short of {target}{by}"
+
+
+def _clearance_lacks(lack: _Lack) -> str:
+    """How much nearer than allowed a limb, or the segment of the reason, is to a part."""
+    if " at " in lack.reason:
+        who, part = lack.reason.split(" at ", 1)
+        who = plain(lack.limb or who)
+        why = ""
+    else:
+        who = lack.limb or "body"
+        part = lack.requirement.target
+        why = lack.why
+    return f"{lack.whose} {who} is {lack.by} nearer to the {plain(part)} than it may be{why}"
 
 
 def reason_words(reason: str, limb: str = "") -> str:
@@ -220,20 +269,20 @@ def limiting_words(result: PopulationFound, row: int) -> str:
     people = result.people
     if not name or name not in people.names:
         return ""
-    _, whose, plural = _NOUNS[("male", "female")[int(people.sex[row])]]
+    _, whose, plural = _NOUNS[SEXES[int(people.sex[row])]]
     values = people.column(name)
-    value = float(people.column(name)[row])
+    value = float(values[row])
     unit = f"{value:.1f} kg" if name == MASS else f"{1000 * value:,.0f} mm"
     text = f" {_capital(whose)} {plain(name)} is {unit}"
-    others: Bools = people.sex == people.sex[row]
-    if int(others.sum()) < _FEW:
+    alike: Bools = people.sex == people.sex[row]
+    count = int(alike.sum())
+    if count < _FEW:
         return text + "."
-    weight = people.weight[others] / people.weight[others].sum()
-    more, less = (
-        float(weight @ found) for found in (values[others] > value, values[others] < value)
-    )
+    weight = people.weight[alike] / people.weight[alike].sum()
+    more = float(weight @ (values[alike] > value))
+    less = float(weight @ (values[alike] < value))
     share, way = (more, "more") if more >= less else (less, "less")
-    return f"{text}; {percent(share, min(int(others.sum()), TENTHS_FROM - 1))} of the {plural} here have {way}."
+    return f"{text}; {percent(share, min(count, TENTHS_FROM - 1))} of the {plural} here have {way}."
 
 
 def millimetres_short(metres: float) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -28,16 +29,28 @@ __all__ = ["postures_rows", "postures_tables"]
 Point = tuple[float, float, float]
 
 
+@dataclass(frozen=True)
+class _Who:
+    """Whose contacts rows are about: one person, "" or the other one, and the kind of contact."""
+
+    person: str
+    other: str
+    kind: str
+
+
 def postures_rows(found: PosturesFound) -> PosturesRows:
     """Convert what was found of people in postures to millimetres, degrees and words."""
-    contacts = [row for person in found.people for row in _contact_rows(found, person)]
+    contacts = []
+    for person in found.people:
+        contacts += _rows(found, person.contacts, _Who(person.name, "", "environment"))
+        contacts += _rows(found, person.self_contacts, _Who(person.name, "", "self"))
     for (one, other), rows in found.between.items():
-        contacts += _rows(found, rows, (one, other, "between_people"))
+        contacts += _rows(found, rows, _Who(one, other, "between_people"))
     return PosturesRows(
         row=found.row or None,
         cases=list(found.cases),
         parts=list(found.environment.parts),
-        people=[_person_row(found, index) for index in range(len(found.people))],
+        people=[_person_row(found, person) for person in found.people],
         contacts=contacts,
         reaches=reach_rows(found),
         envelopes=envelope_rows(found),
@@ -48,24 +61,19 @@ def postures_tables(found: Sequence[PosturesRows]) -> dict[str, str]:
     """File name to CSV text: contacts, clearance (long form), stops, reaches and envelopes; with
     the size first where several sizes take a role one at a time."""
     lead = ["size"] if any(rows.row for rows in found) else []
+    contacts = ((_lead(rows), row) for rows in found for row in rows.contacts)
+    clearances = (line for rows in found for line in _clearances(rows))
+    stops = (
+        ([*_lead(rows), person.name], row)
+        for rows in found
+        for person in rows.people
+        for row in person.stops
+    )
+    head = [*lead, "case", "person", "segment", "part", "clearance_mm"]
     tables = {
-        "contacts.csv": row_table(
-            ContactRow, ((_lead(rows), row) for rows in found for row in rows.contacts), lead=lead
-        ),
-        "clearance.csv": csv_text(
-            [*lead, "case", "person", "segment", "part", "clearance_mm"],
-            (line for rows in found for line in _clearances(rows)),
-        ),
-        "stops.csv": row_table(
-            StopRow,
-            (
-                ([*_lead(rows), person.name], row)
-                for rows in found
-                for person in rows.people
-                for row in person.stops
-            ),
-            lead=[*lead, "person"],
-        ),
+        "contacts.csv": row_table(ContactRow, contacts, lead=lead),
+        "clearance.csv": csv_text(head, clearances),
+        "stops.csv": row_table(StopRow, stops, lead=[*lead, "person"]),
     }
     if any(rows.reaches for rows in found):
         reaches = ((_lead(rows), row) for rows in found for row in rows.reaches)
@@ -86,88 +94,89 @@ def _clearances(rows: PosturesRows) -> Iterator[list[object]]:
                         yield [*_lead(rows), case, person.name, segment, part, value]
 
 
-def _person_row(result: PosturesFound, index: int) -> PersonRow:
-    found = result.people[index]
+def _person_row(result: PosturesFound, found: PersonFound) -> PersonRow:
+    """A person: size, postures, clearances and joint stops."""
     role = found.role
-    body = found.body
+    size = None
+    if role.size:
+        measures = role.size.measures.items()
+        size = {name: _micro(v if name == "mass" else 1000 * v) for name, v in measures}
     return PersonRow(
         name=role.name,
         description=person_words(found),
-        body=body.name,
+        body=found.body.name,
         seat=role.seat,
-        size={
-            name: _micro(value if name == "mass" else 1000 * value)
-            for name, value in role.size.measures.items()
-        }
-        if role.size
-        else None,
+        size=size,
         postures=list(found.postures),
-        segments=list(body.segments),
+        segments=list(found.body.segments),
         clearance_mm=[
             [[_micro(1000 * d) if math.isfinite(d) else None for d in row] for row in case]
             for case in found.clearance.distance.tolist()
         ],
         stops=[
-            StopRow(
-                case=result.cases[p],
-                joint=body.joints[j],
-                margin_deg=_micro(math.degrees(found.margin[p, j]))
-                if math.isfinite(found.margin[p, j])
-                else None,
-                motion=found.margin_motion[p][j] if math.isfinite(found.margin[p, j]) else None,
-            )
+            _stop_row(result, found, p, j)
             for p in range(len(found.placed))
-            for j in range(len(body.joints))
+            for j in range(len(found.body.joints))
         ],
     )
 
 
-def _contact_rows(result: PosturesFound, person: PersonFound) -> list[ContactRow]:
-    return _rows(result, person.contacts, (person.name, "", "environment")) + _rows(
-        result, person.self_contacts, (person.name, "", "self")
+def _stop_row(result: PosturesFound, found: PersonFound, p: int, j: int) -> StopRow:
+    """The margin of joint j to its stop in case p; none where the joint has no stop."""
+    margin = found.margin[p, j]
+    stops = math.isfinite(margin)
+    return StopRow(
+        case=result.cases[p],
+        joint=found.body.joints[j],
+        margin_deg=_micro(math.degrees(margin)) if stops else None,
+        motion=found.margin_motion[p][j] if stops else None,
     )
 
 
-def _rows(result: PosturesFound, contacts: Contacts, who: tuple[str, str, str]) -> list[ContactRow]:
+def _rows(result: PosturesFound, contacts: Contacts, who: _Who) -> list[ContactRow]:
     """The deepest contact of each case and pair, greatest excess first."""
     deepest = contacts.deepest()
-    order = np.lexsort((deepest.sphere, -deepest.excess, deepest.pose))
-    return [_contact_row(result, deepest.rows(order), (row, *who)) for row in range(len(order))]
+    deepest = deepest.rows(np.lexsort((deepest.sphere, -deepest.excess, deepest.pose)))
+    return [_contact_row(result, deepest, row, who) for row in range(len(deepest.sphere))]
 
 
-def _contact_row(
-    result: PosturesFound, contacts: Contacts, at: tuple[int, str, str, str]
-) -> ContactRow:
-    row, person, other_person, kind = at
-    polygons = isinstance(contacts.other, Environment)
+def _contact_row(result: PosturesFound, contacts: Contacts, row: int, who: _Who) -> ContactRow:
+    """One contact: the sphere, what it touches, and how deep it is."""
+    body = contacts.body
+    other = contacts.other
+    segment = contacts.segment[row]
     sphere = int(contacts.sphere[row])
-    part = int(contacts.part[row])
+    part = polygon = other_segment = other_sphere = None
+    sentence = contact_sentence(contacts, row)
+    if isinstance(other, Environment):
+        k = int(contacts.part[row])
+        part = other.parts[k]
+        polygon = int(contacts.polygon[row] - other.part_start[k])
+    else:
+        n = contacts.other_segment[row]
+        other_segment = other.segments[n]
+        other_sphere = int(contacts.other_sphere[row] - other.start[n])
+        sentence += f" of {who.other or 'the same body'}"
+    x, y, z = (_micro(float(v)) for v in contacts.normal[row])
     return ContactRow(
         case=result.cases[contacts.pose[row]],
-        person=person,
-        other_person=other_person or None,
-        kind=kind,
-        segment=contacts.body.segments[contacts.segment[row]],
-        sphere=sphere - int(contacts.body.start[contacts.segment[row]]),
-        subpart=contacts.body.sphere_names[sphere] or None,
+        person=who.person,
+        other_person=who.other or None,
+        kind=who.kind,
+        segment=body.segments[segment],
+        sphere=sphere - int(body.start[segment]),
+        subpart=body.sphere_names[sphere] or None,
         direction=DIRECTIONS[contacts.facing[row]],
-        part=contacts.other.parts[part] if isinstance(contacts.other, Environment) else None,
-        polygon=int(contacts.polygon[row] - contacts.other.part_start[part])
-        if isinstance(contacts.other, Environment)
-        else None,
-        other_segment=None
-        if isinstance(contacts.other, Environment)
-        else contacts.other.segments[contacts.other_segment[row]],
-        other_sphere=None
-        if isinstance(contacts.other, Environment)
-        else int(contacts.other_sphere[row] - contacts.other.start[contacts.other_segment[row]]),
+        part=part,
+        polygon=polygon,
+        other_segment=other_segment,
+        other_sphere=other_sphere,
         distance_mm=_micro(1000 * contacts.distance[row]),
         allowed_mm=_micro(1000 * contacts.allowed[row]),
         excess_mm=_micro(1000 * contacts.excess[row]),
         point_mm=_point(contacts.point[row]),
-        normal=tuple(_micro(float(v)) for v in contacts.normal[row]),  # type: ignore[arg-type]
-        sentence=contact_sentence(contacts, row)
-        + ("" if polygons else f" of {other_person or 'the same body'}"),
+        normal=(x, y, z),
+        sentence=sentence,
     )
 
 

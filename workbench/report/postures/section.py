@@ -31,6 +31,8 @@ NEAR = 0.12
 PICTURE = 520
 DRAWING = 720
 MOST_MARKS = 12
+_Breach = tuple[str, Finding]
+"""A finding that does not meet its criterion, and the check of the criterion."""
 
 
 def postures_section(
@@ -88,23 +90,7 @@ def _reaches(rows: PosturesRows) -> list[dict[str, Any]]:
 
 def _case(result: PosturesFound, case: int) -> dict[str, Any]:
     """Pictures and numbered findings of one case."""
-    breaches = [
-        (v.criterion.check, f)
-        for v in result.verdicts
-        for f in v.breaches
-        if f.case == result.cases[case]
-    ]
-    marked = [
-        (check, f) for check, f in breaches if f.point is not None and np.all(np.isfinite(f.point))
-    ]
-    shown = list(
-        {
-            (f.person, f.other_person, f.subject, f.target): (check, f)
-            for check, f in reversed(marked)
-        }.values()
-    )
-    shown = sorted(shown, key=lambda row: marked.index(row))[:MOST_MARKS]
-    rest = [(check, f) for check, f in breaches if (check, f) not in shown]
+    shown, rest = _shown(result, case)
     scene = _scene(result, case, [finding for _, finding in shown])
     views = [
         {
@@ -114,15 +100,34 @@ def _case(result: PosturesFound, case: int) -> dict[str, Any]:
         }
         for name, camera in four_views(scene, width=PICTURE, height=PICTURE)
     ]
-    say = [f"{finding_sentence(check, finding)} {_place(finding)}" for check, finding in shown]
     return {
         "name": result.cases[case],
         "people": [f"{p.name}: {p.postures[case].replace('_', ' ')}" for p in result.people],
         "views": views,
         "drawing": clearance_drawing(scene, result.people, case, within=NEAR, size=DRAWING),
-        "marked": say,
-        "unmarked": [finding_sentence(check, finding) for check, finding in rest],
+        "marked": [f"{finding_sentence(check, f)} {_place(f)}" for check, f in shown],
+        "unmarked": [finding_sentence(check, f) for check, f in rest],
     }
+
+
+def _shown(result: PosturesFound, case: int) -> tuple[list[_Breach], list[_Breach]]:
+    """The breaches of a case with their checks: those that the pictures number, and the others.
+
+    Numbered are those at a place, the first of each pair of a subject and a target.
+    """
+    breaches = [
+        (verdict.criterion.check, finding)
+        for verdict in result.verdicts
+        for finding in verdict.breaches
+        if finding.case == result.cases[case]
+    ]
+    first: dict[tuple[str, str, str, str], _Breach] = {}
+    for check, finding in breaches:
+        if finding.point is not None and np.all(np.isfinite(finding.point)):
+            pair = (finding.person, finding.other_person, finding.subject, finding.target)
+            first.setdefault(pair, (check, finding))
+    shown = list(first.values())[:MOST_MARKS]
+    return shown, [breach for breach in breaches if breach not in shown]
 
 
 def _place(finding: Finding) -> str:
