@@ -3,13 +3,19 @@ asked."""
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 import workbench as wb
 from tests.conftest import box_part, environment_of
 from tests.reach_oracle import clear_ways, slow_ways
+from tests.reach_restarts import clear_way
+from tests.test_reach_rows import driving
 from workbench import limb, reach, scale
+from workbench.model.environment import Allowance
+from workbench.model.reach import DOUBTS
 
 MEASURES = ({"stature": 1.56}, {"stature": 1.66}, {"stature": 1.75}, {"stature": 1.86})
 HOW = {"name": "left hand", "grip": "grasp", "zone": 2}
@@ -38,6 +44,9 @@ DEEP_REACHED = 35
 """Of 44 targets 100 mm deep in the panel those that are reached."""
 
 
+RESTARTS = 200
+MOST_JUDGED = 12
+"""Random restarts for each target, and how many targets are judged by them."""
 MOST_FALSE = 0.35
 """Share of such targets said to be kept by an obstacle to which a slow search may find a way."""
 
@@ -199,13 +208,41 @@ def test_a_target_in_a_closed_box_stays_missed_with_the_hand_at_the_box(hard):
     target = np.array([0.55, 0.1, 0.75])
     half = 0.15
     box = environment_of(box_part("box", target - half, target + half))
-    how = {"name": "right hand", "zone": 2}
+    how = {"name": "right hand", "grip": "grasp", "zone": 2}
     free = ask(bodies, poses, None, [target], how)
     found = ask(bodies, poses, box, [target], how)
     assert free.reached.all() and not found.reached.any()
     assert {found.limit(b, 0) for b in range(len(bodies))} == {"box"}
+    assert np.all(found.doubt == DOUBTS.index("kept")) and np.all(free.doubt == 0)
     assert np.all(found.overlap == 0)
     assert np.all(np.abs(found.miss - half) < 0.05)
+
+
+def test_how_doubts_end_is_reported(hard, trainer, controls):
+    how = {"name": "left hand", "grip": "grasp", "zone": 2}
+    free = ask(*hard, None, controls, how)
+    found = ask(*hard, trainer, controls, how)
+    kept = found.doubt == DOUBTS.index("kept")
+    led = (found.doubt > 0) & ~kept
+    assert np.any(led) and np.all(found.reached[led]) and not np.any(found.reached[kept])
+    certain = found.doubt == 0
+    np.testing.assert_array_equal(found.reached[certain], free.reached[certain])
+    np.testing.assert_array_equal(
+        found.angles[certain & free.reached], free.angles[certain & free.reached]
+    )
+
+
+@pytest.mark.parametrize("eased", ["hidden", "allowed"])
+def test_a_part_that_is_taken_away_or_allows_more_keeps_nobody(hard, trainer, controls, eased):
+    how = {"name": "left hand", "grip": "grasp", "zone": 2}
+    found = ask(*hard, trainer, controls, how)
+    number = trainer.part("instrument_panel")
+    if eased == "hidden":
+        easier = replace(trainer, hidden=trainer.hidden | (np.arange(len(trainer.parts)) == number))
+    else:
+        rule = Allowance(number, ("all",), 0.02)
+        easier = replace(trainer, allowances=(*trainer.allowances, rule))
+    assert np.all(ask(*hard, easier, controls, how).reached[found.reached])
 
 
 def deeper(environment, grip):
@@ -220,6 +257,41 @@ def test_many_targets_deep_in_the_panel_are_reached(hard, trainer):
         *hard, trainer, deeper(trainer, "push"), {"name": "right hand", "grip": "push", "zone": 2}
     )
     assert found.reached.sum() >= DEEP_REACHED
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize(("who", "hand", "zone", "name"), [FORMER[i] for i in (0, 5, 9)])
+def test_random_restarts_with_kinematics_of_their_own_find_their_way_too(
+    hard, trainer, who, hand, zone, name
+):
+    bodies, poses = hard
+    control = one(trainer, name)
+    arm = limb(bodies[who], hand, grip=control.grip, zone=zone)
+    way = clear_way(
+        bodies[who], arm, row(poses, who), np.array(control.at), trainer, restarts=RESTARTS
+    )
+    assert way is not None
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize(("name", "seat"), [("trainer", "left"), ("compact_car", "driver")])
+def test_random_restarts_find_no_way_for_those_kept_by_a_part(name, seat):
+    room = wb.load_environment(name)
+    body = wb.stack_bodies([scale(wb.load_body("adult_male"), measures) for measures in MEASURES])
+    poses = driving(body, room, seat)
+    kept = []
+    for hand in ("left hand", "right hand"):
+        for grip in ("push", "pinch", "grasp"):
+            targets = np.array([control.at for control in room.controls if control.grip == grip])
+            how = {"name": hand, "grip": grip, "zone": 2}
+            free = ask(body, poses, None, targets, how)
+            found = ask(body, poses, room, targets, how)
+            kept += [(b, targets[t], how) for b, t in np.argwhere(free.reached & ~found.reached)]
+    some = [kept[i] for i in np.random.default_rng(3).permutation(len(kept))[:MOST_JUDGED]]
+    for b, target, how in some:
+        arm = limb(body[b], how["name"], grip=how["grip"], zone=how["zone"])
+        way = clear_way(body[b], arm, row(poses, b), target, room, restarts=RESTARTS)
+        assert way is None, (b, target, how)
 
 
 @pytest.mark.nightly

@@ -76,8 +76,13 @@ RADIAN = 0.3
 """What a radian past a stop counts [m]."""
 NEARLY = 2e-3
 """Distance [m] within which a target that is missed without obstacles may still be reached."""
-LOTS = (8, 24, 48)
-"""How many starts a search takes from the seeds, one lot after the other."""
+LOTS = (4, 12, 24, 40)
+FEW_LOTS = 2
+"""How many starts a search takes from the seeds, one lot after the other; how many lots where the
+limb enters nothing and is only short of the target."""
+KICKS = 12
+KICK = 0.25
+"""Starts about the best that failed: how many, and how far each goes toward another seed."""
 CLOSE = 0.01
 OFF = 0.05
 """Distance [m] and breach [rad] within which a start reaches the target, obstacles aside."""
@@ -454,16 +459,16 @@ def _find_starts(case, seeds, lot, desk, out):  # type: ignore[no-untyped-def]
 
 
 @inner
-def _search(case, seeds, desk, out):  # type: ignore[no-untyped-def]
-    """Seek a reach from the free posture, then from starts of all kinds, those first that enter
-    least; returns OWN_WAY, OTHER_WAY or KEPT."""
+def _search(case, seeds, lots, desk, out):  # type: ignore[no-untyped-def]
+    """Seek a reach from the free posture; then from so many lots of starts of all kinds, those first
+    that enter least; then from about the best that failed. Returns OWN_WAY, OTHER_WAY or KEPT."""
     take(desk.free, desk.state.angles)
     if _solve(case, 0.0, desk, out):
         return OWN_WAY
     place_seeds(case.link, case.body, seeds, desk.state)
     desk.tried[:] = 0
-    for lot in LOTS:
-        for _ in range(_find_starts(case, seeds, lot, desk, out)):
+    for n in range(lots):
+        for _ in range(_find_starts(case, seeds, LOTS[n], desk, out)):
             least = 0
             for i in range(desk.worth.shape[0]):
                 if desk.worth[i] < desk.worth[least]:
@@ -472,6 +477,10 @@ def _search(case, seeds, desk, out):  # type: ignore[no-untyped-def]
             take(desk.starts[least], desk.state.angles)
             if _solve(case, 0.0, desk, out):
                 return OTHER_WAY
+    for i in range(KICKS if lots > FEW_LOTS else 0):
+        _set_free(case.link, seeds.angles, i, KICK, desk.best, desk.state.angles)
+        if _solve(case, 0.0, desk, out):
+            return OTHER_WAY
     return KEPT
 
 
@@ -532,7 +541,8 @@ def clear_reaches(link, limbs, who, held, problem, room, seeds, out, begin, end)
         if _is_reach(free, 0.0) or (free.depth <= 0.0 and missed > NEARLY):
             continue
         if missed <= NEARLY:
-            out.doubt[p] = _search(case, seeds, desk, out)
+            lots = len(LOTS) if free.depth > 0.0 else FEW_LOTS
+            out.doubt[p] = _search(case, seeds, lots, desk, out)
             if out.doubt[p] != KEPT:
                 _make_comfortable(case, desk, out)
                 out.part[p] = -1

@@ -109,20 +109,6 @@ class Found:
             np.concatenate([self.part, other.part]),
         )
 
-    def changed(self, rows: Ints, other: Found) -> Found:
-        """The same with these rows (Q,) as in another, which has Q of them."""
-        angles = self.angles.copy()
-        numbers = self.numbers.copy()
-        held = self.held.copy()
-        overlap = self.overlap.copy()
-        part = self.part.copy()
-        angles[rows] = other.angles
-        numbers[rows] = other.numbers
-        held[rows] = other.held
-        overlap[rows] = other.overlap
-        part[rows] = other.part
-        return Found(angles, numbers, held, overlap, part)
-
 
 @dataclass(frozen=True, eq=False)
 class Walls:
