@@ -5,6 +5,15 @@ and again inside each caller, because callees are linked into callers. Here a fu
 forms. `Kernel` is the entry that Python calls: it is compiled in full. Its form for compiled
 callers goes no further than LLVM code. The entry optimises and translates that code once.
 
+What else keeps the first run of a command short:
+
+- A function is compiled once for arrays that may be written to and for read-only ones, and once
+  for a number that stands in a call and for any other.
+- How a call of one of numba's own functions was resolved is remembered (`_Typing`), and what is
+  compiled of these serves callers of every kind (`_Flags`) and goes no further than LLVM code.
+- Passes for what no kernel has are left out, and so are wrappers for C and the optimisation of
+  wrappers for Python.
+
 Numba keeps machine code on disk and trusts what it reads: a damaged file ends in an error of the
 reader or in a crash. It also keeps the code until the function's own file changes, though the
 code holds callees from other files. Here each file begins with a hash of its contents, of the

@@ -119,42 +119,44 @@ def span_bound(x, y, z, field, g):  # type: ignore[no-untyped-def]
 
 
 @inlined
+def _clamped(u, nodes):  # type: ignore[no-untyped-def]
+    """A coordinate in cells brought into the grid, and the cell that holds it."""
+    a = min(max(u, 0.0), nodes - 1.0)
+    return a, min(int(a), nodes - 2)
+
+
+@inlined
 def _grid_bound(x, y, z, field, g):  # type: ignore[no-untyped-def]
-    """Lower bound of the squared distance by one grid, and how surely the point is outside all
+    """Lower bound [m2] of the squared distance by one grid, and how surely the point is outside all
     solids: 2 outside the grid, 1 outside as all of its cell is, 0 perhaps not.
 
-    The mix of eight corners in single precision is off by less than 1e-6 of the greatest of them:
-    so much of a cell's own size stands in the slack."""
+    With the point at (r, s, t) of a cell of edge h the bound is the mix of the corners' squares
+    less h^2 (r (1 - r) + s (1 - s) + t (1 - t)), and outside the grid the squared distance to it
+    more. The mix in single precision is off by less than 1e-6 of the greatest corner: so much of a
+    cell's own size stands in the slack.
+    """
     h = field.grid[g, 3]
     per = field.grid[g, 4]
-    slack = field.grid[g, 5]
     u = (x - field.grid[g, 0]) * per
     v = (y - field.grid[g, 1]) * per
     w = (z - field.grid[g, 2]) * per
-    nx = field.shape[g, 0]
     ny = field.shape[g, 1]
     nz = field.shape[g, 2]
-    a = min(max(u, 0.0), nx - 1.0)
-    b = min(max(v, 0.0), ny - 1.0)
-    c = min(max(w, 0.0), nz - 1.0)
-    i = min(int(a), nx - 2)
-    j = min(int(b), ny - 2)
-    k = min(int(c), nz - 2)
+    a, i = _clamped(u, field.shape[g, 0])
+    b, j = _clamped(v, ny)
+    c, k = _clamped(w, nz)
     r = a - i
     s = b - j
     t = c - k
     at = np.uint64(LANES) * np.uint64(field.shape[g, 3] + (i * ny + j) * nz + k)
-    mix = total(
-        corners(np.float32(r), np.float32(s), np.float32(t))
-        * codes(field.cell, at)
-        * eight(field.scale[g])
-    )
+    weights = corners(np.float32(r), np.float32(s), np.float32(t))
+    mix = total(weights * codes(field.cell, at) * eight(field.scale[g]))
     low = mix * (1.0 - 4e-6) - h * h * (r * (1.0 - r) + s * (1.0 - s) + t * (1.0 - t))
     du = u - a
     dv = v - b
     dw = w - c
     out = h * h * (du * du + dv * dv + dw * dw)
-    low = max((out + max(low, 0.0)) * (1.0 - 1e-9) - slack, 0.0)
+    low = max((out + max(low, 0.0)) * (1.0 - 1e-9) - field.grid[g, 5], 0.0)
     return low, 2 if out > 0.0 else 1 - (field.cell[at] & 1)
 
 

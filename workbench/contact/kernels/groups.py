@@ -182,36 +182,57 @@ def _cluster_bound(x, y, z, reach, field, g):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def _segment(centres, world, p, crowd, n, faces, shells, field, g, space):  # type: ignore[no-untyped-def]
-    """Least signed distance [m] of segment n to a group, with the sphere and the polygon."""
-    lows = space.lows
-    low = space.low
-    a = crowd.start[n]
-    b = crowd.start[n + 1]
-    for c in range(a, b):
+def _bound_clusters(centres, world, p, crowd, n, field, g, lows):  # type: ignore[no-untyped-def]
+    """Write lower bounds [m] of the distances of segment n's clusters to a group into lows: by the
+    group's box, or by its grid where that says nothing."""
+    for c in range(crowd.start[n], crowd.start[n + 1]):
         x, y, z = cluster_hub(centres, world, p, crowd, n, c)
         square = span_bound(x, y, z, field, g)
         lows[c] = math.sqrt(square) - crowd.reach[c]
         if square == 0.0:
             lows[c] = _cluster_bound(x, y, z, crowd.reach[c], field, g)
-    begin = crowd.first[a]
-    end = crowd.first[b]
-    for i in range(begin, end):
-        low[i] = np.inf
-    best = (np.inf, -1, -1)
+
+
+@inlined
+def _bound_spheres(centres, world, p, crowd, n, field, g, space):  # type: ignore[no-untyped-def]
+    """Write lower bounds [m] of the distances of those spheres that may be the nearest into
+    space.low, infinite for the others; returns an upper bound of the least.
+
+    Clusters are opened from the nearest on, until the next is farther than that.
+    """
+    a = crowd.start[n]
+    b = crowd.start[n + 1]
+    for i in range(crowd.first[a], crowd.first[b]):
+        space.low[i] = np.inf
     most = np.inf
     for _ in range(a, b):
-        c = _least(lows, a, b)
-        if lows[c] > most:
+        c = _least(space.lows, a, b)
+        if space.lows[c] > most:
             break
-        lows[c] = np.inf
+        space.lows[c] = np.inf
         x, y, z = cluster_hub(centres, world, p, crowd, n, c)
         if (
             span_bound(x, y, z, field, g) > 0.0
             and _cluster_bound(x, y, z, crowd.reach[c], field, g) > most
         ):
             continue
-        most = _cluster(centres, p, crowd, c, field, g, most, low)
+        most = _cluster(centres, p, crowd, c, field, g, most, space.low)
+    return most
+
+
+@inlined
+def _segment(centres, world, p, crowd, n, faces, shells, field, g, space):  # type: ignore[no-untyped-def]
+    """Least signed distance [m] of segment n to a group, with the sphere and the polygon.
+
+    Spheres are measured from the one with the least bound on, until the next bound is more than the
+    least distance.
+    """
+    _bound_clusters(centres, world, p, crowd, n, field, g, space.lows)
+    most = _bound_spheres(centres, world, p, crowd, n, field, g, space)
+    begin = crowd.first[crowd.start[n]]
+    end = crowd.first[crowd.start[n + 1]]
+    low = space.low
+    best = (np.inf, -1, -1)
     while True:
         i = _least(low, begin, end)
         if low[i] > most or low[i] == np.inf:
