@@ -22,6 +22,7 @@ from workbench.errors import UsageError, one_of
 from workbench.model.arrays import Floats, frozen
 
 __all__ = [
+    "TO_VIEWER",
     "VIEWS",
     "Camera",
     "facing",
@@ -46,6 +47,8 @@ _VIEW_AXES: dict[str, tuple[tuple[float, float, float], tuple[float, float, floa
     "bottom": ((0.0, 0.0, -1.0), (1.0, 0.0, 0.0)),
     "three_quarter": ((0.78, 0.66, 0.46), (0.0, 0.0, 1.0)),
 }
+TO_VIEWER = np.array([0.0, 0.0, 1.0])
+"""Direction to the viewer in view coordinates."""
 VIEWS: tuple[str, ...] = tuple(_VIEW_AXES)
 """Names of the standard views, see `standard_view`."""
 _MIN_EYE_DISTANCE = 1e-3

@@ -16,7 +16,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from workbench.draw.camera import Camera, facing, projective_depth, to_view, view_to_pixels
+from workbench.draw.camera import (
+    TO_VIEWER,
+    Camera,
+    facing,
+    projective_depth,
+    to_view,
+    view_to_pixels,
+)
 from workbench.draw.clipping import clip_triangles
 from workbench.draw.kernels.rasterization import Fragments, fill_triangles, sphere_depths
 from workbench.draw.scene import Scene
@@ -49,7 +56,6 @@ parts coincide, the one that faces the viewer wins."""
 _CUT_MARGIN = 1e-3
 """Distance [m] of the near plane in front of the foremost body, so that a surface that touches the
 body there is still shown."""
-_TO_VIEWER = np.array([0.0, 0.0, 1.0])
 
 
 @dataclass(frozen=True, eq=False)
@@ -181,7 +187,7 @@ def _rasterize(
     source = np.arange(len(chosen))
     if seen[:, 2].max(initial=-np.inf) > camera.closest:
         near, source = clip_triangles(
-            seen[environment.triangles[chosen]], _TO_VIEWER, camera.closest
+            seen[environment.triangles[chosen]], TO_VIEWER, camera.closest
         )
         corners = _to_projective(camera, near)
     else:  # no clipping needed: project each vertex once

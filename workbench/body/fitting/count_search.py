@@ -35,10 +35,9 @@ def covered_by_count(
     thickness = 2 * surface.volume / surface.area
     guess = min(surface.area / (count * 16 * thickness), thickness)
     limits = limits.scaled(2 * guess / (limits.outward + limits.inward))
-    about = (joints, regions)
-    coarse = _problem(surface, limits, count, about, seed, per_sphere=25, sources=8)
+    coarse = _problem(surface, limits, count, joints, regions, seed, per_sphere=25, sources=8)
     limits = _bisected(coarse, limits, count)
-    fine = _problem(surface, limits, count, about, seed, per_sphere=110, sources=40)
+    fine = _problem(surface, limits, count, joints, regions, seed, per_sphere=110, sources=40)
     for _ in range(3):
         found = cover(
             _with_margin(fine, limits).targets, *_usable(fine, limits), required=len(joints.radius)
@@ -70,7 +69,8 @@ def _problem(
     surface: Surface,
     limits: Limits,
     count: int,
-    about: tuple[Joints, Regions],
+    joints: Joints,
+    regions: Regions,
     seed: int,
     *,
     per_sphere: int,
@@ -83,8 +83,8 @@ def _problem(
         limits,
         spacing=spacing,
         sources=int(np.clip(sources * count, 3_000, 60_000)),
-        joints=about[0],
-        regions=about[1],
+        joints=joints,
+        regions=regions,
         seed=seed,
     )
 

@@ -108,7 +108,7 @@ def fit_regions(
         raise UsageError(f"seed: expected 0 or more, got {seed}")
     began = process_time()
     if count is None:
-        problem, spheres, bits = _within(surface, limits, (joints, regions), seed)
+        problem, spheres, bits = _within(surface, limits, joints, regions, seed)
     else:
         problem, limits, chosen = covered_by_count(
             surface, limits, count, joints=joints, regions=regions, seed=seed
@@ -130,18 +130,20 @@ def fit_regions(
 
 
 def _within(
-    surface: Surface, limits: Limits, about: tuple[Joints, Regions], seed: int
+    surface: Surface, limits: Limits, joints: Joints, regions: Regions, seed: int
 ) -> tuple[Problem, Spheres, Ints]:
-    """Spheres that keep the tolerances, proved: the problem, the spheres, the bits of the segments
-    each serves."""
+    """Fit spheres that keep the tolerances, with proof.
+
+    Returns the problem, the spheres, and the bits (m,) of the segments that each serves.
+    """
     spacing, sources = density(surface, limits)
     problem = prepared(
         surface,
         limits,
         spacing=spacing,
         sources=sources,
-        joints=about[0],
-        regions=about[1],
+        joints=joints,
+        regions=regions,
         seed=seed,
         eroded=True,
     )

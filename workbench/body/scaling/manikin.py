@@ -8,7 +8,7 @@ what scaling needs.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import NamedTuple
@@ -30,6 +30,7 @@ __all__ = [
     "QUEUE",
     "RIGHT",
     "UP",
+    "Band",
     "Length",
     "Manikin",
     "Reach",
@@ -72,6 +73,16 @@ class Length:
         return Length(
             tuple((factor * sign, reach) for sign, reach in self.terms), factor * self.fixed
         )
+
+
+class Band(NamedTuple):
+    """Spheres of some segments near a level."""
+
+    level: Length
+    half_width: float
+    """[m] on either side of the level."""
+    where: Sequence[str]
+    """Segments ("LF") or subparts ("LF/heel")."""
 
 
 class Manikin:
@@ -164,23 +175,27 @@ class Manikin:
         self,
         posture: str,
         direction: int,
-        level: tuple[Length, float, Iterable[str]],
+        band: Band,
         *,
         along: int = UP,
     ) -> Length:
-        """The farthest surface along a direction, of spheres near a level: (level along `along`,
-        half width [m], segments or subparts).
+        """Return the farthest surface along a direction, of spheres in a band across `along`.
 
         A sphere beyond the half width counts less by STEEP times what it is beyond, so that a
-        measure changes smoothly where a sphere comes into reach.
+        measure changes smoothly where a sphere enters the band.
+
+        Raises
+        ------
+        InputError
+            If no sphere is in the band.
         """
-        height, half, where = level
-        rows, (_, middles, surfaces) = self._rows(where), self._posture(QUEUE[posture])
-        off = middles[along][rows] - self.value(height)
-        beyond = np.abs(off) - half
+        rows = self._rows(band.where)
+        _, middles, surfaces = self._posture(QUEUE[posture])
+        off = middles[along][rows] - self.value(band.level)
+        beyond = np.abs(off) - band.half_width
         if not (beyond <= 0).any():
             raise InputError(
-                f"body {self.body.name} has no spheres within {1000 * half:.0f} mm of that level"
+                f"body {self.body.name} has no spheres within {1000 * band.half_width:.0f} mm of that level"
             )
         k = int((surfaces[direction][rows] - STEEP * np.maximum(beyond, 0.0)).argmax())
         best = int(rows[k])
@@ -188,8 +203,8 @@ class Manikin:
         if beyond[k] <= 0:
             return found
         side = STEEP if off[k] > 0 else -STEEP
-        aside = Length(((1.0, Reach(posture, along, best, surface=False)),)) - height
-        return found - aside * side + Length((), STEEP * half)
+        aside = Length(((1.0, Reach(posture, along, best, surface=False)),)) - band.level
+        return found - aside * side + Length((), STEEP * band.half_width)
 
     def middle(self, posture: str, direction: int, subpart: str) -> Length:
         """The centre of a named sphere along a direction."""

@@ -10,7 +10,17 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 
-from workbench.body.scaling.manikin import BACK, DOWN, FRONT, LEFT, RIGHT, UP, Length, Manikin
+from workbench.body.scaling.manikin import (
+    BACK,
+    DOWN,
+    FRONT,
+    LEFT,
+    RIGHT,
+    UP,
+    Band,
+    Length,
+    Manikin,
+)
 from workbench.errors import InputError, one_of
 from workbench.model.body import Body
 from workbench.model.measures import WORDS
@@ -114,11 +124,13 @@ def _sole(m: Manikin) -> Length:
     return m.farthest("sitting", DOWN, ["RF"]) * -1.0
 
 
-def _knee(m: Manikin, where: list[str], behind: float = 0.0) -> tuple[Length, float, list[str]]:
-    """The stretch of 60 mm either way around the knee joint of a sitter, or around a place behind
-    it."""
+def _knee(m: Manikin, where: list[str], behind: float = 0.0) -> Band:
+    """Return the band of 60 mm on either side of a sitter's knee joint.
+
+    behind: distance [m] behind the joint at which the band is.
+    """
     share = behind / max(m.value(_thigh(m)), 1e-9)
-    return m.joint("sitting", FRONT, "RK") - _thigh(m) * share, 0.06, where
+    return Band(m.joint("sitting", FRONT, "RK") - _thigh(m) * share, 0.06, where)
 
 
 def _thigh(m: Manikin) -> Length:
@@ -133,7 +145,7 @@ def buttock_knee_length(m: Manikin) -> Length:
 def buttock_popliteal_length(m: Manikin) -> Length:
     """Rearmost point of the buttock to the back of the lower leg at the knee, sitting."""
     knee = m.joint("sitting", UP, "RK")
-    return m.band("sitting", BACK, (knee, 0.09, ["RLL"])) * -1.0 - _rear(m)
+    return m.band("sitting", BACK, Band(knee, 0.09, ["RLL"])) * -1.0 - _rear(m)
 
 
 def functional_leg_length(m: Manikin) -> Length:
@@ -166,8 +178,8 @@ def hip_breadth(m: Manikin) -> Length:
 def bideltoid_breadth(m: Manikin) -> Length:
     """Breadth over the deltoids, standing: upper arms down to 140 mm below the shoulder joint."""
     level = m.joint("standing", UP, "RS")
-    left = m.band("standing", LEFT, (level, 0.14, ["LUA", "LSM"]))
-    return left + m.band("standing", RIGHT, (level, 0.14, ["RUA", "RSM"]))
+    left = m.band("standing", LEFT, Band(level, 0.14, ["LUA", "LSM"]))
+    return left + m.band("standing", RIGHT, Band(level, 0.14, ["RUA", "RSM"]))
 
 
 def biacromial_breadth(m: Manikin) -> Length:
@@ -261,8 +273,8 @@ def head_length(m: Manikin) -> Length:
 def head_breadth(m: Manikin) -> Length:
     """Greatest breadth of the head above the ears: spheres at the height of the forehead."""
     level = m.middle("standing", UP, "H/forehead")
-    return m.band("standing", LEFT, (level, 0.02, ["H"])) + m.band(
-        "standing", RIGHT, (level, 0.02, ["H"])
+    return m.band("standing", LEFT, Band(level, 0.02, ["H"])) + m.band(
+        "standing", RIGHT, Band(level, 0.02, ["H"])
     )
 
 
@@ -279,31 +291,31 @@ def interpupillary_breadth(m: Manikin) -> Length:
 def chest_depth(m: Manikin) -> Length:
     """Depth of the chest at the height of the breasts, standing."""
     level = m.middle("standing", UP, "UT/right breast")
-    return m.band("standing", FRONT, (level, 0.06, ["UT"])) + m.band(
-        "standing", BACK, (level, 0.06, ["UT"])
+    return m.band("standing", FRONT, Band(level, 0.06, ["UT"])) + m.band(
+        "standing", BACK, Band(level, 0.06, ["UT"])
     )
 
 
 def waist_depth(m: Manikin) -> Length:
     """Depth of the waist at the height of the navel, standing."""
     level = m.middle("standing", UP, "CT/navel")
-    return m.band("standing", FRONT, (level, 0.05, ["CT"])) + m.band(
-        "standing", BACK, (level, 0.05, ["CT", "LT"])
+    return m.band("standing", FRONT, Band(level, 0.05, ["CT"])) + m.band(
+        "standing", BACK, Band(level, 0.05, ["CT", "LT"])
     )
 
 
 def waist_breadth(m: Manikin) -> Length:
     """Breadth of the waist at the height of the navel, standing."""
     level = m.middle("standing", UP, "CT/navel")
-    return m.band("standing", LEFT, (level, 0.05, ["CT"])) + m.band(
-        "standing", RIGHT, (level, 0.05, ["CT"])
+    return m.band("standing", LEFT, Band(level, 0.05, ["CT"])) + m.band(
+        "standing", RIGHT, Band(level, 0.05, ["CT"])
     )
 
 
 def buttock_depth(m: Manikin) -> Length:
     """Depth of the body at the most protruding point of the buttock, standing."""
     level = m.middle("standing", UP, "LT/right buttock")
-    return m.band("standing", FRONT, (level, 0.05, ["LT", "RUL"])) + m.farthest(
+    return m.band("standing", FRONT, Band(level, 0.05, ["LT", "RUL"])) + m.farthest(
         "standing", BACK, ["LT"]
     )
 

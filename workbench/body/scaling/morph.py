@@ -40,7 +40,7 @@ def morph(template: Body, at: ArrayLike | Sequence[float], level: str) -> Body:
             f"{basis.name}: {len(basis)} finite coefficients are needed, got {z.shape}"
         )
     detail = basis.detail(level)
-    shape = _member(basis, (detail, template.parent[1:]), z)
+    shape = _member(basis, detail, template.parent[1:], z)
     if not np.all(shape.radius > 0):
         raise InputError(
             f"{basis.name}: no body has these coefficients (a radius falls to nothing)"
@@ -71,10 +71,11 @@ def morph(template: Body, at: ArrayLike | Sequence[float], level: str) -> Body:
     return settled(replace(bare, mass=mass))
 
 
-def _member(basis: ShapeBasis, tree: tuple[Detail, Ints], z: Floats) -> Shape:
-    """Spheres and joints in the frames of their segments; a sphere on a joint has just its
-    coordinates."""
-    detail, parent = tree
+def _member(basis: ShapeBasis, detail: Detail, parent: Ints, z: Floats) -> Shape:
+    """Return the spheres and joints of a family's member in the frames of their segments.
+
+    parent: (N - 1,) the parent of each segment but the first; z: (K,) coefficients.
+    """
     joint = basis.joint_mean + np.tensordot(z, basis.joint_basis, axes=1)
     origin = basis.origin_mean + np.tensordot(z, basis.origin_basis, axes=1)
     centre = detail.centre_mean + np.tensordot(z, detail.centre_basis, axes=1)
@@ -83,7 +84,7 @@ def _member(basis: ShapeBasis, tree: tuple[Detail, Ints], z: Floats) -> Shape:
         detail.segment[:, None] == np.arange(1, len(origin))[None]
     )
     sphere, at = np.nonzero((gap < TIED) & near)
-    centre[sphere] = joint[at]
+    centre[sphere] = joint[at]  # a sphere on a joint has exactly its coordinates
     return Shape(
         centre - origin[detail.segment],
         detail.radius_mean + z @ detail.radius_basis,

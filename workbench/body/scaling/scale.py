@@ -148,11 +148,11 @@ def _fitted(space: ShapeSpace, measures: Measures, others: Measures, start: Floa
         raise InputError(
             f"others: {wrong[0]}: expected a positive length, got {1000 * soft[wrong[0]]:g} mm"
         )
-    off, found = _sought(space, (measures, soft), start, LEAST_STEPS)
+    off, found = _sought(space, measures, soft, start, LEAST_STEPS)
     if off > CLOSE:  # closed from where it is smallest, be it a trace dearer than the least change
         off, found = min(
             (off, found),
-            _sought(space, (measures, None), found[0], MOST_STEPS),
+            _sought(space, measures, None, found[0], MOST_STEPS),
             key=lambda each: each[0],
         )
     values, manikin = found
@@ -171,14 +171,28 @@ def _fitted(space: ShapeSpace, measures: Measures, others: Measures, start: Floa
 
 
 def _sought(
-    space: ShapeSpace, goal: tuple[Measures, Measures | None], start: Floats, most: int
+    space: ShapeSpace, measures: Measures, soft: Measures | None, start: Floats, most: int
 ) -> tuple[float, Fitted]:
-    """The greatest miss [m] on the hard measures of a goal, and what has it.
+    """Search a shape with given measures, by linearized steps.
 
-    With soft measures, or none of them ({}), each step is the least change from the unchanged body
-    with the extreme spheres of the last step; with None, the least change from the last step.
+    Parameters
+    ----------
+    space
+        The shapes.
+    measures
+        Hard measures by name [m].
+    soft
+        Measures that should be near. With some, or none of them ({}), each step is the least change
+        from the unchanged body, with the extreme spheres of the last step. With None it is the
+        least change from the last step.
+    start, most
+        Parameters to start from, and the number of steps at most.
+
+    Returns
+    -------
+    tuple[float, Fitted]
+        The greatest miss [m] on a hard measure, and the shape that has it.
     """
-    measures, soft = goal
     values = start
     best = np.inf
     nearest: Fitted | None = None
@@ -203,26 +217,27 @@ def _sought(
             ]
         rows = [(length, measures[name]) for name in measures for length in rivals[name]]
         if soft is None:
-            values = _solve((space, manikin, values), rows, [])
+            values = _solve(space, manikin, values, rows, [])
         else:
             near = [(length, soft[name]) for name, length in lengths(manikin, soft).items()]
-            values = _solve((space, space.base, space.neutral), rows, near)
+            values = _solve(space, space.base, space.neutral, rows, near)
     assert nearest is not None
     return best, nearest
 
 
 def _solve(
-    start: tuple[ShapeSpace, Manikin, Floats],
+    space: ShapeSpace,
+    manikin: Manikin,
+    values: Floats,
     hard: list[tuple[Length, float]],
     soft: list[tuple[Length, float]],
 ) -> Floats:
-    """The knobs of the cheapest change from a start (its manikin and knobs n) with the hard
-    measures exact and the soft ones near.
+    """Return the parameters of the cheapest change from a manikin with parameters `values`.
 
-    Least (v - n)' P (v - n) with R (v - n) = b: v = n + P^-1 R' (R P^-1 R' + D)^-1 b, D the give of
-    each row.
+    hard, soft: measures that become exact and near, with the wanted values [m].
     """
-    space, manikin, values = start
+    # Minimize (v - n)' P (v - n) subject to R (v - n) = b, with n = values, D the give of each row:
+    #     v = n + P^-1 R' (R P^-1 R' + D)^-1 b.
     both = hard + soft
     if not both:
         return values

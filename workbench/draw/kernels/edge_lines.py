@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.compiled import njit
+from workbench.draw.kernels.occlusion import with_room
 from workbench.model.arrays import Floats, Ints
 
 __all__ = ["SurfaceLayers", "edge_pieces", "paint_lines"]
@@ -69,18 +70,6 @@ def _visibility(x: float, y: float, depth: float, clear: bool, layers: SurfaceLa
 
 
 @njit(cache=True)
-def _with_room(pieces: Floats, used: int, more: int) -> Floats:
-    """Return pieces (K, 6) with room for `more` rows after the first `used`."""
-    if used + more <= len(pieces):
-        return pieces
-    larger = np.empty((2 * len(pieces) + more, 6))
-    for piece in range(used):
-        for k in range(6):
-            larger[piece, k] = pieces[piece, k]
-    return larger
-
-
-@njit(cache=True)
 def edge_pieces(
     edges: Floats, clear: Ints, layers: SurfaceLayers, step: float, inverse_distance: float
 ) -> Floats:
@@ -110,7 +99,7 @@ def edge_pieces(
         dx = edges[i, 1, 0] - edges[i, 0, 0]
         dy = edges[i, 1, 1] - edges[i, 0, 1]
         count = math.ceil(math.sqrt(dx * dx + dy * dy) / step) + 2
-        pieces = _with_room(pieces, found, count + 1)
+        pieces = with_room(pieces, found + count + 1)
         last_state = -1
         first_depth = 0.0
         length = 0
@@ -137,6 +126,46 @@ def edge_pieces(
     return pieces[:found]
 
 
+class _Stroke(NamedTuple):
+    """A line to be painted: u runs along the axis that it is nearest to, v across it [pixels]."""
+
+    is_steep: bool
+    """Whether u runs down the picture."""
+    u0: float
+    v0: float
+    u1: float
+    """Not less than u0."""
+    slope: float
+    half: float
+    """Half the extent of the line along v; 0 for a line one pixel wide."""
+
+
+@njit(cache=True)
+def _stroke(ends: Floats, n: int, width: float) -> _Stroke:
+    """Prepare line n of ends (M, 4) [pixels]."""
+    is_steep = abs(ends[n, 3] - ends[n, 1]) > abs(ends[n, 2] - ends[n, 0])
+    along = 1 if is_steep else 0
+    start = 0 if ends[n, along] <= ends[n, 2 + along] else 2
+    u0 = ends[n, start + along]
+    v0 = ends[n, start + 1 - along]
+    u1 = ends[n, 2 - start + along]
+    v1 = ends[n, 3 - start - along]
+    slope = (v1 - v0) / (u1 - u0) if u1 > u0 else 0.0
+    half = 0.5 * width * math.sqrt(1.0 + slope * slope) if width > 1.0 else 0.0
+    return _Stroke(is_steep, u0, v0, u1, slope, half)
+
+
+@njit(cache=True)
+def _extent_across(stroke: _Stroke, u: int) -> tuple[int, int]:
+    """Return the first and last pixel along v that a line takes at u: one at least."""
+    v = stroke.v0 + stroke.slope * (min(max(u + 0.5, stroke.u0), stroke.u1) - stroke.u0)
+    first = math.ceil(v - stroke.half - 0.5)
+    last = math.floor(v + stroke.half - 0.5)
+    if last < first or stroke.half == 0.0:
+        return math.floor(v), math.floor(v)
+    return first, last
+
+
 @njit(cache=True)
 def paint_lines(ends: Floats, opacity: Ints, width: float, mask: Ints) -> None:
     """Paint lines into a mask in turn, later ones over earlier ones.
@@ -158,25 +187,14 @@ def paint_lines(ends: Floats, opacity: Ints, width: float, mask: Ints) -> None:
     """
     height, across = mask.shape
     for n in range(len(ends)):
-        # u runs along the axis that the line is nearest to, v across it
-        steep = abs(ends[n, 3] - ends[n, 1]) > abs(ends[n, 2] - ends[n, 0])
-        along = 1 if steep else 0
-        start = 0 if ends[n, along] <= ends[n, 2 + along] else 2
-        u0 = ends[n, start + along]
-        v0 = ends[n, start + 1 - along]
-        u1 = ends[n, 2 - start + along]
-        v1 = ends[n, 3 - start - along]
-        slope = (v1 - v0) / (u1 - u0) if u1 > u0 else 0.0
-        half = 0.5 * width * math.sqrt(1.0 + slope * slope) if width > 1.0 else 0.0
-        u_size, v_size = (height, across) if steep else (across, height)
-        for u in range(max(math.floor(u0), 0), min(math.floor(u1), u_size - 1) + 1):
-            v = v0 + slope * (min(max(u + 0.5, u0), u1) - u0)
-            first = math.ceil(v - half - 0.5)
-            last = math.floor(v + half - 0.5)
-            if last < first or half == 0.0:
-                first = last = math.floor(v)
-            for w in range(max(first, 0), min(last, v_size - 1) + 1):
-                if steep:
-                    mask[u, w] = opacity[n]
+        stroke = _stroke(ends, n, width)
+        u_size, v_size = (height, across) if stroke.is_steep else (across, height)
+        first_u = max(math.floor(stroke.u0), 0)
+        last_u = min(math.floor(stroke.u1), u_size - 1)
+        for u in range(first_u, last_u + 1):
+            first, last = _extent_across(stroke, u)
+            for v in range(max(first, 0), min(last, v_size - 1) + 1):
+                if stroke.is_steep:
+                    mask[u, v] = opacity[n]
                 else:
-                    mask[w, u] = opacity[n]
+                    mask[v, u] = opacity[n]

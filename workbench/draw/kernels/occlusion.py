@@ -30,7 +30,14 @@ from workbench.draw.kernels.rasterization import MIN_AREA
 from workbench.geometry.order import NONE, ONE, stable_order
 from workbench.model.arrays import Floats, Ints
 
-__all__ = ["Occluders", "hidden_arcs", "hidden_lines", "lines_among_balls", "occluder_planes"]
+__all__ = [
+    "Occluders",
+    "hidden_arcs",
+    "hidden_lines",
+    "lines_among_balls",
+    "occluder_planes",
+    "with_room",
+]
 
 _TURN = 2.0 * math.pi
 _MAX_SPANS = 24
@@ -227,7 +234,7 @@ def _find_triangles(query: _Query, number: int, occluders: Occluders, search: _S
 
 
 @njit(cache=True)
-def _with_room(values: Floats, count: int) -> Floats:
+def with_room(values: Floats, count: int) -> Floats:
     """Return an array of at least `count` rows that begins with all rows of `values`."""
     if count <= len(values):
         return values
@@ -408,12 +415,12 @@ def _arc_pieces(rims: Floats, angle: Floats, occluders: Occluders) -> Floats:
         ellipse = _Ellipse(_triple(rims, i, 0), _triple(rims, i, 1), _triple(rims, i, 2))
         for k in range(_find_triangles(_arc_query(ellipse), i, occluders, search)):
             cuts = _hidden_spans(ellipse, start, width, planes, triangles[k], spans, spare)
-            hidden = _with_room(hidden, count + cuts)
+            hidden = with_room(hidden, count + cuts)
             for s in range(cuts):
                 hidden[count, 0] = start + spans[s, 0]
                 hidden[count, 1] = start + spans[s, 1]
                 count += 1
-        pieces = _with_room(pieces, found + 2 * count + 2)
+        pieces = with_room(pieces, found + 2 * count + 2)
         found = _put_pieces(i, hidden, count, start, angle[i, 1], pieces, found)
     return pieces[:found]
 
@@ -483,9 +490,9 @@ def _line_pieces(ends: Floats, occluders: Occluders) -> Floats:
         for k in range(_find_triangles(_line_query(p, q), i, occluders, search)):
             first, last = _hidden_share(p, q, planes, triangles[k])
             if last > first:
-                hidden = _with_room(hidden, count + 1)
+                hidden = with_room(hidden, count + 1)
                 count = _put_span(hidden, count, first, last)
-        pieces = _with_room(pieces, found + 2 * count + 2)
+        pieces = with_room(pieces, found + 2 * count + 2)
         found = _put_pieces(i, hidden, count, 0.0, 1.0, pieces, found)
     return pieces[:found]
 
@@ -700,6 +707,6 @@ def lines_among_balls(ends: Floats, balls: Floats, distance: float) -> Floats:
             low = visible[k, 1]
             high = visible[k, 2]
             count = _clip_spans(over, overs, low, high, spans)
-            pieces = _with_room(pieces, found + 2 * count + 2)
+            pieces = with_room(pieces, found + 2 * count + 2)
             found = _put_pieces(i, spans, count, low, high, pieces, found)
     return pieces[:found]

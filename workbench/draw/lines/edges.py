@@ -15,7 +15,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from workbench.draw.camera import Camera, facing, projective_depth, to_view, view_to_pixels
+from workbench.draw.camera import (
+    TO_VIEWER,
+    Camera,
+    facing,
+    projective_depth,
+    to_view,
+    view_to_pixels,
+)
 from workbench.draw.clipping import clip_segments, plane_intersections
 from workbench.draw.kernels.edge_lines import SurfaceLayers, edge_pieces
 from workbench.draw.visibility import DepthBuffers, triangle_polygons, triangles_shown
@@ -34,7 +41,6 @@ _SAMPLE_STEP = 2.0
 _DEPTH_BIAS = 1e-3
 """Depth [m] by which an edge may lie behind a surface and still count as visible, since it lies on
 the surface of its own polygons."""
-_TO_VIEWER = np.array([0.0, 0.0, 1.0])
 
 
 class Lines(NamedTuple):
@@ -89,11 +95,11 @@ def drawn_edges(
     silhouette = front[edges.first] * front[edges.second] * edges.sense < 0.0
     chosen = np.flatnonzero(edges.sharp | silhouette)
     points = to_view(camera, environment.vertices) if seen is None else seen
-    ends, kept = clip_segments(points[edges.corners[chosen]], _TO_VIEWER, camera.closest)
+    ends, kept = clip_segments(points[edges.corners[chosen]], TO_VIEWER, camera.closest)
     see_through = edges.see_through[chosen[kept]]
     if np.isfinite(cut):
         shown = triangles_shown(environment)
-        section, source = plane_intersections(points[environment.triangles[shown]], _TO_VIEWER, cut)
+        section, source = plane_intersections(points[environment.triangles[shown]], TO_VIEWER, cut)
         part = environment.polygon_part[triangle_polygons(environment)[shown[source]]]
         ends = np.concatenate([ends, section])
         see_through = np.append(see_through, environment.see_through[part])

@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from workbench.draw.camera import (
+    TO_VIEWER,
     Camera,
     metric_depth,
     projective_depth,
@@ -60,7 +61,6 @@ HIDDEN = ("veiled", "hidden_line")
 _DEPTH_BIAS = 1e-3
 """Depth [m] by which a polygon must lie in front of a rim or an edge to hide it, so that one that
 touches it does not."""
-_TO_VIEWER = np.array([0.0, 0.0, 1.0])
 _CELL_SIZE = 24.0
 """Width [pixels] of the cells of the grid in which occluders are found."""
 
@@ -151,7 +151,7 @@ def build_occluders(environment: Environment, camera: Camera, cut: float) -> Occ
     part = environment.polygon_part[triangle_polygons(environment)[shown]]
     opaque = shown[~environment.see_through[part]]
     seen = to_view(camera, environment.vertices)[environment.triangles[opaque]]
-    seen, _ = clip_triangles(seen, _TO_VIEWER, min(cut, camera.closest))
+    seen, _ = clip_triangles(seen, TO_VIEWER, min(cut, camera.closest))
     corners = _to_projective(camera, seen)
     boxes = _picture_boxes(camera, corners)
     columns = math.ceil(camera.width / _CELL_SIZE)
@@ -264,7 +264,7 @@ def _behind_near_plane(edges: Floats, camera: Camera, cut: float) -> tuple[Ints,
     """Clip edges at the near plane; returns their indices and view coordinates (K, 2, 3)."""
     points = edges.copy()
     points[:, :, 2] = projective_depth(camera, edges[:, :, 2])
-    seen, source = clip_segments(_from_projective(camera, points), _TO_VIEWER, cut + _DEPTH_BIAS)
+    seen, source = clip_segments(_from_projective(camera, points), TO_VIEWER, cut + _DEPTH_BIAS)
     return source, seen
 
 
@@ -296,6 +296,6 @@ def sections(environment: Environment, camera: Camera, cut: float) -> list[list[
     faces = []
     for number in np.flatnonzero(solid):
         triangles = seen[environment.triangles[part == number]]
-        lines, _ = plane_intersections(triangles, _TO_VIEWER, cut)
+        lines, _ = plane_intersections(triangles, TO_VIEWER, cut)
         faces.append([view_to_pixels(camera, loop)[:, :2] for loop in chain_segments(lines)])
     return [loops for loops in faces if loops]
