@@ -96,10 +96,10 @@ def _people(
     table: _Table, measures: tuple[str, ...], unit: float, weights: str | None
 ) -> Population:
     """The people of a table. unit: of its lengths [m]; weights: the column of their weights."""
-    weight_column = weights.lower().replace("_", "") if weights is not None else ""
+    weighed = [] if weights is None else [weights.lower().replace("_", "")]
     columns_of = {measure: _parts(measure, table.columns) for measure in measures}
     parts = [part for columns in columns_of.values() for part in columns]
-    needed = dict.fromkeys([_SEX, *([weight_column] if weights is not None else []), *parts])
+    needed = dict.fromkeys([_SEX, *weighed, *parts])
     missing = [column for column in needed if column not in table.columns]
     if missing:
         raise InputError(f"{table.path}:1: missing columns: {', '.join(missing)}")
@@ -107,21 +107,24 @@ def _people(
     sex = [_sex(table, row, cell, faults) for row, cell in enumerate(table.columns[_SEX])]
     raw = {name: _numbers(table, name, faults) for name in needed if name != _SEX}
     values = _measured(table, columns_of, raw, unit, faults)
-    weight = raw[weight_column] if weights is not None else np.ones(len(table.lines))
-    faults += [
-        f"{table.path}:{table.lines[row]}: {weight_column}: a weight is positive, got {weight[row]:g}"
-        for row in np.flatnonzero(weight <= 0)
-    ]
+    weight = np.ones(len(table.lines))
+    for column in weighed:
+        weight = raw[column]
+        faults += _weight_faults(table, column, weight)
     if faults:
-        raise InputError(_first(table, faults))
+        more = len(faults) - MOST_TOLD
+        last = [f"{table.path}: … and {more} more"] if more > 0 else []
+        raise InputError(faults[:MOST_TOLD] + last)
     labels = tuple(table.columns.get(_SUBJECT, [str(line) for line in table.lines]))
     return Population(measures, np.array(sex), weight, values, table.path.name, labels)
 
 
-def _first(table: _Table, faults: list[str]) -> list[str]:
-    """The first faults of a table, and how many more there are."""
-    more = len(faults) - MOST_TOLD
-    return faults[:MOST_TOLD] + ([f"{table.path}: … and {more} more"] if more > 0 else [])
+def _weight_faults(table: _Table, column: str, weight: Floats) -> list[str]:
+    """A line for each person (P,) whose weight is not positive."""
+    return [
+        f"{table.path}:{table.lines[row]}: {column}: a weight is positive, got {weight[row]:g}"
+        for row in np.flatnonzero(weight <= 0)
+    ]
 
 
 def _measured(

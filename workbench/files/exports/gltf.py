@@ -296,13 +296,20 @@ def _icosahedron() -> tuple[Floats, NDArray[np.int64]]:
     golden = (1.0 + 5.0**0.5) / 2.0
     signs = [(a, b * golden) for a in (-1.0, 1.0) for b in (-1.0, 1.0)]
     points = np.array([p for a, b in signs for p in ((0.0, a, b), (a, b, 0.0), (b, 0.0, a))])
-    apart = np.linalg.norm(points[:, None] - points[None], axis=2)
-    near = np.abs(apart - 2.0) < 1e-9
+    near = np.abs(np.linalg.norm(points[:, None] - points[None], axis=2) - 2.0) < 1e-9
     triples = ((i, j, k) for i in range(12) for j in range(i) for k in range(j))
-    faces = np.array([(i, j, k) for i, j, k in triples if near[i, j] and near[j, k] and near[i, k]])
+    faces = np.array([t for t in triples if all(near[t[a], t[b]] for a, b in _PAIRS)])
+    return points, _outward(points, faces)
+
+
+_PAIRS = ((0, 1), (1, 2), (2, 0))
+
+
+def _outward(points: Floats, faces: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Faces (F, 3) about the origin, turned where they look inward: where a . (b x c) < 0."""
     first, second, third = points[faces.T]
     turn = np.einsum("fi,fi->f", first, np.cross(second, third))
-    return points, np.where(turn[:, None] < 0.0, faces[:, ::-1], faces)
+    return np.where(turn[:, None] < 0.0, faces[:, ::-1], faces)
 
 
 def _halved(points: Floats, faces: NDArray[np.int64]) -> tuple[Floats, NDArray[np.int64]]:
@@ -322,28 +329,32 @@ def _environment(file: _File, environment: Environment) -> int:
     """A node and mesh for every part that is not hidden, flat shaded by its polygons' normals."""
     grey = file.add("materials", _material("part", (0.62, 0.65, 0.69, 1.0)))
     glass = file.add("materials", _material("see-through part", (0.5, 0.7, 0.8, 0.25)))
-    polygon = np.repeat(np.arange(len(environment.normal)), np.diff(environment.triangle_start))
     nodes = []
     for part in np.flatnonzero(~environment.hidden).tolist():
-        rows = environment.polygons(part)
-        first, last = environment.triangle_start[[rows.start, rows.stop]]
-        if first == last:
-            continue
-        corners = environment.vertices[environment.triangles[first:last]].reshape(-1, 3)
-        normals = np.repeat(environment.normal[polygon[first:last]], 3, axis=0)
-        attributes = {
-            "POSITION": file.accessor(corners, bounds=True, mesh=True),
-            "NORMAL": file.accessor(normals, mesh=True),
-        }
-        material = glass if environment.see_through[part] else grey
-        name = environment.parts[part]
-        primitives = [{"attributes": attributes, "material": material}]
-        mesh = file.add("meshes", {"name": name, "primitives": primitives})
-        nodes.append(file.add("nodes", {"name": name, "mesh": mesh}))
-    return file.add(
-        "nodes",
-        {"name": environment.name, "children": nodes} if nodes else {"name": environment.name},
-    )
+        primitive = _part(file, environment, part)
+        if primitive:
+            primitive["material"] = glass if environment.see_through[part] else grey
+            name = environment.parts[part]
+            mesh = file.add("meshes", {"name": name, "primitives": [primitive]})
+            nodes.append(file.add("nodes", {"name": name, "mesh": mesh}))
+    children = {"children": nodes} if nodes else {}
+    return file.add("nodes", {"name": environment.name} | children)
+
+
+def _part(file: _File, environment: Environment, part: int) -> dict[str, Any]:
+    """The corners of a part's triangles and their normals; nothing where it has no triangles."""
+    rows = environment.polygons(part)
+    start = environment.triangle_start[rows.start : rows.stop + 1]
+    first, last = start[[0, -1]]
+    if first == last:
+        return {}
+    corners = environment.vertices[environment.triangles[first:last]].reshape(-1, 3)
+    normals = np.repeat(environment.normal[rows], 3 * np.diff(start), axis=0)
+    attributes = {
+        "POSITION": file.accessor(corners, bounds=True, mesh=True),
+        "NORMAL": file.accessor(normals, mesh=True),
+    }
+    return {"attributes": attributes}
 
 
 def _container(document: dict[str, Any], data: bytes) -> bytes:

@@ -168,12 +168,9 @@ def orient_shells(vertices: Floats, faces: Ints, shell: Ints) -> OrientedShells:
     shell
         (T,) the shell of each face, from 0.
     """
-    count = int(shell.max(initial=-1)) + 1
     corner = vertices[faces] - vertices[faces].reshape(-1, 3).mean(axis=0)
-    # six times the volume of a tetrahedron is a . (b x c)
-    tetrahedra = np.einsum("nc,nc->n", corner[:, 0], np.cross(corner[:, 1], corner[:, 2])) / 6
-    volume = np.bincount(shell, tetrahedra, count)
-    if count == 1 and _is_convex(corner):
+    volume = _volumes(corner, shell)
+    if len(volume) == 1 and _is_convex(corner):
         turned = bool(volume[0] < 0)
         return OrientedShells(np.full(len(faces), turned), int(turned), 0, 0, 0)
     sign = np.where(volume < 0, -1, 1)
@@ -191,6 +188,15 @@ def orient_shells(vertices: Floats, faces: Ints, shell: Ints) -> OrientedShells:
         nested=int(nested.sum()),
         crossing=int(crossing.sum()),
     )
+
+
+def _volumes(corner: Floats, shell: Ints) -> Floats:
+    """Return the volume (M,) [m3] of each shell of faces (T, 3, 3), negative if wound inside out:
+    the sum of its tetrahedra a . (b x c) / 6 about the origin."""
+    tetrahedra = np.einsum("nc,nc->n", corner[:, 0], np.cross(corner[:, 1], corner[:, 2])) / 6
+    count = int(shell.max(initial=-1)) + 1
+    volume: Floats = np.bincount(shell, tetrahedra, count).astype(np.float64)
+    return volume
 
 
 def _parents(containment: _Containment, volume: Floats) -> Ints:

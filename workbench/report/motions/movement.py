@@ -178,20 +178,24 @@ def _reach(body: Body, motion: Poses, group: list[_Turn]) -> str:
         return ""
     side = body.joints[group[0].joint][0]
     _, carrier, end, ball, verb = _LIMBS[limb.split()[1]]
-    end = side + end
-    ball = side + ball
-    if not {carrier, end} <= set(body.segments) or ball not in body.joints:
+    if not {carrier, side + end} <= set(body.segments) or side + ball not in body.joints:
         return ""
     world = _world(body, motion, min(t.first for t in group), max(t.last for t in group))
-    seen = world[:, body.segment(carrier)]
-    tip = world[:, body.segment(end), :, 3]
-    own = np.einsum("pji,pj->pi", seen[:, :, :3], tip - seen[:, :, 3])
-    way = own[1] - own[0]
+    tip = world[:, body.segment(side + end), :, 3]
+    way = _way_seen(world[:, body.segment(carrier)], tip)
     if np.linalg.norm(way) < _LEAST_WAY:
         return ""
-    length = np.linalg.norm(tip - _joint_place(body, world, body.joint(ball)), axis=1)
+    length = np.linalg.norm(tip - _joint_place(body, world, body.joint(side + ball)), axis=1)
     drawn = length[1] < length[0] - _DRAWN_IN
     return f"{'is drawn in,' if drawn else verb} {sign_words(nearest_sign(way))}"
+
+
+def _way_seen(frame: Floats, point: Floats) -> Floats:
+    """(3,) [m] the way between two places (2, 3) of a point, as two places (2, 3, 4) of a segment
+    see it."""
+    own = np.einsum("pji,pj->pi", frame[:, :, :3], point - frame[:, :, 3])
+    way: Floats = own[1] - own[0]
+    return way
 
 
 def _joint_place(body: Body, world: Floats, joint: int) -> Floats:

@@ -51,10 +51,11 @@ def envelope_rows(result: PosturesFound) -> list[EnvelopeRow]:
 
 
 def _ray(e: Envelope, about: RayReach, ray: int) -> EnvelopeRayRow:
+    """One ray: its direction, between which lengths it is reached, and what takes of it."""
     x, y, z = about.direction[ray].tolist()
-    lost = np.flatnonzero(about.lost.ray == ray)
     reached = bool(about.reached[ray])
     clear = bool(about.clear[ray])
+    lost = np.flatnonzero(about.lost.ray == ray)
     return EnvelopeRayRow(
         azimuth_deg=round(math.degrees(math.atan2(y, x))) + 0.0,
         elevation_deg=round(math.degrees(math.asin(max(-1.0, min(1.0, z))))) + 0.0,
@@ -67,15 +68,15 @@ def _ray(e: Envelope, about: RayReach, ray: int) -> EnvelopeRayRow:
         easy_inner_mm=_millimetres(about.easy_inner[0, ray]),
         moderate_outer_mm=_millimetres(about.easy_outer[1, ray]),
         moderate_inner_mm=_millimetres(about.easy_inner[1, ray]),
-        lost=[
-            (
-                round(1000 * float(about.lost.begin[k]), 1),
-                round(1000 * float(about.lost.end[k]), 1),
-                e.parts[about.lost.part[k]] if about.lost.part[k] >= 0 else "",
-            )
-            for k in lost
-        ],
+        lost=[_lost(e, about, k) for k in lost.tolist()],
     )
+
+
+def _lost(e: Envelope, about: RayReach, k: int) -> tuple[float, float, str]:
+    """From where to where [mm] a part takes of a ray, and the part, "" for another obstacle."""
+    part = about.lost.part[k]
+    begin, end = (round(1000 * float(v[k]), 1) for v in (about.lost.begin, about.lost.end))
+    return begin, end, e.parts[part] if part >= 0 else ""
 
 
 def _millimetres(value: float) -> float | None:
