@@ -11,7 +11,7 @@ from __future__ import annotations
 import csv
 import io
 import math
-from collections.abc import Container, Sequence
+from collections.abc import Container, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -218,19 +218,24 @@ def _table(path: Path) -> _Table:
         rows = [(reader.line_num, row) for row in reader if row]
     except csv.Error as error:
         raise InputError(f"{path}:{reader.line_num}: not a CSV file: {error}") from None
-    faults = [
-        f"{path}:1: column {name!r} stands twice"
-        for name in dict.fromkeys(header)
-        if header.count(name) > 1
-    ]
-    faults += [
-        f"{path}:{line}: {len(header)} cells are needed, one a column (got {len(row)})"
-        for line, row in rows
-        if len(row) != len(header)
-    ]
-    if not rows:
-        faults.append(f"{path}: holds no people")
-    if faults:
+    if faults := list(_shape_faults(path, header, rows)):
         raise InputError(faults[:MOST_TOLD])
     columns = (list(column) for column in zip(*(row for _, row in rows), strict=True))
     return _Table(path, dict(zip(header, columns, strict=True)), [line for line, _ in rows])
+
+
+def _shape_faults(
+    path: Path, header: list[str], rows: list[tuple[int, list[str]]]
+) -> Iterator[str]:
+    """Report columns of one name, rows of another length than the header, and a file of nobody.
+
+    rows: with their lines.
+    """
+    for name in dict.fromkeys(header):
+        if header.count(name) > 1:
+            yield f"{path}:1: column {name!r} stands twice"
+    for line, row in rows:
+        if len(row) != len(header):
+            yield f"{path}:{line}: {len(header)} cells are needed, one a column (got {len(row)})"
+    if not rows:
+        yield f"{path}: holds no people"

@@ -25,29 +25,33 @@ _Problem = tuple[tuple[str | int, ...], str]
 
 def tree_faults(document: Document, file: BodyFile) -> list[str]:
     """A joint joins exactly two known segments; together they make one tree."""
-    faults: list[str] = []
+    problems: list[_Problem] = []
     above: dict[str, str] = {}
     for name, joint in file.joints.items():
-        faults += [fail(document, key, what) for key, what in _end_problems(file, name, joint)]
+        problems += _end_problems(file, name, joint)
         distal = joint.between[1]
         if distal in above:
             what = f"segment {distal!r} is already the distal one of joint {above[distal]!r}"
-            faults.append(fail(document, ("joints", name, "between"), what))
+            problems.append((("joints", name, "between"), what))
         above.setdefault(distal, name)
-    if faults:
-        return faults
-    roots = [name for name in file.segments if name not in above]
+    if not problems:
+        problems += _root_problems(file, [name for name in file.segments if name not in above])
+    return [fail(document, key, what) for key, what in problems]
+
+
+def _root_problems(file: BodyFile, roots: list[str]) -> Iterator[_Problem]:
+    """Why the segments are not one tree, and where. roots: those that hang from nothing."""
     if not roots:
-        what = "the joints form a circle: no segment is the stage (root)"
-        return [fail(document, ("joints",), what)]
+        yield ("joints",), "the joints form a circle: no segment is the stage (root)"
+        return
     if len(roots) > 1:
         what = f"one tree is needed, but {len(roots)} segments hang from nothing: "
-        return [fail(document, ("segments", roots[1]), what + ", ".join(roots))]
+        yield ("segments", roots[1]), what + ", ".join(roots)
+        return
     reached = set(depth_first(file)[0])
     lost = [name for name in file.segments if name not in reached]
     if lost:
-        return [fail(document, ("segments", lost[0]), f"segments in a circle: {', '.join(lost)}")]
-    return []
+        yield ("segments", lost[0]), f"segments in a circle: {', '.join(lost)}"
 
 
 def _end_problems(file: BodyFile, name: str, joint: JointFile) -> Iterator[_Problem]:

@@ -66,28 +66,30 @@ class _File:
         """Put an array (M, 3), (M, 4) or (M,) into the file; 32-bit floats, indices of 16 or 32
         bits.
 
-        mesh: it is part of a mesh, corners or their numbers, for the graphics card.
+        bounds: state the least and greatest values; mesh: it is part of a mesh, corners or their
+        numbers, for the graphics card.
         """
         whole = np.issubdtype(values.dtype, np.integer)
         kind = (_SHORT if values.max(initial=0) < 65535 else _INT) if whole else _FLOAT
         stored = values.astype({_FLOAT: "<f4", _SHORT: "<u2", _INT: "<u4"}[kind])
-        entry = {"buffer": 0, "byteOffset": len(self.data), "byteLength": stored.nbytes}
-        view = self.add(
-            "bufferViews", entry | ({"target": _INDICES if whole else _CORNERS} if mesh else {})
-        )
-        self.data += stored.tobytes()
-        self.data += b"\0" * (-len(self.data) % 4)
+        target = {"target": _INDICES if whole else _CORNERS} if mesh else {}
         row: dict[str, Any] = {
-            "bufferView": view,
+            "bufferView": self._view(stored.tobytes(), target),
             "componentType": kind,
             "count": len(stored),
             "type": _TYPES[1 if stored.ndim == 1 else stored.shape[1]],
         }
         if bounds:
-            low = stored.min(axis=0)
-            high = stored.max(axis=0)
-            row |= {"min": np.atleast_1d(low).tolist(), "max": np.atleast_1d(high).tolist()}
+            low = np.atleast_1d(stored.min(axis=0))
+            high = np.atleast_1d(stored.max(axis=0))
+            row |= {"min": low.tolist(), "max": high.tolist()}
         return self.add("accessors", row)
+
+    def _view(self, data: bytes, target: dict[str, int]) -> int:
+        """Put bytes into the file, filled up to a multiple of four."""
+        entry = {"buffer": 0, "byteOffset": len(self.data), "byteLength": len(data)}
+        self.data += data + b"\0" * (-len(data) % 4)
+        return self.add("bufferViews", entry | target)
 
 
 def glb_bytes(
@@ -178,24 +180,24 @@ def _segment(
     world's."""
     body = figure.placed.body
     world = figure.placed.world_from_segment[frames]
-    if not np.all(np.isfinite(world[:, n])):
+    own = world[:, n]
+    if not np.all(np.isfinite(own)):
         raise InputError(
             f"glTF: {figure.name}: segment {body.segments[n]} is not at a finite place"
         )
-    local = _relative(world[:, int(body.parent[n])], world[:, n]) if hangs else world[:, n]
+    local = _relative(world[:, int(body.parent[n])], own) if hangs else own
     turns = _steady(from_matrices(local[:, :, :3])[:, [1, 2, 3, 0]])
-    node = file.add(
-        "nodes",
-        {
-            "name": body.segment_names[n],
-            "translation": local[0, :, 3].tolist(),
-            "rotation": turns[0].tolist(),
-            "extras": {"segment": body.segments[n]},
-            "children": [],
-        },
-    )
+    way = local[:, :, 3]
+    entry = {
+        "name": body.segment_names[n],
+        "translation": way[0].tolist(),
+        "rotation": turns[0].tolist(),
+        "extras": {"segment": body.segments[n]},
+        "children": [],
+    }
+    node = file.add("nodes", entry)
     if moving is not None:
-        moving += [(node, "rotation", turns), (node, "translation", local[:, :, 3])]
+        moving += [(node, "rotation", turns), (node, "translation", way)]
     return node
 
 

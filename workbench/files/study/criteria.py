@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from workbench.errors import InputError, one_of
+from workbench.errors import InputError
 from workbench.files.catalogue import find
 from workbench.files.names import matches, matching
 from workbench.files.schema import validate
@@ -134,28 +134,31 @@ def _reached(work: Work, room: Environment) -> Iterator[tuple[int, CriterionFile
 
 def _name_faults(work: Work, row: int, file: CriterionFile, known: Known) -> None:
     """Report what a criterion names that is not there."""
-    exact: dict[str, Iterable[str]] = {
-        "people": work.parts.roles,
-        "cases": work.parts.case_names,
-        "of": [name for r, name in work.parts.criterion_names if r != row],
-    }
-    patterns: dict[str, Iterable[str]] = {}
-    if known.complete:
-        patterns |= {"segments": known.segments, "subparts": known.subparts}
-    if known.room is not None:
-        controls = [control.name for control in known.room.controls]
-        patterns |= {"controls": controls, "parts": known.parts}
-    for field, names in (exact | patterns).items():
-        every = list(names)
+    others = [name for r, name in work.parts.criterion_names if r != row]
+    exact = {"people": list(work.parts.roles), "cases": work.parts.case_names, "of": others}
+    patterns = _patterns(known)
+    for field, valid in (exact | patterns).items():
         for place, name in enumerate(getattr(file, field) or ()):
-            there = name in every or not every
-            if there or (field in patterns and any(matches(name, each) for each in every)):
+            if name in valid or not valid:
+                continue
+            if field in patterns and any(matches(name, each) for each in valid):
                 continue
             what = f"nothing is called {name!r}"
             if field == "parts" and name in known.hidden:
                 what = f"part {name!r} is hidden, so it is not checked"
-            hint = one_of(name, every, words=known.words if field == "segments" else {})
-            work.fault(("criteria", row, field, place), f"{what}; {hint}")
+            words = known.words if field == "segments" else {}
+            work.check_name(("criteria", row, field, place), name, valid, what, words=words)
+
+
+def _patterns(known: Known) -> dict[str, list[str]]:
+    """The names that patterns of a criterion can mean, by field; those that are known."""
+    found: dict[str, list[str]] = {}
+    if known.complete:
+        found |= {"segments": known.segments, "subparts": known.subparts}
+    if known.room is not None:
+        controls = [control.name for control in known.room.controls]
+        found |= {"controls": controls, "parts": list(known.parts)}
+    return found
 
 
 def _actions(work: Work) -> Iterator[tuple[Pair, RoleFile, ActionFile]]:

@@ -3,6 +3,7 @@ and head went."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -119,16 +120,11 @@ def _turns(body: Body, motion: Poses) -> list[_Turn]:
 
 def _trimmed(body: Body, motion: Poses, turn: _Turn) -> _Turn:
     """A turn without the frames before and after in which the joint stands still."""
-    unwrapped = Unwrapped()
     start = 0.0
     first = turn.last
     last = turn.first
-    for rows in pieces(turn.last + 1 - turn.first):
-        begin = turn.first + rows.start
-        angles = angles_of(body, motion.rows(slice(begin, turn.first + rows.stop)))
-        one = angles[:, turn.joint, turn.axis, None]
-        track = np.degrees(unwrapped.take(one))[:, 0]
-        start = track[0] if not rows.start else start
+    for begin, track in _tracked(body, motion, turn):
+        start = track[0] if begin == turn.first else start
         left = np.flatnonzero(np.abs(track - start) > _STILL)
         short = np.flatnonzero(np.abs(track - start - (turn.end - turn.begin)) > _STILL)
         if len(left):
@@ -136,6 +132,16 @@ def _trimmed(body: Body, motion: Poses, turn: _Turn) -> _Turn:
         if len(short):
             last = max(last, begin + int(short[-1]) + 1)
     return replace(turn, first=max(first, turn.first), last=min(last, turn.last))
+
+
+def _tracked(body: Body, motion: Poses, turn: _Turn) -> Iterator[tuple[int, Floats]]:
+    """The angle of a turn [degrees] in pieces of its frames, with the first frame of each."""
+    unwrapped = Unwrapped()
+    for rows in pieces(turn.last + 1 - turn.first):
+        begin = turn.first + rows.start
+        angles = angles_of(body, motion.rows(slice(begin, turn.first + rows.stop)))
+        one = angles[:, turn.joint, turn.axis, None]
+        yield begin, np.degrees(unwrapped.take(one))[:, 0]
 
 
 def _limb(body: Body, joint: int) -> str:

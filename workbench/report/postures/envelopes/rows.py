@@ -94,20 +94,7 @@ def envelope_tables(found: Sequence[PosturesRows]) -> dict[str, str]:
         ("envelope_levels.csv", "levels", "height_mm"),
     ):
         lines = [
-            [
-                *([rows.row] if rows.row else []),
-                e.person,
-                e.limb,
-                e.zone,
-                getattr(ray, place),
-                ray.azimuth_deg,
-                *(
-                    "" if getattr(ray, length) is None else getattr(ray, length)
-                    for length in _LENGTHS
-                ),
-                round(sum(end - begin for begin, end, _ in ray.lost), 1),
-                " ".join(dict.fromkeys(part for _, _, part in ray.lost if part)),
-            ]
+            [*([rows.row] if rows.row else []), *_line(e, ray, place)]
             for rows in found
             for e in rows.envelopes
             for ray in getattr(e, field)
@@ -116,6 +103,21 @@ def envelope_tables(found: Sequence[PosturesRows]) -> dict[str, str]:
             head = ["person", "limb", "zone", place, "azimuth_deg", *_LENGTHS, "lost_mm", "lost_to"]
             tables[name] = csv_text([*lead, *head], lines)
     return tables
+
+
+def _line(e: EnvelopeRow, ray: EnvelopeRayRow, place: str) -> list[object]:
+    """A ray in a table. place: the field that says where it stands in the envelope."""
+    lengths = (getattr(ray, length) for length in _LENGTHS)
+    return [
+        e.person,
+        e.limb,
+        e.zone,
+        getattr(ray, place),
+        ray.azimuth_deg,
+        *("" if length is None else length for length in lengths),
+        round(sum(end - begin for begin, end, _ in ray.lost), 1),
+        " ".join(dict.fromkeys(part for _, _, part in ray.lost if part)),
+    ]
 
 
 def envelope_solids(found: Sequence[PosturesFound]) -> dict[str, Content]:
