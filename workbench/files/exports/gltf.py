@@ -221,25 +221,29 @@ def _spheres(
     file: _File, figure: Figure, frames: slice, n: int, ball: int, moving: _Channels | None
 ) -> list[int]:
     """Nodes of the spheres of segment n, instances of one mesh."""
-    placed = figure.placed
-    body = placed.body
-    frame = placed.world_from_segment[frames, n]
-    away = placed.centres[frames, body.spheres(n)] - frame[:, None, :, 3]
-    local = np.einsum("pji,psj->psi", frame[:, :, :3], away)
-    person = placed.person[frames][0]
+    body = figure.placed.body
+    local = _seen(figure.placed, frames, n)
+    radius = body.radius[figure.placed.person[frames][0]]
     found = []
-    for k in range(local.shape[1]):
-        sphere = int(body.start[n]) + k
+    for k, sphere in enumerate(range(body.start[n], body.start[n + 1])):
         entry = {
             "name": body.sphere_names[sphere] or f"{body.segments[n]} {k}",
             "mesh": ball,
             "translation": local[0, k].tolist(),
-            "scale": [float(body.radius[person, sphere])] * 3,
+            "scale": [float(radius[sphere])] * 3,
         }
         found.append(file.add("nodes", entry))
         if moving is not None:
             moving.append((found[-1], "translation", local[:, k]))
     return found
+
+
+def _seen(placed: Placed, frames: slice, n: int) -> Floats:
+    """(P, K, 3) the centres of the spheres of segment n as the segment sees them."""
+    frame = placed.world_from_segment[frames, n]
+    away = placed.centres[frames, placed.body.spheres(n)] - frame[:, None, :, 3]
+    local: Floats = np.einsum("pji,psj->psi", frame[:, :, :3], away)
+    return local
 
 
 def _animation(file: _File, moving: _Channels, times: Floats) -> dict[str, Any]:
@@ -300,11 +304,8 @@ def _icosahedron() -> tuple[Floats, NDArray[np.int64]]:
     points = np.array([p for a, b in signs for p in ((0.0, a, b), (a, b, 0.0), (b, 0.0, a))])
     near = np.abs(np.linalg.norm(points[:, None] - points[None], axis=2) - 2.0) < 1e-9
     triples = ((i, j, k) for i in range(12) for j in range(i) for k in range(j))
-    faces = np.array([t for t in triples if all(near[t[a], t[b]] for a, b in _PAIRS)])
+    faces = np.array([(i, j, k) for i, j, k in triples if near[i, j] and near[j, k] and near[i, k]])
     return points, _outward(points, faces)
-
-
-_PAIRS = ((0, 1), (1, 2), (2, 0))
 
 
 def _outward(points: Floats, faces: NDArray[np.int64]) -> NDArray[np.int64]:

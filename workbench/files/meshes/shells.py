@@ -377,18 +377,11 @@ def _ray_candidates(corner: Floats, samples: _Samples) -> _Candidates:
     Samples are sorted by strips of x, and by y within a strip. The samples under a face are then
     one run in each of its strips.
     """
-    x = samples.point[:, 0]
+    point = samples.point
     low = corner.min(axis=1)
     high = corner.max(axis=1)
-    bottom = low[:, 1].min()
-    left = x.min()
-    strips = _Strips(
-        left=left,
-        width=max((x.max() - left) / _STRIPS, 1e-300),
-        bottom=bottom,
-        height=2.0 * float(max(high[:, 1].max() - bottom, 1e-300)),
-    )
-    key = strips.key(strips.of(x), samples.point[:, 1])
+    strips = _strips_of(point[:, 0], low[:, 1].min(), high[:, 1].max())
+    key = strips.key(strips.of(point[:, 0]), point[:, 1])
     order = np.argsort(key, kind="stable")
     begin = strips.of(low[:, 0])
     face, number = _repeat_counted(np.arange(len(corner)), strips.of(high[:, 0]) - begin + 1)
@@ -398,10 +391,21 @@ def _ray_candidates(corner: Floats, samples: _Samples) -> _Candidates:
     run, number = _repeat_counted(np.arange(len(face)), last - first)
     face = face[run]
     sample = order[first[run] + number]
-    meets = (x[sample] >= low[face, 0]) & (x[sample] <= high[face, 0])
-    meets &= samples.point[sample, 2] <= high[face, 2]
-    meets &= face != samples.face[sample]
+    x = point[sample, 0]
+    meets = (x >= low[face, 0]) & (x <= high[face, 0])
+    meets &= (point[sample, 2] <= high[face, 2]) & (face != samples.face[sample])
     return _Candidates(sample[meets], face[meets])
+
+
+def _strips_of(x: Floats, bottom: float, top: float) -> _Strips:
+    """Return strips that hold samples with these x (Q,), and y from bottom to top."""
+    left = x.min()
+    return _Strips(
+        left=left,
+        width=max((x.max() - left) / _STRIPS, 1e-300),
+        bottom=bottom,
+        height=2.0 * float(max(top - bottom, 1e-300)),
+    )
 
 
 @dataclass(frozen=True)
@@ -455,9 +459,10 @@ def _crossings(corner: Floats, point: Floats, candidates: _Candidates) -> _Cross
         height = (side[0] * c[kept, 2] + side[1] * a[kept, 2] + side[2] * b[kept, 2]) / area
     uncertain = (np.abs(side) <= near[:, kept]).any(axis=0) | ~(np.abs(height) > slack)
     uncertain &= ~(height < -slack)
-    above = uncertain | (height > 0)
     sign = np.where(uncertain, 0, np.sign(area)).astype(np.int64)
-    return _Crossings(candidates.sample[kept][above], candidates.face[kept][above], sign[above])
+    above = uncertain | (height > 0)
+    rows = np.flatnonzero(kept)[above]
+    return _Crossings(candidates.sample[rows], candidates.face[rows], sign[above])
 
 
 def _cross_2d(a: Floats, b: Floats) -> Floats:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -200,24 +200,27 @@ def _unfit_faults(work: Work, key: Key, file: CriterionFile, asked: list[tuple[P
     """
     check = f"check: {file.check}"
     for place, case in enumerate(file.cases or ()):
-        if why := _why_none(why for pair, why in asked if pair[1] == case):
+        if why := _why_none(asked, case=case):
             what = f"{check} does not fit case {case!r}: {why}; leave the case out"
             work.fault((*key, "cases", place), what)
     if file.cases is not None:
         return
     for place, name in enumerate(file.people or ()):
-        if why := _why_none(why for pair, why in asked if pair[0] == name):
+        if why := _why_none(asked, name=name):
             what = f"{check} fits no case of {name!r}: {why}; leave the role out"
             work.fault((*key, "people", place), what)
-    why = _why_none(why for _, why in asked)
+    why = _why_none(asked)
     if why and file.people is None:
         work.fault((*key, "check"), f"{check} fits no case: {why}; leave the criterion out")
 
 
-def _why_none(reasons: Iterable[str]) -> str:
-    """The first reason where nothing fits; "" where anything does, or nothing is asked."""
-    every = list(reasons)
-    return every[0] if every and all(every) else ""
+def _why_none(
+    asked: list[tuple[Pair, str]], *, name: str | None = None, case: str | None = None
+) -> str:
+    """Why a criterion fits nothing of a role, of a case or at all: the first reason; "" where it
+    fits anything, or nothing is asked."""
+    reasons = [why for pair, why in asked if name in (None, pair[0]) and case in (None, pair[1])]
+    return reasons[0] if reasons and all(reasons) else ""
 
 
 def _limits(work: Work, row: int, file: CriterionFile, known: Known) -> tuple[Limit, ...]:

@@ -17,7 +17,7 @@ from workbench.files.study.schema import PopulationFile, PositionFile, RoleFile,
 from workbench.files.study.work import Key, Work
 from workbench.model.body import Body, segment_words
 from workbench.model.encumbrance import Encumbrance
-from workbench.model.environment import Environment
+from workbench.model.environment import Environment, Seat
 from workbench.model.growth import Growth
 from workbench.model.measures import MEASURES, ON_THE_BODY, WORDS
 from workbench.model.person import Size
@@ -231,15 +231,18 @@ def _seat_faults(work: Work, name: str, file: RoleFile, room: Environment) -> No
     """Report a seat that is not there, or that stands beyond its travel."""
     seats = {seat.name: seat for seat in room.seats}
     key = ("people", name)
-    what = f"environment {room.name} has no seat {file.seat!r}"
-    if not work.check_name((*key, "seat"), str(file.seat), seats, what):
-        return
-    if not isinstance(file.position, PositionFile):
-        return
-    seat = seats[str(file.seat)]
+    seat = str(file.seat)
+    what = f"environment {room.name} has no seat {seat!r}"
+    there = work.check_name((*key, "seat"), seat, seats, what)
+    if there and isinstance(file.position, PositionFile):
+        _travel_faults(work, (*key, "position"), file.position, seats[seat])
+
+
+def _travel_faults(work: Work, key: Key, position: PositionFile, seat: Seat) -> None:
+    """Report a position of a seat that is beyond its travel."""
     for way, (low, high) in (("forward", seat.travel_forward), ("up", seat.travel_up)):
-        value = getattr(file.position, way)
+        value = getattr(position, way)
         if not low - 1e-9 <= value <= high + 1e-9:
             travel = f"{1000 * low:g} to {1000 * high:g} mm"
             what = f"beyond the travel of seat {seat.name}, {travel} (got {1000 * value:g} mm)"
-            work.fault((*key, "position", way), what)
+            work.fault((*key, way), what)
