@@ -95,7 +95,7 @@ def _finding_row(verdict: Verdict, finding: Finding) -> FindingRow:
         margin=_micro(factor * finding.margin),
         unit=unit,
         time_ms=_thousand(finding.time),
-        point_mm=_point(finding.point),
+        point_mm=_point(finding),
         surface_known_to=_thousand(finding.surface_known_to),
         sentence=sentence,
     )
@@ -106,11 +106,11 @@ def _thousand(value: float) -> float | None:
     return _micro(1000 * value) if math.isfinite(value) else None
 
 
-def _point(point: tuple[float, float, float] | None) -> tuple[float, float, float] | None:
-    """A point [m] in mm; None where there is none, or it is not finite."""
-    if point is None or not all(map(math.isfinite, point)):
+def _point(finding: Finding) -> tuple[float, float, float] | None:
+    """The point of a finding [mm]; None where there is none, or it is not finite."""
+    if finding.point is None or not all(map(math.isfinite, finding.point)):
         return None
-    x, y, z = (_micro(1000 * value) for value in point)
+    x, y, z = (_micro(1000 * value) for value in finding.point)
     return x, y, z
 
 
