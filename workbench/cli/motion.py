@@ -219,7 +219,8 @@ def _ranges(who: Body, poses: Poses) -> dict[str, dict[str, list[float]]]:
     from workbench.model.posing import angles_of
     from workbench.model.spool import pieces
 
-    low, high = np.full((2, len(who.joints), 3), np.inf) * np.array([1.0, -1.0])[:, None, None]
+    low = np.full((len(who.joints), 3), np.inf)
+    high = -low
     for rows in pieces(len(poses)):
         angles = np.degrees(angles_of(who, poses.rows(rows)))
         low = np.minimum(low, angles.min(axis=0))

@@ -11,7 +11,7 @@ from __future__ import annotations
 import csv
 import io
 import math
-from collections.abc import Container, Sequence
+from collections.abc import Container, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -96,10 +96,10 @@ def _people(
     table: _Table, measures: tuple[str, ...], unit: float, weights: str | None
 ) -> Population:
     """The people of a table. unit: of its lengths [m]; weights: the column of their weights."""
-    weight_column = weights.lower().replace("_", "") if weights is not None else ""
+    weighed = [] if weights is None else [weights.lower().replace("_", "")]
     columns_of = {measure: _parts(measure, table.columns) for measure in measures}
     parts = [part for columns in columns_of.values() for part in columns]
-    needed = dict.fromkeys([_SEX, *([weight_column] if weights is not None else []), *parts])
+    needed = dict.fromkeys([_SEX, *weighed, *parts])
     missing = [column for column in needed if column not in table.columns]
     if missing:
         raise InputError(f"{table.path}:1: missing columns: {', '.join(missing)}")
@@ -107,21 +107,24 @@ def _people(
     sex = [_sex(table, row, cell, faults) for row, cell in enumerate(table.columns[_SEX])]
     raw = {name: _numbers(table, name, faults) for name in needed if name != _SEX}
     values = _measured(table, columns_of, raw, unit, faults)
-    weight = raw[weight_column] if weights is not None else np.ones(len(table.lines))
-    faults += [
-        f"{table.path}:{table.lines[row]}: {weight_column}: a weight is positive, got {weight[row]:g}"
-        for row in np.flatnonzero(weight <= 0)
-    ]
+    weight = np.ones(len(table.lines))
+    for column in weighed:
+        weight = raw[column]
+        faults += _weight_faults(table, column, weight)
     if faults:
-        raise InputError(_first(table, faults))
+        more = len(faults) - MOST_TOLD
+        last = [f"{table.path}: … and {more} more"] if more > 0 else []
+        raise InputError(faults[:MOST_TOLD] + last)
     labels = tuple(table.columns.get(_SUBJECT, [str(line) for line in table.lines]))
     return Population(measures, np.array(sex), weight, values, table.path.name, labels)
 
 
-def _first(table: _Table, faults: list[str]) -> list[str]:
-    """The first faults of a table, and how many more there are."""
-    more = len(faults) - MOST_TOLD
-    return faults[:MOST_TOLD] + ([f"{table.path}: … and {more} more"] if more > 0 else [])
+def _weight_faults(table: _Table, column: str, weight: Floats) -> list[str]:
+    """A line for each person (P,) whose weight is not positive."""
+    return [
+        f"{table.path}:{table.lines[row]}: {column}: a weight is positive, got {weight[row]:g}"
+        for row in np.flatnonzero(weight <= 0)
+    ]
 
 
 def _measured(
@@ -215,19 +218,24 @@ def _table(path: Path) -> _Table:
         rows = [(reader.line_num, row) for row in reader if row]
     except csv.Error as error:
         raise InputError(f"{path}:{reader.line_num}: not a CSV file: {error}") from None
-    faults = [
-        f"{path}:1: column {name!r} stands twice"
-        for name in dict.fromkeys(header)
-        if header.count(name) > 1
-    ]
-    faults += [
-        f"{path}:{line}: {len(header)} cells are needed, one a column (got {len(row)})"
-        for line, row in rows
-        if len(row) != len(header)
-    ]
-    if not rows:
-        faults.append(f"{path}: holds no people")
-    if faults:
+    if faults := list(_shape_faults(path, header, rows)):
         raise InputError(faults[:MOST_TOLD])
     columns = (list(column) for column in zip(*(row for _, row in rows), strict=True))
     return _Table(path, dict(zip(header, columns, strict=True)), [line for line, _ in rows])
+
+
+def _shape_faults(
+    path: Path, header: list[str], rows: list[tuple[int, list[str]]]
+) -> Iterator[str]:
+    """Report columns of one name, rows of another length than the header, and a file of nobody.
+
+    rows: with their lines.
+    """
+    for name in dict.fromkeys(header):
+        if header.count(name) > 1:
+            yield f"{path}:1: column {name!r} stands twice"
+    for line, row in rows:
+        if len(row) != len(header):
+            yield f"{path}:{line}: {len(header)} cells are needed, one a column (got {len(row)})"
+    if not rows:
+        yield f"{path}: holds no people"

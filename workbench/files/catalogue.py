@@ -23,23 +23,27 @@ def roots() -> list[Path]:
 
 
 def find(kind: str, name: str, inner: str = "", *, near: Path | None = None) -> Path:
-    """The file of a catalogue entry.
+    """Find the file of a catalogue entry.
 
-    kind: "bodies", "environments" or "studies"; inner: the file inside an entry's folder
-    ("environment.yaml"), or "" where entries are single files NAME.yaml; near: the folder of the
-    file that names it. InputError lists what there is.
+    Parameters
+    ----------
+    kind
+        "bodies", "environments" or "studies".
+    name
+        The name of the entry, or the path of a file.
+    inner
+        The file inside an entry's folder ("environment.yaml"), or "" where entries are single files
+        NAME.yaml.
+    near
+        The folder of the file that names it.
+
+    Raises
+    ------
+    InputError
+        With what there is.
     """
-    is_path = "/" in name or "\\" in name or name.endswith((".yaml", ".yml")) or name in (".", "..")
-    folders = ([near] if near else []) + [Path.cwd()]
-    if is_path:
-        for folder in folders:
-            path = folder / name
-            for candidate in (path, path / inner) if inner else (path,):
-                if is_file(candidate):
-                    return candidate
-        raise InputError(
-            f"{name}: no such file (looked from {', '.join(str(f) for f in dict.fromkeys(folders))})"
-        )
+    if "/" in name or "\\" in name or name.endswith((".yaml", ".yml")) or name in (".", ".."):
+        return _at_path(name, inner, near)
     for root in ([near.parent] if near else []) + roots():
         path = root / kind / name / inner if inner else root / kind / f"{name}.yaml"
         if is_file(path):
@@ -47,6 +51,19 @@ def find(kind: str, name: str, inner: str = "", *, near: Path | None = None) -> 
     raise InputError(
         f"no {kind} entry named {name!r}; {one_of(name, names(kind, inner, near=near))}"
     )
+
+
+def _at_path(name: str, inner: str, near: Path | None) -> Path:
+    """The file at a path that begins in a folder or where the program runs; the one inside it where
+    the path is that of an entry's folder."""
+    folders = ([near] if near else []) + [Path.cwd()]
+    for folder in folders:
+        path = folder / name
+        for candidate in (path, path / inner) if inner else (path,):
+            if is_file(candidate):
+                return candidate
+    looked = ", ".join(str(folder) for folder in dict.fromkeys(folders))
+    raise InputError(f"{name}: no such file (looked from {looked})")
 
 
 def find_beside(document: Document, key: tuple[str | int, ...], name: str) -> Path:

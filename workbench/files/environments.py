@@ -101,26 +101,26 @@ def environment_from_mesh(
     ----------
     source
         A mesh file, or what trimesh has loaded or made: a scene, whose geometries are the parts, or
-    one mesh. up, forward
+        one mesh.
+    up, forward
         Axes of the mesh (x, y, z, -x, -y, -z) that point up and forward.
     length
         Its unit (mm, cm, m, in, ft, or one unit's length such as "150 mm") where the mesh does not
-    say it, or is wrong. solid
+        say it, or is wrong.
+    solid
         "auto" (closed parts are), True or False for every part.
 
     Raises
     ------
     InputError
         If the mesh cannot be read, holds no surface, has a size that no vehicle has, or a part
-    cannot be solid. UsageError
+        cannot be solid.
+    UsageError
         If `source` is something else, or the axes are no axes.
     """
-    if isinstance(source, str | Path):
-        name = Path(source).stem
-        raw = read_mesh(source)
-    else:
-        name = "scene"
-        raw = mesh_of_scene(source, name)
+    is_file = isinstance(source, str | Path)
+    name = Path(source).stem if is_file else "scene"
+    raw = read_mesh(source) if is_file else mesh_of_scene(source, name)
     rotation = axes_rotation(up, forward)
     metres = _stated(raw.file, length) if length is not None else raw.metres
     wrong = implausible(float(extent(raw.parts).max()), metres)
@@ -228,22 +228,24 @@ def _rules(
 
 def _unknown_names(document: Document, file: EnvironmentFile, names: list[str]) -> list[str]:
     """A line for each part that seats and controls name and that is not there."""
-    wanted: list[tuple[tuple[str | int, ...], str]] = []
-    for seat, rest in file.seats.items():
-        key = ("seats", seat)
-        wanted += [((*key, "cushion", "part"), rest.cushion.part)]
-        wanted += [((*key, "back", "part"), rest.back.part)]
-        # what a seat moves may be patterns
-        moves = enumerate(rest.moves)
-        wanted += [((*key, "moves", k), name) for k, name in moves if not _matching(name, names)]
-    for control, given in file.controls.items():
-        if given.part:
-            wanted.append((("controls", control, "part"), given.part))
     return [
         fail(document, path, f"no part {name!r}; {one_of(name, names)}")
-        for path, name in wanted
-        if name not in names
+        for path, name in _named_parts(file)
+        # what a seat moves may be patterns
+        if name not in names and not (path[2] == "moves" and _matching(name, names))
     ]
+
+
+def _named_parts(file: EnvironmentFile) -> Iterator[tuple[tuple[str | int, ...], str]]:
+    """The parts that seats and controls name, each after where it stands."""
+    for seat, rest in file.seats.items():
+        yield ("seats", seat, "cushion", "part"), rest.cushion.part
+        yield ("seats", seat, "back", "part"), rest.back.part
+        for k, name in enumerate(rest.moves):
+            yield ("seats", seat, "moves", k), name
+    for control, given in file.controls.items():
+        if given.part:
+            yield ("controls", control, "part"), given.part
 
 
 def _complete(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from itertools import pairwise
 from pathlib import Path
 from typing import Annotated
@@ -56,34 +57,27 @@ def load_growth(source: str | Path = "cdc_growth") -> Growth:
     if faults:
         raise InputError(faults)
     units = {name: 1.0 if name == MASS else metres_in[file.length] for name in names}
-    lms = np.array(
-        [
-            [
-                [
-                    [power, median * units[name], spread]
-                    for _, power, median, spread in tables[sex, name]
-                ]
-                for name in names
-            ]
-            for sex in SEXES
-        ]
-    )
-    return Growth(file.growth, file.source, names, np.array(ages), lms)
+    lms = [[_lms(tables[sex, name], units[name]) for name in names] for sex in SEXES]
+    return Growth(file.growth, file.source, names, np.array(ages), np.array(lms))
+
+
+def _lms(rows: list[tuple[float, ...]], unit: float) -> list[list[float]]:
+    """Power, median [m, kg] and spread at each age of a table in a unit."""
+    return [[power, median * unit, spread] for _, power, median, spread in rows]
 
 
 def _faults(
     document: Document, where: tuple[str, str], rows: list[tuple[float, ...]], ages: list[float]
-) -> list[str]:
-    faults = [
-        fail(document, (*where, k), f"L is any number, M and S are positive (got {list(row)})")
-        for k, row in enumerate(rows)
-        if row[2] <= 0 or row[3] <= 0
-    ]
-    faults += [
-        fail(document, (*where, k + 1), f"ages must rise (got {b[0]:g} after {a[0]:g})")
-        for k, (a, b) in enumerate(pairwise(rows))
-        if b[0] <= a[0]
-    ]
-    if [row[0] for row in rows] != ages:
-        faults.append(fail(document, where, "all four tables need the same ages"))
-    return faults
+) -> Iterator[str]:
+    """Faults of a table: numbers that cannot be, and ages that do not rise or are not `ages`."""
+    for k, row in enumerate(rows):
+        if row[2] <= 0 or row[3] <= 0:
+            what = f"L is any number, M and S are positive (got {list(row)})"
+            yield fail(document, (*where, k), what)
+    own = [row[0] for row in rows]
+    for k, (before, after) in enumerate(pairwise(own)):
+        if after <= before:
+            what = f"ages must rise (got {after:g} after {before:g})"
+            yield fail(document, (*where, k + 1), what)
+    if own != ages:
+        yield fail(document, where, "all four tables need the same ages")

@@ -59,14 +59,19 @@ def load_population_model(source: str | Path) -> PopulationModel:
     its faults."""
     document = read_yaml(find("bodies/populations", str(source)))
     file = validate(document, PopulationFile)
-    sexes = file.sexes()
     faults = list(_level_faults(document, file))
-    if not sexes:
+    if not file.sexes():
         faults.append(fail(document, (), f"one or both of {', '.join(SEXES)} are needed"))
-    for sex in sexes:
+    for sex in file.sexes():
         faults += _sex_faults(document, file, sex)
     if faults:
         raise InputError(faults)
+    return _model(file)
+
+
+def _model(file: PopulationFile) -> PopulationModel:
+    """The population of a file without faults."""
+    sexes = file.sexes()
     parts = list(sexes.values())
     names = tuple(parts[0].quantiles)
     units = np.array([_unit(file, name) for name in names])[:, None]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated
 
@@ -91,22 +92,27 @@ def load_postures(path: Path, body: Body) -> tuple[PosturesFile, Document]:
         what = f"body {body.name} has no segment {file.reference!r}; {one_of(file.reference, body.segments)}"
         faults.append(fail(document, ("reference",), what))
     for name, posture in file.postures.items():
-        turns, problems = flat_angles(body, posture.angles)
-        del turns
+        key = ("postures", name)
+        problems = flat_angles(body, posture.angles)[1]
+        faults += [fail(document, (*key, "angles", *place), what) for place, what in problems]
         faults += [
-            fail(document, ("postures", name, "angles", *key), what) for key, what in problems
+            fail(document, (*key, "rotations", joint), what)
+            for joint, what in _rotation_problems(body, posture)
         ]
-        for joint, quaternion in posture.rotations.items():
-            where = ("postures", name, "rotations", joint)
-            if joint not in body.joints:
-                what = f"body {body.name} has no joint {joint!r}; {one_of(joint, body.joints)}"
-                faults.append(fail(document, where, what))
-            if not 1e-9 <= math.hypot(*quaternion) < math.inf:
-                what = f"a rotation w, x, y, z is needed, whose length is not zero (got {list(quaternion)})"
-                faults.append(fail(document, where, what))
     if faults:
         raise InputError(faults)
     return file, document
+
+
+def _rotation_problems(body: Body, posture: PostureFile) -> Iterator[tuple[str, str]]:
+    """The joints of a posture whose rotation is wrong, and how."""
+    for joint, quaternion in posture.rotations.items():
+        if joint not in body.joints:
+            what = f"body {body.name} has no joint {joint!r}; {one_of(joint, body.joints)}"
+            yield joint, what
+        if not 1e-9 <= math.hypot(*quaternion) < math.inf:
+            what = f"a rotation w, x, y, z is needed, whose length is not zero (got {list(quaternion)})"
+            yield joint, what
 
 
 def flat_angles(body: Body, angles: AnglesFile) -> tuple[Turns, list[tuple[tuple[str, ...], str]]]:
@@ -115,29 +121,30 @@ def flat_angles(body: Body, angles: AnglesFile) -> tuple[Turns, list[tuple[tuple
     turns: Turns = {}
     faults: list[tuple[tuple[str, ...], str]] = []
     for key, motions in angles.items():
-        if not key.replace(",", " ").split():
+        joints = key.replace(",", " ").split()
+        if not joints:
             faults.append(((key,), f"no joint is named here; {one_of(key, body.joints)}"))
-        for joint in key.replace(",", " ").split():
+        for joint in joints:
             if joint not in body.joints:
-                faults.append(
-                    (
-                        (key,),
-                        f"body {body.name} has no joint {joint!r}; {one_of(joint, body.joints)}",
-                    )
-                )
+                what = f"body {body.name} has no joint {joint!r}; {one_of(joint, body.joints)}"
+                faults.append(((key,), what))
                 continue
             for motion, degrees in motions.items():
                 try:
-                    axis, _ = motion_of(body, body.joint(joint), motion)
+                    _turn(body, turns, joint, motion, degrees)
                 except InputError as error:
                     faults.append(((key, motion), str(error)))
-                    continue
-                known = turns.setdefault(joint, {})
-                same = [m for m in known if motion_of(body, body.joint(joint), m)[0] == axis]
-                for old in same:  # the later word on one axis counts
-                    del known[old]
-                known[motion] = degrees
     return turns, faults
+
+
+def _turn(body: Body, turns: Turns, joint: str, motion: str, degrees: float) -> None:
+    """Turn a joint by a motion, in place of what turned it about the same axis before; InputError
+    where it has no such motion."""
+    j = body.joint(joint)
+    axis, _ = motion_of(body, j, motion)
+    known = turns.get(joint, {})
+    kept = {old: angle for old, angle in known.items() if motion_of(body, j, old)[0] != axis}
+    turns[joint] = kept | {motion: degrees}
 
 
 def posture_pose(
@@ -173,12 +180,10 @@ def replaced_angles(body: Body, posture: PostureFile, more: AnglesFile) -> Postu
     if faults or more_faults:
         raise InputError([what for _, what in faults + more_faults])
     for joint, motions in extra.items():
-        kept = {
-            m: d
-            for m, d in turns.get(joint, {}).items()
-            if motion_of(body, body.joint(joint), m)[0]
-            not in {motion_of(body, body.joint(joint), new)[0] for new in motions}
-        }
+        j = body.joint(joint)
+        axes = {motion_of(body, j, motion)[0] for motion in motions}
+        known = turns.get(joint, {}).items()
+        kept = {motion: d for motion, d in known if motion_of(body, j, motion)[0] not in axes}
         turns[joint] = kept | motions
     rotations = {joint: q for joint, q in posture.rotations.items() if joint not in extra}
     return posture.model_copy(update={"angles": turns, "rotations": rotations})

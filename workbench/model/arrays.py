@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import mmap
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -10,11 +11,13 @@ from numpy.typing import ArrayLike, NDArray
 
 from workbench.errors import InputError
 
-__all__ = ["Bools", "Floats", "Ints", "frozen"]
+__all__ = ["ArrayKind", "Bools", "Floats", "Ints", "freeze_fields", "frozen"]
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Bools = NDArray[np.bool_]
+ArrayKind = tuple[type, tuple[int | None, ...]]
+"""The dtype of an array, and its shape; None is any length."""
 
 
 def frozen(
@@ -35,6 +38,28 @@ def frozen(
         raise InputError(f"{what}: expected an array of shape {wanted}, got {array.shape}")
     array.flags.writeable = False
     return array
+
+
+def freeze_fields(noun: object, arrays: Mapping[str, ArrayKind], called: str) -> None:
+    """Make the arrays of a frozen noun read-only, each of its dtype and shape.
+
+    Parameters
+    ----------
+    noun
+        The noun that is being made.
+    arrays
+        The dtype and shape of each field; None in a shape is any length.
+    called
+        What the noun is called in messages.
+
+    Raises
+    ------
+    InputError
+        As `frozen` raises it, naming noun and field.
+    """
+    for name, (dtype, shape) in arrays.items():
+        value = frozen(getattr(noun, name), dtype, shape, f"{called}.{name}")
+        object.__setattr__(noun, name, value)
 
 
 def _converted(values: ArrayLike, dtype: type, what: str) -> NDArray[Any]:

@@ -10,7 +10,7 @@ import numpy as np
 
 from workbench.errors import InputError, UsageError, one_of
 from workbench.model.arguments import check_fields
-from workbench.model.arrays import Bools, Floats, Ints, frozen
+from workbench.model.arrays import ArrayKind, Bools, Floats, Ints, freeze_fields
 from workbench.model.basis import ShapeBasis
 from workbench.model.stops import Stops
 from workbench.model.vocabulary import DIRECTIONS
@@ -73,7 +73,7 @@ class Topology:
         s = len(self.sphere_names)
         if not np.size(self.blend_joint):
             object.__setattr__(self, "blend_joint", np.full(s, -1))
-        shapes: dict[str, tuple[type, tuple[int, ...]]] = {
+        arrays: dict[str, ArrayKind] = {
             "parent": (np.int64, (n,)),
             "start": (np.int64, (n + 1,)),
             "sphere_direction": (np.int64, (s,)),
@@ -81,9 +81,7 @@ class Topology:
             "twist_joint": (np.int64, (n,)),
             "blend_joint": (np.int64, (s,)),
         }
-        for name, (dtype, shape) in shapes.items():
-            value = frozen(getattr(self, name), dtype, shape, f"body.{name}")
-            object.__setattr__(self, name, value)
+        freeze_fields(self, arrays, "body")
         self._check()
 
     def __getstate__(self) -> dict[str, Any]:
@@ -179,7 +177,7 @@ class Body:
             object.__setattr__(self, "blend_share", np.zeros((b, s)))
         if not np.size(self.basis_at):
             object.__setattr__(self, "basis_at", np.zeros((b, 0)))
-        shapes: dict[str, tuple[int, ...]] = {
+        shapes: dict[str, tuple[int | None, ...]] = {
             "joint_in_parent": (b, n - 1, 3),
             "joint_in_child": (b, n - 1, 3),
             "mass": (b, n),
@@ -195,9 +193,8 @@ class Body:
             "blend_share": (b, s),
             "basis_at": (b, len(self.basis) if self.basis else 0),
         }
-        for name, shape in shapes.items():
-            value = frozen(getattr(self, name), np.float64, shape, f"body.{name}")
-            object.__setattr__(self, name, value)
+        arrays = {name: (np.float64, shape) for name, shape in shapes.items()}
+        freeze_fields(self, arrays, "body")
         self._check()
 
     def _check(self) -> None:

@@ -103,9 +103,7 @@ def _add(update: Update, value: object) -> None:
     if isinstance(value, Enum):
         _add(update, value.name)
         _add(update, value.value)
-    elif isinstance(value, np.ndarray):
-        _add_array(update, value)
-    elif isinstance(value, np.generic):
+    elif isinstance(value, (np.ndarray, np.generic)):
         _add_array(update, np.asarray(value))
     elif isinstance(value, (bytes, str, int, float, type(None))):  # bool is an int
         data = _data(value)
@@ -113,7 +111,13 @@ def _add(update: Update, value: object) -> None:
         update(data)
     elif isinstance(value, Path):
         _add_file(update, value)
-    elif is_dataclass(value) and not isinstance(value, type):
+    else:
+        _add_container(update, value)
+
+
+def _add_container(update: Update, value: object) -> None:
+    """Hash what is in a dataclass, a mapping, a sequence or a set."""
+    if is_dataclass(value) and not isinstance(value, type):
         _add(update, {field.name: getattr(value, field.name) for field in fields(value)})
     elif isinstance(value, Mapping):
         _add(update, [*value.keys()])
@@ -125,6 +129,7 @@ def _add(update: Update, value: object) -> None:
     elif isinstance(value, (set, frozenset)):
         _add(update, sorted(_hash(item) for item in value))
     else:
+        kind = type(value)
         raise TypeError(f"no key can be made from a {kind.__module__}.{kind.__qualname__}")
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from workbench.errors import InputError, one_of
 from workbench.model.arguments import check_fields
-from workbench.model.arrays import Bools, Floats, Ints, frozen
+from workbench.model.arrays import ArrayKind, Bools, Floats, Ints, freeze_fields
 
 __all__ = ["Allowance", "Control", "Environment", "Quality", "Rest", "Seat"]
 
@@ -138,7 +138,7 @@ class Environment:
         check_fields(self)
         k = len(self.parts)
         f = len(self.normal)
-        shapes: dict[str, tuple[type, tuple[int | None, ...]]] = {
+        arrays: dict[str, ArrayKind] = {
             "part_start": (np.int64, (k + 1,)),
             "vertices": (np.float64, (None, 3)),
             "edges": (np.int64, (None, 2)),
@@ -153,10 +153,7 @@ class Environment:
             "hidden": (np.bool_, (k,)),
             "see_through": (np.bool_, (k,)),
         }
-        for name, (dtype, shape) in shapes.items():
-            object.__setattr__(
-                self, name, frozen(getattr(self, name), dtype, shape, f"environment.{name}")
-            )
+        freeze_fields(self, arrays, "environment")
         if not np.all(np.isfinite(self.vertices)):
             raise InputError(f"environment {self.name}: vertices must be finite")
 

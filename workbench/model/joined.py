@@ -14,6 +14,19 @@ from workbench.model.environment import Environment
 __all__ = ["joined"]
 
 
+_STACKED = (
+    "vertices",
+    "normal",
+    "offset",
+    "circle_centre",
+    "circle_radius",
+    "solid",
+    "hidden",
+    "see_through",
+)
+"""Arrays of an environment whose rows follow one another."""
+
+
 def joined(environment: Environment, more: Environment) -> Environment:
     """The environment with the parts of another behind its own; seats, points and controls are its
     own.
@@ -23,39 +36,23 @@ def joined(environment: Environment, more: Environment) -> Environment:
     twice = sorted(set(environment.parts) & set(more.parts))
     if twice:
         raise InputError(f"a part {twice[0]!r} is in environment {environment.name} already")
-    first = len(environment.vertices)
     behind = len(environment.parts)
     allowances = tuple(replace(rule, part=rule.part + behind) for rule in more.allowances)
-    stacked: dict[str, Any] = {
-        name: np.concatenate([getattr(environment, name), getattr(more, name)])
-        for name in (
-            "vertices",
-            "normal",
-            "offset",
-            "circle_centre",
-            "circle_radius",
-            "solid",
-            "hidden",
-            "see_through",
-        )
+    arrays: dict[str, Any] = {
+        name: np.concatenate([getattr(environment, name), getattr(more, name)]) for name in _STACKED
     }
-    shifted: dict[str, Any] = {
-        name: np.concatenate([getattr(environment, name), getattr(more, name) + first])
-        for name in ("edges", "triangles")
-    }
-    starts: dict[str, Any] = {
-        name: _continued(getattr(environment, name), getattr(more, name))
-        for name in ("part_start", "edge_start", "triangle_start")
-    }
+    for name in ("edges", "triangles"):
+        behind_them = getattr(more, name) + len(environment.vertices)
+        arrays[name] = np.concatenate([getattr(environment, name), behind_them])
+    for name in ("part_start", "edge_start", "triangle_start"):
+        arrays[name] = _continued(getattr(environment, name), getattr(more, name))
     return replace(
         environment,
         parts=(*environment.parts, *more.parts),
         allowances=(*environment.allowances, *allowances),
         quality=(*environment.quality, *more.quality),
         warnings=(*environment.warnings, *more.warnings),
-        **stacked,
-        **shifted,
-        **starts,
+        **arrays,
     )
 
 

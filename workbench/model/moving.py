@@ -26,16 +26,7 @@ def between(start: Poses, end: Poses, at: ArrayLike) -> Poses:
     where the poses do not belong together.
     """
     check_pairs(start, end)
-    given = np.asarray(at, dtype=np.float64)
-    if given.shape not in ((), (1,), (len(start),)):
-        raise UsageError(
-            f"at: expected one fraction or {len(start)}, one for each pose, got an array {given.shape}"
-        )
-    fraction: Floats = np.broadcast_to(given, (len(start),))
-    if not np.all((fraction >= 0) & (fraction <= 1)):
-        raise InputError(
-            f"at: expected fractions from 0 to 1, got {fraction.min():g} to {fraction.max():g}"
-        )
+    fraction = _fractions(at, len(start))
     turns = [from_matrices(poses.world_from_reference[:, :, :3]) for poses in (start, end)]
     world = np.empty((len(start), 3, 4))
     world[:, :, :3] = matrices(slerp(turns[0], turns[1], fraction))
@@ -45,9 +36,24 @@ def between(start: Poses, end: Poses, at: ArrayLike) -> Poses:
     time = None
     if start.time is not None and end.time is not None:
         time = start.time + fraction * (end.time - start.time)
-    return Poses(
-        slerp(start.rotations, end.rotations, fraction[:, None]), start.reference, world, time
-    )
+    rotations = slerp(start.rotations, end.rotations, fraction[:, None])
+    return Poses(rotations, start.reference, world, time)
+
+
+def _fractions(at: ArrayLike, count: int) -> Floats:
+    """(P,) the fractions of a number of poses; UsageError for a wrong number of them, InputError
+    for one beyond 0 to 1."""
+    given = np.asarray(at, dtype=np.float64)
+    if given.shape not in ((), (1,), (count,)):
+        raise UsageError(
+            f"at: expected one fraction or {count}, one for each pose, got an array {given.shape}"
+        )
+    fraction: Floats = np.broadcast_to(given, (count,))
+    if not np.all((fraction >= 0) & (fraction <= 1)):
+        raise InputError(
+            f"at: expected fractions from 0 to 1, got {fraction.min():g} to {fraction.max():g}"
+        )
+    return fraction
 
 
 def poses_at(poses: Poses, times: ArrayLike) -> Poses:

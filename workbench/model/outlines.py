@@ -28,30 +28,33 @@ class Outlines:
     points: tuple[Floats, ...]
 
     def __post_init__(self) -> None:
-        object.__setattr__(
-            self,
-            "station",
-            frozen(self.station, np.float64, (len(self.points),), f"{self.name}: station"),
-        )
+        count = len(self.points)
+        station = frozen(self.station, np.float64, (count,), f"{self.name}: station")
         loops = tuple(frozen(p, np.float64, (None, 2), f"{self.name}: points") for p in self.points)
+        object.__setattr__(self, "station", station)
         object.__setattr__(self, "points", loops)
         if self.axis not in (0, 1, 2):
             raise InputError(f"{self.name}: the axis is 0, 1 or 2 (x, y, z), got {self.axis!r}")
-        if len(np.unique(self.station)) < 2:
+        if len(np.unique(station)) < 2:
             raise InputError(f"{self.name}: outlines at two stations or more are needed")
         for k, loop in enumerate(loops):
             if len(loop) < 3 or not np.all(np.isfinite(loop)):
                 raise InputError(
                     f"{self.name}: outline {k + 1}: three finite points or more are needed"
                 )
-            same = [j for j in range(k + 1) if self.station[j] == self.station[k]]
-            for j in same:
-                if (found := crossing(loops[j], loop)) is not None:
-                    other = "itself" if j == k else f"outline {j + 1}"
-                    at = f"{self.station[k] * 1e3:g} mm"
-                    raise InputError(
-                        f"{self.name}: outline {k + 1} at {at} crosses {other} near point {found[1] + 1}"
-                    )
+            self._check_crossings(k)
+
+    def _check_crossings(self, k: int) -> None:
+        """Raise where an outline crosses itself, or one before it at the same station."""
+        for j in range(k + 1):
+            if self.station[j] != self.station[k]:
+                continue
+            if (found := crossing(self.points[j], self.points[k])) is not None:
+                other = "itself" if j == k else f"outline {j + 1}"
+                at = f"{self.station[k] * 1e3:g} mm"
+                raise InputError(
+                    f"{self.name}: outline {k + 1} at {at} crosses {other} near point {found[1] + 1}"
+                )
 
 
 def crossing(first: Floats, second: Floats) -> tuple[int, int] | None:

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from workbench.errors import InputError, one_of
-from workbench.model.arrays import Bools, Floats, Ints, frozen
+from workbench.model.arrays import ArrayKind, Bools, Floats, Ints, freeze_fields
 from workbench.model.measures import check_measures
 
 __all__ = ["SEXES", "Population", "PopulationModel", "sex_index"]
@@ -46,30 +46,30 @@ class Population:
 
     def __post_init__(self) -> None:
         people = len(self.sex)
-        count = len(self.names)
-        object.__setattr__(self, "sex", frozen(self.sex, np.int64, (people,), "population.sex"))
-        object.__setattr__(
-            self, "weight", frozen(self.weight, np.float64, (people,), "population.weight")
-        )
-        object.__setattr__(
-            self,
-            "measures",
-            frozen(self.measures, np.float64, (people, count), "population.measures"),
-        )
+        arrays: dict[str, ArrayKind] = {
+            "sex": (np.int64, (people,)),
+            "weight": (np.float64, (people,)),
+            "measures": (np.float64, (people, len(self.names))),
+        }
+        freeze_fields(self, arrays, "population")
         check_measures(self.names)
+        if fault := self._fault():
+            raise InputError(f"population {self.source}: {fault}")
+
+    def _fault(self) -> str:
+        """What is wrong with the people; "" where nothing is."""
         if not np.all(np.isin(self.sex, range(len(SEXES)))):
-            raise InputError(f"population {self.source}: a sex is an index into {', '.join(SEXES)}")
+            return f"a sex is an index into {', '.join(SEXES)}"
         if not np.all((self.weight > 0) & np.isfinite(self.weight)):
-            raise InputError(f"population {self.source}: every weight must be positive and finite")
+            return "every weight must be positive and finite"
         bad = np.argwhere(~((self.measures > 0) & np.isfinite(self.measures)))
         if len(bad):
             row, column = bad[0]
-            got = f"{self.names[column]}: must be positive, got {self.measures[row, column]}"
-            raise InputError(f"population {self.source}: person {row}: {got}")
-        if len(self.labels) not in (0, people):
-            raise InputError(
-                f"population {self.source}: {len(self.labels)} labels for {people} people"
-            )
+            got = self.measures[row, column]
+            return f"person {row}: {self.names[column]}: must be positive, got {got}"
+        if len(self.labels) not in (0, len(self.sex)):
+            return f"{len(self.labels)} labels for {len(self.sex)} people"
+        return ""
 
     def __len__(self) -> int:
         return len(self.sex)
@@ -134,49 +134,47 @@ class PopulationModel:
         x = len(self.sexes)
         m = len(self.names)
         q = len(self.levels)
-        shapes: dict[str, tuple[type, tuple[int, ...]]] = {
+        arrays: dict[str, ArrayKind] = {
             "count": (np.int64, (x,)),
             "levels": (np.float64, (q,)),
             "quantiles": (np.float64, (x, m, q)),
             "correlation": (np.float64, (x, m, m)),
         }
-        for field, (dtype, shape) in shapes.items():
-            object.__setattr__(
-                self, field, frozen(getattr(self, field), dtype, shape, f"model.{field}")
-            )
+        freeze_fields(self, arrays, "model")
         check_measures(self.names)
         self._check()
 
     def _check(self) -> None:
-        if (
-            not self.sexes
-            or len(set(self.sexes)) < len(self.sexes)
-            or not set(self.sexes) <= set(SEXES)
-        ):
-            raise InputError(
-                f"population {self.name}: one or both of {', '.join(SEXES)} are needed, got {self.sexes}"
-            )
+        if fault := self._sex_fault() or self._level_fault() or self._matrix_fault():
+            raise InputError(f"population {self.name}: {fault}")
+
+    def _sex_fault(self) -> str:
+        """What is wrong with the sexes; "" where nothing is."""
+        different = set(self.sexes)
+        if not self.sexes or len(different) < len(self.sexes) or not different <= set(SEXES):
+            return f"one or both of {', '.join(SEXES)} are needed, got {self.sexes}"
+        return ""
+
+    def _level_fault(self) -> str:
+        """What is wrong with the levels and the quantiles; "" where nothing is."""
         ends = len(self.levels) > 2 and self.levels[0] == 0 and self.levels[-1] == 1
         if not ends or not np.all(np.diff(self.levels) > 0):
-            raise InputError(
-                f"population {self.name}: levels must rise from 0 to 1 over three or more"
-            )
+            return "levels must rise from 0 to 1 over three or more"
         inner = min(self.levels[1], 1 - self.levels[-2])
         if not np.all(0.5 / self.count < inner):
             least = int(0.5 / inner) + 1
-            raise InputError(
-                f"population {self.name}: {self.count.min()} people are too few for the level {inner:g}; "
-                f"{least} are needed"
-            )
+            few = f"{self.count.min()} people are too few for the level {inner:g}"
+            return f"{few}; {least} are needed"
         if not np.all(np.isfinite(self.quantiles)) or not np.all(np.diff(self.quantiles) > 0):
-            raise InputError(f"population {self.name}: quantiles must be finite and rise")
+            return "quantiles must be finite and rise"
+        return ""
+
+    def _matrix_fault(self) -> str:
+        """What is wrong with the correlations; "" where nothing is."""
         turned = np.swapaxes(self.correlation, 1, 2)
         unit = np.diagonal(self.correlation, axis1=1, axis2=2)
         if not np.array_equal(self.correlation, turned) or not np.all(unit == 1):
-            raise InputError(
-                f"population {self.name}: a correlation matrix is symmetric, with ones on its diagonal"
-            )
+            return "a correlation matrix is symmetric, with ones on its diagonal"
         if not np.all(np.linalg.eigvalsh(self.correlation) > 0):
-            raise InputError(
-                f"population {self.name}: a correlation matrix has positive eigenvalues only"
-            )
+            return "a correlation matrix has positive eigenvalues only"
+        return ""

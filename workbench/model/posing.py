@@ -36,17 +36,7 @@ def pose(
     reference rotation, identity where None. rotation = exp(swing vector) exp(twist), the angles of
     an axis being its component of the swing vector. InputError for unknown joints and motions.
     """
-    swing = np.zeros((len(body.joints), 3))
-    for name, motions in angles.items():
-        j = body.joint(name)
-        for motion, degrees in motions.items():
-            if not np.isfinite(degrees):
-                raise InputError(
-                    f"angles: joint {name}: {motion}: expected a finite angle, got {degrees}"
-                )
-            axis, sign = motion_of(body, j, motion)
-            swing[j, axis] += sign * np.radians(degrees)
-    quaternion = compose(body, swing)
+    quaternion = compose(body, _swings(body, angles))
     for name, given in (rotations or {}).items():
         value = np.asarray(given, dtype=np.float64)
         length = float(np.linalg.norm(value))
@@ -59,6 +49,21 @@ def pose(
     place[0, :, :3] = np.eye(3) if attitude is None else _attitude(attitude)
     place[0, :, 3] = _position(position)
     return Poses(quaternion[None], body.segment(reference) if reference else 0, place)
+
+
+def _swings(body: Body, angles: Angles) -> Floats:
+    """(J, 3) the angles [rad] of each joint about its axes, from degrees by joint and motion."""
+    swing = np.zeros((len(body.joints), 3))
+    for name, motions in angles.items():
+        j = body.joint(name)
+        for motion, degrees in motions.items():
+            if not np.isfinite(degrees):
+                raise InputError(
+                    f"angles: joint {name}: {motion}: expected a finite angle, got {degrees}"
+                )
+            axis, sign = motion_of(body, j, motion)
+            swing[j, axis] += sign * np.radians(degrees)
+    return swing
 
 
 def _attitude(given: ArrayLike) -> Floats:

@@ -65,20 +65,26 @@ def from_matrices(matrices: Floats) -> Floats:
     m = np.asarray(matrices, dtype=np.float64)
     trace = np.trace(m, axis1=-2, axis2=-1)
     size = np.stack([trace, m[..., 0, 0], m[..., 1, 1], m[..., 2, 2]], axis=-1)
+    largest = size.argmax(axis=-1)[..., None, None]
+    row = np.take_along_axis(_products(m, trace), largest, axis=-2)[..., 0, :]
+    q: Floats = row / np.linalg.norm(row, axis=-1, keepdims=True)
+    return np.where(q[..., :1] < 0.0, -q, q)
+
+
+def _products(m: Floats, trace: Floats) -> Floats:
+    """(..., 4, 4) four times the products of each two components of the quaternions of rotation
+    matrices (..., 3, 3) with traces (...)."""
     up = m[..., [1, 0, 0], [2, 2, 1]]
     down = m[..., [2, 2, 1], [1, 0, 0]]  # pairs yz, xz, xy: upper and lower
     plus = up + down
-    minus = (down - up) * np.array([1.0, -1.0, 1.0])
     table = np.empty((*m.shape[:-2], 4, 4))
     table[..., 0, 0] = 1.0 + trace
-    table[..., 0, 1:] = table[..., 1:, 0] = minus
+    table[..., 0, 1:] = table[..., 1:, 0] = (down - up) * np.array([1.0, -1.0, 1.0])
     for k in range(3):
         table[..., k + 1, k + 1] = 1.0 + 2.0 * m[..., k, k] - trace
     for k, (i, j) in enumerate(((2, 3), (1, 3), (1, 2))):
         table[..., i, j] = table[..., j, i] = plus[..., k]
-    row = np.take_along_axis(table, size.argmax(axis=-1)[..., None, None], axis=-2)[..., 0, :]
-    q: Floats = row / np.linalg.norm(row, axis=-1, keepdims=True)
-    return np.where(q[..., :1] < 0.0, -q, q)
+    return table
 
 
 def slerp(a: Floats, b: Floats, share: Floats) -> Floats:

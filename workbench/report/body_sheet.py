@@ -78,22 +78,36 @@ def _joint(body: Body, j: int) -> dict[str, Any]:
 def body_text(sheet: dict[str, Any]) -> str:
     """A body sheet for reading."""
     size = f"{sheet['segments']} segments, {sheet['spheres']} spheres, {sheet['mass_kg']} kg"
-    lines = [f"{sheet['name']}: {sheet['description']}", size, "", "segments"]
-    for s in sheet["segment_table"]:
-        subparts = ": " + ", ".join(s["subparts"]) if s["subparts"] else ""
-        lines.append(
-            f"  {s['number']:>3} {s['segment']:<4} {s['name']} ({s['mass_kg']} kg, "
-            f"{s['spheres']} spheres){subparts}"
-        )
-    lines += ["", "joints"]
-    for j in sheet["joint_table"]:
-        limits = ", ".join(
-            f"{name.replace('_', ' ')} {limit:g}" for name, limit in j["limits_deg"].items()
-        )
-        lines.append(
-            f"  {j['number']:>3} {j['joint']:<4} {j['name']}, {'-'.join(j['between'])}, {j['stop']}: "
-            f"{limits or 'no stop'}"
-        )
-    lines += ["", "postures"]
-    lines += [f"  {name}: {told}" for name, told in sheet["postures"].items()]
-    return "\n".join(lines)
+    return "\n".join(
+        [
+            f"{sheet['name']}: {sheet['description']}",
+            size,
+            "",
+            "segments",
+            *(_segment_line(segment) for segment in sheet["segment_table"]),
+            "",
+            "joints",
+            *(_joint_line(joint) for joint in sheet["joint_table"]),
+            "",
+            "postures",
+            *(f"  {name}: {words}" for name, words in sheet["postures"].items()),
+        ]
+    )
+
+
+def _segment_line(s: dict[str, Any]) -> str:
+    subparts = ": " + ", ".join(s["subparts"]) if s["subparts"] else ""
+    return (
+        f"  {s['number']:>3} {s['segment']:<4} {s['name']} ({s['mass_kg']} kg, "
+        f"{s['spheres']} spheres){subparts}"
+    )
+
+
+def _joint_line(j: dict[str, Any]) -> str:
+    limits = ", ".join(
+        f"{name.replace('_', ' ')} {limit:g}" for name, limit in j["limits_deg"].items()
+    )
+    return (
+        f"  {j['number']:>3} {j['joint']:<4} {j['name']}, {'-'.join(j['between'])}, {j['stop']}: "
+        f"{limits or 'no stop'}"
+    )

@@ -20,7 +20,7 @@ def headline(result: Result) -> str:
 
 
 def _postures_headline(found: PosturesFound) -> str:
-    failed = [verdict.criterion.name for verdict in found.verdicts if not verdict.passed]
+    """Who was looked at, and how many criteria failed."""
     people = len(found.people)
     cases = len(found.cases)
     who = f"{people} {'people' if people > 1 else 'person'}"
@@ -30,14 +30,18 @@ def _postures_headline(found: PosturesFound) -> str:
     scope = f"{who} in {cases} case{'s' if cases > 1 else ''}"
     if found.row:
         scope = f"{found.row[:1].upper()}{found.row[1:]}, {scope}"
+    return f"{scope}: {_failed(found)}{_warned(found)}."
+
+
+def _failed(found: PosturesFound) -> str:
+    """ "1 of 3 criteria failed: clear of the wall", "both criteria hold"."""
     count = len(found.verdicts)
     criteria = f"{count} criteri{'a' if count > 1 else 'on'}"
+    failed = [verdict.criterion.name for verdict in found.verdicts if not verdict.passed]
     if failed:
-        words = f"{len(failed)} of {criteria} failed: {', '.join(failed)}"
-    else:
-        few = {1: "the criterion holds", 2: "both criteria hold"}
-        words = few.get(count, f"all {criteria} hold")
-    return f"{scope}: {words}{_warned(found)}."
+        return f"{len(failed)} of {criteria} failed: {', '.join(failed)}"
+    few = {1: "the criterion holds", 2: "both criteria hold"}
+    return few.get(count, f"all {criteria} hold")
 
 
 def _warned(found: PosturesFound) -> str:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 from workbench.body.scaling.scale import morph_to
@@ -13,10 +14,12 @@ from workbench.files.body.encumbrances import worn
 from workbench.files.body.writer import body_text
 from workbench.files.output_file import Content
 from workbench.files.output_folder import check_folder, write_folder
+from workbench.model.body import Body
 from workbench.model.measures import MASS
 from workbench.model.population import SEXES, Population
 from workbench.report.tables import csv_text
 from workbench.study.crowd import file_names, people_bodies
+from workbench.study.persons import SizedBody
 
 __all__ = ["TABLE", "write_people"]
 
@@ -67,25 +70,45 @@ def write_people(
     files: dict[str, Content] = {}
     warnings: list[str] = []
     rows = []
-    made_bodies = people_bodies(bodies, people, shown)
-    who = zip(file_names(people), made_bodies, people.sex, people.labels, strict=True)
-    for name, made, code, label in who:
-        sex = SEXES[int(code)]
-        source = sources[sex]
-        words = f"{people.source}: {sex}, {label}; made from {source}"
-        words += f", with {', '.join(wears)}" if wears else ""
-        body = wear(made.body, dressing[source])
-        files[name] = body_text(
-            body, body_path(source), name=Path(name).stem, description=words, folder=folder
+    clothes = f", with {', '.join(wears)}" if wears else ""
+    for person in _made(people, bodies, shown):
+        source = sources[person.sex]
+        files[person.file] = body_text(
+            wear(person.made.body, dressing[source]),
+            body_path(source),
+            name=Path(person.file).stem,
+            description=f"{people.source}: {person.sex}, {person.label}; made from {source}{clothes}",
+            folder=folder,
         )
-        warnings += [f"{name}: {warning}" for warning in made.warnings]
-        rows.append([name, sex, label, *(_rounded(m, made.measures[m]) for m in people.names)])
+        warnings += [f"{person.file}: {warning}" for warning in person.made.warnings]
+        measures = (_rounded(name, person.made.measures[name]) for name in people.names)
+        rows.append([person.file, person.sex, person.label, *measures])
     if not rows:
         raise InputError(f"{people.source}: there is nobody to make bodies of")
     units = [f"{name}_{'kg' if name == MASS else 'mm'}" for name in people.names]
     files = {TABLE: csv_text(["file", "sex", "label", *units], rows), **files}
     write_folder(folder, files, holds="people", tell=warnings.append)
     return warnings
+
+
+@dataclass(frozen=True, eq=False)
+class _Person:
+    """Somebody of a folder: the file of the body, who it is, and the body."""
+
+    file: str
+    sex: str
+    label: str
+    made: SizedBody
+
+
+def _made(
+    people: Population, bodies: Mapping[str, Body], shown: Sequence[str]
+) -> Iterator[_Person]:
+    """The people one by one. bodies: by sex; shown: the measures that each shows exactly."""
+    names = file_names(people)
+    made = people_bodies(bodies, people, shown)
+    for name, one, code, label in zip(names, made, people.sex, people.labels, strict=True):
+        yield _Person(name, SEXES[int(code)], label, one)
 
 
 def _rounded(name: str, value: float) -> float:

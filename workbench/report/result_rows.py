@@ -6,6 +6,7 @@ import math
 
 from workbench.files.results.motions import AgreementRow
 from workbench.files.results.result import FindingRow, ResultFile, VerdictRow
+from workbench.model.motion_case import Agreement
 from workbench.model.result import Finding, Result, Verdict
 from workbench.report.headline import headline
 from workbench.report.motions.rows import motion_rows
@@ -41,18 +42,19 @@ def result_file(result: Result) -> ResultFile:
         verdicts=[verdict_row(verdict) for verdict in result.verdicts],
         postures=[postures_rows(found) for found in result.postures],
         motions=[motion_rows(motion) for motion in result.motions],
-        agreement=[
-            AgreementRow(
-                name=row.name,
-                rms_mm=_micro(1000 * row.rms),
-                peak_mm=_micro(1000 * row.peak),
-                peak_ms=_micro(1000 * row.at),
-            )
-            for row in result.agreements
-        ],
+        agreement=[_agreement_row(agreement) for agreement in result.agreements],
         population=population_rows(result.population, people) if result.population else None,
         warnings=list(result.warnings),
         provenance={kind: dict(rows) for kind, rows in result.provenance.items()},
+    )
+
+
+def _agreement_row(agreement: Agreement) -> AgreementRow:
+    return AgreementRow(
+        name=agreement.name,
+        rms_mm=_micro(1000 * agreement.rms),
+        peak_mm=_micro(1000 * agreement.peak),
+        peak_ms=_micro(1000 * agreement.at),
     )
 
 
@@ -74,11 +76,10 @@ def verdict_row(verdict: Verdict) -> VerdictRow:
 
 
 def _finding_row(verdict: Verdict, finding: Finding) -> FindingRow:
+    """A measured value in the unit of a file; what must not exceed a limit without its sign."""
     criterion = verdict.criterion
     unit, factor = _UNITS[finding.unit]
     sign = -1.0 if criterion.check in _AT_MOST else 1.0
-    seen = finding.point is not None and all(map(math.isfinite, finding.point))
-    known = math.isfinite(finding.surface_known_to)
     if verdict.share is not None:
         sentence = share_sentence(criterion, verdict.share)
     else:
@@ -93,15 +94,23 @@ def _finding_row(verdict: Verdict, finding: Finding) -> FindingRow:
         limit=_micro(sign * factor * finding.limit),
         margin=_micro(factor * finding.margin),
         unit=unit,
-        time_ms=_micro(1000 * finding.time) if math.isfinite(finding.time) else None,
-        point_mm=_point(finding.point) if seen and finding.point is not None else None,
-        surface_known_to=_micro(1000 * finding.surface_known_to) if known else None,
+        time_ms=_thousand(finding.time),
+        point_mm=_point(finding),
+        surface_known_to=_thousand(finding.surface_known_to),
         sentence=sentence,
     )
 
 
-def _point(point: tuple[float, float, float]) -> tuple[float, float, float]:
-    x, y, z = (_micro(1000 * value) for value in point)
+def _thousand(value: float) -> float | None:
+    """A length [m] or time [s] in mm or ms; None where it is not finite."""
+    return _micro(1000 * value) if math.isfinite(value) else None
+
+
+def _point(finding: Finding) -> tuple[float, float, float] | None:
+    """The point of a finding [mm]; None where there is none, or it is not finite."""
+    if finding.point is None or not all(map(math.isfinite, finding.point)):
+        return None
+    x, y, z = (_micro(1000 * value) for value in finding.point)
     return x, y, z
 
 

@@ -234,12 +234,7 @@ def person_words(person: PersonFound) -> str:
     role = person.role
     words = person.body.name
     if role.size is not None:
-        given = ", ".join(
-            f"{name.replace('_', ' ')} {1000 * value:.0f} mm"
-            for name, value in role.size.measures.items()
-            if name != "mass"
-        )
-        words += f" as a {_kind(role.size)}" + (f" of {given}" if given else "")
+        words += f" as a {_sized(role.size)}"
     if role.clothes:
         words += f", with {', '.join(item.name for item in role.clothes)}"
     words += f", {float(person.body.mass[0].sum()):.1f} kg"
@@ -252,6 +247,16 @@ def person_words(person: PersonFound) -> str:
             if abs(value) >= HALF_MILLIMETRE:
                 words += f", {abs(1000 * value):.0f} mm {ahead if value > 0 else behind}"
     return words
+
+
+def _sized(size: Size) -> str:
+    """ "woman of stature 1525 mm, sitting height 800 mm"."""
+    given = [
+        f"{name.replace('_', ' ')} {1000 * value:.0f} mm"
+        for name, value in size.measures.items()
+        if name != "mass"
+    ]
+    return _kind(size) + (f" of {', '.join(given)}" if given else "")
 
 
 def _kind(size: Size) -> str:

@@ -25,29 +25,33 @@ _Problem = tuple[tuple[str | int, ...], str]
 
 def tree_faults(document: Document, file: BodyFile) -> list[str]:
     """A joint joins exactly two known segments; together they make one tree."""
-    faults: list[str] = []
+    problems: list[_Problem] = []
     above: dict[str, str] = {}
     for name, joint in file.joints.items():
-        faults += [fail(document, key, what) for key, what in _end_problems(file, name, joint)]
+        problems += _end_problems(file, name, joint)
         distal = joint.between[1]
         if distal in above:
             what = f"segment {distal!r} is already the distal one of joint {above[distal]!r}"
-            faults.append(fail(document, ("joints", name, "between"), what))
+            problems.append((("joints", name, "between"), what))
         above.setdefault(distal, name)
-    if faults:
-        return faults
-    roots = [name for name in file.segments if name not in above]
+    if not problems:
+        problems += _root_problems(file, [name for name in file.segments if name not in above])
+    return [fail(document, key, what) for key, what in problems]
+
+
+def _root_problems(file: BodyFile, roots: list[str]) -> Iterator[_Problem]:
+    """Why the segments are not one tree, and where. roots: those that hang from nothing."""
     if not roots:
-        what = "the joints form a circle: no segment is the stage (root)"
-        return [fail(document, ("joints",), what)]
+        yield ("joints",), "the joints form a circle: no segment is the stage (root)"
+        return
     if len(roots) > 1:
         what = f"one tree is needed, but {len(roots)} segments hang from nothing: "
-        return [fail(document, ("segments", roots[1]), what + ", ".join(roots))]
+        yield ("segments", roots[1]), what + ", ".join(roots)
+        return
     reached = set(depth_first(file)[0])
     lost = [name for name in file.segments if name not in reached]
     if lost:
-        return [fail(document, ("segments", lost[0]), f"segments in a circle: {', '.join(lost)}")]
-    return []
+        yield ("segments", lost[0]), f"segments in a circle: {', '.join(lost)}"
 
 
 def _end_problems(file: BodyFile, name: str, joint: JointFile) -> Iterator[_Problem]:
@@ -122,42 +126,47 @@ def _allowance_faults(document: Document, file: BodyFile) -> list[str]:
     them counts."""
     faults = []
     seen = dict[frozenset[str], int]()
-    words = {segment.name: name for name, segment in file.segments.items()}
     for row, allowance in enumerate(file.allowances):
         key = ("allowances", row)
-        between = allowance.between
-        first = seen.setdefault(frozenset(between), row)
+        first = seen.setdefault(frozenset(allowance.between), row)
         if first != row:
+            pair = " and ".join(allowance.between)
             before = document.where(("allowances", first)).removeprefix(f"{document.file}:")
-            what = f"{' and '.join(between)} have an allowance already, at {before}; "
-            faults.append(fail(document, key, what + "one for each pair"))
-        for end, name in enumerate(between):
-            if name not in file.segments:
-                what = f"unknown segment {name!r}; {one_of(name, file.segments, words=words)}"
-                faults.append(fail(document, (*key, "between", end), what))
+            what = f"{pair} have an allowance already, at {before}; one for each pair"
+            faults.append(fail(document, key, what))
+        faults += [
+            fail(document, (*key, "between", end), _unknown_segment(file, name))
+            for end, name in enumerate(allowance.between)
+            if name not in file.segments
+        ]
     return faults
+
+
+def _unknown_segment(file: BodyFile, name: str) -> str:
+    """That a body has no such segment, with one that may be meant."""
+    words = {segment.name: mnemonic for mnemonic, segment in file.segments.items()}
+    return f"unknown segment {name!r}; {one_of(name, file.segments, words=words)}"
 
 
 def _blend_problems(file: BodyFile, name: str) -> Iterator[_Problem]:
     """What is wrong with the blends of a segment: a sphere is there, and blended across one joint
     of its own segment."""
-    segment = file.segments[name]
     key = ("segments", name, "blend")
     near = [j for j, joint in file.joints.items() if name in joint.between]
+    count = len(file.segments[name].spheres)
     taken = dict[int, str]()
-    for joint, rows in segment.blend.items():
+    for joint, rows in file.segments[name].blend.items():
         if joint not in near:
-            what = f"not a joint of {name} (got {joint!r}); {one_of(joint, near)}"
-            yield (*key, joint), what
+            yield (*key, joint), f"not a joint of {name} (got {joint!r}); {one_of(joint, near)}"
         for row in rows:
-            sphere = int(row)
-            where = (*key, joint, row)
-            if sphere >= len(segment.spheres):
-                yield where, f"{name} has the spheres 0 to {len(segment.spheres) - 1} (got {row})"
-            elif sphere in taken:
-                what = f"sphere {row} is blended across {taken[sphere]} already; one joint a sphere"
-                yield where, what
-            taken.setdefault(sphere, joint)
+            before = taken.get(int(row))
+            if int(row) >= count:
+                what = f"{name} has the spheres 0 to {count - 1} (got {row})"
+                yield (*key, joint, row), what
+            elif before is not None:
+                what = f"sphere {row} is blended across {before} already; one joint a sphere"
+                yield (*key, joint, row), what
+            taken.setdefault(int(row), joint)
 
 
 def _twist_problem(file: BodyFile, name: str) -> str:

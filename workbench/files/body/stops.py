@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 
 import numpy as np
 
@@ -90,17 +90,27 @@ def _faults(document: Document, file: BodyFile, name: str) -> list[str]:
         what = f"motion names must differ (got {', '.join(labels)})"
         faults.append(fail(document, (*key, "swing"), what))
     for row, coupling in enumerate(joint.couplings):
-        where = (*key, "couplings", row)
-        if coupling.limit not in labels:
-            what = f"unknown motion {coupling.limit!r} of {name}; {one_of(coupling.limit, labels)}"
-            faults.append(fail(document, (*where, "limit"), what))
-        if what := _driver_problem(file, coupling):
-            faults.append(fail(document, (*where, "driver"), what))
-        if coupling.from_[0] >= coupling.from_[1]:
-            faults.append(fail(document, (*where, "from"), "the two driver angles must rise"))
+        faults += [
+            fail(document, (*key, "couplings", row, field), what)
+            for field, what in _coupling_problems(file, name, coupling)
+        ]
     if joint.polygon:
         faults += _polygon_faults(document, file, name, joint.polygon)
     return faults
+
+
+def _coupling_problems(
+    file: BodyFile, name: str, coupling: CouplingFile
+) -> Iterator[tuple[str, str]]:
+    """The fields of a coupling of a joint that are wrong, and how."""
+    labels = _motion_names(file.joints[name])
+    if coupling.limit not in labels:
+        hint = one_of(coupling.limit, labels)
+        yield "limit", f"unknown motion {coupling.limit!r} of {name}; {hint}"
+    if what := _driver_problem(file, coupling):
+        yield "driver", what
+    if coupling.from_[0] >= coupling.from_[1]:
+        yield "from", "the two driver angles must rise"
 
 
 def _is_square(axes: Iterable[str | tuple[float, float, float]], tolerance: float) -> bool:

@@ -46,11 +46,7 @@ def body_text(
     unit = metres_in[value["length"]]
     head: dict[str, Any] = {"body": name, "description": description}
     head |= {key: value[key] for key in ("source", "licence", "length") if key in value}
-    if "postures" in value:
-        head["postures"] = _named(str(value["postures"]), origin, folder)
-    if body.basis is not None:
-        head["basis"] = _named(str(value.get("basis", body.basis.name)), origin, folder)
-        head["basis_at"] = [round(float(z), 6) + 0.0 for z in body.basis_at[0]]
+    head |= _beside(body, value, origin, folder)
     lines = [*(f"{key}: {_flow(item)}" for key, item in head.items()), "segments:"]
     for segment, entry in value["segments"].items():
         lines += _segment(body, segment, entry, unit)
@@ -60,6 +56,17 @@ def body_text(
         lines += _joint(body, joint, entry, unit)
     lines += ["allowances:", *_allowances(body, unit)]
     return "\n".join(lines) + "\n"
+
+
+def _beside(body: Body, value: dict[str, Any], origin: Path, folder: Path | None) -> dict[str, Any]:
+    """The files that the origin names beside itself, and where the body stands in its family."""
+    found: dict[str, Any] = {}
+    if "postures" in value:
+        found["postures"] = _named(str(value["postures"]), origin, folder)
+    if body.basis is not None:
+        found["basis"] = _named(str(value.get("basis", body.basis.name)), origin, folder)
+        found["basis_at"] = [round(float(z), 6) + 0.0 for z in body.basis_at[0]]
+    return found
 
 
 def _joint(body: Body, joint: str, entry: dict[str, Any], unit: float) -> list[str]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -31,11 +32,7 @@ def read_pulse(path: Path, *, start: float = 0.0) -> Pulse:
         With the line where a value is no finite number or time goes back, and where the pulse does
         not begin and end at 0 (within 1 % of its peak).
     """
-    lines = (
-        (n, line)
-        for n, line in numbered_lines(path)
-        if line.strip() and not line.lstrip().startswith("#")
-    )
+    lines = _data_lines(path)
     number, head = next(lines, (1, ""))
     words = [word.strip() for word in [*head.split(","), "", ""][:2]]
     seconds, metres = (
@@ -48,15 +45,21 @@ def read_pulse(path: Path, *, start: float = 0.0) -> Pulse:
     _check_time(path, values[:, 0], numbers)
     time = values[:, 0] * seconds
     level = values[:, 1] * metres
-    most = np.abs(level).max()
     for which, k in (("begin", 0), ("end", -1)):
-        if abs(level[k]) > _SMALL * most:
+        if abs(level[k]) > _SMALL * np.abs(level).max():
             unit = re.sub(r".*\[|\].*", "", words[1])
             raise InputError(
                 f"{path}, line {numbers[k]}: the pulse does not {which} at 0: {values[k, 1]:g} {unit} at "
                 f"{1000 * time[k]:g} ms; give it whole"
             )
     return table_pulse(time, level, start=start)
+
+
+def _data_lines(path: Path) -> Iterator[tuple[int, str]]:
+    """The lines of a file with their numbers, but for empty ones and those with #."""
+    for number, line in numbered_lines(path):
+        if line.strip() and not line.lstrip().startswith("#"):
+            yield number, line
 
 
 def _check_time(path: Path, time: Floats, numbers: Ints) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -57,17 +58,21 @@ def law_in_si(law: LawFile) -> ForceLaw:
 def pulse_of(file: PulseFile, folder: Path) -> Pulse:
     """The pulse of a file; InputError for a table that cannot be read, or does not begin and end at
     0."""
+    made = _shape(file, folder)
+    x, y, z = (v / math.hypot(*file.toward) for v in file.toward)
+    return replace(made, toward=(x, y, z))
+
+
+def _shape(file: PulseFile, folder: Path) -> Pulse:
+    """The pulse of a file, its times in seconds, whatever way it acts."""
     start = file.start / _MM
     peak = (file.peak or 0.0) * STANDARD_GRAVITY
     if file.shape == "table":
-        made = read_pulse(folder / (file.file or ""), start=start)
-    elif file.shape == "half_sine":
-        made = half_sine(peak, (file.duration or 0.0) / _MM, start=start)
-    else:
-        rise, hold, fall = ((v or 0.0) / _MM for v in (file.rise, file.hold, file.fall))
-        made = trapezoid(peak, (rise, hold, fall), start=start)
-    x, y, z = (v / math.hypot(*file.toward) for v in file.toward)
-    return Pulse(made.shape, made.start, made.duration, made.peak, (x, y, z), made.time, made.level)
+        return read_pulse(folder / (file.file or ""), start=start)
+    if file.shape == "half_sine":
+        return half_sine(peak, (file.duration or 0.0) / _MM, start=start)
+    rise, hold, fall = ((v or 0.0) / _MM for v in (file.rise, file.hold, file.fall))
+    return trapezoid(peak, (rise, hold, fall), start=start)
 
 
 def belt_faults(

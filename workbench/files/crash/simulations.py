@@ -223,13 +223,14 @@ def _poses(work: _Work, body: Body) -> Poses | None:
         return None
     postures, _ = load_postures(path, body)
     work.inputs["postures"] = path
-    before = len(work.faults)
-    for key, what in flat_angles(body, file.angles)[1]:
+    problems = flat_angles(body, file.angles)[1]
+    for key, what in problems:
         work.fault(("angles", *key), what)
-    if file.posture not in postures.postures:
+    known = file.posture in postures.postures
+    if not known:
         what = f"no posture {file.posture!r}; {one_of(file.posture, postures.postures)}"
         work.fault(("posture",), what)
-    if len(work.faults) > before:
+    if problems or not known:
         return None
     attitude = file.at.attitude if file.at else None
     poses = posture_pose(body, postures, file.posture, more=file.angles, attitude=attitude)

@@ -66,28 +66,30 @@ class _File:
         """Put an array (M, 3), (M, 4) or (M,) into the file; 32-bit floats, indices of 16 or 32
         bits.
 
-        mesh: it is part of a mesh, corners or their numbers, for the graphics card.
+        bounds: state the least and greatest values; mesh: it is part of a mesh, corners or their
+        numbers, for the graphics card.
         """
         whole = np.issubdtype(values.dtype, np.integer)
         kind = (_SHORT if values.max(initial=0) < 65535 else _INT) if whole else _FLOAT
         stored = values.astype({_FLOAT: "<f4", _SHORT: "<u2", _INT: "<u4"}[kind])
-        entry = {"buffer": 0, "byteOffset": len(self.data), "byteLength": stored.nbytes}
-        view = self.add(
-            "bufferViews", entry | ({"target": _INDICES if whole else _CORNERS} if mesh else {})
-        )
-        self.data += stored.tobytes()
-        self.data += b"\0" * (-len(self.data) % 4)
+        target = {"target": _INDICES if whole else _CORNERS} if mesh else {}
         row: dict[str, Any] = {
-            "bufferView": view,
+            "bufferView": self._view(stored.tobytes(), target),
             "componentType": kind,
             "count": len(stored),
             "type": _TYPES[1 if stored.ndim == 1 else stored.shape[1]],
         }
         if bounds:
-            low = stored.min(axis=0)
-            high = stored.max(axis=0)
-            row |= {"min": np.atleast_1d(low).tolist(), "max": np.atleast_1d(high).tolist()}
+            low = np.atleast_1d(stored.min(axis=0))
+            high = np.atleast_1d(stored.max(axis=0))
+            row |= {"min": low.tolist(), "max": high.tolist()}
         return self.add("accessors", row)
+
+    def _view(self, data: bytes, target: dict[str, int]) -> int:
+        """Put bytes into the file, filled up to a multiple of four."""
+        entry = {"buffer": 0, "byteOffset": len(self.data), "byteLength": len(data)}
+        self.data += data + b"\0" * (-len(data) % 4)
+        return self.add("bufferViews", entry | target)
 
 
 def glb_bytes(
@@ -178,24 +180,24 @@ def _segment(
     world's."""
     body = figure.placed.body
     world = figure.placed.world_from_segment[frames]
-    if not np.all(np.isfinite(world[:, n])):
+    own = world[:, n]
+    if not np.all(np.isfinite(own)):
         raise InputError(
             f"glTF: {figure.name}: segment {body.segments[n]} is not at a finite place"
         )
-    local = _relative(world[:, int(body.parent[n])], world[:, n]) if hangs else world[:, n]
+    local = _relative(world[:, int(body.parent[n])], own) if hangs else own
     turns = _steady(from_matrices(local[:, :, :3])[:, [1, 2, 3, 0]])
-    node = file.add(
-        "nodes",
-        {
-            "name": body.segment_names[n],
-            "translation": local[0, :, 3].tolist(),
-            "rotation": turns[0].tolist(),
-            "extras": {"segment": body.segments[n]},
-            "children": [],
-        },
-    )
+    way = local[:, :, 3]
+    entry = {
+        "name": body.segment_names[n],
+        "translation": way[0].tolist(),
+        "rotation": turns[0].tolist(),
+        "extras": {"segment": body.segments[n]},
+        "children": [],
+    }
+    node = file.add("nodes", entry)
     if moving is not None:
-        moving += [(node, "rotation", turns), (node, "translation", local[:, :, 3])]
+        moving += [(node, "rotation", turns), (node, "translation", way)]
     return node
 
 
@@ -219,25 +221,29 @@ def _spheres(
     file: _File, figure: Figure, frames: slice, n: int, ball: int, moving: _Channels | None
 ) -> list[int]:
     """Nodes of the spheres of segment n, instances of one mesh."""
-    placed = figure.placed
-    body = placed.body
-    frame = placed.world_from_segment[frames, n]
-    away = placed.centres[frames, body.spheres(n)] - frame[:, None, :, 3]
-    local = np.einsum("pji,psj->psi", frame[:, :, :3], away)
-    person = placed.person[frames][0]
+    body = figure.placed.body
+    local = _seen(figure.placed, frames, n)
+    radius = body.radius[figure.placed.person[frames][0]]
     found = []
-    for k in range(local.shape[1]):
-        sphere = int(body.start[n]) + k
+    for k, sphere in enumerate(range(body.start[n], body.start[n + 1])):
         entry = {
             "name": body.sphere_names[sphere] or f"{body.segments[n]} {k}",
             "mesh": ball,
             "translation": local[0, k].tolist(),
-            "scale": [float(body.radius[person, sphere])] * 3,
+            "scale": [float(radius[sphere])] * 3,
         }
         found.append(file.add("nodes", entry))
         if moving is not None:
             moving.append((found[-1], "translation", local[:, k]))
     return found
+
+
+def _seen(placed: Placed, frames: slice, n: int) -> Floats:
+    """(P, K, 3) the centres of the spheres of segment n as the segment sees them."""
+    frame = placed.world_from_segment[frames, n]
+    away = placed.centres[frames, placed.body.spheres(n)] - frame[:, None, :, 3]
+    local: Floats = np.einsum("pji,psj->psi", frame[:, :, :3], away)
+    return local
 
 
 def _animation(file: _File, moving: _Channels, times: Floats) -> dict[str, Any]:
@@ -296,13 +302,17 @@ def _icosahedron() -> tuple[Floats, NDArray[np.int64]]:
     golden = (1.0 + 5.0**0.5) / 2.0
     signs = [(a, b * golden) for a in (-1.0, 1.0) for b in (-1.0, 1.0)]
     points = np.array([p for a, b in signs for p in ((0.0, a, b), (a, b, 0.0), (b, 0.0, a))])
-    apart = np.linalg.norm(points[:, None] - points[None], axis=2)
-    near = np.abs(apart - 2.0) < 1e-9
+    near = np.abs(np.linalg.norm(points[:, None] - points[None], axis=2) - 2.0) < 1e-9
     triples = ((i, j, k) for i in range(12) for j in range(i) for k in range(j))
     faces = np.array([(i, j, k) for i, j, k in triples if near[i, j] and near[j, k] and near[i, k]])
+    return points, _outward(points, faces)
+
+
+def _outward(points: Floats, faces: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Faces (F, 3) about the origin, turned where they look inward: where a . (b x c) < 0."""
     first, second, third = points[faces.T]
     turn = np.einsum("fi,fi->f", first, np.cross(second, third))
-    return points, np.where(turn[:, None] < 0.0, faces[:, ::-1], faces)
+    return np.where(turn[:, None] < 0.0, faces[:, ::-1], faces)
 
 
 def _halved(points: Floats, faces: NDArray[np.int64]) -> tuple[Floats, NDArray[np.int64]]:
@@ -322,28 +332,32 @@ def _environment(file: _File, environment: Environment) -> int:
     """A node and mesh for every part that is not hidden, flat shaded by its polygons' normals."""
     grey = file.add("materials", _material("part", (0.62, 0.65, 0.69, 1.0)))
     glass = file.add("materials", _material("see-through part", (0.5, 0.7, 0.8, 0.25)))
-    polygon = np.repeat(np.arange(len(environment.normal)), np.diff(environment.triangle_start))
     nodes = []
     for part in np.flatnonzero(~environment.hidden).tolist():
-        rows = environment.polygons(part)
-        first, last = environment.triangle_start[[rows.start, rows.stop]]
-        if first == last:
-            continue
-        corners = environment.vertices[environment.triangles[first:last]].reshape(-1, 3)
-        normals = np.repeat(environment.normal[polygon[first:last]], 3, axis=0)
-        attributes = {
-            "POSITION": file.accessor(corners, bounds=True, mesh=True),
-            "NORMAL": file.accessor(normals, mesh=True),
-        }
-        material = glass if environment.see_through[part] else grey
-        name = environment.parts[part]
-        primitives = [{"attributes": attributes, "material": material}]
-        mesh = file.add("meshes", {"name": name, "primitives": primitives})
-        nodes.append(file.add("nodes", {"name": name, "mesh": mesh}))
-    return file.add(
-        "nodes",
-        {"name": environment.name, "children": nodes} if nodes else {"name": environment.name},
-    )
+        primitive = _part(file, environment, part)
+        if primitive:
+            primitive["material"] = glass if environment.see_through[part] else grey
+            name = environment.parts[part]
+            mesh = file.add("meshes", {"name": name, "primitives": [primitive]})
+            nodes.append(file.add("nodes", {"name": name, "mesh": mesh}))
+    children = {"children": nodes} if nodes else {}
+    return file.add("nodes", {"name": environment.name} | children)
+
+
+def _part(file: _File, environment: Environment, part: int) -> dict[str, Any]:
+    """The corners of a part's triangles and their normals; nothing where it has no triangles."""
+    rows = environment.polygons(part)
+    start = environment.triangle_start[rows.start : rows.stop + 1]
+    first, last = start[[0, -1]]
+    if first == last:
+        return {}
+    corners = environment.vertices[environment.triangles[first:last]].reshape(-1, 3)
+    normals = np.repeat(environment.normal[rows], 3 * np.diff(start), axis=0)
+    attributes = {
+        "POSITION": file.accessor(corners, bounds=True, mesh=True),
+        "NORMAL": file.accessor(normals, mesh=True),
+    }
+    return {"attributes": attributes}
 
 
 def _container(document: dict[str, Any], data: bytes) -> bytes:

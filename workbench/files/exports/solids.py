@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from xml.sax.saxutils import quoteattr
 
 import numpy as np
+from numpy.typing import NDArray
 
 from workbench.model.arrays import Floats, Ints
 
@@ -28,62 +29,64 @@ Type="http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel"/>
 </Relationships>
 """
 _CORE = "http://schemas.microsoft.com/3dmanufacturing/core/2015/02"
+_FACET = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("none", "<u2")])
+"""A triangle of an STL file; the last bytes are for attributes that nobody uses."""
 
 
 def stl_bytes(surfaces: Mapping[str, Surface]) -> bytes:
     """Binary STL of all surfaces in turn, in millimetres; the names stand in the header as far as
     it reaches."""
-    title = (
-        ("bubbleman-workbench, millimetres: " + ", ".join(surfaces))
-        .encode("ascii", "replace")[:80]
-        .ljust(80)
-    )
-    rows = np.zeros(
-        sum(len(triangles) for _, triangles in surfaces.values()),
-        dtype=[("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("none", "<u2")],
-    )
-    at = 0
-    for points, triangles in surfaces.values():
-        corners = 1000.0 * points[triangles]
-        normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-        length = np.linalg.norm(normal, axis=1, keepdims=True)
-        rows["normal"][at : at + len(triangles)] = normal / np.where(length > 0.0, length, 1.0)
-        rows["corners"][at : at + len(triangles)] = corners
-        at += len(triangles)
+    words = f"bubbleman-workbench, millimetres: {', '.join(surfaces)}"
+    title = words.encode("ascii", "replace")[:80].ljust(80)
+    facets = [_facets(points, triangles) for points, triangles in surfaces.values()]
+    rows = np.concatenate([np.zeros(0, _FACET), *facets])
     return title + len(rows).to_bytes(4, "little") + rows.tobytes()
+
+
+def _facets(points: Floats, triangles: Ints) -> NDArray[np.void]:
+    """(T,) the triangles of a surface [m] as STL has them, in millimetres."""
+    corners = 1000.0 * points[triangles]
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    length = np.linalg.norm(normal, axis=1, keepdims=True)
+    facets = np.zeros(len(triangles), _FACET)
+    facets["normal"] = normal / np.where(length > 0.0, length, 1.0)
+    facets["corners"] = corners
+    return facets
 
 
 def threemf_bytes(surfaces: Mapping[str, Surface]) -> bytes:
     """3MF (core specification) with one named object a surface, in millimetres."""
-    objects = []
-    items = []
-    for number, (name, (points, triangles)) in enumerate(surfaces.items(), start=1):
-        corners = "".join(
-            f'<vertex x="{x:.5f}" y="{y:.5f}" z="{z:.5f}"/>'
-            for x, y, z in (1000.0 * points).tolist()
-        )
-        faces = "".join(f'<triangle v1="{a}" v2="{b}" v3="{c}"/>' for a, b, c in triangles.tolist())
-        label = quoteattr(_printable(name))
-        mesh = f"<mesh><vertices>{corners}</vertices><triangles>{faces}</triangles></mesh>"
-        objects.append(f'<object id="{number}" type="model" name={label}>{mesh}</object>')
-        items.append(f'<item objectid="{number}"/>')
+    numbered = list(enumerate(surfaces.items(), start=1))
+    objects = "".join(_object(number, name, surface) for number, (name, surface) in numbered)
+    items = "".join(f'<item objectid="{number}"/>' for number, _ in numbered)
     model = (
         f'<?xml version="1.0" encoding="UTF-8"?>\n<model unit="millimeter" xmlns="{_CORE}"><resources>'
-        f"{''.join(objects)}</resources><build>{''.join(items)}</build></model>\n"
+        f"{objects}</resources><build>{items}</build></model>\n"
     )
+    files = {
+        "[Content_Types].xml": _TYPES,
+        "_rels/.rels": _RELATIONS,
+        "3D/3dmodel.model": model,
+    }
     out = io.BytesIO()
     with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as archive:
-        for path, text in (
-            ("[Content_Types].xml", _TYPES),
-            ("_rels/.rels", _RELATIONS),
-            ("3D/3dmodel.model", model),
-        ):
-            entry = zipfile.ZipInfo(
-                path, (1980, 1, 1, 0, 0, 0)
-            )  # no clock: the same bytes each time
+        for path, text in files.items():
+            # no clock: the same bytes each time
+            entry = zipfile.ZipInfo(path, (1980, 1, 1, 0, 0, 0))
             entry.compress_type = zipfile.ZIP_DEFLATED
             archive.writestr(entry, text)
     return out.getvalue()
+
+
+def _object(number: int, name: str, surface: Surface) -> str:
+    """A surface as an object of the model."""
+    points, triangles = surface
+    corners = "".join(
+        f'<vertex x="{x:.5f}" y="{y:.5f}" z="{z:.5f}"/>' for x, y, z in (1000.0 * points).tolist()
+    )
+    faces = "".join(f'<triangle v1="{a}" v2="{b}" v3="{c}"/>' for a, b, c in triangles.tolist())
+    mesh = f"<mesh><vertices>{corners}</vertices><triangles>{faces}</triangles></mesh>"
+    return f'<object id="{number}" type="model" name={quoteattr(_printable(name))}>{mesh}</object>'
 
 
 def _printable(text: str) -> str:

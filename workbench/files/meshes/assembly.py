@@ -45,9 +45,7 @@ def build_environment(
     checked = [validate_part(part) for part in parts]
     declared = list(solid)
     names = tuple(part.name for part, _ in checked)
-    first = np.cumsum([0, *(len(part.vertices) for part, _ in checked)])
-    vertices = np.concatenate([np.zeros((0, 3)), *(part.vertices for part, _ in checked)])
-    faces = [part.faces + start for (part, _), start in zip(checked, first, strict=False)]
+    vertices, faces, first = _stacked([part for part, _ in checked])
     merged = merge_coplanar(vertices, np.concatenate([np.zeros((0, 3), dtype=np.int64), *faces]))
     part_start = _part_starts(merged, first)
     solids = _solids(checked, declared)
@@ -74,6 +72,15 @@ def build_environment(
         warnings=(*notes, *_defect_warnings(checked), *shared),
     )
     return environment, _solid_errors(checked, declared)
+
+
+def _stacked(parts: Sequence[RawPart]) -> tuple[Floats, list[Ints], Ints]:
+    """Return the vertices (V, 3) of K parts one after the other, the faces of each by these, and
+    the first vertex (K + 1,) of each."""
+    first = np.cumsum([0, *(len(part.vertices) for part in parts)])
+    vertices = np.concatenate([np.zeros((0, 3)), *(part.vertices for part in parts)])
+    faces = [part.faces + start for part, start in zip(parts, first, strict=False)]
+    return vertices, faces, first
 
 
 def _part_starts(merged: Polygons, first: Ints) -> Ints:

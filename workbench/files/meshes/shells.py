@@ -168,12 +168,9 @@ def orient_shells(vertices: Floats, faces: Ints, shell: Ints) -> OrientedShells:
     shell
         (T,) the shell of each face, from 0.
     """
-    count = int(shell.max(initial=-1)) + 1
     corner = vertices[faces] - vertices[faces].reshape(-1, 3).mean(axis=0)
-    # six times the volume of a tetrahedron is a . (b x c)
-    tetrahedra = np.einsum("nc,nc->n", corner[:, 0], np.cross(corner[:, 1], corner[:, 2])) / 6
-    volume = np.bincount(shell, tetrahedra, count)
-    if count == 1 and _is_convex(corner):
+    volume = _volumes(corner, shell)
+    if len(volume) == 1 and _is_convex(corner):
         turned = bool(volume[0] < 0)
         return OrientedShells(np.full(len(faces), turned), int(turned), 0, 0, 0)
     sign = np.where(volume < 0, -1, 1)
@@ -191,6 +188,15 @@ def orient_shells(vertices: Floats, faces: Ints, shell: Ints) -> OrientedShells:
         nested=int(nested.sum()),
         crossing=int(crossing.sum()),
     )
+
+
+def _volumes(corner: Floats, shell: Ints) -> Floats:
+    """Return the volume (M,) [m3] of each shell of faces (T, 3, 3), negative if wound inside out:
+    the sum of its tetrahedra a . (b x c) / 6 about the origin."""
+    tetrahedra = np.einsum("nc,nc->n", corner[:, 0], np.cross(corner[:, 1], corner[:, 2])) / 6
+    count = int(shell.max(initial=-1)) + 1
+    volume: Floats = np.bincount(shell, tetrahedra, count).astype(np.float64)
+    return volume
 
 
 def _parents(containment: _Containment, volume: Floats) -> Ints:
@@ -371,18 +377,11 @@ def _ray_candidates(corner: Floats, samples: _Samples) -> _Candidates:
     Samples are sorted by strips of x, and by y within a strip. The samples under a face are then
     one run in each of its strips.
     """
-    x = samples.point[:, 0]
+    point = samples.point
     low = corner.min(axis=1)
     high = corner.max(axis=1)
-    bottom = low[:, 1].min()
-    left = x.min()
-    strips = _Strips(
-        left=left,
-        width=max((x.max() - left) / _STRIPS, 1e-300),
-        bottom=bottom,
-        height=2.0 * float(max(high[:, 1].max() - bottom, 1e-300)),
-    )
-    key = strips.key(strips.of(x), samples.point[:, 1])
+    strips = _strips_of(point[:, 0], low[:, 1].min(), high[:, 1].max())
+    key = strips.key(strips.of(point[:, 0]), point[:, 1])
     order = np.argsort(key, kind="stable")
     begin = strips.of(low[:, 0])
     face, number = _repeat_counted(np.arange(len(corner)), strips.of(high[:, 0]) - begin + 1)
@@ -392,10 +391,21 @@ def _ray_candidates(corner: Floats, samples: _Samples) -> _Candidates:
     run, number = _repeat_counted(np.arange(len(face)), last - first)
     face = face[run]
     sample = order[first[run] + number]
-    meets = (x[sample] >= low[face, 0]) & (x[sample] <= high[face, 0])
-    meets &= samples.point[sample, 2] <= high[face, 2]
-    meets &= face != samples.face[sample]
+    x = point[sample, 0]
+    meets = (x >= low[face, 0]) & (x <= high[face, 0])
+    meets &= (point[sample, 2] <= high[face, 2]) & (face != samples.face[sample])
     return _Candidates(sample[meets], face[meets])
+
+
+def _strips_of(x: Floats, bottom: float, top: float) -> _Strips:
+    """Return strips that hold samples with these x (Q,), and y from bottom to top."""
+    left = x.min()
+    return _Strips(
+        left=left,
+        width=max((x.max() - left) / _STRIPS, 1e-300),
+        bottom=bottom,
+        height=2.0 * float(max(top - bottom, 1e-300)),
+    )
 
 
 @dataclass(frozen=True)
@@ -449,9 +459,10 @@ def _crossings(corner: Floats, point: Floats, candidates: _Candidates) -> _Cross
         height = (side[0] * c[kept, 2] + side[1] * a[kept, 2] + side[2] * b[kept, 2]) / area
     uncertain = (np.abs(side) <= near[:, kept]).any(axis=0) | ~(np.abs(height) > slack)
     uncertain &= ~(height < -slack)
-    above = uncertain | (height > 0)
     sign = np.where(uncertain, 0, np.sign(area)).astype(np.int64)
-    return _Crossings(candidates.sample[kept][above], candidates.face[kept][above], sign[above])
+    above = uncertain | (height > 0)
+    rows = np.flatnonzero(kept)[above]
+    return _Crossings(candidates.sample[rows], candidates.face[rows], sign[above])
 
 
 def _cross_2d(a: Floats, b: Floats) -> Floats:

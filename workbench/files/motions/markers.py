@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from workbench.errors import InputError, UsageError
-from workbench.files.motions.c3d import read_points
+from workbench.files.motions.c3d import Points, read_points
 from workbench.files.motions.number_rows import (
     ALL_FRAMES,
     Clock,
@@ -108,15 +108,8 @@ def read_c3d(path: str | Path, *, up: str | None = None, keep: FrameRange = ALL_
     """
     source = Path(path)
     points = read_points(source)
-    frames = len(points.frames)
-    if points.count == 0 or frames == 0:
-        raise InputError(f"{source}: holds no marker")
-    if points.unit not in metres_in or not points.rate > 0:
-        raise InputError(
-            f"{source}: POINT:UNITS is {points.unit!r}, POINT:RATE is {points.rate:g}: a unit of length and "
-            "a rate are needed"
-        )
-    time = (points.first + np.arange(frames)) / points.rate
+    _check_points(source, points)
+    time = (points.first + np.arange(len(points.frames))) / points.rate
     rows = np.flatnonzero((time >= keep.start) & (time <= keep.end))[:: keep.every]
     _check_frames(source, len(rows), len(rows) * points.count * 3, keep)
     unnamed = (f"marker {k + 1}" for k in range(len(points.labels), points.count))
@@ -125,6 +118,17 @@ def read_c3d(path: str | Path, *, up: str | None = None, keep: FrameRange = ALL_
     screen = points.screen.lower().lstrip("+")
     markers = _markers(source, labels, position, time[rows], up=up, stated_up=screen)
     return replace(markers, notes=(*points.notes, *markers.notes))
+
+
+def _check_points(path: Path, points: Points) -> None:
+    """Refuse a file without markers, without a unit of length or without a rate."""
+    if points.count == 0 or len(points.frames) == 0:
+        raise InputError(f"{path}: holds no marker")
+    if points.unit not in metres_in or not points.rate > 0:
+        raise InputError(
+            f"{path}: POINT:UNITS is {points.unit!r}, POINT:RATE is {points.rate:g}: a unit of length and "
+            "a rate are needed"
+        )
 
 
 def _check_frames(path: Path, frames: int, numbers: int, keep: FrameRange) -> None:

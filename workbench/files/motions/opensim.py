@@ -82,6 +82,10 @@ class _Header:
     names: list[str]
     """Names of all columns, the time among them."""
 
+    def unit(self, k: int) -> float:
+        """Return the unit of a column [rad], 1 of a length or of the time."""
+        return np.pi / 180 if self.degrees and not _is_length(self.names[k]) else 1.0
+
 
 def coordinate_batches(path: str | Path, *, keep: FrameRange = ALL_FRAMES) -> Iterator[Coordinates]:
     """Read the coordinates of a .mot or .sto file, in batches of frames.
@@ -109,11 +113,10 @@ def coordinate_batches(path: str | Path, *, keep: FrameRange = ALL_FRAMES) -> It
     _check_counts(source, header, rows, keep)
     time = rising_time(rows.values[:, names.index("time")], str(source))
     columns = [k for k, name in enumerate(names) if name != "time"]
-    is_angle = [not _is_length(names[k]) for k in columns]
-    scale = np.where(np.array(is_angle) & header.degrees, np.pi / 180, 1.0)
-    for k, factor, angle in zip(columns, scale.tolist(), is_angle, strict=True):
-        if angle:
-            _check_angle(source, header, rows, k, factor)
+    scale = np.array([header.unit(k) for k in columns])
+    for k in columns:
+        if not _is_length(names[k]):
+            _check_angle(source, header, rows, k)
     knees = [k for k in columns if names[k].startswith("knee_angle")]
     negative = frozenset(names[k] for k in knees if np.median(rows.values[:, k]) < 0)
     called = tuple(names[k] for k in columns)
@@ -132,9 +135,9 @@ def _check_counts(path: Path, header: _Header, rows: NumberRows, keep: FrameRang
         raise InputError(f"{path}: no frame between {keep.start:g} and {keep.end:g} s")
 
 
-def _check_angle(path: Path, header: _Header, rows: NumberRows, k: int, factor: float) -> None:
-    """Refuse a column with an angle of many turns; factor: its unit [rad]."""
-    values = rows.values[:, k] * factor
+def _check_angle(path: Path, header: _Header, rows: NumberRows, k: int) -> None:
+    """Refuse a column with an angle of many turns."""
+    values = rows.values[:, k] * header.unit(k)
     worst = int(np.argmax(np.abs(values)))
     if abs(values[worst]) <= _MAX_ANGLE:
         return

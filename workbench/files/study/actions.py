@@ -90,26 +90,31 @@ def _with_posture(work: Work, role: LoadedRole, name: str, posture: StudyPosture
     """A role with a posture of the study beside those of its body; as it is where that has a
     fault."""
     base = role.postures
-    if base is None:
+    if base is None or not _is_posture(work, role, base, name, posture):
         return role
+    made = replaced_angles(role.body, base.postures[posture.like], posture.angles)
+    postures = base.model_copy(update={"postures": {**base.postures, name: made}})
+    return replace(role, postures=postures)
+
+
+def _is_posture(
+    work: Work, role: LoadedRole, base: PosturesFile, name: str, posture: StudyPostureFile
+) -> bool:
+    """Whether a posture of the study can be made from those of a body; reports why not."""
     key = ("postures", name)
     body = role.body
     if name in base.postures:
         what = f"body {body.name} has a posture {name!r} of its own; give it another name"
         work.fault(key, what)
-        return role
+        return False
     own = [known for known in base.postures if known not in work.parts.postures]
     what = f"body {body.name} has no posture {posture.like!r}"
     if not work.check_name((*key, "like"), posture.like, own, what):
-        return role
+        return False
     problems = flat_angles(body, posture.angles)[1]
     for path, what in problems:
         work.fault((*key, "angles", *path), what)
-    if problems:
-        return role
-    made = replaced_angles(body, base.postures[posture.like], posture.angles)
-    postures = base.model_copy(update={"postures": {**base.postures, name: made}})
-    return replace(role, postures=postures)
+    return not problems
 
 
 def _posture_name(action: ActionFile) -> str:

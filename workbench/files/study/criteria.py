@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
-from workbench.errors import InputError, one_of
+from workbench.errors import InputError
 from workbench.files.catalogue import find
 from workbench.files.names import matches, matching
 from workbench.files.schema import validate
@@ -134,28 +134,31 @@ def _reached(work: Work, room: Environment) -> Iterator[tuple[int, CriterionFile
 
 def _name_faults(work: Work, row: int, file: CriterionFile, known: Known) -> None:
     """Report what a criterion names that is not there."""
-    exact: dict[str, Iterable[str]] = {
-        "people": work.parts.roles,
-        "cases": work.parts.case_names,
-        "of": [name for r, name in work.parts.criterion_names if r != row],
-    }
-    patterns: dict[str, Iterable[str]] = {}
-    if known.complete:
-        patterns |= {"segments": known.segments, "subparts": known.subparts}
-    if known.room is not None:
-        controls = [control.name for control in known.room.controls]
-        patterns |= {"controls": controls, "parts": known.parts}
-    for field, names in (exact | patterns).items():
-        every = list(names)
+    others = [name for r, name in work.parts.criterion_names if r != row]
+    exact = {"people": list(work.parts.roles), "cases": work.parts.case_names, "of": others}
+    patterns = _patterns(known)
+    for field, valid in (exact | patterns).items():
         for place, name in enumerate(getattr(file, field) or ()):
-            there = name in every or not every
-            if there or (field in patterns and any(matches(name, each) for each in every)):
+            if name in valid or not valid:
+                continue
+            if field in patterns and any(matches(name, each) for each in valid):
                 continue
             what = f"nothing is called {name!r}"
             if field == "parts" and name in known.hidden:
                 what = f"part {name!r} is hidden, so it is not checked"
-            hint = one_of(name, every, words=known.words if field == "segments" else {})
-            work.fault(("criteria", row, field, place), f"{what}; {hint}")
+            words = known.words if field == "segments" else {}
+            work.check_name(("criteria", row, field, place), name, valid, what, words=words)
+
+
+def _patterns(known: Known) -> dict[str, list[str]]:
+    """The names that patterns of a criterion can mean, by field; those that are known."""
+    found: dict[str, list[str]] = {}
+    if known.complete:
+        found |= {"segments": known.segments, "subparts": known.subparts}
+    if known.room is not None:
+        controls = [control.name for control in known.room.controls]
+        found |= {"controls": controls, "parts": list(known.parts)}
+    return found
 
 
 def _actions(work: Work) -> Iterator[tuple[Pair, RoleFile, ActionFile]]:
@@ -197,24 +200,27 @@ def _unfit_faults(work: Work, key: Key, file: CriterionFile, asked: list[tuple[P
     """
     check = f"check: {file.check}"
     for place, case in enumerate(file.cases or ()):
-        if why := _why_none(why for pair, why in asked if pair[1] == case):
+        if why := _why_none(asked, case=case):
             what = f"{check} does not fit case {case!r}: {why}; leave the case out"
             work.fault((*key, "cases", place), what)
     if file.cases is not None:
         return
     for place, name in enumerate(file.people or ()):
-        if why := _why_none(why for pair, why in asked if pair[0] == name):
+        if why := _why_none(asked, name=name):
             what = f"{check} fits no case of {name!r}: {why}; leave the role out"
             work.fault((*key, "people", place), what)
-    why = _why_none(why for _, why in asked)
+    why = _why_none(asked)
     if why and file.people is None:
         work.fault((*key, "check"), f"{check} fits no case: {why}; leave the criterion out")
 
 
-def _why_none(reasons: Iterable[str]) -> str:
-    """The first reason where nothing fits; "" where anything does, or nothing is asked."""
-    every = list(reasons)
-    return every[0] if every and all(every) else ""
+def _why_none(
+    asked: list[tuple[Pair, str]], *, name: str | None = None, case: str | None = None
+) -> str:
+    """Why a criterion fits nothing of a role, of a case or at all: the first reason; "" where it
+    fits anything, or nothing is asked."""
+    reasons = [why for pair, why in asked if name in (None, pair[0]) and case in (None, pair[1])]
+    return reasons[0] if reasons and all(reasons) else ""
 
 
 def _limits(work: Work, row: int, file: CriterionFile, known: Known) -> tuple[Limit, ...]:

@@ -45,6 +45,19 @@ def rows_of(file: PopulationFile, near: Path) -> Population:
     workplace cannot be fitted without.
     """
     paths = list(people_files(file, near).values())
+    measures = _common_measures(paths)
+    unit = metres_in[file.unit]
+    people = read_ansur(*paths, measures=measures, unit=unit, weights=file.weights)
+    people = people.rows(np.isin(people.sex, [SEXES.index(sex) for sex in file.sexes]))
+    if not len(people):
+        raise InputError(f"{people.source}: nobody in it is {' or '.join(file.sexes)}")
+    if file.people is not None and file.people < len(people):
+        people = people.rows(np.arange(file.people) * len(people) // file.people)
+    return people
+
+
+def _common_measures(paths: list[Path]) -> tuple[str, ...]:
+    """The measures that all files have; InputError where one is missing that fitting needs."""
     found = measures_in(*paths)
     missing = [name for name in COCKPIT if name not in found]
     if missing:
@@ -53,10 +66,4 @@ def rows_of(file: PopulationFile, near: Path) -> Population:
             f"{words}: a column is needed for each of {', '.join(COCKPIT)} (missing: "
             f"{', '.join(missing)}), called as in ANSUR II or like this"
         )
-    people = read_ansur(*paths, measures=found, unit=metres_in[file.unit], weights=file.weights)
-    people = people.rows(np.isin(people.sex, [SEXES.index(sex) for sex in file.sexes]))
-    if not len(people):
-        raise InputError(f"{people.source}: nobody in it is {' or '.join(file.sexes)}")
-    if file.people is not None and file.people < len(people):
-        people = people.rows(np.arange(file.people) * len(people) // file.people)
-    return people
+    return found

@@ -173,20 +173,25 @@ def _other_faults(work: Work, known: Known) -> None:
     for place, name in enumerate(parts.compare or ()):
         what = f"no case is called {name!r}"
         work.check_name(("compare", place), name, parts.case_names, what)
+    _named_twice(work)
+    if known.room is not None:
+        _room_faults(work, known.room)
+    if known.complete:
+        _body_faults(work, known)
+
+
+def _named_twice(work: Work) -> None:
+    """Report changes and signal points of one name."""
     changes: list[tuple[Key, str]] = [
-        (("changes", row, "name"), change.name) for row, change in parts.changes
+        (("changes", row, "name"), change.name) for row, change in work.parts.changes
     ]
-    points = parts.signals.points if parts.signals else ()
+    points = work.parts.signals.points if work.parts.signals else ()
     signals: list[tuple[Key, str]] = [
         (("signals", "points", i, "name"), point.name) for i, point in enumerate(points)
     ]
     for kind, named in (("changes", changes), ("signals", signals)):
         what = f"two of {kind} are named {{name!r}}; give each a name of its own"
         _report_repeated(work, named, what)
-    if known.room is not None:
-        _room_faults(work, known.room)
-    if known.complete:
-        _body_faults(work, known)
 
 
 def _reach_person_faults(work: Work, key: Key, name: str) -> None:

@@ -14,10 +14,10 @@ from workbench.files.populations import load_population_model
 from workbench.files.postures import PosturesFile, load_postures, posture_path
 from workbench.files.study.people import drawn_from, people_files, rows_of
 from workbench.files.study.schema import PopulationFile, PositionFile, RoleFile, SizeFile
-from workbench.files.study.work import Work
+from workbench.files.study.work import Key, Work
 from workbench.model.body import Body, segment_words
 from workbench.model.encumbrance import Encumbrance
-from workbench.model.environment import Environment
+from workbench.model.environment import Environment, Seat
 from workbench.model.growth import Growth
 from workbench.model.measures import MEASURES, ON_THE_BODY, WORDS
 from workbench.model.person import Size
@@ -52,33 +52,33 @@ def load_roles(work: Work) -> dict[str, LoadedRole]:
 
 def _load_role(work: Work, name: str, file: RoleFile) -> LoadedRole | None:
     """A role with what it names; None where its body cannot be loaded."""
+    key = ("people", name)
     for row, item in enumerate(file.clothes):
         if item in file.clothes[:row]:
-            key = ("people", name, "clothes", row)
-            work.fault(key, f"{item!r} is worn already; name it once")
+            work.fault((*key, "clothes", row), f"{item!r} is worn already; name it once")
     size = _size(work, name, file.size) if file.size is not None else None
     population = _population(work, name, file.population) if file.population is not None else None
     sizes = {
-        label: _size(work, name, each, ("sizes", label))
+        label: found
         for label, each in (file.sizes or {}).items()
+        if (found := _size(work, name, each, ("sizes", label))) is not None
     }
     body = _body(work, name, file)
     if body is None:
         return None
     postures = _postures(work, name, body)
-    if file.detail is not None and (body.basis is None or file.detail not in body.basis.details):
+    if file.detail is not None:
+        _detail_faults(work, (*key, "detail"), body, file.detail)
+    clothes = _clothes(work, name, body)
+    return LoadedRole(file, body, postures, clothes, size, sizes, population)
+
+
+def _detail_faults(work: Work, key: Key, body: Body, detail: str) -> None:
+    """Report a level of detail that the body has not."""
+    if body.basis is None or detail not in body.basis.details:
         valid = ", ".join(body.basis.details) if body.basis else "none"
-        what = f"body {body.name} has no level of detail {file.detail!r}; valid: {valid}"
-        work.fault(("people", name, "detail"), what)
-    return LoadedRole(
-        file=file,
-        body=body,
-        postures=postures,
-        clothes=_clothes(work, name, body),
-        size=size,
-        sizes={label: each for label, each in sizes.items() if each is not None},
-        population=population,
-    )
+        what = f"body {body.name} has no level of detail {detail!r}; valid: {valid}"
+        work.fault(key, what)
 
 
 def _body(work: Work, name: str, file: RoleFile) -> Body | None:
@@ -186,24 +186,30 @@ def place_faults(work: Work, roles: dict[str, LoadedRole], room: Environment | N
     people."""
     files = {name: file for name, file in work.parts.roles.items() if file is not None}
     _several_faults(work, files)
-    taken: dict[str, str] = {}
+    _taken_faults(work, files)
     for name, file in files.items():
-        if file.seat is not None:
-            if file.seat in taken:
-                what = (
-                    f"{taken[file.seat]!r} sits in {file.seat!r} already; for people who take a "
-                    "seat one at a time use `sizes` of one role"
-                )
-                work.fault(("people", name, "seat"), what)
-            taken.setdefault(file.seat, name)
-            if room is not None:
-                _seat_faults(work, name, file, room)
+        if file.seat is not None and room is not None:
+            _seat_faults(work, name, file, room)
         if file.at is not None and name in roles:
-            segment = file.at.segment
             body = roles[name].body
+            segment = file.at.segment
             key = ("people", name, "at", "segment")
             what = f"unknown segment {segment!r}"
             work.check_name(key, segment, body.segments, what, words=segment_words(body))
+
+
+def _taken_faults(work: Work, files: dict[str, RoleFile]) -> None:
+    """Report seats in which another role sits already."""
+    taken: dict[str, str] = {}
+    for name, file in files.items():
+        if file.seat is not None:
+            before = taken.setdefault(file.seat, name)
+            if before != name:
+                what = (
+                    f"{before!r} sits in {file.seat!r} already; for people who take a "
+                    "seat one at a time use `sizes` of one role"
+                )
+                work.fault(("people", name, "seat"), what)
 
 
 def _several_faults(work: Work, files: dict[str, RoleFile]) -> None:
@@ -225,15 +231,18 @@ def _seat_faults(work: Work, name: str, file: RoleFile, room: Environment) -> No
     """Report a seat that is not there, or that stands beyond its travel."""
     seats = {seat.name: seat for seat in room.seats}
     key = ("people", name)
-    what = f"environment {room.name} has no seat {file.seat!r}"
-    if not work.check_name((*key, "seat"), str(file.seat), seats, what):
-        return
-    if not isinstance(file.position, PositionFile):
-        return
-    seat = seats[str(file.seat)]
+    seat = str(file.seat)
+    what = f"environment {room.name} has no seat {seat!r}"
+    there = work.check_name((*key, "seat"), seat, seats, what)
+    if there and isinstance(file.position, PositionFile):
+        _travel_faults(work, (*key, "position"), file.position, seats[seat])
+
+
+def _travel_faults(work: Work, key: Key, position: PositionFile, seat: Seat) -> None:
+    """Report a position of a seat that is beyond its travel."""
     for way, (low, high) in (("forward", seat.travel_forward), ("up", seat.travel_up)):
-        value = getattr(file.position, way)
+        value = getattr(position, way)
         if not low - 1e-9 <= value <= high + 1e-9:
             travel = f"{1000 * low:g} to {1000 * high:g} mm"
             what = f"beyond the travel of seat {seat.name}, {travel} (got {1000 * value:g} mm)"
-            work.fault((*key, "position", way), what)
+            work.fault((*key, way), what)

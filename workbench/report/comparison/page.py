@@ -163,9 +163,6 @@ def comparison_page(found: Comparison, rows: ComparisonFile) -> str:
     reach = max([*ends, 0.01])
     changed = [pair for pair in found.pairs if pair.gainers or pair.losers]
     changed.sort(key=lambda pair: -abs(pair.difference))
-    sentences: dict[str, list[str]] = {"gained": [], "lost": []}
-    for row in rows.changed:
-        sentences[row.change].append(row.sentence)
     return template("comparison/page.html.j2").render(
         rows=rows,
         groups=[_shown(pair, reach) for pair in found.groups],
@@ -177,12 +174,15 @@ def comparison_page(found: Comparison, rows: ComparisonFile) -> str:
             ("before", [plain(n) for n in found.only_before]),
             ("after", [plain(n) for n in found.only_after]),
         ],
-        lists=[
-            (word, len(sentences[change]), sentences[change][:_MOST])
-            for word, change in (("gain", "gained"), ("lose", "lost"))
-        ],
+        lists=[_listed(rows, "gain", "gained"), _listed(rows, "lose", "lost")],
         most=_MOST,
     )
+
+
+def _listed(rows: ComparisonFile, word: str, change: str) -> tuple[str, int, list[str]]:
+    """The people of one change: a word for it, how many they are, and the first sentences."""
+    sentences = [row.sentence for row in rows.changed if row.change == change]
+    return word, len(sentences), sentences[:_MOST]
 
 
 def _shown(pair: PairedShare, reach: float) -> dict[str, Any]:

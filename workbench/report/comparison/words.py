@@ -67,17 +67,18 @@ def change_sentence(found: Comparison, row: int) -> str:
     name = failing.requirements[worst]
     lack = f"{millimetres_short(-float(failing.margin[row, worst]))} mm short"
     spare = _spare(other, row, name)
-    tall = found.before.stature[row]
-    who = f"a {_NOUNS[int(found.before.sex[row])]}" + (
-        f" of {1000 * tall:,.0f} mm" if np.isfinite(tall) else ""
-    )
-    told = (
-        f"was {lack}, {spare} now"
-        if gained
-        else f"is {lack}, {spare.replace('is ', 'was ')} before"
-    )
+    words = f"was {lack}, {spare} now"
+    if not gained:
+        words = f"is {lack}, {spare.replace('is ', 'was ')} before"
     more = f"; {len(short) - 1} more as well" if len(short) > 1 else ""
-    return f"{person_name(found.before.labels[row])}, {who}: “{plain(name)}” {told}{more}."
+    return f"{_who(found.before, row)}: “{plain(name)}” {words}{more}."
+
+
+def _who(judged: Judged, row: int) -> str:
+    """ "female 31, a woman of 1,512 mm"."""
+    tall = judged.stature[row]
+    words = f"{person_name(judged.labels[row])}, a {_NOUNS[int(judged.sex[row])]}"
+    return f"{words} of {1000 * tall:,.0f} mm" if np.isfinite(tall) else words
 
 
 def _spare(judged: Judged, row: int, name: str) -> str:

@@ -3,6 +3,7 @@ and head went."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -119,16 +120,11 @@ def _turns(body: Body, motion: Poses) -> list[_Turn]:
 
 def _trimmed(body: Body, motion: Poses, turn: _Turn) -> _Turn:
     """A turn without the frames before and after in which the joint stands still."""
-    unwrapped = Unwrapped()
     start = 0.0
     first = turn.last
     last = turn.first
-    for rows in pieces(turn.last + 1 - turn.first):
-        begin = turn.first + rows.start
-        angles = angles_of(body, motion.rows(slice(begin, turn.first + rows.stop)))
-        one = angles[:, turn.joint, turn.axis, None]
-        track = np.degrees(unwrapped.take(one))[:, 0]
-        start = track[0] if not rows.start else start
+    for begin, track in _tracked(body, motion, turn):
+        start = track[0] if begin == turn.first else start
         left = np.flatnonzero(np.abs(track - start) > _STILL)
         short = np.flatnonzero(np.abs(track - start - (turn.end - turn.begin)) > _STILL)
         if len(left):
@@ -136,6 +132,16 @@ def _trimmed(body: Body, motion: Poses, turn: _Turn) -> _Turn:
         if len(short):
             last = max(last, begin + int(short[-1]) + 1)
     return replace(turn, first=max(first, turn.first), last=min(last, turn.last))
+
+
+def _tracked(body: Body, motion: Poses, turn: _Turn) -> Iterator[tuple[int, Floats]]:
+    """The angle of a turn [degrees] in pieces of its frames, with the first frame of each."""
+    unwrapped = Unwrapped()
+    for rows in pieces(turn.last + 1 - turn.first):
+        begin = turn.first + rows.start
+        angles = angles_of(body, motion.rows(slice(begin, turn.first + rows.stop)))
+        one = angles[:, turn.joint, turn.axis, None]
+        yield begin, np.degrees(unwrapped.take(one))[:, 0]
 
 
 def _limb(body: Body, joint: int) -> str:
@@ -178,20 +184,24 @@ def _reach(body: Body, motion: Poses, group: list[_Turn]) -> str:
         return ""
     side = body.joints[group[0].joint][0]
     _, carrier, end, ball, verb = _LIMBS[limb.split()[1]]
-    end = side + end
-    ball = side + ball
-    if not {carrier, end} <= set(body.segments) or ball not in body.joints:
+    if not {carrier, side + end} <= set(body.segments) or side + ball not in body.joints:
         return ""
     world = _world(body, motion, min(t.first for t in group), max(t.last for t in group))
-    seen = world[:, body.segment(carrier)]
-    tip = world[:, body.segment(end), :, 3]
-    own = np.einsum("pji,pj->pi", seen[:, :, :3], tip - seen[:, :, 3])
-    way = own[1] - own[0]
+    tip = world[:, body.segment(side + end), :, 3]
+    way = _way_seen(world[:, body.segment(carrier)], tip)
     if np.linalg.norm(way) < _LEAST_WAY:
         return ""
-    length = np.linalg.norm(tip - _joint_place(body, world, body.joint(ball)), axis=1)
+    length = np.linalg.norm(tip - _joint_place(body, world, body.joint(side + ball)), axis=1)
     drawn = length[1] < length[0] - _DRAWN_IN
     return f"{'is drawn in,' if drawn else verb} {sign_words(nearest_sign(way))}"
+
+
+def _way_seen(frame: Floats, point: Floats) -> Floats:
+    """(3,) [m] the way between two places (2, 3) of a point, as two places (2, 3, 4) of a segment
+    see it."""
+    own = np.einsum("pji,pj->pi", frame[:, :, :3], point - frame[:, :, 3])
+    way: Floats = own[1] - own[0]
+    return way
 
 
 def _joint_place(body: Body, world: Floats, joint: int) -> Floats:

@@ -43,23 +43,23 @@ def motion_strips(motions: Sequence[MotionCase], times: Floats) -> list[tuple[st
 
     Parameters
     ----------
+    motions
+        The motions.
     times
         (F,) [s].
     """
     shown = _shown(motions, times)
     camera = _camera(shown, (_SIZE, _SIZE))
-    told = [milliseconds(t) for t in times.tolist()]
-    made = []
+    clock = [milliseconds(t) for t in times.tolist()]
+    strips = []
     for row, (who, placed) in enumerate(shown):
         near = _opened(who.cabin, placed, camera)
-        colour = _COLOURS[row % len(_COLOURS)]
-        pictures = [
-            outline(_scene(who, placed, k, (near, colour)), camera) for k in range(len(times))
-        ]
+        scenes = (_scene(who, placed, k, near, row) for k in range(len(times)))
+        pictures = [outline(scene, camera) for scene in scenes]
         name = f", {who.name}," if len(motions) > 1 else ""
-        caption = f"{who.person}{name} from the {camera.name} at {', '.join(told)}"
-        made.append((strip_svg(pictures, told, title=caption), caption))
-    return made
+        caption = f"{who.person}{name} from the {camera.name} at {', '.join(clock)}"
+        strips.append((strip_svg(pictures, clock, title=caption), caption))
+    return strips
 
 
 def motion_film(
@@ -67,34 +67,35 @@ def motion_film(
 ) -> tuple[str, bytes]:
     """Name and bytes of a film of motions side by side: MP4 where its encoder is there, else
     GIF."""
-    clock = motions[0].motion.clock
-    start = clock[0]
-    end = clock[-1]
+    start, end = motions[0].motion.clock[[0, -1]]
     times = frame_times(start, end, fps=_FPS, speed=max(float(end - start), 1e-3) / _SECONDS)
-    shown = _shown(motions, times)
-    camera = _camera(shown, _FILM)
-    near = [_opened(who.cabin, placed, camera) for who, placed in shown]
-
-    def frames() -> Iterator[Any]:
-        names = [who.name for who in motions]
-        for k, time in enumerate(times.tolist()):
-            panels = [
-                disks(_scene(who, placed, k, (near[n], _COLOURS[n % len(_COLOURS)])), camera)
-                for n, (who, placed) in enumerate(shown)
-            ]
-            yield stamp_text(strip_image(panels, names), milliseconds(time))
-            if progress is not None:
-                progress(f"frame {k + 1} of {len(times)} of the film")
-
     with tempfile.TemporaryDirectory() as folder:
         for name in ("motion.mp4", "motion.gif"):
             path = Path(folder) / name
+            frames = _film_frames(motions, times, progress or (lambda words: None))
             try:
-                write_film(path, frames(), len(times), fps=_FPS)
+                write_film(path, frames, len(times), fps=_FPS)
             except MissingPartError:
                 continue
             break
         return path.name, path.read_bytes()
+
+
+def _film_frames(
+    motions: Sequence[MotionCase], times: Floats, progress: Callable[[str], None]
+) -> Iterator[Any]:
+    """Images of the motions side by side at times (F,) [s]; progress is called after each."""
+    shown = _shown(motions, times)
+    camera = _camera(shown, _FILM)
+    near = [_opened(who.cabin, placed, camera) for who, placed in shown]
+    names = [who.name for who in motions]
+    for k, time in enumerate(times.tolist()):
+        panels = [
+            disks(_scene(who, placed, k, near[n], n), camera)
+            for n, (who, placed) in enumerate(shown)
+        ]
+        yield stamp_text(strip_image(panels, names), milliseconds(time))
+        progress(f"frame {k + 1} of {len(times)} of the film")
 
 
 def _shown(motions: Sequence[MotionCase], times: Floats) -> list[tuple[MotionCase, Placed]]:
@@ -106,16 +107,14 @@ def _shown(motions: Sequence[MotionCase], times: Floats) -> list[tuple[MotionCas
 
 
 def _camera(shown: list[tuple[MotionCase, Placed]], size: tuple[int, int]) -> Camera:
-    """What holds all bodies and the anchors of their belts."""
-    ends = [(p.centres - p.body.radius[0, :, None]).min(axis=(0, 1)) for _, p in shown]
-    ends += [(p.centres + p.body.radius[0, :, None]).max(axis=(0, 1)) for _, p in shown]
-    ends += [
-        np.array(point.at)
-        for who, _ in shown
-        for belt in who.belts
-        for point in belt.points
-        if point.segment < 0
-    ]
+    """What holds all bodies and the anchors of their belts. size: of the picture [pixels]."""
+    ends = []
+    for who, placed in shown:
+        radius = placed.body.radius[0, :, None]
+        ends.append((placed.centres - radius).min(axis=(0, 1)))
+        ends.append((placed.centres + radius).max(axis=(0, 1)))
+        points = (point for belt in who.belts for point in belt.points)
+        ends += [np.array(point.at) for point in points if point.segment < 0]
     low = np.min(ends, axis=0)
     high = np.max(ends, axis=0)
     view = "left" if high[0] - low[0] >= high[1] - low[1] else "front"
@@ -131,11 +130,10 @@ def _opened(cabin: Environment, placed: Placed, camera: Camera) -> Environment:
     return cut_away(cabin, middle, axis) if reach.min() < middle @ axis < reach.max() else cabin
 
 
-def _scene(study: MotionCase, placed: Placed, pose: int, shown: tuple[Environment, str]) -> Scene:
-    """The body in one pose with its belts."""
-    near, colour = shown
+def _scene(study: MotionCase, placed: Placed, pose: int, cabin: Environment, row: int) -> Scene:
+    """The body in one pose with its belts. row: that of the motion, which gives the colour."""
     return Scene(
-        (SceneBody(placed, pose, colour),),
-        with_belts(near, study.belts, placed, pose=pose),
+        (SceneBody(placed, pose, _COLOURS[row % len(_COLOURS)]),),
+        with_belts(cabin, study.belts, placed, pose=pose),
         title=f"{study.person} {study.name}".strip(),
     )

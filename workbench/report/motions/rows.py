@@ -83,13 +83,18 @@ def motion_tables(motions: Sequence[MotionFound], rows: ResultFile) -> dict[str,
         "clearance.csv": csv_parts(["motion", "time_ms", *segments], _clearances(motions)),
         "signals.csv": csv_parts(["motion", "point", "time_ms", *_AXES], _signals(motions)),
     }
-    pairs = list(dict.fromkeys(_pair(force) for motion in motions for force in motion.forces))
-    if pairs:
-        names = [f"{segment or 'tension'} {part} [N]" for segment, part in pairs]
-        tables["forces.csv"] = csv_parts(["motion", "time_ms", *names], _forces(motions, pairs))
+    if any(motion.forces for motion in motions):
+        tables["forces.csv"] = _forces_table(motions)
     if rows.agreement:
         tables["agreement.csv"] = row_table(AgreementRow, (([], row) for row in rows.agreement))
     return tables
+
+
+def _forces_table(motions: Sequence[MotionFound]) -> Content:
+    """A row for each frame, with a column for each pair of a segment and a part."""
+    pairs = list(dict.fromkeys(_pair(force) for motion in motions for force in motion.forces))
+    names = [f"{segment or 'tension'} {part} [N]" for segment, part in pairs]
+    return csv_parts(["motion", "time_ms", *names], _forces(motions, pairs))
 
 
 def _figures_table(motions: Sequence[MotionRows]) -> str:

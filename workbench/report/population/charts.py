@@ -102,19 +102,12 @@ def margin_strip(spread: Floats, ends: tuple[float, float], *, said: str) -> str
         return ""
     zero = _along(0.0, ends)
     x = [_along(float(value), ends) for value in spread]
-    shapes = [f'<rect x="0" y="0" width="{zero:.2f}%" height="{_HEIGHT}" fill="#fbe9e7"/>']
-    shapes += [
-        f'<rect x="{low:.2f}%" y="{y}" width="{max(high - low, 0.15):.2f}%" height="{height}" fill="{colour}"/>'
-        for first, last, y, height in ((x[0], x[4], 9, 2), (x[1], x[3], 5, 10))
-        for low, high, colour in (
-            (first, min(last, zero), ALONE),
-            (max(first, zero), last, "#7fa3cc"),
-        )
-        if high > low or first == last == low == high
+    shapes = [
+        f'<rect x="0" y="0" width="{zero:.2f}%" height="{_HEIGHT}" fill="#fbe9e7"/>',
+        *_span(x[0], x[4], zero, 'y="9"', 'height="2"'),
+        *_span(x[1], x[3], zero, 'y="5"', 'height="10"'),
+        f'<line x1="{zero:.2f}%" x2="{zero:.2f}%" y1="0" y2="{_HEIGHT}" stroke="#1d2733"/>',
     ]
-    shapes.append(
-        f'<line x1="{zero:.2f}%" x2="{zero:.2f}%" y1="0" y2="{_HEIGHT}" stroke="#1d2733"/>'
-    )
     if ends[0] <= spread[2] <= ends[1]:
         median = f'x1="{x[2]:.2f}%" x2="{x[2]:.2f}%" y1="3" y2="17"'
         shapes.append(f'<line {median} stroke="#1d2733" stroke-width="2.4"/>')
@@ -125,6 +118,16 @@ def margin_strip(spread: Floats, ends: tuple[float, float], *, said: str) -> str
             '<svg x="100%" overflow="visible"><path d="M-7 6L-1 10L-7 14Z" fill="#7fa3cc"/></svg>'
         )
     return _picture(shapes, said)
+
+
+def _span(first: float, last: float, zero: float, y: str, height: str) -> list[str]:
+    """A bar from one place to another [%], red below zero."""
+    parts = ((first, min(last, zero), ALONE), (max(first, zero), last, "#7fa3cc"))
+    return [
+        f'<rect x="{low:.2f}%" {y} width="{max(high - low, 0.15):.2f}%" {height} fill="{colour}"/>'
+        for low, high, colour in parts
+        if high > low or first == last == low == high
+    ]
 
 
 def margin_axis(ends: tuple[float, float]) -> str:

@@ -10,7 +10,7 @@ import numpy as np
 
 from workbench.body.people.share import TENTHS_FROM, percent, percent_number
 from workbench.model.accommodation import MET, Gain, GroupShare, Requirement
-from workbench.model.arrays import Bools
+from workbench.model.arrays import Bools, Floats
 from workbench.model.measures import MASS
 from workbench.model.population import SEXES
 from workbench.model.population_found import PopulationFound
@@ -99,22 +99,26 @@ def requirement_sentence(result: PopulationFound) -> str:
     if result.served.all():
         return "Everybody meets every requirement."
     most = int(np.argmin(result.single))
-    gain = int(np.argmax(result.alone))
     count = len(result.served)
-    names = [f"“{plain(requirement.name)}”" for requirement in result.requirements]
-    text = (
-        f"{names[most]} leaves out most people: {percent(1 - float(result.single[most]), count)}."
-    )
+    name = plain(result.requirements[most].name)
+    out = percent(1 - float(result.single[most]), count)
+    return f"“{name}” leaves out most people: {out}. {_dropping(result, most)}"
+
+
+def _dropping(result: PopulationFound, most: int) -> str:
+    """What would be gained if one requirement were dropped. most: the one that leaves out most."""
+    gain = int(np.argmax(result.alone))
     if result.alone[gain] <= 0:
         return (
-            text
-            + " No requirement leaves anybody out by itself: to drop a single one would gain nothing."
+            "No requirement leaves anybody out by itself: to drop a single one would gain nothing."
         )
-    before, after = result.shares[0].share, float(result.without[gain])
-    name = "it" if gain == most else names[gain]
+    count = len(result.served)
+    name = "it" if gain == most else f"“{plain(result.requirements[gain].name)}”"
+    before = percent(result.shares[0].share, count)
+    after = percent(float(result.without[gain]), count)
     return (
-        f"{text} Dropping {name} would gain most: the share that meets all would go from "
-        f"{percent(before, count)} to {percent(after, count)}."
+        f"Dropping {name} would gain most: the share that meets all would go from {before} to "
+        f"{after}."
     )
 
 
@@ -269,20 +273,25 @@ def limiting_words(result: PopulationFound, row: int) -> str:
     people = result.people
     if not name or name not in people.names:
         return ""
+    value = float(people.column(name)[row])
     _, whose, plural = _NOUNS[SEXES[int(people.sex[row])]]
-    values = people.column(name)
-    value = float(values[row])
     unit = f"{value:.1f} kg" if name == MASS else f"{1000 * value:,.0f} mm"
     text = f" {_capital(whose)} {plain(name)} is {unit}"
     alike: Bools = people.sex == people.sex[row]
     count = int(alike.sum())
     if count < _FEW:
         return text + "."
-    weight = people.weight[alike] / people.weight[alike].sum()
-    more = float(weight @ (values[alike] > value))
-    less = float(weight @ (values[alike] < value))
-    share, way = (more, "more") if more >= less else (less, "less")
+    share, way = _rank(people.column(name)[alike], people.weight[alike], value)
     return f"{text}; {percent(share, min(count, TENTHS_FROM - 1))} of the {plural} here have {way}."
+
+
+def _rank(values: Floats, weight: Floats, value: float) -> tuple[float, str]:
+    """The share of people, by their values and weights (P,), who have "more" or "less" than a
+    value: the greater one."""
+    parts = weight / weight.sum()
+    more = float(parts @ (values > value))
+    less = float(parts @ (values < value))
+    return (more, "more") if more >= less else (less, "less")
 
 
 def millimetres_short(metres: float) -> str:

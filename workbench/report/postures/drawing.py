@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 from markupsafe import Markup
 
-from workbench.draw.camera import project
+from workbench.draw.camera import Camera, project
 from workbench.draw.lines.outline import outline
 from workbench.draw.marks.annotations import clearance_marks
 from workbench.draw.scene import Mark, Scene
@@ -34,13 +34,15 @@ def clearance_drawing(
         marks += clearance_marks(person.placed, person.clearance, case, most=_EACH, within=within)
     if not marks:
         return None
-    ends = np.array([(mark.point, mark.to) for mark in marks])
     views = four_views(scene, width=size, height=size)
-    lengths = [
-        float(np.linalg.norm(np.diff(project(camera, ends)[..., :2], axis=1), axis=2).sum())
-        for _, camera in views
-    ]
-    name, camera = views[int(np.argmax(lengths))]
-    told = f"line drawing with the {len(marks)} nearest clearances in millimetres"
-    drawing = outline(replace(scene, marks=marks, description=told), camera)
+    name, camera = views[int(np.argmax([_length(camera, marks) for _, camera in views]))]
+    words = f"line drawing with the {len(marks)} nearest clearances in millimetres"
+    drawing = outline(replace(scene, marks=marks, description=words), camera)
     return {"name": name.replace("_", " "), "svg": Markup(drawing)}
+
+
+def _length(camera: Camera, marks: tuple[Mark, ...]) -> float:
+    """How long dimension lines are together in a picture [pixels]."""
+    ends = project(camera, np.array([(mark.point, mark.to) for mark in marks]))
+    ways = np.diff(ends[..., :2], axis=1)
+    return float(np.linalg.norm(ways, axis=2).sum())

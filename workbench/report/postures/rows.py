@@ -143,19 +143,11 @@ def _rows(result: PosturesFound, contacts: Contacts, who: _Who) -> list[ContactR
 def _contact_row(result: PosturesFound, contacts: Contacts, row: int, who: _Who) -> ContactRow:
     """One contact: the sphere, what it touches, and how deep it is."""
     body = contacts.body
-    other = contacts.other
     segment = contacts.segment[row]
     sphere = int(contacts.sphere[row])
-    part = polygon = other_segment = other_sphere = None
+    touched = _touched(contacts, row)
     sentence = contact_sentence(contacts, row)
-    if isinstance(other, Environment):
-        k = int(contacts.part[row])
-        part = other.parts[k]
-        polygon = int(contacts.polygon[row] - other.part_start[k])
-    else:
-        n = contacts.other_segment[row]
-        other_segment = other.segments[n]
-        other_sphere = int(contacts.other_sphere[row] - other.start[n])
+    if touched.part is None:
         sentence += f" of {who.other or 'the same body'}"
     x, y, z = (_micro(float(v)) for v in contacts.normal[row])
     return ContactRow(
@@ -167,16 +159,39 @@ def _contact_row(result: PosturesFound, contacts: Contacts, row: int, who: _Who)
         sphere=sphere - int(body.start[segment]),
         subpart=body.sphere_names[sphere] or None,
         direction=DIRECTIONS[contacts.facing[row]],
-        part=part,
-        polygon=polygon,
-        other_segment=other_segment,
-        other_sphere=other_sphere,
+        part=touched.part,
+        polygon=touched.polygon,
+        other_segment=touched.segment,
+        other_sphere=touched.sphere,
         distance_mm=_micro(1000 * contacts.distance[row]),
         allowed_mm=_micro(1000 * contacts.allowed[row]),
         excess_mm=_micro(1000 * contacts.excess[row]),
         point_mm=_point(contacts.point[row]),
         normal=(x, y, z),
         sentence=sentence,
+    )
+
+
+@dataclass(frozen=True)
+class _Touched:
+    """What a sphere touches: a polygon of a part, or a sphere of a segment, by its place there."""
+
+    part: str | None = None
+    polygon: int | None = None
+    segment: str | None = None
+    sphere: int | None = None
+
+
+def _touched(contacts: Contacts, row: int) -> _Touched:
+    other = contacts.other
+    if isinstance(other, Environment):
+        k = int(contacts.part[row])
+        return _Touched(
+            part=other.parts[k], polygon=int(contacts.polygon[row] - other.part_start[k])
+        )
+    n = contacts.other_segment[row]
+    return _Touched(
+        segment=other.segments[n], sphere=int(contacts.other_sphere[row] - other.start[n])
     )
 
 

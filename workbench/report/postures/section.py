@@ -18,7 +18,7 @@ from workbench.draw.lines.circles import circles
 from workbench.draw.scene import Mark, Scene, SceneBody
 from workbench.draw.scene_builder import PEOPLE_COLOURS
 from workbench.draw.views import four_views
-from workbench.files.results.postures import PosturesRows
+from workbench.files.results.postures import PosturesRows, ReachRow
 from workbench.model.result import Finding, PersonFound, PosturesFound
 from workbench.report.postures.drawing import clearance_drawing
 from workbench.report.postures.envelopes.pictures import envelope_pictures
@@ -65,27 +65,31 @@ def postures_section(
 
 def _reaches(rows: PosturesRows) -> list[dict[str, Any]]:
     """For each person a line for each control, with a cell for each zone."""
-    people = []
-    for name in dict.fromkeys(row.person for row in rows.reaches):
-        mine = [row for row in rows.reaches if row.person == name]
-        lines = []
-        for control in dict.fromkeys(row.control for row in mine):
-            cells = [
+    found: dict[str, dict[str, list[ReachRow]]] = {}
+    for row in rows.reaches:
+        found.setdefault(row.person, {}).setdefault(row.control, []).append(row)
+    return [
+        {
+            "person": name,
+            "lines": [
                 {
-                    "text": row.limb if row.reached else f"{row.miss_mm:.0f} mm short: {row.limit}",
-                    "kind": "far"
-                    if row.reached
-                    else "hit"
-                    if row.zone >= row.own_zone
-                    else "close",
+                    "control": control,
+                    "zone": zones[0].own_zone,
+                    "cells": [_zone_cell(row) for row in zones],
                 }
-                for row in mine
-                if row.control == control
-            ]
-            own = next(row.own_zone for row in mine if row.control == control)
-            lines.append({"control": control, "zone": own, "cells": cells})
-        people.append({"person": name, "lines": lines})
-    return people
+                for control, zones in controls.items()
+            ],
+        }
+        for name, controls in found.items()
+    ]
+
+
+def _zone_cell(row: ReachRow) -> dict[str, str]:
+    """Whether a control is reached in a zone, by which limb or by how much not."""
+    if row.reached:
+        return {"text": str(row.limb), "kind": "far"}
+    text = f"{row.miss_mm:.0f} mm short: {row.limit}"
+    return {"text": text, "kind": "hit" if row.zone >= row.own_zone else "close"}
 
 
 def _case(result: PosturesFound, case: int) -> dict[str, Any]:
@@ -179,21 +183,15 @@ def _matrix(result: PosturesFound, person: PersonFound, case: int) -> dict[str, 
     environment = result.environment
     distance = person.clearance.distance[case]
     allowed = allowed_depth(body, environment)
-    columns = [n for n in range(len(body.segments)) if body.start[n + 1] > body.start[n]]
+    columns = np.flatnonzero(np.diff(body.start) > 0).tolist()
     least = np.where(np.isfinite(distance), distance, np.inf).min(axis=0)
-    parts = [int(k) for k in np.argsort(least, kind="stable") if least[k] < NEAR]
-    lines = [
-        {
-            "part": environment.parts[k],
-            "cells": [_cell(distance[n, k], allowed[n, k]) for n in columns],
-        }
-        for k in parts
-    ]
+    parts = [k for k in np.argsort(least, kind="stable").tolist() if least[k] < NEAR]
+    cells = {k: [_cell(distance[n, k], allowed[n, k]) for n in columns] for k in parts}
     return {
         "person": person.name,
         "case": result.cases[case],
         "columns": [(body.segments[n], body.segment_names[n]) for n in columns],
-        "lines": lines,
+        "lines": [{"part": environment.parts[k], "cells": cells[k]} for k in parts],
         "left_out": int(np.sum(~environment.hidden)) - len(parts),
     }
 
@@ -221,22 +219,22 @@ def _cell(distance: float, allowed: float) -> dict[str, str]:
 def _stops(result: PosturesFound, index: int) -> dict[str, Any]:
     """Joint-stop margins of one person: joints down, cases across."""
     person = result.people[index]
-    body = person.placed.body
-    lines = []
-    for j, name in enumerate(body.joint_names):
-        if not np.isfinite(person.margin[:, j]).any():
-            continue
-        cells = [
-            {
-                "text": f"{math.degrees(person.margin[p, j]) + 0.0:.1f}",
-                "motion": person.margin_motion[p][j].replace("_", " "),
-                "kind": "hit"
-                if person.margin[p, j] < -1e-9
-                else "close"
-                if person.margin[p, j] < 0.0873
-                else "far",
-            }
-            for p in range(len(person.placed))
-        ]
-        lines.append({"joint": name, "cells": cells})
+    lines = [
+        {
+            "joint": name,
+            "cells": [_stop_cell(person, p, j) for p in range(len(person.placed))],
+        }
+        for j, name in enumerate(person.placed.body.joint_names)
+        if np.isfinite(person.margin[:, j]).any()
+    ]
     return {"person": person.name, "lines": lines}
+
+
+def _stop_cell(person: PersonFound, p: int, j: int) -> dict[str, str]:
+    """The margin of joint j to its stop in case p; near is under 5 degrees."""
+    margin = person.margin[p, j]
+    return {
+        "text": f"{math.degrees(margin) + 0.0:.1f}",
+        "motion": person.margin_motion[p][j].replace("_", " "),
+        "kind": "hit" if margin < -1e-9 else "close" if margin < 0.0873 else "far",
+    }

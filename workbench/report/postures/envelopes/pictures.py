@@ -23,14 +23,14 @@ def envelope_pictures(result: PosturesFound, envelope: Envelope) -> dict[str, An
     """Views and sections as names and SVG, and what the obstacles take that take most: part and
     litres."""
     person = next(person for person in result.people if person.name == envelope.person)
+    environment = result.environment
     title = f"Reach envelope of {envelope.person}, {envelope.limb}"
-    scene = Scene((SceneBody(person.placed, 0),), result.environment, (), title)
+    scene = Scene((SceneBody(person.placed, 0),), environment, (), title)
     views = [
         (view.replace("_", " "), Markup(envelope_view(envelope, scene, view))) for view in VIEWS
     ]
     sections = [
-        (name, Markup(svg))
-        for name, svg in envelope_sections(envelope, environment=result.environment)
+        (name, Markup(svg)) for name, svg in envelope_sections(envelope, environment=environment)
     ]
     taken = [(part, 1000 * litres) for part, litres in envelope.lost_to.items() if part][:_PARTS]
     return {"views": views, "main": sections[:2], "rest": sections[2:], "taken": taken}

@@ -51,10 +51,11 @@ def envelope_rows(result: PosturesFound) -> list[EnvelopeRow]:
 
 
 def _ray(e: Envelope, about: RayReach, ray: int) -> EnvelopeRayRow:
+    """One ray: its direction, between which lengths it is reached, and what takes of it."""
     x, y, z = about.direction[ray].tolist()
-    lost = np.flatnonzero(about.lost.ray == ray)
     reached = bool(about.reached[ray])
     clear = bool(about.clear[ray])
+    lost = np.flatnonzero(about.lost.ray == ray)
     return EnvelopeRayRow(
         azimuth_deg=round(math.degrees(math.atan2(y, x))) + 0.0,
         elevation_deg=round(math.degrees(math.asin(max(-1.0, min(1.0, z))))) + 0.0,
@@ -67,15 +68,15 @@ def _ray(e: Envelope, about: RayReach, ray: int) -> EnvelopeRayRow:
         easy_inner_mm=_millimetres(about.easy_inner[0, ray]),
         moderate_outer_mm=_millimetres(about.easy_outer[1, ray]),
         moderate_inner_mm=_millimetres(about.easy_inner[1, ray]),
-        lost=[
-            (
-                round(1000 * float(about.lost.begin[k]), 1),
-                round(1000 * float(about.lost.end[k]), 1),
-                e.parts[about.lost.part[k]] if about.lost.part[k] >= 0 else "",
-            )
-            for k in lost
-        ],
+        lost=[_lost(e, about, k) for k in lost.tolist()],
     )
+
+
+def _lost(e: Envelope, about: RayReach, k: int) -> tuple[float, float, str]:
+    """From where to where [mm] a part takes of a ray, and the part, "" for another obstacle."""
+    part = about.lost.part[k]
+    begin, end = (round(1000 * float(v[k]), 1) for v in (about.lost.begin, about.lost.end))
+    return begin, end, e.parts[part] if part >= 0 else ""
 
 
 def _millimetres(value: float) -> float | None:
@@ -93,20 +94,7 @@ def envelope_tables(found: Sequence[PosturesRows]) -> dict[str, str]:
         ("envelope_levels.csv", "levels", "height_mm"),
     ):
         lines = [
-            [
-                *([rows.row] if rows.row else []),
-                e.person,
-                e.limb,
-                e.zone,
-                getattr(ray, place),
-                ray.azimuth_deg,
-                *(
-                    "" if getattr(ray, length) is None else getattr(ray, length)
-                    for length in _LENGTHS
-                ),
-                round(sum(end - begin for begin, end, _ in ray.lost), 1),
-                " ".join(dict.fromkeys(part for _, _, part in ray.lost if part)),
-            ]
+            [*([rows.row] if rows.row else []), *_line(e, ray, place)]
             for rows in found
             for e in rows.envelopes
             for ray in getattr(e, field)
@@ -115,6 +103,21 @@ def envelope_tables(found: Sequence[PosturesRows]) -> dict[str, str]:
             head = ["person", "limb", "zone", place, "azimuth_deg", *_LENGTHS, "lost_mm", "lost_to"]
             tables[name] = csv_text([*lead, *head], lines)
     return tables
+
+
+def _line(e: EnvelopeRow, ray: EnvelopeRayRow, place: str) -> list[object]:
+    """A ray in a table. place: the field that says where it stands in the envelope."""
+    lengths = (getattr(ray, length) for length in _LENGTHS)
+    return [
+        e.person,
+        e.limb,
+        e.zone,
+        getattr(ray, place),
+        ray.azimuth_deg,
+        *("" if length is None else length for length in lengths),
+        round(sum(end - begin for begin, end, _ in ray.lost), 1),
+        " ".join(dict.fromkeys(part for _, _, part in ray.lost if part)),
+    ]
 
 
 def envelope_solids(found: Sequence[PosturesFound]) -> dict[str, Content]:
