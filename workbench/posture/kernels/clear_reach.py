@@ -291,7 +291,7 @@ def _witness(case, desk):  # type: ignore[no-untyped-def]
         depth = max(0.0, desk.space.found[0, 0, 0])
     if depth > 0.0:
         part = np.int64(case.room.owner[int(desk.space.found[0, 0, 2])])
-    return Witness(error, breach, depth, part)
+    return Witness(error, breach, depth, part)  # type: ignore[arg-type]
 
 
 @inlined
