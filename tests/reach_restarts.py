@@ -141,15 +141,16 @@ class Reacher:
 
     def violated(self, turns, target):
         """What is violated at turns (n,), and its slopes: tip (3), stops (1), spheres (S) [m]."""
-        every = np.concatenate([turns[None], turns + STEP * np.eye(len(turns))])
-        world = self.frames(every)
+        nudged = np.concatenate([turns[None], turns + STEP * np.eye(len(turns))])
+        world = self.frames(nudged)
         tips = self.tips(world)
-        breach = self.breach(every)
+        breach = self.breach(nudged)
         centres = wb.place(self.body, self.posed(turns[None])).centres[0, self.sphere]
         segment = self.body.sphere_segment[self.sphere]
         first = world[0, segment]
         local = np.einsum("sji,sj->si", first[..., :3], centres - first[..., 3])
-        moved = np.einsum("psij,sj->psi", world[:, segment, :, :3], local) + world[:, segment, :, 3]
+        every = world[:, segment]
+        moved = np.einsum("psij,sj->psi", every[..., :3], local) + every[..., 3]
         depth, out = self.deepest(centres)
         left = np.concatenate(
             [tips[0] - target, [RADIAN * breach[0]], np.maximum(0.0, depth + OFF)]

@@ -44,8 +44,8 @@ DEEP_REACHED = 35
 """Of 44 targets 100 mm deep in the panel those that are reached."""
 
 
-RESTARTS = 200
-MOST_JUDGED = 12
+RESTARTS = 24
+MOST_JUDGED = 6
 """Random restarts for each target, and how many targets are judged by them."""
 MOST_FALSE = 0.35
 """Share of such targets said to be kept by an obstacle to which a slow search may find a way."""
