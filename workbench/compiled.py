@@ -28,6 +28,7 @@ import gc
 import hashlib
 import pickle
 import platform
+import re
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from functools import lru_cache
@@ -544,6 +545,12 @@ def _describe_code(code: CodeType, doc: str | None, lines: list[str]) -> set[str
 # ------------------------------------------------------------------------------------- files
 
 
+Key = tuple[Any, Any, Any]
+"""What compiled code is for: the types of arguments, the machine, hashes of the byte code."""
+ADDRESS = re.compile(r" at 0x[0-9a-f]+")
+"""Where an object of this process lies, which is elsewhere in the next."""
+
+
 class _Cache(FunctionCache):  # type: ignore[misc]
     """The compiled code of one function, for all types of arguments that it was compiled for."""
 
@@ -555,41 +562,38 @@ class _Cache(FunctionCache):  # type: ignore[misc]
 
 
 class _Files(IndexDataCacheFile):  # type: ignore[misc]
-    """An index of one function's compiled code, and a file for each code in it, all of them
-    checked."""
+    """The compiled code of one function, a checked file for each kind of arguments.
+
+    A file is named by the arguments' types. There is no index of the files: two processes that
+    write one index at the same time would lose each other's entries.
+    """
 
     def __init__(self, folder: str, name: str, kernel: Kernel) -> None:
         super().__init__(folder, name, b"")
+        self._name = name
         self._kernel = kernel
         self._stamp: bytes | None = None
 
-    def load(self, key: object) -> Any:
+    def load(self, key: Key) -> Any:
         """The code for a key; None where there is none that can be believed."""
-        found = super().load(key)
-        if found is None or found[0] != key:  # another process has written another code over it
+        data = self._contents(self._path(key))
+        if data is None:
             return None
-        return found[1]
+        kept, code = pickle.loads(data)
+        return code if kept == key else None
 
-    def save(self, key: object, data: object) -> None:
+    def save(self, key: Key, data: object) -> None:
         """Keep the code for a key, where the disk lets us."""
         with suppress(OSError):
-            super().save(key, (key, data))
+            self._write(self._path(key), (key, data))
 
-    def _load_index(self) -> Any:
-        data = self._contents(self._index_path)
-        return {} if data is None else pickle.loads(data)
-
-    def _save_index(self, overloads: object) -> None:
-        self._write(self._index_path, overloads)
-
-    def _load_data(self, name: str) -> Any:
-        data = self._contents(self._data_path(name))
-        if data is None:
-            raise FileNotFoundError(name)
-        return pickle.loads(data)
-
-    def _save_data(self, name: str, data: object) -> None:
-        self._write(self._data_path(name), data)
+    def _path(self, key: Key) -> str:
+        """The file of the code for a key: for the types of arguments and the machine."""
+        types_of_arguments, machine = key[:2]
+        described = ADDRESS.sub("", f"{types_of_arguments} {machine}")
+        return self._data_path(
+            f"{self._name}.{hashlib.sha256(described.encode()).hexdigest()[:16]}.nbc"
+        )
 
     def _contents(self, path: str) -> bytes | None:
         """What a file holds after its hash; None where the hash is another one."""
