@@ -277,8 +277,8 @@ def doctor(*, as_json: Json = False) -> int:
     report = doctor_report()
     if as_json:
         emit(_dumped(report))
-    for name, told in [] if as_json else report.items():
-        emit(f"{name}: {told}")
+    for name, words in [] if as_json else report.items():
+        emit(f"{name}: {words}")
     return 0
 
 

@@ -228,7 +228,7 @@ def _write(made: Made | None, people: Population, shown: list[str]) -> bool:
         raise UsageError(
             f"--body takes one body, or one for men and one for women, got {len(sources)}"
         )
-    told = write_people(
+    warnings = write_people(
         made.bodies,
         people,
         {"male": sources[0], "female": sources[-1]},
@@ -236,7 +236,7 @@ def _write(made: Made | None, people: Population, shown: list[str]) -> bool:
         detail=made.detail,
         wears=made.wear or [],
     )
-    for line in told:
+    for line in warnings:
         tell(f"warning: {line}")
     emit(made.bodies)
     return True

@@ -89,7 +89,7 @@ def probe(folder: Path) -> None:
     """Try whether something can be made in a folder, or in its nearest ancestor that is there.
     OSError if not.
 
-    To try is the only sure way: rights, read-only disks and quotas are all told by it.
+    To try is the only sure way: rights, read-only disks and quotas all count.
     """
     while not folder.exists() and folder != folder.parent:
         folder = folder.parent

@@ -17,8 +17,8 @@ The new folder is made in a hidden work folder beside the output:
 3. The old folder is emptied. What the new one lacks is moved there: files that appeared during step
    1, and all of the user's where the file system has no hard links.
 
-The name of the new folder says its inode, `new-INODE`. So what a killed process left is told apart:
-a folder with its own inode was not in place yet, and is removed; one with another inode is the old
+The name of the new folder says its inode, `new-INODE`. So it shows what a killed process left: a
+folder with its own inode was not in place yet, and is removed; one with another inode is the old
 folder, and is emptied.
 """
 

@@ -166,7 +166,7 @@ def _lines(document: Document, model: type[FileModel], error: ValidationError) -
     for fault in error.errors(include_url=False):
         path = _real_path(document.value, fault["loc"])
         if path == ("length",) or (fault["type"] == "missing" and fault["loc"] == ("length",)):
-            continue  # told already, with what was given
+            continue  # reported already, with what was given
         if fault["type"] == "extra_forbidden":
             what = f"unknown key {path[-1]!r}; {one_of(str(path[-1]), _keys(model, path[:-1]))}"
         elif fault["type"] == "missing" and isinstance(fault["loc"][-1], str):

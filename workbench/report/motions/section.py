@@ -124,10 +124,12 @@ def _force_curves(result: MotionFound) -> str:
     """The strongest forces over time [kN]; "" where there is none."""
     names = dict(zip(result.study.body.segments, result.study.body.segment_names, strict=True))
     strong = sorted(result.forces, key=lambda f: -float(f.force.max()))[:_MOST_FORCES]
-    told = [
+    called = [
         f"{names[f.segment]}: {f.part}" if f.segment else f"tension of the {f.part}" for f in strong
     ]
-    lines = [(name.replace("_", " "), f.force / 1000) for name, f in zip(told, strong, strict=True)]
+    lines = [
+        (name.replace("_", " "), f.force / 1000) for name, f in zip(called, strong, strict=True)
+    ]
     return (
         curves(result.study.motion.clock, lines, unit="kN", title="Forces over time")
         if lines
