@@ -3,17 +3,11 @@ seconds each."""
 
 from __future__ import annotations
 
-import numpy as np
-
 from workbench.compiled import inner
 from workbench.model.arrays import Floats, Ints
 
-__all__ = ["NONE", "ONE", "stable_order"]
+__all__ = ["stable_order"]
 
-NONE: int = np.int64(0)  # type: ignore[assignment]
-ONE: int = np.int64(1)  # type: ignore[assignment]
-"""Whole numbers to begin a count with: from a bare 0 numba compiles what is called with it for that
-very 0 as well."""
 _RUN = 16
 
 

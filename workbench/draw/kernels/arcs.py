@@ -28,7 +28,7 @@ from workbench.draw.kernels.silhouettes import (
     pseudo_angle_to_radians,
     wrap_turn,
 )
-from workbench.geometry.order import NONE, ONE, stable_order
+from workbench.geometry.order import stable_order
 from workbench.model.arrays import Bools, Floats, Ints
 
 __all__ = ["arc_chains", "ends_met", "silhouette_arcs"]
@@ -41,11 +41,11 @@ ends then stay, and name the arcs that go on there."""
 _ALL_ROUND = 4.1
 """End of an interval that surely covers the turn from 0."""
 # kinds of an interval, which can be both
-_HIDES = ONE
+_HIDES = 1
 """The rim is hidden."""
-_CONTINUES = ONE + ONE
+_CONTINUES = 1 + 1
 """The rim ends where that of another sphere of the same body goes on."""
-_OPEN = NONE - ONE
+_OPEN = 0 - 1
 """In place of a sphere: no other arc goes on at this end."""
 
 
@@ -141,7 +141,7 @@ def _put_pair(
     is_whole = hidden == over  # then the rim ends on that of the other sphere, which may go on
     if hidden < 1.0:
         first, end = pseudo_angle_interval(x, y, hidden)
-        kind = _HIDES | (_CONTINUES if same_body and is_whole else NONE)
+        kind = _HIDES | (_CONTINUES if same_body and is_whole else 0)
         count = _put_interval(intervals, count, first, end, sphere, kind)
     if same_body and not is_whole:
         first = 0.0
@@ -170,7 +170,7 @@ def _find_gaps(intervals: _Intervals, count: int, kind: int, gaps: _Gaps) -> int
             reach = max(reach, span[k, 1] - TURN)
             last = k
             first = k if first < 0 else first
-    found = NONE
+    found = 0
     for n in range(count):
         k = order[n]
         if not kinds[k] & kind:
@@ -229,11 +229,11 @@ def _cut_rim(
     """
     origin, is_hidden = _start_at_interval(intervals, count)
     outers = _find_gaps(intervals, count, _HIDES | _CONTINUES, outer)
-    seens = ONE
+    seens = 1
     if is_hidden:
         seens = _find_gaps(intervals, count, _HIDES, seen)
-    found = NONE
-    o = NONE
+    found = 0
+    o = 0
     for v in range(seens):
         here = 0.0
         stop = TURN
@@ -250,17 +250,17 @@ def _cut_rim(
             high = outer.span[o, 1]
             if low > here + _MIN_GAP:
                 _put_arc(arcs, found, here + origin, low + origin)
-                found = _put_key(arcs, found, i, start_sphere, _OPEN, NONE)
+                found = _put_key(arcs, found, i, start_sphere, _OPEN, 0)
             first = _sphere_ahead(intervals, outer.edge[o, 0])
             last = _sphere_ahead(intervals, outer.edge[o, 1])
             _put_arc(arcs, found, low + origin, high + origin)
-            found = _put_key(arcs, found, i, first, last, ONE)
+            found = _put_key(arcs, found, i, first, last, 1)
             here = high
             start_sphere = _OPEN
             o += 1
         if stop > here + _MIN_GAP:
             _put_arc(arcs, found, here + origin, stop + origin)
-            found = _put_key(arcs, found, i, start_sphere, end_sphere, NONE)
+            found = _put_key(arcs, found, i, start_sphere, end_sphere, 0)
     return found
 
 
@@ -327,7 +327,7 @@ def _rim_intervals(
     low = low + _INSET
     high = high - _INSET
     number = keep_uncovered(low, high, found, pairs, number)
-    count = NONE
+    count = 0
     for k in range(number):
         same_body = rims.body[i] == rims.body[found[k]]
         count = _put_pair(intervals, count, found[k], same_body, pairs, k)
@@ -369,8 +369,8 @@ def _all_arcs(rims: Rims, arcs: _ArcRows, twins: Ints) -> int:
         if cuts:
             number = _cut_rim(i, intervals, cuts, seen, outer, own)
         else:
-            _put_arc(own, NONE, 0.0, TURN)
-            number = _put_key(own, NONE, i, i, i, ONE)
+            _put_arc(own, 0, 0.0, TURN)
+            number = _put_key(own, 0, i, i, i, 1)
         _copy_rows(own, min(number, len(arcs.key) - total), arcs, total)
         total += number
     return total

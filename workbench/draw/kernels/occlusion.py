@@ -27,7 +27,7 @@ import numpy as np
 
 from workbench.compiled import njit
 from workbench.draw.kernels.rasterization import MIN_AREA
-from workbench.geometry.order import NONE, ONE, stable_order
+from workbench.geometry.order import stable_order
 from workbench.model.arrays import Floats, Ints
 
 __all__ = [
@@ -324,7 +324,7 @@ def _intersect_spans(spans: Floats, count: int, low: float, high: float, spare: 
 
     spans, spare (R, 2); returns the new count.
     """
-    found = NONE
+    found = 0
     for k in range(count):
         for turn in range(-1, 2):
             first = max(spans[k, 0], low + turn * _TURN)
@@ -368,7 +368,7 @@ def _hidden_spans(
     """
     spans[0, 0] = 0.0
     spans[0, 1] = width
-    count = ONE
+    count = 1
     for side in range(4):
         level = _slope_along(planes, t, side, ellipse.middle) + planes[t, side, 3]
         cosine = _slope_along(planes, t, side, ellipse.u)
@@ -407,11 +407,11 @@ def _arc_pieces(rims: Floats, angle: Floats, occluders: Occluders) -> Floats:
     spare = np.empty((_MAX_SPANS, 2))
     hidden = np.empty((64, 2))
     pieces = np.empty((4 * len(rims) + 64, 4))
-    found = NONE
+    found = 0
     for i in range(len(rims)):
         start = angle[i, 0]
         width = angle[i, 1] - start
-        count = NONE
+        count = 0
         ellipse = _Ellipse(_triple(rims, i, 0), _triple(rims, i, 1), _triple(rims, i, 2))
         for k in range(_find_triangles(_arc_query(ellipse), i, occluders, search)):
             cuts = _hidden_spans(ellipse, start, width, planes, triangles[k], spans, spare)
@@ -482,9 +482,9 @@ def _line_pieces(ends: Floats, occluders: Occluders) -> Floats:
     search = _Search(np.full(len(planes), -1), triangles)
     hidden = np.empty((64, 2))
     pieces = np.empty((4 * len(ends) + 64, 4))
-    found = NONE
+    found = 0
     for i in range(len(ends)):
-        count = NONE
+        count = 0
         p = _triple(ends, i, 0)
         q = _triple(ends, i, 1)
         for k in range(_find_triangles(_line_query(p, q), i, occluders, search)):
@@ -632,8 +632,8 @@ def _ball_spans(
         Number of intervals in `over` and in `behind`.
     """
     is_parallel = math.isinf(distance)
-    overs = NONE
-    hidden = NONE
+    overs = 0
+    hidden = 0
     for j in range(len(balls)):
         centre = (balls[j, 0], balls[j, 1], balls[j, 2])
         radius = balls[j, 3]
@@ -664,7 +664,7 @@ def _ball_spans(
 @njit(cache=True)
 def _clip_spans(spans: Floats, count: int, low: float, high: float, out: Floats) -> int:
     """Put what of intervals (R, 2) lies within low to high into `out` (R, 2); returns how many."""
-    found = NONE
+    found = 0
     for k in range(count):
         found = _put_span(out, found, max(spans[k, 0], low), min(spans[k, 1], high))
     return found
@@ -695,13 +695,13 @@ def lines_among_balls(ends: Floats, balls: Floats, distance: float) -> Floats:
     spans = np.empty((room, 2))
     visible = np.empty((2 * room + 2, 4))
     pieces = np.empty((4 * len(ends) + 64, 4))
-    found = NONE
+    found = 0
     for i in range(len(ends)):
         p = _triple(ends, i, 0)
         q = _triple(ends, i, 1)
         d = (q[0] - p[0], q[1] - p[1], q[2] - p[2])
         overs, hidden = _ball_spans(p, d, balls, distance, over, behind)
-        for k in range(_put_pieces(i, behind, hidden, 0.0, 1.0, visible, NONE)):
+        for k in range(_put_pieces(i, behind, hidden, 0.0, 1.0, visible, 0)):
             if visible[k, 3] == 1.0:
                 continue
             low = visible[k, 1]

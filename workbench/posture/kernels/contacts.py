@@ -15,10 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.body.kernels.forward import Chain, Skin, chain_transforms, place_spheres
-from workbench.compiled import njit
+from workbench.compiled import inlined, inner, njit
 from workbench.contact.kernels.field import Field, deepest, record_gap, square_bound
 from workbench.contact.kernels.heads import near_heads
-from workbench.contact.kernels.inner import inlined, inner
 from workbench.contact.kernels.inside import Shells
 from workbench.contact.kernels.wide import DEEP, EIGHT, near_boxes, point_lanes
 from workbench.geometry.lanes import first_bit

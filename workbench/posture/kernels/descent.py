@@ -14,7 +14,7 @@ import math
 
 import numpy as np
 
-from workbench.contact.kernels.inner import inlined, inner
+from workbench.compiled import inlined, inner
 from workbench.posture.kernels.limits import rooms
 from workbench.posture.kernels.linkage import move
 from workbench.posture.kernels.newton import HOLD, INSIDE, back, equations, go, multiply, newton

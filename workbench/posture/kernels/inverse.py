@@ -13,8 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.compiled import njit
-from workbench.contact.kernels.inner import inlined, inner
+from workbench.compiled import inlined, inner, njit
 from workbench.posture.kernels.descent import (
     LAST,
     REACHED,

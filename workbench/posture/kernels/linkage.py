@@ -14,8 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.compiled import njit
-from workbench.contact.kernels.inner import inlined
+from workbench.compiled import inlined, njit
 
 __all__ = ["Linkage", "State", "move", "new_state"]
 

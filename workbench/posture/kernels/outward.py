@@ -12,8 +12,7 @@ import math
 
 import numpy as np
 
-from workbench.compiled import njit
-from workbench.contact.kernels.inner import inner
+from workbench.compiled import inner, njit
 from workbench.posture.kernels.descent import (
     EASE,
     FORCE,
