@@ -12,7 +12,7 @@ from workbench.body.scaling.scale import morph_to
 from workbench.model.study import Study
 from workbench.study.accommodation.accommodation import population_question
 from workbench.study.accommodation.population_bodies import PopulationBodies, fit_population
-from workbench.study.positions import comfortable_situations, in_position
+from workbench.study.positions import comfortable_situations, in_positions
 from workbench.study.situation import Occupants
 
 __all__ = ["Crowd", "crowd_of"]
@@ -71,7 +71,7 @@ class Crowd:
         if position is None:
             return comfortable
         at = np.tile(np.asarray(position, dtype=float), (len(who), 1))
-        return [in_position(place, k, who, at, one) for k, one in enumerate(comfortable)]
+        return in_positions(place, who, at, comfortable)
 
     def seated(self, body, rows):
         """Some people as they sit in the first case."""

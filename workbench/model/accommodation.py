@@ -6,7 +6,9 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from workbench.model.arrays import Floats
+import numpy as np
+
+from workbench.model.arrays import Bools, Floats
 
 __all__ = [
     "MAP_POINTS",
@@ -18,6 +20,7 @@ __all__ = [
     "MapTask",
     "ReachMap",
     "Requirement",
+    "met_of",
 ]
 
 MAP_POINTS = 3, 20_000
@@ -25,6 +28,11 @@ MAP_POINTS = 3, 20_000
 MET = 1e-6
 """A margin [m] down to which a requirement counts as met: below what any length here is known
 to."""
+
+
+def met_of(margin: Floats) -> Bools:
+    """Whether margins [m] are met; what does not apply (NaN) is."""
+    return np.asarray(np.isnan(margin) | (margin >= -MET), dtype=np.bool_)
 
 
 @dataclass(frozen=True)

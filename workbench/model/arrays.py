@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from workbench.errors import InputError
 
-__all__ = ["ArrayKind", "Bools", "Floats", "Ints", "freeze_fields", "frozen"]
+__all__ = ["ArrayKind", "Bools", "Floats", "Ints", "freeze_fields", "frozen", "xyz"]
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -101,3 +101,9 @@ def _settled(array: NDArray[Any]) -> bool:
             return True
         at = at.base
     return isinstance(at, mmap.mmap)
+
+
+def xyz(vector: Floats) -> tuple[float, float, float]:
+    """A vector (3,) as three numbers."""
+    x, y, z = vector.tolist()
+    return x, y, z

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.errors import InputError
-from workbench.model.accommodation import MET
+from workbench.model.accommodation import met_of
 from workbench.model.arrays import Bools, Floats, Ints, frozen
 
 __all__ = ["Comparison", "Judged", "PairedShare"]
@@ -55,7 +55,7 @@ class Judged:
     @property
     def met(self) -> Bools:
         """(P, R) whether each person meets each requirement; what does not apply is met."""
-        return np.asarray(np.isnan(self.margin) | (self.margin >= -MET), dtype=np.bool_)
+        return met_of(self.margin)
 
     @property
     def served(self) -> Bools:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from workbench.model.accommodation import MET, Gain, GroupShare, ReachMap, Requirement
+from workbench.model.accommodation import Gain, GroupShare, ReachMap, Requirement, met_of
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.body import Body
 from workbench.model.environment import Environment
@@ -113,7 +113,7 @@ class PopulationFound:
     @property
     def met(self) -> Bools:
         """(P, R) whether each person meets each requirement; what does not apply is met."""
-        return np.asarray(np.isnan(self.margin) | (self.margin >= -MET), dtype=np.bool_)
+        return met_of(self.margin)
 
     @property
     def served(self) -> Bools:

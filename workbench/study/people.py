@@ -15,7 +15,7 @@ from workbench.model.arrays import Floats
 from workbench.model.contacts import Clearance
 from workbench.model.criterion import Criterion
 from workbench.model.environment import Environment
-from workbench.model.poses import Placed, Poses
+from workbench.model.poses import Poses
 from workbench.model.posing import join_poses
 from workbench.model.result import ControlReach, Finding, PersonFound, PosturesFound, Verdict
 from workbench.model.study import Role, Study
@@ -28,7 +28,7 @@ from workbench.study.envelope.envelope import envelopes
 from workbench.study.positions import (
     comfortable_situations,
     fitted_positions,
-    in_position,
+    in_positions,
 )
 from workbench.study.requirements import asked_of
 from workbench.study.seat_words import move_words, shortfalls
@@ -61,7 +61,7 @@ class Present:
     def beside(self) -> list[Beside]:
         """The people as somebody else finds them."""
         return [
-            Beside(role.name, placed_of(poses_of(mine), mine))
+            Beside(role.name, place(mine[0].body, poses_of(mine)))
             for role, mine in zip(self.roles, self.situations, strict=True)
         ]
 
@@ -110,10 +110,7 @@ def _take_place(
     words = move_words(comfortable[first], found.tried, found.comfortable[0])
     if not words:
         return comfortable, []
-    seat = found.tried.seat
-    cases = range(len(workplace.cases))
-    moved = [in_position(workplace, case, who, seat, comfortable[case]) for case in cases]
-    return moved, words
+    return in_positions(workplace, who, found.tried.seat, comfortable), words
 
 
 def poses_of(situations: Sequence[Situation]) -> Poses:
@@ -127,11 +124,6 @@ def poses_of(situations: Sequence[Situation]) -> Poses:
             poses = Poses(poses.rotations, reference, world)
         found.append(poses)
     return join_poses(found)
-
-
-def placed_of(poses: Poses, situations: Sequence[Situation]) -> Placed:
-    """(P,) one person in all cases, in the world."""
-    return place(situations[0].body, poses)
 
 
 def people_found(study: Study, there: Present) -> PosturesFound:
@@ -175,7 +167,7 @@ def people_found(study: Study, there: Present) -> PosturesFound:
 def _person(role: Role, situations: Sequence[Situation]) -> PersonFound:
     """What is measured of one person in all cases."""
     poses = poses_of(situations)
-    placed = placed_of(poses, situations)
+    placed = place(situations[0].body, poses)
     margins = stops(placed.body, poses)
     joints = range(len(placed.body.joints))
     seated = situations[0].seated

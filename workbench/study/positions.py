@@ -47,7 +47,7 @@ __all__ = [
     "Tried",
     "comfortable_situations",
     "fitted_positions",
-    "in_position",
+    "in_positions",
     "lattice",
     "tried",
 ]
@@ -104,19 +104,22 @@ def comfortable_situations(
     wanted = situated(place, first, who)
     at = position_of(wanted)
     return [
-        wanted if case == first else in_position(place, case, who, at, wanted)
+        wanted if case == first else replace(situated(place, case, who, at), spare=wanted.spare)
         for case in range(len(place.cases))
     ]
 
 
-def in_position(
-    place: Workplace, case: int, who: Occupants, positions: Floats, wanted: Situation
-) -> Situation:
-    """People in a case with their seats in positions (B, 2) [m].
+def in_positions(
+    place: Workplace, who: Occupants, positions: Floats, wanted: Sequence[Situation]
+) -> list[Situation]:
+    """People in each case with their seats in positions (B, 2) [m].
 
-    What is left of the travel stays as it is where the seat is `wanted`.
+    What is left of the travel stays as it is where the seat is `wanted`, case by case.
     """
-    return replace(situated(place, case, who, positions), spare=wanted.spare)
+    return [
+        replace(situated(place, case, who, positions), spare=there.spare)
+        for case, there in enumerate(wanted)
+    ]
 
 
 @dataclass(frozen=True, eq=False)
@@ -309,7 +312,8 @@ def _judge(search: _Search, people: Ints, positions: Floats) -> None:
     found = no_margins(len(people), search.asked)
     known = ~_movable(search.asked)
     found.margin[:, known] = best.tried.margin[np.ix_(people, np.flatnonzero(known))]
-    situations = _in_positions(search, people, positions)
+    wanted = [situation.rows(people) for situation in search.wanted]
+    situations = in_positions(search.place, search.who.rows(people), positions, wanted)
     left = np.arange(len(people))
     for stage in _stages(search.asked):
         if not stage.any():
@@ -325,15 +329,6 @@ def _judge(search: _Search, people: Ints, positions: Floats) -> None:
             return
     whole = Tried(found.margin, found.words, found.toward, position_of(situations[0]))
     _keep(search, people[left], whole.rows(left))
-
-
-def _in_positions(search: _Search, people: Ints, positions: Floats) -> list[Situation]:
-    """People (N,) of the search in each case, with their seats in positions (N, 2)."""
-    who = search.who.rows(people)
-    return [
-        in_position(search.place, case, who, positions, search.wanted[case].rows(people))
-        for case in range(len(search.place.cases))
-    ]
 
 
 def _stages(asked: Sequence[Asked]) -> list[Bools]:

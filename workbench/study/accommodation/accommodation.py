@@ -12,7 +12,7 @@ import numpy as np
 from workbench.body.pieces import piece_warnings
 from workbench.body.scaling.scale import morph_to
 from workbench.errors import InputError
-from workbench.model.accommodation import MET, GroupShare
+from workbench.model.accommodation import MET, GroupShare, met_of
 from workbench.model.arrays import Bools
 from workbench.model.body import Body
 from workbench.model.population import Population
@@ -85,7 +85,7 @@ def accommodation(
     bodies = fit_population(body, people, role.clothes, executor=executor, progress=say)
     chunks = result_chunks(question, bodies, keep=keep, say=say, executor=executor)
     found = joined_chunks(chunks)
-    met: Bools = np.asarray(np.isnan(found.margin) | (found.margin >= -MET))
+    met = met_of(found.margin)
     hardest = hardest_rows(found.margin)
     gains = gains_of(question, study.changes, bodies, found, keep=keep, say=say, executor=executor)
     maps = people_maps(question, study.reach_maps, bodies, say=say, executor=executor)

@@ -10,13 +10,13 @@ from pathlib import Path
 
 import numpy as np
 
-from workbench.model.accommodation import Change, Gain
+from workbench.model.accommodation import Change, Gain, met_of
 from workbench.model.arrays import Bools, Floats
 from workbench.model.workplace import Workplace
 from workbench.study.accommodation.changes import borne_by, changed
 from workbench.study.accommodation.chunks import Chunk, Question, joined_chunks, result_chunks
 from workbench.study.accommodation.population_bodies import PopulationBodies
-from workbench.study.accommodation.proposals import growth, met_of, proposals
+from workbench.study.accommodation.proposals import growth, proposals
 from workbench.study.accommodation.shares import share_single
 from workbench.study.checks.margins import Asked
 from workbench.study.positions import Before

@@ -9,7 +9,7 @@ import numpy as np
 
 from workbench.body.forward import place as place_body
 from workbench.model.accommodation import MET
-from workbench.model.arrays import Floats
+from workbench.model.arrays import Floats, xyz
 from workbench.model.body import Body
 from workbench.model.population_found import Shown
 from workbench.model.poses import Placed
@@ -20,7 +20,7 @@ from workbench.study.accommodation.population_bodies import PopulationBodies
 from workbench.study.checks.margins import Asked
 from workbench.study.checks.parts import nearest_pair
 from workbench.study.checks.seat_travel import worse_foot
-from workbench.study.positions import comfortable_situations, in_position
+from workbench.study.positions import comfortable_situations, in_positions
 from workbench.study.situation import (
     Occupants,
     Situation,
@@ -55,10 +55,7 @@ def found_situations(question: Question, body: Body, row: int, found: Chunk) -> 
     comfortable = comfortable_situations(place, who)
     if np.array_equal(found.seat[row], found.comfortable[row]):
         return comfortable
-    at = found.seat[row : row + 1]
-    return [
-        in_position(place, case, who, at, comfortable[case]) for case in range(len(place.cases))
-    ]
+    return in_positions(place, who, found.seat[row : row + 1], comfortable)
 
 
 def shown_people(
@@ -109,7 +106,7 @@ def _nearest(situation: Situation, one: Asked) -> _Look:
     if sphere < 0:
         return _Look(placed)
     segment = body.segment_names[int(body.sphere_segment[sphere])]
-    return _Look(placed, segment, _xyz(found.point[0, 0]), _xyz(placed.centres[0, sphere]))
+    return _Look(placed, segment, xyz(found.point[0, 0]), xyz(placed.centres[0, sphere]))
 
 
 def _eyes(situation: Situation) -> _Look:
@@ -117,7 +114,7 @@ def _eyes(situation: Situation) -> _Look:
     if situation.eyes is None or situation.seated is None:
         return _Look(situation.placed)
     point = situation.environment.points[situation.eyes]
-    return _Look(situation.placed, "eyes", point, _xyz(situation.seated.eye[0]))
+    return _Look(situation.placed, "eyes", point, xyz(situation.seated.eye[0]))
 
 
 def _foot(situation: Situation) -> _Look:
@@ -130,7 +127,7 @@ def _foot(situation: Situation) -> _Look:
     foot = worse_foot(seated)
     controls = {control.name: control for control in situation.environment.controls}
     tip = _tip(placed, limb(situation.body, foot, grip="ball"))
-    return _Look(placed, foot, controls[aims.controls[foot]].at, _xyz(tip))
+    return _Look(placed, foot, controls[aims.controls[foot]].at, xyz(tip))
 
 
 def _reaching(situation: Situation, one: Asked) -> _Look:
@@ -158,7 +155,7 @@ def _reaching(situation: Situation, one: Asked) -> _Look:
     _, name, best = min(tries, key=lambda entry: entry[:2])
     body = place_body(situation.body, best.poses)
     tip = _tip(body, limb(situation.body, name, grip=grip, zone=zone))
-    return _Look(body, name, one.control.at, _xyz(tip))
+    return _Look(body, name, one.control.at, xyz(tip))
 
 
 def _tip(placed: Placed, chain: Limb) -> Floats:
@@ -166,8 +163,3 @@ def _tip(placed: Placed, chain: Limb) -> Floats:
     world = placed.world_from_segment[0, chain.end]
     point: Floats = world[:, :3] @ chain.tip[0] + world[:, 3]
     return point
-
-
-def _xyz(point: Floats) -> tuple[float, float, float]:
-    x, y, z = (float(value) for value in point)
-    return x, y, z

@@ -12,8 +12,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from workbench.model.accommodation import MET, Change
-from workbench.model.arrays import Bools, Floats
+from workbench.model.accommodation import Change, met_of
+from workbench.model.arrays import Bools, Floats, xyz
 from workbench.model.workplace import Workplace
 from workbench.posture.seating.sides import leftward
 from workbench.study.accommodation.changes import moved_parts
@@ -21,7 +21,7 @@ from workbench.study.accommodation.chunks import Chunk, Question
 from workbench.study.accommodation.shares import left_out_alone, share_single
 from workbench.study.checks.view import TOO_LOW
 
-__all__ = ["MOST_MOVE", "growth", "met_of", "proposals", "shortest"]
+__all__ = ["MOST_MOVE", "growth", "proposals", "shortest"]
 
 MOST_MOVE = 0.1
 """The longest move [m] that is looked at."""
@@ -52,11 +52,6 @@ def proposals(question: Question, found: Chunk) -> Iterator[tuple[Change, int]]:
         if change is not None:
             tried.add(target)
             yield change, r
-
-
-def met_of(margin: Floats) -> Bools:
-    """Whether margins [m] are met; what does not apply is."""
-    return np.asarray(np.isnan(margin) | (margin >= -MET))
 
 
 def growth(question: Question, found: Chunk, change: Change, r: int) -> Floats:
@@ -118,7 +113,7 @@ def _moved(question: Question, found: Chunk, r: int) -> Change | None:
     ways = _ways(question.place)
     shares = np.stack(
         [
-            _shares_moved(question, found, Change("", control, parts, _xyz(axis)))
+            _shares_moved(question, found, Change("", control, parts, xyz(axis)))
             for axis in ways.values()
         ],
         axis=1,
@@ -130,7 +125,7 @@ def _moved(question: Question, found: Chunk, r: int) -> Change | None:
     move = float(_MOVES[m])
     name = control or one.requirement.target
     words = f"moving {name} {1000 * move:.0f} mm {word}"
-    return Change(words, control, parts, _xyz(move * ways[word]))
+    return Change(words, control, parts, xyz(move * ways[word]))
 
 
 def _ways(place: Workplace) -> dict[str, Floats]:
@@ -160,11 +155,6 @@ def _shares_moved(question: Question, found: Chunk, change: Change) -> Floats:
     ]
     share: Floats = np.array(shares) / weight.sum()
     return share
-
-
-def _xyz(vector: Floats) -> tuple[float, float, float]:
-    x, y, z = vector.tolist()
-    return x, y, z
 
 
 def _joint(met: Bools, weight: Floats) -> float:
