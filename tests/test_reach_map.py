@@ -99,7 +99,7 @@ def test_points_that_are_not_asked_about_are_as_if_they_had_been(board, people, 
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("workbench.study.reach_map.reach", counted)
-        found = who_reaches(bodies, poses, points, chain=("right hand", "push", 1))
+        found = who_reaches(bodies, poses, points, "right hand", grip="push", zone=1)
     arm = limb(bodies, "right hand", grip="push", zone=1)
     every = reach(bodies, poses, points, limb=arm).reached
     assert np.mean(found != every) <= 0.002

@@ -60,7 +60,7 @@ def episodes(
     who = found[1]
     allowed = allowed_depth(body, environment)[body.sphere_segment[who[:, 1]], who[:, 2]]
     none = np.full(len(who), -1)
-    return _named((body, environment), time, found, (allowed, who[:, 2], none, none))
+    return _named(body, environment, time, found, _Entered(allowed, who[:, 2], none, none))
 
 
 def self_episodes(
@@ -80,7 +80,7 @@ def self_episodes(
         return self_chase(_packed(body, motion, frames, window), tolerance)
 
     found = _found(rule, len(motion), (key, key), threads)
-    return _between_bodies((body, body), time, found, body.allowance[0])
+    return _between_bodies(body, body, time, found, body.allowance[0])
 
 
 def body_episodes(
@@ -102,7 +102,7 @@ def body_episodes(
 
     found = _found(rule, len(time), (key, other_key), threads)
     none = np.zeros((len(one[0].segments), len(other[0].segments)))
-    return _between_bodies((one[0], other[0]), time, found, none)
+    return _between_bodies(one[0], other[0], time, found, none)
 
 
 Found = tuple[Floats, Ints, Floats]
@@ -217,37 +217,48 @@ def _merged(key: Ints, begin: Floats, end: Floats) -> tuple[Ints, Floats, Floats
 
 
 def _between_bodies(
-    bodies: tuple[Body, Body], time: Floats, found: Found, allowed: Floats
+    body: Body, other: Body, time: Floats, found: Found, allowed: Floats
 ) -> Episodes:
     who = found[1]
-    one = bodies[0].sphere_segment[who[:, 1]]
-    other = bodies[1].sphere_segment[who[:, 2]]
-    part = np.full(len(who), -1)
-    return _named(bodies, time, found, (allowed[one, other], part, other, who[:, 2]))
+    mine = body.sphere_segment[who[:, 1]]
+    theirs = other.sphere_segment[who[:, 2]]
+    no_part = np.full(len(who), -1)
+    entered = _Entered(allowed[mine, theirs], no_part, theirs, who[:, 2])
+    return _named(body, other, time, found, entered)
+
+
+class _Entered(NamedTuple):
+    """What E spells of contact are with: the depth (E,) [m] that is allowed there; the part (E,) of
+    an environment, or the segment (E,) and sphere (E,) of a body, -1 where it is not that."""
+
+    allowed: Floats
+    part: Ints
+    segment: Ints
+    sphere: Ints
 
 
 def _named(
-    bodies: tuple[Body, Body | Environment],
+    body: Body,
+    other: Body | Environment,
     time: Floats,
     found: Found,
-    other: tuple[Floats, Ints, Ints, Ints],
+    entered: _Entered,
 ) -> Episodes:
     when, who, distance = found
     at = np.interp(when, np.arange(len(time)), time)
-    allowed, part, other_segment, other_sphere = other
     return Episodes(
-        body=bodies[0],
-        other=bodies[1],
+        body=body,
+        other=other,
         span=(float(time[0]), float(time[-1])),
         enter=at[:, 0],
         deepest=at[:, 1],
         leave=at[:, 2],
         distance=distance,
-        allowed=allowed,
-        segment=bodies[0].sphere_segment[who[:, 1]],
+        allowed=entered.allowed,
+        segment=body.sphere_segment[who[:, 1]],
         sphere=who[:, 1],
-        part=part,
-        other_segment=other_segment,
-        other_sphere=other_sphere,
+        part=entered.part,
+        other_segment=entered.segment,
+        other_sphere=entered.sphere,
         frame=np.floor(when[:, 1]).astype(np.int64),
     )

@@ -148,14 +148,13 @@ def centres_at(mover: Mover, pair: Ints, sphere: Ints, time: Floats) -> Floats:
         )
         shown = np.zeros(len(mover.body.segments), dtype=np.bool_)
         shown[mover.levers.segment[sphere[rows[mine]]]] = True
-        centres = _placed_between(mover, (p[some], t[some]), shown)
+        centres = _placed_between(mover, p[some], t[some], shown)
         out[rows[mine]] = centres[at[mine] - begin, sphere[rows[mine]]]
     return out
 
 
-def _placed_between(mover: Mover, when: tuple[Ints, Floats], shown: Bools) -> Floats:
+def _placed_between(mover: Mover, pair: Ints, time: Floats, shown: Bools) -> Floats:
     """(U, S, 3) the spheres of the segments shown (N,) at times (U,) of pairs (U,)."""
-    pair, time = when
     body = mover.body
     joints = len(mover.body.joints)
     turned = np.empty((len(pair), joints + 1, 4))

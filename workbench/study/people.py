@@ -80,8 +80,9 @@ def present_people(study: Study) -> Present:
         if role.population is not None:
             continue
         before = Present(environment, tuple(roles), tuple(map(tuple, seated)), ())
+        beside = before.beside() if _minds_others(study, role) else []
         who, notes = occupant(role, row)
-        workplace = workplace_of(study, row, environment, before.beside())
+        workplace = workplace_of(study, row, environment, beside)
         found, moves = _take_place(workplace, who, role)
         environment = seats_moved(workplace, found[0])
         roles.append(role)
@@ -93,6 +94,14 @@ def present_people(study: Study) -> Present:
     )
     words += [line for mine in done for situation in mine for line in shortfalls(situation)]
     return Present(environment, tuple(roles), done, tuple(words))
+
+
+def _minds_others(study: Study, role: Role) -> bool:
+    """Whether a role is to keep apart from others."""
+    return any(
+        criterion.check == "between_people" and role.name in criterion.people
+        for criterion in study.criteria
+    )
 
 
 def _take_place(

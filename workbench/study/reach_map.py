@@ -75,7 +75,7 @@ def reach_map(
     reached = np.zeros((len(poses), len(point)), dtype=np.bool_)
     for name in names:
         reached |= who_reaches(
-            people, poses, point, chain=(name, grip, zone), settled=reached, threads=threads
+            people, poses, point, name, grip=grip, zone=zone, settled=reached, threads=threads
         )
     task = MapTask(part, grip, zone, hand or "either", points)
     return ReachMap(task, point, normal, _flat(point, normal), weight @ reached / weight.sum())
@@ -85,21 +85,22 @@ def who_reaches(
     body: Body,
     poses: Poses,
     points: Floats,
+    name: str,
     *,
-    chain: tuple[str, str, int],
+    grip: str,
+    zone: int,
     settled: Bools | None = None,
     threads: int | None = None,
 ) -> Bools:
-    """(B, M) who reaches which of the points (M, 3) [m] with a limb (name, grip, zone); what is
+    """(B, M) who reaches which of the points (M, 3) [m] with a limb `name`; what is
     settled (B, M) already is not asked again, and counts as reached."""
     reached = (
         np.zeros((len(poses), len(points)), dtype=np.bool_) if settled is None else settled.copy()
     )
     order, far = from_coarse_to_fine(points)
-    for at in groups(body, poses, points, chain[0]):
+    for at in groups(body, poses, points, name):
         own = Poses(poses.rotations[at], poses.reference, poses.world_from_reference[at])
         some = body[at]
-        name, grip, zone = chain
         arm = limb(some, name, grip=grip, zone=zone)
 
         def ask(rows: Ints, some: Body = some, own: Poses = own, arm: Limb = arm) -> Bools:

@@ -24,7 +24,7 @@ from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.content import content_key
 from workbench.model.population import Population
 from workbench.model.workplace import Workplace
-from workbench.study.accommodation.population_bodies import Family, PopulationBodies
+from workbench.study.accommodation.population_bodies import BareRows, Family, PopulationBodies
 from workbench.study.checks.margins import Asked
 from workbench.study.executors import Shared, completed
 from workbench.study.positions import (
@@ -251,7 +251,7 @@ def _places(
 def _evaluate_chunk(
     task: Shared[_Task],
     numbers: Ints,
-    rows: tuple[Ints, dict[str, Floats]],
+    rows: BareRows,
     taken: tuple[Taken, ...] | None,
 ) -> tuple[Chunk, tuple[Taken, ...] | None]:
     """Answer the question for some people.
@@ -261,7 +261,7 @@ def _evaluate_chunk(
     numbers
         (B,) numbers of the people in the population.
     rows
-        Their sex and fitted fields, as `PopulationBodies.rows` gives them.
+        Their bare bodies, as `PopulationBodies.rows` gives them.
     taken
         The places they have taken, case by case; None where these are not known yet.
 
@@ -272,7 +272,7 @@ def _evaluate_chunk(
     """
     question = task.value.question
     place = question.place
-    who = Occupants(task.value.family.body(*rows), question.people, numbers)
+    who = Occupants(task.value.family.body(rows), question.people, numbers)
     situations = comfortable_situations(place, who, taken or ())
     before = question.before.rows(numbers) if question.before is not None else None
     fitted = fitted_positions(place, question.asked, question.members, who, situations, before)
@@ -306,11 +306,9 @@ def taken_places(
     return [bodies.seats[key] for key in keys]
 
 
-def _take_chunk(
-    task: Shared[_Task], numbers: Ints, rows: tuple[Ints, dict[str, Floats]]
-) -> tuple[Taken, ...]:
+def _take_chunk(task: Shared[_Task], numbers: Ints, rows: BareRows) -> tuple[Taken, ...]:
     question = task.value.question
-    who = Occupants(task.value.family.body(*rows), question.people, numbers)
+    who = Occupants(task.value.family.body(rows), question.people, numbers)
     situations = comfortable_situations(question.place, who)
     return tuple(situation.taken for situation in situations)
 

@@ -85,8 +85,8 @@ def reached_weight(
 ) -> Floats:
     """(M,) the weight (B,) of those of some people who reach each point with any of the limbs."""
     reached = np.zeros((len(body), len(points)), dtype=np.bool_)
-    for limb in limbs:
-        reached = who_reaches(body, poses, points, chain=limb, settled=reached)
+    for name, grip, zone in limbs:
+        reached = who_reaches(body, poses, points, name, grip=grip, zone=zone, settled=reached)
     found: Floats = weight @ reached
     return found
 

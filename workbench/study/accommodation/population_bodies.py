@@ -37,6 +37,7 @@ from workbench.study.situation import Taken
 __all__ = [
     "CHUNK_SIZE",
     "EXACT_MEASURES",
+    "BareRows",
     "Family",
     "FittedChunk",
     "PopulationBodies",
@@ -99,6 +100,14 @@ class FittedChunk(NamedTuple):
     notes: list[str]
 
 
+class BareRows(NamedTuple):
+    """What tells the bare bodies of B people apart: their sex (B,), an index into SEXES, and the
+    FITTED_FIELDS by name, each (B, ...)."""
+
+    sex: Ints
+    fields: Mapping[str, Floats]
+
+
 @dataclass(frozen=True, eq=False)
 class Family:
     """What the bodies of a population share: a template with a row for each sex, and clothes."""
@@ -106,10 +115,11 @@ class Family:
     template: Body
     encumbrances: tuple[Encumbrance, ...] = ()
 
-    def body(self, sex: Ints, fields: Mapping[str, Floats]) -> Body:
-        """Return dressed bodies, a row each, from their sex (B,) and FITTED_FIELDS (B, ...)."""
+    def body(self, bare_rows: BareRows) -> Body:
+        """Return dressed bodies, a row for each row of bare bodies."""
+        fields = bare_rows.fields
         rows = {
-            name: fields[name] if name in fields else getattr(self.template, name)[sex]
+            name: fields[name] if name in fields else getattr(self.template, name)[bare_rows.sex]
             for name in ROW_FIELDS
         }
         bare = body_of_rows(self.template, rows)
@@ -137,11 +147,12 @@ class PopulationBodies:
     def __getitem__(self, people: int | slice | Ints) -> Body:
         if isinstance(people, (int, np.integer)):
             people = np.array([people])
-        return self.family.body(*self.rows(people))
+        return self.family.body(self.rows(people))
 
-    def rows(self, people: slice | Ints) -> tuple[Ints, dict[str, Floats]]:
-        """Return the sex and the fitted fields of some people, as `Family.body` takes them."""
-        return self.sex[people], {name: rows[people] for name, rows in self.fields.items()}
+    def rows(self, people: slice | Ints) -> BareRows:
+        """Return the bare bodies of some people."""
+        fields = {name: rows[people] for name, rows in self.fields.items()}
+        return BareRows(self.sex[people], fields)
 
     @property
     def chunks(self) -> list[slice]:
