@@ -126,6 +126,43 @@ def test_a_seat_is_in_metres_and_radians_and_its_patterns_are_names(tmp_path):
     assert seat.back.segments == ("all",) and seat.cushion.depth == pytest.approx(0.02)
 
 
+def allowed(environment) -> list[tuple[str, tuple[str, ...], float]]:
+    return [(environment.parts[a.part], a.segments, a.depth) for a in environment.allowances]
+
+
+def test_a_grip_enters_the_part_of_its_control_by_what_it_does(tmp_path):
+    text = (
+        "controls:\n"
+        "  lever: {at: [0, 0, 450], grip: grasp, zone: 1, part: pan}\n"
+        "  pedal: {at: [0, 0, 450], grip: foot, zone: 1, part: pan}\n"
+        "  button: {at: [0, 0, 2250], grip: push, zone: 1, part: sheet}\n"
+        "  free: {at: [0, 0, 450], grip: grasp, zone: 1}\n"
+    )
+    assert allowed(load_environment(cab(tmp_path, text))) == [
+        ("pan", ("LHN", "RHN"), 0.03),
+        ("pan", ("LF", "RF"), 0.025),
+        ("sheet", ("LHN", "RHN"), 0.015),
+    ]
+
+
+def test_a_rule_for_hands_takes_the_place_of_what_a_grip_does(tmp_path):
+    text = (
+        "parts: {pan: {allow: [{segments: [RHN], depth: 5}]}}\n"
+        "controls:\n"
+        "  lever: {at: [0, 0, 450], grip: grasp, zone: 1, part: pan}\n"
+        "  pedal: {at: [0, 0, 450], grip: foot, zone: 1, part: pan}\n"
+    )
+    assert allowed(load_environment(cab(tmp_path, text))) == [
+        ("pan", ("RHN",), 0.005),
+        ("pan", ("LF", "RF"), 0.025),
+    ]
+
+
+def test_a_hand_may_not_enter_a_panel_that_a_control_is_on(tmp_path):
+    text = "controls:\n  lever: {at: [0, 0, 50], grip: grasp, zone: 1, part: floor}\n"
+    assert allowed(load_environment(cab(tmp_path, text))) == []
+
+
 def test_points_and_controls_are_there(tmp_path):
     text = "points: {eye: [0, 0, 1200]}\ncontrols:\n  lever: {at: [300, 0, 700], grip: grasp, zone: 2, part: pan}\n"
     environment = load_environment(cab(tmp_path, text))

@@ -50,6 +50,14 @@ _SEAT_AWAY = 0.3
 cushions are 0.1 m thick and their backs stand up to 0.2 m behind them."""
 _SEAT_NEAR = 0.1
 """A unit explains it where the reference point would be this near [m]."""
+_GRIPPED = {"push": 0.015, "pinch": 0.015, "grasp": 0.03, "foot": 0.025}
+"""How deep [m] the sphere hand or foot may be in what it grips, without another rule: flesh gives
+way, and the bent fingers of a fist are not in the body's hand. Assumed by this project: a grasp
+takes up the thickness of a palm, a pinch or a push that of a finger, a foot that of a sole."""
+_GRIPPERS = {"hand": ("LHN", "RHN"), "foot": ("LF", "RF")}
+_GRIPPABLE = 0.6
+"""A part that is larger [m] than this is no handle, knob, wheel or pedal: a control on it is on a
+panel, which a hand may not enter wherever it likes."""
 _SMALL = 0.005
 """One of several meshes of an environment may be this small [m]; the whole may not."""
 
@@ -261,7 +269,11 @@ def _complete(
         description=file.description,
         hidden=np.array([rule.hidden for rule in rules], dtype=np.bool_),
         see_through=np.array([rule.see_through for rule in rules], dtype=np.bool_),
-        allowances=(*_allowances(rules), *_resting(file, environment.parts)),
+        allowances=(
+            *_allowances(rules),
+            *_resting(file, environment.parts),
+            *_gripped(environment, file, rules),
+        ),
         seats=tuple(_seat(name, seat, environment.parts) for name, seat in file.seats.items()),
         points=dict(file.points),
         controls=tuple(Control(name, c.at, c.grip, c.zone, c.part) for name, c in controls),
@@ -277,10 +289,7 @@ def _seats_away(environment: Environment, file: EnvironmentFile) -> Iterator[str
     """
     still = not any(any(mesh.move) for mesh in file.meshes)
     for name, seat in file.seats.items():
-        polygons = environment.polygons(environment.part(seat.cushion.part))
-        first, last = environment.triangle_start[[polygons.start, polygons.stop]]
-        corners = environment.vertices[environment.triangles[first:last].ravel()]
-        box = np.array([corners.min(axis=0), corners.max(axis=0)])
+        box = _box(environment, seat.cushion.part)
         gap = _gap(box, seat.srp)
         if gap > _SEAT_AWAY:
             hint = ": a wrong unit of length, or a wrong place?"
@@ -322,6 +331,30 @@ def _resting(file: EnvironmentFile, parts: tuple[str, ...]) -> Iterator[Allowanc
     for seat in file.seats.values():
         for rest in (seat.cushion, seat.back):
             yield Allowance(parts.index(rest.part), _segments(rest.segments), rest.depth + _UNEVEN)
+
+
+def _gripped(
+    environment: Environment, file: EnvironmentFile, rules: list[PartFile]
+) -> Iterator[Allowance]:
+    """Who uses a control enters its own part by what the grip does, where the part has no rule for
+    hands or feet."""
+    for control in file.controls.values():
+        if not control.part:
+            continue
+        part = environment.part(control.part)
+        segments = _GRIPPERS["foot" if control.grip == "foot" else "hand"]
+        ruled = {name for allow in rules[part].allow for name in _segments(allow.segments)}
+        small = np.ptp(_box(environment, control.part), axis=0).max() <= _GRIPPABLE
+        if small and not ruled.intersection((*segments, "all")):
+            yield Allowance(part, segments, _GRIPPED[control.grip])
+
+
+def _box(environment: Environment, part: str) -> Floats:
+    """(2, 3) [m] the corners of the box about a part."""
+    polygons = environment.polygons(environment.part(part))
+    first, last = environment.triangle_start[[polygons.start, polygons.stop]]
+    corners = environment.vertices[environment.triangles[first:last].ravel()]
+    return np.array([corners.min(axis=0), corners.max(axis=0)])
 
 
 def _segments(given: str | list[str]) -> tuple[str, ...]:
