@@ -12,6 +12,7 @@ import numpy as np
 
 from workbench.errors import InputError, one_of
 from workbench.files.catalogue import find
+from workbench.files.environment_doubts import environment_doubts, part_box
 from workbench.files.environment_schema import (
     EnvironmentFile,
     MeshFile,
@@ -34,7 +35,7 @@ from workbench.files.meshes.reading import (
 )
 from workbench.files.meshes.scene import mesh_of_scene
 from workbench.files.meshes.sizes import implausible_sizes
-from workbench.files.schema import fail, metres_in, validate
+from workbench.files.schema import fail, validate
 from workbench.files.yaml_text import Document, read_yaml
 from workbench.model.arrays import Floats
 from workbench.model.environment import Allowance, Control, Environment, Rest, Seat
@@ -45,11 +46,6 @@ __all__ = ["environment_files", "environment_from_mesh", "load_environment"]
 _INNER = "environment.yaml"
 _UNEVEN = 0.001
 """Slack [m] on the depth a sitter sinks in: no cushion in a mesh is quite flat."""
-_SEAT_AWAY = 0.3
-"""A seat reference point farther [m] than this from the box of its cushion is not that seat's:
-cushions are 0.1 m thick and their backs stand up to 0.2 m behind them."""
-_SEAT_NEAR = 0.1
-"""A unit explains it where the reference point would be this near [m]."""
 _GRIPPED = {"push": 0.015, "pinch": 0.015, "grasp": 0.03, "foot": 0.025}
 """How deep [m] the sphere hand or foot may be in what it grips, without another rule: flesh gives
 way, and the bent fingers of a fist are not in the body's hand. Assumed by this project: a grasp
@@ -264,7 +260,7 @@ def _complete(
     rules: of each part; notes: sentences about the meshes.
     """
     controls = file.controls.items()
-    return replace(
+    complete = replace(
         environment,
         description=file.description,
         hidden=np.array([rule.hidden for rule in rules], dtype=np.bool_),
@@ -277,46 +273,9 @@ def _complete(
         seats=tuple(_seat(name, seat, environment.parts) for name, seat in file.seats.items()),
         points=dict(file.points),
         controls=tuple(Control(name, c.at, c.grip, c.zone, c.part) for name, c in controls),
-        warnings=(*notes, *_seats_away(environment, file), *environment.warnings),
     )
-
-
-def _seats_away(environment: Environment, file: EnvironmentFile) -> Iterator[str]:
-    """A sentence for each seat whose reference point is not at its cushion, with the mistaken unit
-    that explains it.
-
-    A person is seated by the numbers of the YAML file, and must meet the mesh there.
-    """
-    still = not any(any(mesh.move) for mesh in file.meshes)
-    for name, seat in file.seats.items():
-        box = _box(environment, seat.cushion.part)
-        gap = _gap(box, seat.srp)
-        if gap > _SEAT_AWAY:
-            hint = ": a wrong unit of length, or a wrong place?"
-            if still and (units := _mistaken_units(box, seat.srp)):
-                used, right = units
-                hint = f": the mesh would be there if its unit were {right} where {used} is taken"
-            yield (
-                f"seat {name!r}: its reference point is {gap:.3g} m away from its cushion "
-                f"{seat.cushion.part!r}{hint}"
-            )
-
-
-def _mistaken_units(box: Floats, point: Iterable[float]) -> tuple[str, str] | None:
-    """The unit that was taken for a box (2, 3) [m], and the one in which it would be at a point;
-    None where there is no such unit."""
-    at = tuple(point)
-    for used, taken in metres_in.items():
-        for right, metres in metres_in.items():
-            if used != right and _gap(box * metres / taken, at) <= _SEAT_NEAR:
-                return used, right
-    return None
-
-
-def _gap(box: Floats, point: Iterable[float]) -> float:
-    """Distance [m] of a point to a box (2, 3)."""
-    at = np.array(tuple(point))
-    return float(np.linalg.norm(np.maximum(np.maximum(box[0] - at, at - box[1]), 0.0)))
+    doubts = environment_doubts(complete, moved=any(any(mesh.move) for mesh in file.meshes))
+    return replace(complete, warnings=(*notes, *doubts, *environment.warnings))
 
 
 def _allowances(rules: list[PartFile]) -> Iterator[Allowance]:
@@ -344,17 +303,9 @@ def _gripped(
         part = environment.part(control.part)
         segments = _GRIPPERS["foot" if control.grip == "foot" else "hand"]
         ruled = {name for allow in rules[part].allow for name in _segments(allow.segments)}
-        small = np.ptp(_box(environment, control.part), axis=0).max() <= _GRIPPABLE
+        small = np.ptp(part_box(environment, control.part), axis=0).max() <= _GRIPPABLE
         if small and not ruled.intersection((*segments, "all")):
             yield Allowance(part, segments, _GRIPPED[control.grip])
-
-
-def _box(environment: Environment, part: str) -> Floats:
-    """(2, 3) [m] the corners of the box about a part."""
-    polygons = environment.polygons(environment.part(part))
-    first, last = environment.triangle_start[[polygons.start, polygons.stop]]
-    corners = environment.vertices[environment.triangles[first:last].ravel()]
-    return np.array([corners.min(axis=0), corners.max(axis=0)])
 
 
 def _segments(given: str | list[str]) -> tuple[str, ...]:

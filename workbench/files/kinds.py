@@ -13,6 +13,7 @@ from workbench.files.body.encumbrances import EncumbranceFile, load_encumbrance
 from workbench.files.body.schema import BodyFile
 from workbench.files.crash.simulation_schema import SimulationFile
 from workbench.files.crash.simulations import load_simulation
+from workbench.files.environment_doubts import unknown_segments
 from workbench.files.environment_schema import EnvironmentFile
 from workbench.files.environments import load_environment
 from workbench.files.growth import GrowthFile, load_growth
@@ -105,7 +106,9 @@ def check_file(path: Path) -> list[str]:
             load_postures(postures, body)
         return []
     if kind == "environment":
-        return list(load_environment(path).warnings)
+        environment = load_environment(path)
+        human = load_body("adult_male").segments
+        return [*environment.warnings, *unknown_segments(environment, human)]
     if kind == "postures":
         validate(read_yaml(path), PosturesFile)
         return []

@@ -18,6 +18,7 @@ from workbench.files.study.actions import (
     with_postures,
 )
 from workbench.files.study.criteria import Known, criteria_of, visible_parts
+from workbench.files.study.doubts import study_doubts
 from workbench.files.study.limits import limit_faults
 from workbench.files.study.parts import read_parts
 from workbench.files.study.roles import LoadedRole, load_roles, place_faults
@@ -422,7 +423,7 @@ def _study(
         compare=_compared(work, file),
         signals=_signals(file, known),
         contact_forces=_forces(file, known),
-        warnings=room.warnings,
+        warnings=(*room.warnings, *study_doubts(room, known.roles, actions)),
     )
 
 

@@ -1,0 +1,113 @@
+"""What is probably a mistake is said before anything runs: places and lengths that do not fit."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import pytest
+
+from tests.conftest import ROOT
+from workbench.files.kinds import check_file
+
+EYE = "left_design_eye: [20, 280, 1053]"
+HEEL = "left_heel: [786, 280, 0]"
+FLAPS = "flaps: {at: [213, 22, 366], grip: grasp, zone: 2, part: flap_lever}"
+TRAVEL = "travel: {forward: [-90, 90], up: [-20, 60]}"
+PAN = "left_seat_pan: {allow: [{segments: [LT, LUL, RUL], depth: 45}]}"
+
+
+def trainer(folder: Path, old: str, new: str) -> Path:
+    """A copy of the trainer in which one place of the file is another; its study."""
+    copy = folder / "environments" / "trainer"
+    shutil.copytree(ROOT / "environments" / "trainer", copy)
+    text = (copy / "environment.yaml").read_text()
+    assert old in text
+    (copy / "environment.yaml").write_text(text.replace(old, new, 1))
+    (folder / "studies").mkdir()
+    study = folder / "studies" / "study.yaml"
+    source = (ROOT / "studies" / "trainer_accommodation.yaml").read_text()
+    study.write_text(source.replace("environment: trainer", f"environment: {copy}"))
+    return study
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        (
+            FLAPS,
+            FLAPS.replace("213", "533"),
+            "control 'flaps' is 262 mm away from its part 'flap_lever'",
+        ),
+        (
+            FLAPS,
+            FLAPS.replace("[213, 22, 366]", "[0.213, 0.022, 0.366]"),
+            "control 'flaps' is 263 mm away from its part 'flap_lever': it would be there if its "
+            "numbers were 1000 times as large",
+        ),
+        (
+            EYE,
+            "left_design_eye: [740, 280, 1053]",
+            "point 'left_design_eye' is 344 mm ahead of where the eyes of anybody in seat 'left' "
+            "can be",
+        ),
+        (
+            EYE,
+            "left_design_eye: [20, 280, 1650]",
+            "point 'left_design_eye' is 310 mm above where the eyes of anybody in seat 'left' "
+            "can be",
+        ),
+        (
+            EYE,
+            "left_design_eye: [20, -280, 1053]",
+            "point 'left_design_eye' is 310 mm to the right of where the eyes of anybody in seat "
+            "'left' can be",
+        ),
+        (
+            HEEL,
+            "left_heel: [786, 280, -52]",
+            "point 'left_heel', where the heels stand, is 52 mm under the nearest surface, 'floor'",
+        ),
+        (
+            HEEL,
+            "left_heel: [9000, 280, 0]",
+            "point 'left_heel': there is no floor under or over it for the heels",
+        ),
+        (
+            TRAVEL,
+            "travel: {forward: [-0.09, 0.09], up: [-20, 60]}",
+            "seat 'left': its travel forward is 0.18 mm long: a wrong unit of length?",
+        ),
+        (
+            PAN,
+            PAN.replace("45", "0.045"),
+            "part 'left_seat_pan': contact is allowed down to 0.045 mm: a wrong unit of length?",
+        ),
+        (
+            PAN,
+            PAN.replace("LUL", "LTH"),
+            "part 'left_seat_pan': contact is allowed to 'LTH', which is no segment of a body",
+        ),
+        (
+            "cushion: {part: left_seat_pan, segments: [LT]",
+            "cushion: {part: left_seat_pan, segments: [LTO]",
+            "seat 'left': 'LTO' rests on its cushion, which is no segment of a body",
+        ),
+    ],
+)
+def test_a_place_that_nobody_means_is_said_with_its_distance(tmp_path, old, new, words):
+    study = trainer(tmp_path, old, new)
+    assert [line for line in check_file(study) if line.startswith(words)], check_file(study)
+
+
+def test_a_mesh_in_feet_that_is_read_as_metres_has_seats_for_giants(tmp_path):
+    study = trainer(tmp_path, "{file: trainer.obj, length: m,", "{file: trainer.obj, length: ft,")
+    lines = check_file(study)
+    assert any("'left_seat_pan' is 0.14" in line for line in lines), lines
+
+
+def test_the_environments_and_studies_of_the_catalogue_have_no_doubts():
+    for path in sorted((ROOT / "studies").glob("*.yaml")):
+        assert check_file(path) == [], path
+    for path in sorted((ROOT / "environments").glob("*/environment.yaml")):
+        assert check_file(path) == [], path

@@ -1,0 +1,196 @@
+"""What of an environment is probably a mistake: seats, controls and rules that do not fit the mesh.
+
+Nothing of it is an error: an environment may be odd on purpose. Each sentence gives the distance,
+and the unit of length that would explain it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+
+import numpy as np
+from trimesh.triangles import closest_point
+
+from workbench.errors import one_of
+from workbench.files.schema import metres_in
+from workbench.geometry.polygon import point_winding
+from workbench.model.arrays import Floats
+from workbench.model.environment import Environment, Seat
+
+__all__ = ["environment_doubts", "part_box", "unknown_segments"]
+
+_SEAT_AWAY = 0.3
+"""A seat reference point farther [m] than this from the box of its cushion is not that seat's:
+cushions are 0.1 m thick and their backs stand up to 0.2 m behind them."""
+_NEAR = 0.1
+"""A unit explains a place where it would be this near [m] to what it belongs to."""
+_CONTROL_AWAY = 0.06
+"""A control farther [m] than this from its part is not on it: a fist is 0.1 m thick, and its grip
+centre may lie beside the part that it closes about."""
+_CUSHION = (0.2, 1.0)
+"""Least and greatest depth [m] of what is sat on, its smaller extent from above: of a child's seat,
+of a lounge with its back."""
+_SHORT = 0.0002
+"""A travel or a depth that is shorter [m] than this, and not 0, was typed in another unit."""
+
+
+def environment_doubts(environment: Environment, *, moved: bool) -> list[str]:
+    """Return a sentence for each thing that is probably a mistake.
+
+    Parameters
+    ----------
+    environment
+        Complete, with seats, controls and rules.
+    moved
+        Whether meshes are moved to their places, so that no unit of length explains a distance.
+    """
+    return [
+        *_seats_away(environment, moved),
+        *_cushion_sizes(environment),
+        *_short_lengths(environment),
+        *_controls_away(environment),
+    ]
+
+
+def unknown_segments(environment: Environment, segments: Iterable[str]) -> list[str]:
+    """Return a sentence for each rule about a segment that none of some bodies has.
+
+    segments: those of the bodies. What no body has is allowed to nobody.
+    """
+    known = list(dict.fromkeys(segments))
+    doubts = []
+    for rule in environment.allowances:
+        for name in rule.segments:
+            if name not in known and name != "all":
+                doubts.append(
+                    f"part {environment.parts[rule.part]!r}: contact is allowed to {name!r}, which "
+                    f"is no segment of a body; {one_of(name, known)}"
+                )
+    for seat in environment.seats:
+        doubts += _unknown_rests(seat, known)
+    return list(dict.fromkeys(doubts))
+
+
+def _unknown_rests(seat: Seat, known: Sequence[str]) -> Iterator[str]:
+    """What rests on a seat and is no segment."""
+    for what, rest in (("cushion", seat.cushion), ("back", seat.back)):
+        for name in rest.segments:
+            if name not in known and name != "all":
+                yield (
+                    f"seat {seat.name!r}: {name!r} rests on its {what}, which is no segment of a "
+                    f"body; {one_of(name, known)}"
+                )
+
+
+def part_box(environment: Environment, part: str) -> Floats:
+    """Return the box (2, 3) [m] of a part: its least and its greatest corner."""
+    corners = _triangles(environment, part).reshape(-1, 3)
+    return np.array([corners.min(axis=0), corners.max(axis=0)])
+
+
+def _triangles(environment: Environment, part: str) -> Floats:
+    """(T, 3, 3) [m] the triangles of a part."""
+    polygons = environment.polygons(environment.part(part))
+    first, last = environment.triangle_start[[polygons.start, polygons.stop]]
+    corners: Floats = environment.vertices[environment.triangles[first:last]]
+    return corners
+
+
+def _seats_away(environment: Environment, moved: bool) -> Iterator[str]:
+    """Seats whose reference point is not at their cushion: a person is seated by the numbers of the
+    YAML file, and must meet the mesh there."""
+    for seat in environment.seats:
+        box = part_box(environment, seat.cushion.part)
+        gap = _gap(box, seat.srp)
+        if gap > _SEAT_AWAY:
+            hint = ": a wrong unit of length, or a wrong place?"
+            if not moved and (units := _mistaken_units(box, seat.srp)):
+                used, right = units
+                hint = f": the mesh would be there if its unit were {right} where {used} is taken"
+            yield (
+                f"seat {seat.name!r}: its reference point is {gap:.3g} m away from its cushion "
+                f"{seat.cushion.part!r}{hint}"
+            )
+
+
+def _cushion_sizes(environment: Environment) -> Iterator[str]:
+    """Cushions that nobody can sit on."""
+    for seat in environment.seats:
+        depth = np.ptp(part_box(environment, seat.cushion.part), axis=0)[:2].min()
+        least, greatest = _CUSHION
+        if not least <= depth <= greatest:
+            yield (
+                f"seat {seat.name!r}: its cushion {seat.cushion.part!r} is {depth:.3g} m deep, and "
+                f"{least:g} to {greatest:g} m is plausible: a wrong unit of length, or another "
+                f"part?"
+            )
+
+
+def _short_lengths(environment: Environment) -> Iterator[str]:
+    """Lengths that were typed in metres where millimetres are meant."""
+    for seat in environment.seats:
+        for name, ends in (("forward", seat.travel_forward), ("up", seat.travel_up)):
+            if 0 < ends[1] - ends[0] < _SHORT:
+                yield (
+                    f"seat {seat.name!r}: its travel {name} is {1e3 * (ends[1] - ends[0]):.2g} mm "
+                    f"long: a wrong unit of length?"
+                )
+    for rule in environment.allowances:
+        if 0 < rule.depth < _SHORT:
+            yield (
+                f"part {environment.parts[rule.part]!r}: contact is allowed down to "
+                f"{1e3 * rule.depth:.2g} mm: a wrong unit of length?"
+            )
+
+
+def _controls_away(environment: Environment) -> Iterator[str]:
+    """Controls that are not on the part that they name."""
+    for control in environment.controls:
+        if not control.part:
+            continue
+        away = _distance(environment, control.part, control.at)
+        if away <= _CONTROL_AWAY:
+            continue
+        yield (
+            f"control {control.name!r} is {1e3 * away:.0f} mm away from its part "
+            f"{control.part!r}{_factor_hint(part_box(environment, control.part), control.at)}"
+        )
+
+
+def _factor_hint(box: Floats, point: Sequence[float]) -> str:
+    """That a wrong unit explains a point, where it does; "" else."""
+    units = sorted(metres_in.values())
+    factors = sorted({one / other for one in units for other in units if one != other})
+    gaps = [float(np.linalg.norm(np.array(point) * f - box.mean(axis=0))) for f in factors]
+    factor = factors[int(np.argmin(gaps))]
+    if _gap(box, np.array(point) * factor) > _NEAR:
+        return ""
+    return f": it would be there if its numbers were {factor:.4g} times as large"
+
+
+def _distance(environment: Environment, part: str, at: Sequence[float]) -> float:
+    """Distance [m] of a point from a part, 0 inside a solid."""
+    triangles = _triangles(environment, part)
+    solid = environment.solid[environment.part(part)]
+    if solid and abs(point_winding(*at, triangles, 0, len(triangles))) > 0.5:
+        return 0.0
+    points = np.repeat(np.array([at]), len(triangles), axis=0)
+    nearest = closest_point(triangles, points)
+    return float(np.linalg.norm(nearest - points, axis=1).min())
+
+
+def _mistaken_units(box: Floats, point: Iterable[float]) -> tuple[str, str] | None:
+    """The unit that was taken for a box (2, 3) [m], and the one in which it would be at a point;
+    None where there is no such unit."""
+    at = tuple(point)
+    for used, taken in metres_in.items():
+        for right, metres in metres_in.items():
+            if used != right and _gap(box * metres / taken, at) <= _NEAR:
+                return used, right
+    return None
+
+
+def _gap(box: Floats, point: Iterable[float]) -> float:
+    """Distance [m] of a point to a box (2, 3)."""
+    at = np.array(tuple(point))
+    return float(np.linalg.norm(np.maximum(np.maximum(box[0] - at, at - box[1]), 0.0)))

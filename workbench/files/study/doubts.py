@@ -1,0 +1,161 @@
+"""What of a study is probably a mistake: points for eyes, heels and wheels where no sitter can have
+them, and contact that is allowed to nobody.
+
+Nothing of it is an error. Each sentence gives the distance.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from workbench.files.environment_doubts import unknown_segments
+from workbench.files.study.roles import LoadedRole
+from workbench.model.arrays import Floats
+from workbench.model.environment import Environment, Seat
+from workbench.model.study import PredictedPosture
+from workbench.model.workplace import Aims
+
+__all__ = ["study_doubts"]
+
+_EYE_UP = (0.35, 1.0)
+"""Eye height [m] over the seat reference point: from a child of three years (0.4 m) to more than the
+99.9th percentile of men (0.92 m; ANSUR II, eye height sitting)."""
+_EYE_AHEAD = 0.4
+"""How far [m] an eye is ahead of the plane of the back at most: the depth of a large head, and a
+neck that bends."""
+_EYE_ASIDE = 0.25
+_HIP_AWAY = 0.3
+"""How far [m] a hip point may be from the seat reference point: sitters sink in less."""
+_WHEEL = (0.15, 1.2)
+"""Least and greatest distance [m] of a wheel's centre from the seat reference point."""
+_HEEL_OFF = 0.03
+"""How far [m] a heel point may be from the surface under or over it: a carpet, a sole."""
+
+
+def study_doubts(
+    environment: Environment,
+    roles: Mapping[str, LoadedRole],
+    actions: Mapping[tuple[int, str], object],
+) -> list[str]:
+    """Return a sentence for each thing that is probably a mistake.
+
+    Parameters
+    ----------
+    environment
+        Where the study takes place.
+    roles
+        Who takes part, by name.
+    actions
+        What each does, by the row of the case and the name of the role.
+    """
+    bodies = [role.body for role in roles.values()]
+    doubts = unknown_segments(environment, [name for body in bodies for name in body.segments])
+    for (_, name), action in actions.items():
+        seat = roles[name].file.seat
+        if isinstance(action, PredictedPosture) and seat is not None:
+            doubts += _aim_doubts(environment, environment.seat(seat), action.aims)
+    return list(dict.fromkeys(doubts))
+
+
+def _aim_doubts(environment: Environment, seat: Seat, aims: Aims) -> Iterator[str]:
+    """What is odd about the points that a posture is predicted from."""
+    points = environment.points
+    if aims.eyes is not None:
+        yield from _eye_doubts(seat, aims.eyes, _in_seat(seat, points[aims.eyes]))
+    if aims.heels is not None:
+        yield from _heel_doubts(environment, aims.heels, points[aims.heels])
+    driving = aims.driving
+    if driving is not None:
+        away = math.dist(points[driving.h_point], seat.srp)
+        if away > _HIP_AWAY:
+            yield (
+                f"point {driving.h_point!r}: the hip point is {1e3 * away:.0f} mm away from the "
+                f"reference point of seat {seat.name!r}; at most {1e3 * _HIP_AWAY:.0f} mm is plausible"
+            )
+        away = math.dist(points[driving.wheel], seat.srp)
+        least, greatest = _WHEEL
+        if not least <= away <= greatest:
+            yield (
+                f"point {driving.wheel!r}: the wheel's centre is {1e3 * away:.0f} mm away from the "
+                f"reference point of seat {seat.name!r}; {1e3 * least:.0f} to "
+                f"{1e3 * greatest:.0f} mm is plausible"
+            )
+
+
+@dataclass(frozen=True)
+class _InSeat:
+    """A point as a sitter has it, from the seat reference point [m]."""
+
+    forward: float
+    left: float
+    up: float
+
+
+def _in_seat(seat: Seat, point: tuple[float, float, float]) -> _InSeat:
+    x, y, z = (point[axis] - seat.srp[axis] for axis in range(3))
+    cos, sin = math.cos(seat.yaw), math.sin(seat.yaw)
+    return _InSeat(cos * x + sin * y, cos * y - sin * x, z)
+
+
+def _eye_doubts(seat: Seat, name: str, eye: _InSeat) -> Iterator[str]:
+    """Where a point for the eyes is out of what any sitter can have, in any position of the seat."""
+    back = math.tan(seat.back_angle)
+    aft = -_EYE_UP[1] * back
+    ahead = -_EYE_UP[0] * back + _EYE_AHEAD
+    ways = (
+        (eye.forward, seat.travel_forward, (aft, ahead), ("behind", "ahead of")),
+        (eye.left, (0.0, 0.0), (-_EYE_ASIDE, _EYE_ASIDE), ("to the right of", "to the left of")),
+        (eye.up, seat.travel_up, _EYE_UP, ("below", "above")),
+    )
+    for at, travel, (least, most), (short, beyond) in ways:
+        below = travel[0] + least - at
+        above = at - travel[1] - most
+        if max(below, above) > 0:
+            where = short if below > 0 else beyond
+            yield (
+                f"point {name!r} is {1e3 * max(below, above):.0f} mm {where} where the eyes of "
+                f"anybody in seat {seat.name!r} can be"
+            )
+
+
+def _heel_doubts(
+    environment: Environment, name: str, point: tuple[float, float, float]
+) -> Iterator[str]:
+    """Where a heel point is not on a surface."""
+    part, height = _surface_near(environment, np.array(point))
+    off = point[2] - height
+    if not np.isfinite(height):
+        yield f"point {name!r}: there is no floor under or over it for the heels"
+    elif abs(off) > _HEEL_OFF:
+        where = "above" if off > 0 else "under"
+        yield (
+            f"point {name!r}, where the heels stand, is {1e3 * abs(off):.0f} mm {where} the nearest "
+            f"surface, {environment.parts[part]!r}"
+        )
+
+
+def _surface_near(environment: Environment, point: Floats) -> tuple[int, float]:
+    """The part, and the height [m], of the surface that the vertical through a point meets nearest
+    to the point; -1 and infinite where it meets none."""
+    corners = environment.vertices[environment.triangles]
+    a, b, c = (corners[:, k, :2] - point[:2] for k in range(3))
+    # barycentric coordinates of the point in the triangles as seen from above
+    u = b[:, 0] * c[:, 1] - b[:, 1] * c[:, 0]
+    v = c[:, 0] * a[:, 1] - c[:, 1] * a[:, 0]
+    w = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
+    area = u + v + w
+    side = np.sign(area)
+    inside = np.min([u * side, v * side, w * side], axis=0) >= 0
+    part = np.repeat(environment.polygon_part, np.diff(environment.triangle_start))
+    # of a solid, what one stands on is the side that faces up
+    rows = np.flatnonzero(inside & (np.abs(area) > 1e-12) & ((area > 0) | ~environment.solid[part]))
+    if not len(rows):
+        return -1, math.inf
+    weight = np.stack([u, v, w], axis=1)[rows] / area[rows, None]
+    height = np.sum(weight * corners[rows, :, 2], axis=1)
+    nearest = int(np.abs(height - point[2]).argmin())
+    return int(part[rows[nearest]]), float(height[nearest])
