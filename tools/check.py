@@ -48,7 +48,7 @@ LAYERS = [
 HOMES = {
     "numba": {"compiled.py", "geometry/lanes.py", "geometry/quads.py"},
     "llvmlite": {"compiled.py", "geometry/lanes.py", "geometry/quads.py"},
-    "trimesh": {"files/meshes/scene.py"},
+    "trimesh": {"files/meshes/scene.py", "files/environment_doubts.py"},
     "collada": {"files/meshes/dae.py"},
     "pydantic": {"files"},
     "yaml": {"files"},

@@ -13,7 +13,7 @@ from workbench.errors import UsageError
 
 if TYPE_CHECKING:
     from workbench.draw.display_options import DisplayOptions
-    from workbench.draw.scene_builder import Source
+    from workbench.draw.source import Source
 
 __all__ = ["Movement", "Picture", "render"]
 
@@ -98,6 +98,7 @@ def render(
     out: Annotated[Path, Parameter(name=["--out", "-o"])],
     pose: str | None = None,
     case: str | None = None,
+    study: str | None = None,
     picture: Picture = Picture(),
     movement: Movement = Movement(),
 ) -> int:
@@ -117,6 +118,9 @@ def render(
         the posture of a body, or several with commas between
     case
         the case of a study, or several with commas between; its first where not given
+    study
+        of a result: the file of its study, where it lies neither near the result nor in the
+        catalogue
     """
     from workbench.files.output_file import check_file
 
@@ -127,7 +131,8 @@ def render(
 
     with Progress() as say:
         say(f"reading {source}")
-        found = _found(source, pose, case, movement)
+        shown = _Shown(source, pose, case, study)
+        found = _found(shown, movement)
         check_file(out)  # again, now that all inputs are known
         if picture.marks is not None:
             found = with_marks(found, tuple(name.strip() for name in picture.marks.split(",")))
@@ -159,7 +164,18 @@ def _options(out: Path, picture: Picture, movement: Movement) -> DisplayOptions:
     return options
 
 
-def _found(source: str, pose: str | None, case: str | None, movement: Movement) -> Source:
+@dataclass(frozen=True)
+class _Shown:
+    """What is drawn: the source, the postures of a body, the cases of a study, the study of a
+    result."""
+
+    source: str
+    pose: str | None
+    case: str | None
+    study: str | None
+
+
+def _found(shown: _Shown, movement: Movement) -> Source:
     """What is to be drawn, in motion where that is asked for, and over what lies under it."""
     from workbench.draw.films.motion_clips import MotionClip, is_motion, overlay, with_motion
     from workbench.draw.scene_builder import build_source
@@ -169,21 +185,21 @@ def _found(source: str, pose: str | None, case: str | None, movement: Movement) 
     clip = MotionClip(movement.start, movement.end, movement.up)
     if clip != MotionClip() and motion is None and not (over and is_motion(over)):
         raise UsageError("--start, --end and --up choose from a motion file: give one by --motion")
-    if motion is not None and pose is not None:
+    if motion is not None and shown.pose is not None:
         raise UsageError(
             "a body stands in a posture or makes a motion: leave out --pose or --motion"
         )
     if motion is None:
-        found = build_source(source, poses=pose, case=case)
+        found = build_source(shown.source, poses=shown.pose, case=shown.case, study=shown.study)
     else:
-        found = with_motion(source, motion, clip=clip, case=case)
+        found = with_motion(shown.source, motion, clip=clip, case=shown.case)
     if over is None:
         return found
     if is_motion(over):
-        under = with_motion(source, over, clip=clip, case=case)
+        under = with_motion(shown.source, over, clip=clip, case=shown.case)
     else:
-        under = build_source(over, poses=pose, case=case)
-    return overlay(found, under, _names(motion or source, over))
+        under = build_source(over, poses=shown.pose, case=shown.case)
+    return overlay(found, under, _names(motion or shown.source, over))
 
 
 def _names(first: str, second: str) -> tuple[str, str]:

@@ -33,8 +33,8 @@ from workbench.draw.lines.outline import outline
 from workbench.draw.marks.requested_marks import marks_for_scene
 from workbench.draw.scanline import scanline
 from workbench.draw.scene import Scene
-from workbench.draw.scene_builder import Source
 from workbench.draw.section_planes import apply_section
+from workbench.draw.source import Source
 from workbench.draw.views import fitted_view, framed_views
 from workbench.draw.visibility import foremost_depth, projected_disks
 from workbench.draw.window import window_image

@@ -14,9 +14,20 @@ from workbench.model.body import Body
 from workbench.model.poses import Poses, check_joints, rotation_fault
 from workbench.model.quaternions import exponential, multiply, swing_twist
 
-__all__ = ["angles_of", "attitude_matrix", "compose", "join_poses", "motion_of", "pose"]
+__all__ = [
+    "angles_of",
+    "attitude_matrix",
+    "compose",
+    "join_poses",
+    "motion_of",
+    "named_angles",
+    "pose",
+]
 
 Angles = Mapping[str, Mapping[str, float]]
+NOT_TURNED = 1e-9
+"""An angle [rad] that is smaller is rounding: it moves no part of a body by a millionth of a
+millimetre."""
 
 
 def pose(
@@ -104,6 +115,21 @@ def motion_of(body: Body, joint: int, motion: str) -> tuple[int, float]:
             return axis, 1.0 if motion == first else -1.0
     valid = [name for pair in pairs for name in pair]
     raise InputError(f"joint {body.joints[joint]}: no motion {motion!r}; {one_of(motion, valid)}")
+
+
+def named_angles(body: Body, angles: Floats) -> dict[str, dict[str, float]]:
+    """Return angles (J, 3) [rad], as `angles_of` gives them, as `pose` takes them: degrees by joint
+    and motion; joints that are not turned are left out."""
+    found: dict[str, dict[str, float]] = {}
+    for j, joint in enumerate(body.joints):
+        turned = {
+            body.stops.motions[j][axis][int(angle < 0)]: abs(float(np.degrees(angle)))
+            for axis, angle in enumerate(angles[j])
+            if abs(angle) > NOT_TURNED
+        }
+        if turned:
+            found[joint] = turned
+    return found
 
 
 def attitude_matrix(*, pitch: float = 0.0, roll: float = 0.0, yaw: float = 0.0) -> Floats:

@@ -12,6 +12,7 @@ from workbench.report.headline import headline
 from workbench.report.motions.rows import motion_rows
 from workbench.report.population.rows import population_rows
 from workbench.report.postures.rows import postures_rows
+from workbench.report.tables import micro
 from workbench.report.words import finding_sentence, share_sentence, verdict_sentence
 
 __all__ = ["result_file", "verdict_row"]
@@ -52,9 +53,9 @@ def result_file(result: Result) -> ResultFile:
 def _agreement_row(agreement: Agreement) -> AgreementRow:
     return AgreementRow(
         name=agreement.name,
-        rms_mm=_micro(1000 * agreement.rms),
-        peak_mm=_micro(1000 * agreement.peak),
-        peak_ms=_micro(1000 * agreement.at),
+        rms_mm=micro(1000 * agreement.rms),
+        peak_mm=micro(1000 * agreement.peak),
+        peak_ms=micro(1000 * agreement.at),
     )
 
 
@@ -71,7 +72,7 @@ def verdict_row(verdict: Verdict) -> VerdictRow:
         sentence=verdict_sentence(verdict),
         worst=_finding_row(verdict, verdict.worst) if verdict.worst else None,
         breaches=[_finding_row(verdict, finding) for finding in verdict.breaches],
-        interval=(_micro(100 * share.low), _micro(100 * share.high)) if share else None,
+        interval=(micro(100 * share.low), micro(100 * share.high)) if share else None,
     )
 
 
@@ -90,9 +91,9 @@ def _finding_row(verdict: Verdict, finding: Finding) -> FindingRow:
         other_person=finding.other_person or None,
         subject=finding.subject,
         target=finding.target,
-        value=_micro(sign * factor * finding.value),
-        limit=_micro(sign * factor * finding.limit),
-        margin=_micro(factor * finding.margin),
+        value=micro(sign * factor * finding.value),
+        limit=micro(sign * factor * finding.limit),
+        margin=micro(factor * finding.margin),
         unit=unit,
         time_ms=_thousand(finding.time),
         point_mm=_point(finding),
@@ -103,18 +104,12 @@ def _finding_row(verdict: Verdict, finding: Finding) -> FindingRow:
 
 def _thousand(value: float) -> float | None:
     """A length [m] or time [s] in mm or ms; None where it is not finite."""
-    return _micro(1000 * value) if math.isfinite(value) else None
+    return micro(1000 * value) if math.isfinite(value) else None
 
 
 def _point(finding: Finding) -> tuple[float, float, float] | None:
     """The point of a finding [mm]; None where there is none, or it is not finite."""
     if finding.point is None or not all(map(math.isfinite, finding.point)):
         return None
-    x, y, z = (_micro(1000 * value) for value in finding.point)
+    x, y, z = (micro(1000 * value) for value in finding.point)
     return x, y, z
-
-
-def _micro(value: float) -> float:
-    """Six decimals: a nanometre or a microdegree, so that the last bits of a machine do not
-    show."""
-    return round(float(value), 6) + 0.0

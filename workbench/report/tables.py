@@ -9,11 +9,17 @@ from collections.abc import Iterable, Iterator, Sequence
 from workbench.files.results.result import FindingRow, VerdictRow
 from workbench.files.results.row import Row
 
-__all__ = ["csv_parts", "csv_text", "row_table", "verdict_tables"]
+__all__ = ["csv_parts", "csv_text", "micro", "row_table", "verdict_tables"]
 
 _ROWS = 4096
 _FOR_READERS = ("sentence", "normal")
 """Keys of rows that tables leave out."""
+
+
+def micro(value: float) -> float:
+    """Return a number with six decimals: a nanometre or a microdegree, so that the last bits of a
+    machine do not show."""
+    return round(float(value), 6) + 0.0
 
 
 def verdict_tables(verdicts: Sequence[VerdictRow]) -> dict[str, str]:

@@ -12,7 +12,8 @@ import numpy as np
 
 from workbench.body.forward import place
 from workbench.draw.scene import Scene, SceneBody
-from workbench.draw.scene_builder import PEOPLE_COLOURS, Source, build_source, source_kind
+from workbench.draw.scene_builder import build_source, source_kind
+from workbench.draw.source import PEOPLE_COLOURS, Source
 from workbench.errors import InputError, UsageError, one_of
 from workbench.files.body.bodies import load_body
 from workbench.files.motions.number_rows import FrameRange

@@ -16,7 +16,7 @@ from workbench.draw.marks.annotations import (
     stop_marks,
 )
 from workbench.draw.scene import Mark, Scene, SceneBody
-from workbench.draw.scene_builder import Source
+from workbench.draw.source import Source
 from workbench.errors import UsageError, one_of
 from workbench.model.person import Person
 from workbench.model.poses import Placed

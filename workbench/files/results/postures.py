@@ -9,6 +9,7 @@ __all__ = [
     "EnvelopeRayRow",
     "EnvelopeRow",
     "PersonRow",
+    "PostureRow",
     "PosturesRows",
     "ReachRow",
     "StopRow",
@@ -47,18 +48,36 @@ class StopRow(Row):
     motion: str | None
 
 
+class PostureRow(Row):
+    """How a person is in one case, as checked.
+
+    name: of the posture, "predicted" or "driver". angles_deg: by joint and motion, as a file of
+    postures has them; what is not named is 0. Placed by the segment `reference`: the position of its
+    origin in the world, and its rotation as a quaternion w, x, y, z.
+    """
+
+    case: str
+    name: str
+    angles_deg: dict[str, dict[str, float]]
+    reference: str
+    position_mm: tuple[float, float, float]
+    rotation: tuple[float, float, float, float]
+
+
 class PersonRow(Row):
     """One person: body, size (measures in mm, mass in kg), place, postures by case.
 
-    clearance_mm[case][segment][part]: null where nothing is there.
+    seat_mm: the position of the seat, forward and up; null without one. clearance_mm[case][segment]
+    [part]: null where nothing is there.
     """
 
     name: str
     description: str
     body: str
     seat: str | None
+    seat_mm: tuple[float, float] | None
     size: dict[str, float] | None
-    postures: list[str]
+    postures: list[PostureRow]
     segments: list[str]
     clearance_mm: list[list[list[float | None]]]
     stops: list[StopRow]

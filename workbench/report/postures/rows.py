@@ -20,8 +20,9 @@ from workbench.model.environment import Environment
 from workbench.model.result import PersonFound, PosturesFound
 from workbench.model.vocabulary import DIRECTIONS
 from workbench.report.postures.envelopes.rows import envelope_rows, envelope_tables
+from workbench.report.postures.posture_rows import posture_rows, posture_tables, seat_position
 from workbench.report.postures.reach_rows import reach_rows
-from workbench.report.tables import csv_text, row_table
+from workbench.report.tables import csv_text, micro, row_table
 from workbench.report.words import contact_sentence, person_words
 
 __all__ = ["postures_rows", "postures_tables"]
@@ -74,6 +75,7 @@ def postures_tables(found: Sequence[PosturesRows]) -> dict[str, str]:
         "contacts.csv": row_table(ContactRow, contacts, lead=lead),
         "clearance.csv": csv_text(head, clearances),
         "stops.csv": row_table(StopRow, stops, lead=[*lead, "person"]),
+        **posture_tables(found),
     }
     if any(rows.reaches for rows in found):
         reaches = ((_lead(rows), row) for rows in found for row in rows.reaches)
@@ -100,17 +102,18 @@ def _person_row(result: PosturesFound, found: PersonFound) -> PersonRow:
     size = None
     if role.size:
         measures = role.size.measures.items()
-        size = {name: _micro(v if name == "mass" else 1000 * v) for name, v in measures}
+        size = {name: micro(v if name == "mass" else 1000 * v) for name, v in measures}
     return PersonRow(
         name=role.name,
         description=person_words(found),
         body=found.body.name,
         seat=role.seat,
+        seat_mm=seat_position(found),
         size=size,
-        postures=list(found.postures),
+        postures=posture_rows(result, found),
         segments=list(found.body.segments),
         clearance_mm=[
-            [[_micro(1000 * d) if math.isfinite(d) else None for d in row] for row in case]
+            [[micro(1000 * d) if math.isfinite(d) else None for d in row] for row in case]
             for case in found.clearance.distance.tolist()
         ],
         stops=[
@@ -128,7 +131,7 @@ def _stop_row(result: PosturesFound, found: PersonFound, p: int, j: int) -> Stop
     return StopRow(
         case=result.cases[p],
         joint=found.body.joints[j],
-        margin_deg=_micro(math.degrees(margin)) if stops else None,
+        margin_deg=micro(math.degrees(margin)) if stops else None,
         motion=found.margin_motion[p][j] if stops else None,
     )
 
@@ -149,7 +152,7 @@ def _contact_row(result: PosturesFound, contacts: Contacts, row: int, who: _Who)
     sentence = contact_sentence(contacts, row)
     if touched.part is None:
         sentence += f" of {who.other or 'the same body'}"
-    x, y, z = (_micro(float(v)) for v in contacts.normal[row])
+    x, y, z = (micro(float(v)) for v in contacts.normal[row])
     return ContactRow(
         case=result.cases[contacts.pose[row]],
         person=who.person,
@@ -163,9 +166,9 @@ def _contact_row(result: PosturesFound, contacts: Contacts, row: int, who: _Who)
         polygon=touched.polygon,
         other_segment=touched.segment,
         other_sphere=touched.sphere,
-        distance_mm=_micro(1000 * contacts.distance[row]),
-        allowed_mm=_micro(1000 * contacts.allowed[row]),
-        excess_mm=_micro(1000 * contacts.excess[row]),
+        distance_mm=micro(1000 * contacts.distance[row]),
+        allowed_mm=micro(1000 * contacts.allowed[row]),
+        excess_mm=micro(1000 * contacts.excess[row]),
         point_mm=_point(contacts.point[row]),
         normal=(x, y, z),
         sentence=sentence,
@@ -196,10 +199,4 @@ def _touched(contacts: Contacts, row: int) -> _Touched:
 
 
 def _point(point: object) -> Point:
-    return tuple(_micro(1000 * float(v)) for v in point)  # type: ignore[attr-defined, return-value]
-
-
-def _micro(value: float) -> float:
-    """Six decimals: a nanometre or a microdegree, so that the last bits of a machine do not
-    show."""
-    return round(float(value), 6) + 0.0
+    return tuple(micro(1000 * float(v)) for v in point)  # type: ignore[attr-defined, return-value]

@@ -16,7 +16,7 @@ from workbench.draw.disks import disks
 from workbench.draw.envelopes.sections import LEGEND
 from workbench.draw.lines.circles import circles
 from workbench.draw.scene import Mark, Scene, SceneBody
-from workbench.draw.scene_builder import PEOPLE_COLOURS
+from workbench.draw.source import PEOPLE_COLOURS
 from workbench.draw.views import four_views
 from workbench.files.results.postures import PosturesRows, ReachRow
 from workbench.model.result import Finding, PersonFound, PosturesFound

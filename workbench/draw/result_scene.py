@@ -1,0 +1,197 @@
+"""Build the scene that shows a result: its people in the postures that it holds, with its findings.
+
+Nothing is computed again: what was checked is drawn.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from workbench.body.parts import moved
+from workbench.draw.scene import Mark
+from workbench.draw.source import Source, chosen_cases, people_source, split_names
+from workbench.draw.study_scene import study_source
+from workbench.errors import InputError
+from workbench.files.catalogue import find, roots
+from workbench.files.results.motions import MotionRows
+from workbench.files.results.postures import PersonRow, PosturesRows
+from workbench.files.results.result import FindingRow, ResultFile, load_result
+from workbench.files.study.reader import load_study
+from workbench.model.body import Body
+from workbench.model.environment import Environment
+from workbench.model.person import Person
+from workbench.model.poses import Poses
+from workbench.model.posing import join_poses, pose
+from workbench.model.quaternions import matrices
+from workbench.model.study import Study
+from workbench.posture.seating.seating import seat_shift
+from workbench.study.workplaces import occupant
+
+__all__ = ["result_source"]
+
+
+def result_source(path: Path, case: str | None = None, study: str | None = None) -> Source:
+    """Build what is to be drawn of a result: a case of its study, with its findings marked.
+
+    Breaches are marked by number; otherwise the nearest distances are marked. A motion shows its
+    contacts by number.
+
+    Parameters
+    ----------
+    path
+        A result.json or the folder that holds it.
+    case
+        Name of the case. If None: the case that failed, or came nearest to failing.
+    study
+        The file of the study, or its name. If None it is sought by its content: beside the result,
+        in the folders above, where the program runs, and in the catalogue.
+
+    Raises
+    ------
+    InputError
+        If the study is not found, or one of its files has changed since.
+    """
+    result = load_result(path)
+    made_from = result.provenance.get("inputs", {})
+    loaded = load_study(_study_path(path, result, made_from.get("study", ""), study))
+    for role, file in loaded.inputs.items():
+        if made_from.get(role) != _digest(file):
+            raise InputError(
+                f"{path}: {file} is not as it was when this result was made; run the study again"
+            )
+    motion = _shown_motion(result, case)
+    if motion is not None:
+        return _with_contacts(study_source(loaded, case or motion.case), motion)
+    if result.postures:
+        names = case or _worst_case(result)
+        return _with_findings(_held_source(loaded, result.postures[0], names), result)
+    raise InputError(f"{path}: a result of a population has no case to draw; see its report")
+
+
+def _digest(file: Path) -> str:
+    return hashlib.sha256(file.read_bytes()).hexdigest()
+
+
+def _study_path(path: Path, result: ResultFile, digest: str, given: str | None) -> Path:
+    """The file of the study that a result was made from."""
+    if given is not None:
+        return find("studies", given)
+    folders = list(_folders(path))
+    for folder in folders:
+        for file in sorted(folder.glob("*.yaml")):
+            if _digest(file) == digest:
+                return file
+    try:
+        return find("studies", result.study)  # it has changed, which is reported of all its files
+    except InputError:
+        looked = ", ".join(str(folder) for folder in folders)
+        raise InputError(
+            f"{path}: the study {result.study!r} of this result is in none of {looked}; name its "
+            f"file by --study"
+        ) from None
+
+
+def _folders(path: Path) -> Iterator[Path]:
+    """The folders that may hold the study of a result, each once."""
+    home = (path if path.is_dir() else path.parent).resolve()
+    places = [home, *list(home.parents)[:3], *roots()]
+    for place_ in dict.fromkeys(places):
+        for folder in (place_, place_ / "studies"):
+            if folder.is_dir():
+                yield folder
+
+
+def _held_source(study: Study, rows: PosturesRows, case: str) -> Source:
+    """Cases of people in the postures that a result holds."""
+    _, single = study.by_size()[0]
+    names = tuple(rows.cases)
+    chosen = chosen_cases(single.name, names, case)
+    at = [names.index(name) for name in chosen]
+    environment = single.environment
+    persons = []
+    for number, role in enumerate(single.roles):
+        held = next((row for row in rows.people if row.name == role.name), None)
+        if held is not None:
+            body = occupant(role, number)[0].body
+            persons.append(Person(role.name, body, join_poses([_pose(body, held, p) for p in at])))
+            environment = _with_seat(environment, held)
+    return people_source(single.title, environment, tuple(persons), chosen)
+
+
+def _pose(body: Body, person: PersonRow, case: int) -> Poses:
+    """The pose that a person holds in a case."""
+    held = person.postures[case]
+    return pose(
+        body,
+        held.angles_deg,
+        reference=held.reference,
+        position=tuple(value / 1000.0 for value in held.position_mm),
+        attitude=matrices(_unit(held.rotation)),
+    )
+
+
+def _unit(rotation: tuple[float, float, float, float]) -> np.ndarray:
+    """A quaternion (4,), of length 1 again after it was rounded."""
+    turn = np.array(rotation)
+    return np.asarray(turn / np.linalg.norm(turn))
+
+
+def _with_seat(environment: Environment, person: PersonRow) -> Environment:
+    """The surroundings with the seat of a person where it stood."""
+    if person.seat is None or person.seat_mm is None:
+        return environment
+    seat = environment.seat(person.seat)
+    forward, up = (value / 1000.0 for value in person.seat_mm)
+    return moved(environment, seat.moves, seat_shift(seat, forward, up))
+
+
+def _shown_motion(result: ResultFile, case: str | None) -> MotionRows | None:
+    """Return the first motion of the named cases; of a result of motions alone the first."""
+    if case is None:
+        return result.motions[0] if result.motions and not result.postures else None
+    names = split_names(case)
+    return next((motion for motion in result.motions if motion.case in names), None)
+
+
+def _with_contacts(source: Source, motion: MotionRows) -> Source:
+    """Mark the contacts of a motion that go deeper than allowed, by number."""
+    contacts = [contact for contact in motion.contacts if contact.depth_mm > contact.allowed_mm]
+    marks = [Mark(_metres(c.point_mm), str(n)) for n, c in enumerate(contacts, start=1)]
+    notes = [f"{n}: {contact.sentence}" for n, contact in enumerate(contacts, start=1)]
+    scene = replace(source.scene, marks=tuple(marks))
+    return replace(source, scene=scene, notes=(*source.notes, *notes))
+
+
+def _worst_case(result: ResultFile) -> str:
+    """Return the case that failed, or came nearest to failing."""
+    verdicts = sorted((v for v in result.verdicts if v.worst), key=lambda v: v.passed)
+    return verdicts[0].worst.case if verdicts and verdicts[0].worst else result.cases[0]
+
+
+def _with_findings(source: Source, result: ResultFile) -> Source:
+    """Mark the breaches of the first case by number, and the nearest distances of what passed."""
+
+    def in_case(finding: FindingRow) -> bool:
+        return finding.case == source.names[0] and finding.point_mm is not None
+
+    breaches = [f for verdict in result.verdicts for f in verdict.breaches if in_case(f)]
+    passed = [verdict.worst for verdict in result.verdicts if verdict.passed and verdict.worst]
+    labelled = [(finding, str(n), "contact") for n, finding in enumerate(breaches, start=1)]
+    labelled += [(f, f"{f.value:.1f} {f.unit}", "clearance") for f in passed if in_case(f)]
+    marks = tuple(
+        Mark(_metres(finding.point_mm), label, kind)
+        for finding, label, kind in labelled
+        if finding.point_mm
+    )
+    notes = tuple(f"{n}: {finding.sentence}" for n, finding in enumerate(breaches, start=1))
+    return replace(source, scene=replace(source.scene, marks=marks), notes=notes)
+
+
+def _metres(point: tuple[float, float, float]) -> tuple[float, float, float]:
+    x, y, z = (value / 1000.0 for value in point)
+    return x, y, z
