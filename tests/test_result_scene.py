@@ -11,10 +11,6 @@ import pytest
 import workbench as wb
 from tests.conftest import ROOT
 from workbench.cli.application import main
-from workbench.draw.result_scene import result_source
-from workbench.draw.study_scene import study_source
-from workbench.files.study.reader import load_study
-from workbench.study.people import people_found, present_people
 
 STUDY = f"""study: elsewhere
 length: mm
@@ -43,19 +39,19 @@ def made(tmp_path_factory):
     return folder
 
 
-def test_a_predicted_posture_is_drawn_as_it_was_checked(made):
-    study = load_study(made / "elsewhere.yaml")
-    checked = people_found(study, present_people(study)).people[0].placed
-    drawn = result_source(made / "out", "flying,resting")
-    assert drawn.names == ("flying", "resting")
-    shown = drawn.scene.bodies[0].placed
-    assert np.abs(shown.centres - checked.centres).max() < 1e-6
-    assert np.array_equal(shown.body.radius, checked.body.radius)
-    again = study_source(study, "flying,resting")
-    assert np.abs(again.scene.bodies[0].placed.centres - checked.centres).max() == 0
-    for source in (drawn, again):
-        there = present_people(study).environment
-        assert np.abs(source.scene.environment.vertices - there.vertices).max() < 1e-6
+@pytest.fixture(scope="module")
+def checked(made):
+    """What a run finds of the pilot."""
+    return wb.run(wb.load_study(made / "elsewhere.yaml")).postures[0]
+
+
+@pytest.mark.parametrize("source", ["out", "elsewhere.yaml"])
+def test_a_predicted_posture_is_drawn_as_it_was_checked(made, checked, source):
+    scene = wb.scene_of(str(made / source), case="flying,resting")
+    shown = scene.bodies[0].placed
+    assert np.abs(shown.centres - checked.people[0].placed.centres).max() < 1e-6
+    assert np.array_equal(shown.body.radius, checked.people[0].body.radius)
+    assert np.abs(scene.environment.vertices - checked.environment.vertices).max() < 1e-6
 
 
 def test_the_study_of_a_result_is_found_by_its_content_or_named(made, tmp_path, capsys):
@@ -95,10 +91,9 @@ def test_tables_hold_the_postures_and_the_placements(made):
     assert float(placed[0]["x_mm"]) == posture["position_mm"][0]
 
 
-def test_a_posture_of_a_result_can_be_taken_on(made):
+def test_a_posture_of_a_result_can_be_taken_on(made, checked):
     """The angles of a result are those of a posture file: the same angles give the same rotations."""
-    study = load_study(made / "elsewhere.yaml")
-    found = people_found(study, present_people(study)).people[0]
+    found = checked.people[0]
     posture = json.loads((made / "out" / "result.json").read_text())["postures"][0]
     held = posture["people"][0]["postures"][0]
     again = wb.pose(found.body, held["angles_deg"], reference=held["reference"])
