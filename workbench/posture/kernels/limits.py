@@ -1,8 +1,21 @@
-"""Joint stops and planes as rows of room: how far the chain is from each, and how that changes with
-its free angles.
+"""Room of a chain to its stops and to planes, and the gradient of that room.
 
-Room is positive inside. A row of a stop is in radians, a row of a plane in metres. All is inlined
-into the batch loop by force and compiled without counting references (see kernels.limbs.linkage).
+A row of room is positive inside. It is in radians for a stop and in metres for a plane. Four kinds
+of stops hold the joints:
+
+- a limit of one angle, of a hinge or of a twist, which may follow another angle (a coupling);
+- an elliptic swing cone with four half-angles [1]_;
+- a spherical polygon for the direction of a limb, as the sinus cones of [2]_;
+- a half turn of the swing of that limb.
+
+References
+----------
+.. [1] P. Baerlocher and R. Boulic (2000), Parametrization and range of motion of the ball-and-socket
+   joint, Deformable Avatars, 180-190.
+.. [2] A. E. Engin and S. T. Tumer (1989), Three-dimensional kinematic modelling of the human
+   shoulder complex, Journal of Biomechanical Engineering 111, 107-112.
+.. [3] G. Taubin (1991), Estimation of planar curves, surfaces, and nonplanar space curves, IEEE
+   Transactions on Pattern Analysis and Machine Intelligence 13, 1115-1138.
 """
 
 from __future__ import annotations
@@ -14,9 +27,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.compiled import inlined, njit
+from workbench.geometry.vectors import (
+    add,
+    cross,
+    dot,
+    matvec,
+    norm,
+    rotation_part,
+    scale,
+    store,
+    subtract,
+    transpose_matvec,
+    vector,
+)
 
 __all__ = [
     "SIDE_ROWS",
+    "SMALLEST_LIMIT",
     "WHOLE_CONE",
     "WHOLE_POLYGON",
     "WHOLE_TURN",
@@ -26,315 +53,354 @@ __all__ = [
     "within",
 ]
 
+SIDE_ROWS = 3
+"""Number of axes: a row with a smaller number in the place of its axis is about one angle."""
 WHOLE_CONE = 3
 WHOLE_POLYGON = 4
 WHOLE_TURN = 5
 """What stands in the place of an axis in a row that is about more than one angle."""
-SIDE_ROWS = 3
-LEAST = 1e-9
+SMALLEST_LIMIT = 1e-9
+"""Half-angle [rad] that stands for 0, so that nothing is divided by zero."""
+MIDDLE_OF_CONE = 0.05
+"""Share of its half-angles within which a swing is far from its cone: the gradient is poor there."""
 MOST_SWING = 3.12
+"""Largest swing [rad] of the joint of a polygon."""
+SLOPE_OF_HALF_TURN = 1.0
+"""Swing [rad] from which its distance to a half turn has a gradient; a swing of 0 has none."""
 FAR = 1e3
+"""Room [rad] where nothing limits."""
+ON_BOUNDARY = 1e-5
+"""Distance [rad] from the boundary of a polygon within which its side gives the way inward."""
 
 
 class Planes(NamedTuple):
-    """Obstacles near to a chain, made planes: point (Q, 3) of link (Q,) must have normal (Q, 3) . x
-    >= offset (Q,)."""
+    """Q planes that points of a chain must stay above: normal . x >= offset."""
 
     link: NDArray[np.int64]
+    """(Q,) the link that carries the point."""
     point: NDArray[np.float64]
+    """(Q, 3) [m] the point, in the link's frame."""
     normal: NDArray[np.float64]
+    """(Q, 3) unit normals, in the world."""
     offset: NDArray[np.float64]
+    """(Q,) [m]."""
+
+
+# As in `posture.kernels.linkage`, all is inlined and compiled without counting references.
 
 
 @inlined
-def _limit(bounds, angles, k, axis, side):  # type: ignore[no-untyped-def]
-    """A limit with its coupling: the limit, the row of the coupling it follows just here (or -1),
-    and how fast."""
-    limits, coupled, coupling, _ = bounds
-    c = coupled[k, axis, side]
+def _limit(link, angles, k, axis, side):  # type: ignore[no-untyped-def]
+    """Limit [rad] of an angle: its value, the row of coupling that it follows here (or -1), its rate.
+
+    A coupled limit is interpolated between two angles of its driver. It is constant beyond them.
+    """
+    c = link.coupled[k, axis, side]
     if c < 0:
-        return limits[k, axis, side], -1, 0.0
-    driver = angles[int(coupling[c, 0]), int(coupling[c, 1])]
-    low = coupling[c, 2]
-    high = coupling[c, 3]
+        return link.limits[k, axis, side], -1, 0.0
+    coupling = link.coupling[c]
+    driver = angles[int(coupling[0]), int(coupling[1])]
+    low = coupling[2]
+    high = coupling[3]
     if driver <= low:
-        return coupling[c, 4], -1, 0.0
+        return coupling[4], -1, 0.0
     if driver >= high:
-        return coupling[c, 5], -1, 0.0
-    rate = (coupling[c, 5] - coupling[c, 4]) / (high - low)
-    return coupling[c, 4] + rate * (driver - low), c, rate
+        return coupling[5], -1, 0.0
+    rate = (coupling[5] - coupling[4]) / (high - low)
+    return coupling[4] + rate * (driver - low), c, rate
 
 
 @inlined
-def _cone(bounds, angles, k, held, out):  # type: ignore[no-untyped-def]
-    """The swing cone: (s1 / L1)^2 + (s2 / L2)^2 <= 1, its excess divided by its slope to be an
-    angle. Fills a row of room, slope, label, and its curvature into held."""
-    room, slope, label, r = out
-    coupling = bounds[2]
-    free_of = bounds[3]
-    s0 = angles[k, 0]
-    s1 = angles[k, 1]
-    b0 = 0 if s0 >= 0 else 1
-    b1 = 0 if s1 >= 0 else 1
-    l0, c0, r0 = _limit(bounds, angles, k, 0, b0)
-    l1, c1, r1 = _limit(bounds, angles, k, 1, b1)
-    l0 = max(l0, LEAST)
-    l1 = max(l1, LEAST)
-    root = math.sqrt((s0 / l0) ** 2 + (s1 / l1) ** 2)
-    room[r] = FAR
-    label[r, 1] = 0
-    label[r, 2] = b0
-    held[r, 0] = 0.0
-    held[r, 1] = 0.0
-    held[r, 2] = 0.0
-    if root < 0.05:  # near the middle of the cone nothing limits
+def _half_angle(link, angles, k, axis):  # type: ignore[no-untyped-def]
+    """Half-angle of a cone on the side of a swing angle: side, half-angle, coupling and rate."""
+    side = 0 if angles[k, axis] >= 0 else 1
+    limit, c, rate = _limit(link, angles, k, axis, side)
+    return side, max(limit, SMALLEST_LIMIT), c, rate
+
+
+@inlined
+def _add_slope(link, slope, k, axis, rate):  # type: ignore[no-untyped-def]
+    """Add the rate of a row by an angle, where that angle is free."""
+    column = link.free_of[k, axis]
+    if column >= 0:
+        slope[column] += rate
+
+
+@inlined
+def _add_coupled_slope(link, slope, c, rate):  # type: ignore[no-untyped-def]
+    """Add the rate of a row by the angle that drives coupling c (-1 for none)."""
+    if c >= 0:
+        _add_slope(link, slope, int(link.coupling[c, 0]), int(link.coupling[c, 1]), rate)
+
+
+@inlined
+def _angle_row(link, state, k, axis, side, r):  # type: ignore[no-untyped-def]
+    """Fill a row for the limit of one angle: room = limit -+ angle."""
+    limit, c, rate = _limit(link, state.angles, k, axis, side)
+    sign = 1.0 - 2.0 * side
+    state.room[r] = limit - sign * state.angles[k, axis]
+    state.slope_of_room[r, link.free_of[k, axis]] = -sign
+    _add_coupled_slope(link, state.slope_of_room[r], c, rate)
+
+
+@inlined
+def _cone_row(link, state, k, r):  # type: ignore[no-untyped-def]
+    """Fill a row for the swing cone of joint k, with its second derivatives."""
+    # With the half-angles L of the quadrant and q = sqrt((s1 / L1)^2 + (s2 / L2)^2), the room is
+    # the first-order distance to the ellipse q = 1 [3]_, an angle:
+    #     room = (1 - q) / |∇q|,    ∇q = (s1 / (L1^2 q), s2 / (L2^2 q)).
+    s0 = state.angles[k, 0]
+    s1 = state.angles[k, 1]
+    first = _half_angle(link, state.angles, k, 0)
+    second = _half_angle(link, state.angles, k, 1)
+    l0 = first[1]
+    l1 = second[1]
+    q = math.sqrt((s0 / l0) ** 2 + (s1 / l1) ** 2)
+    state.room[r] = FAR
+    state.label[r, 1] = 0
+    state.label[r, 2] = first[0]
+    store((0.0, 0.0, 0.0), state.held[r])
+    if q < MIDDLE_OF_CONE:
         return
-    g0 = s0 / (l0 * l0 * root)
-    g1 = s1 / (l1 * l1 * root)
-    total = math.sqrt(g0 * g0 + g1 * g1)
+    g0 = s0 / (l0 * l0 * q)
+    g1 = s1 / (l1 * l1 * q)
+    size = math.sqrt(g0 * g0 + g1 * g1)
     if abs(g1) > abs(g0):
-        label[r, 1] = 1
-        label[r, 2] = b1
-    room[r] = (1.0 - root) / total
-    bend = 1.0 / (root * total)
-    held[r, 0] = bend * (1.0 / (l0 * l0) - g0 * g0)
-    held[r, 1] = -bend * g0 * g1
-    held[r, 2] = bend * (1.0 / (l1 * l1) - g1 * g1)
-    if free_of[k, 0] >= 0:
-        slope[r, free_of[k, 0]] -= g0 / total
-    if free_of[k, 1] >= 0:
-        slope[r, free_of[k, 1]] -= g1 / total
-    if c0 >= 0 and free_of[int(coupling[c0, 0]), int(coupling[c0, 1])] >= 0:
-        slope[r, free_of[int(coupling[c0, 0]), int(coupling[c0, 1])]] += g0 * s0 / l0 * r0 / total
-    if c1 >= 0 and free_of[int(coupling[c1, 0]), int(coupling[c1, 1])] >= 0:
-        slope[r, free_of[int(coupling[c1, 0]), int(coupling[c1, 1])]] += g1 * s1 / l1 * r1 / total
+        state.label[r, 1] = 1
+        state.label[r, 2] = second[0]
+    state.room[r] = (1.0 - q) / size
+    store(_cone_curvature(l0, l1, g0, g1, q, size), state.held[r])
+    _add_cone_slope(link, state, k, 0, g0, size, first, r)
+    _add_cone_slope(link, state, k, 1, g1, size, second, r)
 
 
 @inlined
-def _local(world, k, x, y, z):  # type: ignore[no-untyped-def]
-    """A world direction in the frame of link k."""
-    return (
-        world[k, 0, 0] * x + world[k, 1, 0] * y + world[k, 2, 0] * z,
-        world[k, 0, 1] * x + world[k, 1, 1] * y + world[k, 2, 1] * z,
-        world[k, 0, 2] * x + world[k, 1, 2] * y + world[k, 2, 2] * z,
-    )
+def _add_cone_slope(link, state, k, axis, g, size, half_angle, r):  # type: ignore[no-untyped-def]
+    """Add what one swing angle does to the room of a cone, and the angle its half-angle follows."""
+    # |∇q| counts as constant in the derivatives of the room: ∇room = -∇q / |∇q|. A half-angle that
+    # grows moves the ellipse outward: dq/dL = -s^2 / (L^3 q) = -∇q s / L.
+    _, limit, c, rate = half_angle
+    slope = state.slope_of_room[r]
+    _add_slope(link, slope, k, axis, -(g / size))
+    _add_coupled_slope(link, slope, c, g * state.angles[k, axis] / limit * rate / size)
 
 
 @inlined
-def _out(world, k, x, y, z):  # type: ignore[no-untyped-def]
-    """A direction of link k's frame in the world."""
-    return (
-        world[k, 0, 0] * x + world[k, 0, 1] * y + world[k, 0, 2] * z,
-        world[k, 1, 0] * x + world[k, 1, 1] * y + world[k, 1, 2] * z,
-        world[k, 2, 0] * x + world[k, 2, 1] * y + world[k, 2, 2] * z,
-    )
+def _cone_curvature(l0, l1, g0, g1, q, size):  # type: ignore[no-untyped-def]
+    """Second derivatives of minus the room: (diag(1 / L^2) - ∇q ∇q') / (q |∇q|), as xx, xy, yy."""
+    bend = 1.0 / (q * size)
+    return bend * (1.0 / (l0 * l0) - g0 * g0), -bend * g0 * g1, bend * (1.0 / (l1 * l1) - g1 * g1)
+
+
+@inlined
+def _side_cosine(side, direction):  # type: ignore[no-untyped-def]
+    """Cosine of the distance to one side (5, 3) of a spherical polygon, and whether it is to its arc.
+
+    Beyond the ends of the arc it is the distance to the first corner; the other corner is the first
+    one of the next side.
+    """
+    on_arc = dot(direction, vector(side[2])) >= 0.0 and dot(direction, vector(side[3])) >= 0.0
+    if on_arc:
+        height = dot(direction, vector(side[1]))
+        return math.sqrt(max(0.0, 1.0 - height * height)), True
+    return dot(direction, vector(side[0])), False
+
+
+@inlined
+def _in_polygon(sides, direction):  # type: ignore[no-untyped-def]
+    """Whether a direction is inside a spherical polygon that its centre sees whole.
+
+    The planes through centre and corners cut the sphere into sectors. In its own sector a direction
+    is inside if it is on the inner side of the arc.
+    """
+    count = sides.shape[0]
+    inside = False
+    for i in range(count):
+        following = i + 1 if i + 1 < count else 0
+        if (
+            dot(direction, vector(sides[i, 4])) >= 0.0
+            and dot(direction, vector(sides[following, 4])) < 0.0
+        ):
+            inside = dot(direction, vector(sides[i, 1])) >= 0.0
+    return inside
 
 
 @njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
-def nearest_side(sides, x, y, z):  # type: ignore[no-untyped-def]
-    """Nearest boundary point of the spherical polygon to a direction, its side, and whether the
-    direction is inside."""
-    count = sides.shape[0]
-    best = -2.0
-    side = 0
-    whole = False
-    inside = False
-    for i in range(count):
-        j = i + 1 if i + 1 < count else 0
-        height = x * sides[i, 1, 0] + y * sides[i, 1, 1] + z * sides[i, 1, 2]
-        if (
-            x * sides[i, 4, 0] + y * sides[i, 4, 1] + z * sides[i, 4, 2] >= 0.0
-            and x * sides[j, 4, 0] + y * sides[j, 4, 1] + z * sides[j, 4, 2] < 0.0
-        ):
-            inside = height >= 0.0
-        along = (
-            x * sides[i, 2, 0] + y * sides[i, 2, 1] + z * sides[i, 2, 2] >= 0.0
-            and x * sides[i, 3, 0] + y * sides[i, 3, 1] + z * sides[i, 3, 2] >= 0.0
-        )
-        if along:
-            cosine = math.sqrt(max(0.0, 1.0 - height * height))
-        else:
-            cosine = x * sides[i, 0, 0] + y * sides[i, 0, 1] + z * sides[i, 0, 2]
-        if cosine > best:
-            best = cosine
-            side = i
-            whole = along
-    if not whole:
-        return (sides[side, 0, 0], sides[side, 0, 1], sides[side, 0, 2]), side, inside
-    u = sides[side, 1, 0]
-    v = sides[side, 1, 1]
-    w = sides[side, 1, 2]
-    height = x * u + y * v + z * w
-    size = max(best, 1e-300)
-    return ((x - height * u) / size, (y - height * v) / size, (z - height * w) / size), side, inside
+def nearest_side(sides, direction):  # type: ignore[no-untyped-def]
+    """Find the boundary point of a spherical polygon that is nearest to a direction.
+
+    Parameters
+    ----------
+    sides : (V, 5, 3)
+        As `Linkage.sides`.
+    direction : tuple of three
+        A unit vector.
+
+    Returns
+    -------
+    point : tuple of three
+        The nearest boundary point, a unit vector.
+    side : int
+        The side it is on.
+    inside : bool
+        Whether the direction is inside.
+    """
+    largest = -2.0
+    nearest = 0
+    arc = False
+    for i in range(sides.shape[0]):
+        cosine, on_arc = _side_cosine(sides[i], direction)
+        if cosine > largest:
+            largest = cosine
+            nearest = i
+            arc = on_arc
+    inside = _in_polygon(sides, direction)
+    if not arc:
+        return vector(sides[nearest, 0]), nearest, inside
+    normal = vector(sides[nearest, 1])
+    x, y, z = subtract(direction, scale(dot(direction, normal), normal))
+    size = max(largest, 1e-300)
+    return (x / size, y / size, z / size), nearest, inside
 
 
 @inlined
-def _polygon(shape, world, spin, free_joint, held, out):  # type: ignore[no-untyped-def]
-    """The limb's direction in its spherical polygon: room is the angle to the nearest boundary
-    point. Fills a row."""
-    sides, limb, axes, k, frame = shape
-    room, slope, label, r = out
-    d = _out(world, k + 1, limb[0], limb[1], limb[2])
-    d = _local(world, frame, d[0], d[1], d[2])
-    q, side, inside = nearest_side(sides, d[0], d[1], d[2])
-    gap = math.sqrt((d[0] - q[0]) ** 2 + (d[1] - q[1]) ** 2 + (d[2] - q[2]) ** 2)
-    angle = 2.0 * math.asin(min(1.0, 0.5 * gap))
-    # u leads in; on the boundary itself the side's own normal does
-    sign = (-1.0 if inside else 1.0) / max(gap, 1e-300)
-    u = (sign * (q[0] - d[0]), sign * (q[1] - d[1]), sign * (q[2] - d[2]))
-    if gap < 1e-5:
-        u = (sides[side, 1, 0], sides[side, 1, 1], sides[side, 1, 2])
-    c = (d[1] * u[2] - d[2] * u[1], d[2] * u[0] - d[0] * u[2], d[0] * u[1] - d[1] * u[0])
-    turn = _out(world, frame, c[0], c[1], c[2])
-    # told as the swing axis of the joint that leads out: the sense is against the turn that leads
-    # in
-    own = _local(world, k, turn[0], turn[1], turn[2])
-    first = own[0] * axes[k, 0, 0] + own[1] * axes[k, 0, 1] + own[2] * axes[k, 0, 2]
-    second = own[0] * axes[k, 1, 0] + own[1] * axes[k, 1, 1] + own[2] * axes[k, 1, 2]
-    label[r, 1] = 0 if abs(first) >= abs(second) else 1
-    label[r, 2] = 0 if (first if abs(first) >= abs(second) else second) < 0.0 else 1
-    room[r] = angle if inside else -angle
-    e = _out(world, frame, d[0], d[1], d[2])
-    v = _out(world, frame, u[0], u[1], u[2])
-    for i in range(3):
-        held[r, i] = e[i]
-        held[r, 3 + i] = v[i]
-    for i in range(free_joint.shape[0]):
-        if frame <= free_joint[i] <= k:
-            slope[r, i] = spin[i, 0] * turn[0] + spin[i, 1] * turn[1] + spin[i, 2] * turn[2]
+def _polygon_row(link, state, k, r):  # type: ignore[no-untyped-def]
+    """Fill a row for the limb of joint k in its spherical polygon: room is the angle to it."""
+    # With the limb's direction d, its nearest boundary point q, and the unit direction u inward:
+    #     room = +-2 asin(|d - q| / 2),    d room / dθ = u . (ω x d) = ω . (d x u).
+    frame = link.polygon_link
+    from_polygon = rotation_part(state.world[frame])
+    limb = matvec(rotation_part(state.world[k + 1]), vector(link.limb))
+    d = transpose_matvec(from_polygon, limb)
+    q, side, inside = nearest_side(link.sides, d)
+    gap = norm(subtract(d, q))
+    sign = -1.0 if inside else 1.0
+    state.room[r] = -sign * (2.0 * math.asin(min(1.0, 0.5 * gap)))
+    u = scale(sign / max(gap, 1e-300), subtract(q, d))
+    if gap < ON_BOUNDARY:
+        u = vector(link.sides[side, 1])
+    store(matvec(from_polygon, d), state.held[r])
+    store(matvec(from_polygon, u), state.held[r, 3:])
+    turn = matvec(from_polygon, cross(d, u))
+    _label_turn(link, state, k, turn, r)
+    for i in range(link.free_joint.shape[0]):
+        if frame <= link.free_joint[i] <= k:
+            state.slope_of_room[r, i] = dot(vector(state.spin[i]), turn)
 
 
 @inlined
-def _half_turn(angles, free_of, k, out):  # type: ignore[no-untyped-def]
-    """Keep the polygon joint's swing below a half turn, where its angles would change their
-    meaning. Fills a row."""
-    room, slope, label, r = out
-    s0 = angles[k, 0]
-    s1 = angles[k, 1]
+def _label_turn(link, state, k, turn, r):  # type: ignore[no-untyped-def]
+    """Label a row with the swing axis of joint k, and its side, that leads out most directly.
+
+    turn is the axis of the rotation that leads inward, in the world.
+    """
+    own = transpose_matvec(rotation_part(state.world[k]), turn)
+    first = dot(own, vector(link.axes[k, 0]))
+    second = dot(own, vector(link.axes[k, 1]))
+    axis = 0 if abs(first) >= abs(second) else 1
+    inward = first if axis == 0 else second
+    state.label[r, 1] = axis
+    state.label[r, 2] = 0 if inward < 0.0 else 1
+
+
+@inlined
+def _half_turn_row(link, state, k, r):  # type: ignore[no-untyped-def]
+    """Fill a row that keeps the swing of joint k below a half turn, where its angles would jump."""
+    s0 = state.angles[k, 0]
+    s1 = state.angles[k, 1]
     size = math.sqrt(s0 * s0 + s1 * s1)
     axis = 0 if abs(s0) >= abs(s1) else 1
-    label[r, 1] = axis
-    label[r, 2] = 0 if angles[k, axis] >= 0.0 else 1
-    room[r] = MOST_SWING - size
-    if size > 1.0:
+    state.label[r, 1] = axis
+    state.label[r, 2] = 0 if state.angles[k, axis] >= 0.0 else 1
+    state.room[r] = MOST_SWING - size
+    if size > SLOPE_OF_HALF_TURN:
         for i in range(2):
-            if free_of[k, i] >= 0:
-                slope[r, free_of[k, i]] = -angles[k, i] / size
+            if link.free_of[k, i] >= 0:
+                state.slope_of_room[r, link.free_of[k, i]] = -state.angles[k, i] / size
 
 
 @inlined
-def _wall(planes, m, chain, out):  # type: ignore[no-untyped-def]
-    """A plane: room is the height of the point above it. Fills a row."""
-    link, point, normal, offset = planes
-    world, spin, free_joint, pivot = chain
-    room, slope, held, r = out
-    k = link[m]
-    n0 = normal[m, 0]
-    n1 = normal[m, 1]
-    n2 = normal[m, 2]
-    x, y, z = _out(world, k, point[m, 0], point[m, 1], point[m, 2])
-    x = x + world[k, 0, 3]
-    y = y + world[k, 1, 3]
-    z = z + world[k, 2, 3]
-    room[r] = n0 * x + n1 * y + n2 * z - offset[m]
-    held[r, 0] = x
-    held[r, 1] = y
-    held[r, 2] = z
-    held[r, 6] = k
-    held[r, 3] = n0
-    held[r, 4] = n1
-    held[r, 5] = n2
-    for i in range(free_joint.shape[0]):
-        j = free_joint[i]
-        if j >= k:
-            continue
-        r0 = x - pivot[j, 0]
-        r1 = y - pivot[j, 1]
-        r2 = z - pivot[j, 2]
-        slope[r, i] = (
-            spin[i, 0] * (r1 * n2 - r2 * n1)
-            + spin[i, 1] * (r2 * n0 - r0 * n2)
-            + spin[i, 2] * (r0 * n1 - r1 * n0)
-        )
+def _plane_row(link, planes, m, state, r):  # type: ignore[no-untyped-def]
+    """Fill a row for plane m: room = n . x - offset, d room / dθ = n . (ω x arm) = ω . (arm x n)."""
+    k = planes.link[m]
+    normal = vector(planes.normal[m])
+    pose = state.world[k]
+    turned = matvec(rotation_part(pose), vector(planes.point[m]))
+    x = add(turned, (pose[0, 3], pose[1, 3], pose[2, 3]))
+    state.room[r] = dot(normal, x) - planes.offset[m]
+    store(x, state.held[r])
+    store(normal, state.held[r, 3:])
+    state.held[r, 6] = k
+    for i in range(link.free_joint.shape[0]):
+        j = link.free_joint[i]
+        if j < k:
+            arm = subtract(x, vector(state.pivot[j]))
+            state.slope_of_room[r, i] = dot(vector(state.spin[i]), cross(arm, normal))
 
 
 @njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
 def rooms(link, planes, span, state):  # type: ignore[no-untyped-def]
-    """Fill the rows of room of a state whose world and spin are there: the stops in the order of
-    link.rows, then the planes span[0]..span[1]."""
-    rows = link.rows
-    free_of = link.free_of
-    coupling = link.coupling
-    bounds = (link.limits, link.coupled, coupling, free_of)
-    angles = state.angles
-    world = state.world
-    spin = state.spin
-    room = state.room
-    slope = state.slope_of_room
-    label = state.label
-    stops = rows.shape[0]
+    """Fill the rows of room of a state: the stops in the order of link.rows, then planes.
+
+    Parameters
+    ----------
+    link : Linkage
+        The chain.
+    planes : Planes
+        Planes of all chains.
+    span : tuple of two
+        First plane that counts, and the one after the last.
+    state : State
+        A state that `move` has filled; room, slope_of_room, label, held and used out.
+    """
+    stops = link.rows.shape[0]
     count = span[1] - span[0]
     state.used[0] = stops + count
     for r in range(stops + count):
-        for i in range(slope.shape[1]):
-            slope[r, i] = 0.0
+        for i in range(state.slope_of_room.shape[1]):
+            state.slope_of_room[r, i] = 0.0
     for r in range(stops):
-        k = rows[r, 0]
-        axis = rows[r, 1]
-        side = rows[r, 2]
-        label[r, 0] = k
-        label[r, 1] = axis
-        label[r, 2] = side
+        k = link.rows[r, 0]
+        axis = link.rows[r, 1]
+        side = link.rows[r, 2]
+        store((k, axis, side), state.label[r])
         if axis < SIDE_ROWS:
-            limit, c, rate = _limit(bounds, angles, k, axis, side)
-            sign = 1.0 - 2.0 * side
-            room[r] = limit - sign * angles[k, axis]
-            slope[r, free_of[k, axis]] = -sign
-            if c >= 0 and free_of[int(coupling[c, 0]), int(coupling[c, 1])] >= 0:
-                slope[r, free_of[int(coupling[c, 0]), int(coupling[c, 1])]] += rate
+            _angle_row(link, state, k, axis, side, r)
         elif axis == WHOLE_CONE:
-            _cone(bounds, angles, k, state.held, (room, slope, label, r))
+            _cone_row(link, state, k, r)
         elif axis == WHOLE_POLYGON:
-            shape = (link.sides, link.limb, link.axes, k, link.polygon_link)
-            _polygon(shape, world, spin, link.free_joint, state.held, (room, slope, label, r))
+            _polygon_row(link, state, k, r)
         else:
-            _half_turn(angles, free_of, k, (room, slope, label, r))
-    walls = (planes.link, planes.point, planes.normal, planes.offset)
+            _half_turn_row(link, state, k, r)
     for m in range(count):
-        r = stops + m
-        label[r, 0] = -1
-        label[r, 1] = m
-        label[r, 2] = 0
-        _wall(
-            walls,
-            span[0] + m,
-            (world, spin, link.free_joint, state.pivot),
-            (room, slope, state.held, r),
-        )
+        store((-1, m, 0), state.label[stops + m])
+        _plane_row(link, planes, span[0] + m, state, stops + m)
+
+
+@inlined
+def _clamp_swing(link, angles, k):  # type: ignore[no-untyped-def]
+    """Bring a swing into its cone along the ray from zero."""
+    _, l0, _, _ = _half_angle(link, angles, k, 0)
+    _, l1, _, _ = _half_angle(link, angles, k, 1)
+    q = math.sqrt((angles[k, 0] / l0) ** 2 + (angles[k, 1] / l1) ** 2)
+    if q > 1.0:
+        angles[k, 0] = angles[k, 0] / q
+        angles[k, 1] = angles[k, 1] / q
 
 
 @inlined
 def within(link, angles):  # type: ignore[no-untyped-def]
-    """Bring free angles (K, 3) inside cones, hinges and twist limits, in place: cones along the ray
-    from zero."""
-    bounds = (link.limits, link.coupled, link.coupling, link.free_of)
-    for twist in range(2):  # twists follow swings, so they come second
+    """Bring free angles (K, 3) [rad] inside their cones, hinges and twist limits, in place."""
+    for twist in range(2):  # a limit of a twist may follow a swing, so twists come second
         for r in range(link.rows.shape[0]):
             k = link.rows[r, 0]
             axis = link.rows[r, 1]
+            side = link.rows[r, 2]
             if axis == WHOLE_CONE and twist == 0:
-                s0 = angles[k, 0]
-                s1 = angles[k, 1]
-                l0 = max(_limit(bounds, angles, k, 0, 0 if s0 >= 0 else 1)[0], LEAST)
-                l1 = max(_limit(bounds, angles, k, 1, 0 if s1 >= 0 else 1)[0], LEAST)
-                root = math.sqrt((s0 / l0) ** 2 + (s1 / l1) ** 2)
-                if root > 1.0:
-                    angles[k, 0] = s0 / root
-                    angles[k, 1] = s1 / root
+                _clamp_swing(link, angles, k)
             elif axis < SIDE_ROWS and (axis == 2) == (twist == 1):
-                limit = _limit(bounds, angles, k, axis, link.rows[r, 2])[0]
-                if link.rows[r, 2] == 0:
+                limit, _, _ = _limit(link, angles, k, axis, side)
+                if side == 0:
                     angles[k, axis] = min(angles[k, axis], limit)
                 else:
                     angles[k, axis] = max(angles[k, axis], -limit)

@@ -1,9 +1,13 @@
-"""A serial chain of joints: where its links are, and how its tip moves with each free angle.
+"""Forward kinematics of a serial chain of joints: poses of its links, and Jacobians of its tip.
 
 The angles of a joint are the two components of its swing vector and its twist: rotation =
-exp(swing) exp(twist). The rate of turn that a swing component causes is the left Jacobian of the
-exponential map times its axis (Chirikjian 2011, Stochastic Models, Information Theory, and Lie
-Groups 2, section 10.3).
+exp(swing) exp(twist). The angular velocity that a swing component causes is the left Jacobian of
+the exponential map times its axis [1]_.
+
+References
+----------
+.. [1] G. S. Chirikjian (2011), Stochastic Models, Information Theory, and Lie Groups, volume 2,
+   section 10.3, Birkhäuser.
 """
 
 from __future__ import annotations
@@ -14,79 +18,115 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from workbench.body.kernels.rotation import product
 from workbench.compiled import inlined, njit
+from workbench.geometry.vectors import (
+    add,
+    cross,
+    dot,
+    matvec,
+    norm,
+    rotation_part,
+    scale,
+    store,
+    subtract,
+    vector,
+)
 
 __all__ = ["Linkage", "State", "move", "new_state"]
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
+SMALL_ANGLE = 1e-4
+"""Angle [rad] below which the coefficients of Rodrigues' formula are taken from their series."""
+SMALL_SWING = 1e-2
+"""Swing [rad] below which the derivatives of these coefficients are taken as at zero."""
+
 
 class Linkage(NamedTuple):
-    """K joints from link 0 (held) to link K (with the tip), of B bodies that differ in lengths
-    only; n of the 3 K angles are free.
+    """Chain of K joints, for B bodies that differ in lengths only. Link 0 is the base.
 
-    at_parent, at_child (B, K, 3): each joint in both links' frames; tip, pointing (B, 3): the point
-    that reaches and the direction it reaches in, in link K. axes (K, 3, 3): swing 1, swing 2,
-    twist; rows (R, 3): its stops, joint, axis and side (see kernels.limbs.limits); limits (K, 3, 2)
-    [rad]; coupled (K, 3, 2): the row of coupling (M, 6) that a limit follows, or -1: driver joint
-    and axis, two driver angles, two limits; free_joint, free_axis (n,); free_of (K, 3): which free
-    angle, or -1; mode (n,) [rad] and weight (n,) [1/rad2]: comfort is the weighted square of the
-    distance to the mode. sides (V, 5, 3): the spherical polygon that holds limb (3,) in the frame
-    of link polygon_link, side by side: first corner, inward normal, normals of its two ends, normal
-    of the plane through first corner and centre.
+    n of the 3 K angles are free. Joint k stands between the links k and k + 1.
     """
 
     at_parent: Floats
+    """(B, K, 3) [m] centre of each joint in the frame of the link before it."""
     at_child: Floats
+    """(B, K, 3) [m] the same point in the frame of the link after it."""
     axes: Floats
+    """(K, 3, 3) unit axes of each joint: first swing, second swing, twist."""
     rows: Ints
+    """(R, 3) stops: joint, axis and side (see `posture.kernels.limits`)."""
     limits: Floats
+    """(K, 3, 2) [rad] how far each angle goes up and down."""
     coupling: Floats
+    """(M, 6) limits that follow an angle: driving joint and axis, two of its angles [rad], and the
+    limit [rad] at each."""
     coupled: Ints
+    """(K, 3, 2) the row of coupling that a limit follows, -1 for a constant limit."""
     free_joint: Ints
+    """(n,) joint of each free angle."""
     free_axis: Ints
+    """(n,) axis of each free angle."""
     free_of: Ints
+    """(K, 3) number of each angle among the free ones (its Jacobian column), -1 if it is fixed."""
     mode: Floats
+    """(n,) [rad] the most comfortable value of each free angle."""
     weight: Floats
+    """(n,) [1/rad2] discomfort is the sum of weight (angle - mode)^2."""
     sides: Floats
+    """(V, 5, 3) sides of the spherical polygon that holds the limb: first corner, inward normal,
+    the normals of its two ends, and the normal of the plane through first corner and centre."""
     limb: Floats
+    """(3,) direction of the limb that the polygon holds."""
     polygon_link: int
+    """Link in whose frame the polygon stands, -1 without a polygon."""
     tip: Floats
+    """(B, 3) [m] the point that reaches, in link K."""
     pointing: Floats
+    """(B, 3) unit direction that it points in, in link K."""
 
 
 class State(NamedTuple):
-    """Where a chain is: angles (K, 3); world (K + 1, 3, 4); spin (n, 3): rate of turn for each free
-    angle; slope (n, 6): rate of the tip and of its direction; at (6,): tip and direction; pivot (K,
-    3): the joints; bend (K, 3, 3): how a joint's rates of turn change with its swing, the first's
-    with the first angle, with the second, and the second's with the second; room (R,),
-    slope_of_room (R, n), label (R, 3): the stops (joint, axis, side) and planes; held (R, 7): of a
-    plane its point, normal and link, of a polygon the limb's direction and the way in, of a cone
-    its curvature (3); used (1,): how many rows there are."""
+    """Working arrays of one chain, filled in place: the solver's loop allocates nothing."""
 
     angles: Floats
+    """(K, 3) [rad] joint angles."""
     world: Floats
+    """(K + 1, 3, 4) world-from-link transforms."""
     spin: Floats
+    """(n, 3) angular Jacobian: angular velocity beyond the joint per unit rate of a free angle."""
     slope: Floats
+    """(n, 6) Jacobian of the tip [m/rad] and of its direction [1/rad]."""
     at: Floats
+    """(6,) tip [m] and its direction."""
     pivot: Floats
+    """(K, 3) [m] centres of the joints."""
     bend: Floats
+    """(K, 3, 3) derivatives of a joint's angular velocities by its swing: of the first by the first
+    angle, of the first by the second, of the second by the second."""
     room: Floats
+    """(R,) distance from each stop [rad] and plane [m], positive inside."""
     slope_of_room: Floats
+    """(R, n) its derivatives by the free angles."""
     label: Ints
+    """(R, 3) joint, axis and side of each stop; -1, number and 0 of a plane."""
     held: Floats
+    """(R, 7) what the curvature of a row needs. A plane: point, normal and link. A polygon:
+    direction of the limb and direction inward. A cone: its three second derivatives."""
     used: Ints
+    """(1,) number of rows in use."""
 
 
-# Nothing below allocates, so it is compiled without the run time that counts references, and
-# inlined into the batch loop by force: a call would copy the descriptions of all these arrays, 1 kB
-# and more, onto the stack.
+# Nothing below allocates, so it is compiled without the run time that counts references. It is
+# inlined into the batch loop: a call would copy the descriptions of all these arrays, 1 kB and
+# more, onto the stack.
 
 
 @njit(cache=True)
 def new_state(joints, free, rows):  # type: ignore[no-untyped-def]
-    """An empty state."""
+    """Make an empty state for so many joints, free angles, and rows of room."""
     return State(
         np.zeros((joints, 3)),
         np.zeros((joints + 1, 3, 4)),
@@ -104,9 +144,9 @@ def new_state(joints, free, rows):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def _sines(angle):  # type: ignore[no-untyped-def]
-    """sin(a)/a, (1 - cos a)/a2 and (a - sin a)/a3, also near zero."""
-    if angle < 1e-4:
+def _rodrigues_coefficients(angle):  # type: ignore[no-untyped-def]
+    """Coefficients sin(a)/a, (1 - cos a)/a2 and (a - sin a)/a3, by their series near zero."""
+    if angle < SMALL_ANGLE:
         square = angle * angle
         return 1.0 - square / 6.0, 0.5 - square / 24.0, 1.0 / 6.0 - square / 120.0
     sine = math.sin(angle)
@@ -115,25 +155,10 @@ def _sines(angle):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def _times(m, r):  # type: ignore[no-untyped-def]
-    """Product of two matrices given row by row as tuples."""
-    return (
-        m[0] * r[0] + m[1] * r[3] + m[2] * r[6],
-        m[0] * r[1] + m[1] * r[4] + m[2] * r[7],
-        m[0] * r[2] + m[1] * r[5] + m[2] * r[8],
-        m[3] * r[0] + m[4] * r[3] + m[5] * r[6],
-        m[3] * r[1] + m[4] * r[4] + m[5] * r[7],
-        m[3] * r[2] + m[4] * r[5] + m[5] * r[8],
-        m[6] * r[0] + m[7] * r[3] + m[8] * r[6],
-        m[6] * r[1] + m[7] * r[4] + m[8] * r[7],
-        m[6] * r[2] + m[7] * r[5] + m[8] * r[8],
-    )
-
-
-@inlined
-def _turn(x, y, z, a, b):  # type: ignore[no-untyped-def]
-    """Matrix of the rotation vector (x, y, z), a and b being the first two sines of its length:
-    Rodrigues' formula."""
+def _exp_so3(w, coefficients):  # type: ignore[no-untyped-def]
+    """Matrix of a rotation vector w by Rodrigues' formula: I + a [w] + b [w]^2."""
+    x, y, z = w
+    a, b, _ = coefficients
     return (
         1.0 - b * (y * y + z * z),
         b * x * y - a * z,
@@ -148,143 +173,157 @@ def _turn(x, y, z, a, b):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def _joint(link, b, k, state):  # type: ignore[no-untyped-def]
-    """World of link k + 1 and the rates of turn of joint k's free angles, from the world of link k;
-    of body b."""
-    t0 = state.angles[k, 0]
-    t1 = state.angles[k, 1]
-    t2 = state.angles[k, 2]
-    axes = link.axes
-    w = state.world
+def _left_jacobian_times(w, coefficients, v):  # type: ignore[no-untyped-def]
+    """Left Jacobian of SO(3) at w, applied to v: v + b w x v + c w x (w x v)."""
+    once = cross(w, v)
+    twice = cross(w, once)
+    return add(add(v, scale(coefficients[1], once)), scale(coefficients[2], twice))
+
+
+@inlined
+def _coefficient_slopes(size, coefficients):  # type: ignore[no-untyped-def]
+    """Derivatives of the coefficients b and c by the angle, divided by the angle."""
+    _, b, c = coefficients
+    if size > SMALL_SWING:
+        square = size * size
+        return (math.sin(size) / size - 2.0 * b) / square, (b - 3.0 * c) / square
+    return -1.0 / 12.0, -1.0 / 60.0
+
+
+@inlined
+def _left_jacobian_slope(w, coefficients, slopes, v, o):  # type: ignore[no-untyped-def]
+    """Differentiate the left Jacobian at w, applied to v, as w moves along o."""
+    # J(w) v = v + b w x v + c w x (w x v), and the angle |w| grows by w . o / |w|, so
+    #     b'/|w| (w . o) w x v + b o x v
+    #     + c'/|w| (w . o) w x (w x v) + c (o x (w x v) + w x (o x v)).
+    _, b, c = coefficients
+    along = dot(w, o)
+    once = cross(w, v)
+    turned = cross(o, v)
+    first = add(scale(slopes[0] * along, once), scale(b, turned))
+    second = add(first, scale(slopes[1] * along, cross(w, once)))
+    return add(second, scale(c, add(cross(o, once), cross(w, turned))))
+
+
+@inlined
+def _place_link(link, body, k, parent, child, state):  # type: ignore[no-untyped-def]
+    """Write the pose of link k + 1, p' = p + R u - R' v, and the centre of joint k, p + R u.
+
+    R (parent) and R' (child) are the links' rotations, u and v the centre of the joint in each.
+    """
     world = state.world
-    spin = state.spin
-    s = (
-        t0 * axes[k, 0, 0] + t1 * axes[k, 1, 0],
-        t0 * axes[k, 0, 1] + t1 * axes[k, 1, 1],
-        t0 * axes[k, 0, 2] + t1 * axes[k, 1, 2],
-    )
-    size = math.sqrt(s[0] * s[0] + s[1] * s[1] + s[2] * s[2])
-    above = (
-        w[k, 0, 0],
-        w[k, 0, 1],
-        w[k, 0, 2],
-        w[k, 1, 0],
-        w[k, 1, 1],
-        w[k, 1, 2],
-        w[k, 2, 0],
-        w[k, 2, 1],
-        w[k, 2, 2],
-    )
-    first, second, third = _sines(size)
-    swung = _times(above, _turn(s[0], s[1], s[2], first, second)) if size > 0.0 else above
-    below = swung
-    if t2 != 0.0:
-        a, c, _ = _sines(abs(t2))
-        below = _times(
-            swung, _turn(t2 * axes[k, 2, 0], t2 * axes[k, 2, 1], t2 * axes[k, 2, 2], a, c)
-        )
-    p0 = link.at_parent[b, k, 0]
-    p1 = link.at_parent[b, k, 1]
-    p2 = link.at_parent[b, k, 2]
-    q0 = link.at_child[b, k, 0]
-    q1 = link.at_child[b, k, 1]
-    q2 = link.at_child[b, k, 2]
+    u = matvec(parent, vector(link.at_parent[body, k]))
+    v = vector(link.at_child[body, k])
     for i in range(3):
-        m = 3 * i
-        world[k + 1, i, 0] = below[m]
-        world[k + 1, i, 1] = below[m + 1]
-        world[k + 1, i, 2] = below[m + 2]
-        at = above[m] * p0 + above[m + 1] * p1 + above[m + 2] * p2
-        state.pivot[k, i] = w[k, i, 3] + at
-        world[k + 1, i, 3] = w[k, i, 3] + at - below[m] * q0 - below[m + 1] * q1 - below[m + 2] * q2
+        state.pivot[k, i] = world[k, i, 3] + u[i]
+        for m in range(3):
+            world[k + 1, i, m] = child[3 * i + m]
+        world[k + 1, i, 3] = (
+            state.pivot[k, i]
+            - child[3 * i] * v[0]
+            - child[3 * i + 1] * v[1]
+            - child[3 * i + 2] * v[2]
+        )
+
+
+@inlined
+def _fill_angular_jacobian(link, k, swing, coefficients, parent, swung, state):  # type: ignore[no-untyped-def]
+    """Fill the angular velocities that the free angles of joint k cause."""
+    # J being the left Jacobian of SO(3), s the swing vector and R the rotation of the parent:
+    #     ω1 = R J(s) a1,    ω2 = R J(s) a2,    ω3 = R exp(s) a3.
     for axis in range(3):
-        d = link.free_of[k, axis]
-        if d < 0:
+        column = link.free_of[k, axis]
+        if column < 0:
             continue
-        x = axes[k, axis, 0]
-        y = axes[k, axis, 1]
-        z = axes[k, axis, 2]
-        frame = swung
+        direction = vector(link.axes[k, axis])
+        frame = swung  # the twist comes after the swing, so its axis has swung
         if axis < 2:
-            frame = above
-            u = (s[1] * z - s[2] * y, s[2] * x - s[0] * z, s[0] * y - s[1] * x)
-            t = (s[1] * u[2] - s[2] * u[1], s[2] * u[0] - s[0] * u[2], s[0] * u[1] - s[1] * u[0])
-            x = x + second * u[0] + third * t[0]
-            y = y + second * u[1] + third * t[1]
-            z = z + second * u[2] + third * t[2]
-        for i in range(3):
-            spin[d, i] = frame[3 * i] * x + frame[3 * i + 1] * y + frame[3 * i + 2] * z
+            frame = parent
+            direction = _left_jacobian_times(swing, coefficients, direction)
+        store(matvec(frame, direction), state.spin[column])
+
+
+@inlined
+def _fill_axis_derivatives(link, k, swing, size, coefficients, parent, state):  # type: ignore[no-untyped-def]
+    """Fill the derivatives of joint k's angular velocities by its swing angles."""
+    first = vector(link.axes[k, 0])
+    second = vector(link.axes[k, 1])
+    slopes = _coefficient_slopes(size, coefficients)
+    bend = state.bend[k]
+    store(matvec(parent, _left_jacobian_slope(swing, coefficients, slopes, first, first)), bend[0])
+    store(matvec(parent, _left_jacobian_slope(swing, coefficients, slopes, first, second)), bend[1])
+    store(
+        matvec(parent, _left_jacobian_slope(swing, coefficients, slopes, second, second)), bend[2]
+    )
+
+
+@inlined
+def _update_joint(link, body, k, state):  # type: ignore[no-untyped-def]
+    """Place link k + 1 and fill the angular Jacobian of joint k. Link k must be placed already."""
+    # Forward kinematics, with s = θ1 a1 + θ2 a2 the swing vector and θ3 a3 the twist vector:
+    #     R' = R exp(s) exp(θ3 a3).
+    parent = rotation_part(state.world[k])
+    swing = add(
+        scale(state.angles[k, 0], vector(link.axes[k, 0])),
+        scale(state.angles[k, 1], vector(link.axes[k, 1])),
+    )
+    size = norm(swing)
+    coefficients = _rodrigues_coefficients(size)
+    swung = parent
+    if size > 0.0:  # a joint that only twists needs no product
+        swung = product(parent, _exp_so3(swing, coefficients))
+    child = swung
+    twist = state.angles[k, 2]
+    if twist != 0.0:
+        twist_vector = scale(twist, vector(link.axes[k, 2]))
+        child = product(swung, _exp_so3(twist_vector, _rodrigues_coefficients(abs(twist))))
+    _place_link(link, body, k, parent, child, state)
+    _fill_angular_jacobian(link, k, swing, coefficients, parent, swung, state)
     if link.free_of[k, 0] >= 0 and link.free_of[k, 1] >= 0:
-        _bends(axes, state.bend, k, s, size, above)
+        _fill_axis_derivatives(link, k, swing, size, coefficients, parent, state)
 
 
 @inlined
-def _cross(a, b):  # type: ignore[no-untyped-def]
-    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
-
-
-@inlined
-def _bends(axes, bend, k, s, size, above):  # type: ignore[no-untyped-def]
-    """Fill bend[k]: the left Jacobian times an axis, a + b s x a + c s x (s x a), differentiated by
-    the components of the swing vector s (3,)."""
-    _, b, c = _sines(size)
-    square = size * size
-    b_slope = -1.0 / 12.0
-    c_slope = -1.0 / 60.0
-    if size > 1e-2:
-        b_slope = (math.sin(size) / size - 2.0 * b) / square
-        c_slope = (b - 3.0 * c) / square
-    for m in range(3):
-        i = m // 2
-        j = (m + 1) // 2  # the rate of the first is differentiated by the second
-        a = (axes[k, i, 0], axes[k, i, 1], axes[k, i, 2])
-        o = (axes[k, j, 0], axes[k, j, 1], axes[k, j, 2])
-        u = _cross(s, a)
-        q = _cross(o, a)
-        t = _cross(s, u)
-        v = _cross(o, u)
-        w = _cross(s, q)
-        part = s[0] * o[0] + s[1] * o[1] + s[2] * o[2]
-        p = b_slope * part
-        r = c_slope * part
-        x = p * u[0] + b * q[0] + r * t[0] + c * (v[0] + w[0])
-        y = p * u[1] + b * q[1] + r * t[1] + c * (v[1] + w[1])
-        z = p * u[2] + b * q[2] + r * t[2] + c * (v[2] + w[2])
-        for n in range(3):
-            bend[k, m, n] = above[3 * n] * x + above[3 * n + 1] * y + above[3 * n + 2] * z
+def _place_tip(link, body, state):  # type: ignore[no-untyped-def]
+    """Fill the tip, p + R t, and its direction, R d, from the pose of the last link."""
+    last = state.world[link.axes.shape[0]]
+    for i in range(3):
+        state.at[i] = last[i, 3]
+        state.at[3 + i] = 0.0
+        for m in range(3):
+            state.at[i] += last[i, m] * link.tip[body, m]
+            state.at[3 + i] += last[i, m] * link.pointing[body, m]
 
 
 @njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
 def move(link, b, base, p, state):  # type: ignore[no-untyped-def]
-    """Fill world, spin, slope and `at` of a state from its angles, of body b; base[p] (3, 4) is the
-    world of link 0."""
-    world = state.world
-    at = state.at
-    slope = state.slope
-    spin = state.spin
-    joints = link.axes.shape[0]
+    """Place the chain of body b at the angles of a state, and fill its Jacobians.
+
+    Parameters
+    ----------
+    link : Linkage
+        The chain of B bodies.
+    b : int
+        Row of the body.
+    base : (P, 3, 4)
+        World-from-base transforms [m].
+    p : int
+        Row of base.
+    state : State
+        Angles in; world, spin, slope, at, pivot and bend out.
+    """
     for i in range(3):
         for m in range(4):
-            world[0, i, m] = base[p, i, m]
-    for k in range(joints):
-        _joint(link, b, k, state)
-    for i in range(3):
-        at[i] = world[joints, i, 3]
-        at[3 + i] = 0.0
-        for m in range(3):
-            at[i] += world[joints, i, m] * link.tip[b, m]
-            at[3 + i] += world[joints, i, m] * link.pointing[b, m]
-    for d in range(link.free_joint.shape[0]):
-        k = link.free_joint[d]
-        w0 = spin[d, 0]
-        w1 = spin[d, 1]
-        w2 = spin[d, 2]
-        r0 = at[0] - state.pivot[k, 0]
-        r1 = at[1] - state.pivot[k, 1]
-        r2 = at[2] - state.pivot[k, 2]
-        slope[d, 0] = w1 * r2 - w2 * r1
-        slope[d, 1] = w2 * r0 - w0 * r2
-        slope[d, 2] = w0 * r1 - w1 * r0
-        slope[d, 3] = w1 * at[5] - w2 * at[4]
-        slope[d, 4] = w2 * at[3] - w0 * at[5]
-        slope[d, 5] = w0 * at[4] - w1 * at[3]
+            state.world[0, i, m] = base[p, i, m]
+    for k in range(link.axes.shape[0]):
+        _update_joint(link, b, k, state)
+    _place_tip(link, b, state)
+    # Geometric Jacobian of a point x and a direction d that turn with ω about a joint at c:
+    #     dx/dθ = ω x (x - c),    dd/dθ = ω x d.
+    tip = vector(state.at)
+    direction = vector(state.at[3:])
+    for column in range(link.free_joint.shape[0]):
+        omega = vector(state.spin[column])
+        arm = subtract(tip, vector(state.pivot[link.free_joint[column]]))
+        store(cross(omega, arm), state.slope[column])
+        store(cross(omega, direction), state.slope[column, 3:])

@@ -1,8 +1,13 @@
-"""One damped Newton step of a chain toward the least of a sum, held by stops and planes with
-multipliers.
+"""Damped Newton step of a chain, held by stops and planes.
 
-The stops and planes that hold a step are found by turns; they count by the method of multipliers
-(augmented Lagrangian; Nocedal & Wright 2006, Numerical Optimization, chapter 17).
+The step solves (H + μ W) step = -g, with the Hessian H and the gradient g of the augmented
+Lagrangian (the method of multipliers, [1]_ chapter 17), the damping μ (Levenberg and Marquardt,
+[1]_ chapter 10) and the comfort weights W. The stops and planes that hold the step are an active
+set, found by repetition.
+
+References
+----------
+.. [1] J. Nocedal and S. J. Wright (2006), Numerical Optimization, 2nd edition, Springer.
 """
 
 from __future__ import annotations
@@ -14,41 +19,57 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.compiled import inlined, inner, njit
+from workbench.geometry.vectors import cross, dot, scale, subtract, vector
 from workbench.posture.kernels.limits import WHOLE_CONE, WHOLE_POLYGON
 
 __all__ = ["HOLD", "INSIDE", "Work", "back", "equations", "go", "multiply", "new_work", "newton"]
 
+Floats = NDArray[np.float64]
+
 HOLD = 1e5
-"""Weight [1/rad2, 1/m2] of a breach of a stop or plane."""
+"""Penalty [1/rad2, 1/m2] of a breach of a stop or plane."""
 INSIDE = 1e-6
 """How far [rad, m] inside a stop a solution is brought, so that rounding does not put it past."""
 UNSURE = 30.0
-"""How hard [1/rad, 1/m] at most a stop is taken to hold more than its multiplier says, in its
-curvature."""
+"""Most [1/rad, 1/m] by which the force of a stop in the Hessian may exceed its multiplier."""
 MOST_STEP = 0.6
+"""Largest change [rad] of an angle in one step."""
 MOST_TURNS = 6
+"""Active sets that are tried for one step at most."""
+LEAST_PIVOT = 1e-9
+"""Pivot of the Cholesky factorisation below which a matrix does not count as positive definite."""
 
 
 class Work(NamedTuple):
-    """Working space of a descent: matrix, whole (n, n), right, side, step (n,), active (R,), force,
-    pushed (6,), press (R,), kept (K, 3), bend (6,): the pull in the curvature."""
+    """Working arrays of a descent, for n free angles and R stops and planes."""
 
-    matrix: NDArray[np.float64]
-    whole: NDArray[np.float64]
-    right: NDArray[np.float64]
-    side: NDArray[np.float64]
-    step: NDArray[np.float64]
+    matrix: Floats
+    """(n, n) Hessian without stops and damping, lower triangle."""
+    whole: Floats
+    """(n, n) the matrix that is factorised, in place."""
+    right: Floats
+    """(n,) negative gradient without stops."""
+    side: Floats
+    """(n,) negative gradient with the stops that hold."""
+    step: Floats
+    """(n,) [rad] the step."""
     active: NDArray[np.int64]
-    force: NDArray[np.float64]
-    pushed: NDArray[np.float64]
-    press: NDArray[np.float64]
-    kept: NDArray[np.float64]
-    bend: NDArray[np.float64]
+    """(R,) 1 for a stop or plane that holds the step."""
+    force: Floats
+    """(6,) force [1/m] on the tip and its direction, in the gradient."""
+    pushed: Floats
+    """(6,) multipliers of the target."""
+    press: Floats
+    """(R,) multipliers of stops and planes."""
+    kept: Floats
+    """(K, 3) [rad] the angles before the step."""
+    bend: Floats
+    """(6,) force on the tip and its direction, in the Hessian."""
 
 
 @njit(cache=True)
 def new_work(joints, free, rows):  # type: ignore[no-untyped-def]
-    """An empty working space."""
+    """Make empty working arrays for so many joints, free angles, and rows of room."""
     return Work(
         np.zeros((free, free)),
         np.zeros((free, free)),
@@ -66,167 +87,184 @@ def new_work(joints, free, rows):  # type: ignore[no-untyped-def]
 
 @njit(cache=True, error_model="numpy", _nrt=False)
 def equations(link, goal, p, state, work, pull, ease, bent):  # type: ignore[no-untyped-def]
-    """Normal equations of the step without the stops: matrix (n, n), lower triangle, and right side
-    (n,). The second derivative of a turn after a turn is the cross product of the outer rate of
-    turn with the inner slope; it counts times work.bend (6,), the force that will hold the tip and
-    its direction."""
-    n = link.mode.shape[0]
-    f = work.force
+    """Fill gradient and Hessian of the sum that is made least, without its stops.
+
+    Parameters
+    ----------
+    link, state : Linkage, State
+        The chain, with the Jacobians at its angles.
+    goal : (P, 12)
+        Target [m], direction, and the weights of these six numbers.
+    p : int
+        Row of goal.
+    work : Work
+        force and bend in; matrix (lower triangle) and right out.
+    pull : float
+        Penalty [1/m2] of the distance from the goal.
+    ease : float
+        Weight of comfort.
+    bent : bool
+        Whether the Hessian has the curvature of the tip's path and of the stops. Without it the
+        step is that of Gauss and Newton.
+    """
     directed = goal[p, 9] > 0.0
-    for i in range(n):
+    _fill_gradient(link, state, work, ease, directed)
+    _fill_hessian(link, goal, p, state, work, pull, ease, bent)
+    if bent:
+        joints = link.axes.shape[0]
+        tip = vector(state.at)
+        _add_swing_curvature(link, state, work.matrix, 0, joints, tip, True, vector(work.bend))
+        if directed:
+            direction = vector(state.at[3:])
+            force = vector(work.bend[3:])
+            _add_swing_curvature(link, state, work.matrix, 0, joints, direction, False, force)
+        _add_stop_curvature(link, state, work)
+
+
+@inlined
+def _fill_hessian(link, goal, p, state, work, pull, ease, bent):  # type: ignore[no-untyped-def]
+    """Fill the Hessian of comfort and of the penalties on tip and direction, lower triangle."""
+    # With the Jacobian S and the squared weights w of three coordinates a penalty gives
+    #     H = S' w S - Σ f . d2x/dθi dθj.
+    # Free angles are numbered outward from the base, so a turn about j carries the slope of i >= j:
+    #     d2x/dθi dθj = ωj x Si, so that Hij = (w Sj - f x ωj) . Si.
+    n = link.mode.shape[0]
+    directed = goal[p, 9] > 0.0
+    tilt = pull * goal[p, 9] * goal[p, 9]
+    tip = (pull * goal[p, 6] ** 2, pull * goal[p, 7] ** 2, pull * goal[p, 8] ** 2)
+    for j in range(n):
+        row = _hessian_row(state, work, j, 0, tip, bent)
+        for i in range(j, n):
+            work.matrix[i, j] = dot(vector(state.slope[i]), row)
+        if directed:
+            row = _hessian_row(state, work, j, 3, (tilt, tilt, tilt), bent)
+            for i in range(j, n):
+                work.matrix[i, j] += dot(vector(state.slope[i, 3:]), row)
+        work.matrix[j, j] += ease * link.weight[j]
+
+
+@inlined
+def _hessian_row(state, work, j, first, weights, bent):  # type: ignore[no-untyped-def]
+    """Vector w Sj - f x ωj of the tip (first 0) or of its direction (first 3)."""
+    slope = vector(state.slope[j, first:])
+    row = (weights[0] * slope[0], weights[1] * slope[1], weights[2] * slope[2])
+    if bent:
+        row = _minus_cross(row, vector(work.bend[first:]), vector(state.spin[j]))
+    return row
+
+
+@inlined
+def _fill_gradient(link, state, work, ease, directed):  # type: ignore[no-untyped-def]
+    """Fill the negative gradient: the pull of comfort, and S' f, the force on the tip."""
+    numbers = 6 if directed else 3
+    for i in range(link.mode.shape[0]):
         off = link.mode[i] - state.angles[link.free_joint[i], link.free_axis[i]]
         right = ease * link.weight[i] * off
-        for c in range(3):
-            right += state.slope[i, c] * f[c]
-        if directed:
-            for c in range(3, 6):
-                right += state.slope[i, c] * f[c]
+        for c in range(numbers):
+            right += state.slope[i, c] * work.force[c]
         work.right[i] = right
-    f = work.bend
-    tilt = pull * goal[p, 9] * goal[p, 9]
-    p0 = pull * goal[p, 6] ** 2
-    p1 = pull * goal[p, 7] ** 2
-    p2 = pull * goal[p, 8] ** 2
-    for j in range(n):  # free angles run outward from the held link, so j is the outer one
-        t0 = p0 * state.slope[j, 0]
-        t1 = p1 * state.slope[j, 1]
-        t2 = p2 * state.slope[j, 2]
-        w0 = state.spin[j, 0]
-        w1 = state.spin[j, 1]
-        w2 = state.spin[j, 2]
-        if bent:
-            t0 = t0 - f[1] * w2 + f[2] * w1
-            t1 = t1 - f[2] * w0 + f[0] * w2
-            t2 = t2 - f[0] * w1 + f[1] * w0
-        for i in range(j, n):
-            work.matrix[i, j] = (
-                state.slope[i, 0] * t0 + state.slope[i, 1] * t1 + state.slope[i, 2] * t2
-            )
-        if directed:
-            t0 = tilt * state.slope[j, 3]
-            t1 = tilt * state.slope[j, 4]
-            t2 = tilt * state.slope[j, 5]
-            if bent:
-                t0 = t0 - f[4] * w2 + f[5] * w1
-                t1 = t1 - f[5] * w0 + f[3] * w2
-                t2 = t2 - f[3] * w1 + f[4] * w0
-            for i in range(j, n):
-                work.matrix[i, j] += (
-                    state.slope[i, 3] * t0 + state.slope[i, 4] * t1 + state.slope[i, 5] * t2
-                )
-        work.matrix[j, j] += ease * link.weight[j]
-    if bent:
-        point = (state.at[0], state.at[1], state.at[2])
-        force = (f[0], f[1], f[2])
-        _swings(link, state, work.matrix, (0, link.axes.shape[0]), point, True, force)
-        if directed:
-            point = (state.at[3], state.at[4], state.at[5])
-            force = (f[3], f[4], f[5])
-            _swings(link, state, work.matrix, (0, link.axes.shape[0]), point, False, force)
-        _bend_of_stops(link, state, work)
 
 
 @inlined
-def _swings(link, state, matrix, span, point, fixed, force):  # type: ignore[no-untyped-def]
-    """Less the second derivatives, times a force, of a point (of a direction where not fixed) by
-    swings of one and the same joint, as far as a turn after a turn does not make them. Of the
-    joints span[0]..span[1]."""
-    free_of = link.free_of
-    pivot = state.pivot
-    bend = state.bend
-    for k in range(span[0], span[1]):
-        j = free_of[k, 0]
-        i = free_of[k, 1]
+def _minus_cross(a, f, w):  # type: ignore[no-untyped-def]
+    """Vector a - f x w, each sum from left to right."""
+    return (
+        a[0] - f[1] * w[2] + f[2] * w[1],
+        a[1] - f[2] * w[0] + f[0] * w[2],
+        a[2] - f[0] * w[1] + f[1] * w[0],
+    )
+
+
+@inlined
+def _arm(state, k, point, is_point):  # type: ignore[no-untyped-def]
+    """What a turn about joint k carries: the arm from its centre, or a direction as it is."""
+    if is_point:
+        return subtract(point, vector(state.pivot[k]))
+    return point
+
+
+@inlined
+def _add_swing_curvature(link, state, matrix, first, last, point, is_point, force):  # type: ignore[no-untyped-def]
+    """Subtract the second derivatives, times a force, that swings of one joint give a point.
+
+    The axes of a swing turn with the swing itself: their derivative b moves an arm r by b x r, and
+    f . (b x r) = b . (r x f). Joints first..last - 1 count. A direction is no point.
+    """
+    for k in range(first, last):
+        j = link.free_of[k, 0]
+        i = link.free_of[k, 1]
         if j < 0 or i < 0:
             continue
-        x, y, z = point
-        if fixed:
-            x = x - pivot[k, 0]
-            y = y - pivot[k, 1]
-            z = z - pivot[k, 2]
-        u = y * force[2] - z * force[1]
-        v = z * force[0] - x * force[2]
-        w = x * force[1] - y * force[0]
-        matrix[j, j] -= bend[k, 0, 0] * u + bend[k, 0, 1] * v + bend[k, 0, 2] * w
-        matrix[i, j] -= bend[k, 1, 0] * u + bend[k, 1, 1] * v + bend[k, 1, 2] * w
-        matrix[i, i] -= bend[k, 2, 0] * u + bend[k, 2, 1] * v + bend[k, 2, 2] * w
+        torque = cross(_arm(state, k, point, is_point), force)
+        matrix[j, j] -= dot(vector(state.bend[k, 0]), torque)
+        matrix[i, j] -= dot(vector(state.bend[k, 1]), torque)
+        matrix[i, i] -= dot(vector(state.bend[k, 2]), torque)
 
 
 @inlined
-def _turns(link, state, matrix, span, point, fixed, force):  # type: ignore[no-untyped-def]
-    """Less the second derivatives, times a force, of a point (of a direction where not fixed) by
-    turns of the joints span[0]..span[1]."""
+def _add_turn_curvature(link, state, matrix, first, last, point, is_point, force):  # type: ignore[no-untyped-def]
+    """Subtract the second derivatives, times a force, that joints first..last - 1 give a point."""
+    # Of two turns the outer one, j, carries the slope s of the inner one, i:
+    #     f . (ωj x s) = ωj . (s x f).
     joint = link.free_joint
-    spin = state.spin
-    pivot = state.pivot
-    f0, f1, f2 = force
     for i in range(joint.shape[0]):
         k = joint[i]
-        if k < span[0] or k >= span[1]:
+        if k < first or k >= last:
             continue
-        x, y, z = point
-        if fixed:
-            x = x - pivot[k, 0]
-            y = y - pivot[k, 1]
-            z = z - pivot[k, 2]
-        s0 = spin[i, 1] * z - spin[i, 2] * y
-        s1 = spin[i, 2] * x - spin[i, 0] * z
-        s2 = spin[i, 0] * y - spin[i, 1] * x
-        # force . (outer x slope) = outer . (slope x force)
-        s0, s1, s2 = s1 * f2 - s2 * f1, s2 * f0 - s0 * f2, s0 * f1 - s1 * f0
+        slope = cross(vector(state.spin[i]), _arm(state, k, point, is_point))
+        torque = cross(slope, force)
         for j in range(i + 1):
-            if joint[j] >= span[0]:
-                matrix[i, j] -= spin[j, 0] * s0 + spin[j, 1] * s1 + spin[j, 2] * s2
-    _swings(link, state, matrix, span, point, fixed, force)
+            if joint[j] >= first:
+                matrix[i, j] -= dot(vector(state.spin[j]), torque)
+    _add_swing_curvature(link, state, matrix, first, last, point, is_point, force)
+
+
+@inlined
+def _add_cone_curvature(link, matrix, k, push, curvature):  # type: ignore[no-untyped-def]
+    """Add the three second derivatives of the cone of joint k, times the force it holds with."""
+    j = link.free_of[k, 0]
+    i = link.free_of[k, 1]
+    if j >= 0 and i >= 0:
+        matrix[j, j] += push * curvature[0]
+        matrix[i, j] += push * curvature[1]
+        matrix[i, i] += push * curvature[2]
 
 
 @inner
-def _bend_of_stops(link, state, work):  # type: ignore[no-untyped-def]
-    """The curvature of cones, polygon and planes that hold, times what they hold with. Of one that
-    only just holds, what it will hold with is not known yet: it counts little, since much of it
-    would bend too much."""
+def _add_stop_curvature(link, state, work):  # type: ignore[no-untyped-def]
+    """Add the curvature of the cones, polygons and planes that hold, times the force they hold with.
+
+    The force of a stop that only just holds is not known yet. It counts with its multiplier and
+    `UNSURE` more at most, since the whole penalty would bend the step too much.
+    """
     matrix = work.matrix
-    press = work.press
     held = state.held
     for r in range(state.used[0]):
-        push = min(press[r] + HOLD * (INSIDE - state.room[r]), press[r] + UNSURE)
+        push = min(work.press[r] + HOLD * (INSIDE - state.room[r]), work.press[r] + UNSURE)
         if not push > 0.0:
             continue
-        plane = r >= link.rows.shape[0]
-        if plane or link.rows[r, 1] == WHOLE_POLYGON:
-            first, last = (
-                (0, int(held[r, 6])) if plane else (link.polygon_link, link.rows[r, 0] + 1)
-            )
-            force = (push * held[r, 3], push * held[r, 4], push * held[r, 5])
-            _turns(
-                link,
-                state,
-                matrix,
-                (first, last),
-                (held[r, 0], held[r, 1], held[r, 2]),
-                plane,
-                force,
-            )
+        is_plane = r >= link.rows.shape[0]
+        if is_plane or link.rows[r, 1] == WHOLE_POLYGON:
+            first = 0 if is_plane else link.polygon_link
+            last = int(held[r, 6]) if is_plane else link.rows[r, 0] + 1
+            force = scale(push, vector(held[r, 3:]))
+            _add_turn_curvature(link, state, matrix, first, last, vector(held[r]), is_plane, force)
         elif link.rows[r, 1] == WHOLE_CONE:
-            k = link.rows[r, 0]
-            j = link.free_of[k, 0]
-            i = link.free_of[k, 1]
-            if j >= 0 and i >= 0:
-                matrix[j, j] += push * held[r, 0]
-                matrix[i, j] += push * held[r, 1]
-                matrix[i, i] += push * held[r, 2]
+            _add_cone_curvature(link, matrix, link.rows[r, 0], push, held[r])
 
 
 @inlined
-def _cholesky(matrix, right, step):  # type: ignore[no-untyped-def]
-    """Solve by Cholesky's factors of the lower triangle, in place; False where it is not
-    positive."""
-    n = right.shape[0]
+def _factorise(matrix):  # type: ignore[no-untyped-def]
+    """Replace a lower triangle by its Cholesky factor, with inverse pivots on the diagonal.
+
+    Returns False if the matrix is not positive definite.
+    """
+    n = matrix.shape[0]
     for j in range(n):
         value = matrix[j, j]
         for m in range(j):
             value -= matrix[j, m] * matrix[j, m]
-        if not value > 1e-9:
+        if not value > LEAST_PIVOT:
             return False
         matrix[j, j] = 1.0 / math.sqrt(value)
         for i in range(j + 1, n):
@@ -234,79 +272,111 @@ def _cholesky(matrix, right, step):  # type: ignore[no-untyped-def]
             for m in range(j):
                 value -= matrix[i, m] * matrix[j, m]
             matrix[i, j] = value * matrix[j, j]
+    return True
+
+
+@inlined
+def _substitute(factor, right, step):  # type: ignore[no-untyped-def]
+    """Solve L L' step = right by forward and back substitution, L from `_factorise`."""
+    n = right.shape[0]
     for i in range(n):
         value = right[i]
         for m in range(i):
-            value -= matrix[i, m] * step[m]
-        step[i] = value * matrix[i, i]
+            value -= factor[i, m] * step[m]
+        step[i] = value * factor[i, i]
     for i in range(n - 1, -1, -1):
         value = step[i]
         for m in range(i + 1, n):
-            value -= matrix[m, i] * step[m]
-        step[i] = value * matrix[i, i]
-    return True
+            value -= factor[m, i] * step[m]
+        step[i] = value * factor[i, i]
+
+
+@inlined
+def _fill_system(link, state, work, damping):  # type: ignore[no-untyped-def]
+    """Fill the system of a step: Hessian, damping, and the penalties of the active rows."""
+    # The augmented Lagrangian has (max(0, press + HOLD (INSIDE - room)))2 / (2 HOLD) for a row.
+    # Where the row is active, with gradient g of its room, that adds HOLD g g' to the Hessian.
+    n = link.mode.shape[0]
+    slope = state.slope_of_room
+    for i in range(n):
+        work.side[i] = work.right[i]
+        for j in range(i + 1):
+            work.whole[i, j] = work.matrix[i, j]
+        work.whole[i, i] += damping * link.weight[i]
+    for r in range(state.used[0]):
+        if not work.active[r]:
+            continue
+        push = work.press[r] + HOLD * (INSIDE - state.room[r])
+        for i in range(n):
+            g = slope[r, i]
+            if g != 0.0:
+                work.side[i] += push * g
+                for j in range(i + 1):
+                    work.whole[i, j] += HOLD * g * slope[r, j]
+
+
+@inlined
+def _update_active_set(link, state, work):  # type: ignore[no-untyped-def]
+    """Mark the rows that hold after the step, by their linear change; True if any changed."""
+    changed = False
+    for r in range(state.used[0]):
+        after = state.room[r] - INSIDE
+        for i in range(link.mode.shape[0]):
+            after += state.slope_of_room[r, i] * work.step[i]
+        holds = 1 if work.press[r] - HOLD * after > 0.0 else 0
+        if holds != work.active[r]:
+            work.active[r] = holds
+            changed = True
+    return changed
 
 
 @inner
 def newton(link, state, work, damping):  # type: ignore[no-untyped-def]
-    """The damped step, with the stops that hold it found by turns; False where the equations are
-    not positive."""
-    n = link.mode.shape[0]
-    slope = state.slope_of_room
-    press = work.press
-    active = work.active
+    """Solve for the damped step; False if its system is not positive definite.
+
+    Parameters
+    ----------
+    link, state : Linkage, State
+        The chain, with its room to the stops and planes.
+    work : Work
+        matrix, right and press in; step, side and active out.
+    damping : float
+        μ, as a multiple of the comfort weights.
+    """
     for r in range(state.used[0]):
-        active[r] = 1 if press[r] + HOLD * (INSIDE - state.room[r]) > 0.0 else 0
+        holds = work.press[r] + HOLD * (INSIDE - state.room[r]) > 0.0
+        work.active[r] = 1 if holds else 0
     for _ in range(MOST_TURNS):
-        for i in range(n):
-            work.side[i] = work.right[i]
-            for j in range(i + 1):
-                work.whole[i, j] = work.matrix[i, j]
-            work.whole[i, i] += damping * link.weight[i]
-        for r in range(state.used[0]):
-            if active[r]:
-                push = press[r] + HOLD * (INSIDE - state.room[r])
-                for i in range(n):
-                    g = slope[r, i]
-                    if g != 0.0:
-                        work.side[i] += push * g
-                        for j in range(i + 1):
-                            work.whole[i, j] += HOLD * g * slope[r, j]
-        if not _cholesky(work.whole, work.side, work.step):
+        _fill_system(link, state, work, damping)
+        if not _factorise(work.whole):
             return False
-        changed = False
-        for r in range(state.used[0]):
-            after = state.room[r] - INSIDE
-            for i in range(n):
-                after += slope[r, i] * work.step[i]
-            holds = 1 if press[r] - HOLD * after > 0.0 else 0
-            if holds != active[r]:
-                active[r] = holds
-                changed = True
-        if not changed:
+        _substitute(work.whole, work.side, work.step)
+        if not _update_active_set(link, state, work):
             return True
     return True
 
 
 @inlined
 def go(link, state, work):  # type: ignore[no-untyped-def]
-    """Add the step, bounded, to the angles, and keep the old ones; returns the greatest change of
-    an angle."""
+    """Add the step to the angles, shortened to `MOST_STEP`, and keep the old angles.
+
+    Returns the largest change of an angle [rad].
+    """
     largest = 0.0
     for i in range(link.mode.shape[0]):
         largest = max(largest, abs(work.step[i]))
-    scale = min(1.0, MOST_STEP / max(largest, 1e-300))
+    share = min(1.0, MOST_STEP / max(largest, 1e-300))
     for i in range(link.mode.shape[0]):
         k = link.free_joint[i]
         axis = link.free_axis[i]
         work.kept[k, axis] = state.angles[k, axis]
-        state.angles[k, axis] += scale * work.step[i]
-    return scale * largest
+        state.angles[k, axis] += share * work.step[i]
+    return share * largest
 
 
 @inlined
 def back(link, state, work):  # type: ignore[no-untyped-def]
-    """Take the last step back."""
+    """Put the angles back to where they were before the last step."""
     for i in range(link.mode.shape[0]):
         k = link.free_joint[i]
         axis = link.free_axis[i]
@@ -315,7 +385,8 @@ def back(link, state, work):  # type: ignore[no-untyped-def]
 
 @inlined
 def multiply(goal, p, state, work, pull, both):  # type: ignore[no-untyped-def]
-    """Multipliers after a step: of the stops and planes, and of the goal where `both`."""
+    """Update the multipliers after a step: of the stops and planes, and of the goal if `both`."""
+    # Hestenes and Powell: λ <- λ + penalty x violation, at least 0 for an inequality.
     for r in range(state.used[0]):
         work.press[r] = max(0.0, work.press[r] + HOLD * (INSIDE - state.room[r]))
     if both:

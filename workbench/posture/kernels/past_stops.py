@@ -101,7 +101,7 @@ def _polygon(q, j, pack, rotations, out):  # type: ignore[no-untyped-def]
             before = _product(before, rotations[pack.before[j, b]])
     whole = _product(before, q)
     d = _turned(whole, pack.limb[j, 0], pack.limb[j, 1], pack.limb[j, 2])
-    p, _, inside = nearest_side(pack.sides[j, : pack.corners[j]], d[0], d[1], d[2])
+    p, _, inside = nearest_side(pack.sides[j, : pack.corners[j]], d)
     if inside:
         return
     cross = (p[1] * d[2] - p[2] * d[1], p[2] * d[0] - p[0] * d[2], p[0] * d[1] - p[1] * d[0])
