@@ -8,6 +8,7 @@ The same inputs give the same bytes on the same machine.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from types import ModuleType
 from typing import Any
 
@@ -30,7 +31,7 @@ from workbench.model.force import force_at
 from workbench.model.poses import Placed, Poses
 from workbench.model.pulse import STANDARD_GRAVITY, level_at
 from workbench.model.quaternions import conjugate, from_matrices, matrices, multiply
-from workbench.model.simulation import Simulated, Simulation
+from workbench.model.simulation import Belt, Simulated, Simulation
 
 __all__ = ["simulate"]
 
@@ -76,6 +77,63 @@ def simulate(simulation: Simulation) -> Simulated:
     return crash.run(remaining_speed)
 
 
+class _Belts:
+    """The belts of a simulation. They pull once they are fastened."""
+
+    def __init__(self, belts: tuple[Belt, ...]) -> None:
+        self.belts = belts
+        self.fastened = False
+        self.start_length = np.zeros(len(belts))
+        self.max_stretch = np.zeros(len(belts))
+        """Greatest elongations [m] so far, for the unloading branch of the force law."""
+
+    def fasten(self, length: Floats) -> None:
+        """Take the lengths (B,) [m] as those without elongation."""
+        self.fastened = True
+        self.start_length = length.copy()
+
+    def elongations(self, length: Floats) -> Floats:
+        """(B,) [m] by which belts of lengths (B,) [m] are longer than at the start."""
+        return np.asarray(length - self.start_length)
+
+    def tensions(self, length: Floats) -> Floats:
+        """(B,) [N] of belts of lengths (B,) [m]; zero before they are fastened."""
+        tension = np.zeros(len(self.belts))
+        if not self.fastened:
+            return tension
+        for b, belt in enumerate(self.belts):
+            stretch = float(length[b] - self.start_length[b]) - belt.slack
+            tension[b] = force_at(belt.law, stretch, self.max_stretch[b])
+            self.max_stretch[b] = max(self.max_stretch[b], stretch)
+        return tension
+
+
+@dataclass(frozen=True, eq=False)
+class _History:
+    """What is recorded of P frames."""
+
+    state: Floats
+    """(P, Q) MuJoCo's coordinates."""
+    tension: Floats
+    """(P, B) [N] of the belts."""
+    payout: Floats
+    """(P, B) [m] of the belts."""
+    kinetic: Floats
+    """(P,) [J]."""
+    work: Floats
+    """(P,) [J] of pulse and gravity."""
+
+    @classmethod
+    def empty(cls, frames: int, coordinates: int, belts: int) -> _History:
+        return cls(
+            np.empty((frames, coordinates)),
+            np.zeros((frames, belts)),
+            np.zeros((frames, belts)),
+            np.zeros(frames),
+            np.zeros(frames),
+        )
+
+
 class _Crash:
     """The state of a simulation: MuJoCo's model and data, contacts and belts."""
 
@@ -86,7 +144,6 @@ class _Crash:
         inertia = segment_inertia(body, mass)
         loads = composite_bodies(start, mass, inertia)
         properties = MechanicalProperties(mass, inertia, *joint_springs(simulation, loads))
-
         self.simulation = simulation
         self.mujoco = mujoco
         self.model: Any = mujoco.MjModel.from_xml_string(model_text(simulation, properties))
@@ -98,13 +155,9 @@ class _Crash:
         self.stops = packed_stops(body)
         self.stop_moment = _stop_moment(loads, self.mass)
         self.contacts = ContactMemory.at_start(simulation, start)
+        self.belts = _Belts(simulation.belts)
         stage = start.world_from_segment[:, max(self.root - 1, 0), :, :3]
         self.stage_from_world = conjugate(from_matrices(stage))
-        self.belt_length = np.zeros(len(simulation.belts))
-        """Lengths [m] of the belts at the start of the crash."""
-        self.belt_stretch = np.zeros(len(simulation.belts))
-        """Greatest elongations [m] so far, for the unloading branch of the force law."""
-        self.belted = False
         self.posture_force = np.zeros(self.model.nv)
         """Generalized force that held the posture when settling ended."""
         self.work = 0.0
@@ -157,8 +210,7 @@ class _Crash:
         self.posture_force = self.data.qfrc_passive.copy()
         self._scale_stiffness(1.0 / _SETTLING_STIFFNESS)
         self.model.qpos_spring[:] = self.data.qpos
-        self.belt_length = self.data.ten_length.copy()
-        self.belted = True
+        self.belts.fasten(self.data.ten_length)
         self.work = 0.0
 
     def _scale_stiffness(self, factor: float) -> None:
@@ -176,26 +228,31 @@ class _Crash:
         steps = max(round(simulation.frame / simulation.step), 1)
         interval = steps * simulation.step
         frames = int(np.floor(simulation.duration / interval + 1e-9)) + 1
-        belts = len(simulation.belts)
-        states = np.empty((frames, len(self.data.qpos)))
-        tension = np.zeros((frames, belts))
-        payout = np.zeros((frames, belts))
-        kinetic = np.zeros(frames)
-        work = np.zeros(frames)
+        history = _History.empty(frames, len(self.data.qpos), len(simulation.belts))
         for frame in range(frames):
-            states[frame] = self.data.qpos
+            history.state[frame] = self.data.qpos
             for step in range(steps):
                 time = (frame * steps + step) * simulation.step
                 self._step(self._body_force(time))
-                if step == 0:  # forces and energies are those at the beginning of the step
-                    kinetic[frame] = self._kinetic_energy()
-                    work[frame] = self.work
-                    tension[frame] = -self.data.ctrl
-                    payout[frame] = self.data.ten_length - self.belt_length
+                if step == 0:
+                    self._record(history, frame)
                 self._check_energy(time)
-        motion = self._motion(states, interval)
-        warnings = self._warnings(remaining_speed)
-        return Simulated(motion, tension, payout, kinetic, work, remaining_speed, warnings)
+        return Simulated(
+            self._motion(history.state, interval),
+            history.tension,
+            history.payout,
+            history.kinetic,
+            history.work,
+            remaining_speed,
+            self._warnings(remaining_speed),
+        )
+
+    def _record(self, history: _History, frame: int) -> None:
+        """Record belts and energies; after a step they are those at its beginning."""
+        history.tension[frame] = -self.data.ctrl
+        history.payout[frame] = self.belts.elongations(self.data.ten_length)
+        history.kinetic[frame] = self._kinetic_energy()
+        history.work[frame] = self.work
 
     def _body_force(self, time: float) -> Floats:
         """(3,) [m/s2] gravity and the inertial force of the pulse, per unit of mass."""
@@ -226,8 +283,7 @@ class _Crash:
         self._apply_stops(pose.rotations[0])
         for contact in contact_forces(self.contacts, place(self.simulation.body, pose)):
             self._apply_contact(contact)
-        if self.belted:
-            self._apply_belts()
+        self.data.ctrl[:] = -self.belts.tensions(self.data.ten_length)
 
     def _apply_stops(self, rotations: Floats) -> None:
         """Apply the moments of the stops at joint rotations (J, 4)."""
@@ -247,13 +303,6 @@ class _Crash:
         self._apply_force(contact.segment, contact.point, force)
         if contact.other >= 0:
             self._apply_force(contact.other, contact.point, -force)
-
-    def _apply_belts(self) -> None:
-        """Set the tensions of the belts; a motor pulls where its control is negative."""
-        for b, belt in enumerate(self.simulation.belts):
-            stretch = float(self.data.ten_length[b] - self.belt_length[b]) - belt.slack
-            self.data.ctrl[b] = -force_at(belt.law, stretch, self.belt_stretch[b])
-            self.belt_stretch[b] = max(self.belt_stretch[b], stretch)
 
     def _model_body(self, segment: int) -> int:
         """The number of a segment in the model, whose body 0 is the world."""
