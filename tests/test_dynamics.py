@@ -15,7 +15,7 @@ from tests.conftest import ROOT
 from tests.crash_pit import SIMULATION, pit
 from workbench import InputError, Poses, place, stops
 from workbench.cli import main
-from workbench.crash.masses import carried, segment_inertia, segment_masses
+from workbench.crash.masses import composite_bodies, segment_inertia, segment_masses
 from workbench.crash.simulated import simulate
 from workbench.crash.stops import STOP_SOFTNESS, packed_stops
 from workbench.files.crash.simulations import load_simulation
@@ -146,7 +146,7 @@ def test_a_ball_has_the_inertia_of_a_ball_and_a_joint_carries_what_lies_beyond(b
     still = Poses(
         compose(bubbleman, np.zeros((1, len(bubbleman.joints), 3))), 0, np.eye(3, 4)[None]
     )
-    carries = carried(place(bubbleman, still), mass, segment_inertia(bubbleman, mass))
+    carries = composite_bodies(place(bubbleman, still), mass, segment_inertia(bubbleman, mass))
     knee = bubbleman.joint("LK")
     below = mass[bubbleman.segment("LLL")] + mass[bubbleman.segment("LF")]
     assert carries.mass[knee] == pytest.approx(below)

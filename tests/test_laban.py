@@ -1,4 +1,4 @@
-"""Labanotation: written, moved, and read back; directions that the stops forbid are told."""
+"""Labanotation: scores are written, performed and read back; directions beyond the stops are reported."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from workbench.model.laban import (
     sign_words,
 )
 from workbench.motion.laban.laban import score_poses
-from workbench.motion.laban.paths import Ways, smooth
+from workbench.motion.laban.paths import DirectionPath, minimum_jerk
 from workbench.motion.laban.reading import read_motion_score
 from workbench.motion.laban.strokes import strokes
 
@@ -149,12 +149,12 @@ def test_a_sign_is_45_degrees_from_its_neighbours():
 
 
 def test_least_jerk_goes_from_rest_to_rest():
-    assert smooth(np.array([-1, 0, 0.5, 1, 2])).tolist() == [0, 0, 0.5, 1, 1]
-    assert smooth(np.array([0.246636]))[0] == pytest.approx(0.1, abs=1e-5)
+    assert minimum_jerk(np.array([-1, 0, 0.5, 1, 2])).tolist() == [0, 0, 0.5, 1, 1]
+    assert minimum_jerk(np.array([0.246636]))[0] == pytest.approx(0.1, abs=1e-5)
 
 
 def test_an_arm_goes_from_low_to_high_by_the_front():
-    way = Ways(np.array([0.0, 0, -1]), np.eye(3))
+    way = DirectionPath(np.array([0.0, 0, -1]), np.eye(3))
     way.move(0, 1, np.array([0.0, 0, 1]))
     assert way.at(np.array([0.0, 0.5, 1.0])) == pytest.approx(
         np.array([[0, 0, -1], [1, 0, 0], [0, 0, 1]]), abs=1e-9
@@ -163,7 +163,12 @@ def test_an_arm_goes_from_low_to_high_by_the_front():
 
 def test_strokes_lie_between_rests_and_dips():
     time = np.linspace(0, 6, 301)
-    path = 90 * (smooth(time) - smooth((time - 1) / 2) + smooth((time - 4) / 2))[:, None]
+    path = (
+        90
+        * (minimum_jerk(time) - minimum_jerk((time - 1) / 2) + minimum_jerk((time - 4) / 2))[
+            :, None
+        ]
+    )
     found = strokes(path, time, least=20)
     assert [t for s in found for t in s[:2]] == pytest.approx([0, 1, 1, 3, 4, 6], abs=0.05)
     assert strokes(path, time, least=100) == []
@@ -280,7 +285,7 @@ def test_a_body_that_stands_still_has_no_score():
 
 
 def test_a_body_with_other_joints_is_refused(one_arm):
-    with pytest.raises(InputError, match="a score is told by the paper's joints, W, SP"):
+    with pytest.raises(InputError, match="a score needs the paper's joints; W, SP"):
         score_poses(one_arm, score(("head", Sign("place", "high"), 1, 1)))
 
 

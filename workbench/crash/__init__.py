@@ -1,2 +1,4 @@
-"""A crash by rigid-body dynamics: the sphere body as a tree of masses, pushed by a pulse, held by
-belts and parts."""
+"""Simulate a crash by rigid-body dynamics.
+
+The sphere body is a tree of rigid bodies. A pulse accelerates it; belts and parts restrain it.
+"""

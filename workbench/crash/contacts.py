@@ -1,5 +1,9 @@
-"""Contact forces of one moment: a force for each segment in a part, and for each pair of segments,
-by their laws."""
+"""Compute the contact forces of one moment by penalty laws.
+
+Each segment that touches a part of the surroundings, and each pair of segments that touch each
+other, is one contact with one force. The force follows from the greatest depth of any sphere, by
+the force law of the pair. It acts at the mean of the touched points, weighted by their depths.
+"""
 
 from __future__ import annotations
 
@@ -10,179 +14,270 @@ import numpy as np
 
 from workbench.contact.batches import touching
 from workbench.contact.collide import allowed_depth, clearance, self_clearance, self_contacts
-from workbench.model.arrays import Bools, Floats
+from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.force import ForceLaw, force_at
 from workbench.model.poses import Placed
 from workbench.model.simulation import Simulation, depth_offset, law_of
 
-__all__ = ["Push", "Touch", "contact_pushes"]
+__all__ = ["ContactForce", "ContactMemory", "contact_forces"]
 
-_CREEP = 0.2
-"""[m/s] Friction has its whole size from this speed on and goes linearly through zero below it."""
+_FULL_FRICTION_SPEED = 0.2
+"""Sliding speed [m/s] from which on friction is full. Below, it is proportional to the speed, so
+that it does not jump where a contact sticks."""
 
 
 @dataclass(frozen=True)
-class Push:
-    """A contact: segment, and the other segment (-1: the world); at `point` (3,) [m]; normal (3,):
-    the way the segment is pushed; force [N] along it; friction: coefficient."""
+class ContactForce:
+    """The force of one contact on a segment; its opposite acts on the other segment, if any."""
 
     segment: int
     other: int
+    """The other segment, -1 for the surroundings."""
     point: Floats
+    """(3,) where the force acts [m]."""
     normal: Floats
+    """(3,) unit vector in which the segment is pushed."""
     force: float
+    """Force [N] along the normal."""
     friction: float
+    """Coefficient of Coulomb friction."""
 
-    def against(self, speed: Floats) -> Floats:
-        """(3,) [N] on the segment, which slides at `speed` (3,) [m/s] against the other."""
-        along = speed - (speed @ self.normal) * self.normal
-        size = float(np.linalg.norm(along))
-        return np.asarray(self.force * (self.normal - self.friction * along / max(size, _CREEP)))
+    def with_friction(self, velocity: Floats) -> Floats:
+        """Compute the whole force on the segment, friction included.
+
+        Parameters
+        ----------
+        velocity
+            (3,) [m/s] of the segment against the other one, at the point.
+
+        Returns
+        -------
+        Floats
+            (3,) [N], F (n - mu v_t / max(|v_t|, v_0)) with the tangential velocity v_t.
+        """
+        tangential = velocity - (velocity @ self.normal) * self.normal
+        speed = max(float(np.linalg.norm(tangential)), _FULL_FRICTION_SPEED)
+        return np.asarray(self.force * (self.normal - self.friction * tangential / speed))
 
 
 @dataclass
-class _Spell:
-    """A contact since it began: the greatest depth [m], and the normal (3,) with which it began."""
+class _OpenContact:
+    """A contact since it began."""
 
-    deepest: float
+    max_depth: float
+    """Greatest depth [m] so far, for the unloading branch of the force law."""
     normal: Floats
+    """(3,) normal with which it began: the side from which the segment came."""
+
+
+_PairKey = tuple[int, int, int]
+"""A pair in contact: segment, other segment or -1, part or -1."""
 
 
 @dataclass
-class Touch:
-    """What contacts remember from step to step. offset (N, K), own (N, N) [m]: depths from which on
-    they push."""
+class ContactMemory:
+    """What contacts remember from step to step."""
 
     simulation: Simulation
-    offset: Floats
-    own: Floats
-    spells: dict[tuple[int, int, int], _Spell] = field(default_factory=dict)
+    part_offset: Floats
+    """(N, K) depth [m] from which on a segment in a part is pushed back."""
+    self_offset: Floats
+    """(N, N) depth [m] from which on two segments push each other."""
+    open: dict[_PairKey, _OpenContact] = field(default_factory=dict)
+    """The contacts of the last step."""
 
     @classmethod
-    def at_start(cls, simulation: Simulation, placed: Placed) -> Touch:
-        """Contacts of the posture at the start, which do not push (but for what bears the
-        sitter)."""
-        deep = -clearance(placed, simulation.environment)[0]
-        start = np.where(np.isfinite(deep), deep, 0.0)
+    def at_start(cls, simulation: Simulation, placed: Placed) -> ContactMemory:
+        """Begin with the contacts of the posture at the start.
+
+        They do not push, except those with parts that bear the occupant.
+        """
+        part_depth = -clearance(placed, simulation.environment)[0]
+        start = np.where(np.isfinite(part_depth), part_depth, 0.0)
         allowed = allowed_depth(simulation.body, simulation.environment)
-        self_deep = -self_clearance(placed).distance[0]
+        self_depth = -self_clearance(placed).distance[0]
         flesh = np.maximum(
-            simulation.body.allowance[0], np.where(np.isfinite(self_deep), self_deep, 0.0)
+            simulation.body.allowance[0], np.where(np.isfinite(self_depth), self_depth, 0.0)
         )
         return cls(
             simulation, depth_offset(simulation.bears, allowed, start), np.maximum(flesh, flesh.T)
         )
 
-
-def contact_pushes(touch: Touch, placed: Placed) -> list[Push]:
-    """All contacts of the one pose placed; what was touched and is no longer is forgotten."""
-    before = touch.spells
-    touch.spells = {}
-    pushes = []
-    for key, rows, law in (*_with_parts(touch, placed), *_with_itself(touch, placed)):
-        spell = before.get(key) or _Spell(0.0, _mean(rows.normal, np.maximum(rows.depth, 1e-9)))
-        touch.spells[key] = spell
-        rows = _from_the_side_entered(rows, spell.normal)
-        offset = touch.own[key[0], key[1]] if key[1] >= 0 else touch.offset[key[0], key[2]]
-        deep = rows.depth - offset
-        depth = float(deep.max())
-        if depth <= 0:
-            continue
-        share = np.maximum(deep, 0.0)
-        force = force_at(law, depth, spell.deepest)
-        spell.deepest = max(spell.deepest, depth)
-        pushes.append(
-            Push(
-                key[0],
-                key[1],
-                share @ rows.point / share.sum(),
-                _mean(rows.normal, share),
-                force,
-                law.friction,
-            )
+    def offset(self, pair: _PairKey) -> float:
+        """Return the depth [m] from which on a pair is pushed apart."""
+        segment, other, part = pair
+        return float(
+            self.self_offset[segment, other] if other >= 0 else self.part_offset[segment, part]
         )
-    return pushes
-
-
-Key = tuple[int, int, int]
-"""Segment, other segment or -1, part or -1."""
 
 
 @dataclass(frozen=True)
-class _Rows:
-    """Spheres of one segment in one part or other segment: depth (C,), radius (C,) [m], point,
-    normal (C, 3); within (C,): the centre is inside a solid."""
+class _TouchingSpheres:
+    """The C spheres of one segment that touch one part or one other segment."""
 
     depth: Floats
+    """(C,) [m]."""
     radius: Floats
+    """(C,) [m]."""
     point: Floats
+    """(C, 3) touched points [m]."""
     normal: Floats
-    within: Bools
+    """(C, 3) unit vectors in which the spheres are pushed."""
+    inside: Bools
+    """(C,) True where the centre is inside a solid."""
 
 
-def _from_the_side_entered(rows: _Rows, entered: Floats) -> _Rows:
-    """Spheres whose centre has gone through a thin part are pushed back, not on."""
-    through = rows.normal @ entered < 0
-    if not through.any():
-        return rows
-    deeper = np.where(through & ~rows.within, 2 * rows.radius - rows.depth, rows.depth)
-    return _Rows(
-        deeper,
-        rows.radius,
-        rows.point,
-        np.where(through[:, None], -rows.normal, rows.normal),
-        rows.within,
+@dataclass(frozen=True)
+class _TouchingPair:
+    """A pair in contact, its spheres, and its force law."""
+
+    key: _PairKey
+    spheres: _TouchingSpheres
+    law: ForceLaw
+
+
+def contact_forces(memory: ContactMemory, placed: Placed) -> list[ContactForce]:
+    """Compute the forces of all contacts of one pose.
+
+    Parameters
+    ----------
+    memory
+        Contacts of the step before. It is updated; a contact that has ended is forgotten, and
+        begins anew if it comes back.
+    placed
+        The body in one pose.
+
+    Returns
+    -------
+    list of ContactForce
+        Contacts deeper than their offset, those with parts before those between segments.
+    """
+    before = memory.open
+    memory.open = {}
+    forces = []
+    for pair in (*_part_pairs(memory, placed), *_segment_pairs(memory, placed)):
+        contact = before.get(pair.key) or _begin_contact(pair.spheres)
+        memory.open[pair.key] = contact
+        force = _pair_force(pair, contact, memory.offset(pair.key))
+        if force is not None:
+            forces.append(force)
+    return forces
+
+
+def _begin_contact(spheres: _TouchingSpheres) -> _OpenContact:
+    return _OpenContact(0.0, _mean_normal(spheres.normal, np.maximum(spheres.depth, 1e-9)))
+
+
+def _pair_force(pair: _TouchingPair, contact: _OpenContact, offset: float) -> ContactForce | None:
+    """The force of one pair, None where it is not deeper than its offset [m]."""
+    spheres = _push_to_entry_side(pair.spheres, contact.normal)
+    excess = spheres.depth - offset
+    depth = float(excess.max())
+    if depth <= 0:
+        return None
+    force = force_at(pair.law, depth, contact.max_depth)
+    contact.max_depth = max(contact.max_depth, depth)
+    weight = np.maximum(excess, 0.0)
+    segment, other, _ = pair.key
+    return ContactForce(
+        segment,
+        other,
+        weight @ spheres.point / weight.sum(),
+        _mean_normal(spheres.normal, weight),
+        force,
+        pair.law.friction,
     )
 
 
-def _with_parts(touch: Touch, placed: Placed) -> Iterator[tuple[Key, _Rows, ForceLaw]]:
+def _push_to_entry_side(spheres: _TouchingSpheres, entry_normal: Floats) -> _TouchingSpheres:
+    """Push spheres back to the side from which the segment came, even if their centre is past it.
+
+    The nearest way out of a thin part would be the far side. For a centre that has passed the
+    surface by t = radius - depth, the depth toward the near side is radius + t.
+    """
+    passed = spheres.normal @ entry_normal < 0
+    if not passed.any():
+        return spheres
+    return _TouchingSpheres(
+        np.where(passed & ~spheres.inside, 2 * spheres.radius - spheres.depth, spheres.depth),
+        spheres.radius,
+        spheres.point,
+        np.where(passed[:, None], -spheres.normal, spheres.normal),
+        spheres.inside,
+    )
+
+
+def _part_pairs(memory: ContactMemory, placed: Placed) -> Iterator[_TouchingPair]:
+    """Pairs of a segment and a part of the surroundings, in the order of their numbers."""
     body = placed.body
-    environment = touch.simulation.environment
-    found, numbers = touching(placed, environment, 0.0, grid=True)
-    if not len(found):
+    parts = len(memory.simulation.environment.parts)
+    rows, numbers = touching(placed, memory.simulation.environment, 0.0, grid=True)
+    if not len(rows):
         return
-    sphere = found[:, 1]
-    part = found[:, 2]
-    inside = numbers[:, 4] > 0
-    apart = (placed.centres[0, sphere] - numbers[:, 1:4]) * np.where(inside, -1.0, 1.0)[:, None]
-    length = np.linalg.norm(apart, axis=1)
-    normal = np.where(
-        (length > 1e-9)[:, None],
-        apart / np.maximum(length, 1e-300)[:, None],
-        environment.normal[found[:, 3]],
+    sphere = rows[:, 1]
+    spheres = _TouchingSpheres(
+        depth=-numbers[:, 0],
+        radius=body.radius[0][sphere],
+        point=numbers[:, 1:4],
+        normal=_outward_normals(memory, placed, rows, numbers),
+        inside=numbers[:, 4] > 0,
     )
-    segment = body.sphere_segment[sphere]
-    code = segment * len(environment.parts) + part
+    code = body.sphere_segment[sphere] * parts + rows[:, 2]
     for value in np.unique(code).tolist():
-        at = code == value
-        n, k = divmod(value, len(environment.parts))
-        rows = _Rows(
-            -numbers[at, 0], body.radius[0][sphere[at]], numbers[at, 1:4], normal[at], inside[at]
-        )
-        yield (n, -1, k), rows, law_of(touch.simulation, n, k)
+        segment, part = divmod(value, parts)
+        law = law_of(memory.simulation, segment, part)
+        yield _TouchingPair((segment, -1, part), _select(spheres, code == value), law)
 
 
-def _with_itself(touch: Touch, placed: Placed) -> Iterator[tuple[Key, _Rows, ForceLaw]]:
+def _outward_normals(memory: ContactMemory, placed: Placed, rows: Ints, numbers: Floats) -> Floats:
+    """(C, 3) from the touched point to the centre, reversed inside solids.
+
+    A centre on the surface takes the normal of the touched polygon.
+    """
+    inside = numbers[:, 4] > 0
+    gap = placed.centres[0, rows[:, 1]] - numbers[:, 1:4]
+    gap = gap * np.where(inside, -1.0, 1.0)[:, None]
+    length = np.linalg.norm(gap, axis=1)
+    polygon_normal = memory.simulation.environment.normal[rows[:, 3]]
+    return np.where(
+        (length > 1e-9)[:, None], gap / np.maximum(length, 1e-300)[:, None], polygon_normal
+    )
+
+
+def _select(spheres: _TouchingSpheres, chosen: Bools) -> _TouchingSpheres:
+    return _TouchingSpheres(
+        spheres.depth[chosen],
+        spheres.radius[chosen],
+        spheres.point[chosen],
+        spheres.normal[chosen],
+        spheres.inside[chosen],
+    )
+
+
+def _segment_pairs(memory: ContactMemory, placed: Placed) -> Iterator[_TouchingPair]:
+    """Pairs of segments that press on each other, in the order of their numbers."""
     body = placed.body
-    found = self_contacts(placed)
-    one = found.segment
-    other = found.other_segment
-    code = one * len(body.segments) + other
+    contacts = self_contacts(placed)
+    code = contacts.segment * len(body.segments) + contacts.other_segment
     for value in np.unique(code).tolist():
-        at = code == value
-        n, m = divmod(value, len(body.segments))
-        depth = -found.distance[at]
-        if depth.max() <= touch.own[n, m]:
+        chosen = code == value
+        segment, other = divmod(value, len(body.segments))
+        depth = -contacts.distance[chosen]
+        if depth.max() <= memory.self_offset[segment, other]:
             continue
-        none = np.zeros(len(depth), dtype=np.bool_)
-        rows = _Rows(
-            depth, body.radius[0][found.sphere[at]], found.point[at], found.normal[at], none
+        spheres = _TouchingSpheres(
+            depth,
+            body.radius[0][contacts.sphere[chosen]],
+            contacts.point[chosen],
+            contacts.normal[chosen],
+            inside=np.zeros(len(depth), dtype=np.bool_),
         )
-        yield (n, m, -1), rows, touch.simulation.flesh
+        yield _TouchingPair((segment, other, -1), spheres, memory.simulation.flesh)
 
 
-def _mean(normal: Floats, share: Floats) -> Floats:
-    """The weighted mean of unit vectors, as one; the heaviest where they cancel."""
-    mean = share @ normal
+def _mean_normal(normal: Floats, weight: Floats) -> Floats:
+    """(3,) weighted mean of unit vectors (C, 3), normalized; the heaviest where they cancel."""
+    mean = weight @ normal
     length = float(np.linalg.norm(mean))
-    return np.asarray(mean / length if length > 1e-6 * share.sum() else normal[np.argmax(share)])
+    cancelled = length <= 1e-6 * weight.sum()
+    return np.asarray(normal[np.argmax(weight)] if cancelled else mean / length)

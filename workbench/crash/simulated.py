@@ -1,22 +1,29 @@
-"""A crash, step by step: settle in the seat, then the pulse. Crude: rigid segments, springs for
-flesh and foam.
+"""Simulate a crash: the occupant settles in the seat, then the pulse acts.
 
-The vehicle's frame is the world: its deceleration acts as a weight the other way. Each step of
-MuJoCo's semi-implicit Euler is given the forces of stops, contacts and belts at its beginning. Same
-inputs, same machine: same bytes.
+The model is coarse: rigid segments, and springs for flesh and foam. The reference frame is the
+vehicle's, so its deceleration acts on the occupant as a body force in the direction of travel.
+MuJoCo integrates with a fixed step; forces of stops, contacts and belts are those at its beginning.
+The same inputs give the same bytes on the same machine.
 """
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from types import ModuleType
 from typing import Any
 
 import numpy as np
 
 from workbench.body.forward import place
-from workbench.crash.contacts import Touch, contact_pushes
-from workbench.crash.masses import carried, root_segment, segment_inertia, segment_masses
-from workbench.crash.mjcf import engine, joint_springs, model_text
+from workbench.crash.contacts import ContactForce, ContactMemory, contact_forces
+from workbench.crash.masses import (
+    CompositeBody,
+    composite_bodies,
+    root_segment,
+    segment_inertia,
+    segment_masses,
+)
+from workbench.crash.mjcf import MechanicalProperties, import_mujoco, joint_springs, model_text
 from workbench.crash.stops import packed_stops, stop_moments
 from workbench.errors import InputError
 from workbench.model.arrays import Floats
@@ -24,242 +31,351 @@ from workbench.model.force import force_at
 from workbench.model.poses import Placed, Poses
 from workbench.model.pulse import STANDARD_GRAVITY, level_at
 from workbench.model.quaternions import conjugate, from_matrices, matrices, multiply
-from workbench.model.simulation import Simulated, Simulation
+from workbench.model.simulation import Belt, Simulated, Simulation
 
-__all__ = ["LEAST_STOP", "STOP_LOAD", "simulate"]
+__all__ = ["simulate"]
 
-STOP_LOAD = 20.0
-"""Under the moment of so many times the weight that it carries, a joint goes STOP_SOFTNESS past its
-stop."""
-LEAST_STOP = 0.04
-"""[m] But for no joint is that less than the body's weight at this lever: hands are light, but
-wrists are not weak."""
-_HOLD = 30.0
-"""How many times stiffer than in the crash joints are while the occupant settles, so that he keeps
-his posture."""
-_CALM = 40.0
-"""[1/s] How fast speeds are taken out while the occupant settles."""
-_REST = 0.004
-"""[m/s] Root mean square speed at which he has settled."""
-_LEAST_SETTLING = 0.1
+_STOP_LOAD = 20.0
+"""Reference moment of a joint stop, as a multiple of the weight moment that the joint carries."""
+_MIN_STOP_LEVER = 0.04
+"""Lever [m] of the body's weight for the least reference moment: hands are light, but wrists are
+not weak."""
+_SETTLING_STIFFNESS = 30.0
+"""Factor on the stiffness of joints while the occupant settles, so that the posture is kept."""
+_SETTLING_DECAY = 40.0
+"""Rate [1/s] at which all speeds decay while the occupant settles."""
+_SETTLED_SPEED = 0.004
+"""Root mean square speed [m/s] below which the occupant is at rest."""
+_MIN_SETTLING = 0.1
+"""Least time [s] of settling, since a body is slow at the start too."""
 _SETTLING_STEP = 5e-4
-_SLACK_J = 25.0
-"""[J] What springs of seat and flesh may hold at the start."""
+"""Greatest step [s] while settling, unless the crash's own step is longer."""
+_DIVERGED_SPEED = 3.0
+"""Root mean square speed [m/s] that no occupant has who settles: the integration has diverged."""
+_ENERGY_MARGIN = 1.1
+_STORED_ENERGY = 25.0
+"""Energy [J] that springs of seat and flesh may hold at the start and give back."""
 
 
 def simulate(simulation: Simulation) -> Simulated:
-    """Simulate a crash. MissingPartError without MuJoCo; InputError where the step is too coarse
-    for the forces."""
-    crash = _Crash(simulation, engine())
-    left = crash.settle()
-    return crash.run(left)
+    """Simulate a crash from settling in the seat to the end of the given duration.
+
+    Returns
+    -------
+    Simulated
+        The motion in the vehicle's frame, belt forces and energies, one row a frame.
+
+    Raises
+    ------
+    MissingPartError
+        If MuJoCo is not installed.
+    InputError
+        If the body has no mass, or the step is too long for the forces.
+    """
+    crash = _Crash(simulation, import_mujoco())
+    remaining_speed = crash.settle()
+    return crash.run(remaining_speed)
+
+
+class _Belts:
+    """The belts of a simulation. They pull once they are fastened."""
+
+    def __init__(self, belts: tuple[Belt, ...]) -> None:
+        self.belts = belts
+        self.fastened = False
+        self.start_length = np.zeros(len(belts))
+        self.max_stretch = np.zeros(len(belts))
+        """Greatest elongations [m] so far, for the unloading branch of the force law."""
+
+    def fasten(self, length: Floats) -> None:
+        """Take the lengths (B,) [m] as those without elongation."""
+        self.fastened = True
+        self.start_length = length.copy()
+
+    def elongations(self, length: Floats) -> Floats:
+        """(B,) [m] by which belts of lengths (B,) [m] are longer than at the start."""
+        return np.asarray(length - self.start_length)
+
+    def tensions(self, length: Floats) -> Floats:
+        """(B,) [N] of belts of lengths (B,) [m]; zero before they are fastened."""
+        tension = np.zeros(len(self.belts))
+        if not self.fastened:
+            return tension
+        for b, belt in enumerate(self.belts):
+            stretch = float(length[b] - self.start_length[b]) - belt.slack
+            tension[b] = force_at(belt.law, stretch, self.max_stretch[b])
+            self.max_stretch[b] = max(self.max_stretch[b], stretch)
+        return tension
+
+
+@dataclass(frozen=True, eq=False)
+class _History:
+    """What is recorded of P frames."""
+
+    state: Floats
+    """(P, Q) MuJoCo's coordinates."""
+    tension: Floats
+    """(P, B) [N] of the belts."""
+    payout: Floats
+    """(P, B) [m] of the belts."""
+    kinetic: Floats
+    """(P,) [J]."""
+    work: Floats
+    """(P,) [J] of pulse and gravity."""
+
+    @classmethod
+    def empty(cls, frames: int, coordinates: int, belts: int) -> _History:
+        return cls(
+            np.empty((frames, coordinates)),
+            np.zeros((frames, belts)),
+            np.zeros((frames, belts)),
+            np.zeros(frames),
+            np.zeros(frames),
+        )
 
 
 class _Crash:
-    """The occupant under way: MuJoCo's model and data, what contacts and belts remember."""
+    """The state of a simulation: MuJoCo's model and data, contacts and belts."""
 
     def __init__(self, simulation: Simulation, mujoco: ModuleType) -> None:
-        self.simulation = simulation
-        self.mujoco = mujoco
         body = simulation.body
-        start = place(simulation.body, simulation.poses)
+        start = place(body, simulation.poses)
         mass = segment_masses(body)
         inertia = segment_inertia(body, mass)
-        carries = carried(start, mass, inertia)
-        text = model_text(simulation, (mass, inertia), joint_springs(simulation, carries))
-        self.model: Any = mujoco.MjModel.from_xml_string(text)
+        loads = composite_bodies(start, mass, inertia)
+        properties = MechanicalProperties(mass, inertia, *joint_springs(simulation, loads))
+        self.simulation = simulation
+        self.mujoco = mujoco
+        self.model: Any = mujoco.MjModel.from_xml_string(model_text(simulation, properties))
         self.data: Any = mujoco.MjData(self.model)
         self.root = root_segment(body)
         self.joints = np.arange(self.root, len(body.joints))
-        above = start.world_from_segment[:, max(self.root - 1, 0), :, :3]
-        self.stage = conjugate(from_matrices(above))
-        self.body_id = {n: n - self.root + 1 for n in range(self.root, len(body.segments))}
-        self.data.qpos[:] = self._coordinates(simulation.poses, start)
-        self.model.qpos_spring[:] = self.data.qpos
+        """Joints of the model: those beyond the root segment."""
         self.mass = float(mass[self.root :].sum())
-        self.touch = Touch.at_start(simulation, start)
         self.stops = packed_stops(body)
-        weight = STANDARD_GRAVITY * np.maximum(
-            STOP_LOAD * carries.mass * carries.lever, LEAST_STOP * self.mass
-        )
-        self.stop_moment = np.asarray(weight)
-        self.belt_start = np.zeros(len(simulation.belts))
-        self.belt_most = np.zeros(len(simulation.belts))
-        self.belted = False
-        self.held = np.zeros(self.model.nv)
+        self.stop_moment = _stop_moment(loads, self.mass)
+        self.contacts = ContactMemory.at_start(simulation, start)
+        self.belts = _Belts(simulation.belts)
+        stage = start.world_from_segment[:, max(self.root - 1, 0), :, :3]
+        self.stage_from_world = conjugate(from_matrices(stage))
+        self.posture_force = np.zeros(self.model.nv)
+        """Generalized force that held the posture when settling ended."""
         self.work = 0.0
+        """Work [J] of pulse and gravity on the occupant since the start of the crash."""
+        self.data.qpos[:] = self._coordinates(start)
+        self.model.qpos_spring[:] = self.data.qpos
 
-    def _coordinates(self, poses: Poses, start: Placed) -> Floats:
+    def _coordinates(self, start: Placed) -> Floats:
+        """MuJoCo's coordinates of the posture: position and quaternion of the root, then joints."""
         world = start.world_from_segment[0, self.root]
-        turn = from_matrices(world[None, :, :3])[0]
-        return np.concatenate([world[:, 3], turn, poses.rotations[0, self.joints].ravel()])
+        rotation = from_matrices(world[None, :, :3])[0]
+        joints = self.simulation.poses.rotations[0, self.joints]
+        return np.concatenate([world[:, 3], rotation, joints.ravel()])
 
     def settle(self) -> float:
-        """Let the occupant come to rest in the seat, belts undone; the speed left [m/s]."""
-        most = self.simulation.settle
-        least = min(_LEAST_SETTLING, self.simulation.settle)
+        """Bring the occupant to rest in the seat without belts.
+
+        Returns
+        -------
+        float
+            Remaining root mean square speed [m/s].
+        """
+        longest = self.simulation.settle
+        shortest = min(_MIN_SETTLING, longest)
         step = max(self.simulation.step, min(_SETTLING_STEP, 2.5 * self.simulation.step))
-        self._stiffen(_HOLD)
+        gravity = np.array([0.0, 0.0, -self.simulation.gravity])
         time = 0.0
         speed = 0.0
+        self._scale_stiffness(_SETTLING_STIFFNESS)
         self.model.opt.timestep = step
-        while time < most:
-            self._step(np.array([0.0, 0.0, -self.simulation.gravity]), settling=True)
-            self.data.qvel[:] *= np.exp(-_CALM * step)
+        while time < longest:
+            self._step(gravity)
+            if self._kinetic_energy() > 0.5 * self.mass * _DIVERGED_SPEED**2:
+                raise self._step_too_long("while the occupant settles")
+            self.data.qvel[:] *= np.exp(-_SETTLING_DECAY * step)
             time += step
-            speed = float(np.sqrt(2.0 * max(self.data.energy[1], 0.0) / self.mass))
-            if speed < _REST and time >= least:
+            speed = float(np.sqrt(2.0 * max(self._kinetic_energy(), 0.0) / self.mass))
+            if speed < _SETTLED_SPEED and time >= shortest:
                 break
+        self._start_crash()
+        return speed
+
+    def _start_crash(self) -> None:
+        """Stop all motion, keep the posture's forces, and fasten the belts."""
         self.data.qvel[:] = 0.0
         self.data.time = 0.0
         self.model.opt.timestep = self.simulation.step
         self.mujoco.mj_forward(self.model, self.data)
-        # muscles go on holding what they hold: nobody answers within the time of a crash
-        self.held = self.data.qfrc_passive.copy()
-        self._stiffen(1.0 / _HOLD)
+        # muscles keep the force that holds the posture: a crash is shorter than a reaction time
+        self.posture_force = self.data.qfrc_passive.copy()
+        self._scale_stiffness(1.0 / _SETTLING_STIFFNESS)
         self.model.qpos_spring[:] = self.data.qpos
-        self.belt_start = self.data.ten_length.copy()
-        self.belted = True
-        return speed
-
-    def _stiffen(self, times: float) -> None:
-        """Joints that hold the posture this many times as stiff, damped in proportion."""
-        held = np.isin(self.joints, self.simulation.relaxed, invert=True)
-        self.model.jnt_stiffness[1:][held] *= times
-        self.model.dof_damping[6:][np.repeat(held, 3)] *= np.sqrt(times)
-
-    def run(self, left: float) -> Simulated:
-        """The crash itself, a frame every `frame` [s]."""
-        sim = self.simulation
-        steps = max(round(sim.frame / sim.step), 1)
-        frames = int(np.floor(sim.duration / (steps * sim.step) + 1e-9)) + 1
-        states = np.empty((frames, len(self.data.qpos)))
-        told = np.zeros((frames, 2, len(sim.belts)))
-        kinetic = np.zeros(frames)
-        work = np.zeros(frames)
-        toward = np.array(sim.pulse.toward)
-        down = np.array([0.0, 0.0, -sim.gravity])
+        self.belts.fasten(self.data.ten_length)
         self.work = 0.0
+
+    def _scale_stiffness(self, factor: float) -> None:
+        """Multiply the stiffness of the joints that hold the posture, at one damping ratio.
+
+        Critical damping is proportional to the square root of the stiffness.
+        """
+        held = np.isin(self.joints, self.simulation.relaxed, invert=True)
+        self.model.jnt_stiffness[1:][held] *= factor  # joint 0 is the root's free joint
+        self.model.dof_damping[6:][np.repeat(held, 3)] *= np.sqrt(factor)
+
+    def run(self, remaining_speed: float) -> Simulated:
+        """Simulate the crash itself and record one frame every `frame` seconds."""
+        simulation = self.simulation
+        steps = max(round(simulation.frame / simulation.step), 1)
+        interval = steps * simulation.step
+        frames = int(np.floor(simulation.duration / interval + 1e-9)) + 1
+        history = _History.empty(frames, len(self.data.qpos), len(simulation.belts))
         for frame in range(frames):
-            states[frame] = self.data.qpos
+            history.state[frame] = self.data.qpos
             for step in range(steps):
-                time = (frame * steps + step) * sim.step
-                self._step(down + toward * float(level_at(sim.pulse, np.array([time]))[0]))
+                time = (frame * steps + step) * simulation.step
+                self._step(self._body_force(time))
                 if step == 0:
-                    kinetic[frame] = self.data.energy[1]
-                    work[frame] = self.work
-                    told[frame] = -self.data.ctrl, self.data.ten_length - self.belt_start
-                self._check(time)
-        motion = self._motion(states, steps * sim.step)
-        return Simulated(motion, told[:, 0], told[:, 1], kinetic, work, left, self._warnings(left))
-
-    def _step(self, weight: Floats, *, settling: bool = False) -> None:
-        """One step under a weight (3,) [m/s2]."""
-        mujoco = self.mujoco
-        model = self.model
-        data = self.data
-        model.opt.gravity[:] = weight
-        mujoco.mj_step1(model, data)
-        before = data.subtree_com[1].copy()
-        self._load()
-        mujoco.mj_step2(model, data)
-        if not np.isfinite(data.qpos).all() or not np.isfinite(data.qvel).all():
-            raise self._coarse(float(data.time))
-        mujoco.mj_kinematics(model, data)
-        mujoco.mj_comPos(model, data)
-        self.work += self.mass * float(weight @ (data.subtree_com[1] - before))
-        if settling and float(data.energy[1]) > 0.5 * self.mass * 9.0:
-            raise self._coarse(float(data.time), settling=True)
-
-    def _load(self) -> None:
-        """Stops, contacts and belts on the model, of where it is now."""
-        data = self.data
-        poses = self._now()
-        placed = place(self.simulation.body, poses)
-        rotations = poses.rotations[0]
-        rates = np.zeros((len(self.simulation.body.joints), 3))
-        rates[self.joints] = data.qvel[6:].reshape(-1, 3)
-        moments = stop_moments(self.stops, rotations, rates, self.stop_moment)
-        data.qfrc_applied[:] = self.held
-        data.qfrc_applied[6:] += moments[self.joints].ravel()
-        for push in contact_pushes(self.touch, placed):
-            speed = np.zeros(3)
-            if push.friction > 0:
-                speed = self._speed(push.segment, push.point)
-            if push.friction > 0 and push.other >= 0:
-                speed = speed - self._speed(push.other, push.point)
-            force = push.against(speed)
-            self._apply(push.segment, push.point, force)
-            if push.other >= 0:
-                self._apply(push.other, push.point, -force)
-        if self.belted:
-            for b, belt in enumerate(self.simulation.belts):
-                longer = float(data.ten_length[b] - self.belt_start[b]) - belt.slack
-                data.ctrl[b] = -force_at(belt.law, longer, self.belt_most[b])
-                self.belt_most[b] = max(self.belt_most[b], longer)
-
-    def _speed(self, segment: int, point: Floats) -> Floats:
-        """(3,) [m/s] of a point (3,) [m] that goes with a segment."""
-        moved = np.empty(6)
-        body = self.body_id[segment]
-        kind = self.mujoco.mjtObj.mjOBJ_XBODY
-        self.mujoco.mj_objectVelocity(self.model, self.data, kind, body, moved, 0)
-        (a, b, c), (x, y, z) = moved[:3].tolist(), (point - self.data.xpos[body]).tolist()
-        return np.asarray(moved[3:] + np.array([b * z - c * y, c * x - a * z, a * y - b * x]))
-
-    def _apply(self, segment: int, point: Floats, force: Floats) -> None:
-        self.mujoco.mj_applyFT(
-            self.model,
-            self.data,
-            force,
-            np.zeros(3),
-            point,
-            self.body_id[segment],
-            self.data.qfrc_applied,
+                    self._record(history, frame)
+                self._check_energy(time)
+        return Simulated(
+            self._motion(history.state, interval),
+            history.tension,
+            history.payout,
+            history.kinetic,
+            history.work,
+            remaining_speed,
+            self._warnings(remaining_speed),
         )
 
-    def _now(self) -> Poses:
-        """The pose the model is in."""
+    def _record(self, history: _History, frame: int) -> None:
+        """Record belts and energies; after a step they are those at its beginning."""
+        history.tension[frame] = -self.data.ctrl
+        history.payout[frame] = self.belts.elongations(self.data.ten_length)
+        history.kinetic[frame] = self._kinetic_energy()
+        history.work[frame] = self.work
+
+    def _body_force(self, time: float) -> Floats:
+        """(3,) [m/s2] gravity and the inertial force of the pulse, per unit of mass."""
+        pulse = self.simulation.pulse
+        gravity = np.array([0.0, 0.0, -self.simulation.gravity])
+        return gravity + np.array(pulse.toward) * float(level_at(pulse, np.array([time]))[0])
+
+    def _step(self, body_force: Floats) -> None:
+        """Advance by one step under a body force (3,) [m/s2]."""
+        mujoco = self.mujoco
+        self.model.opt.gravity[:] = body_force
+        mujoco.mj_step1(self.model, self.data)  # positions and velocities
+        before = self.data.subtree_com[1].copy()
+        self._apply_loads()
+        mujoco.mj_step2(self.model, self.data)  # accelerations and integration
+        if not np.isfinite(self.data.qpos).all() or not np.isfinite(self.data.qvel).all():
+            raise self._step_too_long(f"at {1000 * float(self.data.time):.1f} ms")
+        mujoco.mj_kinematics(self.model, self.data)
+        mujoco.mj_comPos(self.model, self.data)
+        # a uniform body force does work on the centre of gravity alone
+        displacement = self.data.subtree_com[1] - before
+        self.work += self.mass * float(body_force @ displacement)
+
+    def _apply_loads(self) -> None:
+        """Apply joint stops, contacts and belts, as of the model's present state."""
+        pose = self._pose()
+        self.data.qfrc_applied[:] = self.posture_force
+        self._apply_stops(pose.rotations[0])
+        for contact in contact_forces(self.contacts, place(self.simulation.body, pose)):
+            self._apply_contact(contact)
+        self.data.ctrl[:] = -self.belts.tensions(self.data.ten_length)
+
+    def _apply_stops(self, rotations: Floats) -> None:
+        """Apply the moments of the stops at joint rotations (J, 4)."""
+        rates = np.zeros((len(rotations), 3))
+        rates[self.joints] = self.data.qvel[6:].reshape(-1, 3)
+        moments = stop_moments(self.stops, rotations, rates, self.stop_moment)
+        self.data.qfrc_applied[6:] += moments[self.joints].ravel()
+
+    def _apply_contact(self, contact: ContactForce) -> None:
+        """Apply a contact's force to its segment, and the opposite to the other one."""
+        sliding = np.zeros(3)
+        if contact.friction > 0:
+            sliding = self._velocity(contact.segment, contact.point)
+        if contact.friction > 0 and contact.other >= 0:
+            sliding = sliding - self._velocity(contact.other, contact.point)
+        force = contact.with_friction(sliding)
+        self._apply_force(contact.segment, contact.point, force)
+        if contact.other >= 0:
+            self._apply_force(contact.other, contact.point, -force)
+
+    def _model_body(self, segment: int) -> int:
+        """The number of a segment in the model, whose body 0 is the world."""
+        return segment - self.root + 1
+
+    def _velocity(self, segment: int, point: Floats) -> Floats:
+        """(3,) [m/s] of a point (3,) [m] that moves with a segment, v + w x r."""
+        twist = np.empty(6)  # angular, then linear velocity, in the world's axes
+        body = self._model_body(segment)
+        kind = self.mujoco.mjtObj.mjOBJ_XBODY
+        self.mujoco.mj_objectVelocity(self.model, self.data, kind, body, twist, 0)
+        # written out: np.cross takes ten times as long for one vector
+        a, b, c = twist[:3].tolist()
+        x, y, z = (point - self.data.xpos[body]).tolist()
+        return np.asarray(twist[3:] + np.array([b * z - c * y, c * x - a * z, a * y - b * x]))
+
+    def _apply_force(self, segment: int, point: Floats, force: Floats) -> None:
+        """Add a force (3,) [N] at a point (3,) [m] of a segment."""
+        body = self._model_body(segment)
+        torque = np.zeros(3)
+        applied = self.data.qfrc_applied
+        self.mujoco.mj_applyFT(self.model, self.data, force, torque, point, body, applied)
+
+    def _pose(self) -> Poses:
+        """The pose of the model's present state."""
         rotations = self.simulation.poses.rotations.copy()
-        turns = self.data.qpos[7:].reshape(-1, 4)
-        rotations[0, self.joints] = turns / np.sqrt(np.sum(turns * turns, axis=1))[:, None]
-        at = self.body_id[self.root]
+        joints = self.data.qpos[7:].reshape(-1, 4)
+        rotations[0, self.joints] = joints / np.sqrt(np.sum(joints * joints, axis=1))[:, None]
+        body = self._model_body(self.root)
         world = np.concatenate(
-            [self.data.xmat[at].reshape(3, 3), self.data.xpos[at][:, None]], axis=1
+            [self.data.xmat[body].reshape(3, 3), self.data.xpos[body][:, None]], axis=1
         )
         return Poses(rotations, self.root, world[None])
 
-    def _poses(self, states: Floats, time: Floats | None) -> Poses:
+    def _motion(self, states: Floats, interval: float) -> Poses:
+        """The recorded states (P, Q), one every `interval` seconds, as a motion."""
         rotations = np.repeat(self.simulation.poses.rotations, len(states), axis=0)
-        turns = states[:, 7:].reshape(len(states), -1, 4)
-        rotations[:, self.joints] = turns / np.linalg.norm(turns, axis=-1, keepdims=True)
+        joints = states[:, 7:].reshape(len(states), -1, 4)
+        rotations[:, self.joints] = joints / np.linalg.norm(joints, axis=-1, keepdims=True)
         root = states[:, 3:7] / np.linalg.norm(states[:, 3:7], axis=-1, keepdims=True)
-        if self.root:  # what the root hangs from, the stage, keeps its attitude
-            rotations[:, self.root - 1] = multiply(np.tile(self.stage, (len(states), 1)), root)
+        if self.root:  # the stage before the root segment keeps its attitude
+            stage = np.tile(self.stage_from_world, (len(states), 1))
+            rotations[:, self.root - 1] = multiply(stage, root)
         world = np.concatenate([matrices(root), states[:, :3, None]], axis=-1)
+        time = np.round(np.arange(len(states)) * interval, 9)
         return Poses(rotations, self.root, world, time)
 
-    def _motion(self, states: Floats, step: float) -> Poses:
-        return self._poses(states, np.round(np.arange(len(states)) * step, 9))
+    def _kinetic_energy(self) -> float:
+        return float(self.data.energy[1])
 
-    def _check(self, time: float) -> None:
-        """What moves cannot have more energy than pulse and weight have put in."""
-        kinetic = float(self.data.energy[1])
-        if kinetic > 1.1 * max(self.work, 0.0) + _SLACK_J:
-            raise self._coarse(time)
+    def _check_energy(self, time: float) -> None:
+        """Compare the kinetic energy with the work of pulse and gravity, which it cannot exceed."""
+        limit = _ENERGY_MARGIN * max(self.work, 0.0) + _STORED_ENERGY
+        if self._kinetic_energy() > limit:
+            raise self._step_too_long(f"at {1000 * time:.1f} ms")
 
-    def _coarse(self, time: float, *, settling: bool = False) -> InputError:
-        when = "while the occupant settles" if settling else f"at {1000 * time:.1f} ms"
+    def _step_too_long(self, when: str) -> InputError:
         step = 1000 * self.simulation.step
         return InputError(
             f"simulation {self.simulation.name}: the step of {step:g} ms is too coarse: {when} the "
             f"occupant has more energy than he was given; try 'step: {step / 4:g}'"
         )
 
-    def _warnings(self, left: float) -> tuple[str, ...]:
-        if self.simulation.settle <= 0 or left < 5 * _REST:
+    def _warnings(self, remaining_speed: float) -> tuple[str, ...]:
+        if self.simulation.settle <= 0 or remaining_speed < 5 * _SETTLED_SPEED:
             return ()
         return (
-            f"the occupant still moved at {1000 * left:.0f} mm/s when settling ended after "
+            f"the occupant still moved at {1000 * remaining_speed:.0f} mm/s when settling ended after "
             f"{1000 * self.simulation.settle:g} ms",
         )
+
+
+def _stop_moment(loads: CompositeBody, mass: float) -> Floats:
+    """(J,) [Nm] reference moments of the joint stops of an occupant of a mass [kg]."""
+    load = np.maximum(_STOP_LOAD * loads.mass * loads.lever, _MIN_STOP_LEVER * mass)
+    return np.asarray(STANDARD_GRAVITY * load)

@@ -1,1 +1,1 @@
-"""Motion: recorded movement on a body, Labanotation, signals."""
+"""Compute motions of a body from recordings and scores, and signals from motions."""

@@ -1,5 +1,4 @@
-"""Signals of a crash: filters, accelerations, head injury criterion, the level held for 3 ms,
-change of velocity."""
+"""Process the signals of a crash: filters, accelerations, and injury criteria."""
 
 from __future__ import annotations
 
@@ -23,26 +22,46 @@ __all__ = [
 ]
 
 GRAVITY = 9.80665
-"""[m/s2] One g."""
+"""Standard gravity, one g [m/s2]."""
 CFC: tuple[int, ...] = (60, 180, 600, 1000)
+"""Channel frequency classes of SAE J211-1."""
 _EVEN = 1e-3
+"""Greatest deviation of a time step from the median one, as a share, that counts as even."""
+_BISECTIONS = 60
+"""Halvings of the range of levels; the rest is below the rounding of a double."""
 
 
 @dataclass(frozen=True)
 class Hic:
-    """Head injury criterion: value [s g^2.5], and the window from `start` to `end` [s] that gives
-    it."""
+    """A head injury criterion and the window that gives it."""
 
     value: float
+    """[s g^2.5]."""
     start: float
+    """Beginning of the window [s]."""
     end: float
+    """End of the window [s]."""
 
 
 def evenly(time: Floats, values: Floats) -> tuple[Floats, Floats]:
-    """Time (n,) and values (n, ...) at even steps: as they are where they are even, else linear at
-    the median step.
+    """Resample a signal at even time steps, unless its steps are even already.
 
-    InputError for fewer than 3 samples.
+    Parameters
+    ----------
+    time
+        (n,) times [s], increasing.
+    values
+        (n, ...) samples.
+
+    Returns
+    -------
+    tuple of Floats
+        Times (m,) at the median step, and samples (m, ...) between the given ones, linear in time.
+
+    Raises
+    ------
+    InputError
+        If there are fewer than 3 samples.
     """
     if len(time) < 3:
         raise InputError(
@@ -54,107 +73,190 @@ def evenly(time: Floats, values: Floats) -> tuple[Floats, Floats]:
         return time, values
     count = int(np.floor((time[-1] - time[0]) / step + 1e-9)) + 1
     even = time[0] + step * np.arange(count)
-    flat = values.reshape(len(time), -1)
-    columns = [np.interp(even, time, flat[:, k]) for k in range(flat.shape[1])]
+    columns = [np.interp(even, time, column) for column in values.reshape(len(time), -1).T]
     return even, np.stack(columns, axis=-1).reshape(count, *values.shape[1:])
 
 
 def velocity(time: Floats, position: Floats) -> Floats:
-    """(n, 3) [m/s] of positions (n, 3) [m] at even times: central differences, one-sided at the
-    ends."""
+    """Differentiate positions by central differences, one-sided of second order at the ends.
+
+    Parameters
+    ----------
+    time
+        (n,) even times [s].
+    position
+        (n, 3) [m].
+
+    Returns
+    -------
+    Floats
+        (n, 3) [m/s].
+    """
     return np.asarray(np.gradient(position, time, axis=0, edge_order=2))
 
 
 def acceleration(time: Floats, position: Floats) -> Floats:
-    """(n, 3) [m/s2] of positions (n, 3) [m] at even times: second differences; the ends repeat
-    their neighbours."""
+    """Differentiate positions twice, by second differences (x1 - 2 x0 + x-1) / h^2.
+
+    Parameters
+    ----------
+    time
+        (n,) even times [s].
+    position
+        (n, 3) [m].
+
+    Returns
+    -------
+    Floats
+        (n, 3) [m/s2]; the first and the last repeat their neighbours.
+    """
     step = (time[-1] - time[0]) / (len(time) - 1)
     inner = (position[2:] - 2 * position[1:-1] + position[:-2]) / step**2
     return np.concatenate([inner[:1], inner, inner[-1:]])
 
 
 def cfc_filter(time: Floats, values: Floats, *, cfc: int) -> Floats:
-    """Values (n, ...) at even times through a channel frequency class of SAE J211-1 (1995),
-    appendix C.
+    """Filter a signal by a channel frequency class.
 
-    A Butterworth low-pass of two poles, run forward and backward, so that nothing is delayed; each
-    pass at 2.0775 CFC [Hz]. UsageError for other classes and for samples too far apart for the
-    class (J211 asks for 10 CFC a second).
+    The filter is a two-pole Butterworth low-pass, run forward and backward, so that it has no phase
+    shift. The cutoff frequency of each pass is 2.0775 CFC [Hz].
+
+    Parameters
+    ----------
+    time
+        (n,) even times [s].
+    values
+        (n, ...) samples.
+    cfc
+        Channel frequency class, one of CFC.
+
+    Raises
+    ------
+    UsageError
+        If there is no such class, or the sampling rate is too low for it.
+
+    References
+    ----------
+    SAE J211-1 (1995), Instrumentation for impact test, appendix C. It asks for a sampling rate of
+    10 CFC; half of that is accepted here.
     """
     from scipy.signal import butter, sosfiltfilt  # takes a second to load
 
     if cfc not in CFC:
         raise UsageError(f"cfc {cfc}: the classes are {', '.join(map(str, CFC))}")
     rate = (len(time) - 1) / (time[-1] - time[0])
-    if rate < 5 * cfc:
-        fits = [c for c in CFC if rate >= 5 * c]
-        what = (
-            f"CFC {fits[-1]} is the highest it can carry"
-            if fits
-            else "it can carry no class: do without a filter"
-        )
-        raise UsageError(
-            f"cfc {cfc} needs {10 * cfc} samples a second, the signal has {rate:.0f}; {what}"
-        )
-    poles = butter(2, 2.0775 * cfc, fs=rate, output="sos")
-    return np.asarray(
-        sosfiltfilt(poles, values, axis=0, padlen=min(len(time) - 1, int(rate / cfc)))
+    _require_rate(rate, cfc)
+    sections = butter(2, 2.0775 * cfc, fs=rate, output="sos")
+    padding = min(len(time) - 1, int(rate / cfc))
+    return np.asarray(sosfiltfilt(sections, values, axis=0, padlen=padding))
+
+
+def _require_rate(rate: float, cfc: int) -> None:
+    """Refuse a sampling rate [1/s] that is too low for a class."""
+    if rate >= 5 * cfc:
+        return
+    possible = [c for c in CFC if rate >= 5 * c]
+    advice = (
+        f"CFC {possible[-1]} is the highest it can carry"
+        if possible
+        else "it can carry no class: do without a filter"
+    )
+    raise UsageError(
+        f"cfc {cfc} needs {10 * cfc} samples a second, the signal has {rate:.0f}; {advice}"
     )
 
 
 def hic(time: Floats, resultant: Floats, *, window: float) -> Hic:
-    """Head injury criterion of a resultant acceleration (n,) [m/s2] of the head's centre of
-    gravity.
+    """Compute the head injury criterion of a resultant acceleration.
 
-    max over t1 < t2, t2 - t1 <= window [s], of (t2 - t1) (mean of a [g] from t1 to t2)^2.5 (FMVSS
-    208 S6.2 with
-    0.015 s, FMVSS 213 with 0.036 s). Both ends are searched: the longest window is not the best
-    one. O(n w) on the integral, which is exact for a signal linear between samples; ends fall on
-    samples.
+    HIC = max over t1 < t2 <= t1 + window of (t2 - t1) (1 / (t2 - t1) integral of a dt)^2.5, with
+    the acceleration a in g. Both ends are searched, since a shorter window often gives more. The
+    search takes O(n w) time for n samples and w samples in the window. The integral is exact for a
+    signal that is linear between samples; ends of windows are samples.
+
+    Parameters
+    ----------
+    time
+        (n,) times [s].
+    resultant
+        (n,) acceleration [m/s2] of the head's centre of gravity.
+    window
+        Longest window [s]: 0.015 (FMVSS 208 S6.2) or 0.036 (FMVSS 213).
+
+    Raises
+    ------
+    UsageError
+        If the window is not positive.
+    InputError
+        If samples are further apart than the window.
     """
     if window <= 0:
         raise UsageError(f"window {window:g} s: a positive time is needed")
-    at, level = evenly(time, np.abs(resultant) / GRAVITY)
-    step = (at[-1] - at[0]) / (len(at) - 1)
-    total = np.concatenate([[0.0], np.cumsum(0.5 * (level[1:] + level[:-1])) * step])
-    best = 0.0
-    where = (0, 1)
-    for width in range(1, min(len(at) - 1, int(np.floor(window / step + 1e-9))) + 1):
-        gain = total[width:] - total[:-width]
-        first = int(np.argmax(gain))
-        value = float(gain[first]) ** 2.5 / (width * step) ** 1.5
-        if value > best:
-            best = value
-            where = (first, first + width)
+    even, level = evenly(time, np.abs(resultant) / GRAVITY)
+    step = (even[-1] - even[0]) / (len(even) - 1)
     if step > window:
         raise InputError(
             f"samples {1000 * step:g} ms apart are too far for a window of {1000 * window:g} ms"
         )
-    return Hic(best, float(at[where[0]]), float(at[where[1]]))
+    integral = np.concatenate([[0.0], np.cumsum(0.5 * (level[1:] + level[:-1])) * step])
+    best = Hic(0.0, float(even[0]), float(even[1]))
+    for width in range(1, min(len(even) - 1, int(np.floor(window / step + 1e-9))) + 1):
+        gain = integral[width:] - integral[:-width]
+        first = int(np.argmax(gain))
+        # (t2 - t1) (gain / (t2 - t1))^2.5 = gain^2.5 / (t2 - t1)^1.5
+        value = float(gain[first]) ** 2.5 / (width * step) ** 1.5
+        if value > best.value:
+            best = Hic(value, float(even[first]), float(even[first + width]))
+    return best
 
 
 def held_level(time: Floats, values: Floats, *, hold: float = 0.003) -> float:
-    """The highest level that values (n,) do not leave for `hold` [s] on end (the 3 ms clip), linear
-    between samples."""
+    """Find the highest level that a signal holds for a time on end (the 3 ms criterion).
+
+    The level is found by bisection: a higher level is held for a shorter time.
+
+    Parameters
+    ----------
+    time, values
+        (n,) times [s] and samples, linear in between.
+    hold
+        Time [s] for which the signal stays at or above the level.
+
+    Returns
+    -------
+    float
+        The level, in the unit of the values.
+
+    Raises
+    ------
+    InputError
+        If the signal is shorter than `hold`.
+    """
     if hold <= 0 or time[-1] - time[0] < hold:
         raise InputError(
             f"a signal of {1000 * (time[-1] - time[0]):g} ms cannot hold a level for {1000 * hold:g} ms"
         )
     low = float(np.min(values))
     high = float(np.max(values))
-    for _ in range(60):
+    for _ in range(_BISECTIONS):
         level = 0.5 * (low + high)
-        low, high = (level, high) if _longest(time, values, level) >= hold else (low, level)
+        if _longest_above(time, values, level) >= hold:
+            low = level
+        else:
+            high = level
     return low
 
 
-def _longest(time: Floats, values: Floats, level: float) -> float:
-    """The longest time [s] on end with values at or above a level."""
+def _longest_above(time: Floats, values: Floats, level: float) -> float:
+    """Longest time [s] on end with values at or above a level."""
     above = values >= level
     if above.all():
         return float(time[-1] - time[0])
     change = np.flatnonzero(above[1:] != above[:-1])
     share = (level - values[change]) / (values[change + 1] - values[change])
-    cross = time[change] + share * (time[change + 1] - time[change])
-    edges = np.concatenate([[time[0]] if above[0] else [], cross, [time[-1]] if above[-1] else []])
+    crossing = time[change] + share * (time[change + 1] - time[change])
+    # the signal is above between crossings 0 and 1, 2 and 3, ... and up to its own ends
+    first = [time[0]] if above[0] else []
+    last = [time[-1]] if above[-1] else []
+    edges = np.concatenate([first, crossing, last])
     return float(np.max(edges[1::2] - edges[0::2], initial=0.0))

@@ -1,1 +1,1 @@
-"""Labanotation: scores of directions, levels and beats as motions, and back."""
+"""Perform scores in Labanotation, and read motions as scores."""

@@ -1,6 +1,12 @@
-"""Limbs and the spine that move to directions within their joint stops."""
+"""Move limbs and the spine to directions, within their joint stops.
+
+Each class keeps the movements of one part as paths of directions and angles. Movements are added in
+the order of time, then `write` samples the joint angles.
+"""
 
 from __future__ import annotations
+
+from typing import NamedTuple
 
 import numpy as np
 
@@ -9,198 +15,256 @@ from workbench.model.body import Body
 from workbench.model.laban import Movement, Sign, sign_vector
 from workbench.model.poses import Poses
 from workbench.model.posing import angles_of, compose
-from workbench.model.quaternions import multiply, rotate, shortest, swing_twist
-from workbench.motion.laban.paths import Path, Ways
+from workbench.model.quaternions import conjugate, multiply, rotate, shortest, swing_twist
+from workbench.motion.laban.paths import DirectionPath, Path
 from workbench.posture.ellipse import nearest_on_cone
 from workbench.posture.stops import nearest_legal, stop_limits
 
-__all__ = ["Limb", "Spine"]
+__all__ = ["Ending", "Limb", "Spine"]
 
+_FORWARD = np.array([1.0, 0.0, 0.0])
+_LEFT = np.array([0.0, 1.0, 0.0])
 _DOWN = np.array([0.0, 0.0, -1.0])
 _UP = np.array([0.0, 0.0, 1.0])
-Reached = tuple[float, Floats]
-"""How far [rad] from its sign a movement ends, and in which direction (3,)."""
+_SPINE_CORRECTIONS = 3
+"""Fixed-point steps for the lean of two joints, whose axes are not quite parallel."""
+
+
+class Ending(NamedTuple):
+    """Where a movement ends, in the frame of the segment that carries the part."""
+
+    error: float
+    """Angle [rad] from the direction of the sign."""
+    direction: Floats
+    """(3,) unit vector."""
 
 
 class Limb:
-    """An arm or a leg: a ball joint, a hinge, and a ball joint at its end. Directions are those of
-    the segment that carries it."""
+    """An arm or a leg: a ball joint, a hinge, and a ball joint at its end.
+
+    Directions are those of the segment that carries the limb. The zero pose hangs down.
+    """
 
     def __init__(self, body: Body, side: str, joints: tuple[str, str, str]) -> None:
         self.body = body
         self.ball, self.hinge, self.end = (body.joint(side + name) for name in joints)
-        outward = np.array([0.0, 1.0 if side == "L" else -1.0, 0.0])
-        by = np.array([[1.0, 0.0, 0.0], outward, _DOWN])
-        self._upper = Ways(_DOWN, by)
-        self._bend = Path(np.zeros(2))  # twist of the ball joint, flexion of the hinge [rad]
-        self._tip = Ways(_DOWN, by)
+        outward = _LEFT if side == "L" else -_LEFT
+        via = np.array([_FORWARD, outward, _DOWN])
+        self._upper = DirectionPath(_DOWN, via)
+        """Direction of the upper part."""
+        self._bend = Path(np.zeros(2))
+        """Twist of the ball joint and flexion of the hinge [rad]."""
+        self._tip = DirectionPath(_DOWN, via)
+        """Direction of hand or foot in the frame of the lower part."""
         self._ankle = Path(np.zeros(1))
+        """Dorsiflexion [rad] of the end joint, in addition to its direction."""
 
-    def move(self, move: Movement, part: str) -> Reached:
-        """Take up a movement of "arm", "upper arm", "lower arm" or "hand" (or of a leg), after all
-        so far."""
-        sign = move.sign or Sign("place", "low")
-        aim = sign_vector(sign)
-        when = (move.begin, move.beats)
+    def move(self, movement: Movement, part: str) -> Ending:
+        """Add a movement after all so far.
+
+        Parameters
+        ----------
+        part
+            What moves: "arm", "upper arm", "lower arm", "hand", "leg", "upper leg" or "lower leg".
+
+        Returns
+        -------
+        Ending
+            The nearest direction within the joint stops.
+        """
+        sign = movement.sign or Sign("place", "low")
         if part.startswith("lower"):
-            return self._bent(aim, when)
+            return self._move_lower(movement, sign_vector(sign))
         if part == "hand":
-            return self._pointed(aim, when)
+            return self._move_hand(movement, sign_vector(sign))
         if sign.level == "middle" and sign.direction == "place":
-            self._draw_in(part, when)
-            return 0.0, aim
-        straight = part in ("arm", "leg")
+            self._draw_in(movement, part)
+            return Ending(0.0, sign_vector(sign))
+        return self._move_upper(movement, part, sign_vector(sign))
+
+    def _move_upper(self, movement: Movement, part: str, aim: Floats) -> Ending:
+        """Point the whole limb, stretched, or its upper part alone."""
+        begin, span = movement.begin, movement.beats
+        stretched = part in ("arm", "leg")
         angles = np.zeros((len(self.body.joints), 3))
-        angles[self.hinge, 0] = 0.0 if straight else self._bend.last[1]
-        turn = compose(self.body, angles)
-        turn[self.ball] = shortest(_DOWN, aim)
-        there = rotate(self._legal(turn)[self.ball], _DOWN)
-        self._upper.move(*when, there)
-        if straight:
-            self._bend.move(*when, np.zeros(2))
-            self._tip.move(*when, _DOWN)
+        angles[self.hinge, 0] = 0.0 if stretched else self._bend.last[1]
+        rotations = compose(self.body, angles)
+        rotations[self.ball] = shortest(_DOWN, aim)
+        reached = rotate(self._legal(rotations)[self.ball], _DOWN)
+        self._upper.move(begin, span, reached)
+        if stretched:
+            self._bend.move(begin, span, np.zeros(2))
+            self._tip.move(begin, span, _DOWN)
         if "leg" in part:
-            self._ankle.move(*when, np.zeros(1))
-        return _angle(aim, there), there
+            self._ankle.move(begin, span, np.zeros(1))
+        return Ending(_angle(aim, reached), reached)
 
-    def _draw_in(self, part: str, when: tuple[float, float]) -> None:
-        """The end to the ball joint: the hinge bends as far as it goes; a foot stays below its
-        hip."""
-        most = float(self.body.stops.limits[self.hinge, 0, 0])
+    def _draw_in(self, movement: Movement, part: str) -> None:
+        """Bring the end to the ball joint: bend the hinge fully; a foot stays below its hip."""
+        begin, span = movement.begin, movement.beats
+        flexion = float(self.body.stops.limits[self.hinge, 0, 0])
+        twist = self._bend.last[0]
         if part == "leg":
-            self._upper.move(*when, np.array([np.sin(0.5 * most), 0.0, -np.cos(0.5 * most)]))
-            self._ankle.move(*when, np.zeros(1))
-        self._bend.move(*when, np.array([0.0 if part == "leg" else self._bend.last[0], most]))
+            # thigh and shank about equally long: half the knee's flexion is the hip's
+            thigh = np.array([np.sin(0.5 * flexion), 0.0, -np.cos(0.5 * flexion)])
+            self._upper.move(begin, span, thigh)
+            self._ankle.move(begin, span, np.zeros(1))
+            twist = 0.0
+        self._bend.move(begin, span, np.array([twist, flexion]))
 
-    def carry(self, move: Movement, flexion: tuple[float, float, float]) -> None:
-        """Stand: hip, knee and ankle bent by so many degrees."""
+    def stand(self, movement: Movement, flexion: tuple[float, float, float]) -> None:
+        """Add a movement to a standing posture with flexions [deg] of hip, knee and ankle."""
+        begin, span = movement.begin, movement.beats
         hip, knee, ankle = np.radians(flexion)
-        when = move.begin, move.beats
-        self._upper.move(*when, np.array([np.sin(hip), 0.0, -np.cos(hip)]))
-        self._bend.move(*when, np.array([0.0, knee]))
-        self._ankle.move(*when, np.array([ankle]))
+        self._upper.move(begin, span, np.array([np.sin(hip), 0.0, -np.cos(hip)]))
+        self._bend.move(begin, span, np.array([0.0, knee]))
+        self._ankle.move(begin, span, np.array([ankle]))
 
     def write(self, angles: Floats, time: Floats) -> None:
-        """Put the joints' angles (P, J, 3) [rad] at times (P,) [s] into a table of all."""
+        """Write the limb's joint angles at times (P,) [s] into a table (P, J, 3) [rad]."""
         axes = self.body.stops.axes
-        bend = self._bend.at(time)
+        twist, flexion = self._bend.at(time).T
         for joint, path in ((self.ball, self._upper), (self.end, self._tip)):
-            way = path.at(time)
-            swing, _ = swing_twist(shortest(np.broadcast_to(_DOWN, way.shape), way), axes[joint, 2])
+            direction = path.at(time)
+            rotation = shortest(np.broadcast_to(_DOWN, direction.shape), direction)
+            swing, _ = swing_twist(rotation, axes[joint, 2])
             angles[:, joint, :2] = swing @ axes[joint, :2].T
-        angles[:, self.ball, 2], angles[:, self.hinge, 0] = bend.T
+        angles[:, self.ball, 2] = twist
+        angles[:, self.hinge, 0] = flexion
         angles[:, self.end, 0] += self._ankle.at(time)[:, 0]
 
-    def _legal(self, turn: Floats) -> Floats:
-        """(J, 4) the nearest rotations within the stops."""
-        world = np.eye(3, 4)[None]
-        return np.asarray(
-            nearest_legal(self.body, Poses(turn[None], self.body.segment("LT"), world))[0]
-        )
+    def _legal(self, rotations: Floats) -> Floats:
+        """(J, 4) the nearest joint rotations within the stops."""
+        return np.asarray(nearest_legal(self.body, _pose(self.body, rotations))[0])
 
-    def _bent(self, aim: Floats, when: tuple[float, float]) -> Reached:
-        """The lower part to a direction: the upper one turns about itself and the hinge bends, both
-        within range."""
-        upper = self._upper.at(np.array([sum(when)]))[0]
-        swing = shortest(_DOWN, upper)
+    def _move_lower(self, movement: Movement, aim: Floats) -> Ending:
+        """Point the lower part: the ball joint twists and the hinge bends, within their ranges.
+
+        The reachable directions are a family of arcs, one for each twist. If the range of the twist
+        leaves out the aim, the nearest arc is one of the two at its ends.
+        """
+        end = movement.begin + movement.beats
+        swing = shortest(_DOWN, self._upper.at(np.array([end]))[0])
         axes = self.body.stops.axes
-        ahead = np.cross(axes[self.hinge, 0], _DOWN)
+        ahead = np.cross(axes[self.hinge, 0], _DOWN)  # where flexion takes the lower part
         across = np.cross(axes[self.ball, 2], ahead)
-        own = rotate(swing * [1, -1, -1, -1], aim)
+        own_aim = rotate(conjugate(swing), aim)
         low, high = self._twist_limits(swing)
-        turn = (
-            np.arctan2(own @ across, own @ ahead)
-            if np.hypot(own @ across, own @ ahead) > 1e-6
-            else float(self._bend.last[0])
-        )
-        most = self.body.stops.limits[self.hinge, 0]
-        best = (-2.0, np.zeros(2), _DOWN)
-        for twist in (float(np.clip(turn, low, high)), low, high):
-            plane = np.cos(twist) * ahead + np.sin(twist) * across
-            flex = float(np.clip(np.arctan2(own @ plane, own @ _DOWN), -most[1], most[0]))
-            found = np.cos(flex) * _DOWN + np.sin(flex) * plane
-            if own @ found > best[0] + 1e-9:
-                best = (float(own @ found), np.array([twist, flex]), found)
-        self._bend.move(*when, best[1])
-        there = rotate(swing, best[2])
-        return _angle(aim, there), there
+        twist = float(self._bend.last[0])
+        if np.hypot(own_aim @ across, own_aim @ ahead) > 1e-6:  # else any twist will do
+            twist = float(np.arctan2(own_aim @ across, own_aim @ ahead))
+        twists = (float(np.clip(twist, low, high)), low, high)
+        bend, direction = self._nearest_bend(own_aim, twists, np.array([ahead, across]))
+        self._bend.move(movement.begin, movement.beats, bend)
+        reached = rotate(swing, direction)
+        return Ending(_angle(aim, reached), reached)
+
+    def _nearest_bend(
+        self, aim: Floats, twists: tuple[float, ...], plane_axes: Floats
+    ) -> tuple[Floats, Floats]:
+        """Twist and flexion (2,) [rad] nearest to an aim (3,), and the direction (3,) they give.
+
+        A twist t bends in the plane of down and cos t a + sin t b, with plane_axes a and b (2, 3).
+        """
+        best_cosine = -2.0
+        best_bend = np.zeros(2)
+        best_direction = _DOWN
+        for twist in twists:
+            plane = np.cos(twist) * plane_axes[0] + np.sin(twist) * plane_axes[1]
+            flexion = self._nearest_flexion(aim, plane)
+            direction = np.cos(flexion) * _DOWN + np.sin(flexion) * plane
+            if aim @ direction > best_cosine + 1e-9:  # the first of equals
+                best_cosine = float(aim @ direction)
+                best_bend = np.array([twist, flexion])
+                best_direction = direction
+        return best_bend, best_direction
+
+    def _nearest_flexion(self, aim: Floats, plane: Floats) -> float:
+        """The hinge's flexion [rad] nearest to an aim (3,), bending from down toward `plane`."""
+        flexion, extension = self.body.stops.limits[self.hinge, 0]
+        return float(np.clip(np.arctan2(aim @ plane, aim @ _DOWN), -extension, flexion))
 
     def _twist_limits(self, swing: Floats) -> tuple[float, float]:
-        turn = compose(self.body, np.zeros((len(self.body.joints), 3)))
-        turn[self.ball] = swing
-        pose = Poses(turn[None], self.body.segment("LT"), np.eye(3, 4)[None])
-        first, second = stop_limits(self.body, angles_of(self.body, pose))[0, self.ball, 2]
-        return -float(second), float(first)
+        """Least and greatest twist [rad] of the ball joint at a swing, a quaternion (4,)."""
+        rotations = compose(self.body, np.zeros((len(self.body.joints), 3)))
+        rotations[self.ball] = swing
+        angles = angles_of(self.body, _pose(self.body, rotations))
+        greatest, least = stop_limits(self.body, angles)[0, self.ball, 2]
+        return -float(least), float(greatest)
 
-    def _pointed(self, aim: Floats, when: tuple[float, float]) -> Reached:
-        """The hand to a direction, by the wrist's swing."""
-        end = np.array([sum(when)])
-        twist, flex = self._bend.at(end)[0]
+    def _move_hand(self, movement: Movement, aim: Floats) -> Ending:
+        """Point the hand by the wrist's swing, with the arm where it will be at the end."""
+        end = np.array([movement.begin + movement.beats])
         angles = np.zeros((len(self.body.joints), 3))
-        angles[self.ball, 2] = twist
-        angles[self.hinge, 0] = flex
-        turn = compose(self.body, angles)
-        arm = multiply(
-            shortest(_DOWN, self._upper.at(end)[0]), multiply(turn[self.ball], turn[self.hinge])
-        )
-        turn[self.end] = shortest(_DOWN, rotate(arm * [1, -1, -1, -1], aim))
-        legal = self._legal(turn)[self.end]
-        there = rotate(legal, _DOWN)
-        self._tip.move(*when, there)
-        return _angle(aim, rotate(arm, there)), rotate(arm, there)
+        angles[self.ball, 2], angles[self.hinge, 0] = self._bend.at(end)[0]
+        rotations = compose(self.body, angles)
+        swing = shortest(_DOWN, self._upper.at(end)[0])
+        arm = multiply(swing, multiply(rotations[self.ball], rotations[self.hinge]))
+        rotations[self.end] = shortest(_DOWN, rotate(conjugate(arm), aim))
+        tip = rotate(self._legal(rotations)[self.end], _DOWN)
+        self._tip.move(movement.begin, movement.beats, tip)
+        reached = rotate(arm, tip)
+        return Ending(_angle(aim, reached), reached)
 
 
 class Spine:
-    """Two joints that share a lean, each by its part of both ranges: waist and solar plexus, or
-    those of the neck."""
+    """Two joints in series that share a lean in proportion to their ranges.
+
+    They are waist and solar plexus, or the two joints of the neck.
+    """
 
     def __init__(self, body: Body, joints: tuple[str, str]) -> None:
-        self.body, self.joints = body, [body.joint(name) for name in joints]
-        self._way = Ways(_UP, np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]))
+        self.body = body
+        self.joints = [body.joint(name) for name in joints]
+        self._direction = DirectionPath(_UP, np.array([_FORWARD, _LEFT]))
 
-    def move(self, move: Movement) -> Reached:
-        """Take up a movement, after all so far."""
-        aim = sign_vector(move.sign or Sign("place", "high"))
+    def move(self, movement: Movement) -> Ending:
+        """Add a movement after all so far; return the nearest direction within the stops."""
+        aim = sign_vector(movement.sign or Sign("place", "high"))
         lean = self._lean(aim[None])
         limits = self.body.stops.limits[self.joints, :2].sum(axis=0)[None]
-        point, distance, _ = nearest_on_cone(lean, limits)
-        there = self._reached(np.where(distance[:, None] < 0, point, lean))[0]
-        self._way.move(move.begin, move.beats, there)
-        return _angle(aim, there), there
+        nearest, distance, _ = nearest_on_cone(lean, limits)
+        beyond = distance[:, None] < 0
+        reached = self._direction_of(np.where(beyond, nearest, lean))[0]
+        self._direction.move(movement.begin, movement.beats, reached)
+        return Ending(_angle(aim, reached), reached)
 
     def write(self, angles: Floats, time: Floats) -> None:
-        """Put the joints' angles (P, J, 3) [rad] at times (P,) [s] into a table of all."""
-        aim = self._way.at(time)
-        wanted = lean = self._lean(aim)
-        for _ in range(
-            3
-            # both joints do not quite turn about one axis: the direction is met by a few
-            # corrections
-        ):
-            lean = lean + wanted - self._lean(self._reached(lean))
+        """Write the joint angles at times (P,) [s] into a table (P, J, 3) [rad]."""
+        wanted = self._lean(self._direction.at(time))
+        lean = wanted
+        # the two joints do not quite turn about one axis: correct the lean by what it misses
+        for _ in range(_SPINE_CORRECTIONS):
+            lean = lean + wanted - self._lean(self._direction_of(lean))
         angles[:, self.joints, :2] = self._shares(lean)
 
-    def _lean(self, aim: Floats) -> Floats:
-        """(P, 2) [rad] the turn from upright to directions (P, 3) about the joints' two swing
-        axes."""
+    def _lean(self, direction: Floats) -> Floats:
+        """(P, 2) [rad] swing from upright to directions (P, 3), about the first joint's axes."""
         axes = self.body.stops.axes[self.joints[0]]
-        swing, _ = swing_twist(shortest(np.broadcast_to(_UP, aim.shape), aim), axes[2])
+        rotation = shortest(np.broadcast_to(_UP, direction.shape), direction)
+        swing, _ = swing_twist(rotation, axes[2])
         return np.asarray(swing @ axes[:2].T)
 
     def _shares(self, lean: Floats) -> Floats:
-        """(P, 2, 2) each joint's part of a lean (P, 2), as its limits are to both limits."""
+        """(P, 2, 2) swing of each joint for a lean (P, 2), in proportion to the joints' limits."""
         limits = self.body.stops.limits[self.joints, :2]
         own = np.where(lean[:, None] >= 0, limits[None, ..., 0], limits[None, ..., 1])
         return np.asarray(lean[:, None] * own / np.maximum(own.sum(axis=1, keepdims=True), 1e-12))
 
-    def _reached(self, lean: Floats) -> Floats:
-        """(P, 3) the direction that a lean gives."""
+    def _direction_of(self, lean: Floats) -> Floats:
+        """(P, 3) directions that leans (P, 2) give."""
         angles = np.zeros((len(lean), len(self.body.joints), 3))
         angles[:, self.joints, :2] = self._shares(lean)
-        turn = compose(self.body, angles)
-        both = multiply(turn[:, self.joints[0]], turn[:, self.joints[1]])
+        rotations = compose(self.body, angles)
+        both = multiply(rotations[:, self.joints[0]], rotations[:, self.joints[1]])
         return rotate(both, np.broadcast_to(_UP, (len(lean), 3)))
 
 
+def _pose(body: Body, rotations: Floats) -> Poses:
+    """One pose of joint rotations (J, 4), with the pelvis at the origin."""
+    return Poses(rotations[None], body.segment("LT"), np.eye(3, 4)[None])
+
+
 def _angle(a: Floats, b: Floats) -> float:
+    """Angle [rad] between two vectors (3,)."""
     return float(np.arctan2(np.linalg.norm(np.cross(a, b)), a @ b))

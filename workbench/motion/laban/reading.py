@@ -1,9 +1,18 @@
-"""A motion of a body as a score of direction signs: what each part does from rest to rest, and
-where it ends."""
+"""Read a motion as a score of direction signs.
+
+1. The direction of each part in the frame of its carrier is segmented into strokes, movements from
+   rest to rest.
+2. Strokes of a limb's parts that begin and end together are one group. A limb that ends straight
+   gets one sign as a whole; otherwise each part gets its own.
+3. Legs that carry the body give the level of the support, and the pelvis its direction.
+4. Times are rounded to quarters of a beat.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -12,24 +21,43 @@ from workbench.errors import InputError, UsageError
 from workbench.model.arrays import Bools, Floats
 from workbench.model.body import Body
 from workbench.model.laban import PARTS, Movement, Score, Sign, nearest_sign
-from workbench.model.poses import Poses
+from workbench.model.poses import Placed, Poses
 from workbench.model.quaternions import conjugate, from_matrices, multiply, rotate, shortest
 from workbench.motion.laban.strokes import Stroke, strokes
 
 __all__ = ["read_motion_score"]
 
 _GRID = 0.25
-"""Beats are told in quarters."""
-_LEAST = 2.0 * np.sin(np.radians(10.0))
-"""Directions that change by less than 20 degrees do not move."""
+"""Spacing [beats] of beginnings and ends."""
+_MIN_CHORD = 2.0 * np.sin(np.radians(10.0))
+"""Least distance between the ends of a movement on the unit sphere: 20 degrees."""
+_MIN_FLEXION = float(np.radians(10.0))
+"""Least change [rad] of knee and ankle of a leg that carries the body."""
+_MIN_STEP_SHARE = 0.25
+"""Least way of a support, as a share of a step."""
 _STRAIGHT = np.cos(np.radians(20.0))
+"""Cosine of the angle between two parts of a limb up to which it is straight."""
 _DRAWN_IN = 0.97
-"""A hinge bent by this share of its range has drawn its limb in."""
-_BENT = np.radians(25.0)
-_RAISED = np.radians(-15.0)
-_ON_GROUND = 0.03
-_UNDER = 0.2
-"""[m] A foot this low carries the body, where its ankle is this near below the hip."""
+"""Share of its range from which on a bent hinge has drawn its limb in."""
+_DRAWN_IN_THIGH = np.radians(67.5)
+"""Flexion of the hip of a leg drawn in with its foot below the hip, half the knee's range."""
+_DRAWN_IN_SPREAD = np.radians(10.0)
+_LOW_KNEE = np.radians(25.0)
+"""Flexion of the knee from which on a support is low."""
+_HIGH_ANKLE = np.radians(-15.0)
+"""Dorsiflexion of the ankle below which a support is high: the heel is up."""
+_MAX_GROUND_GAP = 0.03
+"""Height [m] above the lowest sphere up to which a foot is on the ground."""
+_MAX_HIP_OFFSET = 0.2
+"""Horizontal distance [m] of the ankle from its hip up to which a foot can carry the body."""
+_SAME_TIME = 0.15
+"""Differences of two strokes' beginnings and ends, as a share of the longer, that count as none."""
+_OVERLAP = 0.1
+"""Share of the shorter of two strokes up to which they may overlap and still follow each other."""
+_BATCH = 1024
+"""Frames that are placed at once, to bound the memory."""
+_LIMB_SEGMENTS = {"arm": ("UT", "UA", "LA"), "leg": ("LT", "UL", "LL")}
+"""The segment that carries a limb, and the limb's upper and lower segment without their side."""
 _DOWN = np.array([0.0, 0.0, -1.0])
 _UP = np.array([0.0, 0.0, 1.0])
 
@@ -37,224 +65,340 @@ _UP = np.array([0.0, 0.0, 1.0])
 def read_motion_score(
     body: Body, motion: Poses, *, tempo: float, step: float = Score.step
 ) -> Score:
-    """The score of a motion: parts that move by 20 degrees or more, to the sign nearest to where
-    they end.
+    """Transcribe a motion into a score.
 
-    Directions are those of the body's own cross of axes. Arms and legs that end straight are told
-    as a whole, others by their parts. Legs that carry the body tell the level of the support, where
-    the pelvis goes its direction. Beats are told in quarters, each no shorter than one. InputError
-    where nothing moves so far, UsageError for a tempo that is not 1 to 1000 beats a minute.
+    Parts move if their direction changes by 20 degrees or more. A movement gets the sign nearest to
+    where it ends, in the body's own cross of axes.
+
+    Parameters
+    ----------
+    body
+        A body with the paper's joints.
+    motion
+        P poses with times.
+    tempo
+        Beats per minute, 1 to 1000.
+    step
+        Length [m] of a step of the support.
+
+    Returns
+    -------
+    Score
+        Movements in quarters of a beat, each a quarter or longer, in the order of time.
+
+    Raises
+    ------
+    UsageError
+        If the tempo is out of its range.
+    InputError
+        If nothing moves far enough.
     """
     if not 1 <= tempo <= 1000:
         raise UsageError(f"tempo {tempo:g}: 1 to 1000 beats a minute are possible")
-    seen = _Seen(body, motion)
-    found: list[tuple[str, Sign, Stroke]] = []
-    for part, ends in (("trunk", ("LT", "UT")), ("head", ("UT", "H"))):
-        way = seen.way(ends[0], ends[1], _UP)
-        found += [
-            (part, nearest_sign(way[s.last]), s) for s in strokes(way, seen.time, least=_LEAST)
-        ]
-    carried = []
+    segments = _SegmentMotion.of(body, motion)
+    signed = [*_spine_movements(segments)]
+    support_levels = []
     for side in ("left", "right"):
-        found += _limb(seen, side, "arm")
-        found += _limb(seen, side, "leg")
-        carried += _carried(seen, side[0].upper())
-    found += _support(seen, carried, step)
-    beat = 60.0 / tempo
-    rows = []
-    for part, sign, stroke in found:
-        begin, end = (
-            _GRID * round((t - seen.time[0]) / beat / _GRID) for t in (stroke.begin, stroke.end)
-        )
-        rows.append(Movement(part, sign, 1.0 + begin, max(end - begin, _GRID)))
-    if not rows:
+        signed += _limb_movements(segments, side, "arm")
+        signed += _limb_movements(segments, side, "leg")
+        support_levels += _support_levels(segments, side[0].upper())
+    signed += _support_movements(segments, support_levels, step)
+    if not signed:
         raise InputError(
             "nothing moves far enough for a score: 20 degrees or a quarter of a step are needed"
         )
-    return Score(
-        tuple(sorted(rows, key=lambda m: (m.begin, PARTS.index(m.part)))), float(tempo), step
-    )
+    start = float(segments.time[0])
+    movements = [_on_grid(movement, start, 60.0 / tempo) for movement in signed]
+    movements.sort(key=lambda m: (m.begin, PARTS.index(m.part)))
+    return Score(tuple(movements), float(tempo), step)
+
+
+class _SignedStroke(NamedTuple):
+    """A stroke of a part, and the sign of where it ends."""
+
+    part: str
+    sign: Sign
+    stroke: Stroke
+
+
+def _on_grid(movement: _SignedStroke, start: float, beat: float) -> Movement:
+    """The movement in beats, of `beat` seconds each; the first beat, number 1, is at `start` [s]."""
+    stroke = movement.stroke
+    begin, end = (_GRID * round((t - start) / beat / _GRID) for t in (stroke.begin, stroke.end))
+    return Movement(movement.part, movement.sign, 1.0 + begin, max(end - begin, _GRID))
 
 
 @dataclass(frozen=True, eq=False)
-class _Carried:
-    """A leg that bends or stretches under the body."""
+class _SegmentMotion:
+    """The segments of a body in a motion of P frames."""
+
+    body: Body
+    time: Floats
+    """(P,) [s]."""
+    world: Floats
+    """(P, N, 3, 4) world from segment."""
+    grounded: Bools
+    """(P, 2) True where the left or right foot carries the body."""
+
+    @classmethod
+    def of(cls, body: Body, motion: Poses) -> _SegmentMotion:
+        """Place the body in every frame."""
+        world = []
+        height = []
+        for first in range(0, len(motion), _BATCH):
+            placed = place(body, motion.rows(slice(first, first + _BATCH)))
+            world.append(placed.world_from_segment)
+            height.append(_foot_heights(placed))
+        whole = np.concatenate(world)
+        low = np.concatenate(height) < _MAX_GROUND_GAP
+        offsets = np.stack([_hip_offset(body, whole, side) for side in "LR"], axis=1)
+        return cls(body, motion.clock, whole, low & (offsets < _MAX_HIP_OFFSET))
+
+    def attitude(self, segment: str) -> Floats:
+        """(P, 4) world from segment, as quaternions."""
+        return from_matrices(self.world[:, self.body.segment(segment), :, :3])
+
+    def direction(self, carrier: str, segment: str, axis: Floats) -> Floats:
+        """(P, 3) direction of a segment's axis (3,) in the frame of its carrier."""
+        relative = multiply(conjugate(self.attitude(carrier)), self.attitude(segment))
+        return rotate(relative, np.broadcast_to(axis, (len(relative), 3)))
+
+
+def _foot_heights(placed: Placed) -> Floats:
+    """(P, 2) [m] of the left and right foot above the lowest sphere of the body."""
+    body = placed.body
+    low = placed.centres[..., 2] - body.radius[0]
+    feet = [low[:, body.spheres(body.segment(foot))].min(axis=1) for foot in ("LF", "RF")]
+    return np.asarray(np.stack(feet, axis=1) - low.min(axis=1)[:, None])
+
+
+def _hip_offset(body: Body, world: Floats, side: str) -> Floats:
+    """(P,) [m] horizontal distance of an ankle from its hip."""
+    thigh, foot = (world[:, body.segment(side + name)] for name in ("UL", "F"))
+    hip, ankle = (body.joint_in_child[0, body.joint(side + name)] for name in "HA")
+    gap = thigh[:, :, :3] @ hip + thigh[:, :, 3] - foot[:, :, :3] @ ankle - foot[:, :, 3]
+    return np.asarray(np.linalg.norm(gap[:, :2], axis=1))
+
+
+def _spine_movements(segments: _SegmentMotion) -> Iterator[_SignedStroke]:
+    for part, carrier, segment in (("trunk", "LT", "UT"), ("head", "UT", "H")):
+        direction = segments.direction(carrier, segment, _UP)
+        for stroke in strokes(direction, segments.time, least=_MIN_CHORD):
+            yield _SignedStroke(part, nearest_sign(direction[stroke.last]), stroke)
+
+
+@dataclass(frozen=True, eq=False)
+class _PartMotion:
+    """One part of a limb over P frames."""
+
+    relative: Floats
+    """(P, 3) direction against the part before it: `_DOWN` where the limb is straight."""
+    carried: Floats
+    """(P, 3) direction in the frame of the trunk, which the sign gives."""
+
+
+@dataclass(frozen=True, eq=False)
+class _LimbMotion:
+    """An arm or a leg over P frames."""
+
+    segments: _SegmentMotion
+    side: str
+    """ "left" or "right"."""
+    limb: str
+    """ "arm" or "leg"."""
+    parts: dict[str, _PartMotion]
+    """Upper part, lower part, and an arm's hand, by their names in a score."""
+
+    @classmethod
+    def of(cls, segments: _SegmentMotion, side: str, limb: str) -> _LimbMotion:
+        """Compute the directions of a limb's parts."""
+        letter = side[0].upper()
+        trunk, upper_segment, lower_segment = _LIMB_SEGMENTS[limb]
+        lower_segment = letter + lower_segment
+        upper = segments.direction(trunk, letter + upper_segment, _DOWN)
+        lower = segments.direction(trunk, lower_segment, _DOWN)
+        swing = shortest(np.broadcast_to(_DOWN, upper.shape), upper)
+        parts = {
+            f"{side} upper {limb}": _PartMotion(upper, upper),
+            f"{side} lower {limb}": _PartMotion(rotate(conjugate(swing), lower), lower),
+        }
+        if limb == "arm":
+            parts[f"{side} hand"] = _PartMotion(
+                segments.direction(lower_segment, letter + "HN", _DOWN),
+                segments.direction(trunk, letter + "HN", _DOWN),
+            )
+        return cls(segments, side, limb, parts)
+
+    @property
+    def upper(self) -> _PartMotion:
+        """Upper arm or thigh."""
+        return self.parts[f"{self.side} upper {self.limb}"]
+
+    @property
+    def lower(self) -> _PartMotion:
+        """Lower arm or shank."""
+        return self.parts[f"{self.side} lower {self.limb}"]
+
+    def on_ground(self, frame: int) -> bool:
+        """True where the foot of a leg carries the body."""
+        letter = self.side[0].upper()
+        return self.limb == "leg" and bool(self.segments.grounded[frame, "LR".index(letter)])
+
+    def is_straight(self, frame: int) -> bool:
+        """True where no part is bent against the one before it."""
+        inner = list(self.parts.values())[1:]
+        return all(float(part.relative[frame] @ _DOWN) > _STRAIGHT for part in inner)
+
+    def is_bent_fully(self, frame: int) -> bool:
+        """True where elbow or knee are at the end of their range."""
+        hinge = self.segments.body.joint(
+            self.side[0].upper() + ("E" if self.limb == "arm" else "K")
+        )
+        limit = np.cos(_DRAWN_IN * self.segments.body.stops.limits[hinge, 0, 0])
+        return bool(self.lower.relative[frame] @ _DOWN < limit)
+
+
+def _limb_movements(segments: _SegmentMotion, side: str, limb: str) -> Iterator[_SignedStroke]:
+    """The movements of an arm or a leg that does not carry the body."""
+    motion = _LimbMotion.of(segments, side, limb)
+    moves = _part_strokes(motion)
+    for group in _simultaneous(moves):
+        stroke = next(iter(group.values()))
+        others = [m for part, rows in moves.items() if part not in group for m in rows]
+        alone = not any(_overlap(stroke, other) for other in others)
+        sign = _whole_limb_sign(motion, group, stroke.last, alone)
+        if sign is not None:
+            yield _SignedStroke(f"{side} {limb}", sign, stroke)
+            continue
+        for part, own in group.items():
+            yield _SignedStroke(part, nearest_sign(motion.parts[part].carried[own.last]), own)
+
+
+def _part_strokes(motion: _LimbMotion) -> dict[str, list[Stroke]]:
+    """Strokes of each part; those of a leg only where its foot is in the air at either end."""
+    found = {}
+    for name, part in motion.parts.items():
+        rows = strokes(part.relative, motion.segments.time, least=_MIN_CHORD)
+        found[name] = [
+            row for row in rows if not (motion.on_ground(row.first) and motion.on_ground(row.last))
+        ]
+    return found
+
+
+def _whole_limb_sign(
+    motion: _LimbMotion, group: dict[str, Stroke], frame: int, alone: bool
+) -> Sign | None:
+    """The sign of the limb as a whole after the movement of a group of parts, None if it has none.
+
+    frame: where the movement ends; alone: True where no other part moves meanwhile.
+    """
+    upper, lower = list(motion.parts)[:2]
+    if motion.on_ground(frame):
+        return Sign("place", "low")
+    if not alone:
+        return None
+    if motion.is_straight(frame) and (upper in group or lower in group):
+        return nearest_sign(motion.upper.carried[frame])
+    if motion.is_bent_fully(frame) and _is_drawn_in(motion, list(group), frame):
+        return Sign("place", "middle")
+    return None
+
+
+def _is_drawn_in(motion: _LimbMotion, group: list[str], frame: int) -> bool:
+    """True where a fully bent limb is drawn in to its joint.
+
+    An arm is drawn in if its elbow alone has moved, a leg if its foot is below the hip.
+    """
+    if motion.limb == "arm":
+        return group == [f"{motion.side} lower arm"]
+    thigh = motion.upper.carried[frame]
+    flexion = np.arctan2(thigh[0], -thigh[2])
+    return bool(abs(flexion - _DRAWN_IN_THIGH) < _DRAWN_IN_SPREAD)
+
+
+def _simultaneous(moves: dict[str, list[Stroke]]) -> list[dict[str, Stroke]]:
+    """Group the strokes of a limb's parts that begin and end together."""
+    groups: list[dict[str, Stroke]] = []
+    for part, rows in moves.items():
+        for row in rows:
+            group = next(
+                (g for g in groups if part not in g and _same_time(next(iter(g.values())), row)),
+                None,
+            )
+            if group is None:
+                groups.append({part: row})
+            else:
+                group[part] = row
+    return groups
+
+
+def _same_time(a: Stroke, b: Stroke) -> bool:
+    near = _SAME_TIME * max(a.end - a.begin, b.end - b.begin)
+    return abs(a.begin - b.begin) <= near and abs(a.end - b.end) <= near
+
+
+def _overlap(a: Stroke, b: Stroke) -> bool:
+    shared = min(a.end, b.end) - max(a.begin, b.begin)
+    return shared > _OVERLAP * min(a.end - a.begin, b.end - b.begin)
+
+
+class _LevelChange(NamedTuple):
+    """A leg that bends or stretches under the body, and the level of the support after it."""
 
     stroke: Stroke
     level: str
 
 
-class _Seen:
-    """A motion's segments: how they are turned, and which feet are on the ground."""
-
-    def __init__(self, body: Body, motion: Poses) -> None:
-        self.body = body
-        self.time = motion.clock
-        world = []
-        lowest = []
-        feet = []
-        for first in range(0, len(motion), 1024):
-            rows = slice(first, first + 1024)
-            placed = place(
-                body,
-                Poses(motion.rotations[rows], motion.reference, motion.world_from_reference[rows]),
-            )
-            low = placed.centres[..., 2] - body.radius[0]
-            world.append(placed.world_from_segment)
-            lowest.append(low.min(axis=1))
-            feet.append(
-                np.stack(
-                    [low[:, body.spheres(body.segment(f))].min(axis=1) for f in ("LF", "RF")],
-                    axis=1,
-                )
-            )
-        self.world = np.concatenate(world)
-        near = np.stack([self._aside(side) for side in "LR"], axis=1) < _UNDER
-        self.grounded: Bools = (
-            np.concatenate(feet) - np.concatenate(lowest)[:, None] < _ON_GROUND
-        ) & near
-
-    def _aside(self, side: str) -> Floats:
-        """(P,) [m] how far an ankle is from below its hip."""
-        thigh, foot = (self.world[:, self.body.segment(side + name)] for name in ("UL", "F"))
-        hip, ankle = (self.body.joint_in_child[0, self.body.joint(side + name)] for name in "HA")
-        apart = thigh[:, :, :3] @ hip + thigh[:, :, 3] - foot[:, :, :3] @ ankle - foot[:, :, 3]
-        return np.asarray(np.linalg.norm(apart[:, :2], axis=1))
-
-    def turn(self, segment: str) -> Floats:
-        """(P, 4) world from segment."""
-        return from_matrices(self.world[:, self.body.segment(segment), :, :3])
-
-    def relative(self, carrier: str, segment: str) -> Floats:
-        """(P, 4) carrier from segment."""
-        return multiply(conjugate(self.turn(carrier)), self.turn(segment))
-
-    def way(self, carrier: str, segment: str, axis: Floats) -> Floats:
-        """(P, 3) where a segment's axis points in its carrier's frame."""
-        turn = self.relative(carrier, segment)
-        return rotate(turn, np.broadcast_to(axis, (len(turn), 3)))
+def _support_levels(segments: _SegmentMotion, side: str) -> list[_LevelChange]:
+    """How a leg that stands on the ground bends and stretches; side is "L" or "R"."""
+    shank = segments.direction(side + "UL", side + "LL", _DOWN)
+    foot = segments.direction(side + "LL", side + "F", _DOWN)
+    knee = np.arccos(np.clip(shank @ _DOWN, -1.0, 1.0))
+    ankle = np.arctan2(foot[:, 0], -foot[:, 2])
+    grounded = segments.grounded[:, "LR".index(side)]
+    bends = strokes(np.stack([knee, ankle], axis=1), segments.time, least=_MIN_FLEXION)
+    return [
+        _LevelChange(bend, _level(knee[bend.last], ankle[bend.last]))
+        for bend in bends
+        if grounded[bend.first] and grounded[bend.last]
+    ]
 
 
-def _limb(seen: _Seen, side: str, limb: str) -> list[tuple[str, Sign, Stroke]]:
-    """The movements of an arm or a leg that do not carry the body."""
-    s = side[0].upper()
-    carrier, upper, lower = (
-        ("UT", s + "UA", s + "LA") if limb == "arm" else ("LT", s + "UL", s + "LL")
-    )
-    high = seen.way(carrier, upper, _DOWN)
-    low = seen.way(carrier, lower, _DOWN)
-    swing = shortest(np.broadcast_to(_DOWN, high.shape), high)
-    bend = rotate(conjugate(swing), low)
-    hinge = seen.body.joint(s + ("E" if limb == "arm" else "K"))
-    drawn = np.cos(_DRAWN_IN * seen.body.stops.limits[hinge, 0, 0])
-    parts = {f"{side} upper {limb}": (high, high), f"{side} lower {limb}": (bend, low)}
-    if limb == "arm":
-        tip = seen.way(lower, s + "HN", _DOWN)
-        parts[f"{side} hand"] = (tip, seen.way(carrier, s + "HN", _DOWN))
-    moves = {part: strokes(rows[0], seen.time, least=_LEAST) for part, rows in parts.items()}
-    if limb == "leg":
-        foot = seen.grounded[:, "LR".index(s)]
-        moves = {
-            part: [m for m in rows if not foot[m.first] or not foot[m.last]]
-            for part, rows in moves.items()
-        }
-    inner = [rows[0] for rows in list(parts.values())[1:]]
-    told: list[tuple[str, Sign, Stroke]] = []
-    for group in _together(moves):
-        stroke = next(iter(group.values()))
-        at = stroke.last
-        straight = all(float(way[at] @ _DOWN) > _STRAIGHT for way in inner)
-        alone = not any(
-            _overlap(stroke, m) for part, rows in moves.items() if part not in group for m in rows
-        )
-        first, second = list(parts)[:2]
-        if limb == "leg" and foot[at]:
-            told.append((f"{side} leg", Sign("place", "low"), stroke))
-        elif straight and alone and (first in group or second in group):
-            told.append((f"{side} {limb}", nearest_sign(high[at]), stroke))
-        elif (
-            alone
-            and float(bend[at] @ _DOWN) < drawn
-            and _drawn_in(limb, list(group) == [second], high[at])
-        ):
-            told.append((f"{side} {limb}", Sign("place", "middle"), stroke))
-        else:
-            told += [(part, nearest_sign(parts[part][1][m.last]), m) for part, m in group.items()]
-    return told
+def _level(knee: float, ankle: float) -> str:
+    """The level of a support by flexion of the knee and dorsiflexion of the ankle [rad]."""
+    if knee > _LOW_KNEE:
+        return "low"
+    return "high" if ankle < _HIGH_ANKLE else "middle"
 
 
-def _drawn_in(limb: str, hinge_only: bool, upper: Floats) -> bool:
-    """True where a bent limb is drawn in to its joint: an arm whose upper part stayed, a leg whose
-    foot is below."""
-    half = np.arctan2(upper[0], -upper[2])
-    return hinge_only if limb == "arm" else bool(abs(half - np.radians(67.5)) < np.radians(10.0))
-
-
-def _together(moves: dict[str, list[Stroke]]) -> list[dict[str, Stroke]]:
-    """Strokes of the parts of a limb that begin and end together, as groups."""
-    groups: list[dict[str, Stroke]] = []
-    for part, rows in moves.items():
-        for row in rows:
-            same = next(
-                (g for g in groups if part not in g and _same(next(iter(g.values())), row)), None
-            )
-            if same is None:
-                groups.append({part: row})
-            else:
-                same[part] = row
-    return groups
-
-
-def _same(a: Stroke, b: Stroke) -> bool:
-    near = 0.15 * max(a.end - a.begin, b.end - b.begin)
-    return abs(a.begin - b.begin) <= near and abs(a.end - b.end) <= near
-
-
-def _overlap(a: Stroke, b: Stroke) -> bool:
-    return min(a.end, b.end) - max(a.begin, b.begin) > 0.1 * min(a.end - a.begin, b.end - b.begin)
-
-
-def _carried(seen: _Seen, side: str) -> list[_Carried]:
-    """How a leg that stands on the ground bends and stretches under the body."""
-    thigh_from_shank = seen.way(side + "UL", side + "LL", _DOWN)
-    shank_from_foot = seen.way(side + "LL", side + "F", _DOWN)
-    knee = np.arccos(np.clip(thigh_from_shank @ _DOWN, -1.0, 1.0))
-    ankle = np.arctan2(shank_from_foot[:, 0], -shank_from_foot[:, 2])
-    foot = seen.grounded[:, "LR".index(side)]
-    told = []
-    for stroke in strokes(
-        np.stack([knee, ankle], axis=1), seen.time, least=float(np.radians(10.0))
-    ):
-        if foot[stroke.first] and foot[stroke.last]:
-            level = (
-                "low"
-                if knee[stroke.last] > _BENT
-                else "high"
-                if ankle[stroke.last] < _RAISED
-                else "middle"
-            )
-            told.append(_Carried(stroke, level))
-    return told
-
-
-def _support(seen: _Seen, carried: list[_Carried], step: float) -> list[tuple[str, Sign, Stroke]]:
-    """Where the pelvis goes, level by level."""
-    place_ = seen.world[:, seen.body.segment("LT"), :, 3]
-    facing = seen.world[0, seen.body.segment("LT"), :2, 0]
-    facing = facing / max(float(np.linalg.norm(facing)), 1e-12)
-    frame = np.array([facing, [-facing[1], facing[0]]])
-    told: list[tuple[str, Sign, Stroke]] = []
-    levels = sorted(carried, key=lambda c: (c.stroke.begin, c.stroke.end))
-    for stroke in strokes(place_[:, :2], seen.time, least=0.25 * step):
-        way = frame @ (place_[stroke.last, :2] - place_[stroke.first, :2])
+def _support_movements(
+    segments: _SegmentMotion, changes: list[_LevelChange], step: float
+) -> list[_SignedStroke]:
+    """The movements of the support: steps of the pelvis, and changes of level in place."""
+    changes = sorted(changes, key=lambda c: (c.stroke.begin, c.stroke.end))
+    pelvis = segments.world[:, segments.body.segment("LT"), :2, 3]
+    start_from_world = _facing_axes(segments)
+    found = []
+    for stroke in strokes(pelvis, segments.time, least=_MIN_STEP_SHARE * step):
+        way = start_from_world @ (pelvis[stroke.last] - pelvis[stroke.first])
         direction = nearest_sign(np.array([*way, 0.0])).direction
-        before = [
-            c.level
-            for c in levels
-            if c.stroke.end <= stroke.end + 0.1 * (stroke.end - stroke.begin)
-        ]
-        told.append(("support", Sign(direction, before[-1] if before else "middle"), stroke))
-    for c in levels:
-        if not any(_same(c.stroke, stroke) for _, _, stroke in told):
-            told.append(("support", Sign("place", c.level), c.stroke))
-    return told
+        level = _level_after(stroke, changes)
+        found.append(_SignedStroke("support", Sign(direction, level), stroke))
+    for change in changes:
+        if not any(_same_time(change.stroke, movement.stroke) for movement in found):
+            found.append(_SignedStroke("support", Sign("place", change.level), change.stroke))
+    return found
+
+
+def _facing_axes(segments: _SegmentMotion) -> Floats:
+    """(2, 2) horizontal axes, forward and left, of the pelvis in the first frame."""
+    forward = segments.world[0, segments.body.segment("LT"), :2, 0]
+    forward = forward / max(float(np.linalg.norm(forward)), 1e-12)
+    return np.array([forward, [-forward[1], forward[0]]])
+
+
+def _level_after(step: Stroke, changes: list[_LevelChange]) -> str:
+    """The level at the end of a step: that of the last change up to then, else middle."""
+    latest = step.end + _OVERLAP * (step.end - step.begin)
+    before = [change.level for change in changes if change.stroke.end <= latest]
+    return before[-1] if before else "middle"

@@ -1,1 +1,1 @@
-"""Recorded motion: bones and markers of a subject, told of a body."""
+"""Transfer recorded motions of bones, markers and segments to a body."""

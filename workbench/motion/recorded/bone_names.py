@@ -1,16 +1,15 @@
-"""Which bone of a strange skeleton is which segment: by the usual names of a dozen bones, the rest
-by the tree.
+"""Map the bones of an unknown skeleton to the segments of a body.
 
-Known by name: the hips, the head, and upper arms, forearms, hands, thighs, shanks and feet of both
-sides, as the CMU conversions, Biovision, MotionBuilder, Mixamo, Biped, Unreal, Poser and MakeHuman
-write them. The upper torso is the bone where arms and neck part; central torso, neck and shoulder
-masses lie on the paths between.
+Some bones are found by their names: hips, head, and upper arms, forearms, hands, thighs, shanks and
+feet of both sides. The names are those of the CMU conversions, Biovision, MotionBuilder, Mixamo,
+Biped, Unreal, Poser and MakeHuman. The others are found by the tree: the upper torso is the bone
+where arms and neck branch, and central torso, neck and shoulders lie on the paths between.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 
 from workbench.errors import InputError, one_of
 from workbench.model.motion import Bones
@@ -25,15 +24,29 @@ _SIDED = {
     "LL": ("leg", "calf", "shin", "lowerleg", "lowleg", "knee"),
     "F": ("foot", "ankle"),
 }
+"""Usual names of bones by segment, the commonest first; the side stands before or after them."""
 _MIDDLE = {"LT": ("hips", "pelvis", "hip", "root"), "H": ("head",)}
 _OPTIONAL = {"LHN", "RHN", "LF", "RF", "H"}
+"""Segments that may have no bone."""
 
 
 def bone_map(bones: Bones, given: Mapping[str, str] | None = None) -> dict[str, str]:
-    """The bone of each segment that has one, by mnemonic.
+    """Find the bone of each segment that has one.
 
-    given: bones by segment, which go before what the names say. InputError where limbs are not
-    found (the names that are there are listed) or a given name is unknown.
+    Parameters
+    ----------
+    given
+        Bones by segment, which take precedence over the usual names.
+
+    Returns
+    -------
+    dict
+        Names of bones by mnemonics of segments.
+
+    Raises
+    ------
+    InputError
+        If a limb is not found, or a given bone does not exist. The message lists the bones.
     """
     given = dict(given or {})
     for segment, bone in given.items():
@@ -41,64 +54,63 @@ def bone_map(bones: Bones, given: Mapping[str, str] | None = None) -> dict[str, 
             raise InputError(
                 f"{bones.file}: segment {segment}: no bone {bone!r}; {one_of(bone, bones.names)}"
             )
-    plain = {_plain(name): name for name in reversed(bones.names)}
-    found = {segment: name for segment, usual in _MIDDLE.items() if (name := _first(plain, usual))}
-    for side, words in (("L", ("left", "l")), ("R", ("right", "r"))):
-        for limb, usual in _SIDED.items():
-            name = _first(
-                plain, [form for word in words for u in usual for form in (word + u, u + word)]
-            )
-            if name:
-                found[side + limb] = name
-    found |= given
-    needed = [
-        s for s in ("LT", *(side + limb for limb in _SIDED for side in "LR")) if s not in _OPTIONAL
-    ]
-    missing = [segment for segment in needed if segment not in found]
+    found = _by_usual_names(bones) | given
+    limbs = [side + limb for limb in _SIDED for side in "LR"]
+    missing = [s for s in ("LT", *limbs) if s not in _OPTIONAL and s not in found]
     if missing:
         raise InputError(
             f"{bones.file}: no bone is known for segment {', '.join(missing)}: name them (map: "
             f"{{{missing[0]}: BONE}}); the bones are {', '.join(bones.names[:60])}"
         )
-    return _between(bones, found)
+    return _by_tree(bones, found) | found
+
+
+def _by_usual_names(bones: Bones) -> dict[str, str]:
+    """The bones of hips, head and limbs by segment."""
+    plain = {_plain(name): name for name in reversed(bones.names)}  # the first of equal names stays
+    found = {segment: _first(plain, usual) for segment, usual in _MIDDLE.items()}
+    for side, words in (("L", ("left", "l")), ("R", ("right", "r"))):
+        for limb, usual in _SIDED.items():
+            forms = (
+                form for word in words for name in usual for form in (word + name, name + word)
+            )
+            found[side + limb] = _first(plain, forms)
+    return {segment: name for segment, name in found.items() if name}
 
 
 def _plain(name: str) -> str:
-    """Lower case letters and digits, without what stands before a colon and the usual first
-    words."""
+    """Lower-case letters and digits, without a prefix up to a colon and the usual first words."""
     bare = re.sub(r"[^a-z0-9]", "", name.rsplit(":", 1)[-1].lower())
     return re.sub(r"^(mixamorig|bip0?1|bip|def|jbip[clr]?)(?=.)", "", bare) or bare
 
 
-def _first(plain: Mapping[str, str], usual: tuple[str, ...] | list[str]) -> str | None:
+def _first(plain: Mapping[str, str], usual: Iterable[str]) -> str | None:
     return next((plain[word] for word in usual if word in plain), None)
 
 
-def _between(bones: Bones, found: dict[str, str]) -> dict[str, str]:
-    """The map with the bones of the trunk, neck and shoulders that lie between the named ones in
-    the tree."""
-    index = {name: k for k, name in enumerate(bones.names)}
-
-    def up(name: str) -> list[int]:
-        path = []
-        k = index[name]
-        while k >= 0:
-            path.append(k)
-            k = int(bones.parent[k])
-        return path[::-1]
-
-    arms = [up(found["LUA"]), up(found["RUA"])]
-    hips = index[found["LT"]]
-    shared = [a for a, b in zip(*arms, strict=False) if a == b]
+def _by_tree(bones: Bones, found: dict[str, str]) -> dict[str, str]:
+    """The bones of trunk, shoulders and neck by segment, which lie between the named ones."""
+    arms = {side: _path_from_root(bones, found[side + "UA"]) for side in "LR"}
+    shared = [a for a, b in zip(arms["L"], arms["R"], strict=False) if a == b]
+    hips = bones.names.index(found["LT"])
     trunk = shared[shared.index(hips) + 1 :] if hips in shared else shared[-1:]
-    names: dict[str, list[int]] = {
-        "CT": trunk[len(trunk) // 2 - 1 : len(trunk) // 2] if len(trunk) > 1 else [],
-        "UT": trunk[-1:],
-    }
-    for side, arm in zip("LR", arms, strict=True):
-        names[side + "SM"] = arm[len(shared) : -1][-1:]
+    candidates: dict[str, list[int]] = {"CT": [], "UT": trunk[-1:]}
+    if len(trunk) > 1:
+        candidates["CT"] = [trunk[len(trunk) // 2 - 1]]  # half way up the spine
+    for side, arm in arms.items():
+        candidates[side + "SM"] = arm[len(shared) : -1][-1:]
     if "H" in found:
-        path = up(found["H"])
-        neck = path[max([k for k, b in enumerate(path) if b in shared], default=-1) + 1 : -1]
-        names["N"] = neck[:1]
-    return {s: bones.names[b[0]] for s, b in names.items() if b} | found
+        head = _path_from_root(bones, found["H"])
+        branch = max([k for k, bone in enumerate(head) if bone in shared], default=-1)
+        candidates["N"] = head[branch + 1 : -1][:1]
+    return {segment: bones.names[rows[0]] for segment, rows in candidates.items() if rows}
+
+
+def _path_from_root(bones: Bones, name: str) -> list[int]:
+    """The bones from the root to a bone, with both."""
+    path = []
+    bone = bones.names.index(name)
+    while bone >= 0:
+        path.append(bone)
+        bone = int(bones.parent[bone])
+    return path[::-1]

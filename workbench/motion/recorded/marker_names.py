@@ -1,10 +1,6 @@
-"""Where on a body a marker sits, by its name: Plug-in-Gait, the OpenSim running set, and their near
-relations.
+"""Find where a marker sits on a body by its name.
 
-A place is told as: segment, the joints between which its base lies, how far along, a shift of the
-base in bodies of
-1.75 m, and the direction in which the skin is met. `~` is the side (l or r); `out` is away from the
-middle of the body. The last number is how far from there the marker may really sit [m].
+Known names are those of Plug-in-Gait, the OpenSim running set, and their near relations.
 """
 
 from __future__ import annotations
@@ -12,88 +8,111 @@ from __future__ import annotations
 import re
 from typing import NamedTuple
 
-__all__ = ["Site", "marker_site"]
+__all__ = ["USUAL_SPREAD", "Site", "marker_site"]
 
 
 class Site(NamedTuple):
-    """Where a marker sits: see the head of this file. side: "L", "R" or ""."""
+    """Where a marker sits on the skin of a segment.
+
+    A ray runs from a base in the given direction. The marker is where the ray leaves the segment.
+    In the table below `~` stands for the side.
+    """
 
     segment: str
     joints: tuple[str, ...]
+    """The base is the segment's origin, one joint, or a point between two joints."""
     along: float
+    """Share of the way from the first to the second joint."""
     shift: tuple[float, float, float]
+    """Displacement (3,) [m] of the base in a body of 1.75 m, x forward, y toward the marker's side,
+    z up."""
     toward: str
+    """Direction of the ray: words of front, back, top, in and out. `out` is away from the middle of
+    the body."""
     spread: float
+    """Standard distance [m] of real markers from the place, over laboratories and people."""
     side: str = ""
+    """ "L", "R", or "" for the middle of the body."""
 
 
-_BONY = 0.012
-_NEAR = 0.025
-_LOOSE = 0.05
+_BONY_SPREAD = 0.012
+"""Spread [m] of markers on palpable bone."""
+USUAL_SPREAD = 0.025
+"""Spread [m] of markers near a landmark."""
+_LOOSE_SPREAD = 0.05
+"""Spread [m] of markers somewhere on a segment."""
 _NONE = (0.0, 0.0, 0.0)
 _SITES: tuple[tuple[str, Site], ...] = (
-    (r"~fhd|~frontalhead", Site("H", (), 0, (0.06, 0.06, 0.05), "front out", _NEAR)),
-    (r"~bhd|~backhead", Site("H", (), 0, (-0.06, 0.06, 0.05), "back out", _NEAR)),
-    (r"ariel|tophead|vertex", Site("H", (), 0, _NONE, "top", _NEAR)),
-    (r"c7", Site("UT", ("NP",), 0, (0, 0, 0.02), "back", _NEAR)),
-    (r"t10|t8", Site("UT", ("SP", "NP"), 0.25, _NONE, "back", _LOOSE)),
-    (r"clav|ij|sternum", Site("UT", ("LC", "RC"), 0.5, (0, 0, 0.01), "front", _NEAR)),
-    (r"strn|px", Site("UT", ("SP", "NP"), 0.35, _NONE, "front", _LOOSE)),
-    (r"~sho|~acromi(um|on)|~shoulder|~shld", Site("~SM", ("~S",), 0, (0, 0, 0.03), "top", _NEAR)),
-    (r"~fsh", Site("~SM", ("~S",), 0, _NONE, "front", _LOOSE)),
-    (r"~bsh", Site("~SM", ("~S",), 0, _NONE, "back", _LOOSE)),
-    (r"~upa|~bicep|~uparm", Site("~UA", ("~S", "~E"), 0.55, _NONE, "out", _LOOSE)),
-    (r"~iel|~elbowmed(ial)?|~elbm", Site("~UA", ("~E",), 0, _NONE, "in", _BONY)),
-    (r"~elb|~elbowlat(eral)?|~elbow", Site("~UA", ("~E",), 0, _NONE, "out", _BONY)),
-    (r"~frm|~forearm|~fra", Site("~LA", ("~E", "~W"), 0.5, _NONE, "out", _LOOSE)),
-    (r"~wra|~radius|~iwr", Site("~LA", ("~W",), 0, _NONE, "front", _NEAR)),
-    (r"~wrb|~ulna|~owr", Site("~LA", ("~W",), 0, _NONE, "back", _NEAR)),
-    (r"~wri|~wrist", Site("~LA", ("~W",), 0, _NONE, "out", _NEAR)),
-    (r"~fin|~hand|~ohand|~wre", Site("~HN", (), 0, _NONE, "out", _LOOSE)),
-    (r"~asis?|~fwt", Site("LT", ("~H",), 0, (0, 0.035, 0.085), "front", _NEAR)),
-    (r"~psis?|~bwt", Site("LT", ("~H",), 0, (0, -0.04, 0.095), "back", _NEAR)),
+    (r"~fhd|~frontalhead", Site("H", (), 0, (0.06, 0.06, 0.05), "front out", USUAL_SPREAD)),
+    (r"~bhd|~backhead", Site("H", (), 0, (-0.06, 0.06, 0.05), "back out", USUAL_SPREAD)),
+    (r"ariel|tophead|vertex", Site("H", (), 0, _NONE, "top", USUAL_SPREAD)),
+    (r"c7", Site("UT", ("NP",), 0, (0, 0, 0.02), "back", USUAL_SPREAD)),
+    (r"t10|t8", Site("UT", ("SP", "NP"), 0.25, _NONE, "back", _LOOSE_SPREAD)),
+    (r"clav|ij|sternum", Site("UT", ("LC", "RC"), 0.5, (0, 0, 0.01), "front", USUAL_SPREAD)),
+    (r"strn|px", Site("UT", ("SP", "NP"), 0.35, _NONE, "front", _LOOSE_SPREAD)),
+    (
+        r"~sho|~acromi(um|on)|~shoulder|~shld",
+        Site("~SM", ("~S",), 0, (0, 0, 0.03), "top", USUAL_SPREAD),
+    ),
+    (r"~fsh", Site("~SM", ("~S",), 0, _NONE, "front", _LOOSE_SPREAD)),
+    (r"~bsh", Site("~SM", ("~S",), 0, _NONE, "back", _LOOSE_SPREAD)),
+    (r"~upa|~bicep|~uparm", Site("~UA", ("~S", "~E"), 0.55, _NONE, "out", _LOOSE_SPREAD)),
+    (r"~iel|~elbowmed(ial)?|~elbm", Site("~UA", ("~E",), 0, _NONE, "in", _BONY_SPREAD)),
+    (r"~elb|~elbowlat(eral)?|~elbow", Site("~UA", ("~E",), 0, _NONE, "out", _BONY_SPREAD)),
+    (r"~frm|~forearm|~fra", Site("~LA", ("~E", "~W"), 0.5, _NONE, "out", _LOOSE_SPREAD)),
+    (r"~wra|~radius|~iwr", Site("~LA", ("~W",), 0, _NONE, "front", USUAL_SPREAD)),
+    (r"~wrb|~ulna|~owr", Site("~LA", ("~W",), 0, _NONE, "back", USUAL_SPREAD)),
+    (r"~wri|~wrist", Site("~LA", ("~W",), 0, _NONE, "out", USUAL_SPREAD)),
+    (r"~fin|~hand|~ohand|~wre", Site("~HN", (), 0, _NONE, "out", _LOOSE_SPREAD)),
+    (r"~asis?|~fwt", Site("LT", ("~H",), 0, (0, 0.035, 0.085), "front", USUAL_SPREAD)),
+    (r"~psis?|~bwt", Site("LT", ("~H",), 0, (0, -0.04, 0.095), "back", USUAL_SPREAD)),
     (
         r"vsac(ral)?|sacr(um|al)?|vsacral",
-        Site("LT", ("LH", "RH"), 0.5, (0, 0, 0.09), "back", _NEAR),
+        Site("LT", ("LH", "RH"), 0.5, (0, 0, 0.09), "back", USUAL_SPREAD),
     ),
-    (r"~mwt|~iliaccrest|~iliac", Site("LT", ("~H",), 0, (0, 0, 0.13), "out", _NEAR)),
-    (r"~gtr|~troch(anter)?", Site("~UL", ("~H",), 0, (0, 0, -0.01), "out", _NEAR)),
+    (r"~mwt|~iliaccrest|~iliac", Site("LT", ("~H",), 0, (0, 0, 0.13), "out", USUAL_SPREAD)),
+    (r"~gtr|~troch(anter)?", Site("~UL", ("~H",), 0, (0, 0, -0.01), "out", USUAL_SPREAD)),
     (r"~hip", Site("~UL", ("~H", "~K"), 0.2, _NONE, "out", 0.10)),
-    (r"~thi|~thigh|~thighupper|~thighrear", Site("~UL", ("~H", "~K"), 0.55, _NONE, "out", _LOOSE)),
-    (r"~thighfront", Site("~UL", ("~H", "~K"), 0.5, _NONE, "front", _LOOSE)),
-    (r"~kni|~kneemed(ial)?|~kne_2|~mknee", Site("~UL", ("~K",), 0, _NONE, "in", _BONY)),
-    (r"~kne|~kneelat(eral)?|~knee", Site("~UL", ("~K",), 0, _NONE, "out", _BONY)),
-    (r"~hf|~fibula", Site("~LL", ("~K", "~A"), 0.1, _NONE, "out", _NEAR)),
-    (r"~tt|~tibialtuberosity", Site("~LL", ("~K", "~A"), 0.12, _NONE, "front", _NEAR)),
+    (
+        r"~thi|~thigh|~thighupper|~thighrear",
+        Site("~UL", ("~H", "~K"), 0.55, _NONE, "out", _LOOSE_SPREAD),
+    ),
+    (r"~thighfront", Site("~UL", ("~H", "~K"), 0.5, _NONE, "front", _LOOSE_SPREAD)),
+    (r"~kni|~kneemed(ial)?|~kne_2|~mknee", Site("~UL", ("~K",), 0, _NONE, "in", _BONY_SPREAD)),
+    (r"~kne|~kneelat(eral)?|~knee", Site("~UL", ("~K",), 0, _NONE, "out", _BONY_SPREAD)),
+    (r"~hf|~fibula", Site("~LL", ("~K", "~A"), 0.1, _NONE, "out", USUAL_SPREAD)),
+    (r"~tt|~tibialtuberosity", Site("~LL", ("~K", "~A"), 0.12, _NONE, "front", USUAL_SPREAD)),
     (
         r"~tib|~sha|~shank|~shankupper|~shankfront|~shankrear|~shn",
-        Site("~LL", ("~K", "~A"), 0.5, _NONE, "out", _LOOSE),
+        Site("~LL", ("~K", "~A"), 0.5, _NONE, "out", _LOOSE_SPREAD),
     ),
-    (r"~anklemed(ial)?|~ank_2|~mank(le)?", Site("~LL", ("~A",), 0, _NONE, "in", _BONY)),
-    (r"~ank|~anklelat(eral)?|~ankle", Site("~LL", ("~A",), 0, _NONE, "out", _BONY)),
-    (r"~hee|~hel|~heel|~calc", Site("~F", (), 0, _NONE, "back", _NEAR)),
-    (r"~toe|~mt2|~toetip", Site("~F", (), 0, _NONE, "front", _NEAR)),
-    (r"~mt1|~toemed(ial)?", Site("~F", (), 0, (0.04, -0.01, 0), "in", _LOOSE)),
-    (r"~mt5|~toelat(eral)?", Site("~F", (), 0, (0.03, 0.01, 0), "out", _LOOSE)),
+    (r"~anklemed(ial)?|~ank_2|~mank(le)?", Site("~LL", ("~A",), 0, _NONE, "in", _BONY_SPREAD)),
+    (r"~ank|~anklelat(eral)?|~ankle", Site("~LL", ("~A",), 0, _NONE, "out", _BONY_SPREAD)),
+    (r"~hee|~hel|~heel|~calc", Site("~F", (), 0, _NONE, "back", USUAL_SPREAD)),
+    (r"~toe|~mt2|~toetip", Site("~F", (), 0, _NONE, "front", USUAL_SPREAD)),
+    (r"~mt1|~toemed(ial)?", Site("~F", (), 0, (0.04, -0.01, 0), "in", _LOOSE_SPREAD)),
+    (r"~mt5|~toelat(eral)?", Site("~F", (), 0, (0.03, 0.01, 0), "out", _LOOSE_SPREAD)),
 )
 
 
 def marker_site(name: str) -> Site | None:
-    """The place of a marker by its name, None where the name is not known.
+    """Return the site of a marker by its name, None for an unknown name.
 
-    What stands before a colon, dots, case and underscores do not matter, but `_2` of a repeated
-    name does.
+    A prefix up to a colon, dots, case and underscores are ignored. The suffix `_2` of a repeated
+    name counts: it is the medial one of two markers.
     """
     bare = name.rsplit(":", 1)[-1].lower()
-    again = "_2" if bare.endswith("_2") else ""
-    plain = re.sub(r"[^a-z0-9]", "", bare.removesuffix("_2")) + again
+    repeated = "_2" if bare.endswith("_2") else ""
+    plain = re.sub(r"[^a-z0-9]", "", bare.removesuffix("_2")) + repeated
     for pattern, site in _SITES:
         for side in ("l", "r") if "~" in pattern else ("",):
             words = pattern.replace("~", f"(?:{side}|{'left' if side == 'l' else 'right'})")
             if re.fullmatch(words, plain):
-                letter = side.upper()
-                joints = tuple(j.replace("~", letter) for j in site.joints)
-                return site._replace(
-                    segment=site.segment.replace("~", letter), joints=joints, side=letter
-                )
+                return _on_side(site, side.upper())
     return None
+
+
+def _on_side(site: Site, side: str) -> Site:
+    """A site of the table on the side "L" or "R"."""
+    joints = tuple(joint.replace("~", side) for joint in site.joints)
+    return site._replace(segment=site.segment.replace("~", side), joints=joints, side=side)

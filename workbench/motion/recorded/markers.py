@@ -1,5 +1,13 @@
-"""Markers on a subject to poses of a body: joint angles by least squares on the whole chain, with
-the residuals."""
+"""Solve poses of a body from the markers on a subject.
+
+Joint angles are the weighted least-squares solution for the whole body in each frame [1]_. The
+places of the markers on the body are estimated first, from a sample of the frames.
+
+References
+----------
+.. [1] T.-W. Lu & J. J. O'Connor (1999), Bone position estimation from skin marker co-ordinates
+   using global optimisation with joint constraints, Journal of Biomechanics 32, 129-134.
+"""
 
 from __future__ import annotations
 
@@ -15,265 +23,384 @@ from workbench.model.body import Body
 from workbench.model.motion import Markers
 from workbench.model.poses import Poses
 from workbench.model.quaternions import matrices
-from workbench.motion.recorded.marker_names import Site, marker_site
+from workbench.motion.recorded.marker_names import USUAL_SPREAD, Site, marker_site
 from workbench.motion.recorded.marker_places import marker_places
 from workbench.posture.kernels.markers import MarkerChain, solve_markers
 
 __all__ = ["MarkerFit", "bridged", "poses_from_markers"]
 
 _UNIT = 0.010
-"""[m] What a marker's distance is measured in: a joint at half its range costs as much as one
-marker this far off."""
-_NEAR = 0.025
+"""Distance [m] of a marker that costs as much as a joint at half its range."""
 _ROUNDS = 6
+"""Alternations between solving the sample and moving the markers on the body."""
 _SAMPLE = 40
-_LEAST_HALF = np.radians(2.0)
-_LEAST_MARKERS = 6
+"""Frames from which the places of the markers are estimated."""
+_PLACE_TRUST = 4.0
+"""Weight of a marker's usual place, in observations, if its spread is _UNIT."""
+_MAX_SHIFT = 2.0
+"""Greatest shift of a marker from its usual place, in spreads."""
+_MIN_HALF_RANGE = np.radians(2.0)
+"""Least half range [rad] of a joint angle, for those that hardly move."""
+_MIN_MARKERS = 6
+_IDENTITY = np.array([1.0, 0.0, 0.0, 0.0])
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class MarkerFit:
-    """Poses that fit markers. markers: those used; residual (P, M) [m]: how far each lies from
-    where the body carries it, NaN where it was not seen; unused: markers whose place on the body is
-    not known; notes: what was assumed."""
+    """Poses that fit markers."""
 
     poses: Poses
     markers: tuple[str, ...]
+    """The M markers used."""
     residual: Floats
+    """(P, M) distance [m] of each marker from where the body carries it, NaN where it is hidden."""
     unused: tuple[str, ...]
+    """Markers whose place on the body is unknown, or that no frame shows."""
     notes: tuple[str, ...]
+    """What was assumed, in sentences."""
 
 
 def bridged(markers: Markers, *, longest: float) -> Markers:
-    """The markers with gaps of at most `longest` [s] filled by straight lines; longer ones stay
-    gaps.
+    """Fill short gaps in the paths of markers by linear interpolation.
 
-    A gap's length is the time between the frames on both sides of it. UsageError for a negative
-    length.
+    Parameters
+    ----------
+    longest
+        Greatest time [s] between the frames on both sides of a gap. Longer gaps stay.
+
+    Raises
+    ------
+    UsageError
+        If `longest` is negative.
     """
     if not longest >= 0:
         raise UsageError(f"gaps can be bridged up to a length of 0 s or more, got {longest:g}")
     position = np.array(markers.position)
-    time = markers.time
     for m in range(position.shape[1]):
-        seen = np.flatnonzero(np.isfinite(position[:, m]).all(axis=1))
+        seen = np.flatnonzero(_visible(position[:, m]))
         for before, after in pairwise(seen):
-            if after > before + 1 and time[after] - time[before] <= longest:
-                share = (time[before + 1 : after] - time[before]) / (time[after] - time[before])
-                ends = position[before, m], position[after, m]
-                position[before + 1 : after, m] = ends[0] + share[:, None] * (ends[1] - ends[0])
-    return Markers(markers.names, position, time, markers.file, markers.notes)
+            duration = markers.time[after] - markers.time[before]
+            if after > before + 1 and duration <= longest:
+                gap = slice(before + 1, after)
+                share = (markers.time[gap] - markers.time[before]) / duration
+                way = position[after, m] - position[before, m]
+                position[gap, m] = position[before, m] + share[:, None] * way
+    return Markers(markers.names, position, markers.time, markers.file, markers.notes)
 
 
 def poses_from_markers(
     body: Body, markers: Markers, *, names: Mapping[str, str] | None = None
 ) -> MarkerFit:
-    """Poses of a body with the paper's joints that carry markers where they were seen.
+    """Solve the poses of a body that carries markers where they were seen.
 
-    names: for markers of unusual names the usual one ({"hip1": "LASI"}), "" to leave one out. First
-    the places of the markers on the body are found from some 40 frames, each allowed to lie as far
-    from where its name says as such markers do; then every frame is solved, from the one before.
-    Weighted least squares on the whole chain (Lu & O'Connor 1999), joints held softly within their
-    range. InputError where fewer than six markers are known, or the pelvis has fewer than three in
-    any frame.
+    1. Solve some 40 frames with the markers at their usual places on the body.
+    2. Move each marker on the body toward where the frames show it, by no more than its spread
+       allows. Repeat both steps.
+    3. Solve every frame, starting from the one before. Joints are drawn to their mid-range by a
+       weak quadratic cost.
+
+    Parameters
+    ----------
+    body
+        A body with the paper's joints.
+    markers
+        Positions (P, M, 3) [m], NaN where a marker is hidden.
+    names
+        The usual name of markers with unusual ones ({"hip1": "LASI"}), "" to leave a marker out.
+
+    Raises
+    ------
+    InputError
+        If fewer than six markers are known by name, the first frame shows fewer than three of them,
+        or `names` has an unknown name.
     """
-    sites, unused = _known(markers, dict(names or {}))
-    columns = [markers.names.index(name) for name in sites]
-    mirror = _mirrored(markers.position[:, columns], list(sites.values()))
-    seen = markers.position[:, columns] * np.array([1.0, -1.0 if mirror else 1.0, 1.0])
-    order, parent = _order(body)
-    segment = np.array([order.index(body.segment(site.segment)) for site in sites.values()])
-    local, spread = marker_places(body, sites)
-    chain = _chain(body, (order, parent), segment, (local, spread))
-    _refuse(markers, seen)
-    sample = seen[np.unique(np.linspace(0, len(seen) - 1, _SAMPLE).astype(np.int64))]
-    begin = _begun(body, (order, segment), local, sample)
-    for _ in range(_ROUNDS):
-        solved = _solved(sample, chain, begin)
-        begin = solved.rotations[0], solved.turns[0], solved.places[0]
-        chain = chain._replace(local=_moved(sample, chain, solved, (local, spread)))
-    whole = _solved(seen, chain, begin)
-    residual = np.linalg.norm(seen - whole.modelled, axis=-1)
-    rotations = np.tile([1.0, 0.0, 0.0, 0.0], (len(seen), len(body.joints), 1))
-    for k, n in enumerate(order[1:], start=1):
-        rotations[:, n - 1] = whole.rotations[:, k]
-    rotations[:, order[0] - 1] = whole.turns
-    rotations /= np.linalg.norm(rotations, axis=-1, keepdims=True)
-    poses = Poses(rotations, order[0], whole.places, markers.time)
-    notes = (
-        ("the file's axes are left-handed, or left and right are exchanged in it: mirrored (y)",)
-        if mirror
-        else ()
+    sites, unused = _known_sites(markers, dict(names or {}))
+    seen = markers.position[:, [markers.names.index(name) for name in sites]]
+    mirrored = _is_mirrored(seen, list(sites.values()))
+    if mirrored:
+        seen = seen * np.array([1.0, -1.0, 1.0])
+    _require_visible(markers, seen)
+    layout = _MarkerLayout.of(body, sites)
+    chain, start = _calibrated(layout, _sample(seen))
+    solution = _solve(seen, chain, start)
+    notes = markers.notes
+    if mirrored:
+        notes += (
+            "the file's axes are left-handed, or left and right are exchanged in it: mirrored (y)",
+        )
+    return MarkerFit(
+        poses=_poses(layout, solution, markers.time),
+        markers=tuple(sites),
+        residual=np.linalg.norm(seen - solution.modelled, axis=-1),
+        unused=unused,
+        notes=notes,
     )
-    return MarkerFit(poses, tuple(sites), residual, unused, markers.notes + notes)
 
 
 @dataclass(frozen=True, eq=False)
-class _Solved:
+class _MarkerLayout:
+    """A body as a tree of K segments from the pelvis on, and the usual places of M markers on it."""
+
+    body: Body
+    order: list[int]
+    """The body's indices of the segments, parents first."""
+    parent: Ints
+    """(K,) place of each segment's parent in `order`, 0 for the pelvis itself."""
+    marker_segment: Ints
+    """(M,) place of each marker's segment in `order`."""
+    place: Floats
+    """(M, 3) [m] usual place in the segment's frame."""
+    spread: Floats
+    """(M,) [m] standard distance of real markers from it."""
+
+    @classmethod
+    def of(cls, body: Body, sites: Mapping[str, Site]) -> _MarkerLayout:
+        """Lay the markers of some sites out on a body."""
+        pelvis = body.segment("LT")
+        order = [pelvis]
+        for segment in range(pelvis + 1, len(body.segments)):
+            if int(body.parent[segment]) in order:
+                order.append(segment)
+        parent = [0, *(order.index(int(body.parent[segment])) for segment in order[1:])]
+        marker_segment = [order.index(body.segment(site.segment)) for site in sites.values()]
+        place, spread = marker_places(body, sites)
+        return cls(
+            body, order, np.array(parent, dtype=np.int64), np.array(marker_segment), place, spread
+        )
+
+    def chain(self) -> MarkerChain:
+        """Pack the layout for the solver. Markers that sit loosely weigh less."""
+        joints = [segment - 1 for segment in self.order]
+        stops = self.body.stops
+        half_range = np.maximum(0.5 * np.abs(stops.limits[joints]).sum(axis=-1), _MIN_HALF_RANGE)
+        return MarkerChain(
+            parent=self.parent,
+            at_parent=self.body.joint_in_parent[0, joints],
+            at_child=self.body.joint_in_child[0, joints],
+            axes=stops.axes[joints].copy(),
+            half=half_range,
+            marker_segment=self.marker_segment,
+            local=self.place,
+            weight=1.0 / (_UNIT * np.clip(self.spread / USUAL_SPREAD, 0.7, 2.0)),
+        )
+
+    def zero_pose(self) -> Floats:
+        """(M, 3) [m] the markers in the zero pose, from the pelvis."""
+        origin = np.zeros((len(self.order), 3))
+        for k, segment in enumerate(self.order[1:], start=1):
+            joint = segment - 1
+            above = origin[self.parent[k]] + self.body.joint_in_parent[0, joint]
+            origin[k] = above - self.body.joint_in_child[0, joint]
+        return np.asarray(origin[self.marker_segment] + self.place)
+
+
+@dataclass(frozen=True, eq=False)
+class _Start:
+    """The pose from which the solver starts."""
+
     rotations: Floats
-    turns: Floats
-    places: Floats
+    """(K, 4) quaternions of the segments against their parents."""
+    attitude: Floats
+    """(4,) quaternion of the pelvis."""
+    pelvis: Floats
+    """(3, 4) world from pelvis."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Solution:
+    """The solved poses of P frames."""
+
+    rotations: Floats
+    """(P, K, 4) quaternions of the segments against their parents."""
+    attitude: Floats
+    """(P, 4) quaternion of the pelvis."""
+    pelvis: Floats
+    """(P, 3, 4) world from pelvis."""
     modelled: Floats
+    """(P, M, 3) [m] the markers as the body carries them."""
+
+    def first(self) -> _Start:
+        """The first frame, to start another solution from."""
+        return _Start(self.rotations[0], self.attitude[0], self.pelvis[0])
 
 
-def _solved(seen: Floats, chain: MarkerChain, begin: tuple[Floats, Floats, Floats]) -> _Solved:
-    """Every frame solved, the first from `begin`: rotations (K, 4), turn (4,) and place (3, 4) of
-    the pelvis."""
+def _calibrated(layout: _MarkerLayout, sample: Floats) -> tuple[MarkerChain, _Start]:
+    """Estimate the places of the markers on the body from a sample of frames (S, M, 3) [m]."""
+    chain = layout.chain()
+    start = _first_guess(layout, sample[0])
+    for _ in range(_ROUNDS):
+        solution = _solve(sample, chain, start)
+        start = solution.first()
+        chain = chain._replace(local=_improved_places(layout, chain, sample, solution))
+    return chain, start
+
+
+def _sample(seen: Floats) -> Floats:
+    """Frames spread evenly over the motion."""
+    rows = np.unique(np.linspace(0, len(seen) - 1, _SAMPLE).astype(np.int64))
+    return np.asarray(seen[rows])
+
+
+def _solve(seen: Floats, chain: MarkerChain, start: _Start) -> _Solution:
+    """Solve every frame (P, M, 3) [m] from the one before it, the first from `start`."""
     frames = len(seen)
-    arrays = [np.repeat(start[None], frames, axis=0) for start in begin]
+    rotations, attitude, pelvis = (
+        np.repeat(value[None], frames, axis=0)
+        for value in (start.rotations, start.attitude, start.pelvis)
+    )
     modelled = np.empty((frames, seen.shape[1], 3))
-    solve_markers(np.ascontiguousarray(seen), chain, *arrays, modelled)
-    return _Solved(arrays[0], arrays[1], arrays[2], modelled)
+    solve_markers(np.ascontiguousarray(seen), chain, rotations, attitude, pelvis, modelled)
+    return _Solution(rotations, attitude, pelvis, modelled)
 
 
-def _known(markers: Markers, names: dict[str, str]) -> tuple[dict[str, Site], tuple[str, ...]]:
-    """The site of each marker that has one, and the others; each site once."""
+def _poses(layout: _MarkerLayout, solution: _Solution, time: Floats) -> Poses:
+    """The solution as poses of the body; joints above the pelvis stay at zero."""
+    body = layout.body
+    rotations = np.tile(_IDENTITY, (len(time), len(body.joints), 1))
+    for k, segment in enumerate(layout.order[1:], start=1):
+        rotations[:, segment - 1] = solution.rotations[:, k]
+    pelvis = layout.order[0]
+    rotations[:, pelvis - 1] = solution.attitude
+    rotations /= np.linalg.norm(rotations, axis=-1, keepdims=True)
+    return Poses(rotations, pelvis, solution.pelvis, time)
+
+
+def _known_sites(
+    markers: Markers, names: dict[str, str]
+) -> tuple[dict[str, Site], tuple[str, ...]]:
+    """The site of each marker that has one and is seen, and the names of the others."""
     for name in names:
         if name not in markers.names:
             raise InputError(f"{markers.file}: no marker {name!r}; {one_of(name, markers.names)}")
     sites: dict[str, Site] = {}
     unused = []
     for m, name in enumerate(markers.names):
-        usual = names.get(name, name)
-        site = marker_site(usual) if usual else None
-        if name in names and usual and site is None:
-            raise InputError(
-                f"{markers.file}: marker {name!r}: no usual marker is called {usual!r} (LASI, RKNE, C7, ...)"
-            )
+        site = _named_site(markers, name, names)
         if site is None or not np.isfinite(markers.position[:, m]).any():
             unused.append(name)
         else:
             sites[name] = site
-    if len(sites) < _LEAST_MARKERS:
+    if len(sites) < _MIN_MARKERS:
         raise InputError(
-            f"{markers.file}: {len(sites)} markers are known by name, {_LEAST_MARKERS} or more are "
+            f"{markers.file}: {len(sites)} markers are known by name, {_MIN_MARKERS} or more are "
             f"needed; name the others (map: {{{(unused or ['X'])[0]}: LASI}}): "
             f"{', '.join(unused[:40])}"
         )
     return sites, tuple(unused)
 
 
-def _mirrored(seen: Floats, sites: list[Site]) -> bool:
-    """True where left markers lie on the right: seen from behind, by the pelvis, else by the
-    feet."""
+def _named_site(markers: Markers, name: str, names: dict[str, str]) -> Site | None:
+    """The site of a marker by its usual name; `names` has that of some."""
+    usual = names.get(name, name)
+    site = marker_site(usual) if usual else None
+    if name in names and usual and site is None:
+        raise InputError(
+            f"{markers.file}: marker {name!r}: no usual marker is called {usual!r} (LASI, RKNE, C7, ...)"
+        )
+    return site
+
+
+def _is_mirrored(seen: Floats, sites: list[Site]) -> bool:
+    """True where left markers lie on the right.
+
+    The front-back and right-left vectors of the pelvis, or else of the feet, turn the wrong way
+    about the vertical in more than half of the frames.
+    """
     for segments in (("LT",), ("LF", "RF")):
-        groups = [
-            [m for m, site in enumerate(sites) if site.segment in segments and test(site)]
-            for test in (
-                lambda s: s.side == "L",
-                lambda s: s.side == "R",
-                lambda s: "front" in s.toward,
-                lambda s: "back" in s.toward,
-            )
-        ]
-        if all(groups):
-            left, right, front, back = (_mean(seen[:, group], 1) for group in groups)
-            turn = np.cross(front - back, left - right)[:, 2]
-            if np.isfinite(turn).any():
-                return bool(np.nanmedian(turn) < 0)
+        rows = [m for m, site in enumerate(sites) if site.segment in segments]
+        turn = _turn_of_sides(seen[:, rows], [sites[m] for m in rows])
+        if np.isfinite(turn).any():
+            return bool(np.nanmedian(turn) < 0)
     return False
 
 
-def _refuse(markers: Markers, seen: Floats) -> None:
-    visible = np.isfinite(seen).all(axis=-1).sum(axis=1)
-    if visible[0] < 3:
-        first = np.flatnonzero(visible >= 3)
-        hint = f"begin at {markers.time[first[0]]:g} s" if len(first) else "no frame shows three"
-        raise InputError(
-            f"{markers.file}: the first frame shows {visible[0]} known markers, 3 are needed: {hint}"
-        )
+def _turn_of_sides(seen: Floats, sites: list[Site]) -> Floats:
+    """(P,) [m2] vertical part of (front - back) x (left - right), NaN where a group is unseen."""
+    groups = (
+        [site.side == "L" for site in sites],
+        [site.side == "R" for site in sites],
+        ["front" in site.toward for site in sites],
+        ["back" in site.toward for site in sites],
+    )
+    left, right, front, back = (
+        _seen_mean(seen[:, np.array(group, dtype=np.bool_)], axis=1) for group in groups
+    )
+    return np.asarray(np.cross(front - back, left - right)[:, 2])
 
 
-def _order(body: Body) -> tuple[list[int], Ints]:
-    """The segments from the pelvis on, as indices of the body, and the place of each one's parent
-    in that list."""
-    pelvis = body.segment("LT")
-    order = [pelvis]
-    for n in range(pelvis + 1, len(body.segments)):
-        if int(body.parent[n]) in order:
-            order.append(n)
-    return order, np.array(
-        [0, *(order.index(int(body.parent[n])) for n in order[1:])], dtype=np.int64
+def _require_visible(markers: Markers, seen: Floats) -> None:
+    """Refuse a motion whose first frame shows fewer than three known markers."""
+    visible = _visible(seen).sum(axis=1)
+    if visible[0] >= 3:
+        return
+    first = np.flatnonzero(visible >= 3)
+    hint = f"begin at {markers.time[first[0]]:g} s" if len(first) else "no frame shows three"
+    raise InputError(
+        f"{markers.file}: the first frame shows {visible[0]} known markers, 3 are needed: {hint}"
     )
 
 
-def _chain(
-    body: Body, tree: tuple[list[int], Ints], segment: Ints, usual: tuple[Floats, Floats]
-) -> MarkerChain:
-    """The pelvis and all below it as a chain; markers that sit loosely count less."""
-    (order, parent), (local, spread) = tree, usual
-    joints = [n - 1 for n in order]
-    limits = body.stops.limits[joints]
-    half = np.maximum(0.5 * np.abs(limits).sum(axis=-1), _LEAST_HALF)
-    weight = 1.0 / (_UNIT * np.clip(spread / _NEAR, 0.7, 2.0))
-    ends = body.joint_in_parent[0, joints], body.joint_in_child[0, joints]
-    return MarkerChain(parent, *ends, body.stops.axes[joints].copy(), half, segment, local, weight)
+def _first_guess(layout: _MarkerLayout, frame: Floats) -> _Start:
+    """Lay the upright zero pose over the markers of one frame (M, 3) [m].
+
+    The rotation about the vertical that minimizes the sum of squared distances has
+    tan angle = sum(a x b) / sum(a . b), a and b being the horizontal offsets from the means (the
+    plane case of Kabsch 1976).
+    """
+    visible = _visible(frame)
+    own = layout.zero_pose()[visible]
+    seen = frame[visible]
+    own_mean = own.mean(axis=0)
+    seen_mean = seen.mean(axis=0)
+    a = (own - own_mean)[:, :2]
+    b = (seen - seen_mean)[:, :2]
+    angle = np.arctan2(np.sum(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]), np.sum(a * b))
+    cosine = np.cos(angle)
+    sine = np.sin(angle)
+    rotation = np.array([[cosine, -sine, 0], [sine, cosine, 0], [0, 0, 1.0]])
+    pelvis = np.concatenate([rotation, (seen_mean - rotation @ own_mean)[:, None]], axis=1)
+    attitude = np.array([np.cos(angle / 2), 0.0, 0.0, np.sin(angle / 2)])
+    return _Start(np.tile(_IDENTITY, (len(layout.order), 1)), attitude, pelvis)
 
 
-def _begun(
-    body: Body, tree: tuple[list[int], Ints], local: Floats, seen: Floats
-) -> tuple[Floats, Floats, Floats]:
-    """A first guess: the zero pose laid over the markers that are seen, upright (Kabsch 1976, about
-    the vertical)."""
-    order, segment = tree
-    at = np.zeros((len(order), 3))
-    for k, n in enumerate(order[1:], start=1):
-        parent = order.index(int(body.parent[n]))
-        at[k] = at[parent] + body.joint_in_parent[0, n - 1] - body.joint_in_child[0, n - 1]
-    own = at[segment] + local
-    visible = _visible(seen[0])
-    a = own[visible]
-    b = seen[0][visible]
-    a0 = a.mean(axis=0)
-    b0 = b.mean(axis=0)
-    one = (a - a0)[:, :2]
-    two = (b - b0)[:, :2]
-    angle = np.arctan2(np.sum(one[:, 0] * two[:, 1] - one[:, 1] * two[:, 0]), np.sum(one * two))
-    c = np.cos(angle)
-    s = np.sin(angle)
-    turn = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1.0]])
-    place = np.concatenate([turn, (b0 - turn @ a0)[:, None]], axis=1)
-    rotations = np.tile([1.0, 0.0, 0.0, 0.0], (len(order), 1))
-    return rotations, np.array([np.cos(angle / 2), 0.0, 0.0, np.sin(angle / 2)]), place
-
-
-def _mean(values: Floats, axis: int) -> Floats:
-    """Mean along an axis of what was seen; NaN where nothing was."""
-    count = np.isfinite(values).sum(axis=axis)
-    return np.asarray(
-        np.where(count > 0, np.nansum(values, axis=axis) / np.maximum(count, 1), np.nan)
-    )
-
-
-def _visible(frame: Floats) -> Bools:
-    return np.asarray(np.isfinite(frame).all(axis=-1))
-
-
-def _moved(
-    seen: Floats, chain: MarkerChain, solved: _Solved, usual: tuple[Floats, Floats]
+def _improved_places(
+    layout: _MarkerLayout, chain: MarkerChain, seen: Floats, solution: _Solution
 ) -> Floats:
-    """(M, 3) better places of the markers in their segments: between the usual one and the mean of
-    those seen."""
-    local, spread = usual
-    world = _frames(chain, solved)[:, chain.marker_segment]
-    own = np.einsum("pmji,pmj->pmi", world[..., :3], seen - world[..., 3])
-    count = _visible(own).sum(axis=0)
-    mean = np.where(count[:, None] > 0, _mean(own, 0), local)
-    trust = (count / (count + (_UNIT / spread) ** 2 * 4.0))[:, None]
-    shift = trust * (mean - local)
+    """(M, 3) [m] places of the markers in their segments' frames, nearer to where they are seen.
+
+    The place is a compromise between the usual one and the mean of n observations. The usual place
+    counts as much as 4 (_UNIT / spread)^2 observations.
+    """
+    world = _segment_frames(chain, solution)[:, chain.marker_segment]
+    local = np.einsum("pmji,pmj->pmi", world[..., :3], seen - world[..., 3])
+    count = _visible(local).sum(axis=0)
+    mean = np.where(count[:, None] > 0, _seen_mean(local, axis=0), layout.place)
+    trust = count / (count + (_UNIT / layout.spread) ** 2 * _PLACE_TRUST)
+    shift = trust[:, None] * (mean - layout.place)
     size = np.linalg.norm(shift, axis=1, keepdims=True)
-    return np.asarray(
-        local + shift * np.minimum(1.0, 2.0 * spread[:, None] / np.maximum(size, 1e-12))
-    )
+    limit = _MAX_SHIFT * layout.spread[:, None]
+    return np.asarray(layout.place + shift * np.minimum(1.0, limit / np.maximum(size, 1e-12)))
 
 
-def _frames(chain: MarkerChain, solved: _Solved) -> Floats:
+def _segment_frames(chain: MarkerChain, solution: _Solution) -> Floats:
     """(P, K, 3, 4) world from segment."""
-    world = np.empty((len(solved.turns), len(chain.parent), 3, 4))
-    world[:, 0] = solved.places
+    world = np.empty((len(solution.attitude), len(chain.parent), 3, 4))
+    world[:, 0] = solution.pelvis
     for k in range(1, len(chain.parent)):
         above = world[:, chain.parent[k]]
-        world[:, k, :, :3] = above[..., :3] @ matrices(solved.rotations[:, k])
+        world[:, k, :, :3] = above[..., :3] @ matrices(solution.rotations[:, k])
         joint = above[..., 3] + above[..., :3] @ chain.at_parent[k]
         world[:, k, :, 3] = joint - world[:, k, :, :3] @ chain.at_child[k]
     return world
+
+
+def _seen_mean(values: Floats, *, axis: int) -> Floats:
+    """Mean along an axis of what is finite; NaN where nothing is."""
+    count = np.isfinite(values).sum(axis=axis)
+    total = np.nansum(values, axis=axis)
+    return np.asarray(np.where(count > 0, total / np.maximum(count, 1), np.nan))
+
+
+def _visible(position: Floats) -> Bools:
+    """(...) True where a marker (..., 3) is seen."""
+    return np.asarray(np.isfinite(position).all(axis=-1))

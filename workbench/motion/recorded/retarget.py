@@ -1,15 +1,17 @@
-"""Motion of a strange skeleton, told of a body: each segment turns from its rest as its bone turns
-from its own.
+"""Transfer the motion of an unknown skeleton to a body.
 
-The rest pose of the skeleton may be any (arms out or down): the shortest turn takes the segment's
-axis in the zero pose to the bone's axis at rest, the pelvis and upper torso by two directions. Then
-what the skeleton does in a joint that the body has not (a forearm that turns at the elbow) is given
-to the joint that has it.
+Each segment turns from its zero pose as its bone turns from the rest pose. The rest pose of the
+skeleton is arbitrary (arms out or down), so the shortest rotation first takes the segment's axis to
+the bone's axis at rest. Trunk and feet are taken to stand as the body's do.
+
+A skeleton may turn a limb in a joint where the body has a hinge, such as a forearm that twists in
+the elbow. Such a turn is moved to the neighbouring ball joints (`_make_hinge`).
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -30,12 +32,12 @@ from workbench.model.quaternions import (
 )
 from workbench.motion.recorded.bone_names import bone_map
 
-__all__ = ["body_lengths", "bone_lengths", "bone_positions", "retarget"]
+__all__ = ["body_lengths", "bone_lengths", "bone_positions", "rest_positions", "retarget"]
 
 _HINGES = (("LS", "LE", "LW"), ("RS", "RE", "RW"), ("LH", "LK", "LA"), ("RH", "RK", "RA"))
 _STRAIGHT = np.radians(15.0)
-"""Below this bend a hinge tells less and less of how its limb is turned."""
-_AXIS_JOINTS = {  # the joints at both ends of a segment: the axis that is laid along its bone
+"""Flexion [rad] of a hinge below which its plane says little about the turn of the limb above."""
+_AXIS_JOINTS = {
     "LUA": ("LS", "LE"),
     "RUA": ("RS", "RE"),
     "LLA": ("LE", "LW"),
@@ -47,7 +49,8 @@ _AXIS_JOINTS = {  # the joints at both ends of a segment: the axis that is laid 
     "CT": ("W", "SP"),
     "N": ("NP", "HP"),
 }
-_SPAN = {
+"""Joints at both ends of a segment, whose line is aligned with the bone."""
+_NEXT_SEGMENT = {
     "LUA": "LLA",
     "RUA": "RLA",
     "LLA": "LHN",
@@ -57,7 +60,8 @@ _SPAN = {
     "LLL": "LF",
     "RLL": "RF",
 }
-"""A bone's length reaches to the bone of this segment."""
+"""The segment at whose bone the bone of a limb segment ends."""
+_IDENTITY = np.array([1.0, 0.0, 0.0, 0.0])
 
 
 def retarget(
@@ -68,102 +72,164 @@ def retarget(
     up: str | None = None,
     metres: float | None = None,
 ) -> tuple[Poses, tuple[str, ...]]:
-    """The motion as poses of a body with the paper's joints, and what was assumed, in sentences.
+    """Compute the motion of a skeleton as poses of a body.
 
-    names: bones by segment where the usual names do not tell; up: the file's upward axis, found
-    from the skeleton where None; metres: one unit of the file [m]; where None and the file does not
-    say, the unit is what makes the skeleton's leg as long as the body's. The lower torso is placed
-    so that the middle of the hips is where it is in the file. InputError where bones are missing or
-    the body has other joints.
+    The lower torso is placed so that the middle of the hips is where it is in the file.
+
+    Parameters
+    ----------
+    body
+        A body with the paper's joints.
+    bones
+        The skeleton and its motion in P frames.
+    names
+        Bones by segment, where the usual names do not apply.
+    up
+        The file's upward axis ("y", "-z"), found from the skeleton if None.
+    metres
+        One unit of the file [m]. If neither it nor the file states the unit, the skeleton's legs
+        are taken to be as long as the body's.
+
+    Returns
+    -------
+    tuple of Poses and str
+        The poses, and what was assumed, in sentences.
+
+    Raises
+    ------
+    InputError
+        If bones are missing, or the body has other joints.
     """
-    wanted = ("LH", "RH", *(j for pair in _AXIS_JOINTS.values() for j in pair))
-    lacking = [j for j in wanted if j not in body.joints]
-    if lacking:
-        raise InputError(
-            f"body {body.name}: a motion is mapped by the paper's joints, {', '.join(lacking)} are missing"
-        )
-    chosen = bone_map(bones, names)
-    turns = _world_turns(bones)
-    rest = _rest_positions(bones)
-    world = bone_positions(bones)
-    frame, axis = _file_axes(bones, chosen, rest, up)
-    notes = list(bones.notes) + (
-        [] if up else [f"up is {axis} of the file, as its skeleton stands"]
-    )
+    _require_joints(body)
+    skeleton = _Skeleton.of(bones, bone_map(bones, names), up)
+    notes = list(bones.notes)
+    if not up:
+        up_axis = _axis_name(skeleton.world_from_file[2])
+        notes.append(f"up is {up_axis} of the file, as its skeleton stands")
     unit = metres if metres is not None else bones.metres
     if not np.isfinite(unit):
-        unit, said = _unit(body, bones, chosen)
-        notes.append(said)
-    segments = _segment_turns(body, bones, (chosen, turns, rest @ frame.T), frame)
-    rotations = _joint_rotations(body, segments, len(bones.time))
-    hips = [bones.names.index(chosen[s]) for s in ("LUL", "RUL")]
-    middle = world[:, hips].mean(axis=1) @ frame.T * unit
-    place = np.zeros((len(bones.time), 3, 4))
-    pelvis = segments["LT"]
-    place[:, :, :3] = matrices(pelvis)
-    own = 0.5 * (
-        body.joint_in_parent[0, body.joint("LH")] + body.joint_in_parent[0, body.joint("RH")]
-    )
-    place[:, :, 3] = middle - rotate(pelvis, np.broadcast_to(own, (len(pelvis), 3)))
-    return Poses(rotations, body.segment("LT"), place, bones.time), tuple(notes)
+        unit = _unit_by_legs(body, skeleton)
+        notes.append(
+            f"the file does not say its unit of length; one unit is taken as {1000 * unit:.4g} mm, which makes "
+            f"its legs as long as those of {body.name}"
+        )
+    attitudes = _segment_attitudes(body, skeleton)
+    rotations = _joint_rotations(body, attitudes, len(bones.time))
+    pelvis = _pelvis_frames(body, skeleton, attitudes["LT"], unit)
+    return Poses(rotations, body.segment("LT"), pelvis, bones.time), tuple(notes)
+
+
+def _require_joints(body: Body) -> None:
+    needed = ("LH", "RH", *(joint for pair in _AXIS_JOINTS.values() for joint in pair))
+    missing = [joint for joint in needed if joint not in body.joints]
+    if missing:
+        raise InputError(
+            f"body {body.name}: a motion is mapped by the paper's joints, {', '.join(missing)} are missing"
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class _Skeleton:
+    """A recorded skeleton whose bones are known by segment."""
+
+    bones: Bones
+    bone: Mapping[str, str]
+    """Names of bones by segment."""
+    attitude: Floats
+    """(P, B, 4) file from bone, as quaternions."""
+    rest: Floats
+    """(B, 3) where each bone begins in the rest pose, in the file's axes and units."""
+    world_from_file: Floats
+    """(3, 3) world from file, x forward and z up."""
+
+    @classmethod
+    def of(cls, bones: Bones, bone: Mapping[str, str], up: str | None) -> _Skeleton:
+        """Compute attitudes, rest positions and the file's axes."""
+        rest = rest_positions(bones)
+        begin = {segment: rest[bones.names.index(name)] for segment, name in bone.items()}
+        return cls(bones, bone, _bone_attitudes(bones), rest, _world_from_file(begin, up))
+
+    def index(self, segment: str) -> int:
+        """The number of a segment's bone."""
+        return self.bones.names.index(self.bone[segment])
+
+
+def _pelvis_frames(body: Body, skeleton: _Skeleton, attitude: Floats, unit: float) -> Floats:
+    """(P, 3, 4) world from pelvis, of attitudes (P, 4): the middle of the hips is as in the file."""
+    hips = [skeleton.index(segment) for segment in ("LUL", "RUL")]
+    middle = bone_positions(skeleton.bones)[:, hips].mean(axis=1)
+    left = body.joint_in_parent[0, body.joint("LH")]
+    right = body.joint_in_parent[0, body.joint("RH")]
+    own_middle = np.broadcast_to(0.5 * (left + right), (len(attitude), 3))
+    frames = np.zeros((len(attitude), 3, 4))
+    frames[:, :, :3] = matrices(attitude)
+    frames[:, :, 3] = middle @ skeleton.world_from_file.T * unit - rotate(attitude, own_middle)
+    return frames
 
 
 def bone_positions(bones: Bones) -> Floats:
-    """(P, B, 3) where each bone begins, in the file's axes and units."""
-    turns = _world_turns(bones)
-    place = np.array(bones.shift)
+    """Return where each bone begins, (P, B, 3), in the file's axes and units."""
+    attitude = _bone_attitudes(bones)
+    position = np.array(bones.shift)
     for b, parent in enumerate(bones.parent):
         if parent >= 0:
-            place[:, b] = place[:, parent] + rotate(turns[:, parent], bones.shift[:, b])
-    return place
+            position[:, b] = position[:, parent] + rotate(attitude[:, parent], bones.shift[:, b])
+    return position
 
 
-def bone_lengths(bones: Bones, chosen: Mapping[str, str]) -> dict[str, float]:
-    """Length of each limb segment's bone at rest, in the file's units."""
-    rest = _rest_positions(bones)
-    at = {s: rest[bones.names.index(name)] for s, name in chosen.items()}
+def bone_lengths(bones: Bones, bone: Mapping[str, str]) -> dict[str, float]:
+    """Return the length of each limb segment's bone at rest, in the file's units.
+
+    bone: names of bones by segment, see `bone_map`.
+    """
+    rest = rest_positions(bones)
+    begin = {segment: rest[bones.names.index(name)] for segment, name in bone.items()}
     return {
-        s: float(np.linalg.norm(at[end] - at[s]))
-        for s, end in _SPAN.items()
-        if s in at and end in at
+        segment: float(np.linalg.norm(begin[end] - begin[segment]))
+        for segment, end in _NEXT_SEGMENT.items()
+        if segment in begin and end in begin
     }
 
 
 def body_lengths(body: Body) -> dict[str, float]:
-    """Length [m] of each limb segment of a body between its joints."""
-    return {s: float(np.linalg.norm(_axis(body, s))) for s in _SPAN}
+    """Return the length [m] between its joints of each limb segment of a body."""
+    return {segment: float(np.linalg.norm(_axis(body, segment))) for segment in _NEXT_SEGMENT}
 
 
-def _world_turns(bones: Bones) -> Floats:
-    turns = np.array(bones.rotations)
+def _bone_attitudes(bones: Bones) -> Floats:
+    """(P, B, 4) file from bone, as quaternions."""
+    attitude = np.array(bones.rotations)
     for b, parent in enumerate(bones.parent):
         if parent >= 0:
-            turns[:, b] = multiply(turns[:, parent], turns[:, b])
-    return turns
+            attitude[:, b] = multiply(attitude[:, parent], attitude[:, b])
+    return attitude
 
 
-def _rest_positions(bones: Bones) -> Floats:
-    place = np.array(bones.offset)
+def rest_positions(bones: Bones) -> Floats:
+    """Return where each bone begins in the rest pose, (B, 3), in the file's axes and units."""
+    position = np.array(bones.offset)
     for b, parent in enumerate(bones.parent):
         if parent >= 0:
-            place[b] += place[parent]
-    return place
+            position[b] += position[parent]
+    return position
 
 
-def _file_axes(
-    bones: Bones, chosen: Mapping[str, str], rest: Floats, up: str | None
-) -> tuple[Floats, str]:
-    """(3, 3) world from file, x forward and z up, by the skeleton at rest; and the axis that is
-    up."""
-    at = {s: rest[bones.names.index(name)] for s, name in chosen.items()}
-    top = at.get("H", 0.5 * (at["LUA"] + at["RUA"]))
-    rise = _main_axis(top - 0.5 * (at["LLL"] + at["RLL"])) if not up else _named_axis(up)
-    across = at["LUL"] - at["RUL"]
-    left = _main_axis(across - rise * (across @ rise))
-    return np.array([np.cross(left, rise), left, rise]), _axis_name(rise)
+def _world_from_file(begin: Mapping[str, Floats], up: str | None) -> Floats:
+    """(3, 3) the axes forward, left and up of the skeleton at rest, each one of the file's axes.
+
+    begin: where the bones begin, by segment. Up is from the knees to the head, left is from the
+    right hip to the left one.
+    """
+    head = begin.get("H", 0.5 * (begin["LUA"] + begin["RUA"]))
+    knees = 0.5 * (begin["LLL"] + begin["RLL"])
+    vertical = _named_axis(up) if up else _main_axis(head - knees)
+    across = begin["LUL"] - begin["RUL"]
+    left = _main_axis(across - vertical * (across @ vertical))
+    return np.array([np.cross(left, vertical), left, vertical])
 
 
 def _main_axis(vector: Floats) -> Floats:
+    """(3,) the positive or negative axis nearest to a vector."""
     k = int(np.argmax(np.abs(vector)))
     return np.asarray(np.eye(3)[k] * (1.0 if vector[k] >= 0 else -1.0))
 
@@ -179,61 +245,59 @@ def _axis_name(axis: Floats) -> str:
     return ("-" if axis[k] < 0 else "") + "xyz"[k]
 
 
-def _unit(body: Body, bones: Bones, chosen: Mapping[str, str]) -> tuple[float, str]:
-    lengths = bone_lengths(bones, chosen)
+def _unit_by_legs(body: Body, skeleton: _Skeleton) -> float:
+    """The unit of the file [m] that makes the skeleton's legs as long as the body's."""
+    lengths = bone_lengths(skeleton.bones, skeleton.bone)
     own = body_lengths(body)
-    legs = [s for s in ("LUL", "RUL", "LLL", "RLL") if s in lengths]
-    total = sum(lengths[s] for s in legs)
+    legs = [segment for segment in ("LUL", "RUL", "LLL", "RLL") if segment in lengths]
+    total = sum(lengths[segment] for segment in legs)
     if not legs or total <= 0:
         raise InputError(
-            f"{bones.file}: the bones of the legs have no length: the unit cannot be told, state it"
+            f"{skeleton.bones.file}: the bones of the legs have no length, so the unit cannot be "
+            "found; state it"
         )
-    unit = sum(own[s] for s in legs) / total
-    return unit, (
-        f"the file does not say its unit of length; one unit is taken as {1000 * unit:.4g} mm, which makes "
-        f"its legs as long as those of {body.name}"
-    )
+    return sum(own[segment] for segment in legs) / total
 
 
-def _segment_turns(
-    body: Body, bones: Bones, found: tuple[Mapping[str, str], Floats, Floats], frame: Floats
-) -> dict[str, Floats]:
-    """(P, 4) by segment that has a bone: world from segment."""
-    chosen, turns, rest = found
-    basis = from_matrices(frame[None])[0]
-    result = {}
-    for segment, name in chosen.items():
-        b = bones.names.index(name)
-        world = multiply(multiply(basis, turns[:, b]), conjugate(basis))
-        result[segment] = multiply(world, _alignment(body, bones, segment, (chosen, rest)))
-    return result
+def _segment_attitudes(body: Body, skeleton: _Skeleton) -> dict[str, Floats]:
+    """(P, 4) world from segment of the segments that have a bone, by name."""
+    basis = from_matrices(skeleton.world_from_file[None])[0]
+    attitudes = {}
+    for segment in skeleton.bone:
+        bone = skeleton.attitude[:, skeleton.index(segment)]
+        world = multiply(multiply(basis, bone), conjugate(basis))
+        attitudes[segment] = multiply(world, _alignment(body, skeleton, segment))
+    return attitudes
 
 
-def _alignment(
-    body: Body, bones: Bones, segment: str, found: tuple[Mapping[str, str], Floats]
-) -> Floats:
-    """(4,) the turn from the segment's zero pose to its bone at rest."""
-    chosen, rest = found
-    end = _rest_end(bones, segment, chosen, rest)
-    own = _axis(body, segment) if segment in _AXIS_JOINTS else None
+def _alignment(body: Body, skeleton: _Skeleton, segment: str) -> Floats:
+    """(4,) the shortest rotation from a segment's axis in the zero pose to its bone's axis at rest.
+
+    It is the identity for trunk and feet, and for bones without length.
+    """
+    rest = skeleton.rest @ skeleton.world_from_file.T
+    bone_axis = _rest_axis(skeleton, segment, rest)
+    own_axis = _axis(body, segment) if segment in _AXIS_JOINTS else None
     if segment in ("LHN", "RHN"):
-        own = np.array([0.0, 0.0, -1.0])
-    if end is None or own is None or np.linalg.norm(end) < 1e-9 * (1 + np.abs(rest).max()):
-        return np.array([1.0, 0.0, 0.0, 0.0])
-    return shortest(own / np.linalg.norm(own), end / np.linalg.norm(end))
+        own_axis = np.array([0.0, 0.0, -1.0])
+    if bone_axis is None or own_axis is None:
+        return _IDENTITY
+    length = float(np.linalg.norm(bone_axis))
+    if length < 1e-9 * (1 + np.abs(rest).max()):
+        return _IDENTITY
+    return shortest(own_axis / np.linalg.norm(own_axis), bone_axis / length)
 
 
-def _rest_end(bones: Bones, segment: str, chosen: Mapping[str, str], rest: Floats) -> Floats | None:
-    """From where a bone begins at rest to where the next one does, in the world's axes; None for
-    trunk and feet, which stand as the body does."""
-    begin = rest[bones.names.index(chosen[segment])]
-    if segment in _SPAN and _SPAN[segment] in chosen:
-        return np.asarray(rest[bones.names.index(chosen[_SPAN[segment]])] - begin)
+def _rest_axis(skeleton: _Skeleton, segment: str, rest: Floats) -> Floats | None:
+    """(3,) from the beginning to the end of a segment's bone, of rest positions (B, 3).
+
+    A hand goes on as the forearm. None for a bone whose end is unknown.
+    """
+    begin = rest[skeleton.index(segment)]
+    if segment in _NEXT_SEGMENT and _NEXT_SEGMENT[segment] in skeleton.bone:
+        return np.asarray(rest[skeleton.index(_NEXT_SEGMENT[segment])] - begin)
     if segment in ("LHN", "RHN"):
-        arm = segment[0] + "LA"
-        return np.asarray(
-            begin - rest[bones.names.index(chosen[arm])]
-        )  # a flat hand goes on as the forearm
+        return np.asarray(begin - rest[skeleton.index(segment[0] + "LA")])
     return None
 
 
@@ -243,59 +307,95 @@ def _axis(body: Body, segment: str) -> Floats:
     return np.asarray(body.joint_in_parent[0, distal] - body.joint_in_child[0, proximal])
 
 
-def _joint_rotations(body: Body, segments: Mapping[str, Floats], frames: int) -> Floats:
-    """(P, J, 4): each joint from the turns of its two segments; segments without a bone lie halfway
-    or follow."""
-    still = np.tile([1.0, 0.0, 0.0, 0.0], (frames, 1))
-    full = dict(segments)
+def _joint_rotations(body: Body, attitudes: Mapping[str, Floats], frames: int) -> Floats:
+    """(P, J, 4) joint rotations of segments' attitudes (P, 4)."""
+    full = _all_attitudes(body, attitudes, frames)
+    rotations = np.tile(_IDENTITY, (frames, len(body.joints), 1))
+    for joint in range(len(body.joints)):
+        child = body.segments[joint + 1]
+        parent = body.segments[int(body.parent[joint + 1])]
+        rotations[:, joint] = multiply(conjugate(full[parent]), full[child])
+    rotations[:, body.joint("PV")] = full["LT"]
+    for above, hinge, below in _HINGES:
+        _make_hinge(rotations, _Hinge.of(body, above, hinge, below))
+    return np.asarray(rotations / np.linalg.norm(rotations, axis=-1, keepdims=True))
+
+
+def _all_attitudes(body: Body, attitudes: Mapping[str, Floats], frames: int) -> dict[str, Floats]:
+    """(P, 4) of every segment. Those without a bone are half way between, or follow their parent."""
+    still = np.tile(_IDENTITY, (frames, 1))
+    full = dict(attitudes)
     if "CT" not in full:
         full["CT"] = _halfway(full["LT"], full.get("UT", full["LT"]))
     full.setdefault("UT", full["CT"])
     if "H" in full and "N" not in full:
         full["N"] = _halfway(full["UT"], full["H"])
-    rotations = np.tile([1.0, 0.0, 0.0, 0.0], (frames, len(body.joints), 1))
-    for j in range(len(body.joints)):
-        child = body.segments[j + 1]
-        parent = body.segments[int(body.parent[j + 1])]
+    for joint in range(len(body.joints)):
+        child = body.segments[joint + 1]
+        parent = body.segments[int(body.parent[joint + 1])]
         full.setdefault(child, full.get(parent, still))
         full.setdefault(parent, still)
-        rotations[:, j] = multiply(conjugate(full[parent]), full[child])
-    rotations[:, body.joint("PV")] = full["LT"]
-    for joints in _HINGES:
-        _one_axis(body, rotations, joints)
-    return np.asarray(rotations / np.linalg.norm(rotations, axis=-1, keepdims=True))
+    return full
 
 
-def _one_axis(body: Body, rotations: Floats, joints: tuple[str, str, str]) -> None:
-    """Turn the limb above a hinge so that the hinge bends about its own axis; what the limb below
-    turns about itself goes to the joint below. Turns are about the lines from joint to joint, so
-    all three joints stay where they are."""
-    above, hinge, below = (body.joint(j) for j in joints)
-    upper, lower = (_line(body, pair) for pair in ((above, hinge), (hinge, below)))
-    first = body.stops.axes[hinge, 0]
-    swing, _ = swing_twist(rotations[:, hinge], lower[None])
-    side = first - upper * (upper @ first)
-    across = np.cross(upper, side)
-    turn = np.arctan2(
+@dataclass(frozen=True, eq=False)
+class _Hinge:
+    """A hinge between two ball joints, as indices, and the limb's lines in the zero pose."""
+
+    above: int
+    joint: int
+    below: int
+    axis: Floats
+    """(3,) unit axis of the hinge."""
+    upper: Floats
+    """(3,) unit vector from the joint above to the hinge."""
+    lower: Floats
+    """(3,) unit vector from the hinge to the joint below."""
+
+    @classmethod
+    def of(cls, body: Body, above: str, hinge: str, below: str) -> _Hinge:
+        """Find the lines between three joints of a limb."""
+        first, middle, last = (body.joint(name) for name in (above, hinge, below))
+        upper, lower = _line(body, first, middle), _line(body, middle, last)
+        return cls(first, middle, last, body.stops.axes[middle, 0], upper, lower)
+
+
+def _make_hinge(rotations: Floats, hinge: _Hinge) -> None:
+    """Change joint rotations (P, J, 4) so that a hinge turns about its own axis only.
+
+    The limb above is turned about its line until the hinge bends in its own plane. The twist of the
+    limb below about its line moves to the joint below. All three joints stay where they are, since
+    both turns are about lines between them.
+    """
+    swing, _ = swing_twist(rotations[:, hinge.joint], hinge.lower[None])
+    # angle of the swing vector about the upper line, from the hinge's axis to it
+    side = hinge.axis - hinge.upper * (hinge.upper @ hinge.axis)
+    across = np.cross(hinge.upper, side)
+    angle = np.arctan2(
         (swing * across).sum(axis=-1) / np.linalg.norm(across),
         (swing * side).sum(axis=-1) / np.linalg.norm(side),
     )
-    size = np.linalg.norm(swing, axis=-1)
-    about = exponential((turn * size**4 / (size**4 + _STRAIGHT**4))[:, None] * upper)
-    rotations[:, above] = multiply(rotations[:, above], about)
-    bent, own = swing_twist(multiply(conjugate(about), rotations[:, hinge]), lower[None])
-    rotations[:, hinge] = exponential(bent)
-    rotations[:, below] = multiply(exponential(own[:, None] * lower), rotations[:, below])
+    # a limb that is nearly straight has no plane: the turn fades out as f^4 / (f^4 + f0^4)
+    flexion = np.linalg.norm(swing, axis=-1)
+    faded = angle * flexion**4 / (flexion**4 + _STRAIGHT**4)
+    turn = exponential(faded[:, None] * hinge.upper)
+    rotations[:, hinge.above] = multiply(rotations[:, hinge.above], turn)
+    bend, twist = swing_twist(
+        multiply(conjugate(turn), rotations[:, hinge.joint]), hinge.lower[None]
+    )
+    rotations[:, hinge.joint] = exponential(bend)
+    passed_on = exponential(twist[:, None] * hinge.lower)
+    rotations[:, hinge.below] = multiply(passed_on, rotations[:, hinge.below])
 
 
-def _line(body: Body, joints: tuple[int, int]) -> Floats:
+def _line(body: Body, upper: int, lower: int) -> Floats:
     """(3,) unit vector in the zero pose from one joint of a limb segment to the next one down."""
-    upper, lower = joints
     line = body.joint_in_parent[0, lower] - body.joint_in_child[0, upper]
     return np.asarray(line / np.linalg.norm(line))
 
 
 def _halfway(a: Floats, b: Floats) -> Floats:
-    near = np.where(np.sum(a * b, axis=-1, keepdims=True) < 0, -b, b)
+    """(P, 4) the rotations half way between two, as the normalized mean of quaternions."""
+    near = np.where(np.sum(a * b, axis=-1, keepdims=True) < 0, -b, b)  # q and -q are one rotation
     middle = a + near
     return np.asarray(middle / np.linalg.norm(middle, axis=-1, keepdims=True))

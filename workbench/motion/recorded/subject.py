@@ -1,9 +1,14 @@
-"""How long the segments of a recorded subject are, by the file's own lengths: bones, markers, or
-segments told one by one."""
+"""Measure the segment lengths of a recorded subject, as factors on those of a body.
+
+Lengths come from the file itself: from its bones, from distances between markers, or from the
+joints that its segments' motions imply.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -13,13 +18,14 @@ from workbench.model.motion import Bones, Markers, SegmentTrack
 from workbench.motion.recorded.bone_names import bone_map
 from workbench.motion.recorded.marker_names import Site, marker_site
 from workbench.motion.recorded.marker_places import marker_places
-from workbench.motion.recorded.retarget import body_lengths, bone_lengths
+from workbench.motion.recorded.retarget import body_lengths, bone_lengths, rest_positions
 
 __all__ = ["TRUNK", "factors_from_bones", "factors_from_markers", "factors_from_track"]
 
 TRUNK = ("CT", "UT")
-"""What grows with the length from the hips to the shoulders."""
-_LIMBS = {"LUA": "RUA", "LLA": "RLA", "LUL": "RUL", "LLL": "RLL"}
+"""Segments that grow with the distance from the hips to the shoulders."""
+_SIDES = {"LUA": "RUA", "LLA": "RLA", "LUL": "RUL", "LLL": "RLL"}
+"""Limb segments of the left side and their right counterparts."""
 _AXIS = {
     "UA": ("S", "E"),
     "LA": ("E", "W"),
@@ -28,155 +34,251 @@ _AXIS = {
     "CT": ("W", "SP"),
     "UT": ("SP", "NP"),
 }
-_FRAMES = 2000
-_LOOSE = 0.02
-# segments, and the segments and directions of two groups of markers whose distance hardly depends
-# on the pose
-_SPANS: tuple[tuple[tuple[str, ...], tuple[str, str, str], tuple[str, str, str]], ...] = (
-    (("LL",), ("UL", "K", ""), ("LL", "A", "")),
-    (("LA",), ("UA", "E", ""), ("LA", "W", "")),
-    (("UL",), ("UL", "H", ""), ("UL", "K", "")),
-    (("UA",), ("SM", "S", "top"), ("UA", "E", "")),
+"""Joints at both ends of a segment, without the side."""
+_MAX_FRAMES = 2000
+"""Frames of a track from which joints are estimated."""
+_MIN_TURN = 0.1
+"""Least ratio of the singular values of a joint's equations: less turning does not determine it."""
+_MAX_JOINT_RESIDUAL = 0.02
+"""Root mean square distance [m] up to which two segments have a joint in common."""
+
+
+class _MarkerGroup(NamedTuple):
+    """Markers of a segment at a joint, without the side."""
+
+    segment: str
+    joint: str
+    toward: str = ""
+    """Word that the direction of their site has, "" for any."""
+
+
+_SPANS = (
+    ("LL", _MarkerGroup("UL", "K"), _MarkerGroup("LL", "A")),
+    ("LA", _MarkerGroup("UA", "E"), _MarkerGroup("LA", "W")),
+    ("UL", _MarkerGroup("UL", "H"), _MarkerGroup("UL", "K")),
+    ("UA", _MarkerGroup("SM", "S", "top"), _MarkerGroup("UA", "E")),
 )
+"""Segments, and two groups of markers whose distance hardly depends on the pose."""
 
 
 def factors_from_bones(
     body: Body, bones: Bones, names: Mapping[str, str] | None, metres: float
 ) -> dict[str, float]:
-    """How many times as long as the body's the limbs and the trunk of a skeleton are, by segment;
-    both sides alike.
+    """Compute the lengths of a skeleton's limbs and trunk as multiples of the body's.
 
-    metres: one unit of the file [m]. The trunk is told from the middle of the hips to that of the
-    shoulders, at rest.
+    The trunk is measured from the middle of the hips to that of the shoulders, at rest. The pelvis
+    keeps its height. Both sides get the mean of both.
+
+    Parameters
+    ----------
+    names
+        Bones by segment, where the usual names do not apply.
+    metres
+        One unit of the file [m].
+
+    Returns
+    -------
+    dict
+        Factors by segment.
     """
-    chosen = bone_map(bones, names)
-    found = bone_lengths(bones, chosen)
+    bone = bone_map(bones, names)
+    lengths = bone_lengths(bones, bone)
     own = body_lengths(body)
     factors: dict[str, float] = {}
-    for left, right in _LIMBS.items():
-        have = [(found[s] * metres, own[s]) for s in (left, right) if found.get(s, 0.0) > 0.0]
-        if have:
-            factors[left] = factors[right] = sum(a for a, _ in have) / sum(b for _, b in have)
-    rest = np.array(bones.offset)
-    for b, parent in enumerate(bones.parent):
-        rest[b] += rest[parent] if parent >= 0 else 0.0
-    at = {s: rest[bones.names.index(chosen[s])] for s in ("LUL", "RUL", "LUA", "RUA")}
-    length = float(np.linalg.norm(at["LUA"] + at["RUA"] - at["LUL"] - at["RUL"])) * 0.5 * metres
-    joint = _joints(body)
-    ours = 0.5 * float(np.linalg.norm(joint["LS"] + joint["RS"] - joint["LH"] - joint["RH"]))
-    pelvis = float(joint["W"][2] - 0.5 * (joint["LH"][2] + joint["RH"][2]))  # keeps its height
-    return factors | dict.fromkeys(TRUNK, (length - pelvis) / (ours - pelvis))
+    for left, right in _SIDES.items():
+        known = [side for side in (left, right) if lengths.get(side, 0.0) > 0.0]
+        if known:
+            seen = sum(lengths[side] * metres for side in known)
+            factors[left] = factors[right] = seen / sum(own[side] for side in known)
+    begin = rest_positions(bones)
+    at = {s: begin[bones.names.index(bone[s])] for s in ("LUL", "RUL", "LUA", "RUA")}
+    length = _between_middles(at["LUA"], at["RUA"], at["LUL"], at["RUL"]) * metres
+    return factors | dict.fromkeys(TRUNK, _trunk_factor(body, length))
+
+
+def _trunk_factor(body: Body, length: float) -> float:
+    """Factor on the trunk that makes it `length` [m] from the hips to the shoulders."""
+    joint = _joint_positions(body)
+    own = _between_middles(joint["LS"], joint["RS"], joint["LH"], joint["RH"])
+    pelvis = float(joint["W"][2] - 0.5 * (joint["LH"][2] + joint["RH"][2]))
+    return (length - pelvis) / (own - pelvis)
+
+
+def _between_middles(a: Floats, b: Floats, c: Floats, d: Floats) -> float:
+    """Distance between the middle of two points and the middle of two others."""
+    return float(np.linalg.norm(a + b - c - d)) * 0.5
 
 
 def factors_from_markers(
     body: Body, markers: Markers, names: Mapping[str, str] | None
 ) -> dict[str, float]:
-    """The same from markers: median distances of markers at knees and ankles, elbows and wrists,
-    hips and knees, shoulders and elbows, against those of the body's own places for them."""
-    given = dict(names or {})
-    sites = {
-        name: site
-        for name in markers.names
-        if (site := marker_site(given.get(name, name))) is not None
-    }
-    sites = {name: site for name, site in sites.items() if given.get(name, name)}
+    """Compute the lengths of a subject's limbs as multiples of the body's, from markers.
+
+    Median distances of markers at hips and knees, knees and ankles, shoulders and elbows, elbows
+    and wrists are compared with the distances of their places on the body. Both sides get the mean
+    of both. A thigh without hip markers grows as its shank.
+
+    Parameters
+    ----------
+    names
+        The usual names of markers with unusual ones, "" to leave a marker out.
+
+    Returns
+    -------
+    dict
+        Factors by segment; empty if no marker is known.
+    """
+    sites = _known_sites(markers, names or {})
     if not sites:
         return {}
-    local, _ = marker_places(body, sites)
-    origin = body.zero_origins[0]
-    own = {
-        name: origin[body.segment(site.segment)] + local[m]
-        for m, (name, site) in enumerate(sites.items())
-    }
+    places = _zero_places(body, sites)
     factors: dict[str, float] = {}
-    for segments, one, other in _SPANS:
-        rows = [
-            row for side in "LR" for row in [_span(markers, own, sites, (side, one, other))] if row
-        ]
-        if rows:
-            share = sum(a for a, _ in rows) / sum(b for _, b in rows)
-            factors |= {side + s: share for s in segments for side in "LR"}
+    for segment, one, other in _SPANS:
+        spans = [_span(markers, sites, places, side, (one, other)) for side in "LR"]
+        known = [span for span in spans if span is not None]
+        if known:
+            factor = sum(span.seen for span in known) / sum(span.own for span in known)
+            factors |= {side + segment: factor for side in "LR"}
     if "LLL" in factors:
         factors.setdefault("LUL", factors["LLL"])
         factors.setdefault("RUL", factors["RLL"])
     return factors
 
 
-def factors_from_track(body: Body, track: SegmentTrack) -> dict[str, float]:
-    """The same from segments told one by one: joints are where two segments stay together (Ehrig,
-    Taylor, Duda & Heller, J. Biomech. 39, 2006), where they turn enough against each other to
-    tell."""
-    world = track.world_from_segment[:_FRAMES]
-    known = {s: k for k, s in enumerate(track.segments)}
-    ends: dict[str, dict[str, Floats]] = {}
-    for j, joint in enumerate(body.joints):
-        parent = body.segments[int(body.parent[j + 1])]
-        child = body.segments[j + 1]
-        if parent in known and child in known:
-            found = _centre(world[:, known[parent]], world[:, known[child]])
-            if found is not None:
-                ends.setdefault(parent, {})[joint] = found[:3]
-                ends.setdefault(child, {})[joint] = found[3:]
-    factors = {}
-    for segment, joints in ends.items():
-        pair = _AXIS.get(segment if segment in TRUNK else segment[1:])
-        if pair is None:
-            continue
-        first, last = (name if segment in TRUNK else segment[0] + name for name in pair)
-        if first in joints and last in joints and {first, last} <= set(body.joints):
-            ours = (
-                body.joint_in_parent[0, body.joint(last)]
-                - body.joint_in_child[0, body.joint(first)]
-            )
-            factors[segment] = float(
-                np.linalg.norm(joints[last] - joints[first]) / np.linalg.norm(ours)
-            )
-    return factors
+def _known_sites(markers: Markers, names: Mapping[str, str]) -> dict[str, Site]:
+    """The sites of markers that are known by their own or their given name."""
+    usual = {name: names.get(name, name) for name in markers.names}
+    found = {name: marker_site(word) for name, word in usual.items() if word}
+    return {name: site for name, site in found.items() if site is not None}
 
 
-def _centre(parent: Floats, child: Floats) -> Floats | None:
-    """(6,) [m] the joint in the parent's frame and in the child's; None where they hardly turn, or
-    do not hold."""
-    matrix = np.concatenate([parent[:, :, :3], -child[:, :, :3]], axis=-1).reshape(-1, 6)
-    apart = (child[:, :, 3] - parent[:, :, 3]).reshape(-1)
-    found, _, rank, values = np.linalg.lstsq(matrix, apart, rcond=None)
-    if rank < 6 or values[-1] < 0.1 * values[0]:
-        return None
-    off = float(np.sqrt(np.mean((matrix @ found - apart) ** 2)))
-    return np.asarray(found) if off < _LOOSE else None
+def _zero_places(body: Body, sites: Mapping[str, Site]) -> dict[str, Floats]:
+    """(3,) [m] usual place of each marker in the zero pose."""
+    local, _ = marker_places(body, sites)
+    origin = body.zero_origins[0]
+    return {
+        name: origin[body.segment(site.segment)] + place
+        for (name, site), place in zip(sites.items(), local, strict=True)
+    }
+
+
+class _Span(NamedTuple):
+    """A distance between two groups of markers [m]."""
+
+    seen: float
+    """Median over the frames."""
+    own: float
+    """On the body."""
 
 
 def _span(
     markers: Markers,
-    own: Mapping[str, Floats],
     sites: Mapping[str, Site],
-    where: tuple[str, tuple[str, str, str], tuple[str, str, str]],
-) -> tuple[float, float] | None:
-    """Median distance [m] of two groups of markers, and that of their places on the body; None
-    where one lacks."""
-    side, *ends = where
-    seen = []
-    ours = []
-    for segment, joint, toward in ends:
-        names = [
-            n
-            for n, s in sites.items()
-            if s.segment == side + segment
-            and s.joints == (side + joint,)
-            and (not toward or toward in s.toward)
-        ]
-        names = [n for n in names if np.isfinite(markers.position[:, markers.names.index(n)]).any()]
-        if not names:
-            return None
-        seen.append(markers.position[:, [markers.names.index(n) for n in names]].mean(axis=1))
-        ours.append(np.mean([own[n] for n in names], axis=0))
-    apart = np.linalg.norm(seen[1] - seen[0], axis=1)
-    if not np.isfinite(apart).any():
+    places: Mapping[str, Floats],
+    side: str,
+    ends: Iterable[_MarkerGroup],
+) -> _Span | None:
+    """The distance of two groups on a side, None where one of them is not seen."""
+    groups = [list(_members(markers, sites, side, end)) for end in ends]
+    if not all(groups):
         return None
-    return float(np.nanmedian(apart)), float(np.linalg.norm(ours[1] - ours[0]))
+    seen = [
+        markers.position[:, [markers.names.index(name) for name in group]].mean(axis=1)
+        for group in groups
+    ]
+    own = [np.mean([places[name] for name in group], axis=0) for group in groups]
+    distance = np.linalg.norm(seen[1] - seen[0], axis=1)
+    if not np.isfinite(distance).any():
+        return None
+    return _Span(float(np.nanmedian(distance)), float(np.linalg.norm(own[1] - own[0])))
 
 
-def _joints(body: Body) -> dict[str, Floats]:
-    """(3,) [m] each joint in the zero pose."""
-    at = body.zero_origins[0]
-    return {name: at[j + 1] + body.joint_in_child[0, j] for j, name in enumerate(body.joints)}
+def _members(
+    markers: Markers, sites: Mapping[str, Site], side: str, group: _MarkerGroup
+) -> Iterator[str]:
+    """The markers of a group that some frame shows."""
+    for name, site in sites.items():
+        at_joint = site.segment == side + group.segment and site.joints == (side + group.joint,)
+        seen = np.isfinite(markers.position[:, markers.names.index(name)]).any()
+        if at_joint and seen and (not group.toward or group.toward in site.toward):
+            yield name
+
+
+def factors_from_track(body: Body, track: SegmentTrack) -> dict[str, float]:
+    """Compute the lengths of recorded segments as multiples of the body's.
+
+    A joint is the point at which two segments stay together [1]_. It is found only where the
+    segments turn enough against each other.
+
+    Returns
+    -------
+    dict
+        Factors by segment, of those whose both joints are found.
+
+    References
+    ----------
+    .. [1] R. M. Ehrig, W. R. Taylor, G. N. Duda & M. O. Heller (2006), A survey of formal methods
+       for determining the centre of rotation of ball joints, Journal of Biomechanics 39, 2798-2809
+       (symmetrical centre of rotation estimation).
+    """
+    ends = _joint_estimates(body, track)
+    factors = {}
+    for segment, joints in ends.items():
+        bare = segment if segment in TRUNK else segment[1:]
+        side = "" if segment in TRUNK else segment[0]
+        pair = [side + name for name in _AXIS.get(bare, ())]
+        if pair and all(name in joints and name in body.joints for name in pair):
+            first, last = pair
+            start = body.joint_in_child[0, body.joint(first)]
+            own = body.joint_in_parent[0, body.joint(last)] - start
+            length = np.linalg.norm(joints[last] - joints[first])
+            factors[segment] = float(length / np.linalg.norm(own))
+    return factors
+
+
+def _joint_estimates(body: Body, track: SegmentTrack) -> dict[str, dict[str, Floats]]:
+    """(3,) [m] of joints in their segments' frames, by segment and joint."""
+    world = track.world_from_segment[:_MAX_FRAMES]
+    column = {segment: k for k, segment in enumerate(track.segments)}
+    ends: dict[str, dict[str, Floats]] = {}
+    for j, joint in enumerate(body.joints):
+        parent = body.segments[int(body.parent[j + 1])]
+        child = body.segments[j + 1]
+        if parent not in column or child not in column:
+            continue
+        centre = _rotation_centre(world[:, column[parent]], world[:, column[child]])
+        if centre is not None:
+            ends.setdefault(parent, {})[joint] = centre.in_parent
+            ends.setdefault(child, {})[joint] = centre.in_child
+    return ends
+
+
+@dataclass(frozen=True, eq=False)
+class _RotationCentre:
+    """A joint between two segments, (3,) [m] in either frame."""
+
+    in_parent: Floats
+    in_child: Floats
+
+
+def _rotation_centre(parent: Floats, child: Floats) -> _RotationCentre | None:
+    """The joint of two segments, world from segment (P, 3, 4).
+
+    None where they hardly turn against each other, or have no point in common. The least-squares
+    solution of R1 c1 + t1 = R2 c2 + t2 over all frames gives c1 and c2, in 3 P equations.
+    """
+    matrix = np.concatenate([parent[:, :, :3], -child[:, :, :3]], axis=-1).reshape(-1, 6)
+    offset = (child[:, :, 3] - parent[:, :, 3]).reshape(-1)
+    solution, _, rank, singular = np.linalg.lstsq(matrix, offset, rcond=None)
+    if rank < 6 or singular[-1] < _MIN_TURN * singular[0]:
+        return None
+    residual = float(np.sqrt(np.mean((matrix @ solution - offset) ** 2)))
+    if residual >= _MAX_JOINT_RESIDUAL:
+        return None
+    return _RotationCentre(solution[:3], solution[3:])
+
+
+def _joint_positions(body: Body) -> dict[str, Floats]:
+    """(3,) [m] of each joint in the zero pose."""
+    origin = body.zero_origins[0]
+    return {name: origin[j + 1] + body.joint_in_child[0, j] for j, name in enumerate(body.joints)}

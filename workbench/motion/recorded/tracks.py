@@ -1,5 +1,4 @@
-"""Segments told one by one, as poses of a body: joints from the turns of their segments, and how
-well it all hangs."""
+"""Turn recorded motions of single segments into poses of a body."""
 
 from __future__ import annotations
 
@@ -17,34 +16,58 @@ __all__ = ["poses_from_track"]
 
 
 def poses_from_track(body: Body, track: SegmentTrack) -> tuple[Poses, Floats]:
-    """Poses of a body whose segments turn as told, and how far (P, K) [m] each told segment is from
-    where the body's joints put it.
+    """Compute poses of a body whose segments have the recorded attitudes.
 
-    The first told segment in the body's order is placed; segments that are not told follow their
-    parents, or the nearest told segment below them where nothing above is told. InputError for an
-    unknown segment.
+    The first recorded segment in the body's order is placed. A segment without a record follows its
+    parent, or the placed segment if it comes before that one.
+
+    Parameters
+    ----------
+    track
+        World from segment (P, K, 3, 4) of K recorded segments.
+
+    Returns
+    -------
+    tuple of Poses and Floats
+        The poses, and the distance (P, K) [m] of each recorded segment's origin from where the
+        body's joints place it.
+
+    Raises
+    ------
+    InputError
+        If the body has no segment of a recorded name.
     """
     for name in track.segments:
         if name not in body.segments:
             raise InputError(
                 f"{track.file}: body {body.name} has no segment {name!r}; {one_of(name, body.segments)}"
             )
-    told = {body.segment(name): k for k, name in enumerate(track.segments)}
-    root = min(told)
-    turns = {n: from_matrices(track.world_from_segment[:, k, :, :3]) for n, k in told.items()}
-    turns.setdefault(0, turns[root])
-    for n in range(1, len(body.segments)):
-        turns.setdefault(n, turns[root] if n < root else turns[int(body.parent[n])])
+    recorded = [body.segment(name) for name in track.segments]
+    root = min(recorded)
+    attitudes = _attitudes(body, track, recorded)
     rotations = np.stack(
         [
-            multiply(conjugate(turns[int(body.parent[j + 1])]), turns[j + 1])
-            for j in range(len(body.joints))
+            multiply(conjugate(attitudes[int(body.parent[n])]), attitudes[n])
+            for n in range(1, len(body.segments))
         ],
         axis=1,
     )
     rotations /= np.linalg.norm(rotations, axis=-1, keepdims=True)
-    poses = Poses(rotations, root, track.world_from_segment[:, told[root]], track.time)
-    at = place(body, poses).world_from_segment[:, [body.segment(name) for name in track.segments]][
-        ..., 3
-    ]
-    return poses, np.asarray(np.linalg.norm(at - track.world_from_segment[..., 3], axis=-1))
+    world = track.world_from_segment
+    poses = Poses(rotations, root, world[:, recorded.index(root)], track.time)
+    origins = place(body, poses).world_from_segment[:, recorded][..., 3]
+    return poses, np.asarray(np.linalg.norm(origins - world[..., 3], axis=-1))
+
+
+def _attitudes(body: Body, track: SegmentTrack, recorded: list[int]) -> dict[int, Floats]:
+    """(P, 4) world from segment of every segment, by its index; recorded: indices (K,)."""
+    attitudes = {
+        segment: from_matrices(track.world_from_segment[:, k, :, :3])
+        for k, segment in enumerate(recorded)
+    }
+    root = min(recorded)
+    attitudes.setdefault(0, attitudes[root])
+    for segment in range(1, len(body.segments)):
+        carrier = root if segment < root else int(body.parent[segment])
+        attitudes.setdefault(segment, attitudes[carrier])
+    return attitudes
