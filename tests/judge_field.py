@@ -52,22 +52,22 @@ class Field(NamedTuple):
     """[m] within which of the middle of a cell its triangles are complete."""
 
 
-@njit(cache=True, nogil=True)
-def nearest_point(p, t, out):
-    """Write the nearest point of a triangle t (3, 3) to p into out; return the distance.
+@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+def nearest_point(p, corners, i):
+    """The distance from p to triangle i, and its nearest point from p.
 
     The regions of corners, edges and face are told apart as in Ericson, Real-Time Collision
     Detection (2005), section 5.1.5.
     """
-    abx = t[1, 0] - t[0, 0]
-    aby = t[1, 1] - t[0, 1]
-    abz = t[1, 2] - t[0, 2]
-    acx = t[2, 0] - t[0, 0]
-    acy = t[2, 1] - t[0, 1]
-    acz = t[2, 2] - t[0, 2]
-    apx = p[0] - t[0, 0]
-    apy = p[1] - t[0, 1]
-    apz = p[2] - t[0, 2]
+    abx = corners[i, 1, 0] - corners[i, 0, 0]
+    aby = corners[i, 1, 1] - corners[i, 0, 1]
+    abz = corners[i, 1, 2] - corners[i, 0, 2]
+    acx = corners[i, 2, 0] - corners[i, 0, 0]
+    acy = corners[i, 2, 1] - corners[i, 0, 1]
+    acz = corners[i, 2, 2] - corners[i, 0, 2]
+    apx = p[0] - corners[i, 0, 0]
+    apy = p[1] - corners[i, 0, 1]
+    apz = p[2] - corners[i, 0, 2]
     d1 = abx * apx + aby * apy + abz * apz
     d2 = acx * apx + acy * apy + acz * apz
     d3 = d1 - (abx * abx + aby * aby + abz * abz)
@@ -97,16 +97,13 @@ def nearest_point(p, t, out):
         if whole > 0.0:
             v = vb / whole
             w = vc / whole
-    x = v * abx + w * acx
-    y = v * aby + w * acy
-    z = v * abz + w * acz
-    out[0] = t[0, 0] + x
-    out[1] = t[0, 1] + y
-    out[2] = t[0, 2] + z
-    return np.sqrt((apx - x) ** 2 + (apy - y) ** 2 + (apz - z) ** 2)
+    x = v * abx + w * acx - apx
+    y = v * aby + w * acy - apy
+    z = v * abz + w * acz - apz
+    return np.sqrt(x * x + y * y + z * z), x, y, z
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def turns_about(p, corners, begin, end):
     """The winding number of triangles begin..end about p: solid angles of van Oosterom and
     Strackee (1983)."""
@@ -119,9 +116,7 @@ def turns_about(p, corners, begin, end):
         a = np.sqrt(ax * ax + ay * ay + az * az)
         b = np.sqrt(bx * bx + by * by + bz * bz)
         c = np.sqrt(cx * cx + cy * cy + cz * cz)
-        volume = (
-            ax * (by * cz - bz * cy) + ay * (bz * cx - bx * cz) + az * (bx * cy - by * cx)
-        )
+        volume = ax * (by * cz - bz * cy) + ay * (bz * cx - bx * cz) + az * (bx * cy - by * cx)
         ab = ax * bx + ay * by + az * bz
         bc = bx * cx + by * cy + bz * cz
         ca = cx * ax + cy * ay + cz * az
@@ -129,9 +124,10 @@ def turns_about(p, corners, begin, end):
     return total / (4.0 * np.pi)
 
 
-@njit(cache=True, nogil=True)
-def _crossing(p, q, t):
-    """How the winding number changes from p to q by one triangle: 1, -1 or 0."""
+@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+def _crossing(p, q, corners, i):
+    """How the winding number changes from p to q by triangle i: 1, -1 or 0."""
+    t = corners[i]
     dx, dy, dz = q[0] - p[0], q[1] - p[1], q[2] - p[2]
     ux, uy, uz = t[1, 0] - t[0, 0], t[1, 1] - t[0, 1], t[1, 2] - t[0, 2]
     vx, vy, vz = t[2, 0] - t[0, 0], t[2, 1] - t[0, 1], t[2, 2] - t[0, 2]
@@ -148,18 +144,14 @@ def _crossing(p, q, t):
     # the point of the plane from the first corner, in the two edges
     hx, hy, hz = s * dx - ax, s * dy - ay, s * dz - az
     square = nx * nx + ny * ny + nz * nz
-    v = (
-        (hy * vz - hz * vy) * nx + (hz * vx - hx * vz) * ny + (hx * vy - hy * vx) * nz
-    ) / square
-    w = (
-        (uy * hz - uz * hy) * nx + (uz * hx - ux * hz) * ny + (ux * hy - uy * hx) * nz
-    ) / square
+    v = ((hy * vz - hz * vy) * nx + (hz * vx - hx * vz) * ny + (hx * vy - hy * vx) * nz) / square
+    w = ((uy * hz - uz * hy) * nx + (uz * hx - ux * hz) * ny + (ux * hy - uy * hx) * nz) / square
     if v < 0.0 or w < 0.0 or v + w > 1.0:
         return 0
     return -1 if along > 0.0 else 1
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _cells_near(t, origin, shape, far, low, high):
     """Write the least and the last cell, along each axis, whose middle may be within far of a
     triangle."""
@@ -170,22 +162,24 @@ def _cells_near(t, origin, shape, far, low, high):
         high[i] = min(shape[i] - 1, int(np.ceil(most / SIDE - 0.5)))
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _middle(cell, origin, shape, out):
     out[2] = origin[2] + (cell % shape[2] + 0.5) * SIDE
     out[1] = origin[1] + (cell // shape[2] % shape[1] + 0.5) * SIDE
     out[0] = origin[0] + (cell // (shape[2] * shape[1]) + 0.5) * SIDE
 
 
-@njit(cache=True, nogil=True)
-def _count_or_fill(corners, origin, shape, far, start, near, away):
-    """Count the triangles of each cell into start[cell + 1] where `near` is empty; else write
-    them from start[cell] on, which is moved along."""
+@njit(cache=True, nogil=True, error_model="numpy")
+def _near_cells(corners, origin, shape, far):
+    """(M,) cells, triangles and distances [m] of those within far of the middle of a cell."""
     low = np.empty(3, np.int64)
     high = np.empty(3, np.int64)
     at = np.empty(3)
-    point = np.empty(3)
-    counting = len(near) == 0
+    room = 1 << 20
+    cells = np.empty(room, np.int32)
+    near = np.empty(room, np.int32)
+    away = np.empty(room, np.float32)
+    count = 0
     for i in range(len(corners)):
         _cells_near(corners[i], origin, shape, far, low, high)
         for x in range(low[0], high[0] + 1):
@@ -193,27 +187,22 @@ def _count_or_fill(corners, origin, shape, far, start, near, away):
                 for z in range(low[2], high[2] + 1):
                     cell = (x * shape[1] + y) * shape[2] + z
                     _middle(cell, origin, shape, at)
-                    gap = nearest_point(at, corners[i], point)
+                    gap = nearest_point(at, corners, i)[0]
                     if gap > far:
                         continue
-                    if counting:
-                        start[cell + 1] += 1
-                    else:
-                        near[start[cell]] = i
-                        away[start[cell]] = gap
-                        start[cell] += 1
+                    if count == room:
+                        room *= 2
+                        cells = np.concatenate((cells, cells))
+                        near = np.concatenate((near, near))
+                        away = np.concatenate((away, away))
+                    cells[count] = cell
+                    near[count] = i
+                    away[count] = gap
+                    count += 1
+    return cells[:count], near[:count], away[:count]
 
 
-@njit(cache=True, nogil=True)
-def _sort_cells(start, near, away):
-    for cell in range(len(start) - 1):
-        rows = slice(start[cell], start[cell + 1])
-        order = np.argsort(away[rows])
-        near[rows] = near[rows][order]
-        away[rows] = away[rows][order]
-
-
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _is_crossed(k, part, cell, start, near, away):
     """Whether the surface of part k may cross a cell."""
     for m in range(start[cell], start[cell + 1]):
@@ -224,7 +213,7 @@ def _is_crossed(k, part, cell, start, near, away):
     return False
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _solid_cells(corners, part, first, solid, origin, shape, start, near, away):
     """The cells that a solid part fills or crosses: rows of cell, part and winding number."""
     found = [(0, 0, 0)][:0]
@@ -269,14 +258,11 @@ def field_of(corners, part, solid, low, high, far):
     origin = np.asarray(low, float) - SIDE
     shape = np.maximum(1, np.ceil((np.asarray(high, float) - origin) / SIDE).astype(np.int64) + 1)
     far = far + HALF
-    start = np.zeros(int(shape.prod()) + 1, np.int64)
-    empty = np.zeros(0, np.int32), np.zeros(0, np.float32)
-    _count_or_fill(corners, origin, shape, far, start, *empty)
-    start = np.cumsum(start)
-    near = np.empty(max(int(start[-1]), 1), np.int32)
-    away = np.empty(max(int(start[-1]), 1), np.float32)
-    _count_or_fill(corners, origin, shape, far, start[:-1].copy(), near, away)
-    _sort_cells(start, near, away)
+    cells, near, away = _near_cells(corners, origin, shape, far)
+    order = np.lexsort((away, cells))
+    near = near[order]
+    away = away[order]
+    start = np.searchsorted(cells[order], np.arange(int(shape.prod()) + 1)).astype(np.int64)
     rows = _solid_cells(corners, part, first, solid, origin, shape, start, near, away)
     table = np.array(rows, np.int64).reshape(-1, 3)
     table = table[np.argsort(table[:, 0], kind="stable")]
@@ -297,39 +283,54 @@ def field_of(corners, part, solid, low, high, far):
     )
 
 
-@njit(cache=True, nogil=True)
-def _inside_parts(field, cell, p, middle, parts):
-    """Write the solid parts that p is inside of into parts; return how many."""
-    count = 0
-    for q in range(field.solid_start[cell], field.solid_start[cell + 1]):
-        k = field.solid_part[q]
-        turns = field.solid_turns[q]
-        for m in range(field.start[cell], field.start[cell + 1]):
-            if field.away[m] > HALF * 1.001:
-                break
-            t = field.near[m]
-            if field.part[t] == k:
-                turns += _crossing(middle, p, field.corners[t])
-        if turns != 0 and count < len(parts):
-            parts[count] = k
-            count += 1
-    return count
+@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+def _inside_parts(field, cell, p, middle, aside, parts, turns):
+    """Write the solid parts that p is inside of into parts; return how many.
+
+    Only triangles within `aside`, the distance of p from the middle, can be crossed on the way.
+    """
+    first = field.solid_start[cell]
+    count = min(len(parts), field.solid_start[cell + 1] - first)
+    for q in range(count):
+        parts[q] = field.solid_part[first + q]
+        turns[q] = field.solid_turns[first + q]
+    for m in range(field.start[cell], field.start[cell + 1]):
+        if field.away[m] > aside + 1e-6:
+            break
+        t = field.near[m]
+        k = field.part[t]
+        for q in range(count):
+            if parts[q] == k:
+                turns[q] += _crossing(middle, p, field.corners, t)
+    inside = 0
+    for q in range(count):
+        if turns[q] != 0:
+            parts[inside] = parts[q]
+            inside += 1
+    return inside
 
 
-@njit(cache=True, nogil=True)
-def _way_out(field, p, k, foot):
-    """Write the point of a part's surface that is nearest to p into foot; return the distance."""
-    best = np.inf
-    point = np.empty(3)
+@njit(cache=True, nogil=True, error_model="numpy")
+def _way_out(field, k, cell, p, aside):
+    """The distance from p to the surface of part k, and its nearest point from p."""
+    best = (np.inf, 0.0, 0.0, 0.0)
+    for m in range(field.start[cell], field.start[cell + 1]):
+        if field.away[m] - aside > best[0] + 1e-6:
+            return best
+        if field.part[field.near[m]] == k:
+            found = nearest_point(p, field.corners, field.near[m])
+            if found[0] < best[0]:
+                best = found
+    if best[0] < field.far - aside - 1e-6:
+        return best
     for t in range(field.first[k], field.first[k + 1]):
-        gap = nearest_point(p, field.corners[t], point)
-        if gap < best:
-            best = gap
-            foot[:] = point
+        found = nearest_point(p, field.corners, t)
+        if found[0] < best[0]:
+            best = found
     return best
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _add(depth, out, count, excess, x, y, z):
     """Add a contact with a unit way out, or put it in the place of a shallower one that is alike;
     return how many there are."""
@@ -351,8 +352,8 @@ def _add(depth, out, count, excess, x, y, z):
     return count + 1
 
 
-@njit(cache=True, nogil=True)
-def sphere_contacts(field, p, radius, allowed, off, depth, out, count):
+@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+def sphere_contacts(field, p, radius, allowed, off, depth, out, count, parts):
     """Add the contacts of one sphere with all parts of a field.
 
     Parameters
@@ -365,6 +366,8 @@ def sphere_contacts(field, p, radius, allowed, off, depth, out, count):
         How near [m] counts as a contact.
     depth, out, count
         The contacts so far: depth beyond what is allowed [m] and unit way out; how many.
+    parts
+        (2, n) room for the numbers of parts.
 
     Returns
     -------
@@ -382,19 +385,21 @@ def sphere_contacts(field, p, radius, allowed, off, depth, out, count):
     solids = field.solid_start[cell + 1] > field.solid_start[cell]
     if begin == end and not solids:
         return count
-    middle = np.empty(3)
-    foot = np.empty(3)
-    _middle(cell, field.origin, field.shape, middle)
-    aside = np.sqrt((p[0] - middle[0]) ** 2 + (p[1] - middle[1]) ** 2 + (p[2] - middle[2]) ** 2)
-    parts = np.empty(8, np.int64)
-    inside = _inside_parts(field, cell, p, middle, parts) if solids else 0
+    x = field.origin[0] + (ix + 0.5) * SIDE
+    y = field.origin[1] + (iy + 0.5) * SIDE
+    z = field.origin[2] + (iz + 0.5) * SIDE
+    aside = np.sqrt((p[0] - x) ** 2 + (p[1] - y) ** 2 + (p[2] - z) ** 2)
+    if not solids and field.away[begin] - aside > radius + off + 1e-6:
+        return count
+    inside = 0
+    if solids:
+        inside = _inside_parts(field, cell, p, (x, y, z), aside, parts[0], parts[1])
     for i in range(inside):
-        k = parts[i]
-        gap = _way_out(field, p, k, foot)
+        k = parts[0, i]
+        gap, x, y, z = _way_out(field, k, cell, p, aside)
         excess = radius + gap - allowed[k]
         if excess > -off and gap > 1e-9:
-            x, y, z = (foot[0] - p[0]) / gap, (foot[1] - p[1]) / gap, (foot[2] - p[2]) / gap
-            count = _add(depth, out, count, excess, x, y, z)
+            count = _add(depth, out, count, excess, x / gap, y / gap, z / gap)
     for m in range(begin, end):
         if field.away[m] - aside > radius + off + 1e-6:
             break
@@ -402,12 +407,11 @@ def sphere_contacts(field, p, radius, allowed, off, depth, out, count):
         k = field.part[t]
         within = False
         for i in range(inside):
-            within |= parts[i] == k
+            within |= parts[0, i] == k
         if within:
             continue
-        gap = nearest_point(p, field.corners[t], foot)
+        gap, x, y, z = nearest_point(p, field.corners, t)
         excess = radius - gap - allowed[k]
         if excess > -off and gap > 1e-9:
-            x, y, z = (p[0] - foot[0]) / gap, (p[1] - foot[1]) / gap, (p[2] - foot[2]) / gap
-            count = _add(depth, out, count, excess, x, y, z)
+            count = _add(depth, out, count, excess, -x / gap, -y / gap, -z / gap)
     return count

@@ -49,8 +49,12 @@ class Chain(NamedTuple):
     """(C, 4) two angles of the driver and the limits there."""
     polygon: np.ndarray
     """(V, 3) unit vectors, counter-clockwise."""
-    middle: np.ndarray
-    """(3,) a direction inside."""
+    edges: np.ndarray
+    """(V, 3) unit normals of its edges, each from a vertex to the next; they point inward."""
+    wedges: np.ndarray
+    """(V, 3) normals of the planes through a direction inside and each vertex."""
+    window: int
+    """How many edges to each side of the nearest vertex are looked at."""
     pointer: np.ndarray
     """(3,) the direction of the limb in the zero pose."""
     shaped: int
@@ -123,7 +127,7 @@ def state_of(chain):
     )
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _rodrigues(x, y, z, out):
     """Write the rotation by a vector into out (3, 3)."""
     square = x * x + y * y + z * z
@@ -141,7 +145,7 @@ def _rodrigues(x, y, z, out):
     out[2, 1] = b * y * z + a * x
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
 def _times(a, b, out):
     """Write the product of two matrices (3, 3) into out."""
     for i in range(3):
@@ -149,7 +153,7 @@ def _times(a, b, out):
             out[i, j] = a[i, 0] * b[0, j] + a[i, 1] * b[1, j] + a[i, 2] * b[2, j]
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
 def _swing_spin(v, axis, before, out):
     """Write the angular velocity in the world of a swing vector v that grows along an axis: the
     left Jacobian of the rotation vector, turned by the frame before."""
@@ -167,7 +171,7 @@ def _swing_spin(v, axis, before, out):
         out[i] = before[i, 0] * p + before[i, 1] * q + before[i, 2] * r
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def move(chain, turns, state):
     """Bring the limb to turns (D,)."""
     own = np.empty((3, 3))
@@ -208,7 +212,7 @@ def move(chain, turns, state):
                 )
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
 def _about(spin, x, y, z, out):
     """Add the velocity of a point at x, y, z from the joint to out (3,)."""
     out[0] += spin[1] * z - spin[2] * y
@@ -216,7 +220,7 @@ def _about(spin, x, y, z, out):
     out[2] += spin[0] * y - spin[1] * x
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
 def tip(chain, state, out):
     """Write the tip (3,) into out."""
     w = state.world[chain.end]
@@ -225,7 +229,7 @@ def tip(chain, state, out):
         out[i] = w[i, 3] + w[i, 0] * t[0] + w[i, 1] * t[1] + w[i, 2] * t[2]
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def tip_slope(chain, state, at, out):
     """Write how the tip at `at` changes with each turn into out (D, 3)."""
     for d in range(len(chain.owner)):
@@ -235,7 +239,7 @@ def tip_slope(chain, state, at, out):
             _about(state.spin[d], at[0] - o[0], at[1] - o[1], at[2] - o[2], out[d])
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
 def _twisted(skin, s, angle, out):
     """Write the centre of a sphere that is turned about its line by its share of a twist."""
     share = skin.twist_share[s] * angle
@@ -252,7 +256,7 @@ def _twisted(skin, s, angle, out):
     out[2] = p[2] + c * z + n * (axis[0] * y - axis[1] * x) + along * axis[2]
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
 def _applied(m, v):
     return (
         m[0, 0] * v[0] + m[0, 1] * v[1] + m[0, 2] * v[2],
@@ -261,7 +265,7 @@ def _applied(m, v):
     )
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
 def _back(m, v):
     """The transpose of m times v."""
     return (
@@ -271,7 +275,7 @@ def _back(m, v):
     )
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
 def _across(skin, s, state, v):
     """A point v of a sphere's segment, seen from the joint that it is blended across, carried along
     with the other segment."""
@@ -287,10 +291,11 @@ def _across(skin, s, state, v):
     return _applied(swing, _applied(twist, v))
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
 def sphere_centre(skin, state, s, out):
     """Write the centre of sphere s in the world into out (3,)."""
-    out[:] = skin.centre[s]
+    for i in range(3):
+        out[i] = skin.centre[s, i]
     if skin.twist[s] >= 0:
         _twisted(skin, s, state.angles[skin.twist[s], 2], out)
     if skin.blend[s] >= 0:
@@ -305,7 +310,7 @@ def sphere_centre(skin, state, s, out):
         out[i] = w[i, 3] + w[i, 0] * x + w[i, 1] * y + w[i, 2] * z
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
 def sphere_slope(chain, skin, state, s, at, out):
     """Write how the centre `at` of sphere s changes with each turn into out (D, 3)."""
     n = skin.segment[s]
@@ -331,7 +336,7 @@ def sphere_slope(chain, skin, state, s, at, out):
         _blend_slope(chain, skin, state, s, out)
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
 def _blend_slope(chain, skin, state, s, out):
     """Add what the turns of the joint that a sphere is blended across change besides."""
     b = skin.blend[s]
@@ -346,7 +351,7 @@ def _blend_slope(chain, skin, state, s, out):
             _about(state.spin[d], share * u[0], share * u[1], share * u[2], out[d])
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
 def _limit(chain, state, k, axis, side, slope):
     """A limit as its couplings have it; slope (2,): the driver's turn and how the limit changes."""
     slope[0] = -1.0
@@ -366,7 +371,7 @@ def _limit(chain, state, k, axis, side, slope):
     return limit
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
 def _range_breach(chain, state, k, axis, spare, breach, slopes, count):
     """Add how far one angle is past its range, and its slopes (D,); return the new count."""
     d = chain.turn[k, axis]
@@ -388,7 +393,7 @@ def _range_breach(chain, state, k, axis, spare, breach, slopes, count):
     return count
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
 def _cone_breach(chain, state, k, spare, breach, slopes, count):
     """Add how far a swing is outside its ellipse: (q - 1) / |grad q|; return the new count."""
     driver = np.empty(2)
@@ -412,65 +417,57 @@ def _cone_breach(chain, state, k, spare, breach, slopes, count):
     return count + 1
 
 
-@njit(cache=True, nogil=True)
-def _nearest_on_edges(polygon, g, best):
-    """Write the direction on the edges of a spherical polygon that is nearest to g into best;
-    return the edge."""
-    most = -2.0
-    edge = 0
+@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+def _dot(rows, v, g):
+    return rows[v, 0] * g[0] + rows[v, 1] * g[1] + rows[v, 2] * g[2]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _nearest_on_edges(polygon, edges, window, g, best):
+    """Write the direction on the edges of a spherical polygon that is nearest to g into best: on
+    the edges about the nearest vertex."""
     count = len(polygon)
+    nearest = 0
+    most = -2.0
     for v in range(count):
+        cosine = _dot(polygon, v, g)
+        if cosine > most:
+            most = cosine
+            nearest = v
+    for i in range(3):
+        best[i] = polygon[nearest, i]
+    for step in range(-window, window):
+        v = (nearest + step) % count
         a = polygon[v]
         b = polygon[(v + 1) % count]
-        nx = a[1] * b[2] - a[2] * b[1]
-        ny = a[2] * b[0] - a[0] * b[2]
-        nz = a[0] * b[1] - a[1] * b[0]
-        size = np.sqrt(nx * nx + ny * ny + nz * nz)
-        nx, ny, nz = nx / size, ny / size, nz / size
-        height = g[0] * nx + g[1] * ny + g[2] * nz
+        nx, ny, nz = edges[v, 0], edges[v, 1], edges[v, 2]
+        height = _dot(edges, v, g)
         x, y, z = g[0] - height * nx, g[1] - height * ny, g[2] - height * nz
         long = max(np.sqrt(x * x + y * y + z * z), 1e-300)
         x, y, z = x / long, y / long, z / long
         after = nx * (a[1] * z - a[2] * y) + ny * (a[2] * x - a[0] * z) + nz * (a[0] * y - a[1] * x)
         until = nx * (y * b[2] - z * b[1]) + ny * (z * b[0] - x * b[2]) + nz * (x * b[1] - y * b[0])
-        if after < 0.0 or until < 0.0:
-            x, y, z = a[0], a[1], a[2]
         cosine = g[0] * x + g[1] * y + g[2] * z
-        if cosine > most:
+        if after >= 0.0 and until >= 0.0 and cosine > most:
             most = cosine
-            edge = v
             best[0], best[1], best[2] = x, y, z
-    return edge
 
 
-@njit(cache=True, nogil=True)
-def _is_within(polygon, middle, g):
-    """Whether a direction is inside a spherical polygon that is star-shaped about its middle."""
-    count = len(polygon)
+@njit(cache=True, nogil=True, error_model="numpy")
+def _is_within(wedges, edges, g):
+    """Whether a direction is inside a spherical polygon: on the inner side of the edge of the wedge
+    that it is in."""
+    count = len(edges)
+    left = _dot(wedges, 0, g)
     for v in range(count):
-        a = polygon[v]
-        b = polygon[(v + 1) % count]
-        left = (
-            g[0] * (middle[1] * a[2] - middle[2] * a[1])
-            + g[1] * (middle[2] * a[0] - middle[0] * a[2])
-            + g[2] * (middle[0] * a[1] - middle[1] * a[0])
-        )
-        right = (
-            g[0] * (middle[1] * b[2] - middle[2] * b[1])
-            + g[1] * (middle[2] * b[0] - middle[0] * b[2])
-            + g[2] * (middle[0] * b[1] - middle[1] * b[0])
-        )
+        right = _dot(wedges, v + 1 if v + 1 < count else 0, g)
         if left >= 0.0 and right < 0.0:
-            height = (
-                g[0] * (a[1] * b[2] - a[2] * b[1])
-                + g[1] * (a[2] * b[0] - a[0] * b[2])
-                + g[2] * (a[0] * b[1] - a[1] * b[0])
-            )
-            return height >= 0.0
+            return _dot(edges, v, g) >= 0.0
+        left = right
     return False
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _polygon_breach(chain, state, spare, breach, slopes, count):
     """Add how far the limb's direction is outside its polygon; return the new count."""
     k = chain.shaped
@@ -478,15 +475,14 @@ def _polygon_breach(chain, state, spare, breach, slopes, count):
     frame = chain.frame_turn if chain.frame < 0 else state.world[chain.frame]
     g = np.array(_back(frame, limb))
     best = np.empty(3)
-    _nearest_on_edges(chain.polygon, g, best)
+    _nearest_on_edges(chain.polygon, chain.edges, chain.window, g, best)
     gap = 2.0 * np.arcsin(
         min(
             1.0,
-            0.5
-            * np.sqrt((g[0] - best[0]) ** 2 + (g[1] - best[1]) ** 2 + (g[2] - best[2]) ** 2),
+            0.5 * np.sqrt((g[0] - best[0]) ** 2 + (g[1] - best[1]) ** 2 + (g[2] - best[2]) ** 2),
         )
     )
-    past = -gap if _is_within(chain.polygon, chain.middle, g) else gap
+    past = -gap if _is_within(chain.wedges, chain.edges, g) else gap
     if past + spare <= 0.0:
         return count
     # the turn that brings the limb's direction to the nearest one of the polygon, in the world
@@ -507,7 +503,7 @@ def _polygon_breach(chain, state, spare, breach, slopes, count):
     return count + 1
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def breaches(chain, state, spare, breach, slopes):
     """Write how far the joints are past their stops, drawn in by `spare`, and how that changes with
     each turn; return how many breaches there are."""

@@ -82,7 +82,7 @@ class Desk(NamedTuple):
     """(2,) of contacts and breaches."""
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def find_contacts(scene, desk, shrunk):
     """Write the contacts of the limb, its spheres shrunk by a share of their radii; return the sum
     of squares of their depths."""
@@ -91,16 +91,17 @@ def find_contacts(scene, desk, shrunk):
     away = np.empty(3)
     depth = np.empty(FEW)
     out = np.empty((FEW, 3))
+    parts = np.empty((2, 24), np.int64)
     count = 0
     total = 0.0
     for s in range(len(skin.radius)):
         sphere_centre(skin, desk.state, s, at)
         radius = skin.radius[s] * (1.0 - shrunk)
         allowed = skin.allowed[s]
-        few = sphere_contacts(scene.still, at, radius, allowed, OFF, depth, out, 0)
+        few = sphere_contacts(scene.still, at, radius, allowed, OFF, depth, out, 0, parts)
         for i in range(3):
             away[i] = at[i] - scene.shift[i]
-        few = sphere_contacts(scene.moving, away, radius, allowed, OFF, depth, out, few)
+        few = sphere_contacts(scene.moving, away, radius, allowed, OFF, depth, out, few, parts)
         for c in range(few):
             past = depth[c] + OFF
             total += past * past
@@ -113,7 +114,7 @@ def find_contacts(scene, desk, shrunk):
     return total
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def evaluate(scene, turns, target, shrunk, desk, gap):
     """Bring the limb to turns; write the gap (3,) from the target to the tip, the contacts and the
     breaches; return the sum of squares. No contacts where shrunk is above 1."""
@@ -133,7 +134,7 @@ def evaluate(scene, turns, target, shrunk, desk, gap):
     return total
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def is_way(desk, gap):
     """Whether what was evaluated reaches, keeps the stops and enters nothing."""
     if gap[0] ** 2 + gap[1] ** 2 + gap[2] ** 2 > TIP * TIP:
@@ -141,13 +142,13 @@ def is_way(desk, gap):
     for b in range(desk.count[1]):
         if desk.breach[b] > SPARE:
             return False
+    deepest = 0.0
     for c in range(desk.count[0]):
-        if desk.depth[c] > OFF:
-            return False
-    return True
+        deepest = max(deepest, desk.depth[c])
+    return deepest <= OFF
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _add_row(desk, row, left, size):
     for i in range(size):
         desk.gradient[i] += row[i] * left
@@ -155,7 +156,7 @@ def _add_row(desk, row, left, size):
             desk.matrix[i, j] += row[i] * row[j]
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def normal_equations(scene, desk, gap):
     """Write J'J (its lower half) and J'r of what was evaluated."""
     size = len(scene.chain.owner)
@@ -186,7 +187,7 @@ def normal_equations(scene, desk, gap):
         _add_row(desk, row, desk.depth[c], size)
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def solve_step(desk, damping, step):
     """Write the damped step by Cholesky's method; return whether there is one."""
     size = len(step)
@@ -217,7 +218,7 @@ def solve_step(desk, damping, step):
     return True
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def descend(scene, turns, target, shrunk, steps, desk):
     """Move turns downhill from where they are; return the last sum of squares, -1 where they are a
     way."""
@@ -267,7 +268,7 @@ def descend(scene, turns, target, shrunk, steps, desk):
     return total
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _drawn(scene, target, draws, desk, turns):
     """Draw postures and keep that with the nearest tip."""
     best = np.inf
@@ -286,7 +287,7 @@ def _drawn(scene, target, draws, desk, turns):
             turns[:] = trial
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _attempt(scene, target, i, desk, pool, sums, turns):
     """The i-th attempt: straight; the tip first; spheres that grow; near one of the best
     failures."""
@@ -312,7 +313,7 @@ def _attempt(scene, target, i, desk, pool, sums, turns):
     return descend(scene, turns, target, 0.0, STEPS, desk)
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def search(scene, target, seed, first, last, desk, pool, sums, turns):
     """Attempts first..last, each with a seed of its own, until one finds a way.
 

@@ -127,6 +127,8 @@ class Judge:
         shaped = int(shaped[0]) if shaped else -1
         joint = joints[max(shaped, 0)]
         frame = int(stops.polygon_frame[joint])
+        polygon = np.array(stops.polygon[joint]).reshape(-1, 3)
+        edges = np.cross(polygon, np.roll(polygon, -1, axis=0))
         return Chain(
             parent=parent,
             held=np.ascontiguousarray(self.base[[body.parent[n] for n in self.nodes]]),
@@ -142,8 +144,10 @@ class Judge:
             limits=limits,
             couplings=couplings,
             coupled=coupled,
-            polygon=np.ascontiguousarray(stops.polygon[joint]).reshape(-1, 3),
-            middle=np.ascontiguousarray(stops.polygon_centre[joint]),
+            polygon=polygon,
+            edges=edges / np.linalg.norm(edges, axis=1, keepdims=True),
+            wedges=np.cross(stops.polygon_centre[joint], polygon),
+            window=min(8, len(polygon)),
             pointer=np.ascontiguousarray(stops.limb[joint]),
             shaped=shaped,
             frame=self.node_of.get(frame, -1),
@@ -195,9 +199,7 @@ class Judge:
         blend_joint = np.where(body.blend_share[0, sphere] > 0, body.blend_joint[sphere], -1)
         distal = blend_joint == segment - 1
         at = np.maximum(blend_joint, 0)
-        point = np.where(
-            distal[:, None], body.joint_in_child[0, at], body.joint_in_parent[0, at]
-        )
+        point = np.where(distal[:, None], body.joint_in_child[0, at], body.joint_in_parent[0, at])
         sharing = set(body.twist_joint[body.twist_joint >= 0].tolist())
         allowed = np.zeros((len(body.segments), len(self.surroundings.environment.parts)))
         for rule in self.surroundings.environment.allowances:
@@ -297,9 +299,7 @@ class Judge:
         first = 0
         refused = 0
         while first < restarts:
-            found = search(
-                self.scene, target, seed, first, restarts, self.desk, pool, sums, turns
-            )
+            found = search(self.scene, target, seed, first, restarts, self.desk, pool, sums, turns)
             angles = self.angles_at(turns)
             if found < 0:
                 break
