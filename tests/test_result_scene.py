@@ -10,7 +10,7 @@ import pytest
 
 import workbench as wb
 from tests.conftest import ROOT
-from workbench.cli.application import main
+from workbench.cli import main
 
 STUDY = f"""study: elsewhere
 length: mm
