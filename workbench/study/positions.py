@@ -9,6 +9,8 @@ searched:
    reaches follow only where a person may do better than in the positions so far.
 2. Where no position fits, the neighbours of the best one are tried at halved distances down to
    ``FINEST``.
+3. Who misses by less than ``NEAR_MISS`` there is tried in all positions about the best one,
+   ``CLOSE_SPACING`` apart.
 
 The same search says who would fit if a requirement were dropped: each of several sets of
 requirements counts as met where some position meets all of it.
@@ -56,6 +58,11 @@ SPACING = 0.03
 """Distance [m] between neighbours of the lattice, at most."""
 FINEST = 0.0075
 """Distance [m] down to which the neighbours of the best position are tried."""
+NEAR_MISS = 0.02
+CLOSE_SPACING = 0.005
+CLOSE = 4
+"""Who misses by less [m] in the best position is tried in a lattice about it: its spacing [m], and
+how many of its points lie to each side."""
 WAVE = 8
 """Positions of the lattice that are tried at a time."""
 MOST_ROWS = 512
@@ -393,3 +400,21 @@ def _refine(search: _Search) -> None:
         wanted = np.clip(centres + step * ways, low, high)
         _try_positions(search, np.repeat(people, len(_AROUND)), wanted)
         step /= 2
+    _try_close(search, low, high)
+
+
+def _try_close(search: _Search, low: Floats, high: Floats) -> None:
+    """Try those who nearly fit in all positions about their best one, within the travel from low
+    (2,) to high (2,) [m]."""
+    people = np.flatnonzero((search.score < -MET) & (search.score > -NEAR_MISS))
+    steps = CLOSE_SPACING * np.arange(-CLOSE, CLOSE + 1)
+    ways = np.stack(np.meshgrid(steps, steps, indexing="ij"), axis=-1).reshape(-1, 2)
+    ways = ways[np.argsort(np.linalg.norm(ways, axis=1), kind="stable")]
+    centres = search.best.tried.seat[people].copy()
+    for first in range(0, len(ways), WAVE):
+        left = np.flatnonzero(search.score[people] < -MET)
+        some = ways[first : first + WAVE]
+        wanted = np.clip(
+            np.repeat(centres[left], len(some), axis=0) + np.tile(some, (len(left), 1)), low, high
+        )
+        _try_positions(search, np.repeat(people[left], len(some)), wanted)

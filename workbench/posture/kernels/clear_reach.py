@@ -79,9 +79,14 @@ LOTS = (4, 12, 24, 40)
 FEW_LOTS = 2
 """How many starts a search takes from the seeds, one lot after the other; how many lots where the
 limb enters nothing and is only short of the target."""
-KICKS = 12
-KICK = 0.25
-"""Starts about the best that failed: how many, and how far each goes toward another seed."""
+POOL = 8
+KICKS = 160
+KICK = (0.1, 0.25, 0.5, 0.75)
+"""Starts about the best that failed: of how many of these, how many starts, and how far they go
+toward other postures."""
+FIRST_KICKS = 40
+HOPELESS = 0.03
+"""After so many of them [m] what the best may leave violated for more to be tried."""
 CLOSE = 0.01
 OFF = 0.05
 """Distance [m] and breach [rad] within which a start reaches the target, obstacles aside."""
@@ -157,6 +162,10 @@ class Desk(NamedTuple):
     """(K, 3) the posture with that."""
     blocking: NDArray[np.int64]
     """(1,) the part that was entered deepest there."""
+    pool: NDArray[np.float64]
+    """(POOL, K, 3) the best postures that failed, the best first."""
+    rank: NDArray[np.float64]
+    """(POOL,) [m] what they leave violated, infinite where there is none."""
     tried: NDArray[np.int64]
     """(M,) 1 for a seed that was used."""
     starts: NDArray[np.float64]
@@ -198,6 +207,8 @@ def _new_desk(link, limbs, joints, seeds):  # type: ignore[no-untyped-def]
         np.zeros(1),
         np.zeros((count, 3)),
         np.zeros(1, np.int64),
+        np.zeros((POOL, count, 3)),
+        np.zeros(POOL),
         np.zeros(seeds, np.int64),
         np.zeros((seeds, count, 3)),
         np.zeros(seeds),
@@ -364,6 +375,24 @@ def _solve(case, radius, desk, out):  # type: ignore[no-untyped-def]
     return False
 
 
+@inner
+def _attempt(case, desk, out):  # type: ignore[no-untyped-def]
+    """Solve from a state, and put what fails into the pool; True where it is a reach."""
+    desk.least[0] = np.inf
+    if _solve(case, 0.0, desk, out):
+        return True
+    place = POOL
+    while place > 0 and desk.rank[place - 1] > desk.least[0]:
+        place -= 1
+    if place < POOL:
+        for m in range(POOL - 1, place, -1):
+            desk.rank[m] = desk.rank[m - 1]
+            take(desk.pool[m - 1], desk.pool[m])
+        desk.rank[place] = desk.least[0]
+        take(desk.best, desk.pool[place])
+    return False
+
+
 @inlined
 def _discomfort(link, angles):  # type: ignore[no-untyped-def]
     """The weighted square of the distance of angles (K, 3) from the comfort modes."""
@@ -421,6 +450,18 @@ def _set_free(link, angles, p, share, start, out):  # type: ignore[no-untyped-de
         out[k, axis] += share * (angles[p, k, axis] - out[k, axis])
 
 
+@inlined
+def _kick(link, angles, number, share, start, out):  # type: ignore[no-untyped-def]
+    """Fill out (K, 3) with a start, each of its free angles going toward that of another of the
+    postures angles (M, K, 3) by a share."""
+    take(start, out)
+    for d in range(link.mode.shape[0]):
+        k = link.free_joint[d]
+        axis = link.free_axis[d]
+        seed = (37 * number + 11 * d + 5 * number * d) % angles.shape[0]
+        out[k, axis] += share * (angles[seed, k, axis] - out[k, axis])
+
+
 @inner
 def _find_starts(case, seeds, lot, desk, out):  # type: ignore[no-untyped-def]
     """Bring the tip to the target, obstacles aside, from up to `lot` seeds that were not used, those
@@ -458,11 +499,27 @@ def _find_starts(case, seeds, lot, desk, out):  # type: ignore[no-untyped-def]
 
 
 @inner
+def _search_about_failures(case, seeds, desk, out):  # type: ignore[no-untyped-def]
+    """Seek a reach from starts about the best that failed; True where one is found."""
+    for i in range(KICKS):
+        if i == FIRST_KICKS and desk.rank[0] > HOPELESS:
+            return False
+        about = i % POOL
+        if desk.rank[about] < np.inf:
+            share = KICK[(i // POOL) % len(KICK)]
+            _kick(case.link, seeds.angles, i, share, desk.pool[about], desk.state.angles)
+            if _attempt(case, desk, out):
+                return True
+    return False
+
+
+@inner
 def _search(case, seeds, lots, desk, out):  # type: ignore[no-untyped-def]
     """Seek a reach from the free posture; then from so many lots of starts of all kinds, those first
     that enter least; then from about the best that failed. Returns OWN_WAY, OTHER_WAY or KEPT."""
+    desk.rank[:] = np.inf
     take(desk.free, desk.state.angles)
-    if _solve(case, 0.0, desk, out):
+    if _attempt(case, desk, out):
         return OWN_WAY
     place_seeds(case.link, case.body, seeds, desk.state)
     desk.tried[:] = 0
@@ -474,12 +531,12 @@ def _search(case, seeds, lots, desk, out):  # type: ignore[no-untyped-def]
                     least = i
             desk.worth[least] = np.inf
             take(desk.starts[least], desk.state.angles)
-            if _solve(case, 0.0, desk, out):
+            if _attempt(case, desk, out):
                 return OTHER_WAY
-    for i in range(KICKS if lots > FEW_LOTS else 0):
-        _set_free(case.link, seeds.angles, i, KICK, desk.best, desk.state.angles)
-        if _solve(case, 0.0, desk, out):
-            return OTHER_WAY
+    if lots > FEW_LOTS and _search_about_failures(case, seeds, desk, out):
+        return OTHER_WAY
+    desk.least[0] = desk.rank[0]
+    take(desk.pool[0], desk.best)
     return KEPT
 
 
