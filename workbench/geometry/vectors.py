@@ -1,6 +1,6 @@
-"""Vectors of three numbers and 3 x 3 matrices as tuples, which compiled loops keep in registers.
+"""Vectors, 3 x 3 matrices and quaternions as tuples, which compiled loops keep in registers.
 
-A matrix is nine numbers, row by row. Each sum is taken from left to right, so that a formula gives
+A matrix is nine numbers, row by row; a quaternion is w, x, y, z. Each sum is taken from left to right, so that a formula gives
 the same bits wherever it is written.
 """
 
@@ -12,10 +12,14 @@ from workbench.compiled import inlined
 
 __all__ = [
     "add",
+    "conjugate",
     "cross",
     "dot",
     "matvec",
     "norm",
+    "quaternion",
+    "quaternion_product",
+    "rotate",
     "rotation_part",
     "scale",
     "store",
@@ -108,4 +112,41 @@ def transpose_matvec(m, a):  # type: ignore[no-untyped-def]
         m[0] * a[0] + m[3] * a[1] + m[6] * a[2],
         m[1] * a[0] + m[4] * a[1] + m[7] * a[2],
         m[2] * a[0] + m[5] * a[1] + m[8] * a[2],
+    )
+
+
+@inlined
+def quaternion(values):  # type: ignore[no-untyped-def]
+    """Read the first four numbers of an array (4,) as a tuple."""
+    return values[0], values[1], values[2], values[3]
+
+
+@inlined
+def conjugate(q):  # type: ignore[no-untyped-def]
+    """Conjugate of a quaternion: the inverse rotation of a unit one."""
+    return q[0], -q[1], -q[2], -q[3]
+
+
+@inlined
+def quaternion_product(a, b):  # type: ignore[no-untyped-def]
+    """Product of two quaternions: first b, then a."""
+    return (
+        a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3],
+        a[0] * b[1] + a[1] * b[0] + a[2] * b[3] - a[3] * b[2],
+        a[0] * b[2] - a[1] * b[3] + a[2] * b[0] + a[3] * b[1],
+        a[0] * b[3] + a[1] * b[2] - a[2] * b[1] + a[3] * b[0],
+    )
+
+
+@inlined
+def rotate(q, v):  # type: ignore[no-untyped-def]
+    """Rotate a vector by a unit quaternion: v + w t + u x t with t = 2 u x v, u its last three."""
+    x, y, z = v
+    tx = 2 * (q[2] * z - q[3] * y)
+    ty = 2 * (q[3] * x - q[1] * z)
+    tz = 2 * (q[1] * y - q[2] * x)
+    return (
+        x + q[0] * tx + q[2] * tz - q[3] * ty,
+        y + q[0] * ty + q[3] * tx - q[1] * tz,
+        z + q[0] * tz + q[1] * ty - q[2] * tx,
     )

@@ -1,11 +1,16 @@
-"""Joint stops: the margin of every joint in degrees, which motion limits it, and the nearest legal
-rotation.
+"""Joint stops: the margin of every joint, the motion that limits it, and the nearest legal rotation.
 
-The swing cone with four half-angles and two twist limits follows Baerlocher & Boulic 2000 (elliptic
-swing cones with twist); the shoulder's limit is a spherical polygon for the direction of the arm,
-in the spirit of the sinus cones of Engin & Tumer 1989. A margin is the distance to the nearest stop
-in the plane of the swing vector, or the distance to the nearest twist limit if that is less;
-negative where a stop is breached.
+A margin is the distance [rad] to the nearest stop in the plane of the swing vector, or the distance
+to the nearest twist limit if that is less. It is negative where a stop is breached. Joints have a
+swing cone with four half-angles and two twist limits [1]_, or a hinge with play; the shoulder has a
+spherical polygon for the direction of the arm, in the spirit of sinus cones [2]_.
+
+References
+----------
+.. [1] P. Baerlocher and R. Boulic (2000), Parametrization and range of motion of the ball-and-socket
+   joint, Deformable Avatars, 180-190.
+.. [2] A. E. Engin and S. T. Tumer (1989), Three-dimensional kinematic modelling of the human
+   shoulder complex, Journal of Biomechanical Engineering 111, 107-112.
 """
 
 from __future__ import annotations
@@ -14,29 +19,34 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from workbench.model.arrays import Floats, Ints
+from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.body import Body
 from workbench.model.poses import Poses
 from workbench.model.posing import angles_of, compose
 from workbench.model.quaternions import conjugate, multiply, rotate, shortest
 from workbench.model.stops import StopKind
 from workbench.posture.ellipse import nearest_on_cone
+from workbench.posture.kernels.limits import SMALLEST_LIMIT
 from workbench.posture.shoulder import nearest_on_polygon
 
 __all__ = ["StopMargins", "nearest_legal", "stop_limits", "stops"]
 
+IDENTITY = np.array([1.0, 0.0, 0.0, 0.0])
+
 
 @dataclass(frozen=True, eq=False)
 class StopMargins:
-    """Margins of P poses: margin (P, J) [rad], positive inside, infinite for free joints; axis,
-    side (P, J): the motion whose stop is nearest (axis 0, 1, 2; side 0 first name, 1 second);
-    nearest (P, J, 4): the nearest legal rotation, the joint's own where it is legal."""
+    """Margins of the J joints of P poses."""
 
     body: Body
     margin: Floats
+    """(P, J) [rad] positive inside, infinite for free joints."""
     axis: Ints
+    """(P, J) axis of the motion whose stop is nearest: 0 and 1 swing, 2 twist."""
     side: Ints
+    """(P, J) 0 for the first motion of that axis, 1 for the second."""
     nearest: Floats
+    """(P, J, 4) nearest legal rotations; the joint's own where it is legal."""
 
     def motion(self, pose: int, joint: int) -> str:
         """Name of the motion whose stop is nearest."""
@@ -45,8 +55,35 @@ class StopMargins:
         ]
 
 
+@dataclass(frozen=True, eq=False)
+class _Nearest:
+    """Nearest stops of one joint in P poses, filled in place."""
+
+    margin: Floats
+    """(P,) [rad]."""
+    axis: Ints
+    """(P,)."""
+    side: Ints
+    """(P,)."""
+    legal: Floats
+    """(P, 3) [rad] nearest legal angles."""
+
+
 def stops(body: Body, poses: Poses) -> StopMargins:
-    """Joint-stop margins, and the nearest legal rotations, of all joints in all poses."""
+    """Compute the margins and the nearest legal rotations of all joints.
+
+    Parameters
+    ----------
+    body
+        The body.
+    poses
+        P poses.
+
+    Returns
+    -------
+    StopMargins
+        Margins (P, J) [rad], the motions that limit, and rotations (P, J, 4).
+    """
     angles = angles_of(body, poses)
     limits = stop_limits(body, angles)
     count = (len(poses), len(body.joints))
@@ -54,69 +91,73 @@ def stops(body: Body, poses: Poses) -> StopMargins:
     axis = np.zeros(count, np.int64)
     side = np.zeros(count, np.int64)
     legal = angles.copy()
-    nearest = poses.rotations.copy()
-    kind = body.stops.kind
-    for j in np.flatnonzero(kind == StopKind.CONE):
-        _cone(
-            angles[:, j, :2], limits[:, j, :2], (margin[:, j], axis[:, j], side[:, j], legal[:, j])
-        )
-    for j in np.flatnonzero(kind == StopKind.HINGE):
-        _hinge(
-            angles[:, j],
-            (limits[:, j], body.stops.play[j]),
-            (margin[:, j], axis[:, j], side[:, j], legal[:, j]),
-        )
-    for j in np.flatnonzero(kind == StopKind.CONE):
-        _twist(
-            angles[:, j, 2], limits[:, j, 2], (margin[:, j], axis[:, j], side[:, j], legal[:, j])
-        )
+    of_joint = [
+        _Nearest(margin[:, j], axis[:, j], side[:, j], legal[:, j]) for j in range(count[1])
+    ]
+    for j in _joints_of_kind(body, StopKind.CONE):
+        _cone(angles[:, j, :2], limits[:, j, :2], of_joint[j])
+        _twist(angles[:, j, 2], limits[:, j, 2], of_joint[j])
+    for j in _joints_of_kind(body, StopKind.HINGE):
+        _hinge(angles[:, j], limits[:, j], float(body.stops.play[j]), of_joint[j])
     composed = compose(body, legal)
-    for j in np.flatnonzero(kind == StopKind.POLYGON):
-        composed[:, j] = _polygon(
-            body, poses, (int(j), limits[:, j, 2]), (margin[:, j], axis[:, j], side[:, j])
-        )
+    for j in _joints_of_kind(body, StopKind.POLYGON):
+        composed[:, j] = _polygon(body, poses, j, limits[:, j, 2], of_joint[j])
     breached = margin < 0
+    nearest = poses.rotations.copy()
     nearest[breached] = composed[breached]
     return StopMargins(body, margin, axis, side, nearest)
 
 
 def nearest_legal(body: Body, poses: Poses) -> Floats:
-    """(P, J, 4) the nearest legal rotations, as those of `stops`, without the margins: what is
-    legal costs little."""
+    """Compute the nearest legal rotations without the margins; poses that are legal cost little.
+
+    Parameters
+    ----------
+    body
+        The body.
+    poses
+        P poses.
+
+    Returns
+    -------
+    Floats
+        (P, J, 4) rotations, as those of `stops`.
+    """
     angles = angles_of(body, poses)
     limits = stop_limits(body, angles)
-    legal = angles.copy()
+    legal = _clamped(body, angles, limits)
     moved = poses.rotations.copy()
-    kind = body.stops.kind
-    for j in np.flatnonzero(kind == StopKind.CONE):
-        swing = angles[:, j, :2]
-        most = np.maximum(np.where(swing >= 0, limits[:, j, :2, 0], limits[:, j, :2, 1]), 1e-9)
-        out = np.sum((swing / most) ** 2, axis=-1) > 1.0
-        if out.any():
-            legal[out, j, :2] = nearest_on_cone(swing[out], limits[out, j, :2])[0]
-        legal[:, j, 2] = np.clip(angles[:, j, 2], -limits[:, j, 2, 1], limits[:, j, 2, 0])
-    for j in np.flatnonzero(kind == StopKind.HINGE):
-        slack = np.array([0.0, body.stops.play[j], body.stops.play[j]])
-        legal[:, j] = np.clip(
-            angles[:, j], -(limits[:, j, :, 1] + slack), limits[:, j, :, 0] + slack
-        )
-    composed = compose(body, legal)
     changed = np.abs(legal - angles).max(axis=-1) > 0.0
-    moved[changed] = composed[changed]
-    for j in np.flatnonzero(kind == StopKind.POLYGON):
-        columns = (
-            np.zeros(len(poses)),
-            np.zeros(len(poses), np.int64),
-            np.zeros(len(poses), np.int64),
+    moved[changed] = compose(body, legal)[changed]
+    count = len(poses)
+    for j in _joints_of_kind(body, StopKind.POLYGON):
+        result = _Nearest(
+            np.zeros(count),
+            np.zeros(count, np.int64),
+            np.zeros(count, np.int64),
+            np.zeros((count, 3)),
         )
-        inside = _polygon(body, poses, (int(j), limits[:, j, 2]), columns)
-        out = columns[0] < 0
-        moved[out, j] = inside[out]
+        inside = _polygon(body, poses, j, limits[:, j, 2], result)
+        breached = result.margin < 0
+        moved[breached, j] = inside[breached]
     return moved
 
 
 def stop_limits(body: Body, angles: Floats) -> Floats:
-    """(P, J, 3, 2) [rad] limits of every motion in every pose, the couplings applied."""
+    """Compute the limits of every motion in every pose, the couplings applied.
+
+    Parameters
+    ----------
+    body
+        The body.
+    angles
+        (P, J, 3) [rad] joint angles.
+
+    Returns
+    -------
+    Floats
+        (P, J, 3, 2) [rad] how far each angle goes up and down.
+    """
     limits = np.broadcast_to(body.stops.limits, (len(angles), *body.stops.limits.shape)).copy()
     for c in body.stops.couplings:
         driver = angles[:, c.driver_joint, c.driver_axis]
@@ -124,78 +165,106 @@ def stop_limits(body: Body, angles: Floats) -> Floats:
     return limits
 
 
-Columns = tuple[Floats, Ints, Ints, Floats]
+def _joints_of_kind(body: Body, kind: StopKind) -> list[int]:
+    joints: list[int] = np.flatnonzero(body.stops.kind == kind).tolist()
+    return joints
 
 
-def _cone(swing: Floats, limits: Floats, out: Columns) -> None:
-    """Swing (P, 2) against the four half-angles (P, 2, 2)."""
-    margin, axis, side, legal = out
+def _outside_cone(swing: Floats, limits: Floats) -> Bools:
+    """(P,) whether swings (P, 2) are outside their cones: (s1 / L1)^2 + (s2 / L2)^2 > 1."""
+    half = np.maximum(np.where(swing >= 0, limits[..., 0], limits[..., 1]), SMALLEST_LIMIT)
+    outside: Bools = np.sum((swing / half) ** 2, axis=-1) > 1.0
+    return outside
+
+
+def _clamped(body: Body, angles: Floats, limits: Floats) -> Floats:
+    """Angles (P, J, 3) [rad] of cones and hinges brought to their limits (P, J, 3, 2)."""
+    legal = angles.copy()
+    for j in _joints_of_kind(body, StopKind.CONE):
+        swing = angles[:, j, :2]
+        outside = _outside_cone(swing, limits[:, j, :2])
+        if outside.any():  # the projection on an ellipse is an iteration
+            legal[outside, j, :2] = nearest_on_cone(swing[outside], limits[outside, j, :2])[0]
+        legal[:, j, 2] = np.clip(angles[:, j, 2], -limits[:, j, 2, 1], limits[:, j, 2, 0])
+    for j in _joints_of_kind(body, StopKind.HINGE):
+        slack = np.array([0.0, body.stops.play[j], body.stops.play[j]])
+        down = limits[:, j, :, 1] + slack
+        legal[:, j] = np.clip(angles[:, j], -down, limits[:, j, :, 0] + slack)
+    return legal
+
+
+def _cone(swing: Floats, limits: Floats, result: _Nearest) -> None:
+    """Measure swings (P, 2) against their four half-angles (P, 2, 2)."""
     point, distance, normal = nearest_on_cone(swing, limits)
-    margin[:] = distance
-    axis[:] = np.argmax(np.abs(normal), axis=1)
-    side[:] = np.take_along_axis(normal, axis[:, None], axis=1)[:, 0] < 0
-    legal[:, :2] = np.where(distance[:, None] < 0, point, swing)
+    result.margin[:] = distance
+    result.axis[:] = np.argmax(np.abs(normal), axis=1)
+    result.side[:] = np.take_along_axis(normal, result.axis[:, None], axis=1)[:, 0] < 0
+    result.legal[:, :2] = np.where(distance[:, None] < 0, point, swing)
 
 
-def _hinge(angles: Floats, rule: tuple[Floats, Floats], out: Columns) -> None:
-    """The hinge axis against its range; the other axes and the twist against limit plus play.
+def _hinge(angles: Floats, limits: Floats, play: float, result: _Nearest) -> None:
+    """Measure the hinge axis against its range, the other two angles against limit plus play.
 
-    Within its play an axis is no nearer to a stop, so it counts only beyond.
+    Within its play an angle is no nearer to a stop, so it counts only beyond.
     """
-    margin, axis, side, legal = out
-    limits, play = rule
     slack = np.array([0.0, play, play])
-    far = limits[..., 0] + slack
-    near = limits[..., 1] + slack
-    room = np.stack([far - angles, near + angles], axis=-1)
-    room[np.abs(angles) <= slack] = np.inf
-    room[:, 0] = np.stack([far[:, 0] - angles[:, 0], near[:, 0] + angles[:, 0]], axis=-1)
-    tight = np.argmin(room.reshape(len(room), 6), axis=1)
-    margin[:] = np.take_along_axis(room.reshape(len(room), 6), tight[:, None], axis=1)[:, 0]
-    axis[:] = tight // 2
-    side[:] = tight % 2
-    legal[:] = np.clip(angles, -near, far)
+    up = limits[..., 0] + slack
+    down = limits[..., 1] + slack
+    room = np.stack([up - angles, down + angles], axis=-1)
+    room[:, 1:][np.abs(angles[:, 1:]) <= slack[1:]] = np.inf
+    flat = room.reshape(len(room), 6)
+    tight = np.argmin(flat, axis=1)
+    result.margin[:] = np.take_along_axis(flat, tight[:, None], axis=1)[:, 0]
+    result.axis[:] = tight // 2
+    result.side[:] = tight % 2
+    result.legal[:] = np.clip(angles, -down, up)
 
 
-def _twist(twist: Floats, limits: Floats, out: Columns) -> None:
-    """Twist (P,) against its two limits (P, 2); replaces the margin where this one is less."""
-    margin, axis, side, legal = out
+def _twist(twist: Floats, limits: Floats, result: _Nearest) -> None:
+    """Measure twists (P,) against their two limits (P, 2); they replace margins that are greater."""
     room = np.stack([limits[:, 0] - twist, limits[:, 1] + twist], axis=1)
     least = room.min(axis=1)
-    nearer = least < margin
-    margin[nearer], axis[nearer], side[nearer] = least[nearer], 2, np.argmin(room, axis=1)[nearer]
-    legal[:, 2] = np.clip(twist, -limits[:, 1], limits[:, 0])
+    nearer = least < result.margin
+    result.margin[nearer] = least[nearer]
+    result.axis[nearer] = 2
+    result.side[nearer] = np.argmin(room, axis=1)[nearer]
+    result.legal[:, 2] = np.clip(twist, -limits[:, 1], limits[:, 0])
 
 
 def _polygon(
-    body: Body, poses: Poses, joint: tuple[int, Floats], out: tuple[Floats, Ints, Ints]
+    body: Body, poses: Poses, joint: int, twist_limits: Floats, result: _Nearest
 ) -> Floats:
-    """Limb direction against the spherical polygon, twist against its limits; returns the legal
-    rotations (P, 4)."""
-    j, twist_limits = joint
-    margin, axis, side = out
-    before = np.broadcast_to(np.array([1.0, 0.0, 0.0, 0.0]), (len(poses), 4))
-    at = int(body.parent[j + 1])
-    while at != body.stops.polygon_frame[j]:
+    """Measure a limb against its spherical polygon, and its twist against its limits (P, 2).
+
+    Returns the legal rotations (P, 4): the limb turned back along the great circle to the nearest
+    point of the polygon, and the twist clamped.
+    """
+    before = _frame_before(body, poses, joint)
+    relative = multiply(before, poses.rotations[:, joint])
+    limb = rotate(relative, np.broadcast_to(body.stops.limb[joint], (len(poses), 3)))
+    point, distance = nearest_on_polygon(
+        limb, body.stops.polygon[joint], body.stops.polygon_centre[joint]
+    )
+    # the axis of the turn that leads out, from the polygon's frame into the joint's own axes
+    outward = np.cross(limb, point) * np.where(distance < 0, -1.0, 1.0)[:, None]
+    turn = rotate(conjugate(before), outward) @ body.stops.axes[joint, :2].T
+    result.margin[:] = distance
+    result.axis[:] = np.argmax(np.abs(turn), axis=1)
+    result.side[:] = np.take_along_axis(turn, result.axis[:, None], axis=1)[:, 0] < 0
+    _twist(angles_of(body, poses)[:, joint, 2], twist_limits, result)
+    back = np.where((distance < 0)[:, None], shortest(limb, point), IDENTITY)
+    moved = poses.rotations.copy()
+    moved[:, joint] = multiply(conjugate(before), multiply(back, relative))
+    legal = angles_of(body, Poses(moved, poses.reference, poses.world_from_reference))
+    legal[:, joint, 2] = np.clip(legal[:, joint, 2], -twist_limits[:, 1], twist_limits[:, 0])
+    return compose(body, legal)[:, joint]
+
+
+def _frame_before(body: Body, poses: Poses, joint: int) -> Floats:
+    """(P, 4) rotations from the frame of a joint's polygon to the segment that the joint hangs on."""
+    before = np.broadcast_to(IDENTITY, (len(poses), 4))
+    at = int(body.parent[joint + 1])
+    while at != body.stops.polygon_frame[joint]:
         before = multiply(poses.rotations[:, at - 1], before)
         at = int(body.parent[at])
-    relative = multiply(before, poses.rotations[:, j])
-    limb = rotate(relative, np.broadcast_to(body.stops.limb[j], (len(poses), 3)))
-    point, distance = nearest_on_polygon(limb, body.stops.polygon[j], body.stops.polygon_centre[j])
-    outward = np.cross(limb, point) * np.where(distance < 0, -1.0, 1.0)[:, None]
-    # the sense of a turn in the polygon's frame, told in the joint's own axes
-    turn = rotate(conjugate(before), outward) @ body.stops.axes[j, :2].T
-    margin[:] = distance
-    axis[:] = np.argmax(np.abs(turn), axis=1)
-    side[:] = np.take_along_axis(turn, axis[:, None], axis=1)[:, 0] < 0
-    back = np.where((distance < 0)[:, None], shortest(limb, point), np.array([1.0, 0.0, 0.0, 0.0]))
-    moved = poses.rotations.copy()
-    moved[:, j] = multiply(conjugate(before), multiply(back, relative))
-    legal = angles_of(body, Poses(moved, poses.reference, poses.world_from_reference))
-    _twist(
-        angles_of(body, poses)[:, j, 2],
-        twist_limits,
-        (margin, axis, side, np.zeros((len(poses), 3))),
-    )
-    legal[:, j, 2] = np.clip(legal[:, j, 2], -twist_limits[:, 1], twist_limits[:, 0])
-    return compose(body, legal)[:, j]
+    return before

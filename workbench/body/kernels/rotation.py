@@ -5,8 +5,16 @@ from __future__ import annotations
 import math
 
 from workbench.compiled import inlined
+from workbench.geometry.vectors import conjugate, dot, norm, quaternion_product, vector
 
-__all__ = ["product", "quaternion_matrix", "swing_twist_quaternion", "twist_angle"]
+__all__ = [
+    "product",
+    "quaternion_matrix",
+    "swing_twist_angles",
+    "swing_twist_quaternion",
+    "twist_angle",
+    "twist_quaternion",
+]
 
 
 @inlined
@@ -83,3 +91,35 @@ def swing_twist_quaternion(axes, j, first, second, twist):  # type: ignore[no-un
         w * v + y * a + z * u - x * r,
         w * r + z * a + x * v - y * u,
     )
+
+
+@inlined
+def twist_quaternion(axis, twist):  # type: ignore[no-untyped-def]
+    """Quaternion of a turn by an angle [rad] about a unit axis."""
+    s = math.sin(0.5 * twist)
+    return math.cos(0.5 * twist), s * axis[0], s * axis[1], s * axis[2]
+
+
+@inlined
+def swing_twist_angles(q, axes):  # type: ignore[no-untyped-def]
+    """Decompose a quaternion into exp(swing) exp(twist).
+
+    Returns the components [rad] of the swing vector along the first two axes (3, 3), and the twist
+    [rad] about the third, from -pi to pi.
+    """
+    axis = vector(axes[2])
+    twist = 2.0 * math.atan2(dot((q[1], q[2], q[3]), axis), q[0])
+    if twist > math.pi:
+        twist -= 2.0 * math.pi
+    elif twist < -math.pi:
+        twist += 2.0 * math.pi
+    swing = quaternion_product(q, conjugate(twist_quaternion(axis, twist)))
+    turn = (swing[1], swing[2], swing[3])
+    sine = norm(turn)
+    # q and -q are one rotation: the one with a positive scalar part turns by less than pi
+    sign = -1.0 if swing[0] < 0.0 else 1.0
+    factor = 2.0
+    if sine > 1e-12:
+        factor = 2.0 * math.atan2(sine, sign * swing[0]) / sine
+    factor *= sign
+    return factor * dot(turn, vector(axes[0])), factor * dot(turn, vector(axes[1])), twist

@@ -1,9 +1,9 @@
-"""What the spheres of limbs of a family's bodies enter, and planes that they must stay behind.
+"""Contacts of the spheres of moving limbs with the parts of an environment, and planes from them.
 
 A search places one limb again and again, a little farther each time, and most of its spheres are far
-from everything. So of each sphere it is kept where it was last looked at, and how far it was from
-all parts at least: as long as it has not moved as far, it touches nothing. What is found is the
-same with and without what is kept, to the last bit.
+from everything. So the distance of each sphere from all parts is cached with the place where it was
+measured. As long as the sphere has not moved as far, it touches nothing. The contacts are the same
+with and without this cache, to the last bit.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.body.kernels.forward import Chain, Skin, chain_transforms, place_spheres
+from workbench.body.kernels.rotation import swing_twist_quaternion
 from workbench.compiled import inlined, inner, njit
 from workbench.contact.kernels.field import Field, deepest, record_gap, square_bound
 from workbench.contact.kernels.heads import near_heads
@@ -23,6 +24,17 @@ from workbench.contact.kernels.wide import DEEP, EIGHT, near_boxes, point_lanes
 from workbench.geometry.lanes import first_bit
 from workbench.geometry.polygon import Faces, point_polygon
 from workbench.geometry.tree import wider
+from workbench.geometry.vectors import (
+    add,
+    dot,
+    norm,
+    rotation_part,
+    scale,
+    store,
+    subtract,
+    transpose_matvec,
+    vector,
+)
 
 __all__ = [
     "DEEPEST",
@@ -30,44 +42,47 @@ __all__ = [
     "Obstacles",
     "Space",
     "forget",
-    "least_heights",
     "limb_contacts",
     "new_space",
     "plane_of_contact",
+    "row_heights",
     "touch",
 ]
 
 
 DEEPEST = 16
-"""Contacts of a limb that are found, the deepest."""
+"""Number of contacts of a limb that are kept, the deepest."""
 GROUPS = 2
-"""Groups of parts: those that stay, and those that stand aside for each body."""
+"""Groups of parts: those that stay, and those that are displaced for each body."""
 WIDER = 5e-3
-"""How much farther [m] than asked for is looked for polygons, so that it need not be done again
-soon."""
+"""How much farther [m] than asked for polygons are searched, so that a sphere that moves a little
+need not be searched again."""
 ROUNDING = 1e-9
 """Rounding [m] of the distance that a sphere has moved."""
 
 
 class Obstacles(NamedTuple):
-    """Parts in the way: faces, shells, field, whose second group of parts stands aside by shift (B,
-    3) [m] for each body; owner (F,) the part of each polygon, allowed (N, parts) [m], moving
-    (parts,): 1 in the second group, normal (F, 3), least (N, groups) [m] that is allowed anywhere
-    in a group."""
+    """Parts in the way, as F polygons in one or two groups. The second group is displaced."""
 
     faces: Faces
     shells: Shells
     field: Field
     owner: NDArray[np.int64]
+    """(F,) the part of each polygon."""
     allowed: NDArray[np.float64]
+    """(N, parts) [m] how deep each segment may enter each part."""
     moving: NDArray[np.int64]
+    """(parts,) 1 for a part of the second group."""
     normal: NDArray[np.float64]
+    """(F, 3) outward unit normals."""
     least: NDArray[np.float64]
+    """(N, groups) [m] the least that is allowed to each segment in a group."""
     shift: NDArray[np.float64]
+    """(B, 3) [m] displacement of the second group for each body."""
 
 
 class Space(NamedTuple):
-    """Working space of one limb at a time."""
+    """Working arrays of one limb at a time."""
 
     rotations: NDArray[np.float64]
     """(1, J, 4) of all joints."""
@@ -77,7 +92,7 @@ class Space(NamedTuple):
     """(1, S, 3) [m] their spheres."""
     stack: NDArray[np.int64]
     gaps: NDArray[np.float32]
-    """Working space of the trees of polygons."""
+    """Working arrays of the trees of polygons."""
     found: NDArray[np.float64]
     """(1, DEEPEST, 7) the contacts: excess [m], sphere, polygon, point (3) [m], 1 where the centre
     is inside."""
@@ -90,7 +105,7 @@ class Space(NamedTuple):
 
 @njit(cache=True)
 def new_space(limbs, joints):  # type: ignore[no-untyped-def]
-    """An empty working space for bodies of so many joints."""
+    """Make working arrays for bodies of so many joints."""
     spheres = limbs.centre.shape[2]
     segments = limbs.skin.shown.shape[0]
     return Space(
@@ -107,92 +122,62 @@ def new_space(limbs, joints):  # type: ignore[no-untyped-def]
 
 @inlined
 def forget(space):  # type: ignore[no-untyped-def]
-    """Forget how far spheres were from all parts: others are looked at, or parts have moved."""
+    """Empty the cache of distances: the body is another one, or parts have moved."""
     for g in range(space.gap.shape[0]):
         for s in range(space.gap.shape[1]):
             space.gap[g, s] = -1.0
 
 
 class Limbs(NamedTuple):
-    """The moving segments of B bodies of a family, S spheres of theirs: skin, chain as for one
-    body; of each body its own centre, out, across (B, 3, S), radius, twist_share, blend_share (B,
-    S), twist_axis (B, N, 3), blend_point (B, S, 3), at_came, at_to (B, M, 3).
-
-    solid (B, S): those that may meet obstacles; segment (S,); link (S,): the link of the chain that
-    carries each, carrier (S,): that link's segment. joint (K,): the body's joints of the chain,
-    free (K,): 1 where they turn. base: the held segment.
-    """
+    """Moving segments of B bodies of a family, with S of their spheres."""
 
     skin: Skin
+    """Spheres of one body; centre to blend_point below stand in for its own."""
     chain: Chain
+    """Segments of one body; at_came and at_to below stand in for its own."""
     centre: NDArray[np.float64]
+    """(B, 3, S) [m] centres, in the frames of their segments."""
     out: NDArray[np.float64]
+    """(B, 3, S) [m] the centres' arms from the axis of their segment's twist."""
     across: NDArray[np.float64]
+    """(B, 3, S) [m] axis x arm."""
     radius: NDArray[np.float64]
+    """(B, S) [m]."""
     twist_axis: NDArray[np.float64]
+    """(B, N, 3) unit axes of the segments' twist."""
     twist_share: NDArray[np.float64]
+    """(B, S) share of the twist that a sphere follows."""
     blend_share: NDArray[np.float64]
+    """(B, S) share of a joint's rotation that a blended sphere follows."""
     blend_point: NDArray[np.float64]
+    """(B, S, 3) [m] the point about which it does."""
     at_came: NDArray[np.float64]
+    """(B, M, 3) [m] each joint in the frame of the segment before it, from the held one on."""
     at_to: NDArray[np.float64]
+    """(B, M, 3) [m] the same in the frame of the segment after it."""
     solid: NDArray[np.int64]
+    """(B, S) 1 for a sphere that may not enter parts."""
     segment: NDArray[np.int64]
+    """(S,) segment of each sphere."""
     link: NDArray[np.int64]
+    """(S,) link of the chain that carries each sphere."""
     carrier: NDArray[np.int64]
+    """(S,) segment of that link."""
     joint: NDArray[np.int64]
+    """(K,) the body's joints of the chain."""
     free: NDArray[np.int64]
+    """(K,) 1 for a joint that turns."""
     axes: NDArray[np.float64]
+    """(J, 3, 3) axes of all joints."""
     base: int
+    """The held segment."""
 
 
-@inner
-def _quaternion(axes, angles, p, k, out, j):  # type: ignore[no-untyped-def]
-    """Write exp(swing) exp(twist) of angles[p, k] about axes[j] into out[0, j]."""
-    s0 = angles[p, k, 0]
-    s1 = angles[p, k, 1]
-    t = angles[p, k, 2]
-    x = s0 * axes[j, 0, 0] + s1 * axes[j, 1, 0]
-    y = s0 * axes[j, 0, 1] + s1 * axes[j, 1, 1]
-    z = s0 * axes[j, 0, 2] + s1 * axes[j, 1, 2]
-    size = math.sqrt(x * x + y * y + z * z)
-    w = math.cos(0.5 * size)
-    scale = 0.5
-    if size > 1e-9:
-        scale = math.sin(0.5 * size) / size
-    x = x * scale
-    y = y * scale
-    z = z * scale
-    a = math.cos(0.5 * t)
-    b = math.sin(0.5 * t)
-    u = b * axes[j, 2, 0]
-    v = b * axes[j, 2, 1]
-    r = b * axes[j, 2, 2]
-    out[0, j, 0] = w * a - x * u - y * v - z * r
-    out[0, j, 1] = w * u + x * a + y * r - z * v
-    out[0, j, 2] = w * v + y * a + z * u - x * r
-    out[0, j, 3] = w * r + z * a + x * v - y * u
-
-
-@inner
-def _placed(limbs, b, held, base, p, angles, q, space):  # type: ignore[no-untyped-def]
-    """Place the limb of body b, held[p], base[p], at angles[q]: frames and spheres into space."""
-    rotations = space.rotations
-    world = space.world
-    centres = space.centres
-    for j in range(rotations.shape[1]):
-        for i in range(4):
-            rotations[0, j, i] = held[p, j, i]
-    for k in range(limbs.joint.shape[0]):
-        if limbs.free[k]:
-            _quaternion(limbs.axes, angles, q, k, rotations, limbs.joint[k])
-    for i in range(3):
-        for m in range(4):
-            world[0, limbs.base, i, m] = base[p, i, m]
-    c = limbs.chain
+@inlined
+def _skin_of_row(limbs, b):  # type: ignore[no-untyped-def]
+    """Skin of body b."""
     s = limbs.skin
-    chain = Chain(c.to, c.came, c.joint, c.upward, limbs.at_came[b], limbs.at_to[b])
-    chain_transforms(rotations, chain, 0, world)
-    skin = Skin(
+    return Skin(
         limbs.centre[b],
         limbs.out[b],
         limbs.across[b],
@@ -210,13 +195,37 @@ def _placed(limbs, b, held, base, p, angles, q, space):  # type: ignore[no-untyp
         s.distal,
         s.twist_shared,
     )
-    place_spheres(rotations, world, skin, centres)
+
+
+@inner
+def _placed(limbs, b, held, base, p, angles, q, space):  # type: ignore[no-untyped-def]
+    """Place the limb of body b, held[p], base[p], at angles[q]: frames and spheres into space."""
+    rotations = space.rotations
+    for j in range(rotations.shape[1]):
+        for i in range(4):
+            rotations[0, j, i] = held[p, j, i]
+    for k in range(limbs.joint.shape[0]):
+        if limbs.free[k]:
+            j = limbs.joint[k]
+            first, second, twist = vector(angles[q, k])
+            turn = swing_twist_quaternion(limbs.axes, j, first, second, twist)
+            for i in range(4):
+                rotations[0, j, i] = turn[i]
+    for i in range(3):
+        for m in range(4):
+            space.world[0, limbs.base, i, m] = base[p, i, m]
+    c = limbs.chain
+    chain = Chain(c.to, c.came, c.joint, c.upward, limbs.at_came[b], limbs.at_to[b])
+    chain_transforms(rotations, chain, 0, space.world)
+    place_spheres(rotations, space.world, _skin_of_row(limbs, b), space.centres)
 
 
 @inner
 def _keep(found, p, count, values):  # type: ignore[no-untyped-def]
-    """Insert (excess, sphere, polygon, x, y, z, inside) by its excess among found[p], deepest
-    first; the new count."""
+    """Insert a contact among found[p], deepest first; returns the new count.
+
+    values are excess [m], sphere, polygon, point (3) [m], and 1 for a centre inside.
+    """
     most = found.shape[1]
     if count == most and found[p, most - 1, 0] >= values[0]:
         return count
@@ -232,47 +241,40 @@ def _keep(found, p, count, values):  # type: ignore[no-untyped-def]
 
 @inlined
 def _spare(x, y, z, s, g, space):  # type: ignore[no-untyped-def]
-    """How far [m] sphere s, with its centre at (x, y, z), still is from all surfaces of group g at
-    least: its last gap, less what it has moved. Where that is more than 0, the centre is outside."""
-    last = space.last
-    u = x - last[g, s, 0]
-    v = y - last[g, s, 1]
-    w = z - last[g, s, 2]
-    return space.gap[g, s] - math.sqrt(u * u + v * v + w * w) - ROUNDING
+    """Least distance [m] of sphere s, with its centre at (x, y, z), from all surfaces of group g.
+
+    It is the distance that was measured last, less what the sphere has moved since. Where it is
+    more than 0, the centre is outside.
+    """
+    moved = norm(subtract((x, y, z), vector(space.last[g, s])))
+    return space.gap[g, s] - moved - ROUNDING
 
 
 @inlined
-def _sphere(x, y, z, r, s, n, g, room, clear, outside, count, space):  # type: ignore[no-untyped-def]
-    """Keep what sphere s of segment n, at (x, y, z) with radius r, enters of group g by more than
-    -clear beyond what is allowed; outside: whether its centre surely is outside all solids."""
-    faces = room.faces
-    shells = room.shells
+def _may_count(excess, clear, count, found):  # type: ignore[no-untyped-def]
+    """Whether a contact is deep enough to be among those that are kept."""
+    return excess > -clear and (count < DEEPEST or excess > found[0, DEEPEST - 1, 0])
+
+
+@inlined
+def _keep_contact(x, y, z, s, polygon, excess, inside, count, room, space):  # type: ignore[no-untyped-def]
+    """Keep a contact of sphere s with a polygon, with the polygon's nearest point to its centre."""
+    _, u, v, w = point_polygon(x, y, z, room.faces, polygon, np.inf)
+    values = (excess, float(s), float(polygon), u, v, w, inside)
+    return _keep(space.found, 0, count, values)
+
+
+@inlined
+def _near_polygons(x, y, z, r, s, n, g, room, clear, far, entered, count, space):  # type: ignore[no-untyped-def]
+    """Keep the polygons of group g within far [m] of a centre that the sphere enters.
+
+    The tree is walked depth first. A branch is cut if its boxes and its cylinders are farther away.
+    The polygon `entered` is left out. Returns the count, and the square of the least distance [m2]
+    that was met.
+    """
     field = room.field
-    owner = room.owner
-    allowed = room.allowed
     stack = space.stack
     gaps = space.gaps
-    found = space.found
-    square, sure = square_bound(x, y, z, field, g)
-    near = max(r + clear - room.least[n, g], 0.0)
-    limit = wider(near * near)
-    far = near + WIDER
-    space.last[g, s, 0] = x
-    space.last[g, s, 1] = y
-    space.last[g, s, 2] = z
-    if (sure or outside) and square > limit:
-        space.gap[g, s] = math.sqrt(square)
-        return count
-    deep = -1
-    if not sure and not outside:
-        depth, rank = deepest(x, y, z, faces, shells, field, g, stack, gaps)
-        if rank >= 0:
-            deep = int(field.record[field.begin[rank] + 8])
-            far = near
-            excess = depth + r - allowed[n, owner[deep]]
-            if excess > -clear and (count < DEEPEST or excess > found[0, DEEPEST - 1, 0]):
-                _, u, v, w = point_polygon(x, y, z, faces, deep, np.inf)
-                count = _keep(found, 0, count, (excess, float(s), float(deep), u, v, w, 1.0))
     least = far * far
     limit = wider(least)
     stack[0] = field.root[g]
@@ -296,110 +298,162 @@ def _sphere(x, y, z, r, s, n, g, room, clear, outside, count, space):  # type: i
                 continue
             least = min(least, gap)
             f = int(field.record[field.begin[-1 - c] + 8])
-            excess = r - math.sqrt(gap) - allowed[n, owner[f]]
-            known = count == DEEPEST and excess <= found[0, DEEPEST - 1, 0]
-            if f != deep and excess > -clear and not known:
-                _, u, v, w = point_polygon(x, y, z, faces, f, np.inf)
-                count = _keep(found, 0, count, (excess, float(s), float(f), u, v, w, 0.0))
-    space.gap[g, s] = -1.0 if deep >= 0 else math.sqrt(least)
+            excess = r - math.sqrt(gap) - room.allowed[n, room.owner[f]]
+            if f != entered and _may_count(excess, clear, count, space.found):
+                count = _keep_contact(x, y, z, s, f, excess, 0.0, count, room, space)
+    return count, least
+
+
+@inlined
+def _sphere(x, y, z, r, s, n, g, room, clear, outside, count, space):  # type: ignore[no-untyped-def]
+    """Keep what one sphere enters of a group by more than -clear [m] beyond what is allowed.
+
+    Sphere s of segment n has its centre at (x, y, z), in the frame of group g, and radius r [m].
+    outside says that the centre is surely outside all solids. Returns the new count of contacts.
+    """
+    field = room.field
+    square, sure = square_bound(x, y, z, field, g)
+    near = max(r + clear - room.least[n, g], 0.0)
+    store((x, y, z), space.last[g, s])
+    if (sure or outside) and square > wider(near * near):
+        space.gap[g, s] = math.sqrt(square)
+        return count
+    entered = -1
+    far = near + WIDER
+    if not sure and not outside:
+        depth, rank = deepest(x, y, z, room.faces, room.shells, field, g, space.stack, space.gaps)
+        if rank >= 0:  # the centre is inside a solid: its surface holds nothing back
+            entered = int(field.record[field.begin[rank] + 8])
+            far = near
+            excess = depth + r - room.allowed[n, room.owner[entered]]
+            if _may_count(excess, clear, count, space.found):
+                count = _keep_contact(x, y, z, s, entered, excess, 1.0, count, room, space)
+    count, least = _near_polygons(x, y, z, r, s, n, g, room, clear, far, entered, count, space)
+    space.gap[g, s] = -1.0 if entered >= 0 else math.sqrt(least)
     return count
 
 
 @inner
 def touch(limbs, b, held, base, p, angles, q, room, near, space):  # type: ignore[no-untyped-def]
-    """Place the limb of body b, held[p], base[p], at angles[q], and find what it enters by more
-    than -near [m] beyond what is allowed: into space.found, deepest first; returns how many."""
+    """Place a limb and find what it enters by more than -near [m] beyond what is allowed.
+
+    Parameters
+    ----------
+    limbs : Limbs
+        Limbs of B bodies.
+    b : int
+        Row of the body.
+    held : (P, J, 4)
+        Rotations of all joints, those of the chain aside.
+    base : (P, 3, 4)
+        World-from-base transforms [m] of the held segment.
+    p : int
+        Row of held and base.
+    angles : (Q, K, 3)
+        Joint angles of the chain [rad].
+    q : int
+        Row of angles.
+    room : Obstacles
+        The parts.
+    near : float
+        How near [m] a contact may be that is not yet one.
+    space : Space
+        Working arrays; found is filled, deepest first.
+
+    Returns
+    -------
+    int
+        Number of contacts.
+    """
     field = room.field
-    shift = room.shift
     count = np.int64(0)
     _placed(limbs, b, held, base, p, angles, q, space)
     for g in range(field.root.shape[0]):
         if field.root[g] < 0:
             continue
-        x, y, z = (shift[b, 0], shift[b, 1], shift[b, 2]) if g == 1 else (0.0, 0.0, 0.0)
+        shift = vector(room.shift[b]) if g == 1 else (0.0, 0.0, 0.0)
         for s in range(limbs.centre.shape[2]):
             if not limbs.solid[b, s]:
                 continue
-            u = space.centres[0, s, 0] - x
-            v = space.centres[0, s, 1] - y
-            w = space.centres[0, s, 2] - z
+            x, y, z = subtract(vector(space.centres[0, s]), shift)
             r = limbs.radius[b, s]
             n = limbs.segment[s]
             # only what is entered deeper than all that is kept is still of interest
             some = min(near, -space.found[0, DEEPEST - 1, 0]) if count == DEEPEST else near
-            spare = _spare(u, v, w, s, g, space)
+            spare = _spare(x, y, z, s, g, space)
             if spare <= max(r + some - room.least[n, g], 0.0):
-                count = _sphere(u, v, w, r, s, n, g, room, some, spare > 0.0, count, space)
+                count = _sphere(x, y, z, r, s, n, g, room, some, spare > 0.0, count, space)
     return count
 
 
 @inlined
 def _away(room, b, i, space):  # type: ignore[no-untyped-def]
-    """The unit vector that leads sphere and polygon of contact i apart, from the polygon's nearest
-    point to the centre, or back where the centre is inside; and how high [m] that point is along
-    it, in the world."""
-    found = space.found
-    s = int(found[0, i, 1])
-    f = int(found[0, i, 2])
-    x = 0.0
-    y = 0.0
-    z = 0.0
-    if room.field.root.shape[0] > 1 and room.moving[room.owner[f]] > 0:
-        x = room.shift[b, 0]
-        y = room.shift[b, 1]
-        z = room.shift[b, 2]
-    u = found[0, i, 3] + x
-    v = found[0, i, 4] + y
-    w = found[0, i, 5] + z
-    sign = -1.0 if found[0, i, 6] > 0.0 else 1.0
-    n0 = sign * (space.centres[0, s, 0] - u)
-    n1 = sign * (space.centres[0, s, 1] - v)
-    n2 = sign * (space.centres[0, s, 2] - w)
-    size = math.sqrt(n0 * n0 + n1 * n1 + n2 * n2)
+    """Direction that leads sphere and polygon of contact i apart, and the height of its plane [m].
+
+    The unit vector leads from the polygon's nearest point to the centre, or back if the centre is
+    inside. If both coincide, it is the polygon's normal. The height is that of the nearest point
+    along it, in the world.
+    """
+    found = space.found[0, i]
+    polygon = int(found[2])
+    shift = (0.0, 0.0, 0.0)
+    if room.field.root.shape[0] > 1 and room.moving[room.owner[polygon]] > 0:
+        shift = vector(room.shift[b])
+    point = add(vector(found[3:]), shift)
+    sign = -1.0 if found[6] > 0.0 else 1.0
+    n = scale(sign, subtract(vector(space.centres[0, int(found[1])]), point))
+    size = norm(n)
     if size > 1e-9:
-        n0 = n0 / size
-        n1 = n1 / size
-        n2 = n2 / size
-    else:
-        n0 = room.normal[f, 0]
-        n1 = room.normal[f, 1]
-        n2 = room.normal[f, 2]
-    return n0, n1, n2, n0 * u + n1 * v + n2 * w
+        n = (n[0] / size, n[1] / size, n[2] / size)
+        return n, dot(n, point)
+    n = vector(room.normal[polygon])
+    return n, dot(n, point)
 
 
 @inner
 def plane_of_contact(limbs, b, room, i, clear, space, planes, m):  # type: ignore[no-untyped-def]
-    """Make plane m of contact i of body b, whose spheres stand as in space: the centre of the sphere
-    must stay above the polygon's nearest point by its radius, less what is allowed, and by twice
-    `clear` [m]."""
+    """Make plane m of contact i of body b, whose spheres stand as in space.
+
+    The centre of the sphere must stay above the polygon's nearest point by its radius, less what is
+    allowed, and by twice `clear` [m].
+    """
     s = int(space.found[0, i, 1])
     part = room.owner[int(space.found[0, i, 2])]
-    n0, n1, n2, high = _away(room, b, i, space)
-    k = limbs.carrier[s]
-    world = space.world
-    d0 = space.centres[0, s, 0] - world[0, k, 0, 3]
-    d1 = space.centres[0, s, 1] - world[0, k, 1, 3]
-    d2 = space.centres[0, s, 2] - world[0, k, 2, 3]
-    for j in range(3):
-        planes.point[m, j] = (
-            world[0, k, 0, j] * d0 + world[0, k, 1, j] * d1 + world[0, k, 2, j] * d2
-        )
+    normal, height = _away(room, b, i, space)
+    frame = space.world[0, limbs.carrier[s]]
+    arm = subtract(vector(space.centres[0, s]), (frame[0, 3], frame[1, 3], frame[2, 3]))
+    store(transpose_matvec(rotation_part(frame), arm), planes.point[m])
+    store(normal, planes.normal[m])
     planes.link[m] = limbs.link[s]
-    planes.normal[m, 0] = n0
-    planes.normal[m, 1] = n1
-    planes.normal[m, 2] = n2
     allowed = room.allowed[limbs.segment[s], part]
-    planes.offset[m] = high + limbs.radius[b, s] - allowed + 2.0 * clear
+    planes.offset[m] = height + limbs.radius[b, s] - allowed + 2.0 * clear
 
 
 @njit(cache=True, nogil=True)
 def limb_contacts(limbs, who, held, base, angles, room, reach, out, begin, end):  # type: ignore[no-untyped-def]
-    """Place the limbs of rows begin..end at angles (P, K, 3), row p of body who[p], and find what
-    they enter.
+    """Find what the limbs of rows begin..end - 1 of P enter, and planes that keep them out of it.
 
-    held (P, J, 4): rotations of all joints, those of the chain aside; base (P, 3, 4). reach [m]:
-    how near what counts is, how far it is to be kept off. out: planes (P DEEPEST,), DEEPEST for
-    each row; many (P,), part (P, DEEPEST), overlap (P,) [m] beyond what is allowed.
+    Parameters
+    ----------
+    limbs : Limbs
+        Limbs of B bodies.
+    who : (P,)
+        Row of the body of each limb.
+    held : (P, J, 4)
+        Rotations of all joints, those of the chain aside.
+    base : (P, 3, 4)
+        World-from-base transforms [m] of the held segment.
+    angles : (P, K, 3)
+        Joint angles of the chain [rad].
+    room : Obstacles
+        The parts.
+    reach : tuple of two
+        How near [m] what counts is, and how far [m] it is to be kept off.
+    out : tuple of four
+        Filled: planes (P DEEPEST,), DEEPEST for each row; number of contacts (P,); their parts (P,
+        DEEPEST); the greatest depth (P,) [m] beyond what is allowed.
+    begin, end : int
+        Rows to look at.
     """
     planes, many, part, overlap = out
     near, clear = reach
@@ -414,26 +468,35 @@ def limb_contacts(limbs, who, held, base, angles, room, reach, out, begin, end):
             plane_of_contact(limbs, b, room, i, clear, space, planes, p * DEEPEST + i)
 
 
-@njit(cache=True, nogil=True)
-def least_heights(limbs, who, held, base, ways, out, begin, end):  # type: ignore[no-untyped-def]
-    """Place the segments of rows begin..end, row p of body who[p], and fill out (P, W) with the
-    least height of their spheres along each way. ways: vectors (W, 3) and which segments count (W,
-    N)."""
-    way, counts = ways
-    spheres = limbs.centre.shape[2]
-    space = new_space(limbs, held.shape[1])
-    angles = np.zeros((1, 1, 3))
-    centres = space.centres
-    for p in range(begin, end):
-        b = who[p]
-        _placed(limbs, b, held, base, p, angles, np.int64(0), space)
-        for w in range(len(way)):
-            out[p, w] = np.inf
-            for s in range(spheres):
-                if counts[w, limbs.segment[s]]:
-                    high = (
-                        way[w, 0] * centres[0, s, 0]
-                        + way[w, 1] * centres[0, s, 1]
-                        + way[w, 2] * centres[0, s, 2]
-                    )
-                    out[p, w] = min(out[p, w], high - limbs.radius[b, s])
+@inner
+def row_heights(limbs, b, held, base, p, ways, counts, angles, space, out):  # type: ignore[no-untyped-def]
+    """Fill out[p] (W,) with the least heights [m] of the spheres of body b along W ways.
+
+    Parameters
+    ----------
+    limbs : Limbs
+        The segments of B bodies.
+    b : int
+        Row of the body.
+    held : (P, J, 4)
+        Rotations of all joints.
+    base : (P, 3, 4)
+        World-from-base transforms [m] of the held segment.
+    p : int
+        Row of held, base and out.
+    ways : (W, 3)
+        Unit vectors.
+    counts : (W, N)
+        Which segments count.
+    angles : (1, 1, 3)
+        No angles: the limbs have no joints that turn.
+    space : Space
+        Working arrays.
+    """
+    _placed(limbs, b, held, base, p, angles, 0, space)
+    for w in range(len(ways)):
+        out[p, w] = np.inf
+        for s in range(limbs.centre.shape[2]):
+            if counts[w, limbs.segment[s]]:
+                high = dot(vector(ways[w]), vector(space.centres[0, s]))
+                out[p, w] = min(out[p, w], high - limbs.radius[b, s])

@@ -1,8 +1,13 @@
-"""Batch inverse kinematics: a chain a row, each from its own start, from a solution near by, or
-from seeds.
+"""Batch inverse kinematics: each row is one chain with a target of its own.
 
-A solution near by comes with its multipliers, so that the row is there in a few steps. Rows know
-nothing of one another.
+A row is solved by descents (`posture.kernels.descent`) from its own start, from a solution near by,
+or from seeds, in this order:
+
+1. A solution near by, with its multipliers: the row is there in a few steps.
+2. The row's own start.
+3. Seeds that have not been tried, those first whose tips are nearest to the target.
+
+Rows know nothing of one another.
 """
 
 from __future__ import annotations
@@ -14,8 +19,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.compiled import inlined, inner, njit
+from workbench.geometry.vectors import (
+    rotation_part,
+    subtract,
+    transpose_matvec,
+    vector,
+)
 from workbench.posture.kernels.descent import (
-    LAST,
+    LAST_PENALTY,
     REACHED,
     approach,
     descend,
@@ -25,16 +36,23 @@ from workbench.posture.kernels.descent import (
     take_row,
 )
 from workbench.posture.kernels.limits import within
-from workbench.posture.kernels.linkage import move, new_state
-from workbench.posture.kernels.newton import new_work
+from workbench.posture.kernels.linkage import State, move, new_state
+from workbench.posture.kernels.newton import Work, new_work
 
 __all__ = [
+    "DESCENT_STEPS",
     "LEGAL",
+    "ChainWorkspace",
+    "Search",
     "Seeds",
+    "Solutions",
     "breaches",
+    "greatest_breach",
     "holder",
+    "new_chain_workspace",
     "next_seed",
     "place_seeds",
+    "solve_chain",
     "solve_chains",
     "tips",
     "worth",
@@ -43,7 +61,10 @@ __all__ = [
 COLD = 0
 WARM = 1
 FAR = 2
-"""How a descent begins: from nothing, with multipliers, with those of a target that was missed."""
+"""How a descent begins: without multipliers, with those of a solution near by, or with those of a
+target near by that was missed."""
+DESCENT_STEPS = 90
+"""Steps of a descent at most."""
 HASTE = 10
 """Steps after which a descent with multipliers is given up for one without."""
 WIDE = 0.03
@@ -68,27 +89,78 @@ class Seeds(NamedTuple):
     """(1, 3, 4) the frame of the held link in itself."""
 
 
+class Search(NamedTuple):
+    """How long a row is searched."""
+
+    steps: int
+    """Steps of one descent at most."""
+    seeds: Seeds
+    """Postures to begin again from."""
+    again: int
+    """How many of them at most."""
+
+
+class Solutions(NamedTuple):
+    """Solutions of P rows, with R stops, filled in place."""
+
+    angles: NDArray[np.float64]
+    """(P, K, 3) [rad] the starts in, the solutions out."""
+    numbers: NDArray[np.float64]
+    """(P, 8) distance from the target [m], greatest breach of a stop or plane [rad, m], steps, and
+    what holds the chain: joint, axis and side of a stop (-1, number and 0 of a plane), how much it
+    would give [m/rad, m/m], and 1; zeros where nothing holds."""
+    held: NDArray[np.float64]
+    """(P, 6 + R) multipliers of the target and of the stops."""
+
+
+class ChainWorkspace(NamedTuple):
+    """Working arrays of one row at a time."""
+
+    state: State
+    work: Work
+    tried: NDArray[np.int64]
+    """(M,) 1 for a seed that was used for the row."""
+    best: NDArray[np.float64]
+    """(K, 3) [rad] the best angles of the row."""
+
+
+@njit(cache=True)
+def new_chain_workspace(joints, free, rows, seeds):  # type: ignore[no-untyped-def]
+    """Make working arrays for so many joints, free angles, rows of room, and seeds."""
+    return ChainWorkspace(
+        new_state(joints, free, rows),
+        new_work(joints, free, rows),
+        np.zeros(seeds, np.int64),
+        np.zeros((joints, 3)),
+    )
+
+
 @inlined
-def worth(goal, p, state):  # type: ignore[no-untyped-def]
-    """Distance from the goal and greatest breach of a state whose rooms are there."""
+def greatest_breach(state):  # type: ignore[no-untyped-def]
+    """Greatest breach [rad, m] of the stops and planes of a state, 0 if all have room."""
     breach = 0.0
-    gap = 0.0
     for r in range(state.used[0]):
         breach = max(breach, -state.room[r])
+    return breach
+
+
+@inlined
+def worth(goal, p, state):  # type: ignore[no-untyped-def]
+    """Measure the weighted distance from the goal [m] and the greatest breach of a state."""
+    gap = 0.0
     for i in range(6):
         gap += (goal[p, 6 + i] * (goal[p, i] - state.at[i])) ** 2
-    return math.sqrt(gap), breach
+    return math.sqrt(gap), greatest_breach(state)
 
 
 @inner
 def place_seeds(link, b, seeds, state):  # type: ignore[no-untyped-def]
-    """Fill the tips of the seeds for row b of a body, where they are not."""
+    """Fill the tips of the seeds for row b of a body, unless they are filled."""
     if seeds.placed[b] == 1:
         return
-    none = np.int64(0)  # a plain 0 would have all compiled for itself
     for s in range(seeds.angles.shape[0]):
         take_row(seeds.angles, s, state.angles)
-        move(link, b, seeds.origin, none, state)
+        move(link, b, seeds.origin, 0, state)
         for i in range(6):
             seeds.tips[b, s, i] = state.at[i]
     seeds.placed[b] = 1
@@ -96,19 +168,22 @@ def place_seeds(link, b, seeds, state):  # type: ignore[no-untyped-def]
 
 @inner
 def next_seed(base, goal, p, seeds, b, tried):  # type: ignore[no-untyped-def]
-    """The seed not yet tried whose tip and direction, for row b of the body, are nearest to the
-    goal of row p; -1 where none is left."""
+    """Choose the seed whose tip and direction are nearest to the goal of row p.
+
+    Seeds that were tried are left out. Returns -1 if none is left.
+    """
+    rotation = rotation_part(base[p])
+    origin = (base[p, 0, 3], base[p, 1, 3], base[p, 2, 3])
+    target = transpose_matvec(rotation, subtract(vector(goal[p]), origin))
+    direction = transpose_matvec(rotation, vector(goal[p, 3:]))
     best = -1
     least = np.inf
     for s in range(seeds.angles.shape[0]):
         gap = 0.0
-        for i in range(6):
-            local = 0.0
-            for m in range(3):
-                local += base[p, m, i % 3] * (
-                    goal[p, m + i - i % 3] - (base[p, m, 3] if i < 3 else 0.0)
-                )
-            gap += (goal[p, 6 + i] * (local - seeds.tips[b, s, i])) ** 2
+        for i in range(3):
+            gap += (goal[p, 6 + i] * (target[i] - seeds.tips[b, s, i])) ** 2
+        for i in range(3):
+            gap += (goal[p, 9 + i] * (direction[i] - seeds.tips[b, s, 3 + i])) ** 2
         if gap < least and tried[s] == 0:
             best = s
             least = gap
@@ -117,8 +192,11 @@ def next_seed(base, goal, p, seeds, b, tried):  # type: ignore[no-untyped-def]
 
 @inlined
 def holder(state, press, force, p, numbers):  # type: ignore[no-untyped-def]
-    """Fill numbers[p, 3:]: joint, axis, side of the stop under most pressure (or -1 and a plane's
-    number), how much it would give [m/rad, m/m] and 1.0; zeros where nothing is held."""
+    """Fill numbers[p, 3:] of `Solutions` with the stop or plane under most pressure.
+
+    How much it would give is its multiplier divided by the force [1/m] at the tip: how far the tip
+    would come if the stop gave way by one unit.
+    """
     best = -1
     for i in range(3, 8):
         numbers[p, i] = 0.0
@@ -133,127 +211,198 @@ def holder(state, press, force, p, numbers):  # type: ignore[no-untyped-def]
 
 
 @inner
-def _attempt(link, b, problem, planes, most, out, p, mode, before, state, work, best):  # type: ignore[no-untyped-def]
-    """Solve row p from the angles of a state: straight for it; if that fails as near as can be; in
-    comfort if that gets there. Keeps in best what is better than before (distance, breach), and
-    returns the better."""
+def _keep_better(link, b, problem, p, planes, span, pull, out, workspace):  # type: ignore[no-untyped-def]
+    """Keep the angles of a descent if they are better than the best so far; returns their distance.
+
+    A posture within the stops is better than one that is not. Of two such the nearer is better, and
+    one that reaches the target replaces any before it.
+    """
     base, goal = problem
-    rows, start = planes
-    _, numbers, held = out
-    error, breach = before
-    span = (start[p], start[p + 1])
-    far = mode == FAR
-    pull = LAST
-    for turn in range(3):
-        if turn == 1:
-            steps, pull = approach(link, b, problem, p, rows, span, most, state, work)
-        elif turn == 2 or not far:
-            some = HASTE if mode == WARM else most
-            steps, far = descend(link, b, problem, p, rows, span, some, mode == WARM, state, work)
-            pull = LAST
-        else:
-            continue
-        numbers[p, 2] += steps
-        within(link, state.angles)
-        look(link, b, base, p, rows, span, state)
-        gap, past = worth(goal, p, state)
-        if (past < LEGAL and breach >= LEGAL) or (
-            past < max(LEGAL, breach) and (gap < error or gap < REACHED)
-        ):
-            error = gap
-            breach = past
-            take(state.angles, best)
-            for i in range(6 + link.rows.shape[0]):
-                held[p, i] = work.pushed[i] if i < 6 else work.press[i - 6]
-            holder(state, work.press, pull * gap, p, numbers)
-        if mode == WARM or not far or (turn == 1 and gap >= REACHED):
-            break
-    return error, breach
+    state = workspace.state
+    work = workspace.work
+    within(link, state.angles)
+    look(link, b, base, p, planes, span, state)
+    gap, past = worth(goal, p, state)
+    error = out.numbers[p, 0]
+    breach = out.numbers[p, 1]
+    if (past < LEGAL and breach >= LEGAL) or (
+        past < max(LEGAL, breach) and (gap < error or gap < REACHED)
+    ):
+        out.numbers[p, 0] = gap
+        out.numbers[p, 1] = past
+        take(state.angles, workspace.best)
+        for i in range(6):
+            out.held[p, i] = work.pushed[i]
+        for i in range(link.rows.shape[0]):
+            out.held[p, 6 + i] = work.press[i]
+        holder(state, work.press, pull * gap, p, out.numbers)
+    return gap
 
 
 @inner
-def _row(link, b, problem, planes, settings, out, p, near, state, work, tried, best):  # type: ignore[no-untyped-def]
-    """Solve row p: from the solution near by that out holds, from its own start, from seeds."""
-    base, goal = problem
-    most, seeds, again = settings
-    angles, numbers, held = out
-    stops = link.rows.shape[0]
-    free = link.mode.shape[0]
-    error = np.inf
-    breach = np.inf
+def _descend_and_keep(link, b, problem, p, planes, span, most, warm, out, workspace):  # type: ignore[no-untyped-def]
+    """Descend straight to the target; returns whether it seems out of reach."""
+    state = workspace.state
+    work = workspace.work
+    steps, far = descend(link, b, problem, p, planes, span, most, warm, state, work)
+    out.numbers[p, 2] += steps
+    _keep_better(link, b, problem, p, planes, span, LAST_PENALTY, out, workspace)
+    return far
+
+
+@inner
+def _attempt(link, b, problem, p, planes, span, most, mode, out, workspace):  # type: ignore[no-untyped-def]
+    """Solve row p from the angles of its state.
+
+    It goes straight for the target; if that fails, as near as can be; and in comfort from there if
+    that reaches the target after all.
+    """
+    if mode != FAR:
+        warm = mode == WARM
+        steps = HASTE if warm else most
+        far = _descend_and_keep(link, b, problem, p, planes, span, steps, warm, out, workspace)
+        if warm or not far:
+            return
+    steps, pull = approach(link, b, problem, p, planes, span, most, workspace.state, workspace.work)
+    out.numbers[p, 2] += steps
+    gap = _keep_better(link, b, problem, p, planes, span, pull, out, workspace)
+    if gap < REACHED:
+        _descend_and_keep(link, b, problem, p, planes, span, most, False, out, workspace)
+
+
+@inlined
+def _begin_row(link, again, out, p, near, workspace):  # type: ignore[no-untyped-def]
+    """Clear row p; returns how its first descent begins, and how many seeds may follow."""
     mode = COLD
-    few = again
-    take_row(angles, p, best)
-    tried[:] = 0
-    if near and numbers[p, 1] < LEGAL:
-        mode, few = (
-            (WARM, min(again, FEW_AGAIN))
-            if numbers[p, 0] < REACHED
-            else (FAR, min(again, 1 if numbers[p, 0] < WIDE else -1))
-        )
-        work.press[:] = 0.0
-        for i in range(6 + stops):
-            if i < 6:
-                work.pushed[i] = held[p, i]
-            else:
-                work.press[i - 6] = held[p, i]
+    seeds = again
+    take_row(out.angles, p, workspace.best)
+    workspace.tried[:] = 0
+    if near and out.numbers[p, 1] < LEGAL:
+        mode = WARM
+        seeds = min(again, FEW_AGAIN)
+        if out.numbers[p, 0] >= REACHED:
+            mode = FAR
+            seeds = min(again, 1 if out.numbers[p, 0] < WIDE else -1)
+        workspace.work.press[:] = 0.0
+        for i in range(6):
+            workspace.work.pushed[i] = out.held[p, i]
+        for i in range(link.rows.shape[0]):
+            workspace.work.press[i] = out.held[p, 6 + i]
     for i in range(8):
-        numbers[p, i] = 0.0
-    for attempt in range(-1 if mode != COLD else 0, again + 1):
-        at = attempt
+        out.numbers[p, i] = 0.0
+    out.numbers[p, 0] = np.inf
+    out.numbers[p, 1] = np.inf
+    return mode, seeds
+
+
+@inlined
+def _take_seed(link, b, problem, p, seeds, out, workspace):  # type: ignore[no-untyped-def]
+    """Set the free angles of the state to the next seed; False if none is left."""
+    base, goal = problem
+    state = workspace.state
+    place_seeds(link, b, seeds, state)
+    seed = next_seed(base, goal, p, seeds, b, workspace.tried)
+    if seed < 0:
+        return False
+    workspace.tried[seed] = 1
+    take_row(out.angles, p, state.angles)
+    for d in range(link.mode.shape[0]):
+        k = link.free_joint[d]
+        axis = link.free_axis[d]
+        state.angles[k, axis] = seeds.angles[seed, k, axis]
+    return True
+
+
+@inner
+def solve_chain(link, b, problem, p, planes, span, search, near, out, workspace):  # type: ignore[no-untyped-def]
+    """Solve row p: from the solution near by that out holds, from its own start, from seeds.
+
+    Parameters
+    ----------
+    link : Linkage
+        The chain of B bodies.
+    b : int
+        Row of the body.
+    problem : tuple of two
+        World-from-base transforms (P, 3, 4) [m], and goals (P, 12): target [m], direction, and the
+        weights of their six numbers.
+    p : int
+        Row of problem and out.
+    planes, span : Planes, tuple of two
+        Planes that the chain must stay above: the first that counts, and the one after the last.
+    search : Search
+        Steps and seeds.
+    near : bool
+        Whether out holds a solution near by.
+    out : Solutions
+        The start or the solution near by in, the solution out.
+    workspace : ChainWorkspace
+        Working arrays.
+    """
+    mode, seeds = _begin_row(link, search.again, out, p, near, workspace)
+    for attempt in range(-1 if mode != COLD else 0, search.again + 1):
         if attempt > 0:
-            place_seeds(link, b, seeds, state)
-            at = next_seed(base, goal, p, seeds, b, tried)
-            if at < 0:
+            if not _take_seed(link, b, problem, p, search.seeds, out, workspace):
                 break
-            tried[at] = 1
-        take_row(angles, p, state.angles)
-        if attempt > 0:
-            for d in range(free):
-                k = link.free_joint[d]
-                axis = link.free_axis[d]
-                state.angles[k, axis] = seeds.angles[at, k, axis]
-        error, breach = _attempt(
-            link, b, problem, planes, most, out, p, mode, (error, breach), state, work, best
-        )
-        if (error < REACHED and breach < LEGAL) or attempt >= few:
+        else:
+            take_row(out.angles, p, workspace.state.angles)
+        _attempt(link, b, problem, p, planes, span, search.steps, mode, out, workspace)
+        reached = out.numbers[p, 0] < REACHED and out.numbers[p, 1] < LEGAL
+        if reached or attempt >= seeds:
             break
         mode = COLD
-    put_row(best, angles, p)
-    numbers[p, 0] = error
-    numbers[p, 1] = breach
+    put_row(workspace.best, out.angles, p)
 
 
 @njit(cache=True, nogil=True)
-def solve_chains(link, who, problem, planes, settings, out, near, begin, end):  # type: ignore[no-untyped-def]
-    """Solve the chains begin..end of P, each by itself, chain p of body who[p].
+def solve_chains(link, who, problem, planes, start, search, near, out, begin, end):  # type: ignore[no-untyped-def]
+    """Solve the rows begin..end - 1 of P, each by itself.
 
-    problem: base (P, 3, 4), goal (P, 12): target, direction, weights of each. planes: rows of
-    Planes and start (P + 1,). settings: most steps, Seeds to begin again from, and from how many.
-    out: angles (P, K, 3), the start in and the solution out; numbers (P, 8): error, breach, steps,
-    and what holds (5); held (P, 6 + R): multipliers of target and stops. near (P,): 1 where out
-    holds a solution near by: of the row with another target or other planes, or of its guide. Then
-    few seeds are tried, and none where that solution is far from its own target.
+    Parameters
+    ----------
+    link, problem, planes, search, out
+        As of `solve_chain`.
+    who : (P,)
+        Row of the body of each chain.
+    start : (P + 1,)
+        The planes of row p are start[p]..start[p + 1] - 1.
+    near : (P,)
+        1 where out holds a solution near by: of the row with another target or other planes, or of
+        its guide. Few seeds are tried then, and none if that solution is far from its own target.
+    begin, end : int
+        Rows to solve.
     """
-    start = planes[1]
-    joints = link.axes.shape[0]
-    free = link.mode.shape[0]
-    widest = 0
+    most_planes = 0
     for p in range(begin, end):
-        widest = max(widest, start[p + 1] - start[p])
-    state = new_state(joints, free, len(link.rows) + widest)
-    work = new_work(joints, free, len(link.rows) + widest)
-    tried = np.zeros(len(settings[1].angles), np.int64)
-    best = np.zeros((joints, 3))
+        most_planes = max(most_planes, start[p + 1] - start[p])
+    workspace = new_chain_workspace(
+        link.axes.shape[0],
+        link.mode.shape[0],
+        link.rows.shape[0] + most_planes,
+        search.seeds.angles.shape[0],
+    )
     for p in range(begin, end):
-        _row(
-            link, who[p], problem, planes, settings, out, p, near[p] == 1, state, work, tried, best
-        )
+        span = (start[p], start[p + 1])
+        solve_chain(link, who[p], problem, p, planes, span, search, near[p] == 1, out, workspace)
 
 
 @njit(cache=True, nogil=True)
 def tips(link, who, base, angles, out):  # type: ignore[no-untyped-def]
-    """Fill out (P, 6) with tip and direction at angles (P, K, 3), chain p of body who[p]."""
+    """Place the tips of P chains.
+
+    Parameters
+    ----------
+    link : Linkage
+        The chain of B bodies.
+    who : (P,)
+        Row of the body of each chain.
+    base : (P, 3, 4)
+        World-from-base transforms [m].
+    angles : (P, K, 3)
+        Joint angles [rad].
+    out : (P, 6)
+        Filled with tips [m] and directions.
+    """
     state = new_state(link.axes.shape[0], link.mode.shape[0], 1)
     for p in range(len(angles)):
         take_row(angles, p, state.angles)
@@ -264,18 +413,26 @@ def tips(link, who, base, angles, out):  # type: ignore[no-untyped-def]
 
 @njit(cache=True)
 def breaches(link, planes, angles, out):  # type: ignore[no-untyped-def]
-    """Bring angles (P, K, 3) inside what can be clipped, and fill out (P,) with the greatest breach
-    that is left."""
+    """Bring angles inside what can be clamped, and measure the breach that is left.
+
+    Parameters
+    ----------
+    link : Linkage
+        The chain.
+    planes : Planes
+        No planes.
+    angles : (P, K, 3)
+        Joint angles [rad], clamped in place.
+    out : (P,)
+        Filled with the greatest breach [rad] of a stop, 0 where all have room.
+    """
     state = new_state(link.axes.shape[0], link.mode.shape[0], len(link.rows))
     base = np.zeros((1, 3, 4))
-    none = np.int64(0)  # a plain 0 would have all compiled for itself
     for i in range(3):
         base[0, i, i] = 1.0
     for p in range(len(angles)):
         take_row(angles, p, state.angles)
         within(link, state.angles)
-        look(link, none, base, none, planes, (none, none), state)
+        look(link, 0, base, 0, planes, (0, 0), state)
         put_row(state.angles, angles, p)
-        out[p] = 0.0
-        for r in range(state.used[0]):
-            out[p] = max(out[p], -state.room[r])
+        out[p] = greatest_breach(state)

@@ -1,120 +1,157 @@
-"""Joint angles from markers: weighted least squares on the whole chain, frame after frame (Lu &
-O'Connor 1999)."""
+"""Joint angles from markers: weighted least squares on the whole chain, frame after frame [1]_.
+
+A step is that of Gauss and Newton on the rotation vectors of all joints, and on the rotation and the
+position of the placed segment. Each joint is drawn to its neutral angles a little, so that what no
+marker sees stays defined.
+
+References
+----------
+.. [1] T. W. Lu and J. J. O'Connor (1999), Bone position estimation from skin marker co-ordinates
+   using global optimisation with joint constraints, Journal of Biomechanics 32, 129-134.
+"""
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.body.kernels.rotation import quaternion_matrix
-from workbench.compiled import njit
+from workbench.body.kernels.rotation import product, quaternion_matrix, swing_twist_angles
+from workbench.compiled import inlined, inner, njit
+from workbench.geometry.vectors import (
+    add,
+    matvec,
+    norm,
+    quaternion,
+    quaternion_product,
+    rotation_part,
+    scale,
+    store,
+    subtract,
+    transpose_matvec,
+    vector,
+)
 
 __all__ = ["MarkerChain", "solve_markers"]
 
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
 _STEPS = 12
+"""Steps of a frame at most; of the first five times as many."""
 _MOST_TURN = 0.6
+"""Largest turn [rad] of a joint in one step."""
 _CLOSE = 1e-5
+"""Largest turn [rad] or move [m] of a step at which a frame is solved."""
+_DEEPEST = 16
+"""Blocks of a marker at most: the joints that carry it, and the placed segment's two."""
+_REGULAR = 1e-6
+"""What the diagonal of the normal equations has at least."""
+_LEAST_PIVOT = 1e-12
+"""Least pivot of the factorisation."""
+_NUDGE = 1e-6
+"""Turn [rad] by which the derivatives of joint angles are taken."""
 
 
 class MarkerChain(NamedTuple):
-    """A body as a chain below its placed segment, and markers on it.
+    """A body as a tree of K segments below its placed segment, with M markers on it."""
 
-    segment k hangs on segment parent[k] (0: the placed one) by joint k - 1; at_parent, at_child:
-    the joint in both frames; axes (K, 3, 3): two swing axes and the twist axis of each joint; half
-    (K, 3): the angle [rad] that costs as much as a marker one unit off; marker_segment (M,), local
-    (M, 3) [m], weight (M,) [1/m].
+    parent: Ints
+    """(K,) segment that each segment hangs on; 0 is the placed one."""
+    at_parent: Floats
+    """(K, 3) [m] the joint above each segment, in the frame of its parent."""
+    at_child: Floats
+    """(K, 3) [m] the same in the segment's own frame."""
+    axes: Floats
+    """(K, 3, 3) two swing axes and the twist axis of each joint."""
+    half: Floats
+    """(K, 3) [rad] the angle that costs as much as a marker one unit off."""
+    marker_segment: Ints
+    """(M,) segment of each marker."""
+    local: Floats
+    """(M, 3) [m] the marker in that segment's frame."""
+    weight: Floats
+    """(M,) [1/m]."""
+
+
+class _Workspace(NamedTuple):
+    """Working arrays of a frame. Unknown block 0 turns the placed segment, k joint k, K moves it."""
+
+    world: Floats
+    """(K, 3, 4) [m] segments."""
+    joint: Floats
+    """(K, 3) [m] centres of the joints; row 0 is the origin of the placed segment."""
+    matrix: Floats
+    """(3 K + 3, 3 K + 3) normal equations."""
+    right: Floats
+    """(3 K + 3,) their right side, then the step."""
+    path: Ints
+    """(16,) blocks that move a marker."""
+    blocks: Floats
+    """(16, 3, 3) derivatives of its residual by these."""
+    gap: Floats
+    """(3,) a residual."""
+
+
+@inlined
+def _turned(q, x):  # type: ignore[no-untyped-def]
+    """Turn a quaternion further by a rotation vector in the outer frame; of unit length."""
+    angle = norm(x)
+    s = 0.5 - angle * angle / 48.0 if angle < 1e-4 else math.sin(0.5 * angle) / angle
+    turn = (math.cos(0.5 * angle), s * x[0], s * x[1], s * x[2])
+    w, a, b, c = quaternion_product(turn, q)
+    size = math.sqrt(w**2 + a**2 + b**2 + c**2)
+    return w / size, a / size, b / size, c / size
+
+
+@inlined
+def _store_quaternion(q, out):  # type: ignore[no-untyped-def]
+    """Write a quaternion into an array (4,)."""
+    for i in range(4):
+        out[i] = q[i]
+
+
+@inner
+def _place_chain(rotations, place, chain, workspace):  # type: ignore[no-untyped-def]
+    """Place the segments at joint rotations (K, 4), the placed one at place (3, 4).
+
+    With the joint at u in the parent's and v in the segment's frame: R' = R Q, p' = p + R u - R' v.
     """
-
-    parent: NDArray[np.int64]
-    at_parent: NDArray[np.float64]
-    at_child: NDArray[np.float64]
-    axes: NDArray[np.float64]
-    half: NDArray[np.float64]
-    marker_segment: NDArray[np.int64]
-    local: NDArray[np.float64]
-    weight: NDArray[np.float64]
-
-
-@njit(cache=True, inline="always")
-def _product(a, b, out):  # type: ignore[no-untyped-def]
-    out[0] = a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3]
-    out[1] = a[0] * b[1] + a[1] * b[0] + a[2] * b[3] - a[3] * b[2]
-    out[2] = a[0] * b[2] - a[1] * b[3] + a[2] * b[0] + a[3] * b[1]
-    out[3] = a[0] * b[3] + a[1] * b[2] - a[2] * b[1] + a[3] * b[0]
-
-
-@njit(cache=True)
-def _turned(q, x, y, z):  # type: ignore[no-untyped-def]
-    """q turned further by a rotation vector in the outer frame, of unit length."""
-    angle = np.sqrt(x * x + y * y + z * z)
-    s = 0.5 - angle * angle / 48.0 if angle < 1e-4 else np.sin(0.5 * angle) / angle
-    step = np.empty(4)
-    out = np.empty(4)
-    step[0] = np.cos(0.5 * angle)
-    step[1] = s * x
-    step[2] = s * y
-    step[3] = s * z
-    _product(step, q, out)
-    return out / np.sqrt(out[0] ** 2 + out[1] ** 2 + out[2] ** 2 + out[3] ** 2)
-
-
-@njit(cache=True)
-def _angles(q, axes, out):  # type: ignore[no-untyped-def]
-    """The two components of the swing vector and the twist of a joint."""
-    along = q[1] * axes[2, 0] + q[2] * axes[2, 1] + q[3] * axes[2, 2]
-    twist = 2.0 * np.arctan2(along, q[0])
-    if twist > np.pi:
-        twist -= 2.0 * np.pi
-    elif twist < -np.pi:
-        twist += 2.0 * np.pi
-    back = np.empty(4)
-    swing = np.empty(4)
-    c = np.cos(0.5 * twist)
-    s = -np.sin(0.5 * twist)
-    back[0] = c
-    back[1] = s * axes[2, 0]
-    back[2] = s * axes[2, 1]
-    back[3] = s * axes[2, 2]
-    _product(q, back, swing)
-    if swing[0] < 0.0:
-        swing *= -1.0
-    sine = np.sqrt(swing[1] ** 2 + swing[2] ** 2 + swing[3] ** 2)
-    scale = 2.0 if sine < 1e-12 else 2.0 * np.arctan2(sine, swing[0]) / sine
-    for k in range(2):
-        out[k] = scale * (swing[1] * axes[k, 0] + swing[2] * axes[k, 1] + swing[3] * axes[k, 2])
-    out[2] = twist
-
-
-@njit(cache=True)
-def _chain(rotations, place, chain, world, joint):  # type: ignore[no-untyped-def]
-    world[0] = place
+    world = workspace.world
+    for i in range(3):
+        workspace.joint[0, i] = place[i, 3]
+        for j in range(4):
+            world[0, i, j] = place[i, j]
     for k in range(1, chain.parent.shape[0]):
-        p = chain.parent[k]
+        above = world[chain.parent[k]]
+        parent = rotation_part(above)
         q = rotations[k]
-        r = quaternion_matrix(q[0], q[1], q[2], q[3])
+        child = product(parent, quaternion_matrix(q[0], q[1], q[2], q[3]))
+        u = vector(chain.at_parent[k])
+        v = matvec(child, vector(chain.at_child[k]))
         for i in range(3):
-            u = world[p, i, 0]
-            v = world[p, i, 1]
-            w = world[p, i, 2]
-            a = u * r[0] + v * r[3] + w * r[6]
-            b = u * r[1] + v * r[4] + w * r[7]
-            c = u * r[2] + v * r[5] + w * r[8]
-            at = chain.at_parent[k]
-            joint[k, i] = world[p, i, 3] + u * at[0] + v * at[1] + w * at[2]
-            back = chain.at_child[k]
-            world[k, i, 0] = a
-            world[k, i, 1] = b
-            world[k, i, 2] = c
-            world[k, i, 3] = joint[k, i] - (a * back[0] + b * back[1] + c * back[2])
+            workspace.joint[k, i] = (
+                above[i, 3] + above[i, 0] * u[0] + above[i, 1] * u[1] + above[i, 2] * u[2]
+            )
+            for j in range(3):
+                world[k, i, j] = child[3 * i + j]
+            world[k, i, 3] = workspace.joint[k, i] - v[i]
 
 
-@njit(cache=True)
-def _add(matrix, right, at, other, blocks):  # type: ignore[no-untyped-def]
-    """Add one block pair's product to the normal matrix; where both are the same, the right side
-    too."""
-    one, two, gap = blocks
+@inlined
+def _marker_position(frame, local):  # type: ignore[no-untyped-def]
+    """Position of a point (3,) [m] of a segment whose frame is (3, 4)."""
+    out = (frame[0, 3], frame[1, 3], frame[2, 3])
+    for j in range(3):
+        out = add(out, scale(local[j], (frame[0, j], frame[1, j], frame[2, j])))
+    return out
+
+
+@inner
+def _add_blocks(matrix, right, at, other, one, two, gap):  # type: ignore[no-untyped-def]
+    """Add one' two to block (at, other) of the normal matrix, and one' gap where both are the same."""
     for i in range(3):
         for j in range(3):
             total = 0.0
@@ -126,88 +163,92 @@ def _add(matrix, right, at, other, blocks):  # type: ignore[no-untyped-def]
                 right[3 * at + i] += one[k, i] * gap[k]
 
 
-@njit(cache=True)
-def _marker_rows(seen, chain, state, system):  # type: ignore[no-untyped-def]
-    """Normal equations of the markers seen; block 0 turns the placed segment, K moves it, k turns
-    joint k."""
-    world, joint = state
-    matrix, right = system
-    count = chain.parent.shape[0]
-    path = np.empty(16, np.int64)
-    blocks = np.empty((16, 3, 3))
-    gap = np.empty(3)
-    p = np.empty(3)
+@inlined
+def _fill_cross_matrix(arm, block):  # type: ignore[no-untyped-def]
+    """Fill a block (3, 3) with what a turn does to the end of an arm: -[arm], so that ω x arm."""
+    x, y, z = arm
+    store((0.0, z, -y), block[0])
+    store((-z, 0.0, x), block[1])
+    store((y, -x, 0.0), block[2])
+
+
+@inner
+def _fill_path(position, segment, weight, chain, workspace):  # type: ignore[no-untyped-def]
+    """Fill path and blocks of a marker: all that turns it, and what moves it; returns how many."""
+    length = 0
+    k = segment
+    while True:
+        arm = scale(weight, subtract(position, vector(workspace.joint[k])))
+        workspace.path[length] = k
+        _fill_cross_matrix(arm, workspace.blocks[length])
+        length += 1
+        if k == 0:
+            break
+        k = chain.parent[k]
+    workspace.path[length] = chain.parent.shape[0]
+    for i in range(3):
+        for j in range(3):
+            workspace.blocks[length, i, j] = weight if i == j else 0.0
+    return length + 1
+
+
+@inner
+def _add_markers(seen, chain, workspace):  # type: ignore[no-untyped-def]
+    """Add the normal equations of the markers that were seen (M, 3)."""
+    path = workspace.path
+    blocks = workspace.blocks
     for m in range(seen.shape[0]):
         if not np.isfinite(seen[m, 0]):
             continue
-        n = chain.marker_segment[m]
-        w = chain.weight[m]
-        for i in range(3):
-            p[i] = world[n, i, 3]
-            for j in range(3):
-                p[i] += world[n, i, j] * chain.local[m, j]
-            gap[i] = w * (seen[m, i] - p[i])
-        length = 0
-        k = n
-        while True:
-            about = world[0, :, 3] if k == 0 else joint[k]
-            x = w * (p[0] - about[0])
-            y = w * (p[1] - about[1])
-            z = w * (p[2] - about[2])
-            path[length] = k
-            block = blocks[length]
-            block[0, 0] = block[1, 1] = block[2, 2] = 0.0
-            block[0, 1] = z
-            block[0, 2] = -y
-            block[1, 0] = -z
-            block[1, 2] = x
-            block[2, 0] = y
-            block[2, 1] = -x
-            length += 1
-            if k == 0:
-                break
-            k = chain.parent[k]
-        path[length] = count
-        blocks[length] = 0.0
-        for i in range(3):
-            blocks[length, i, i] = w
-        for a in range(length + 1):
-            for b in range(length + 1):
-                _add(matrix, right, path[a], path[b], (blocks[a], blocks[b], gap))
+        segment = chain.marker_segment[m]
+        weight = chain.weight[m]
+        position = _marker_position(workspace.world[segment], chain.local[m])
+        store(scale(weight, subtract(vector(seen[m]), position)), workspace.gap)
+        count = _fill_path(position, segment, weight, chain, workspace)
+        for a in range(count):
+            for b in range(count):
+                _add_blocks(
+                    workspace.matrix,
+                    workspace.right,
+                    path[a],
+                    path[b],
+                    blocks[a],
+                    blocks[b],
+                    workspace.gap,
+                )
 
 
-@njit(cache=True)
-def _joint_rows(rotations, chain, state, system):  # type: ignore[no-untyped-def]
-    """Normal equations of the pull of each joint toward its neutral angles, by differences."""
-    world, _ = state
-    matrix, right = system
-    now = np.empty(3)
-    near = np.empty(3)
-    block = np.empty((3, 3))
-    gap = np.empty(3)
+@inner
+def _add_joints(rotations, chain, workspace):  # type: ignore[no-untyped-def]
+    """Add the normal equations of the pull of each joint to its neutral angles, by differences."""
+    block = workspace.blocks[0]
+    gap = workspace.gap
     for k in range(1, chain.parent.shape[0]):
-        _angles(rotations[k], chain.axes[k], now)
-        p = chain.parent[k]
+        q = quaternion(rotations[k])
+        parent = workspace.world[chain.parent[k]]
+        half = vector(chain.half[k])
+        now = swing_twist_angles(q, chain.axes[k])
         for j in range(3):
-            turned = _turned(
-                rotations[k], 1e-6 * world[p, j, 0], 1e-6 * world[p, j, 1], 1e-6 * world[p, j, 2]
+            # a turn about an axis of the world, in the parent's frame
+            nudge = scale(_NUDGE, vector(parent[j]))
+            slope = scale(
+                1.0 / _NUDGE, subtract(swing_twist_angles(_turned(q, nudge), chain.axes[k]), now)
             )
-            _angles(turned, chain.axes[k], near)
             for i in range(3):
-                block[i, j] = 1e6 * (near[i] - now[i]) / chain.half[k, i]
+                block[i, j] = slope[i] / half[i]
         for i in range(3):
-            gap[i] = -now[i] / chain.half[k, i]
-        _add(matrix, right, k, k, (block, block, gap))
+            gap[i] = -now[i] / half[i]
+        _add_blocks(workspace.matrix, workspace.right, k, k, block, block, gap)
 
 
-@njit(cache=True)
-def _solved(matrix, right):  # type: ignore[no-untyped-def]
-    """Solve a positive definite system in place by Cholesky's method."""
+@inner
+def _solve_in_place(matrix, right):  # type: ignore[no-untyped-def]
+    """Solve a positive definite system by Cholesky's method; the solution replaces the right side."""
     n = right.shape[0]
     for j in range(n):
         for k in range(j):
             matrix[j, j] -= matrix[j, k] ** 2
-        matrix[j, j] = np.sqrt(max(matrix[j, j], 1e-12))
+        matrix[j, j] = math.sqrt(max(matrix[j, j], _LEAST_PIVOT))
         for i in range(j + 1, n):
             total = matrix[i, j]
             for k in range(j):
@@ -223,36 +264,28 @@ def _solved(matrix, right):  # type: ignore[no-untyped-def]
         right[i] /= matrix[i, i]
 
 
-@njit(cache=True)
-def _advance(rotations, turn, place, chain, step, world):  # type: ignore[no-untyped-def]
-    """Turn and move everything by a step; returns the largest turn [rad] or move [m]."""
+@inner
+def _advance(rotations, turn, place, chain, workspace):  # type: ignore[no-untyped-def]
+    """Turn and move everything by the step; returns the largest turn [rad] or move [m]."""
     count = chain.parent.shape[0]
     most = 0.0
     for k in range(count + 1):
-        x = step[3 * k]
-        y = step[3 * k + 1]
-        z = step[3 * k + 2]
-        size = np.sqrt(x * x + y * y + z * z)
+        step = vector(workspace.right[3 * k :])
+        size = norm(step)
         most = max(most, size)
         if k == count:
-            place[0, 3] += x
-            place[1, 3] += y
-            place[2, 3] += z
+            for i in range(3):
+                place[i, 3] += step[i]
             break
         if size > _MOST_TURN:
-            x = x * _MOST_TURN / size
-            y = y * _MOST_TURN / size
-            z = z * _MOST_TURN / size
+            x, y, z = scale(_MOST_TURN, step)
+            step = (x / size, y / size, z / size)
         if k == 0:
-            turn[:] = _turned(turn, x, y, z)
-            continue
-        f = world[chain.parent[k]]
-        rotations[k] = _turned(
-            rotations[k],
-            f[0, 0] * x + f[1, 0] * y + f[2, 0] * z,
-            f[0, 1] * x + f[1, 1] * y + f[2, 1] * z,
-            f[0, 2] * x + f[1, 2] * y + f[2, 2] * z,
-        )
+            _store_quaternion(_turned(quaternion(turn), step), turn)
+        else:
+            parent = rotation_part(workspace.world[chain.parent[k]])
+            own = transpose_matvec(parent, step)
+            _store_quaternion(_turned(quaternion(rotations[k]), own), rotations[k])
     r = quaternion_matrix(turn[0], turn[1], turn[2], turn[3])
     for i in range(3):
         for j in range(3):
@@ -260,38 +293,59 @@ def _advance(rotations, turn, place, chain, step, world):  # type: ignore[no-unt
     return most
 
 
+@inner
+def _solve_frame(seen, chain, rotations, turn, place, steps, workspace):  # type: ignore[no-untyped-def]
+    """Fit one frame from where it stands, in so many steps at most."""
+    for _ in range(steps):
+        _place_chain(rotations, place, chain, workspace)
+        workspace.matrix[:] = 0.0
+        workspace.right[:] = 0.0
+        for i in range(workspace.right.shape[0]):
+            workspace.matrix[i, i] = _REGULAR
+        _add_markers(seen, chain, workspace)
+        _add_joints(rotations, chain, workspace)
+        _solve_in_place(workspace.matrix, workspace.right)
+        if _advance(rotations, turn, place, chain, workspace) < _CLOSE:
+            break
+    _place_chain(rotations, place, chain, workspace)
+
+
 @njit(cache=True, nogil=True)
 def solve_markers(seen, chain, rotations, turns, places, modelled):  # type: ignore[no-untyped-def]
-    """Fill rotations (P, K, 4), turns (P, 4) and places (P, 3, 4) of the placed segment, and
-    modelled (P, M, 3).
+    """Fit a body to the markers of P frames.
 
-    seen (P, M, 3): NaN where a marker was not seen. The first frame starts from what the arrays
-    hold, every other from the one before it.
+    Parameters
+    ----------
+    seen : (P, M, 3)
+        Markers [m], NaN where one was not seen.
+    chain : MarkerChain
+        The body.
+    rotations : (P, K, 4)
+        Filled with joint rotations. The first frame starts from what the arrays hold, every other
+        from the one before it.
+    turns, places : (P, 4), (P, 3, 4)
+        Filled with the rotation of the placed segment, and its frame [m].
+    modelled : (P, M, 3)
+        Filled with the markers where the body has them [m].
     """
     count = chain.parent.shape[0]
-    world = np.empty((count, 3, 4))
-    joint = np.zeros((count, 3))
     size = 3 * (count + 1)
+    workspace = _Workspace(
+        np.empty((count, 3, 4)),
+        np.zeros((count, 3)),
+        np.zeros((size, size)),
+        np.zeros(size),
+        np.empty(_DEEPEST, np.int64),
+        np.empty((_DEEPEST, 3, 3)),
+        np.empty(3),
+    )
     for p in range(seen.shape[0]):
         if p:
             rotations[p] = rotations[p - 1]
             turns[p] = turns[p - 1]
             places[p] = places[p - 1]
-        for _ in range(_STEPS if p else 5 * _STEPS):
-            _chain(rotations[p], places[p], chain, world, joint)
-            matrix = np.zeros((size, size))
-            right = np.zeros(size)
-            for i in range(size):
-                matrix[i, i] = 1e-6
-            _marker_rows(seen[p], chain, (world, joint), (matrix, right))
-            _joint_rows(rotations[p], chain, (world, joint), (matrix, right))
-            _solved(matrix, right)
-            if _advance(rotations[p], turns[p], places[p], chain, right, world) < _CLOSE:
-                break
-        _chain(rotations[p], places[p], chain, world, joint)
+        steps = _STEPS if p else 5 * _STEPS
+        _solve_frame(seen[p], chain, rotations[p], turns[p], places[p], steps, workspace)
         for m in range(seen.shape[1]):
-            n = chain.marker_segment[m]
-            for i in range(3):
-                modelled[p, m, i] = world[n, i, 3]
-                for j in range(3):
-                    modelled[p, m, i] += world[n, i, j] * chain.local[m, j]
+            frame = workspace.world[chain.marker_segment[m]]
+            store(_marker_position(frame, chain.local[m]), modelled[p, m])

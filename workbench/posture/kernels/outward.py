@@ -1,288 +1,256 @@
-"""How far out along a ray a chain still reaches: the tip held to the ray and pushed outward until
-stops and length hold it, each row from its own start or from a solution near by.
+"""Maximum reach along a ray: how far out the tip of a chain comes, held to the ray.
 
-What is made least is the push's potential and a little comfort, held to the ray (equalities) and to
-the stops (inequalities) by the method of multipliers, each step damped by how much of what it
-promised it kept (Nocedal & Wright 2006, Numerical Optimization, chapters 4 and 17).
+Each row is solved in the frame of its ray, whose x axis runs along it. The tip is pushed along x
+and held to y = z = 0 until stops and the length of the chain hold it (`descent.extend`). If the
+row may be able to reach the far end that was asked for, the tip is brought there instead
+(`descent.descend`). A row starts at a solution near by, then at its own start.
 """
 
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from workbench.compiled import inner, njit
+from workbench.compiled import inlined, inner, njit
+from workbench.geometry.vectors import cross, dot, matvec, store, transpose_matvec, vector
 from workbench.posture.kernels.descent import (
-    EASE,
-    FORCE,
-    KEPT,
-    LAST,
+    ON_RAY,
     REACHED,
     descend,
+    extend,
     look,
     put_row,
     take,
     take_row,
 )
+from workbench.posture.kernels.inverse import LEGAL, greatest_breach
 from workbench.posture.kernels.limits import within
-from workbench.posture.kernels.linkage import new_state
-from workbench.posture.kernels.newton import (
-    HOLD,
-    INSIDE,
-    back,
-    equations,
-    go,
-    multiply,
-    new_work,
-    newton,
-)
+from workbench.posture.kernels.linkage import State, new_state
+from workbench.posture.kernels.newton import Work, new_work
 
-__all__ = ["reach_outward"]
+__all__ = ["Extents", "Guides", "reach_outward"]
 
-BEGUN = 0
-TRIED = 1
-RETURNED = 2
-STUCK = 3
-ON_RAY = 5e-5
-RESTED = 5e-5
-SURE = 2.0
-"""How near [m] to the ray, how little [m] gained by a step damped so little [-] that nothing more
-is to be had."""
-LEGAL = 5e-4
+Floats = NDArray[np.float64]
+
+OFF_RAY = 2.0 * ON_RAY
+"""Distance [m] from its ray at which a posture does not count."""
 MOST_WARM = 12
+"""Steps of a descent from a solution near by at most."""
 
 
-@inner
-def _cost(link, goal, state, work):  # type: ignore[no-untyped-def]
-    """The sum that is made least, the distance from the ray, and the greatest breach; fills
-    work.force (6,)."""
-    total = -FORCE * state.at[0]
-    square = 0.0
-    worst = 0.0
-    work.force[0] = FORCE
-    for i in range(1, 3):
-        off = goal[0, i] - state.at[i]
-        square += off * off
-        total += (0.5 * LAST * off + work.pushed[i]) * off
-        work.force[i] = work.pushed[i] + LAST * off
-    for i in range(link.mode.shape[0]):
-        off = state.angles[link.free_joint[i], link.free_axis[i]] - link.mode[i]
-        total += 0.5 * EASE * link.weight[i] * off * off
-    for r in range(state.used[0]):
-        breach = INSIDE - state.room[r]
-        worst = max(worst, breach)
-        pressed = max(0.0, work.press[r] + HOLD * breach)
-        total += (0.5 / HOLD) * (pressed * pressed - work.press[r] * work.press[r])
-    return total, math.sqrt(square), worst
+class Guides(NamedTuple):
+    """What the guides of P rows have come to: solutions near by."""
+
+    angles: Floats
+    """(P, K, 3) [rad] their postures."""
+    held: Floats
+    """(P, 6 + R) multipliers of the ray, in the world, and of the R stops."""
+    ways: Floats
+    """(P,) [m] how far they came beyond the point, minus infinity for a row without a guide."""
 
 
-@inner
-def _extend(link, b, base, goal, planes, most, warm, state, work):  # type: ignore[no-untyped-def]
-    """From the angles of a state outward along x as far as it goes; returns whether it came to rest
-    there, and the number of steps. The multipliers of ray and stops are those of `work`, in and
-    out."""
-    damping = 0.0 if warm else 1.0
-    rise = 4.0
-    moved = 0.0
-    cost = 0.0
-    promise = 1.0
-    last = -np.inf
-    phase = BEGUN
-    steps = 0
-    none = np.int64(0)
-    while steps < most and damping < 1e9:
-        if phase != STUCK:
-            look(link, b, base, none, planes, (none, none), state)
-        after, off, worst = _cost(link, goal, state, work)
-        if phase == TRIED and not after <= cost + 1e-10 * abs(cost):
-            back(link, state, work)
-            damping = max(damping * rise, 0.03)
-            rise = rise * 2.0
-            phase = RETURNED
-            continue
-        if phase == TRIED:
-            kept = (cost - after) / promise
-            damping = damping * (0.2 if kept > 0.7 else 1.0 if kept > 0.25 else 3.0)
-            rise = 4.0
-            if (
-                damping < SURE
-                and abs(state.at[0] - last) < RESTED
-                and off < ON_RAY
-                and worst < KEPT
-            ):
-                return True, steps
-            last = state.at[0]
-            if moved < 0.1:
-                multiply(goal, none, state, work, LAST, np.bool_(True))
-        if phase < RETURNED:
-            cost = _cost(link, goal, state, work)[0]
-            work.bend[0], work.bend[1], work.bend[2] = FORCE, work.pushed[1], work.pushed[2]
-            equations(link, goal, none, state, work, LAST, EASE, np.bool_(True))
-        steps += 1
-        if newton(link, state, work, damping if damping > 1e-3 else 0.0):
-            promise = 1e-300
-            push = 0.0
-            for i in range(link.mode.shape[0]):
-                push += work.side[i] * work.step[i]
-                promise += 0.5 * damping * link.weight[i] * work.step[i] * work.step[i]
-            promise += 0.5 * push
-            moved = go(link, state, work)
-            phase = TRIED
-        else:
-            damping = max(damping * rise, 0.03)
-            rise = rise * 2.0
-            phase = STUCK
-    return False, steps
+class Extents(NamedTuple):
+    """How far P chains reach along their rays, filled in place."""
+
+    angles: Floats
+    """(P, K, 3) [rad] starts that reach the points in, the postures at the far ends out."""
+    held: Floats
+    """(P, 6 + R) multipliers of the ray, in the world, and of the R stops."""
+    ways: Floats
+    """(P,) [m] how far beyond the point: the most that was asked for if that is reached, minus
+    infinity if nothing on the ray was."""
+    steps: NDArray[np.int64]
+    """(P,) steps that were tried."""
 
 
-@inner
-def _along(ray, p, base, turn, own, goal):  # type: ignore[no-untyped-def]
-    """Turn the world so that ray[p], a point and a direction, runs along x: base[p] into own, the
-    ray into goal; fills turn (3, 3), whose rows are the new axes."""
-    x = ray[p, 3]
-    y = ray[p, 4]
-    z = ray[p, 5]
-    # the second axis is square to the direction and to the coordinate that it has least of
+class _Ray(NamedTuple):
+    """One ray as the x axis of a frame of its own."""
+
+    turn: Floats
+    """(3, 3) frame-from-world rotation: its rows are the axes of the frame."""
+    base: Floats
+    """(1, 3, 4) [m] frame-from-base transform."""
+    goal: Floats
+    """(1, 12) the point, and weights that hold y and z."""
+    end: Floats
+    """(1, 12) the far end that was asked for, and weights that hold x, y and z."""
+
+
+class _Workspace(NamedTuple):
+    """Working arrays of one row at a time."""
+
+    ray: _Ray
+    state: State
+    work: Work
+    best: Floats
+    """(K, 3) [rad] the posture that came farthest."""
+
+
+@njit(cache=True)
+def _new_workspace(link):  # type: ignore[no-untyped-def]
+    """Make working arrays for a chain without planes."""
+    joints = link.axes.shape[0]
+    free = link.mode.shape[0]
+    stops = link.rows.shape[0]
+    ray = _Ray(np.zeros((3, 3)), np.zeros((1, 3, 4)), np.zeros((1, 12)), np.zeros((1, 12)))
+    state = new_state(joints, free, stops)
+    return _Workspace(ray, state, new_work(joints, free, stops), np.zeros((joints, 3)))
+
+
+@inlined
+def _square_to(x, y, z):  # type: ignore[no-untyped-def]
+    """Unit vector square to (x, y, z) and to the axis of the world that it is farthest from."""
     u, v, w = (0.0, z, -y) if abs(x) <= abs(y) and abs(x) <= abs(z) else (-z, 0.0, x)
     if abs(z) < abs(x) and abs(z) < abs(y):
         u = y
         v = -x
         w = 0.0
     size = math.sqrt(u * u + v * v + w * w)
-    u = u / size
-    v = v / size
-    w = w / size
-    axes = ((x, y, z), (u, v, w), (y * w - z * v, z * u - x * w, x * v - y * u))
+    return u / size, v / size, w / size
+
+
+@inner
+def _begin_ray(rays, p, base, far, ray):  # type: ignore[no-untyped-def]
+    """Fill a frame whose x axis is rays[p], with base[p], the point and the far end in it."""
+    first = vector(rays[p, 3:])
+    second = _square_to(first[0], first[1], first[2])
+    store(first, ray.turn[0])
+    store(second, ray.turn[1])
+    store(cross(first, second), ray.turn[2])
     for i in range(3):
-        a, b, c = axes[i]
-        turn[i, 0] = a
-        turn[i, 1] = b
-        turn[i, 2] = c
+        a, b, c = vector(ray.turn[i])
         for m in range(4):
-            own[0, i, m] = a * base[p, 0, m] + b * base[p, 1, m] + c * base[p, 2, m]
-        goal[0, i] = a * ray[p, 0] + b * ray[p, 1] + c * ray[p, 2]
-        goal[0, 6 + i] = 1.0 if i > 0 else 0.0
+            ray.base[0, i, m] = a * base[p, 0, m] + b * base[p, 1, m] + c * base[p, 2, m]
+        ray.goal[0, i] = dot((a, b, c), vector(rays[p]))
+        ray.goal[0, 6 + i] = 1.0 if i > 0 else 0.0
+        ray.end[0, i] = ray.goal[0, i]
+        ray.end[0, 6 + i] = 1.0
+    ray.end[0, 0] += far
+
+
+@inlined
+def _axes(turn):  # type: ignore[no-untyped-def]
+    """Read a rotation (3, 3) as nine numbers."""
+    a, b, c = vector(turn[0]), vector(turn[1]), vector(turn[2])
+    return a[0], a[1], a[2], b[0], b[1], b[2], c[0], c[1], c[2]
 
 
 @inner
-def _begin(link, p, turn, angles, held, state, work):  # type: ignore[no-untyped-def]
-    """Stand at angles[p] with the multipliers held[p], those of the ray turned into its axes."""
-    take_row(angles, p, state.angles)
-    for i in range(3):
-        work.pushed[i] = turn[i, 0] * held[p, 0] + turn[i, 1] * held[p, 1] + turn[i, 2] * held[p, 2]
-        work.pushed[3 + i] = 0.0
+def _begin_guided(link, p, near, workspace):  # type: ignore[no-untyped-def]
+    """Start at the guide of row p, with its multipliers, those of the ray turned into its frame."""
+    work = workspace.work
+    take_row(near.angles, p, workspace.state.angles)
+    store(matvec(_axes(workspace.ray.turn), vector(near.held[p])), work.pushed)
+    store((0.0, 0.0, 0.0), work.pushed[3:])
     for i in range(link.rows.shape[0]):
-        work.press[i] = held[p, 6 + i]
+        work.press[i] = near.held[p, 6 + i]
 
 
 @inner
-def _rest(link, work):  # type: ignore[no-untyped-def]
-    """Drop all multipliers."""
-    for i in range(6):
-        work.pushed[i] = 0.0
+def _begin_alone(link, p, angles, workspace):  # type: ignore[no-untyped-def]
+    """Start at angles[p], without multipliers."""
+    take_row(angles, p, workspace.state.angles)
+    workspace.work.pushed[:] = 0.0
+    workspace.work.press[:] = 0.0
+
+
+@inlined
+def _keep(link, p, way, out, workspace):  # type: ignore[no-untyped-def]
+    """Keep a posture that came farthest, with its multipliers."""
+    work = workspace.work
+    out.ways[p] = way
+    take(workspace.state.angles, workspace.best)
+    store(transpose_matvec(_axes(workspace.ray.turn), vector(work.pushed)), out.held[p])
     for i in range(link.rows.shape[0]):
-        work.press[i] = 0.0
+        out.held[p, 6 + i] = work.press[i]
 
 
 @inner
-def _try(link, b, own, turn, goals, planes, most, p, far, capped, warm, out, state, work, best):  # type: ignore[no-untyped-def]
-    """Bring row p from a state to the far end of its ray, or as far as it goes; True where it came
-    to rest. Keeps what is better."""
-    goal, end = goals
-    _, held, ways, steps = out
-    none = np.int64(0)  # a plain 0 would have all compiled for itself
-    if capped:
-        count, left = descend(
-            link, b, (own, end), none, planes, (none, none), most, warm, state, work
-        )
-        rested = not left
+def _attempt(link, b, p, planes, most, far, to_end, warm, out, workspace):  # type: ignore[no-untyped-def]
+    """Bring row p from a state to the far end of its ray, or as far as it goes; keep what is better.
+
+    Returns whether it came to rest there.
+    """
+    ray = workspace.ray
+    state = workspace.state
+    work = workspace.work
+    if to_end:
+        steps, _ = descend(link, b, (ray.base, ray.end), 0, planes, (0, 0), most, warm, state, work)
+        rested = False
     else:
-        rested, count = _extend(link, b, own, goal, planes, most, warm, state, work)
-    steps[p] += count
+        steps, rested = extend(
+            link, b, (ray.base, ray.goal), 0, planes, (0, 0), most, warm, state, work
+        )
+    out.steps[p] += steps
     within(link, state.angles)
-    look(link, b, own, none, planes, (none, none), state)
-    off = math.sqrt((state.at[1] - goal[0, 1]) ** 2 + (state.at[2] - goal[0, 2]) ** 2)
-    breach = 0.0
-    for r in range(state.used[0]):
-        breach = max(breach, -state.room[r])
-    way = state.at[0] - goal[0, 0]
-    if capped:
+    look(link, b, ray.base, 0, planes, (0, 0), state)
+    way = state.at[0] - ray.goal[0, 0]
+    if to_end:
         rested = abs(way - far) < REACHED
         way = far if rested else way
-    if off < 2.0 * ON_RAY and breach < LEGAL and way > ways[p]:
-        ways[p] = way
-        take(state.angles, best)
-        for i in range(3):
-            held[p, i] = (
-                turn[0, i] * work.pushed[0]
-                + turn[1, i] * work.pushed[1]
-                + turn[2, i] * work.pushed[2]
-            )
-        for i in range(link.rows.shape[0]):
-            held[p, 6 + i] = work.press[i]
+    off = math.sqrt((state.at[1] - ray.goal[0, 1]) ** 2 + (state.at[2] - ray.goal[0, 2]) ** 2)
+    if off < OFF_RAY and greatest_breach(state) < LEGAL and way > out.ways[p]:
+        _keep(link, p, way, out, workspace)
         return rested
     return False
 
 
+@inner
+def _extend_row(link, b, p, planes, far, most, near, out, workspace):  # type: ignore[no-untyped-def]
+    """Extend row p in up to four attempts, until one comes to rest.
+
+    The first does what the guide could do, reach the far end or not, and the second the other. The
+    last two do both from the row's own start.
+    """
+    came = near.ways[p]
+    out.ways[p] = -np.inf
+    take_row(out.angles, p, workspace.best)
+    for attempt in range(0 if came > -np.inf else 2, 4):
+        guided = attempt < 2
+        to_end = (came == far) == (attempt == 0) if guided else attempt == 2
+        if attempt == 1 and not to_end and out.ways[p] > -np.inf:
+            continue
+        if guided:
+            _begin_guided(link, p, near, workspace)
+        else:
+            _begin_alone(link, p, out.angles, workspace)
+        steps = min(MOST_WARM, most) if guided else most
+        if _attempt(link, b, p, planes, steps, far, to_end, guided, out, workspace):
+            break
+    put_row(workspace.best, out.angles, p)
+
+
 @njit(cache=True, nogil=True)
 def reach_outward(link, who, base, rays, planes, far, most, near, out, begin, end):  # type: ignore[no-untyped-def]
-    """How far the chains begin..end of P reach along rays (P, 6), a point and a unit direction
-    each, up to `far` [m].
+    """Extend the chains of rows begin..end - 1 of P along their rays, each by itself.
 
-    base (P, 3, 4); planes: none. near: what guides have come to: angles (P, K, 3), multipliers (P,
-    6 + R) of the world and the stops, and their ways (P,) [m], -inf where there is no guide. out:
-    angles (P, K, 3), in a start that reaches the point, out where it came to; held (P, 6 + R):
-    multipliers; ways (P,) [m]: how far beyond the point, `far` itself where that is reached, -inf
-    where nothing on the ray was; steps (P,). The row's own start is tried where the guide leads
-    nowhere.
+    Parameters
+    ----------
+    link : Linkage
+        The chain of B bodies.
+    who : (P,)
+        Row of the body of each chain.
+    base : (P, 3, 4)
+        World-from-base transforms [m].
+    rays : (P, 6)
+        A point [m] and a unit direction each.
+    planes : Planes
+        No planes.
+    far : float
+        How far [m] to go beyond the points.
+    most : int
+        Steps of an attempt at most.
+    near : Guides
+        Solutions near by.
+    out : Extents
+        Filled.
+    begin, end : int
+        Rows to solve.
     """
-    joints = link.axes.shape[0]
-    stops = link.rows.shape[0]
-    guides, pressed, came = near
-    ways = out[2]
-    state = new_state(joints, link.mode.shape[0], stops)
-    work = new_work(joints, link.mode.shape[0], stops)
-    own = np.zeros((1, 3, 4))
-    turn = np.zeros((3, 3))
-    best = np.zeros((joints, 3))
-    goal = np.zeros((1, 12))
-    last = np.zeros((1, 12))
+    workspace = _new_workspace(link)
     for p in range(begin, end):
-        _along(rays, p, base, turn, own, goal)
-        last[:] = goal
-        last[0, 0] = goal[0, 0] + far
-        last[0, 6] = 1.0
-        ways[p] = -np.inf
-        take_row(out[0], p, best)
-        # what the guide could do is tried first, then the other, then both from the row's own start
-        for attempt in range(0 if came[p] > -np.inf else 2, 4):
-            guided = attempt < 2
-            capped = (came[p] == far) == (attempt == 0) if guided else attempt == 2
-            some = min(MOST_WARM, most) if guided else most
-            if attempt == 1 and not capped and ways[p] > -np.inf:
-                continue
-            if guided:
-                _begin(link, p, turn, guides, pressed, state, work)
-            else:
-                take_row(out[0], p, state.angles)
-                _rest(link, work)
-            if _try(
-                link,
-                who[p],
-                own,
-                turn,
-                (goal, last),
-                planes,
-                some,
-                p,
-                far,
-                capped,
-                guided,
-                out,
-                state,
-                work,
-                best,
-            ):
-                break
-        put_row(best, out[0], p)
+        _begin_ray(rays, p, base, far, workspace.ray)
+        _extend_row(link, who[p], p, planes, far, most, near, out, workspace)

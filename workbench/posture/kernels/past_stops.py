@@ -1,5 +1,8 @@
-"""How far every joint of one pose is past its stop, as a turn to be taken back: fast enough for
-each step of a simulation, where solve.stops gives exact margins of whole batches."""
+"""Excess of every joint of one pose past its stops, as a rotation to be taken back.
+
+It is fast enough for each step of a simulation. `posture.stops` gives exact margins of whole
+batches: here the excess of a cone is measured along the ray from zero, not to the nearest point.
+"""
 
 from __future__ import annotations
 
@@ -9,157 +12,157 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.compiled import njit
-from workbench.posture.kernels.limits import nearest_side
+from workbench.body.kernels.rotation import swing_twist_angles, twist_quaternion
+from workbench.compiled import inlined, inner, njit
+from workbench.geometry.vectors import (
+    add,
+    conjugate,
+    cross,
+    dot,
+    norm,
+    quaternion,
+    quaternion_product,
+    rotate,
+    scale,
+    store,
+    vector,
+)
+from workbench.model.stops import StopKind
+from workbench.posture.kernels.limits import SMALLEST_LIMIT, nearest_side
 
 __all__ = ["StopPack", "past_stops"]
 
-_CONE = 1
-_HINGE = 2
-_POLYGON = 3
-_LEAST = 1e-9
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+FREE = int(StopKind.FREE)
+CONE = int(StopKind.CONE)
+HINGE = int(StopKind.HINGE)
+POLYGON = int(StopKind.POLYGON)
 
 
 class StopPack(NamedTuple):
-    """The stops of J joints: kind (J,), axes (J, 3, 3), limits (J, 3, 2), play (J,) as model.stops
-    has them.
+    """The stops of J joints, packed for the kernel."""
 
-    coupling (M, 9): joint, axis, side, driver joint and axis, two driver angles, two limits. sides
-    (J, V, 5, 3), corners (J,): the spherical polygons side by side (first corner, inward normal,
-    normals of its ends, normal of the plane through centre and corner); limb (J, 3); before (J, B):
-    joints from the polygon's frame to this one, -1 where there are none.
+    kind: Ints
+    """(J,) a `StopKind`."""
+    axes: Floats
+    """(J, 3, 3) unit axes: first swing, second swing, twist."""
+    limits: Floats
+    """(J, 3, 2) [rad] how far each angle goes up and down."""
+    play: Floats
+    """(J,) [rad] play of a hinge beyond the limits of its other two angles."""
+    coupling: Floats
+    """(M, 9) limits that follow an angle: joint, axis, side, driving joint and axis, two of its
+    angles [rad], and the limit [rad] at each."""
+    sides: Floats
+    """(J, V, 5, 3) sides of the spherical polygons, as `Linkage.sides`."""
+    corners: Ints
+    """(J,) number of sides of each polygon."""
+    limb: Floats
+    """(J, 3) direction of the limb that a polygon holds."""
+    before: Ints
+    """(J, B) joints from the polygon's frame to this one, -1 where there are none."""
+
+
+@inlined
+def _excess(value, up, down):  # type: ignore[no-untyped-def]
+    """How far a value lies beyond the limits -down..up, with its sign."""
+    if value > up:
+        return value - up
+    return value + down if value < -down else 0.0
+
+
+@inlined
+def _cone_excess(first, second, limits):  # type: ignore[no-untyped-def]
+    """Excess of a swing past its cone (s1 / L1)^2 + (s2 / L2)^2 = 1, along the ray from zero."""
+    l0 = max(limits[0, 0 if first >= 0 else 1], SMALLEST_LIMIT)
+    l1 = max(limits[1, 0 if second >= 0 else 1], SMALLEST_LIMIT)
+    q = math.sqrt((first / l0) ** 2 + (second / l1) ** 2)
+    if q > 1.0:
+        return first - first / q, second - second / q
+    return 0.0, 0.0
+
+
+@inner
+def _polygon_excess(j, pack, rotations):  # type: ignore[no-untyped-def]
+    """Rotation vector [rad], in the distal frame of joint j, by which its limb is past its polygon.
+
+    The limb's direction d goes back to the nearest point p along the great circle: about p x d.
     """
-
-    kind: NDArray[np.int64]
-    axes: NDArray[np.float64]
-    limits: NDArray[np.float64]
-    play: NDArray[np.float64]
-    coupling: NDArray[np.float64]
-    sides: NDArray[np.float64]
-    corners: NDArray[np.int64]
-    limb: NDArray[np.float64]
-    before: NDArray[np.int64]
-
-
-@njit(cache=True)
-def _turned(q, x, y, z):  # type: ignore[no-untyped-def]
-    """A vector turned by a quaternion."""
-    tx = 2 * (q[2] * z - q[3] * y)
-    ty = 2 * (q[3] * x - q[1] * z)
-    tz = 2 * (q[1] * y - q[2] * x)
-    return (
-        x + q[0] * tx + q[2] * tz - q[3] * ty,
-        y + q[0] * ty + q[3] * tx - q[1] * tz,
-        z + q[0] * tz + q[1] * ty - q[2] * tx,
-    )
-
-
-@njit(cache=True)
-def _product(a, b):  # type: ignore[no-untyped-def]
-    """The product of two quaternions: first b, then a."""
-    return (
-        a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3],
-        a[0] * b[1] + a[1] * b[0] + a[2] * b[3] - a[3] * b[2],
-        a[0] * b[2] - a[1] * b[3] + a[2] * b[0] + a[3] * b[1],
-        a[0] * b[3] + a[1] * b[2] - a[2] * b[1] + a[3] * b[0],
-    )
-
-
-@njit(cache=True)
-def _angles(q, axes, out):  # type: ignore[no-untyped-def]
-    """The two swing components and the twist of a rotation; returns the twist as a quaternion."""
-    u = axes[2]
-    along = q[1] * u[0] + q[2] * u[1] + q[3] * u[2]
-    twist = 2.0 * math.atan2(along, q[0])
-    twist -= 2 * math.pi * round(twist / (2 * math.pi))
-    c = math.cos(0.5 * twist)
-    s = math.sin(0.5 * twist)
-    turn = (c, s * u[0], s * u[1], s * u[2])
-    swing = _product(q, (c, -turn[1], -turn[2], -turn[3]))
-    sign = -1.0 if swing[0] < 0 else 1.0
-    sine = math.sqrt(swing[1] ** 2 + swing[2] ** 2 + swing[3] ** 2)
-    scale = sign * (2.0 * math.atan2(sine, sign * swing[0]) / sine if sine > 1e-12 else 2.0)
-    for k in range(2):
-        out[k] = scale * (swing[1] * axes[k, 0] + swing[2] * axes[k, 1] + swing[3] * axes[k, 2])
-    out[2] = twist
-    return turn
-
-
-@njit(cache=True)
-def _beyond(value, first, second):  # type: ignore[no-untyped-def]
-    """How far a value lies beyond first upward or second downward, with its sign."""
-    return value - first if value > first else value + second if value < -second else 0.0
-
-
-@njit(cache=True)
-def _polygon(q, j, pack, rotations, out):  # type: ignore[no-untyped-def]
-    """Add the turn, in the joint's distal frame, by which the limb is outside its spherical
-    polygon."""
-    before = (1.0, 0.0, 0.0, 0.0)
+    whole = (1.0, 0.0, 0.0, 0.0)
     for b in range(pack.before.shape[1]):
         if pack.before[j, b] >= 0:
-            before = _product(before, rotations[pack.before[j, b]])
-    whole = _product(before, q)
-    d = _turned(whole, pack.limb[j, 0], pack.limb[j, 1], pack.limb[j, 2])
+            whole = quaternion_product(whole, quaternion(rotations[pack.before[j, b]]))
+    whole = quaternion_product(whole, quaternion(rotations[j]))
+    d = rotate(whole, vector(pack.limb[j]))
     p, _, inside = nearest_side(pack.sides[j, : pack.corners[j]], d)
-    if inside:
-        return
-    cross = (p[1] * d[2] - p[2] * d[1], p[2] * d[0] - p[0] * d[2], p[0] * d[1] - p[1] * d[0])
-    sine = math.sqrt(cross[0] ** 2 + cross[1] ** 2 + cross[2] ** 2)
-    if sine < 1e-12:
-        return
-    scale = math.atan2(sine, p[0] * d[0] + p[1] * d[1] + p[2] * d[2]) / sine
-    back = (whole[0], -whole[1], -whole[2], -whole[3])
-    e = _turned(back, scale * cross[0], scale * cross[1], scale * cross[2])
-    out[0] += e[0]
-    out[1] += e[1]
-    out[2] += e[2]
+    axis = cross(p, d)
+    sine = norm(axis)
+    if inside or sine < 1e-12:
+        return 0.0, 0.0, 0.0
+    angle = math.atan2(sine, dot(p, d))
+    return rotate(conjugate(whole), scale(angle / sine, axis))
 
 
-@njit(cache=True)
-def past_stops(rotations, pack, angles, limits, past):  # type: ignore[no-untyped-def]
-    """Fill angles (J, 3), limits (J, 3, 2) with couplings applied, and past (J, 3): the rotation
-    vector [rad], in the distal segment's frame, from the nearest legal rotation (cones: along the
-    ray from zero) to this one."""
-    joints = pack.kind.shape[0]
-    limits[:] = pack.limits
-    for j in range(joints):
-        _angles(rotations[j], pack.axes[j], angles[j])
+@inlined
+def _angle_excess(kind, angles, limits, play, axes):  # type: ignore[no-untyped-def]
+    """Rotation vector [rad], in the distal frame, by which the angles of a joint exceed its limits.
+
+    The excess of the swing is turned into that frame, which lies beyond the twist.
+    """
+    slack = play if kind == HINGE else 0.0
+    first = 0.0
+    second = 0.0
+    if kind == CONE:
+        first, second = _cone_excess(angles[0], angles[1], limits)
+    elif kind == HINGE:
+        first = _excess(angles[0], limits[0, 0], limits[0, 1])
+        second = _excess(angles[1], limits[1, 0] + slack, limits[1, 1] + slack)
+    twist = _excess(angles[2], limits[2, 0] + slack, limits[2, 1] + slack)
+    swing = add(scale(first, vector(axes[0])), scale(second, vector(axes[1])))
+    back = conjugate(twist_quaternion(vector(axes[2]), angles[2]))
+    return add(rotate(back, swing), scale(twist, vector(axes[2])))
+
+
+@inlined
+def _apply_couplings(pack, angles, limits):  # type: ignore[no-untyped-def]
+    """Set the limits that follow an angle: interpolated between two angles, constant beyond."""
     for m in range(pack.coupling.shape[0]):
         c = pack.coupling[m]
         driver = angles[int(c[3]), int(c[4])]
         share = min(max((driver - c[5]) / (c[6] - c[5]), 0.0), 1.0)
         limits[int(c[0]), int(c[1]), int(c[2])] = c[7] + share * (c[8] - c[7])
-    for j in range(joints):
-        past[j] = 0.0
+
+
+@njit(cache=True)
+def past_stops(rotations, pack, angles, limits, past):  # type: ignore[no-untyped-def]
+    """Measure how far every joint is past its stops.
+
+    Parameters
+    ----------
+    rotations : (J, 4)
+        Joint rotations.
+    pack : StopPack
+        The stops.
+    angles : (J, 3)
+        Filled with the joint angles [rad].
+    limits : (J, 3, 2)
+        Filled with the limits [rad], couplings applied.
+    past : (J, 3)
+        Filled with the rotation vector [rad], in the frame of the distal segment, from a legal
+        rotation to this one: the nearest one, but for a cone the one on the ray from zero.
+    """
+    limits[:] = pack.limits
+    for j in range(pack.kind.shape[0]):
+        store(swing_twist_angles(quaternion(rotations[j]), pack.axes[j]), angles[j])
+    _apply_couplings(pack, angles, limits)
+    for j in range(pack.kind.shape[0]):
         kind = pack.kind[j]
-        if kind == 0:
+        past[j] = 0.0
+        if kind == FREE:
             continue
-        turn = _angles(rotations[j], pack.axes[j], angles[j])
-        a, b, t = angles[j]
-        slack = pack.play[j] if kind == _HINGE else 0.0
-        da = 0.0
-        db = 0.0
-        if kind == _CONE:
-            first = max(limits[j, 0, 0 if a >= 0 else 1], _LEAST)
-            second = max(limits[j, 1, 0 if b >= 0 else 1], _LEAST)
-            root = math.sqrt((a / first) ** 2 + (b / second) ** 2)
-            if root > 1.0:
-                da = a - a / root
-                db = b - b / root
-        elif kind == _HINGE:
-            da = _beyond(a, limits[j, 0, 0], limits[j, 0, 1])
-            db = _beyond(b, limits[j, 1, 0] + slack, limits[j, 1, 1] + slack)
-        dt = _beyond(t, limits[j, 2, 0] + slack, limits[j, 2, 1] + slack)
-        axes = pack.axes[j]
-        back = (turn[0], -turn[1], -turn[2], -turn[3])
-        e = _turned(
-            back,
-            da * axes[0, 0] + db * axes[1, 0],
-            da * axes[0, 1] + db * axes[1, 1],
-            da * axes[0, 2] + db * axes[1, 2],
-        )
-        for k in range(3):
-            past[j, k] = e[k] + dt * axes[2, k]
-        if kind == _POLYGON:
-            _polygon(rotations[j], j, pack, rotations, past[j])
+        excess = _angle_excess(kind, angles[j], limits[j], pack.play[j], pack.axes[j])
+        if kind == POLYGON:
+            excess = add(excess, _polygon_excess(j, pack, rotations))
+        store(excess, past[j])

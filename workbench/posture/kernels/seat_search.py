@@ -1,49 +1,114 @@
-"""The seat put where each person is best off: place by place downhill, first by how far the feet
-miss, then by discomfort; beyond where heels can be on the floor only as far as lifting them may
-pay.
+"""Place of the seat, among those of its travel, where each person is best off.
+
+The search goes downhill from place to place: first by how far the feet miss their pedals, then by
+discomfort. Where that ends short of what is wished, more places are scanned.
 """
 
 from __future__ import annotations
 
-import numpy as np
+from typing import NamedTuple
 
-from workbench.compiled import njit
+import numpy as np
+from numpy.typing import NDArray
+
+from workbench.compiled import inner, njit
 from workbench.posture.kernels.sitting import (
-    ALOFT,
-    DOWN,
-    EASE,
-    FEET,
-    LAST,
+    FINAL,
+    FOOT_DISCOMFORT,
+    HEELS_DOWN,
+    HEELS_UP,
     MISSED,
     ROW,
-    SOME,
-    TRIED,
+    TOTAL_DISCOMFORT,
+    TRIAL,
+    VISITED,
+    SeatWorkspace,
+    Sitter,
     begin_sitter,
+    copy_matrix,
     copy_row,
-    new_desk,
+    new_seat_workspace,
     new_sitter,
     settle,
 )
 
-__all__ = ["ROW", "seat_rows"]
+__all__ = ["SeatPlaces", "seat_rows"]
 
-NONE = 0
-EVERY = 1
-PEDALS = 2
-HEELS = 3
-"""What places are scanned for after the walk."""
+Floats = NDArray[np.float64]
+
+SCAN_NONE = 0
+SCAN_EVERY = 1
+SCAN_PEDALS = 2
+SCAN_HEELS = 3
+"""What is scanned after the walk downhill: nothing; every place; outward while feet none of which is
+as wished do not grow worse; outward while lifting the heels may pay."""
+MISS_UNIT = 1e4
+DISCOMFORT_UNIT = 1e3
+"""Misses are compared to 1 / MISS_UNIT [m], discomfort to 1 / DISCOMFORT_UNIT, so that rounding does
+not choose a place."""
 
 
-@njit(cache=True, error_model="numpy", _nrt=False)
+class SeatPlaces(NamedTuple):
+    """Where the seat search puts B people, filled in place."""
+
+    rotations: Floats
+    """(B, J, 4) joint rotations, in and out."""
+    lap: Floats
+    """(B, 3, 4) [m] the lower torso."""
+    travel: Floats
+    """(B, 2) [m] travel of the seat, forward and up."""
+    numbers: Floats
+    """(B, 2, 8) of the feet, as of `posture.kernels.inverse.Solutions`."""
+    row: Floats
+    """(B, ROW) as of `posture.kernels.sitting`, with the number of places that were tried in
+    VISITED."""
+
+
+class _SeatSearch(NamedTuple):
+    """Working arrays of the search of one person."""
+
+    now: Sitter
+    """The person at the place on trial."""
+    high: Sitter
+    """The person with both heels in the air."""
+    best: Floats
+    """`Sitter.all` at the best place so far."""
+    begun: Floats
+    """`Sitter.all` at the place where a scan began."""
+    table: Floats
+    """(G, ROW) what was found at each place."""
+    lifted: Floats
+    """(2, ROW) what was found with both heels in the air: at the place before, and now."""
+    workspace: SeatWorkspace
+
+
+@njit(cache=True)
+def _new_search(sit, legs, places, joints):  # type: ignore[no-untyped-def]
+    """Make working arrays for a number of places and joints."""
+    now = new_sitter(legs, joints)
+    return _SeatSearch(
+        now,
+        new_sitter(legs, joints),
+        np.zeros(now.all.shape[0]),
+        np.zeros(now.all.shape[0]),
+        np.zeros((places, ROW)),
+        np.zeros((2, ROW)),
+        new_seat_workspace(sit, legs, joints),
+    )
+
+
+@inner
 def _better(table, grid, i, j):  # type: ignore[no-untyped-def]
-    """Whether place i is before place j: it misses less, or is easier, or nearer to where the seat
-    stands at rest."""
-    one = np.floor(1e4 * table[i, MISSED] + 0.5)
-    other = np.floor(1e4 * table[j, MISSED] + 0.5)
+    """Whether place i is better than place j.
+
+    It misses less; or is easier; or is nearer to where the seat stands at rest; or comes first.
+    """
+    one = np.floor(MISS_UNIT * table[i, MISSED] + 0.5)
+    other = np.floor(MISS_UNIT * table[j, MISSED] + 0.5)
     if one != other:
         return one < other
-    one = np.floor(1e3 * table[i, EASE] + 0.5)
-    other = np.floor(1e3 * table[j, EASE] + 0.5)
+    one = np.floor(DISCOMFORT_UNIT * table[i, TOTAL_DISCOMFORT] + 0.5)
+    other = np.floor(DISCOMFORT_UNIT * table[j, TOTAL_DISCOMFORT] + 0.5)
     if one != other:
         return one < other
     if abs(grid[i]) != abs(grid[j]):
@@ -51,134 +116,172 @@ def _better(table, grid, i, j):  # type: ignore[no-untyped-def]
     return i < j
 
 
-@njit(cache=True, inline="always")
-def _walk(sit, legs, b, grid, best, sitters, desk, table):  # type: ignore[no-untyped-def]
-    """From a place that is settled go downhill until both neighbours are worse; returns the
-    place."""
-    now = sitters[0]
-    kept = sitters[1]
+@inner
+def _try_place(sit, legs, b, grid, i, best, search):  # type: ignore[no-untyped-def]
+    """Settle person b at place i, and keep that if it is better; returns the best place."""
+    settle(sit, legs, b, grid[i], TRIAL, search.now, search.workspace, search.table[i])
+    if _better(search.table, grid, i, best):
+        copy_row(search.now.all, search.best)
+        return i
+    return best
+
+
+@inner
+def _walk(sit, legs, b, grid, start, search):  # type: ignore[no-untyped-def]
+    """Go downhill from a settled place until both neighbours are worse; returns the place.
+
+    The neighbour in the direction of the last step is tried first.
+    """
+    best = start
     step = -1
     moved = True
     while moved:
         moved = False
         for side in range(2):
             i = best + step - 2 * side * step
-            if moved or i < 0 or i >= len(grid) or table[i, TRIED] > 0.0:
+            if moved or i < 0 or i >= len(grid) or search.table[i, VISITED] > 0.0:
                 continue
-            copy_row(kept.all, now.all)
-            settle(sit, legs, b, grid[i], SOME, now, desk, table[i])
-            if _better(table, grid, i, best):
-                copy_row(now.all, kept.all)
-                best, step, moved = i, i - best, True
+            copy_row(search.best, search.now.all)
+            found = _try_place(sit, legs, b, grid, i, best, search)
+            if found != best:
+                step = found - best
+                best = found
+                moved = True
     return best
 
 
-@njit(cache=True, inline="always")
-def _least(legs, walked, aloft):  # type: ignore[no-untyped-def]
-    """The least that a place may come to with some heel in the air: its feet aloft, or down as
-    where one has walked."""
+@inner
+def _least_discomfort(legs, settled, lifted):  # type: ignore[no-untyped-def]
+    """Least discomfort that a place may have with at least one heel in the air.
+
+    Each foot counts as lifted there (row lifted), or as down at the place of the walk (row
+    settled), whichever is less; and the foot that costs least to lift is lifted.
+    """
     total = 0.0
     lift = np.inf
     for foot in range(legs.feet):
-        down = walked[FEET + foot]
-        up = aloft[FEET + foot]
-        if aloft[MISSED] > 0.0:
+        down = settled[FOOT_DISCOMFORT + foot]
+        up = lifted[FOOT_DISCOMFORT + foot]
+        if lifted[MISSED] > 0.0:
             up = np.inf
         total += min(down, up)
         lift = min(lift, up - min(down, up))
     return total + lift
 
 
-@njit(cache=True, inline="always")
-def _scan(sit, legs, b, grid, best, mode, sitters, desk, table):  # type: ignore[no-untyped-def]
-    """Try places on both sides of one that is settled, outward; returns the best.
+@inner
+def _lifting_may_pay(sit, legs, b, grid, i, first, best, search):  # type: ignore[no-untyped-def]
+    """Estimate place i with both heels in the air.
 
-    mode: EVERY place; PEDALS: until feet none of which is as wished grow worse; HEELS: heels are
-    down, and places where to lift them cannot pay, told from legs with both in the air, are passed
-    over, until that grows worse.
+    Returns whether it may be better than the best place, and whether a place farther on may be: the
+    estimate says so here, or it is still falling.
     """
-    now, kept, begun, high = sitters
-    copy_row(kept.all, begun.all)
-    first = best
-    aloft = np.zeros((2, ROW))
-    for side in (-1, 1):
-        copy_row(begun.all, now.all)
-        copy_row(begun.all, high.all)
-        i = first + side
-        more = True
-        aloft[0, EASE] = np.inf
-        aloft[0, MISSED] = 0.0
-        before = table[first]
-        while 0 <= i < len(grid) and more:
-            passed = False
-            if mode == HEELS:
-                settle(sit, legs, b, grid[i], ALOFT, high, desk, aloft[1])
-                passed = _least(legs, table[first], aloft[1]) >= table[best, EASE]
-                more = not passed or (
-                    aloft[1, EASE] < aloft[0, EASE] and aloft[1, MISSED] <= aloft[0, MISSED]
-                )
-                copy_row(aloft[1], aloft[0])
-            if not passed and table[i, TRIED] == 0.0:
-                settle(sit, legs, b, grid[i], SOME, now, desk, table[i])
-                if _better(table, grid, i, best):
-                    copy_row(now.all, kept.all)
-                    best = i
-            if mode == PEDALS:
-                more = (
-                    table[i, DOWN] > 0.0 or before[DOWN] > 0.0 or _better(table, grid, i, i - side)
-                )
-                before = table[i]
-            i += side
+    lifted = search.lifted
+    settle(sit, legs, b, grid[i], HEELS_UP, search.high, search.workspace, lifted[1])
+    least = _least_discomfort(legs, search.table[first], lifted[1])
+    may_pay = not least >= search.table[best, TOTAL_DISCOMFORT]
+    falling = (
+        lifted[1, TOTAL_DISCOMFORT] < lifted[0, TOTAL_DISCOMFORT]
+        and lifted[1, MISSED] <= lifted[0, MISSED]
+    )
+    copy_row(lifted[1], lifted[0])
+    return may_pay, may_pay or falling
+
+
+@inner
+def _scan_side(sit, legs, b, grid, first, best, side, mode, search):  # type: ignore[no-untyped-def]
+    """Try places outward from place `first` on one side (-1 or 1); returns the best place."""
+    table = search.table
+    copy_row(search.begun, search.now.all)
+    copy_row(search.begun, search.high.all)
+    search.lifted[0, TOTAL_DISCOMFORT] = np.inf
+    search.lifted[0, MISSED] = 0.0
+    i = first + side
+    more = True
+    while 0 <= i < len(grid) and more:
+        wanted = True
+        if mode == SCAN_HEELS:
+            wanted, more = _lifting_may_pay(sit, legs, b, grid, i, first, best, search)
+        if wanted and table[i, VISITED] == 0.0:
+            best = _try_place(sit, legs, b, grid, i, best, search)
+        if mode == SCAN_PEDALS:
+            more = (
+                table[i, HEELS_DOWN] > 0.0
+                or table[i - side, HEELS_DOWN] > 0.0
+                or _better(table, grid, i, i - side)
+            )
+        i += side
     return best
+
+
+@inner
+def _scan_mode(legs, place, every):  # type: ignore[no-untyped-def]
+    """What is to be scanned after a walk that ended at a place (ROW,)."""
+    if every:
+        return SCAN_EVERY
+    if place[MISSED] > 0.0 or place[HEELS_DOWN] < legs.feet:
+        return SCAN_PEDALS
+    # to lift a heel can only pay where a foot on the floor costs more than a heel in the air
+    hardest = max(place[FOOT_DISCOMFORT], place[FOOT_DISCOMFORT + legs.feet - 1])
+    if legs.floor and hardest > legs.in_air:
+        return SCAN_HEELS
+    return SCAN_NONE
+
+
+@inner
+def _seat_person(sit, legs, grid, first, every, out, b, search):  # type: ignore[no-untyped-def]
+    """Seat person b: walk downhill, scan where need be, settle at the best place."""
+    now = search.now
+    begin_sitter(sit, legs, b, out.rotations, now, search.workspace)
+    search.table[:, VISITED] = 0.0
+    settle(sit, legs, b, grid[first], TRIAL, now, search.workspace, search.table[first])
+    copy_row(now.all, search.best)
+    best = _walk(sit, legs, b, grid, first, search)
+    mode = _scan_mode(legs, search.table[best], every)
+    if mode != SCAN_NONE:
+        copy_row(search.best, search.begun)
+        walked = best
+        for side in (-1, 1):
+            best = _scan_side(sit, legs, b, grid, walked, best, side, mode, search)
+    copy_row(search.best, now.all)
+    settle(sit, legs, b, grid[best], FINAL, now, search.workspace, out.row[b])
+    _write_place(legs, b, grid[best], out, search)
+
+
+@inner
+def _write_place(legs, b, forward, out, search):  # type: ignore[no-untyped-def]
+    """Write where person b is seated, with the seat so far forward [m]."""
+    now = search.now
+    out.row[b, VISITED] = 0.0
+    for i in range(search.table.shape[0]):
+        out.row[b, VISITED] += search.table[i, VISITED]
+    copy_matrix(now.rotations[0], out.rotations[b])
+    copy_matrix(now.base[0], out.lap[b])
+    out.travel[b, 0] = forward
+    out.travel[b, 1] = now.up[0]
+    for foot in range(legs.feet):
+        copy_row(now.numbers[int(now.chosen[foot])], out.numbers[b, foot])
 
 
 @njit(cache=True, nogil=True)
 def seat_rows(sit, legs, grid, first, every, out, begin, end):  # type: ignore[no-untyped-def]
-    """Seat the people begin..end of B.
+    """Seat the people begin..end - 1 of B.
 
-    grid (G,) [m]: the places of the seat; first (B,): where each begins; every: 1 tries all places.
-    out: rotations (B, J, 4), in and out; lap (B, 3, 4): where the lower torso comes; travel (B, 2)
-    [m]: forward and up; numbers (B, 2, 8) of the feet, as chains have them; row (B, ROW): what is
-    missed [m], discomfort, how many feet are as wished, how many places were tried, and the
-    discomfort of each foot.
+    Parameters
+    ----------
+    sit, legs : Sitting, Legs
+        B people.
+    grid : (G,)
+        Places of the seat [m], forward.
+    first : (B,)
+        Index of the place where each person's search begins.
+    every : bool
+        Whether all places are tried.
+    out : SeatPlaces
+        Joint rotations in; filled.
+    begin, end : int
+        People to seat.
     """
-    rotations, lap, travel, numbers, rows = out
-    links = legs.start.shape[2]
-    stops = legs.links[0].rows.shape[0]
-    joints = rotations.shape[1]
-    now = new_sitter(links, stops, joints)
-    kept = new_sitter(links, stops, joints)
-    begun = new_sitter(links, stops, joints)
-    high = new_sitter(links, stops, joints)
-    sitters = (now, kept, begun, high)
-    desk = new_desk()
-    table = np.zeros((len(grid), ROW))
+    search = _new_search(sit, legs, len(grid), out.rotations.shape[1])
     for b in range(begin, end):
-        begin_sitter(sit, legs, b, rotations, now, desk)
-        for i in range(len(grid)):
-            table[i, TRIED] = 0.0
-        best = first[b]
-        settle(sit, legs, b, grid[best], SOME, now, desk, table[best])
-        copy_row(now.all, kept.all)
-        best = _walk(sit, legs, b, grid, best, sitters, desk, table)
-        mode = EVERY if every else NONE
-        if mode == NONE and (table[best, MISSED] > 0.0 or table[best, DOWN] < legs.feet):
-            mode = PEDALS
-        elif (
-            mode == NONE
-            and legs.floor
-            and max(table[best, FEET], table[best, FEET + legs.feet - 1]) > legs.in_air
-        ):
-            mode = HEELS
-        if mode != NONE:
-            best = _scan(sit, legs, b, grid, best, mode, sitters, desk, table)
-        settle(sit, legs, b, grid[best], LAST, kept, desk, rows[b])
-        rows[b, TRIED] = 0.0
-        for i in range(len(grid)):
-            rows[b, TRIED] += table[i, TRIED]
-        copy_row(kept.rotations.reshape(-1), rotations[b].reshape(-1))
-        copy_row(kept.base[0].reshape(-1), lap[b].reshape(-1))
-        travel[b, 0] = grid[best]
-        travel[b, 1] = kept.up[0]
-        for foot in range(legs.feet):
-            copy_row(kept.numbers[int(kept.chosen[foot])], numbers[b, foot])
+        _seat_person(sit, legs, grid, first[b], every, out, b, search)

@@ -1,9 +1,8 @@
-"""A person in a seat at some place of its travel: the hips by the planes of the seat, the feet on
-their pedals.
+"""Seated posture with the seat at one place of its travel: hips on the seat, feet on their pedals.
 
-What a person sits on moves a little with the thighs, and the thighs with where that person sits, so
-both take turns until neither moves. From one place of the seat to the next the legs follow their
-own solution, multipliers and all.
+What a person sits on moves a little with the thighs, and the thighs move with the hips. So hips and
+feet are solved in turns until the hips are at rest (a fixed-point iteration). From one place of the
+seat to the next the legs follow their own solution, multipliers and all.
 """
 
 from __future__ import annotations
@@ -15,312 +14,427 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.body.kernels.rotation import swing_twist_quaternion
-from workbench.compiled import njit
-from workbench.posture.kernels.contacts import Limbs, least_heights
-from workbench.posture.kernels.inverse import Seeds, solve_chains
+from workbench.compiled import inlined, inner, njit
+from workbench.posture.kernels.contacts import Limbs, Space, new_space, row_heights
+from workbench.posture.kernels.descent import REACHED
+from workbench.posture.kernels.inverse import (
+    DESCENT_STEPS,
+    ChainWorkspace,
+    Search,
+    Seeds,
+    Solutions,
+    new_chain_workspace,
+    solve_chain,
+)
 from workbench.posture.kernels.limits import Planes
 from workbench.posture.kernels.linkage import Linkage
 
 __all__ = [
-    "ALOFT",
-    "DOWN",
-    "EASE",
-    "FEET",
-    "LAST",
+    "FINAL",
+    "FOOT_DISCOMFORT",
+    "HEELS_DOWN",
+    "HEELS_UP",
     "MISSED",
     "ROW",
-    "SOME",
-    "TRIED",
+    "TOTAL_DISCOMFORT",
+    "TRIAL",
+    "VISITED",
+    "Effort",
     "Legs",
+    "SeatWorkspace",
+    "Sitter",
     "Sitting",
     "begin_sitter",
+    "copy_matrix",
     "copy_row",
-    "new_desk",
+    "new_seat_workspace",
     "new_sitter",
     "settle",
 ]
 
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
 HEEL = 0
 AIR = 1
-"""Which of a foot's two rows: the heel on the floor, or wherever it comes."""
-STEPS = 90
-REACHED = 1e-4
+"""Which of a foot's two rows: the heel on the floor, or wherever it comes. Row = 2 foot + this."""
+FIRST_SEARCH = 2
+"""Index in `Legs.again` of the first search of a row."""
 SHORT = 1e-3
-"""Distances [m] within which a pedal is reached, and beyond which a foot that stays away is held
-against a place."""
-SOME = np.array([6.0, 1e-5, 1.0])
-LAST = np.array([16.0, 1e-7, 1.0])
-ALOFT = np.array([2.0, 1e-3, 0.0])
-"""At a place on trial, at the place that is taken, with both heels in the air: turns of sitting and
-stepping at most, how little [m] hips at rest move from one to the next, and whether heels are to be
-on the floor."""
+"""Miss [m] beyond which a foot that does not reach its pedal is held against a place."""
 MISSED = 0
-EASE = 1
-DOWN = 2
-TRIED = 3
-FEET = 4
+TOTAL_DISCOMFORT = 1
+HEELS_DOWN = 2
+VISITED = 3
+FOOT_DISCOMFORT = 4
 ROW = 6
-"""What is told of a place: what is missed [m], discomfort, how many feet are as wished, 1 once
-tried, and of each foot its discomfort."""
+"""Columns of what is found at a place: the misses of the feet [m], discomfort, how many feet are as
+wished, 1 once visited, and the discomfort of each foot; and the number of columns."""
+
+
+class Effort(NamedTuple):
+    """How carefully a posture is settled."""
+
+    turns: int
+    """Turns of sitting and stepping at most."""
+    tolerance: float
+    """Change [m] of the hips from turn to turn below which they are at rest."""
+    heels_down: bool
+    """Whether the heels are to be on the floor."""
+
+
+TRIAL = Effort(6, 1e-5, True)
+"""For a place on trial."""
+FINAL = Effort(16, 1e-7, True)
+"""For the place that is taken."""
+HEELS_UP = Effort(2, 1e-3, False)
+"""For an estimate with both heels in the air."""
 
 
 class Sitting(NamedTuple):
-    """How B people sit. limbs: what rests and moves with the legs; counts (2, N): which segments
-    rest on cushion and back, ways (2, 3): their normals; fixed (B, 2) [m]: the least heights of
-    what rests and does not move with the legs, lap (B, 3, 4): the attitude of the lower torso, at
-    the origin; level (B, 3) [m]: the heights that are wanted on cushion, back and beside the
-    middle, and solve (3, 3): the shift from how much they are off; ahead (3,): the way the seat
-    travels; rise (2,) [m]: its travel up; eye (B,) [m]: the height of the lower torso that brings
-    the eyes to theirs, NaN where none is asked for."""
+    """How B people sit in a seat."""
 
     limbs: Limbs
+    """Segments that rest on the seat and move with the legs."""
     counts: NDArray[np.bool_]
-    ways: NDArray[np.float64]
-    fixed: NDArray[np.float64]
-    lap: NDArray[np.float64]
-    level: NDArray[np.float64]
-    solve: NDArray[np.float64]
-    ahead: NDArray[np.float64]
-    rise: NDArray[np.float64]
-    eye: NDArray[np.float64]
+    """(2, N) the segments that rest on the cushion and on the back."""
+    ways: Floats
+    """(2, 3) normals of cushion and back."""
+    fixed: Floats
+    """(B, 2) [m] least heights, along these, of what rests and does not move with the legs; the
+    lower torso is at the origin."""
+    lap: Floats
+    """(B, 3, 4) attitude of the lower torso, at the origin."""
+    level: Floats
+    """(B, 3) [m] heights that are wanted on the cushion, on the back and beside the middle."""
+    solve: Floats
+    """(3, 3) position from three such heights: the inverse of the planes' normals."""
+    ahead: Floats
+    """(3,) unit direction in which the seat travels."""
+    rise: Floats
+    """(2,) [m] the seat's travel up: lowest and highest."""
+    eye: Floats
+    """(B,) [m] height of the lower torso that brings the eyes to theirs, NaN if none is asked
+    for."""
 
 
 class Legs(NamedTuple):
-    """The legs of B people, two (the second not looked at where `feet` is 1): links; goal (B, 2, 2,
-    12): of each foot with the heel on the floor and in the air; start (B, 2, K, 3): angles in
-    comfort; seeds of each to begin again from; again (3,): from how many, with the heel down,
-    in the air, and at first; joints (2, K) of the body; axes (J, 3, 3); floor: 1 where heels have
-    one; in_air: the discomfort of a heel that is not on it."""
+    """The legs of B people. There are always two; the second does not count where `feet` is 1."""
 
     links: tuple[Linkage, Linkage]
-    goal: NDArray[np.float64]
-    start: NDArray[np.float64]
+    goal: Floats
+    """(B, 2, 2, 12) goal of each foot with the heel on the floor, and in the air."""
+    start: Floats
+    """(B, 2, K, 3) [rad] angles in comfort."""
     seeds: tuple[Seeds, Seeds]
-    again: NDArray[np.int64]
-    joints: NDArray[np.int64]
-    axes: NDArray[np.float64]
+    again: Ints
+    """(3,) how many seeds a search begins again from: with the heel down, in the air, at first."""
+    joints: Ints
+    """(2, K) joints of the body."""
+    axes: Floats
+    """(J, 3, 3) axes of all joints."""
     feet: int
+    """Number of feet that count."""
     floor: int
+    """1 if heels have a floor."""
     in_air: float
+    """Discomfort of a heel that is not on it."""
 
 
-class _Sitter(NamedTuple):
-    """Where one person's search stands, all of it views of `all`: base (4, 3, 4): the lower torso,
-    for each row; rows 2 foot + HEEL or AIR: angles (4, K, 3), numbers (4, 8), held (4, 6 + R),
-    known (4,); chosen (2,): the row that each foot is in; rotations (1, J, 4); up (1,) [m]; missed
-    (2, 4) [m]: where the hips were when a heel could last not be on the floor, and by how much."""
+class Sitter(NamedTuple):
+    """State of one person in the seat. All arrays are views of `all`, so one copy keeps them."""
 
-    all: NDArray[np.float64]
-    base: NDArray[np.float64]
-    angles: NDArray[np.float64]
-    numbers: NDArray[np.float64]
-    held: NDArray[np.float64]
-    known: NDArray[np.float64]
-    chosen: NDArray[np.float64]
-    rotations: NDArray[np.float64]
-    up: NDArray[np.float64]
-    missed: NDArray[np.float64]
+    all: Floats
+    base: Floats
+    """(4, 3, 4) [m] the lower torso, for each row of `angles`."""
+    angles: Floats
+    """(4, K, 3) [rad] angles of the legs: rows 2 foot + HEEL and 2 foot + AIR."""
+    numbers: Floats
+    """(4, 8) as of `Solutions`."""
+    held: Floats
+    """(4, 6 + R) as of `Solutions`."""
+    known: Floats
+    """(4,) 1 for a row that was solved."""
+    chosen: Floats
+    """(2,) the row that each foot is in."""
+    rotations: Floats
+    """(1, J, 4) of all joints."""
+    up: Floats
+    """(1,) [m] the seat's travel up."""
+    missed: Floats
+    """(2, 4) [m] where the hips were when a heel could last not be on the floor, and by how much it
+    missed."""
 
 
-class _Desk(NamedTuple):
-    """What the search of one person works with: the person's number `own` (1,) and for each row
-    `who` (4,), goal (4, 12), near (4,); lap (1, 3, 4), heights (1, 2); tried (2,): 1 for a foot
-    that was begun again from seeds; planes (none) and first (5,)."""
+class SeatWorkspace(NamedTuple):
+    """Working arrays of one person at a time."""
 
-    own: NDArray[np.int64]
-    who: NDArray[np.int64]
-    goal: NDArray[np.float64]
-    near: NDArray[np.int64]
-    lap: NDArray[np.float64]
-    heights: NDArray[np.float64]
-    tried: NDArray[np.int64]
+    goal: Floats
+    """(4, 12) goals of the four rows."""
+    lap: Floats
+    """(1, 3, 4) attitude of the lower torso."""
+    heights: Floats
+    """(1, 2) [m] least heights along the normals of cushion and back."""
+    tried: Ints
+    """(2,) 1 for a foot that was begun again from seeds."""
+    angles: Floats
+    """(1, 1, 3) no angles: the rotations are given."""
     planes: Planes
-    first: NDArray[np.int64]
+    """No planes."""
+    chain: ChainWorkspace
+    space: Space
 
 
 @njit(cache=True)
-def new_sitter(links, stops, joints):  # type: ignore[no-untyped-def]
-    """An empty sitter, with chains of so many links and stops."""
+def new_sitter(legs, joints):  # type: ignore[no-untyped-def]
+    """Make an empty sitter for bodies of so many joints."""
+    links = legs.start.shape[2]
+    stops = max(legs.links[0].rows.shape[0], legs.links[1].rows.shape[0])
     ends = np.cumsum(np.array([48, 12 * links, 32, 4 * (6 + stops), 4, 2, 4 * joints, 1, 8]))
-    all_ = np.zeros(ends[-1])
-    return _Sitter(
-        all_,
-        all_[: ends[0]].reshape(4, 3, 4),
-        all_[ends[0] : ends[1]].reshape(4, links, 3),
-        all_[ends[1] : ends[2]].reshape(4, 8),
-        all_[ends[2] : ends[3]].reshape(4, 6 + stops),
-        all_[ends[3] : ends[4]],
-        all_[ends[4] : ends[5]],
-        all_[ends[5] : ends[6]].reshape(1, joints, 4),
-        all_[ends[6] : ends[7]],
-        all_[ends[7] :].reshape(2, 4),
+    every = np.zeros(ends[-1])
+    return Sitter(
+        every,
+        every[: ends[0]].reshape(4, 3, 4),
+        every[ends[0] : ends[1]].reshape(4, links, 3),
+        every[ends[1] : ends[2]].reshape(4, 8),
+        every[ends[2] : ends[3]].reshape(4, 6 + stops),
+        every[ends[3] : ends[4]],
+        every[ends[4] : ends[5]],
+        every[ends[5] : ends[6]].reshape(1, joints, 4),
+        every[ends[6] : ends[7]],
+        every[ends[7] :].reshape(2, 4),
     )
 
 
 @njit(cache=True)
-def new_desk():  # type: ignore[no-untyped-def]
-    """An empty desk."""
-    planes = Planes(np.zeros(0, np.int64), np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0))
-    return _Desk(
-        np.zeros(1, np.int64),
-        np.zeros(4, np.int64),
+def new_seat_workspace(sit, legs, joints):  # type: ignore[no-untyped-def]
+    """Make working arrays for bodies of so many joints."""
+    left, right = legs.links
+    chain = new_chain_workspace(
+        left.axes.shape[0],
+        max(left.mode.shape[0], right.mode.shape[0]),
+        max(left.rows.shape[0], right.rows.shape[0]),
+        max(legs.seeds[0].angles.shape[0], legs.seeds[1].angles.shape[0]),
+    )
+    return SeatWorkspace(
         np.zeros((4, 12)),
-        np.zeros(4, np.int64),
         np.zeros((1, 3, 4)),
         np.zeros((1, 2)),
         np.zeros(2, np.int64),
-        planes,
-        np.zeros(5, np.int64),
+        np.zeros((1, 1, 3)),
+        Planes(np.zeros(0, np.int64), np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0)),
+        chain,
+        new_space(sit.limbs, joints),
     )
 
 
-@njit(cache=True, error_model="numpy", _nrt=False)
-def copy_row(one, other):  # type: ignore[no-untyped-def]
-    """Copy numbers, one after another."""
-    for i in range(one.shape[0]):
-        other[i] = one[i]
+@inlined
+def copy_row(values, out):  # type: ignore[no-untyped-def]
+    """Copy numbers (N,), one after another."""
+    for i in range(values.shape[0]):
+        out[i] = values[i]
 
 
-@njit(cache=True, inline="always")
-def _sit(sit, b, forward, sitter, desk):  # type: ignore[no-untyped-def]
-    """Let person b rest on the seat at a place; returns how far that moves the hips [m]."""
-    heights = desk.heights
-    who = desk.own
-    least_heights(
-        sit.limbs, who, sitter.rotations, desk.lap, (sit.ways, sit.counts), heights, 0, len(who)
-    )
-    low = sit.level[b, 0] - min(heights[0, 0], sit.fixed[b, 0])
-    rear = sit.level[b, 1] - min(heights[0, 1], sit.fixed[b, 1])
-    aside = sit.level[b, 2]
-    moved = 0.0
-    z = sit.solve[2, 0] * low + sit.solve[2, 1] * rear + sit.solve[2, 2] * aside
+@inlined
+def copy_matrix(values, out):  # type: ignore[no-untyped-def]
+    """Copy numbers (N, M), one after another."""
+    for i in range(values.shape[0]):
+        for j in range(values.shape[1]):
+            out[i, j] = values[i, j]
+
+
+@inlined
+def _level_seat(sit, b, low, rear, sitter):  # type: ignore[no-untyped-def]
+    """Raise the seat by as much as brings the eyes to their height, within its travel [m]."""
+    z = sit.solve[2, 0] * low + sit.solve[2, 1] * rear + sit.solve[2, 2] * sit.level[b, 2]
     up = min(max(0.0, sit.rise[0]), sit.rise[1])
     if not math.isnan(sit.eye[b]):
         up = min(max(sit.eye[b] - z, sit.rise[0]), sit.rise[1])
     sitter.up[0] = up
+
+
+@inner
+def _sit(sit, b, forward, sitter, workspace):  # type: ignore[no-untyped-def]
+    """Rest person b on the seat, moved forward by so much [m]; returns the move of the hips [m]."""
+    # The hips x have the three heights that are wanted, less the least heights of what rests:
+    #     n1 . x = level1 - heights1,    n2 . x = level2 - heights2,    n3 . x = level3,
+    # so that x = N^-1 times these, and the seat's travel is added.
+    heights = workspace.heights
+    row_heights(
+        sit.limbs,
+        b,
+        sitter.rotations,
+        workspace.lap,
+        0,
+        sit.ways,
+        sit.counts,
+        workspace.angles,
+        workspace.space,
+        heights,
+    )
+    low = sit.level[b, 0] - min(heights[0, 0], sit.fixed[b, 0])
+    rear = sit.level[b, 1] - min(heights[0, 1], sit.fixed[b, 1])
+    _level_seat(sit, b, low, rear, sitter)
+    moved = 0.0
     for i in range(3):
         at = (
             sit.solve[i, 0] * low
             + sit.solve[i, 1] * rear
-            + sit.solve[i, 2] * aside
+            + sit.solve[i, 2] * sit.level[b, 2]
             + forward * sit.ahead[i]
         )
         if i == 2:
-            at += up
+            at += sitter.up[0]
         moved = max(moved, abs(at - sitter.base[0, i, 3]))
         for r in range(4):
             sitter.base[r, i, 3] = at
     return moved
 
 
-@njit(cache=True, inline="always")
-def _stretch(legs, foot, r, sitter, desk):  # type: ignore[no-untyped-def]
-    """Solve a row of a foot, from where it was or from comfort, again from seeds where that fails;
-    returns the miss."""
-    link = legs.links[0] if foot == 0 else legs.links[1]
-    seeds = legs.seeds[0] if foot == 0 else legs.seeds[1]
-    out = (sitter.angles, sitter.numbers, sitter.held)
-    problem = (sitter.base, desk.goal)
-    planes = (desk.planes, desk.first)
-    new = sitter.known[r] == 0.0
-    steps = np.int64(STEPS)
+@inner
+def _solve_row(legs, b, foot, r, again, near, sitter, workspace):  # type: ignore[no-untyped-def]
+    """Solve one row of a foot, from so many seeds at most."""
+    solve_chain(
+        legs.links[0] if foot == 0 else legs.links[1],
+        b,
+        (sitter.base, workspace.goal),
+        r,
+        workspace.planes,
+        (0, 0),
+        Search(DESCENT_STEPS, legs.seeds[0] if foot == 0 else legs.seeds[1], again),
+        near,
+        Solutions(sitter.angles, sitter.numbers, sitter.held),
+        workspace.chain,
+    )
+
+
+@inner
+def _stretch(legs, b, foot, r, sitter, workspace):  # type: ignore[no-untyped-def]
+    """Solve row r of a foot from where it was, or from comfort; returns the miss [m].
+
+    A row that is new, or reached its target before, is tried again from seeds if it fails.
+    """
+    near = sitter.known[r] != 0.0
+    try_again = not near or sitter.numbers[r, 0] < REACHED
     again = legs.again[r % 2]
-    desk.near[r] = 0 if new else 1
-    try_again = new or sitter.numbers[r, 0] < REACHED
-    settings = (steps, seeds, legs.again[2])
-    solve_chains(link, desk.who, problem, planes, settings, out, desk.near, r, r + 1)
+    _solve_row(legs, b, foot, r, legs.again[FIRST_SEARCH], near, sitter, workspace)
     sitter.known[r] = 1.0
     if sitter.numbers[r, 0] >= REACHED and try_again and again > 0:
-        if desk.tried[foot] == 0:
-            desk.tried[foot] = 1
-            desk.near[r] = 0
-        settings = (steps, seeds, again)
-        solve_chains(link, desk.who, problem, planes, settings, out, desk.near, r, r + 1)
+        if workspace.tried[foot] == 0:
+            workspace.tried[foot] = 1
+            near = False
+        _solve_row(legs, b, foot, r, again, near, sitter, workspace)
     return sitter.numbers[r, 0]
 
 
-@njit(cache=True, inline="always")
-def _heel_down(legs, foot, sitter, desk):  # type: ignore[no-untyped-def]
-    """Try a foot with its heel on the floor; False where that cannot be. A miss is a distance
-    within which nothing is reached: as long as the hips have moved by less since, there is no need
-    to try again."""
+@inner
+def _heel_down(legs, b, foot, sitter, workspace):  # type: ignore[no-untyped-def]
+    """Try a foot with its heel on the floor; returns whether that can be."""
+    # A heel that missed the floor by d cannot be on it before the hips have moved by d, since the
+    # length of the leg bounds how far it comes. Until then there is no need to try again.
     r = 2 * foot + HEEL
-    gone = 0.0
+    missed = sitter.missed[foot]
+    square = 0.0
     for i in range(3):
-        gone += (sitter.base[0, i, 3] - sitter.missed[foot, i]) ** 2
-    if math.sqrt(gone) < sitter.missed[foot, 3] - SHORT:
+        square += (sitter.base[0, i, 3] - missed[i]) ** 2
+    if math.sqrt(square) < missed[3] - SHORT:
         return False
-    miss = _stretch(legs, foot, r, sitter, desk)
+    miss = _stretch(legs, b, foot, r, sitter, workspace)
     for i in range(3):
-        sitter.missed[foot, i] = sitter.base[0, i, 3]
-    sitter.missed[foot, 3] = miss if miss >= REACHED else 0.0
+        missed[i] = sitter.base[0, i, 3]
+    missed[3] = miss if miss >= REACHED else 0.0
     return miss < REACHED
 
 
-@njit(cache=True, inline="always")
-def _step_on(legs, b, foot, heels, sitter, desk):  # type: ignore[no-untyped-def]
-    """Put a foot of person b on its pedal, the heel on the floor where `heels` is 1 and that can
-    be; returns miss [m], discomfort, and whether the heel is down."""
+@inlined
+def _leg_discomfort(link, angles, base):  # type: ignore[no-untyped-def]
+    """Add to base the weighted squares of the distances of angles (K, 3) from the comfort modes."""
+    total = base
+    for d in range(link.mode.shape[0]):
+        off = angles[link.free_joint[d], link.free_axis[d]] - link.mode[d]
+        total += link.weight[d] * off * off
+    return total
+
+
+@inlined
+def _turn_leg(legs, foot, angles, rotations):  # type: ignore[no-untyped-def]
+    """Write the rotations of a leg's joints at angles (K, 3) [rad]."""
+    for k in range(angles.shape[0]):
+        j = legs.joints[foot, k]
+        q = swing_twist_quaternion(legs.axes, j, angles[k, 0], angles[k, 1], angles[k, 2])
+        for i in range(4):
+            rotations[0, j, i] = q[i]
+
+
+@inner
+def _step_on(legs, b, foot, heels_down, sitter, workspace):  # type: ignore[no-untyped-def]
+    """Put a foot of person b on its pedal, with the heel on the floor if wished and possible.
+
+    Returns the miss [m], the discomfort of the leg, and whether the heel is down.
+    """
     r = 2 * foot + AIR
     down = False
-    if heels > 0 and legs.floor > 0:
-        down = _heel_down(legs, foot, sitter, desk)
+    if heels_down and legs.floor > 0:
+        down = _heel_down(legs, b, foot, sitter, workspace)
     if down:
         r = 2 * foot + HEEL
     else:
         if sitter.known[r] == 0.0:
-            copy_row(legs.start[b, foot].reshape(-1), sitter.angles[r].reshape(-1))
-        _stretch(legs, foot, r, sitter, desk)
+            copy_matrix(legs.start[b, foot], sitter.angles[r])
+        _stretch(legs, b, foot, r, sitter, workspace)
     sitter.chosen[foot] = r
+    base = legs.in_air if legs.floor > 0 and not down else 0.0
     link = legs.links[0] if foot == 0 else legs.links[1]
-    angles = sitter.angles
-    ease = 0.0
-    if legs.floor > 0 and not down:
-        ease = legs.in_air
-    for d in range(link.mode.shape[0]):
-        off = angles[r, link.free_joint[d], link.free_axis[d]] - link.mode[d]
-        ease += link.weight[d] * off * off
-    for k in range(angles.shape[1]):
-        j = legs.joints[foot, k]
-        q = swing_twist_quaternion(legs.axes, j, angles[r, k, 0], angles[r, k, 1], angles[r, k, 2])
-        for i in range(4):
-            sitter.rotations[0, j, i] = q[i]
-    return sitter.numbers[r, 0], ease, down
+    discomfort = _leg_discomfort(link, sitter.angles[r], base)
+    _turn_leg(legs, foot, sitter.angles[r], sitter.rotations)
+    return sitter.numbers[r, 0], discomfort, down
 
 
-@njit(cache=True)
-def begin_sitter(sit, legs, b, rotations, sitter, desk):  # type: ignore[no-untyped-def]
-    """Begin with person b, nothing known of any foot."""
-    desk.own[0] = b
-    for i in range(2):
-        desk.tried[i] = 0
-        sitter.missed[i, 3] = 0.0
-    copy_row(sit.lap[b].reshape(-1), desk.lap.reshape(-1))
-    copy_row(rotations[b].reshape(-1), sitter.rotations.reshape(-1))
+@inner
+def begin_sitter(sit, legs, b, rotations, sitter, workspace):  # type: ignore[no-untyped-def]
+    """Begin with person b, nothing known of any foot; rotations (B, J, 4)."""
+    for foot in range(2):
+        workspace.tried[foot] = 0
+        sitter.missed[foot, 3] = 0.0
+    copy_matrix(sit.lap[b], workspace.lap[0])
+    copy_matrix(rotations[b], sitter.rotations[0])
     for r in range(4):
-        desk.who[r] = b
         sitter.known[r] = 0.0
-        copy_row(sit.lap[b].reshape(-1), sitter.base[r].reshape(-1))
-        copy_row(legs.start[b, r // 2].reshape(-1), sitter.angles[r].reshape(-1))
-        copy_row(legs.goal[b, r // 2, r % 2], desk.goal[r])
+        copy_matrix(sit.lap[b], sitter.base[r])
+        copy_matrix(legs.start[b, r // 2], sitter.angles[r])
+        copy_row(legs.goal[b, r // 2, r % 2], workspace.goal[r])
 
 
-@njit(cache=True)
-def settle(sit, legs, b, forward, how, sitter, desk, row):  # type: ignore[no-untyped-def]
-    """Sit and put the feet on their pedals in turns, with the seat at a place; how (3,): how many
-    turns at most, how little [m] the hips move when they are at rest, 1 where heels are to be on
-    the floor. Fills row (ROW,)."""
-    _sit(sit, b, forward, sitter, desk)
-    for _ in range(int(how[0])):
+@inner
+def settle(sit, legs, b, forward, effort, sitter, workspace, row):  # type: ignore[no-untyped-def]
+    """Sit and put the feet on their pedals in turns, until the hips are at rest.
+
+    Parameters
+    ----------
+    sit, legs : Sitting, Legs
+        B people.
+    b : int
+        The person.
+    forward : float
+        How far forward the seat is [m].
+    effort : Effort
+        How carefully.
+    sitter, workspace : Sitter, SeatWorkspace
+        State of the person in and out, and working arrays.
+    row : (ROW,)
+        Filled with what was found at this place.
+    """
+    _sit(sit, b, forward, sitter, workspace)
+    for _ in range(effort.turns):
         row[MISSED] = 0.0
-        row[EASE] = 0.0
-        row[DOWN] = 0.0
-        row[TRIED] = 1.0
+        row[TOTAL_DISCOMFORT] = 0.0
+        row[HEELS_DOWN] = 0.0
+        row[VISITED] = 1.0
         for foot in range(legs.feet):
-            miss, ease, down = _step_on(legs, b, foot, how[2], sitter, desk)
+            miss, discomfort, down = _step_on(legs, b, foot, effort.heels_down, sitter, workspace)
             row[MISSED] += miss if miss > SHORT else 0.0
-            row[EASE] += ease
-            row[FEET + foot] = ease
-            row[DOWN] += 1.0 if down or legs.floor == 0 else 0.0
-        if _sit(sit, b, forward, sitter, desk) < how[1]:
+            row[TOTAL_DISCOMFORT] += discomfort
+            row[FOOT_DISCOMFORT + foot] = discomfort
+            row[HEELS_DOWN] += 1.0 if down or legs.floor == 0 else 0.0
+        if _sit(sit, b, forward, sitter, workspace) < effort.tolerance:
             return

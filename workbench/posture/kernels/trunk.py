@@ -1,182 +1,274 @@
-"""The tilts of a trunk in side view that come nearest to wanted angles, the line from hip to eye
-held.
+"""Tilts of a trunk in side view that come nearest to wanted angles, the line from hip to eye held.
 
-Five angles in units of their scatter, least squares by Gauss and Newton's steps within the bounds
-of the joints; each step's bounds by an active set (Nocedal & Wright 2006, Numerical Optimization,
-chapters 10 and 16). The line is one more angle with a scatter next to nothing.
+It is a bounded least-squares problem: six angles, in units of their scatter, follow five joint
+angles. Gauss-Newton steps solve it ([1]_ chapter 10); the bounds of each step are found by an active
+set ([1]_ chapter 16). The line from hip to eye is one more angle with a scatter next to nothing.
+
+References
+----------
+.. [1] J. Nocedal and S. J. Wright (2006), Numerical Optimization, 2nd edition, Springer.
 """
 
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from workbench.compiled import njit
+from workbench.compiled import inner, njit
 
 __all__ = ["trunk_turns"]
 
-LINE = 1e-4
+Floats = NDArray[np.float64]
+
+LINE_SCATTER = 1e-4
 """Scatter [rad] of the line from hip to eye: its error stays below a millionth."""
-STEPS = 60
+MOST_ITERATIONS = 60
+"""Gauss-Newton steps at most."""
 SETTLED = 1e-10
+"""Largest change [rad] of an angle in a step at which the steps end."""
 MOST_STEP = 0.4
+"""Largest change [rad] of an angle in one step."""
+MOST_SETS = 20
+"""Active sets that are tried for one step at most."""
+PAST_BOUND = 1e-12
+"""Excess [rad] over a bound that is rounding."""
+PULL_INWARD = 1e-9
+"""Force of a bound that is rounding."""
+LINKS = 6
+ANGLES = 5
+"""Links: pelvis, abdomen, thorax, two of the neck, and the head, which does not turn against the
+neck's second. Angles: the tilt of the pelvis, and the turns of four joints."""
 
 
-@njit(cache=True, error_model="numpy", _nrt=False)
-def _residuals(links, turns, wanted, spread, off, slope):  # type: ignore[no-untyped-def]
-    """Fill off (6,) and slope (6, 5): how far hip to eye, pelvis, abdomen, thorax, neck and head
-    are from what is wanted, in units of spread, and how that changes with the turns (5,) of the
-    lower torso and the four joints."""
+class _Workspace(NamedTuple):
+    """Working arrays of one trunk at a time."""
+
+    vectors: Floats
+    """(6, 2) [m] the links as they stand: forward, up."""
+    residual: Floats
+    """(6,) angles less those wanted, in units of their scatter."""
+    jacobian: Floats
+    """(6, 5) derivatives of the residuals [1/rad]."""
+    scatter: Floats
+    """(6,) [rad] of hip to eye, pelvis, abdomen, thorax, neck and head."""
+    hessian: Floats
+    """(5, 5) Gauss-Newton matrix."""
+    descent: Floats
+    """(5,) negative gradient."""
+    matrix: Floats
+    """(5, 5) the matrix that is eliminated, in place."""
+    right: Floats
+    """(5,) its right side."""
+    held: NDArray[np.int64]
+    """(5,) -1 or 1 for an angle that is held at its lower or upper bound, else 0."""
+    step: Floats
+    """(5,) [rad] the step."""
+
+
+@inner
+def _place_links(links, turns, vectors):  # type: ignore[no-untyped-def]
+    """Turn the links (6, 2) [m]: the pelvis leans forward by its angle, each joint turns back."""
     tilt = 0.0
-    for r in range(6):
-        off[r] = 0.0
-        for k in range(5):
-            slope[r, k] = 0.0
-    whole_x = 0.0
-    whole_z = 0.0
-    neck_x = 0.0
-    neck_z = 0.0
-    for m in range(6):
-        if m < 5:
+    for m in range(LINKS):
+        if m < ANGLES:
             tilt = turns[0] if m == 0 else tilt - turns[m]
         c = math.cos(tilt)
         s = math.sin(tilt)
-        x = links[m, 0] * c - links[m, 1] * s
-        z = links[m, 0] * s + links[m, 1] * c
-        whole_x = whole_x + x
-        whole_z = whole_z + z
-        if m in (3, 4):
-            neck_x = neck_x + x
-            neck_z = neck_z + z
-        if m in (0, 1, 2, 5):
-            off[m + 1 if m < 3 else 5] = math.atan2(-x, z) if m < 3 else math.atan2(z, x)
-        for k in range(min(m, 4) + 1):
-            sign = 1.0 if k == 0 else -1.0
-            if m < 3:
-                slope[m + 1, k] = sign
-            elif m == 5:
-                slope[5, k] = sign
-    off[0], off[4] = math.atan2(-whole_x, whole_z), math.atan2(-neck_x, neck_z)
-    tilt = 0.0  # a link that turns moves the direction of a sum by its share along that
-    for m in range(6):
-        if m < 5:
-            tilt = turns[0] if m == 0 else tilt - turns[m]
-        c = math.cos(tilt)
-        s = math.sin(tilt)
-        x = links[m, 0] * c - links[m, 1] * s
-        z = links[m, 0] * s + links[m, 1] * c
-        along = (x * whole_x + z * whole_z) / (whole_x * whole_x + whole_z * whole_z)
-        bent = (x * neck_x + z * neck_z) / (neck_x * neck_x + neck_z * neck_z)
-        for k in range(min(m, 4) + 1):
-            sign = 1.0 if k == 0 else -1.0
-            slope[0, k] += sign * along
-            if m in (3, 4):
-                slope[4, k] += sign * bent
+        vectors[m, 0] = links[m, 0] * c - links[m, 1] * s
+        vectors[m, 1] = links[m, 0] * s + links[m, 1] * c
+
+
+@inner
+def _fill_sum(vectors, first, last, row, residual, jacobian):  # type: ignore[no-untyped-def]
+    """Fill the row of an angle from upright of the sum of the links first..last - 1."""
+    # With the sum S of links x the angle is atan2(-Sx, Sz). A link that turns by dα moves it by
+    # (x . S) / |S|^2 dα, its share along S.
+    x = 0.0
+    z = 0.0
+    for m in range(first, last):
+        x = x + vectors[m, 0]
+        z = z + vectors[m, 1]
+    residual[row] = math.atan2(-x, z)
+    for m in range(first, last):
+        share = (vectors[m, 0] * x + vectors[m, 1] * z) / (x * x + z * z)
+        for k in range(min(m, ANGLES - 1) + 1):
+            jacobian[row, k] += share if k == 0 else -share
+
+
+@inner
+def _fill_residuals(links, turns, wanted, workspace):  # type: ignore[no-untyped-def]
+    """Fill residuals and Jacobian: hip to eye, pelvis, abdomen, thorax, neck and head."""
+    vectors = workspace.vectors
+    residual = workspace.residual
+    jacobian = workspace.jacobian
+    _place_links(links, turns, vectors)
+    jacobian[:] = 0.0
+    for m in range(3):
+        residual[m + 1] = math.atan2(-vectors[m, 0], vectors[m, 1])
+        for k in range(m + 1):
+            jacobian[m + 1, k] = 1.0 if k == 0 else -1.0
+    residual[5] = math.atan2(vectors[5, 1], vectors[5, 0])
+    for k in range(ANGLES):
+        jacobian[5, k] = 1.0 if k == 0 else -1.0
+    _fill_sum(vectors, 0, LINKS, 0, residual, jacobian)
+    _fill_sum(vectors, 3, 5, 4, residual, jacobian)
     for r in range(6):
-        gap = (off[r] - wanted[r] + math.pi) % (2.0 * math.pi) - math.pi
-        off[r] = gap / spread[r]
-        for k in range(5):
-            slope[r, k] /= spread[r]
+        gap = (residual[r] - wanted[r] + math.pi) % (2.0 * math.pi) - math.pi
+        residual[r] = gap / workspace.scatter[r]
+        for k in range(ANGLES):
+            jacobian[r, k] /= workspace.scatter[r]
 
 
-@njit(cache=True, error_model="numpy", _nrt=False)
-def _solve(matrix, right, fixed, step):  # type: ignore[no-untyped-def]
-    """Solve for the free of five unknowns by elimination, the matrix being positive; the fixed ones
-    stand in step."""
-    for i in range(5):
-        for j in range(5):
-            if fixed[j] != 0 and fixed[i] == 0:
-                right[i] -= matrix[i, j] * step[j]
-    for i in range(5):
-        if fixed[i] != 0:
+@inner
+def _fill_normal_equations(workspace):  # type: ignore[no-untyped-def]
+    """Fill H = J' J and the negative gradient -J' r."""
+    for i in range(ANGLES):
+        workspace.descent[i] = 0.0
+        for j in range(ANGLES):
+            workspace.hessian[i, j] = 0.0
+        for r in range(6):
+            workspace.descent[i] -= workspace.jacobian[r, i] * workspace.residual[r]
+            for j in range(ANGLES):
+                workspace.hessian[i, j] += workspace.jacobian[r, i] * workspace.jacobian[r, j]
+
+
+@inner
+def _eliminate(matrix, right, held):  # type: ignore[no-untyped-def]
+    """Bring the rows of the free unknowns to triangular form: Gauss, without pivots (positive)."""
+    for i in range(ANGLES):
+        if held[i] != 0:
             continue
-        for r in range(i + 1, 5):
-            if fixed[r] == 0:
+        for r in range(i + 1, ANGLES):
+            if held[r] == 0:
                 share = matrix[r, i] / matrix[i, i]
                 right[r] -= share * right[i]
-                for j in range(5):
-                    if fixed[j] == 0:
+                for j in range(ANGLES):
+                    if held[j] == 0:
                         matrix[r, j] -= share * matrix[i, j]
-    for i in range(4, -1, -1):
-        if fixed[i] == 0:
+
+
+@inner
+def _solve_free(workspace):  # type: ignore[no-untyped-def]
+    """Solve for the free angles of the step; the held ones stand in it."""
+    matrix = workspace.matrix
+    right = workspace.right
+    held = workspace.held
+    step = workspace.step
+    for i in range(ANGLES):
+        right[i] = workspace.descent[i]
+        for j in range(ANGLES):
+            matrix[i, j] = workspace.hessian[i, j]
+            if held[j] != 0 and held[i] == 0:
+                right[i] -= matrix[i, j] * step[j]
+    _eliminate(matrix, right, held)
+    for i in range(ANGLES - 1, -1, -1):
+        if held[i] == 0:
             value = right[i]
-            for j in range(i + 1, 5):
-                if fixed[j] == 0:
+            for j in range(i + 1, ANGLES):
+                if held[j] == 0:
                     value -= matrix[i, j] * step[j]
             step[i] = value / matrix[i, i]
 
 
-@njit(cache=True)
-def _step(off, slope, turns, bounds, fixed, step):  # type: ignore[no-untyped-def]
-    """The step of least squares within the bounds: what goes beyond is held there, what is pulled
-    inward let go."""
-    whole = np.zeros((5, 5))
-    side = np.zeros(5)
-    matrix = np.zeros((5, 5))
-    right = np.zeros(5)
-    for i in range(5):
-        fixed[i] = 0
-        for r in range(6):
-            side[i] -= slope[r, i] * off[r]
-            for j in range(5):
-                whole[i, j] += slope[r, i] * slope[r, j]
-    for _ in range(20):
-        for i in range(5):
-            right[i] = side[i]
-            for j in range(5):
-                matrix[i, j] = whole[i, j]
-        _solve(matrix, right, fixed, step)
-        worst = -1
-        beyond = 1e-12
-        for i in range(5):
-            past = max(bounds[i, 0] - turns[i] - step[i], turns[i] + step[i] - bounds[i, 1])
-            if fixed[i] == 0 and past > beyond:
-                worst = i
-                beyond = past
-        if worst >= 0:
-            fixed[worst] = -1 if turns[worst] + step[worst] < bounds[worst, 0] else 1
-            step[worst] = bounds[worst, 0 if fixed[worst] < 0 else 1] - turns[worst]
+@inner
+def _hold_worst(turns, bounds, held, step):  # type: ignore[no-untyped-def]
+    """Hold the free angle that goes farthest past a bound at that bound; False if none does."""
+    worst = -1
+    beyond = PAST_BOUND
+    for i in range(ANGLES):
+        past = max(bounds[i, 0] - turns[i] - step[i], turns[i] + step[i] - bounds[i, 1])
+        if held[i] == 0 and past > beyond:
+            worst = i
+            beyond = past
+    if worst < 0:
+        return False
+    held[worst] = -1 if turns[worst] + step[worst] < bounds[worst, 0] else 1
+    step[worst] = bounds[worst, 0 if held[worst] < 0 else 1] - turns[worst]
+    return True
+
+
+@inner
+def _release_loosest(workspace):  # type: ignore[no-untyped-def]
+    """Release the held angle that is pulled inward most; False if none is."""
+    held = workspace.held
+    loose = -1
+    pull = PULL_INWARD
+    for i in range(ANGLES):
+        force = workspace.descent[i]
+        for j in range(ANGLES):
+            force -= workspace.hessian[i, j] * workspace.step[j]
+        if held[i] != 0 and -held[i] * force > pull:
+            loose = i
+            pull = -held[i] * force
+    if loose < 0:
+        return False
+    held[loose] = 0
+    return True
+
+
+@inner
+def _bounded_step(turns, bounds, workspace):  # type: ignore[no-untyped-def]
+    """Solve for the Gauss-Newton step within the bounds (5, 2) [rad]."""
+    _fill_normal_equations(workspace)
+    workspace.held[:] = 0
+    for _ in range(MOST_SETS):
+        _solve_free(workspace)
+        if _hold_worst(turns, bounds, workspace.held, workspace.step):
             continue
-        loose = -1
-        pull = 1e-9
-        for i in range(5):
-            force = side[i]
-            for j in range(5):
-                force -= whole[i, j] * step[j]
-            if fixed[i] != 0 and -fixed[i] * force > pull:
-                loose = i
-                pull = -fixed[i] * force
-        if loose < 0:
+        if not _release_loosest(workspace):
             return
-        fixed[loose] = 0
+
+
+@inner
+def _fit_trunk(links, wanted, spread, bounds, turns, workspace):  # type: ignore[no-untyped-def]
+    """Fit one trunk; arguments as rows of those of `trunk_turns`."""
+    workspace.scatter[0] = LINE_SCATTER
+    for k in range(ANGLES):
+        workspace.scatter[1 + k] = spread[k]
+    for _ in range(MOST_ITERATIONS):
+        _fill_residuals(links, turns, wanted, workspace)
+        _bounded_step(turns, bounds, workspace)
+        largest = 0.0
+        for k in range(ANGLES):
+            largest = max(largest, abs(workspace.step[k]))
+        share = min(1.0, MOST_STEP / max(largest, 1e-300))
+        for k in range(ANGLES):
+            turns[k] += share * workspace.step[k]
+        if largest < SETTLED:
+            return
 
 
 @njit(cache=True, nogil=True)
 def trunk_turns(links, wanted, spread, bounds, turns):  # type: ignore[no-untyped-def]
-    """Bring the turns (P, 5) [rad] of P trunks, a start in and the answer out, to where the angles
-    are nearest to those wanted (P, 6): hip to eye (held), pelvis, abdomen, thorax, neck, head;
-    spread (P, 5) of the last five.
+    """Fit the turns of P trunks to wanted angles.
 
-    links (P, 6, 2) [m]: forward and up, upright; bounds (P, 5, 2) [rad].
+    Parameters
+    ----------
+    links : (P, 6, 2)
+        Links [m], forward and up, of the upright trunk: pelvis, abdomen, thorax, neck, neck, head.
+    wanted : (P, 6)
+        Angles [rad]: hip to eye (held), pelvis, abdomen, thorax and neck from upright, and head.
+    spread : (P, 5)
+        Scatter [rad] of the last five.
+    bounds : (P, 5, 2)
+        Least and greatest turn [rad].
+    turns : (P, 5)
+        Tilt of the pelvis and turns of the four joints [rad]: a start in, the answer out.
     """
-    off = np.zeros(6)
-    slope = np.zeros((6, 5))
-    fixed = np.zeros(5, np.int64)
-    step = np.zeros(5)
-    scale = np.zeros(6)
+    workspace = _Workspace(
+        np.zeros((LINKS, 2)),
+        np.zeros(6),
+        np.zeros((6, ANGLES)),
+        np.zeros(6),
+        np.zeros((ANGLES, ANGLES)),
+        np.zeros(ANGLES),
+        np.zeros((ANGLES, ANGLES)),
+        np.zeros(ANGLES),
+        np.zeros(ANGLES, np.int64),
+        np.zeros(ANGLES),
+    )
     for p in range(len(turns)):
-        scale[0] = LINE
-        for k in range(5):
-            scale[1 + k] = spread[p, k]
-        for _ in range(STEPS):
-            _residuals(links[p], turns[p], wanted[p], scale, off, slope)
-            _step(off, slope, turns[p], bounds[p], fixed, step)
-            largest = 0.0
-            for k in range(5):
-                largest = max(largest, abs(step[k]))
-            share = min(1.0, MOST_STEP / max(largest, 1e-300))
-            for k in range(5):
-                turns[p, k] += share * step[k]
-            if largest < SETTLED:
-                break
+        _fit_trunk(links[p], wanted[p], spread[p], bounds[p], turns[p], workspace)

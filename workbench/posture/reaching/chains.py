@@ -10,7 +10,16 @@ import numpy as np
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.body import Body
 from workbench.model.posing import compose
-from workbench.posture.kernels.inverse import Seeds, breaches, solve_chains, tips
+from workbench.posture.kernels.descent import REACHED
+from workbench.posture.kernels.inverse import (
+    DESCENT_STEPS,
+    Search,
+    Seeds,
+    Solutions,
+    breaches,
+    solve_chains,
+    tips,
+)
 from workbench.posture.kernels.limits import Planes
 from workbench.posture.kernels.linkage import Linkage
 from workbench.posture.reaching.limbs import Limb
@@ -39,12 +48,8 @@ __all__ = [
     "tips_of",
 ]
 
-STEPS = 90
-"""Steps of a descent at most."""
 AGAIN = 12
 """Seeds that a search begins again from, where a target is missed."""
-REACHED = 1e-4
-"""Distance [m] of the tip within which a target is reached."""
 TURN_LEVER = 0.2
 """Distance [m] that a radian between wanted and actual direction counts as."""
 SLACK = 0.03
@@ -192,7 +197,9 @@ def solved(
     count = len(task)
     link = task.link
     # in one order always: for each other one the kernels would be compiled again
-    out = np.array(start, order="C"), np.zeros((count, 8)), np.zeros((count, 6 + len(link.rows)))
+    out = Solutions(
+        np.array(start, order="C"), np.zeros((count, 8)), np.zeros((count, 6 + len(link.rows)))
+    )
     planes = NO_PLANES
     first = np.zeros(count + 1, dtype=np.int64)
     if walls is not None:
@@ -201,14 +208,14 @@ def solved(
         )
         planes = Planes(walls.planes[:, 0].astype(np.int64), at, normal, offset)
         first = walls.start
-    settings = (STEPS, task.seeds, again)
+    search = Search(DESCENT_STEPS, task.seeds, again)
     problem = (task.base, task.goal)
     if near is not None:
-        out = np.array(near.angles), np.array(near.numbers), np.array(near.held)
+        out = Solutions(np.array(near.angles), np.array(near.numbers), np.array(near.held))
     known = np.full(count, int(near is not None))
 
     def work(begin: int, end: int) -> None:
-        solve_chains(link, task.who, problem, (planes, first), settings, out, known, begin, end)
+        solve_chains(link, task.who, problem, planes, first, search, known, out, begin, end)
 
     in_pieces(work, count, PIECE, threads=threads)
     return Found(*out, np.zeros(count), np.full(count, -1))

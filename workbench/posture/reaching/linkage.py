@@ -1,8 +1,9 @@
-"""The chain of joints from one segment of a body to another, packed for the kernels."""
+"""Chains of joints from one segment of a body to another, packed for the kernels."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -18,8 +19,13 @@ __all__ = ["joints_between", "linkage"]
 
 
 def joints_between(body: Body, base: int, end: int) -> list[int]:
-    """The joints from segment `base` out to segment `end`. InputError where `end` does not lie
-    beyond `base`."""
+    """List the joints from segment `base` out to segment `end`.
+
+    Raises
+    ------
+    InputError
+        If `end` does not lie beyond `base`.
+    """
     joints: list[int] = []
     at = end
     while at != base:
@@ -34,49 +40,95 @@ def joints_between(body: Body, base: int, end: int) -> list[int]:
 def linkage(
     body: Body, base: int, end: int, free: Iterable[int], tip: Floats, pointing: Floats
 ) -> Linkage:
-    """Pack the chain from segment `base`, which is held, to `end`, with some joints free.
+    """Pack a chain of joints. A hinge has one free angle, and its twist if its stops give it a range;
+    other joints have three.
 
-    tip (B, 3) [m]: the point that arrives, pointing (B, 3): the direction it points in, both in the
-    last segment, by row of the body. A hinge has one free angle, and its twist where the stops give
-    it a range; other joints have three.
+    Parameters
+    ----------
+    body
+        B bodies of a family.
+    base, end
+        The segment that is held, and the last one.
+    free
+        The joints that turn.
+    tip, pointing
+        (B, 3) the point that arrives [m] and the unit direction it points in, in the last segment.
+
+    Returns
+    -------
+    Linkage
+        The chain, its stops and its comfort.
+
+    Raises
+    ------
+    InputError
+        If `end` does not lie beyond `base`, or a spherical polygon stands in a segment before it.
     """
     joints = joints_between(body, base, end)
-    chosen = set(free)
     stops = body.stops
-    rows = [
-        (k, axis)
-        for k, j in enumerate(joints)
-        if j in chosen
-        for axis in range(3)
-        if _turns(body, j, axis)
-    ]
-    free_of = np.full((len(joints), 3), -1)
-    for d, (k, axis) in enumerate(rows):
-        free_of[k, axis] = d
-    comfort = [comfort_modes(body, j) for j in joints]
-    shaped = [k for k, j in enumerate(joints) if stops.kind[j] == StopKind.POLYGON and j in chosen]
-    k = shaped[0] if shaped else -1
-    sides, link = _polygon(body, joints, k)
+    angles = _free_angles(body, joints, set(free))
+    comfort = _comfort(body, joints, angles)
+    shaped = next((k for k in angles.joint if stops.kind[joints[k]] == StopKind.POLYGON), None)
+    sides, link = _polygon(body, joints, shaped)
     coupled, coupling = _couplings(body, joints)
     return Linkage(
         at_parent=np.ascontiguousarray(body.joint_in_parent[:, joints]),
         at_child=np.ascontiguousarray(body.joint_in_child[:, joints]),
         axes=np.ascontiguousarray(stops.axes[joints].reshape(-1, 3, 3)),
-        rows=_rows(body, joints, free_of),
+        rows=_rows(body, joints, angles.number),
         limits=np.ascontiguousarray(stops.limits[joints].reshape(-1, 3, 2)),
         coupling=coupling,
         coupled=coupled,
-        free_joint=np.array([k for k, _ in rows], dtype=np.int64),
-        free_axis=np.array([axis for _, axis in rows], dtype=np.int64),
-        free_of=free_of.astype(np.int64),
-        mode=np.array([comfort[k][0][axis] for k, axis in rows]),
-        weight=np.array([comfort[k][1][axis] ** -2.0 for k, axis in rows]),
+        free_joint=angles.joint,
+        free_axis=angles.axis,
+        free_of=angles.number,
+        mode=comfort[0],
+        weight=comfort[1],
         sides=sides,
-        limb=np.ascontiguousarray(stops.limb[joints[max(k, 0)]]),
+        limb=np.ascontiguousarray(stops.limb[joints[shaped or 0]]),
         polygon_link=link,
         tip=np.array(tip),
         pointing=np.array(pointing),
     )
+
+
+@dataclass(frozen=True, eq=False)
+class _FreeAngles:
+    """The n angles of a chain of K joints that are ways to move."""
+
+    joint: Ints
+    """(n,) joint of the chain."""
+    axis: Ints
+    """(n,) 0, 1 swing, 2 twist."""
+    number: Ints
+    """(K, 3) number of each angle among these, -1 for one that is fixed."""
+
+
+def _free_angles(body: Body, joints: list[int], free: set[int]) -> _FreeAngles:
+    """Number the free angles of a chain outward from its base."""
+    found = [
+        (k, axis)
+        for k, joint in enumerate(joints)
+        if joint in free
+        for axis in range(3)
+        if _turns(body, joint, axis)
+    ]
+    number = np.full((len(joints), 3), -1, dtype=np.int64)
+    for n, (k, axis) in enumerate(found):
+        number[k, axis] = n
+    pairs = np.array(found, dtype=np.int64).reshape(-1, 2)
+    return _FreeAngles(pairs[:, 0].copy(), pairs[:, 1].copy(), number)
+
+
+def _comfort(body: Body, joints: list[int], angles: _FreeAngles) -> tuple[Floats, Floats]:
+    """Modes (n,) [rad] and weights (n,) [1/rad2] of the free angles: 1 / (half a range)^2."""
+    modes = np.zeros(len(angles.joint))
+    weights = np.zeros(len(angles.joint))
+    for n, (k, axis) in enumerate(zip(angles.joint, angles.axis, strict=True)):
+        mode, half = comfort_modes(body, joints[k])
+        modes[n] = mode[axis]
+        weights[n] = half[axis] ** -2.0
+    return modes, weights
 
 
 def _turns(body: Body, joint: int, axis: int) -> bool:
@@ -105,8 +157,10 @@ def _rows(body: Body, joints: list[int], free_of: Ints) -> Ints:
 
 
 def _couplings(body: Body, joints: list[int]) -> tuple[Ints, Floats]:
-    """Couplings within the chain by its own joint numbers; one that is driven from elsewhere holds
-    at its least."""
+    """Couplings within the chain: their rows (K, 3, 2), -1 for none, and the couplings (M, 6).
+
+    A limit whose driver is not in the chain is taken as constant, at its least.
+    """
     coupled = np.full((len(joints), 3, 2), -1)
     rows: list[list[float]] = []
     for c in body.stops.couplings:
@@ -122,13 +176,18 @@ def _couplings(body: Body, joints: list[int]) -> tuple[Ints, Floats]:
     return coupled, np.array(rows, dtype=np.float64).reshape(-1, 6)
 
 
-def _polygon(body: Body, joints: list[int], k: int) -> tuple[Floats, int]:
-    """The sides (V, 5, 3) of joint k's polygon and the link in whose frame they stand; empty and -1
-    where k is -1.
+def _polygon(body: Body, joints: list[int], k: int | None) -> tuple[Floats, int]:
+    """Sides (V, 5, 3) of joint k's polygon and the link in whose frame they stand.
 
-    InputError where that link is not in the chain.
+    Without a polygon (None) they are empty and -1. The rows of a side are as in
+    `posture.kernels.linkage.Linkage`.
+
+    Raises
+    ------
+    InputError
+        If that link is not in the chain.
     """
-    if k < 0:
+    if k is None:
         return np.zeros((0, 5, 3)), -1
     j = joints[k]
     frame = int(body.stops.polygon_frame[j])
@@ -138,10 +197,11 @@ def _polygon(body: Body, joints: list[int], k: int) -> tuple[Floats, int]:
         raise InputError(f"body {body.name}: {what}")
     corner = body.stops.polygon[j]
     following = np.roll(corner, -1, axis=0)
+    # corners run counter-clockwise seen from outside, so corner x next corner points inward
     inward = np.cross(corner, following)
     inward /= np.linalg.norm(inward, axis=1, keepdims=True)
+    first_end = np.cross(inward, corner)
+    second_end = np.cross(following, inward)
     spoke = np.cross(body.stops.polygon_centre[j], corner)
-    ends = np.cross(inward, corner), np.cross(following, inward)
-    return np.ascontiguousarray(np.stack([corner, inward, *ends, spoke], axis=1)), links.index(
-        frame
-    )
+    sides = np.stack([corner, inward, first_end, second_end, spoke], axis=1)
+    return np.ascontiguousarray(sides), links.index(frame)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.model.arrays import Floats, Ints
-from workbench.posture.kernels.outward import reach_outward
+from workbench.posture.kernels.outward import Extents, Guides, reach_outward
 from workbench.posture.reaching.chains import PIECE, Found, Task
 from workbench.posture.reaching.seeds import NO_PLANES
 from workbench.threads import in_pieces
@@ -77,9 +77,9 @@ def outward(
     count = len(task)
     size = np.sqrt(ways[:, :1] ** 2 + ways[:, 1:2] ** 2 + ways[:, 2:] ** 2)
     rays = np.concatenate([task.goal[:, :3], ways / np.maximum(size, 1e-9)], axis=1)
-    known = lead.angles, lead.held, lead.ways
+    known = Guides(lead.angles, lead.held, lead.ways)
     held = np.zeros((count, 6 + len(task.link.rows)))
-    out = np.array(found.angles), held, np.zeros(count), np.zeros(count, dtype=np.int64)
+    out = Extents(np.array(found.angles), held, np.zeros(count), np.zeros(count, dtype=np.int64))
 
     def work(begin: int, end: int) -> None:
         reach_outward(
@@ -87,4 +87,4 @@ def outward(
         )
 
     in_pieces(work, count, PIECE, threads=threads)
-    return Lead(*out[:3])
+    return Lead(out.angles, out.held, out.ways)

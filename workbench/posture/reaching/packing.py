@@ -1,4 +1,4 @@
-"""Limbs of the rows of a body packed for the kernels: chains of joints, and spheres that go along."""
+"""Limbs of a body packed for the kernels: their chains of joints, and the spheres that they carry."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from workbench.body.forward import packed_chain, packed_skin
-from workbench.body.kernels.forward import Skin
+from workbench.body.kernels.forward import Chain, Skin
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.blend import blend_point
 from workbench.model.body import Body
@@ -23,13 +23,13 @@ __all__ = ["packed_limbs", "packed_links"]
 
 @kept_with_body
 def packed_links(body: Body, limb: Limb) -> Linkage:
-    """The chain of a limb, with the lengths of all rows of the body."""
+    """Pack the chain of a limb, with the lengths of all rows of the body."""
     return linkage(body, limb.base, limb.end, limb.free, limb.tip, limb.pointing)
 
 
 @kept_with_body
 def packed_limbs(body: Body, limb: Limb) -> Limbs:
-    """The segments that go along with a limb and their spheres, of all rows of the body."""
+    """Pack the segments that move with a limb, and their spheres, for all B rows of the body."""
     shown = logical_window(body, [body.segments[n] for n in limb.moving], limb.base)
     chain = packed_chain(body, limb.base, shown)
     moving = np.isin(np.arange(len(body.segments)), limb.moving)
@@ -37,25 +37,21 @@ def packed_limbs(body: Body, limb: Limb) -> Limbs:
     segment = body.sphere_segment[sphere]
     joints = joints_between(body, limb.base, limb.end)
     link, carrier = _carriers(body, limb, joints)
-    arm = body.centre[:, sphere] - body.twist_point[:, segment]
-    line = body.twist_axis[:, segment]
-    out = arm - np.einsum("bsi,bsi->bs", arm, line)[..., None] * line
-    up = chain.upward[:, None] == 1
-    below = body.joint_in_child[:, chain.joint]
-    above = body.joint_in_parent[:, chain.joint]
+    out, across = _twist_arms(body, sphere)
+    came, to = _joint_points(body, chain)
     return Limbs(
         skin=_skin(body, sphere, moving),
         chain=chain,
         centre=_columns(body.centre[:, sphere]),
         out=_columns(out),
-        across=_columns(np.cross(line, out)),
+        across=_columns(across),
         radius=np.ascontiguousarray(body.radius[:, sphere]),
         twist_axis=np.array(body.twist_axis),
         twist_share=np.ascontiguousarray(body.twist_share[:, sphere]),
         blend_share=np.ascontiguousarray(body.blend_share[:, sphere]),
         blend_point=np.ascontiguousarray(blend_point(body)[:, sphere]),
-        at_came=np.ascontiguousarray(np.where(up, below, above)),
-        at_to=np.ascontiguousarray(np.where(up, above, below)),
+        at_came=came,
+        at_to=to,
         solid=np.ascontiguousarray(limb.solid[:, sphere].astype(np.int64)),
         segment=segment,
         link=link[segment],
@@ -65,6 +61,30 @@ def packed_limbs(body: Body, limb: Limb) -> Limbs:
         axes=np.array(body.stops.axes),
         base=limb.base,
     )
+
+
+def _twist_arms(body: Body, sphere: Ints) -> tuple[Floats, Floats]:
+    """Arms (B, S, 3) [m] of spheres from the axis of their segment's twist, and axis x arm.
+
+    A turn by t about the axis moves the end of an arm a to a cos t + (axis x a) sin t.
+    """
+    segment = body.sphere_segment[sphere]
+    arm = body.centre[:, sphere] - body.twist_point[:, segment]
+    line = body.twist_axis[:, segment]
+    out: Floats = arm - np.einsum("bsi,bsi->bs", arm, line)[..., None] * line
+    return out, np.cross(line, out)
+
+
+def _joint_points(body: Body, chain: Chain) -> tuple[Floats, Floats]:
+    """Joints (B, M, 3) [m] in the frames of the segments before and after them, from the held one.
+
+    A joint that is passed inward, against the body's tree, has the two exchanged.
+    """
+    inward = chain.upward[:, None] == 1
+    below = body.joint_in_child[:, chain.joint]
+    above = body.joint_in_parent[:, chain.joint]
+    came = np.ascontiguousarray(np.where(inward, below, above))
+    return came, np.ascontiguousarray(np.where(inward, above, below))
 
 
 def _carriers(body: Body, limb: Limb, joints: Sequence[int]) -> tuple[Ints, Ints]:

@@ -1,5 +1,4 @@
-"""A driver's legs: soles on the pedal plane, and how far aft of the pedal thigh and knee have the
-angles expected."""
+"""Legs of a driver: soles on the pedal plane, and the hip position that suits thigh and knee."""
 
 from __future__ import annotations
 
@@ -14,36 +13,61 @@ from workbench.model.driving import DrivingAngles, Package
 from workbench.posture.kernels.linkage import Linkage
 from workbench.posture.reaching.limbs import Limb, limb
 from workbench.posture.reaching.packing import packed_links
+from workbench.posture.seating.leg_triangle import leg_triangle
 from workbench.posture.seating.posture import pointed_foot
 
 __all__ = ["Sole", "hips_from_pedal", "soles_on"]
 
-GRID = 0.001
-"""Spacing [m] of the hip places that are tried."""
-NEAR = 0.15
-FAR = 1.3
-"""How far aft of the ankle [m] hips are looked for."""
+GRID_SPACING = 0.001
+"""Spacing [m] of the hip positions that are tried."""
+NEAREST_HIP = 0.15
+FARTHEST_HIP = 1.3
+"""How far aft of the ankle [m] hips are searched."""
+OUT_OF_REACH = 1e3
+"""Cost [1/m] of an ankle that the leg does not reach. It outweighs every angle."""
+THIGH = 6
+KNEE = 7
+"""Indices of thigh and knee among the angles of a driving posture."""
 
 
 @dataclass(frozen=True, eq=False)
 class Sole:
-    """The soles of B drivers' feet: at (B, 3) [m] where the balls go, along (3,) the way from heel
-    to ball; the leg as a limb, its chain packed, pointing from heel to ball; sole (B, 3) [m] from
-    heel to ball in the foot's frame."""
+    """Soles of B drivers' feet on the pedal plane."""
 
     at: Floats
+    """(B, 3) [m] where the balls of the feet go."""
     along: Floats
+    """(3,) unit direction from heel to ball, up the plane."""
     limb: Limb
+    """The leg, which points from heel to ball."""
     link: Linkage
+    """Its chain."""
     sole: Floats
+    """(B, 3) [m] from heel to ball, in the foot's frame."""
 
 
 def soles_on(body: Body, foot: str, at: tuple[float, float, float], package: Package) -> Sole:
-    """Soles in the plane that rises from the heel point (for the other foot: from beside it) to the
-    pedal.
+    """Place the sole of a foot in the plane that rises from the heel point to the pedal.
 
-    Soles of shoes lie under the foot's own. The round of the heel rests in the corner of floor and
-    plane, and the ball lies as far up as the foot is long.
+    For the foot that is not on the accelerator the plane starts beside the heel point. The round of
+    the heel rests in the corner of floor and plane, and the ball lies as far up as the foot is long.
+    The sole of a shoe lies under the foot's own.
+
+    Parameters
+    ----------
+    body
+        B drivers.
+    foot
+        "left foot" or "right foot".
+    at
+        Centre of the pedal [m].
+    package
+        The vehicle package, with its heel point.
+
+    Returns
+    -------
+    Sole
+        Where the balls of the feet go, and the leg.
     """
     chain = pointed_foot(body, foot)
     link = packed_links(body, chain)
@@ -66,30 +90,56 @@ def soles_on(body: Body, foot: str, at: tuple[float, float, float], package: Pac
 
 
 def hips_from_pedal(right: Sole, height: Floats, angles: Sequence[DrivingAngles]) -> Floats:
-    """(B,) x [m] of the hips at heights (B,) [m] from which thigh and knee come nearest to their
-    angles, in units of their scatter, the right foot being on the accelerator."""
+    """Find how far forward the hips are if thigh and knee come nearest to their expected angles.
+
+    Parameters
+    ----------
+    right
+        The soles of the right feet, on the accelerator.
+    height
+        (B,) heights of the hips [m].
+    angles
+        The expected angles of each driver, with their scatter.
+
+    Returns
+    -------
+    Floats
+        (B,) x [m] of the hips.
+    """
     link = right.link
     thigh = np.linalg.norm(link.at_child[:, 0] - link.at_parent[:, 1], axis=1)
     shank = np.linalg.norm(link.at_child[:, 1] - link.at_parent[:, 2], axis=1)
-    turn = np.arctan2(right.along[2], right.along[0]) - np.arctan2(
-        right.sole[:, 2], right.sole[:, 0]
-    )
-    own = link.at_child[:, 2] - link.tip  # from the ball to the ankle, in the foot's frame
-    end = right.at[:, 0] + np.cos(turn) * own[:, 0] - np.sin(turn) * own[:, 2]
-    rise = right.at[:, 2] + np.sin(turn) * own[:, 0] + np.cos(turn) * own[:, 2] - height
-    aft = np.arange(NEAR, FAR, GRID)
+    ankle_x, ankle_z = _ankles(right)
+    aft = np.arange(NEAREST_HIP, FARTHEST_HIP, GRID_SPACING)
     found = np.zeros(len(height))
-    for b, one in enumerate(angles):
-        a = float(thigh[b])
-        s = float(shank[b])
-        gap = np.hypot(aft, rise[b])
-        span = np.clip(gap, abs(a - s) + 1e-6, a + s - 1e-6)
-        bent = np.arccos((a**2 + s**2 - span**2) / (2 * a * s))
-        lifted = np.arctan2(rise[b], aft) + np.arccos((a**2 + span**2 - s**2) / (2 * a * span))
-        lift = (lifted - one.mean[6]) / one.spread[6]
-        bend = (bent - one.mean[7]) / one.spread[7]
-        cost = lift * lift + bend * bend + 1e3 * np.abs(gap - span)
-        best = int(np.clip(np.argmin(cost), 1, len(aft) - 2))
-        p, q, r = cost[best - 1 : best + 2]
-        found[b] = end[b] - aft[best] + GRID * -0.5 * (p - r) / max(p - 2 * q + r, 1e-12)
+    for b, expected in enumerate(angles):
+        rise = ankle_z[b] - height[b]
+        leg = leg_triangle(thigh[b], shank[b], np.hypot(aft, rise))
+        lifted = np.arctan2(rise, aft) + leg.hip
+        # least squares in units of the scatter
+        lift = (lifted - expected.mean[THIGH]) / expected.spread[THIGH]
+        bend = (leg.knee - expected.mean[KNEE]) / expected.spread[KNEE]
+        cost = lift * lift + bend * bend + OUT_OF_REACH * np.abs(leg.lack)
+        found[b] = ankle_x[b] - _least(aft, cost)
     return found
+
+
+def _ankles(sole: Sole) -> tuple[Floats, Floats]:
+    """(B,) x and z [m] of the ankles of feet whose soles lie in the plane."""
+    turn = np.arctan2(sole.along[2], sole.along[0]) - np.arctan2(sole.sole[:, 2], sole.sole[:, 0])
+    own = (
+        sole.link.at_child[:, 2] - sole.link.tip
+    )  # from the ball to the ankle, in the foot's frame
+    c = np.cos(turn)
+    s = np.sin(turn)
+    x: Floats = sole.at[:, 0] + c * own[:, 0] - s * own[:, 2]
+    z: Floats = sole.at[:, 2] + s * own[:, 0] + c * own[:, 2]
+    return x, z
+
+
+def _least(grid: Floats, cost: Floats) -> float:
+    """Where a cost on an even grid is least: the vertex of the parabola through its least three."""
+    best = int(np.clip(np.argmin(cost), 1, len(grid) - 2))
+    before, at, after = cost[best - 1 : best + 2]
+    shift = 0.5 * (before - after) / max(before - 2 * at + after, 1e-12)
+    return float(grid[best] + GRID_SPACING * shift)

@@ -19,8 +19,8 @@ from workbench.model.body import Body
 from workbench.model.environment import Seat
 from workbench.model.poses import Poses, check_rows, row_for_each
 from workbench.model.posing import join_poses
-from workbench.posture.kernels.seat_search import ROW, seat_rows
-from workbench.posture.kernels.sitting import EASE, TRIED, Sitting
+from workbench.posture.kernels.seat_search import SeatPlaces, seat_rows
+from workbench.posture.kernels.sitting import ROW, TOTAL_DISCOMFORT, VISITED, Sitting
 from workbench.posture.reaching.chains import Task
 from workbench.posture.seating.posture import Pedals, positions
 from workbench.posture.seating.resting import at_rest, lap_of, sitting_of
@@ -190,8 +190,8 @@ def _some_people(body: Body, poses: Poses, ask: _Ask) -> Seated:
             foot: limits_of(tasks[k], found.numbers[:, k]) for k, foot in enumerate(ask.pedals.at)
         },
         spare_travel=np.stack([forward - rear, front - forward, up - low, high - up], axis=1),
-        discomfort=found.row[:, EASE],
-        tried=found.row[:, TRIED].astype(np.int64),
+        discomfort=found.row[:, TOTAL_DISCOMFORT],
+        tried=found.row[:, VISITED].astype(np.int64),
     )
 
 
@@ -221,10 +221,10 @@ def _stepped(
     travel = np.zeros((count, 2))
     numbers = np.zeros((count, 2, 8))
     row = np.zeros((count, ROW))
-    out = turned, lap, travel, numbers, row
+    out = SeatPlaces(turned, lap, travel, numbers, row)
 
     def work(begin: int, end: int) -> None:
-        seat_rows(sitting, legs, grid, first, int(ask.every), out, begin, end)
+        seat_rows(sitting, legs, grid, first, ask.every, out, begin, end)
 
     in_pieces(work, count, PIECE, threads=ask.threads)
     return _Found(turned, lap[:, :, 3].copy(), travel, numbers, row)
@@ -238,7 +238,7 @@ def _resting(sitting: Sitting, rotations: Floats, ask: _Ask, rest: _Rest) -> _Fo
     forward = np.full(count, min(max(0.0, rear), front))
     lap = at + forward[:, None] * sitting.ahead
     row = np.zeros((count, ROW))
-    row[:, TRIED] = 1.0
+    row[:, VISITED] = 1.0
     return _Found(rotations, lap, np.stack([forward, up], axis=1), np.zeros((count, 0, 8)), row)
 
 

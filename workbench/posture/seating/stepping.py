@@ -1,5 +1,4 @@
-"""Feet on pedals, for the kernel that seats people: legs, goals, comfort, and a first guess at the
-seat's place."""
+"""Feet on pedals, for the kernel that seats people: legs, goals, comfort, a guess at the seat."""
 
 from __future__ import annotations
 
@@ -25,6 +24,7 @@ from workbench.posture.reaching.chains import (
 )
 from workbench.posture.reaching.comfort import comfort_modes
 from workbench.posture.reaching.limbs import limb
+from workbench.posture.seating.leg_triangle import leg_triangle
 from workbench.posture.seating.posture import Pedals, pointed_foot
 
 __all__ = ["comfortable", "first_places", "foot_tasks", "legs_of", "limits_of"]
@@ -33,12 +33,30 @@ HEEL_AGAIN = 0
 """From how many other postures a foot is tried again with its heel on the floor; in the air it is
 `AGAIN`."""
 FREE_FOOT = 10.0
-"""Discomfort of a heel in the air: it is put up with where the pedal cannot be had otherwise."""
+"""Discomfort of a heel in the air: it is accepted where the pedal cannot be reached otherwise."""
+OUT_OF_REACH = 1e6
+"""Discomfort [1/m] of an ankle that a leg does not reach. It outweighs every angle."""
+UP = np.array([0.0, 0.0, 1.0])
 
 
 def foot_tasks(body: Body, poses: Poses, pedals: Pedals, ahead: Floats) -> list[Task]:
-    """For each foot its leg with the ball to go to the pedal, the sole as it is with the heel on
-    the floor: pointing in the heading `ahead` (3,), rising as far as the ball is above the heel."""
+    """Make a task for each foot: its ball goes to the pedal, its sole lies as with the heel down.
+
+    Parameters
+    ----------
+    body, poses
+        B people, and a pose of each.
+    pedals
+        The pedals, and the floor.
+    ahead
+        (3,) unit heading of the person. A sole points that way and rises as far as the pedal is
+        above the floor.
+
+    Returns
+    -------
+    list
+        A task for each foot, with B rows.
+    """
     count = len(body)
     tasks = []
     for name, at in pedals.at.items():
@@ -48,9 +66,7 @@ def foot_tasks(body: Body, poses: Poses, pedals: Pedals, ahead: Floats) -> list[
         if pedals.floor is not None:
             size = np.linalg.norm(sole, axis=1)
             rise = np.clip((at[2] - pedals.floor) / size, -0.95, 0.95)
-            goal[:, 3:6] = np.sqrt(1.0 - rise * rise)[:, None] * ahead + rise[:, None] * np.array(
-                [0.0, 0.0, 1.0]
-            )
+            goal[:, 3:6] = np.sqrt(1.0 - rise * rise)[:, None] * ahead + rise[:, None] * UP
             goal[:, 9:] = TURN_LEVER
         base = np.zeros((count, 3, 4))
         who = np.arange(count)
@@ -59,8 +75,7 @@ def foot_tasks(body: Body, poses: Poses, pedals: Pedals, ahead: Floats) -> list[
 
 
 def legs_of(tasks: list[Task], pedals: Pedals) -> Legs:
-    """The legs packed for the kernel. It takes two; of one there is a copy, which is not looked
-    at."""
+    """Pack the legs for the kernel, which takes two: a single one is doubled, and counts once."""
     two = (tasks * 2)[:2]
     goal = np.stack(
         [np.stack([task.goal, goals_of(task.goal[:, :3])], axis=1) for task in two], axis=1
@@ -80,7 +95,20 @@ def legs_of(tasks: list[Task], pedals: Pedals) -> Legs:
 
 
 def comfortable(tasks: list[Task], rotations: Floats) -> Floats:
-    """Rotations (B, J, 4) with the legs in comfort."""
+    """Put the legs at their comfort modes.
+
+    Parameters
+    ----------
+    tasks
+        A task for each leg.
+    rotations
+        (B, J, 4) joint rotations.
+
+    Returns
+    -------
+    Floats
+        (B, J, 4) the same with the legs in comfort.
+    """
     turned = np.array(rotations)
     for task in tasks:
         angles = cold(task, _angles(task))
@@ -101,58 +129,75 @@ def _angles(task: Task) -> Floats:
 
 
 def first_places(tasks: list[Task], lap: Floats, grid: Floats, ahead: Floats) -> Ints:
-    """(B,) the place on the seat's travel (G,) from which the legs are likely to be most
-    comfortable, from hip, knee and ankle in the plane of each leg; lap (B, 3, 4): the lower torso
-    with the seat not moved."""
+    """Guess where on the seat's travel the legs are most comfortable, from triangles in a plane.
+
+    Parameters
+    ----------
+    tasks
+        A task for each foot, with B rows.
+    lap
+        (B, 3, 4) the lower torso with the seat not moved [m].
+    grid
+        (G,) positions of the seat, forward [m].
+    ahead
+        (3,) unit direction in which the seat travels.
+
+    Returns
+    -------
+    Ints
+        (B,) indices of positions.
+    """
     total = np.zeros((len(lap), len(grid)))
     for task in tasks:
-        total += _planar(task, lap, grid, ahead)
+        total += _planar_discomfort(task, lap, grid, ahead)
     found: Ints = total.argmin(axis=1)
     return found
 
 
-def _planar(task: Task, lap: Floats, grid: Floats, ahead: Floats) -> Floats:
-    """(B, G) the discomfort of a leg that stands in an upright plane, its sole as the goal has
-    it."""
+def _planar_discomfort(task: Task, lap: Floats, grid: Floats, ahead: Floats) -> Floats:
+    """(B, G) discomfort of a leg that stands in an upright plane, its sole as the goal has it."""
     link = task.link
-    body = task.body
-    along = task.goal[:, 3:6] if task.goal[0, 9] > 0 else np.broadcast_to(ahead, (len(lap), 3))
-    side = np.cross([0.0, 0.0, 1.0], ahead)
+    ankle, turn = _ankle_of_goal(task, ahead)
+    hip = np.einsum("bij,bj->bi", lap[:, :, :3], link.at_parent[:, 0]) + lap[:, :, 3]
+    way = (ankle - hip)[:, None] - grid[None, :, None] * ahead
+    level = np.sqrt((way @ ahead) ** 2 + (way @ np.cross(UP, ahead)) ** 2)
+    thigh = np.linalg.norm(link.at_parent[:, 1] - link.at_child[:, 0], axis=1)[:, None]
+    shank = np.linalg.norm(link.at_parent[:, 2] - link.at_child[:, 1], axis=1)[:, None]
+    leg = leg_triangle(thigh, shank, np.hypot(level, way[..., 2]))
+    lifted = np.arctan2(way[..., 2], level) + leg.hip
+    bent = np.pi - leg.knee
+    lean = np.arctan2(lap[:, :, 2] @ ahead, lap[:, 2, 2])[:, None]  # of the trunk, forward
+    foot = lifted - bent + 0.5 * np.pi  # the way a neutral foot points, above the horizontal
+    angles = {
+        "flexion": lifted + 0.5 * np.pi + lean,
+        "knee": bent,
+        "plantarflexion": foot - turn[:, None],
+    }
+    cost: Floats = OUT_OF_REACH * np.maximum(leg.lack, 0.0)
+    for joint, (motion, angle) in zip(task.joints, angles.items(), strict=True):
+        mode, half = _comfort(task.body, joint, "flexion" if motion == "knee" else motion)
+        cost += ((angle - mode) / half) ** 2
+    return cost
+
+
+def _ankle_of_goal(task: Task, ahead: Floats) -> tuple[Floats, Floats]:
+    """Ankles (B, 3) [m] of feet on their pedals, and by how much the feet are tipped up (B,) [rad].
+
+    A goal without a direction leaves the foot level.
+    """
+    link = task.link
+    along = task.goal[:, 3:6]
+    if not task.goal[0, 9] > 0:
+        along = np.broadcast_to(ahead, along.shape)
     own = link.tip - link.at_child[:, 2]  # from the ankle to the ball, in the foot's frame
-    turn = np.arctan2(along[:, 2], along @ ahead) - np.arctan2(
-        link.pointing[:, 2], link.pointing[:, 0]
-    )
+    neutral = np.arctan2(link.pointing[:, 2], link.pointing[:, 0])
+    turn: Floats = np.arctan2(along[:, 2], along @ ahead) - neutral
     c = np.cos(turn)
     s = np.sin(turn)
     forth = c * own[:, 0] - s * own[:, 2]
     rise = s * own[:, 0] + c * own[:, 2]
-    ankle = task.goal[:, :3] - forth[:, None] * ahead - rise[:, None] * np.array([0.0, 0.0, 1.0])
-    hip = np.einsum("bij,bj->bi", lap[:, :, :3], link.at_parent[:, 0]) + lap[:, :, 3]
-    thigh = np.linalg.norm(link.at_parent[:, 1] - link.at_child[:, 0], axis=1)[:, None]
-    shank = np.linalg.norm(link.at_parent[:, 2] - link.at_child[:, 1], axis=1)[:, None]
-    way = (ankle - hip)[:, None] - grid[None, :, None] * ahead
-    across = way @ side
-    level = np.sqrt((way @ ahead) ** 2 + across**2)
-    span = np.clip(np.hypot(level, way[..., 2]), np.abs(thigh - shank) + 1e-6, thigh + shank - 1e-6)
-    lack = np.maximum(np.hypot(level, way[..., 2]) - span, 0.0)
-    lifted = np.arctan2(way[..., 2], level) + np.arccos(
-        (thigh**2 + span**2 - shank**2) / (2 * thigh * span)
-    )
-    knee = np.pi - np.arccos((thigh**2 + shank**2 - span**2) / (2 * thigh * shank))
-    lean = np.arctan2(lap[:, :, 2] @ ahead, lap[:, 2, 2])[
-        :, None
-    ]  # how far the trunk leans forward
-    foot = lifted - knee + 0.5 * np.pi  # the way a neutral foot points, above the horizontal
-    angles = {
-        "flexion": lifted + 0.5 * np.pi + lean,
-        "knee": knee,
-        "plantarflexion": foot - turn[:, None],
-    }
-    cost: Floats = 1e6 * lack
-    for joint, (motion, angle) in zip(task.joints, angles.items(), strict=True):
-        mode, half = _comfort(body, joint, "flexion" if motion == "knee" else motion)
-        cost += ((angle - mode) / half) ** 2
-    return cost
+    ankle: Floats = task.goal[:, :3] - forth[:, None] * ahead - rise[:, None] * UP
+    return ankle, turn
 
 
 def _comfort(body: Body, joint: int, motion: str) -> tuple[float, float]:
@@ -163,8 +208,20 @@ def _comfort(body: Body, joint: int, motion: str) -> tuple[float, float]:
 
 
 def limits_of(task: Task, numbers: Floats) -> tuple[str, ...]:
-    """For each person what limits a foot that misses its pedal, "" where it does not; numbers (B,
-    8) as of chains."""
+    """Name what limits a foot that misses its pedal, for each person; "" where it does not miss.
+
+    Parameters
+    ----------
+    task
+        The task of the foot, with B rows.
+    numbers
+        (B, 8) as of `posture.kernels.inverse.Solutions`.
+
+    Returns
+    -------
+    tuple
+        B texts.
+    """
     reached = numbers[:, 0] <= REACHED
     count = len(numbers)
     found = Found(
