@@ -13,7 +13,7 @@ from workbench.body.fitting.regions import Regions
 from workbench.body.fitting.sampling import random_samples
 from workbench.body.fitting.verify import gap_bound, split_triangles
 from workbench.body.surface import Surface
-from workbench.model.arrays import Bools, Floats
+from workbench.model.arrays import Bools, Floats, Ints
 
 __all__ = ["PartQuality", "part_qualities"]
 
@@ -64,35 +64,58 @@ def part_qualities(
     """
     on_surface = random_samples(surface, _SAMPLES, seed=5).point
     exposed = exposed_points(*spheres, _SAMPLES)
-    to_spheres = distance_to_union(on_surface, exposed, *spheres)
-    to_surface = np.abs(surface.distance(exposed))
-    part_of_sample = regions.number(on_surface)
-    part_of_exposed = regions.number(exposed)
     corners = split_triangles(surface.vertices[surface.faces], 0.02)
-    part_of_corner = regions.number(corners.mean(axis=1))
-    protrusion = spheres[1] + surface.distance(spheres[0])
-    volumes = _volumes(surface, regions, spheres)
-    rows = []
-    for k in range(regions.count):
-        own = member[:, k]
-        there = to_spheres[part_of_sample == k]
-        back = to_surface[part_of_exposed == k]
-        both = np.concatenate([there, back]) if len(there) + len(back) else np.zeros(1)
-        rows.append(
-            PartQuality(
-                spheres=int(own.sum()),
-                mean=float(both.mean()),
-                p95=float(np.percentile(both, 95)),
-                to_spheres=float(there.max(initial=0.0)),
-                to_surface=float(back.max(initial=0.0)),
-                outside=gap_bound(corners[part_of_corner == k], spheres[0][own], spheres[1][own]),
-                inside=max(0.0, float(protrusion[own].max(initial=0.0))),
-                volume=float(volumes.mesh[k]),
-                volume_ratio=float(volumes.union[k] / max(volumes.mesh[k], 1e-12)),
-                iou=float(volumes.shared[k] / volumes.joined(k)),
-            )
-        )
-    return tuple(rows)
+    measured = _Measured(
+        to_spheres=distance_to_union(on_surface, exposed, *spheres),
+        to_surface=np.abs(surface.distance(exposed)),
+        part_of_sample=regions.number(on_surface),
+        part_of_exposed=regions.number(exposed),
+        corners=corners,
+        part_of_corner=regions.number(corners.mean(axis=1)),
+        protrusion=spheres[1] + surface.distance(spheres[0]),
+        volumes=_volumes(surface, regions, spheres),
+    )
+    return tuple(_part_quality(measured, k, spheres, member[:, k]) for k in range(regions.count))
+
+
+class _Measured(NamedTuple):
+    """Distances [m] on the whole surface, and the part to which each place belongs."""
+
+    to_spheres: Floats
+    """(n,) from samples of the surface to that of the spheres."""
+    to_surface: Floats
+    """(k,) from exposed points of the spheres to the surface."""
+    part_of_sample: Ints
+    part_of_exposed: Ints
+    corners: Floats
+    """(T, 3, 3) small triangles of the surface."""
+    part_of_corner: Ints
+    protrusion: Floats
+    """(S,) by which each sphere leaves the surface."""
+    volumes: _Volumes
+
+
+def _part_quality(
+    measured: _Measured, part: int, spheres: tuple[Floats, Floats], own: Bools
+) -> PartQuality:
+    """Figures of one part; own (S,): its spheres."""
+    there = measured.to_spheres[measured.part_of_sample == part]
+    back = measured.to_surface[measured.part_of_exposed == part]
+    both = np.concatenate([there, back]) if len(there) + len(back) else np.zeros(1)
+    corners = measured.corners[measured.part_of_corner == part]
+    volume, union, shared = (float(volumes[part]) for volumes in measured.volumes)
+    return PartQuality(
+        spheres=int(own.sum()),
+        mean=float(both.mean()),
+        p95=float(np.percentile(both, 95)),
+        to_spheres=float(there.max(initial=0.0)),
+        to_surface=float(back.max(initial=0.0)),
+        outside=gap_bound(corners, spheres[0][own], spheres[1][own]),
+        inside=max(0.0, float(measured.protrusion[own].max(initial=0.0))),
+        volume=volume,
+        volume_ratio=union / max(volume, 1e-12),
+        iou=shared / max(volume + union - shared, 1e-12),
+    )
 
 
 class _Volumes(NamedTuple):
@@ -102,10 +125,6 @@ class _Volumes(NamedTuple):
     union: Floats
     """Of all spheres there."""
     shared: Floats
-
-    def joined(self, part: int) -> float:
-        """Volume [m3] of the surface and the spheres together."""
-        return max(float(self.mesh[part] + self.union[part] - self.shared[part]), 1e-12)
 
 
 def _volumes(surface: Surface, regions: Regions, spheres: tuple[Floats, Floats]) -> _Volumes:
