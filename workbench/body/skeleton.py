@@ -12,8 +12,8 @@ from workbench.model.vocabulary import DIRECTIONS
 
 __all__ = ["bones_of", "named_rows", "spheres_in_frames"]
 
-_ON_JOINT = 1e-3
-"""Distance [m] up to which a point is on a joint."""
+_SAME_POINT = 1e-3
+"""Distance [m] up to which a point and a joint are the same."""
 _BEHIND = 0.3
 """Extent behind the joint, as a share of that ahead, from which on a segment has a bone there."""
 _SHORT_BONE = 0.02
@@ -41,7 +41,7 @@ def bones_of(body: Body, world: Floats) -> Bones:
         origin = world[n, :, 3]
         start = body.joint_in_child[0, n - 1] if n else np.zeros(3)
         tips = [
-            p for p in _distal_joints(body, n) if np.linalg.norm(p - start) > _ON_JOINT
+            p for p in _distal_joints(body, n) if np.linalg.norm(p - start) > _SAME_POINT
         ] or _tips(body, n, start)
         for tip in tips:
             names.append(name)
@@ -61,9 +61,9 @@ def _tips(body: Body, segment: int, start: Floats) -> list[Floats]:
     centre = body.centre[0, body.spheres(segment)]
     ahead_vector = -start  # from the joint to the origin, the centre of gravity
     length = float(np.linalg.norm(ahead_vector))
-    if length < _ON_JOINT or not len(centre):
+    if length < _SAME_POINT or not len(centre):
         short = np.array([0.0, 0.0, _SHORT_BONE])
-        return [start + (ahead_vector if length >= _ON_JOINT else short)]
+        return [start + (ahead_vector if length >= _SAME_POINT else short)]
     reach = (centre - start) @ (ahead_vector / length)
     ahead = int(reach.argmax())
     back = int(reach.argmin())
@@ -104,7 +104,7 @@ def spheres_in_frames(
         proximal = [body.joint_in_child[0, n - 1]] if n else []
         for joint in [*_distal_joints(body, n), *proximal]:
             gap = np.linalg.norm(local - joint, axis=1)
-            if not len(gap) or gap.min() > _ON_JOINT:
+            if not len(gap) or gap.min() > _SAME_POINT:
                 raise InputError(f"segment {name}: no sphere at one of its joints")
             local[gap.argmin()] = joint
         found[name] = local, radius

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from workbench.body.scaling.rig import Shape
-from workbench.body.scaling.space import volumes
+from workbench.body.scaling.space import ON_JOINT, volumes
 from workbench.errors import InputError
 from workbench.model.arrays import Floats, Ints
 from workbench.model.basis import Detail, ShapeBasis
@@ -17,9 +17,6 @@ from workbench.model.body import Body, check_one
 from workbench.model.settled import settled
 
 __all__ = ["morph"]
-
-_ON_JOINT = 2e-6
-"""Distance [m] of a sphere from a joint in the mean body up to which it is on the joint in all."""
 
 
 def morph(template: Body, at: ArrayLike | Sequence[float], level: str) -> Body:
@@ -98,7 +95,7 @@ def _member(basis: ShapeBasis, detail: Detail, parent: Ints, z: Floats) -> Shape
     near = (detail.segment[:, None] == parent[None]) | (
         detail.segment[:, None] == np.arange(1, len(origin))[None]
     )
-    sphere, at = np.nonzero((gap < _ON_JOINT) & near)
+    sphere, at = np.nonzero((gap < ON_JOINT) & near)
     centre[sphere] = joint[at]  # a sphere on a joint has exactly its coordinates
     return Shape(
         centre - origin[detail.segment],

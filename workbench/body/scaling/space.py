@@ -20,7 +20,7 @@ from workbench.model.arrays import Floats, Ints
 from workbench.model.basis import Detail
 from workbench.model.body import Body
 
-__all__ = ["ShapeSpace", "detail_of", "shape_space", "volumes"]
+__all__ = ["ON_JOINT", "ShapeSpace", "detail_of", "shape_space", "volumes"]
 
 _FIELDS = ("centre", "radius", "in_parent", "in_child")
 _STRETCH_PRICE = 4.0e3
@@ -30,7 +30,7 @@ _VOLUME_LINES = 14
 """Lines across a segment in each direction, for its volume."""
 _MIN_DEVIATION = 0.02
 """Least standard deviation of a coefficient among similar people, so that some room is left."""
-_ON_JOINT = 2e-6
+ON_JOINT = 2e-6
 """Distance [m] from a joint up to which a sphere is on it."""
 
 
@@ -217,6 +217,6 @@ def _tied(body: Body) -> tuple[tuple[Ints, Ints], tuple[Ints, Ints]]:
     child = np.arange(1, len(body.segments))
     for owner, at in ((body.parent[1:], body.joint_in_parent[0]), (child, body.joint_in_child[0])):
         gap = np.linalg.norm(body.centre[0, :, None] - at[None], axis=-1)
-        sphere, joint = np.nonzero((gap <= _ON_JOINT) & (segment[:, None] == owner[None]))
+        sphere, joint = np.nonzero((gap <= ON_JOINT) & (segment[:, None] == owner[None]))
         pairs.append((sphere, joint))
     return pairs[0], pairs[1]
