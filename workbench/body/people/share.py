@@ -174,17 +174,25 @@ def bootstrap_share(
     found = share_of(served, weight=weight, confidence=confidence)
     inside = np.asarray(served, dtype=np.bool_)
     w = checked_weights(weight, len(inside))
-    group = np.zeros(len(inside), np.int64) if strata is None else np.asarray(strata)
+    stratum = np.zeros(len(inside), np.int64) if strata is None else np.asarray(strata)
     stream = np.random.Generator(np.random.PCG64(seed))
     shares = np.zeros(draws)
-    for name in np.unique(group):
-        own = group == name
-        cells, count = np.unique(np.stack([w[own], inside[own]]), axis=1, return_counts=True)
-        drawn = stream.multinomial(count.sum(), count / count.sum(), size=draws) * cells[0]
-        shares += (drawn @ cells[1]) / drawn.sum(axis=1) * (w[own].sum() / w.sum())
+    for name in np.unique(stratum):
+        own = stratum == name
+        resampled = _resampled_shares(inside[own], w[own], draws, stream)
+        shares += resampled * (w[own].sum() / w.sum())
     tail = (1 - confidence) / 2
     low, high = np.quantile(shares, [tail, 1 - tail], method="inverted_cdf")
     return Share(found.share, float(low), float(high), found.count, "bootstrap", confidence)
+
+
+def _resampled_shares(
+    inside: Bools, weight: Floats, draws: int, stream: np.random.Generator
+) -> Floats:
+    """(draws,) weighted shares of as many people (P,), drawn with replacement."""
+    cells, count = np.unique(np.stack([weight, inside]), axis=1, return_counts=True)
+    drawn = stream.multinomial(count.sum(), count / count.sum(), size=draws) * cells[0]
+    return np.asarray((drawn @ cells[1]) / drawn.sum(axis=1))
 
 
 def wilson_interval(share: float, people: float, confidence: float) -> tuple[float, float]:
