@@ -36,12 +36,7 @@ def draw_people(model: PopulationModel, count: int, *, seed: int, men: float = 0
     UsageError
         If a number is out of its range.
     """
-    if not 0 <= count <= _MAX_PEOPLE:
-        raise UsageError(f"0 to {_MAX_PEOPLE} people can be drawn, got {count}")
-    if not 0 <= men <= 1:
-        raise UsageError(f"the share of men lies between 0 and 1, got {men:g}")
-    if seed < 0:
-        raise UsageError(f"a seed is a whole number, 0 or more, got {seed}")
+    _check_request(count, seed, men)
     wanted = {"male": round(count * men), "female": count - round(count * men)}
     streams = np.random.SeedSequence(seed).spawn(len(wanted))
     drawn = [np.empty((0, len(model.names)))]
@@ -55,6 +50,16 @@ def draw_people(model: PopulationModel, count: int, *, seed: int, men: float = 0
     return Population(
         model.names, np.concatenate(codes), np.ones(count), np.concatenate(drawn), source, labels
     )
+
+
+def _check_request(count: int, seed: int, men: float) -> None:
+    """Refuse numbers that are out of their range."""
+    if not 0 <= count <= _MAX_PEOPLE:
+        raise UsageError(f"0 to {_MAX_PEOPLE} people can be drawn, got {count}")
+    if not 0 <= men <= 1:
+        raise UsageError(f"the share of men lies between 0 and 1, got {men:g}")
+    if seed < 0:
+        raise UsageError(f"a seed is a whole number, 0 or more, got {seed}")
 
 
 def _drawn(model: PopulationModel, sex: str, people: int, chance: np.random.Generator) -> Floats:

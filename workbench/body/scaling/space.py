@@ -119,16 +119,12 @@ def volumes(body: Body, shape: Shape) -> Floats:
 def shape_space(body: Body) -> ShapeSpace:
     """Compute the space of shapes of a body; it is kept, as bodies compare by identity."""
     groups = groups_of(body)
-    stretch = stretch_shapes(body, groups)
-    neutral = np.tile([1.0, 1.0, 1.0, 1.0, 0.0], len(stretch.radius) // PARAMETERS)
+    effects = stretch_shapes(body, groups)
+    neutral = np.tile([1.0, 1.0, 1.0, 1.0, 0.0], len(effects.radius) // PARAMETERS)
     price = stretch_price(body, groups)
-    family = 0
-    effects = stretch
     likely = (np.zeros(0), np.zeros((0, 0)))
     if body.basis is not None:
-        own = family_shapes(body)
-        family = len(own.radius)
-        effects = Shape(*(np.concatenate([getattr(own, f), getattr(stretch, f)]) for f in _FIELDS))
+        effects = _joined_shapes(family_shapes(body), effects)
         neutral = np.concatenate([body.basis_at[0], neutral])
         likely = _likely(body)
         price = _joint_price(likely, price)
@@ -137,7 +133,7 @@ def shape_space(body: Body) -> ShapeSpace:
     return ShapeSpace(
         base=base,
         groups=groups,
-        family=family,
+        family=len(likely[0]),
         neutral=neutral,
         effects=effects,
         price=price,
@@ -148,11 +144,19 @@ def shape_space(body: Body) -> ShapeSpace:
         likely=likely,
         _origins=origins,
         _joints=joints,
-        _stacked=np.concatenate(
-            [getattr(effects, f).reshape(len(neutral), -1) for f in _FIELDS], axis=1
-        ),
-        _still=np.concatenate([getattr(base.shape, f).ravel() for f in _FIELDS]),
+        _stacked=_flattened(effects, len(neutral)),
+        _still=_flattened(base.shape, 1)[0],
     )
+
+
+def _joined_shapes(first: Shape, second: Shape) -> Shape:
+    """Stacked shapes (K, ...) of two lists, one after the other."""
+    return Shape(*(np.concatenate([getattr(first, f), getattr(second, f)]) for f in _FIELDS))
+
+
+def _flattened(shapes: Shape, count: int) -> Floats:
+    """(count, n) the fields of shapes side by side, see `_unstacked`."""
+    return np.concatenate([getattr(shapes, f).reshape(count, -1) for f in _FIELDS], axis=1)
 
 
 def _joint_price(likely: tuple[Floats, Floats], stretch: Floats) -> Floats:
