@@ -1,1 +1,1 @@
-"""Bodies: forward placement; bodies from outlines, meshes and measures, and measures from bodies."""
+"""Place bodies, fit them to surfaces and measures, and describe populations."""

@@ -1,5 +1,4 @@
-"""Flat faces from the lines round them: triangles of a region given by loops, holes and islands as
-they lie."""
+"""Triangulate flat regions that are given by their outlines, with holes and islands."""
 
 from __future__ import annotations
 
@@ -14,11 +13,22 @@ __all__ = ["filled_loops"]
 
 
 def filled_loops(loops: Sequence[Floats]) -> tuple[Floats, Ints]:
-    """Corners (V, 2) and anticlockwise triangles (T, 3) of what lies inside loops (K, 2), whichever
-    way they run.
+    """Triangulate what lies inside loops. A point is inside if an odd number of loops enclose it.
 
-    Inside is what is inside an odd number of loops. Both are empty where nothing is. InputError for
-    loops that are not finite.
+    Parameters
+    ----------
+    loops
+        Closed curves (K, 2) [m], of any orientation.
+
+    Returns
+    -------
+    tuple of Floats and Ints
+        Corners (V, 2) [m] and anticlockwise triangles (T, 3); both are empty if nothing is inside.
+
+    Raises
+    ------
+    InputError
+        If a loop is not finite.
     """
     import manifold3d
 

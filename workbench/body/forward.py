@@ -1,4 +1,4 @@
-"""Forward kinematics: poses in, placed bodies out, each pose with the row of the body that it names."""
+"""Compute forward kinematics: place bodies in poses, each pose with the row of the body that it names."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ from workbench.threads import in_pieces
 
 __all__ = ["packed_chain", "packed_skin", "place", "rereference", "segment_frames", "update"]
 
-PIECE = 256
-"""Poses a thread takes at a time."""
+_BATCH = 256
+"""Poses that a thread places at a time."""
 
 
 def place(
@@ -125,8 +125,15 @@ def segment_frames(body: Body, poses: Poses, segment: int) -> Floats:
 
 
 def packed_chain(body: Body, reference: int, shown: Bools) -> Chain:
-    """The steps of the walk from the reference segment to all that is shown (N,), for the kernels;
-    the joints stand where the first row of the body has them."""
+    """Pack the steps from the reference segment to all segments that are shown, for the kernels.
+
+    Parameters
+    ----------
+    body, reference
+        The body, whose first row gives the joints, and the number of the reference segment.
+    shown
+        (N,) which segments are placed.
+    """
     chain = _chain(body.topology, reference, shown.tobytes())
     below = body.joint_in_child[0, chain.joint]
     above = body.joint_in_parent[0, chain.joint]
@@ -136,8 +143,7 @@ def packed_chain(body: Body, reference: int, shown: Bools) -> Chain:
 
 @lru_cache(maxsize=64)
 def _chain(topology: Topology, reference: int, window: bytes) -> Chain:
-    """The steps, made once for a topology, reference segment and window; the joints' coordinates
-    are left empty."""
+    """The steps for a topology, reference segment and window, made once; joint coordinates are empty."""
     shown = np.frombuffer(window, dtype=np.bool_)
     steps = [step for step in walk(topology, reference) if shown[step[0]]]
     to, came, joint, upward = (
@@ -149,13 +155,13 @@ def _chain(topology: Topology, reference: int, window: bytes) -> Chain:
 
 
 def packed_skin(body: Body, shown: Bools) -> Skin:
-    """The spheres of the first row of a body and which segments are shown (N,), for the kernels."""
+    """Pack the spheres of a body's first row, and which segments are shown (N,), for the kernels."""
     return _first_skin(body)._replace(shown=shown.astype(np.int64))
 
 
 @kept_with_body
 def _first_skin(body: Body) -> Skin:
-    """The spheres of the first row, as the kernels want them."""
+    """The spheres of the first row, packed for the kernels."""
     line = body.twist_axis[0, body.sphere_segment]
     arm = body.centre[0] - body.twist_point[0, body.sphere_segment]
     out = arm - np.einsum("si,si->s", arm, line)[:, None] * line
@@ -172,8 +178,7 @@ def _first_skin(body: Body) -> Skin:
 
 @lru_cache(maxsize=64)
 def _skin(topology: Topology) -> Skin:
-    """How the spheres of a topology share twists and are blended; what differs by row is left
-    empty."""
+    """How the spheres of a topology share twists and are blended; what rows differ in is empty."""
     segment = topology.sphere_segment
     blended = np.flatnonzero(topology.blend_joint >= 0)
     blended = blended[np.lexsort((topology.blend_joint[blended], segment[blended]))]
@@ -209,7 +214,7 @@ def _rows(body: Body) -> Rows:
 
 
 def _empty(shape: tuple[int, ...], shown: Bools) -> Floats:
-    """An array to fill; NaN where the window leaves gaps."""
+    """An array to fill, NaN where the window leaves gaps."""
     return np.empty(shape) if shown.all() else np.full(shape, np.nan)
 
 
@@ -230,7 +235,7 @@ def _place_from(
     rows = _rows(body)
     centres = _empty((len(poses), len(body.sphere_names), 3), shown)
     person = person.view()
-    person.flags.writeable = False  # the kernel is compiled for one kind of array
+    person.flags.writeable = False  # the kernel is compiled for read-only arrays alone
 
     def work(begin: int, end: int) -> None:
         some = slice(begin, end)
@@ -246,6 +251,6 @@ def _place_from(
             centres[some],
         )
 
-    in_pieces(work, len(poses), PIECE)
+    in_pieces(work, len(poses), _BATCH)
     world.flags.writeable = centres.flags.writeable = False
     return Placed(body, world, centres, shown, person)

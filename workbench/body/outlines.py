@@ -84,21 +84,13 @@ def outline_surface(outlines: Outlines, *, pitch: float | None = None) -> Surfac
 def _grid(outlines: Outlines, pitch: float | None) -> _Grid:
     """Lay a grid around outlines; refuse one that is too large."""
     points = np.concatenate(outlines.points)
-    low = points.min(axis=0)
-    high = points.max(axis=0)
-    first = float(outlines.station.min())
-    last = float(outlines.station.max())
-    if pitch is None:
-        volume = float(np.prod(high - low)) * (last - first)
-        coarsest = float((high - low).max()) / _DEFAULT_CELLS
-        step = max(coarsest, float(np.cbrt(volume / _DEFAULT_POINTS)))
-    else:
-        step = float(pitch)
+    low = np.append(points.min(axis=0), outlines.station.min())
+    high = np.append(points.max(axis=0), outlines.station.max())
+    step = _default_pitch(high - low) if pitch is None else float(pitch)
     if not (np.isfinite(step) and step > 0):
         raise InputError(f"{outlines.name}: the outlines have no extent")
     u, v, s = (
-        np.arange(a - _MARGIN * step, b + 3 * step, step)
-        for a, b in ((low[0], high[0]), (low[1], high[1]), (first, last))
+        np.arange(a - _MARGIN * step, b + 3 * step, step) for a, b in zip(low, high, strict=True)
     )
     grid = _Grid(u, v, s, step)
     if grid.size > _MAX_POINTS:
@@ -108,6 +100,13 @@ def _grid(outlines: Outlines, pitch: float | None) -> _Grid:
             f"a pitch of {possible * 1e3:.3g} mm or more is possible"
         )
     return grid
+
+
+def _default_pitch(extent: Floats) -> float:
+    """Return the spacing [m] of a grid over extents (3,) [m]: across, across, and along the axis."""
+    volume = float(np.prod(extent[:2])) * float(extent[2])
+    coarsest = float(extent[:2].max()) / _DEFAULT_CELLS
+    return max(coarsest, float(np.cbrt(volume / _DEFAULT_POINTS)))
 
 
 def _distance_field(outlines: Outlines, grid: _Grid) -> Floats:

@@ -1,4 +1,4 @@
-"""Parts of an environment, moved: a seat along its rails."""
+"""Move parts of an environment, such as a seat along its rails."""
 
 from __future__ import annotations
 
@@ -15,11 +15,25 @@ __all__ = ["moved"]
 
 
 def moved(environment: Environment, parts: Iterable[str], shift: ArrayLike) -> Environment:
-    """The same environment with these parts shifted by `shift` (3,) [m]; planes and circles go
-    along.
+    """Displace parts of an environment.
 
-    Seats, points and controls stay where they are: they say where things are at rest. InputError
-    where a part is unknown, UsageError where the shift is not three finite numbers.
+    Seats, points and controls stay where they are: they are positions at rest.
+
+    Parameters
+    ----------
+    environment
+        The environment.
+    parts
+        Names of the parts that move.
+    shift
+        (3,) [m].
+
+    Raises
+    ------
+    InputError
+        If a part is unknown.
+    UsageError
+        If the displacement is not three finite numbers.
     """
     by = np.asarray(shift, dtype=np.float64)
     if by.shape != (3,) or not np.all(np.isfinite(by)):
@@ -29,10 +43,9 @@ def moved(environment: Environment, parts: Iterable[str], shift: ArrayLike) -> E
     if not chosen.any() or not by.any():
         return environment
     polygon = chosen[environment.polygon_part]
+    triangle = np.repeat(polygon, np.diff(environment.triangle_start))
     vertex = np.zeros(len(environment.vertices), dtype=np.bool_)
-    vertex[
-        environment.triangles[np.repeat(polygon, np.diff(environment.triangle_start))].ravel()
-    ] = True
+    vertex[environment.triangles[triangle].ravel()] = True
     return replace(
         environment,
         vertices=environment.vertices + np.where(vertex[:, None], by, 0.0),

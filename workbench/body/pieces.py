@@ -77,12 +77,12 @@ def piece_warnings(bodies: Iterable[tuple[str, Body]]) -> list[str]:
         A sentence for each body in pieces, with all who have it, the widest gap, the segments, and
         the levels of detail of its family whose bodies are whole.
     """
-    told: dict[str, list[str]] = {}
+    names_by_sentence: dict[str, list[str]] = {}
     for name, body in bodies:
         found = body_pieces(body)
         if found.count > 1:
-            told.setdefault(_sentence(body, found), []).append(name)
-    return [f"{', '.join(names)}: {sentence}" for sentence, names in told.items()]
+            names_by_sentence.setdefault(_sentence(body, found), []).append(name)
+    return [f"{', '.join(names)}: {sentence}" for sentence, names in names_by_sentence.items()]
 
 
 def _flood(centres: Floats, radius: Floats, found: Ints, *, first: int, number: int) -> None:
@@ -114,12 +114,12 @@ def _sentence(body: Body, found: Pieces) -> str:
     level = f" at level of detail {body.detail}" if body.detail else ""
     segments = dict.fromkeys(body.segment_names[n] for n in body.sphere_segment[found.piece > 0])
     named = ", ".join(list(segments)[:_NAMED]) + (", ..." if len(segments) > _NAMED else "")
-    told = (
+    warning = (
         f"the body{level} is in {found.count} pieces with gaps of up to {1000 * found.gap[1:].max():.2g} mm ({named}); "
         "thin parts between them touch nothing"
     )
     whole = _whole_levels(body)
-    return told + (f"; whole at: {', '.join(whole)}" if whole else "")
+    return warning + (f"; whole at: {', '.join(whole)}" if whole else "")
 
 
 def _whole_levels(body: Body) -> list[str]:

@@ -1,5 +1,4 @@
-"""A body's skeleton in place: its bones for cutting a surface, and fitted spheres back in its
-segments' frames."""
+"""Convert between a body and a fit: its bones for cutting a surface, and fitted spheres in its frames."""
 
 from __future__ import annotations
 
@@ -7,52 +6,68 @@ import numpy as np
 
 from workbench.body.fitting.segmenting import Bones, SegmentedFit
 from workbench.errors import InputError
-from workbench.model.arrays import Floats, Ints
+from workbench.model.arrays import Floats
 from workbench.model.body import Body
 from workbench.model.vocabulary import DIRECTIONS
 
 __all__ = ["bones_of", "named_rows", "spheres_in_frames"]
 
-_NEAR = 1e-3
+_SAME_POINT = 1e-3
+"""Distance [m] up to which a point and a joint are the same."""
 _BEHIND = 0.3
+"""Extent behind the joint, as a share of that ahead, from which on a segment has a bone there."""
+_SHORT_BONE = 0.02
+"""Length [m] of the bone of a segment whose joint is at its origin."""
 
 
 def bones_of(body: Body, world: Floats) -> Bones:
-    """The bones of a placed body, world (N, 3, 4) from its segments [m], in the order of its
-    segments.
+    """Return the bones of a placed body, in the order of its segments.
 
-    From the proximal joint (the stage: its origin) to each distal one; a segment without a distal
-    joint has bones from its joint to the farthest of its spheres, ahead and, where it reaches
-    behind the joint (a heel), behind.
+    A bone runs from the proximal joint of its segment (the stage: its origin) to each distal joint. A
+    segment without a distal joint has a bone to the farthest of its spheres, and one behind the joint
+    if it reaches there, as a heel does.
+
+    Parameters
+    ----------
+    body
+        One body.
+    world
+        (N, 3, 4) world-from-segment transforms [m].
     """
     names: list[str] = []
     ends: list[tuple[Floats, Floats]] = []
     for n, name in enumerate(body.segments):
-        turn = world[n, :, :3]
-        shift = world[n, :, 3]
+        rotation = world[n, :, :3]
+        origin = world[n, :, 3]
         start = body.joint_in_child[0, n - 1] if n else np.zeros(3)
-        distal = [
-            body.joint_in_parent[0, j] for j in range(len(body.joints)) if body.parent[j + 1] == n
-        ]
-        tips = [p for p in distal if np.linalg.norm(p - start) > _NEAR] or _tips(body, n, start)
+        tips = [
+            p for p in _distal_joints(body, n) if np.linalg.norm(p - start) > _SAME_POINT
+        ] or _tips(body, n, start)
         for tip in tips:
             names.append(name)
-            ends.append((turn @ start + shift, turn @ tip + shift))
+            ends.append((rotation @ start + origin, rotation @ tip + origin))
     return Bones(tuple(names), np.array([e[0] for e in ends]), np.array([e[1] for e in ends]))
 
 
+def _distal_joints(body: Body, segment: int) -> list[Floats]:
+    """Joints (3,) [m] at which other segments are attached to a segment, in its frame."""
+    return [
+        body.joint_in_parent[0, j] for j in range(len(body.joints)) if body.parent[j + 1] == segment
+    ]
+
+
 def _tips(body: Body, segment: int, start: Floats) -> list[Floats]:
-    """Ends of the bones of a segment without distal joints: its far sphere centres ahead and
-    behind."""
+    """Ends (3,) of the bones of a segment without distal joints: far sphere centres ahead and behind."""
     centre = body.centre[0, body.spheres(segment)]
-    way = -start
-    length = float(np.linalg.norm(way))
-    if length < _NEAR or not len(centre):
-        return [start + (way if length >= _NEAR else np.array([0.0, 0.0, 0.02]))]
-    reach = (centre - start) @ (way / length)
+    ahead_vector = -start  # from the joint to the origin, the centre of gravity
+    length = float(np.linalg.norm(ahead_vector))
+    if length < _SAME_POINT or not len(centre):
+        short = np.array([0.0, 0.0, _SHORT_BONE])
+        return [start + (ahead_vector if length >= _SAME_POINT else short)]
+    reach = (centre - start) @ (ahead_vector / length)
     ahead = int(reach.argmax())
     back = int(reach.argmin())
-    tips = [centre[ahead] if reach[ahead] > length else start + way]
+    tips = [centre[ahead] if reach[ahead] > length else start + ahead_vector]
     if reach[back] < -_BEHIND * max(float(reach[ahead]), length):
         tips.append(centre[back])
     return tips
@@ -61,20 +76,37 @@ def _tips(body: Body, segment: int, start: Floats) -> list[Floats]:
 def spheres_in_frames(
     body: Body, world: Floats, cut: SegmentedFit
 ) -> dict[str, tuple[Floats, Floats]]:
-    """Centres (n, 3) and radii (n,) [m] of each segment in its own frame; a sphere at a joint has
-    its coordinates."""
+    """Return the fitted spheres of each segment in its own frame.
+
+    Parameters
+    ----------
+    body
+        One body.
+    world
+        (N, 3, 4) world-from-segment transforms [m] in which the surface was cut.
+    cut
+        The fit.
+
+    Returns
+    -------
+    dict
+        Centres (n, 3) and radii (n,) [m] by segment. A sphere at a joint has exactly its coordinates.
+
+    Raises
+    ------
+    InputError
+        If a joint has no sphere.
+    """
     found = {}
     for n, name in enumerate(body.segments):
         centre, radius = cut.spheres(name)
         local = (centre - world[n, :, 3]) @ world[n, :, :3]
-        joints = [
-            body.joint_in_parent[0, j] for j in range(len(body.joints)) if body.parent[j + 1] == n
-        ]
-        for joint in [*joints, *([body.joint_in_child[0, n - 1]] if n else [])]:
-            at = np.linalg.norm(local - joint, axis=1)
-            if not len(at) or at.min() > _NEAR:
+        proximal = [body.joint_in_child[0, n - 1]] if n else []
+        for joint in [*_distal_joints(body, n), *proximal]:
+            gap = np.linalg.norm(local - joint, axis=1)
+            if not len(gap) or gap.min() > _SAME_POINT:
                 raise InputError(f"segment {name}: no sphere at one of its joints")
-            local[at.argmin()] = joint
+            local[gap.argmin()] = joint
         found[name] = local, radius
     return found
 
@@ -82,26 +114,43 @@ def spheres_in_frames(
 def named_rows(
     body: Body, segment: int, centre: Floats, radius: Floats
 ) -> dict[int, tuple[str, ...]]:
-    """Names, with their directions, for fitted spheres (n, 3), (n,): each name goes to the sphere
-    whose surface is nearest to the outermost place of the sphere that bore it; no sphere gets
-    two."""
+    """Give the names of a segment's spheres to fitted spheres.
+
+    A name goes to the sphere whose surface is nearest to the outermost point of the sphere that had
+    it. No sphere gets two.
+
+    Parameters
+    ----------
+    body, segment
+        One body, and the number of a segment.
+    centre, radius
+        Fitted spheres (n, 3) and (n,) [m], in the segment's frame.
+
+    Returns
+    -------
+    dict
+        Name, and direction if it has one, by the index of the fitted sphere.
+    """
     rows: dict[int, tuple[str, ...]] = {}
     free = np.ones(len(radius), dtype=np.bool_)
-    table: Ints = body.sphere_direction
     for s in range(body.start[segment], body.start[segment + 1]):
-        label = body.sphere_names[s]
-        if not label or not free.any():
+        name = body.sphere_names[s]
+        if not name or not free.any():
             continue
-        side = int(table[s])
-        out = (
-            body.directions[segment, side]
-            if side >= 0
-            else body.centre[0, s] / max(np.linalg.norm(body.centre[0, s]), 1e-9)
-        )
-        place = body.centre[0, s] + body.radius[0, s] * out
-        gap = np.abs(np.linalg.norm(place - centre, axis=1) - radius)
+        gap = np.abs(np.linalg.norm(_outermost_point(body, segment, s) - centre, axis=1) - radius)
         gap[~free] = np.inf
         best = int(gap.argmin())
         free[best] = False
-        rows[best] = (label, DIRECTIONS[side]) if side >= 0 else (label,)
+        direction = int(body.sphere_direction[s])
+        rows[best] = (name, DIRECTIONS[direction]) if direction >= 0 else (name,)
     return rows
+
+
+def _outermost_point(body: Body, segment: int, sphere: int) -> Floats:
+    """(3,) [m] point of a sphere in its named direction, or away from the segment's origin."""
+    centre = body.centre[0, sphere]
+    direction = int(body.sphere_direction[sphere])
+    outward = centre / max(float(np.linalg.norm(centre)), 1e-9)
+    if direction >= 0:
+        outward = body.directions[segment, direction]
+    return np.asarray(centre + body.radius[0, sphere] * outward)

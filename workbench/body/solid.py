@@ -1,4 +1,4 @@
-"""The solid union of a placed body's spheres as one closed surface of triangles."""
+"""Compute the union of a placed body's spheres as one closed surface of triangles."""
 
 from __future__ import annotations
 
@@ -12,20 +12,42 @@ from workbench.model.poses import Placed
 
 __all__ = ["FLATTEST", "body_solid", "sphere_segments"]
 
-# of a sphere of radius 1 made of n segments a face lies at most FLATTEST / n^2 below the surface
 FLATTEST = 13.5
-_LEAST = 8
-_MOST = 512  # segments round a sphere
-_GRID = 1e-3  # [mm] a 32-bit coordinate of 2 m is true to 1.2e-4 mm
-_STEPS = (2e-3, 3e-3, 5e-3, 7e-3, 11e-3, 13e-3)  # [mm]
+"""Depth of a face below the surface of a unit sphere of n segments, at most, times n^2."""
+_MIN_SEGMENTS = 8
+_MAX_SEGMENTS = 512
+"""Range of segments around a sphere."""
+_GRID = 1e-3
+"""Spacing [mm] of coordinates. A 32-bit coordinate of 2 m is exact to 1.2e-4 mm."""
+_SHIFTS = (2e-3, 3e-3, 5e-3, 7e-3, 11e-3, 13e-3)
+"""Shifts [mm] by which coincident corners are separated, one after the other."""
 
 
 def body_solid(placed: Placed, pose: int = 0, *, tolerance: float = 5e-4) -> tuple[Floats, Ints]:
-    """Corners (V, 3) [m] and triangles (T, 3), outward, of the union of all spheres of one pose.
+    """Compute the union of all spheres of one pose.
 
-    Closed and without self-intersection. Every face lies inside the spheres, by at most `tolerance`
-    [m] (but for a few micrometres where folds touch). Spheres outside the logical window are left
-    out. InputError where no sphere is placed.
+    The surface is closed and does not cross itself. Every face lies inside the spheres, by at most the
+    tolerance, except for a few micrometres where folds touch. Spheres outside the logical window are
+    left out.
+
+    Parameters
+    ----------
+    placed, pose
+        The placed body, and the number of the pose.
+    tolerance
+        [m], from 1e-6 to 0.1.
+
+    Returns
+    -------
+    tuple of Floats and Ints
+        Corners (V, 3) [m], and outward triangles (T, 3).
+
+    Raises
+    ------
+    UsageError
+        If the tolerance is out of its range.
+    InputError
+        If no sphere is placed.
     """
     import manifold3d
 
@@ -54,34 +76,37 @@ def body_solid(placed: Placed, pose: int = 0, *, tolerance: float = 5e-4) -> tup
 
 
 def _apart(points: Floats, triangles: Ints) -> Floats:
-    """Corners [mm] on a grid of micrometres, no two at one place: those that share theirs move
-    toward their neighbours.
+    """Round corners (V, 3) [mm] to a grid of micrometres, and separate those that coincide.
 
-    Where two folds of the surface touch, the union has two corners at one place. A program that
-    reads STL knows corners by their coordinates only: as one they would make an edge of four
-    triangles, and the surface would read as broken.
+    The union has two corners at one place where two folds of the surface touch. A program that
+    reads STL identifies corners by their coordinates. Merged, they would make an edge of four
+    triangles, and the surface would not be closed. So one of them moves toward its neighbours.
     """
     points = np.round(points / _GRID) * _GRID
-    for step in _STEPS:
-        order = np.lexsort(points.T)
-        same = order[1:][
-            np.all(np.abs(points[order[1:]] - points[order[:-1]]) < 0.5 * _GRID, axis=1)
-        ]
-        if not len(same):
+    for shift in _SHIFTS:
+        coincident = _coincident(points)
+        if not len(coincident):
             break
-        for corner in same.tolist():
-            ring = (
-                points[triangles[np.any(triangles == corner, axis=1)].reshape(-1)].mean(axis=0)
-                - points[corner]
-            )
-            away = float(np.linalg.norm(ring))
-            toward = ring / away if away > _GRID else np.array([0.0, 0.0, -1.0])
-            points[corner] = np.round((points[corner] + step * toward) / _GRID) * _GRID
+        for corner in coincident.tolist():
+            around = triangles[np.any(triangles == corner, axis=1)].reshape(-1)
+            offset = points[around].mean(axis=0) - points[corner]
+            length = float(np.linalg.norm(offset))
+            direction = offset / length if length > _GRID else np.array([0.0, 0.0, -1.0])
+            points[corner] = np.round((points[corner] + shift * direction) / _GRID) * _GRID
     return points
 
 
+def _coincident(points: Floats) -> Ints:
+    """Indices of points (V, 3) that equal an earlier one in sorted order."""
+    order = np.lexsort(points.T)
+    gap = np.abs(points[order[1:]] - points[order[:-1]])
+    return np.asarray(order[1:][np.all(gap < 0.5 * _GRID, axis=1)])
+
+
 def sphere_segments(radius: float, tolerance: float) -> int:
-    """Segments, a multiple of four, round a sphere so that no face is deeper than `tolerance` (same
-    unit) inside."""
+    """Return the number of segments around a sphere, a multiple of four.
+
+    It is enough for faces at most `tolerance` below the surface, in the unit of the radius.
+    """
     wanted = 4 * math.ceil(math.sqrt(FLATTEST * radius / tolerance) / 4.0)
-    return min(max(wanted, _LEAST), _MOST)
+    return min(max(wanted, _MIN_SEGMENTS), _MAX_SEGMENTS)

@@ -1,4 +1,4 @@
-"""A closed surface, checked and ready to be measured against: what spheres are fitted to."""
+"""Check a closed surface and prepare it for distances: spheres are fitted to it."""
 
 from __future__ import annotations
 
@@ -15,26 +15,31 @@ from workbench.model.arrays import Floats, Ints, frozen
 
 __all__ = ["Surface", "sealed"]
 
-SMALLEST = 0.005
-LARGEST = 10.0
-"""Extents [m] that a body or a part of one may have, from a fingertip to a large animal."""
-
-_LOOKS = 256
+_MIN_EXTENT = 0.005
+_MAX_EXTENT = 10.0
+"""Range of extents [m] of a body or a part of one, from a fingertip to a large animal."""
+_PROBES = 256
+"""Points at most at which a surface is checked for crossing itself."""
+_MAX_CROSSING = 0.02
+"""Share of the area that may lie inside the surface, such as a lip or an eyelid."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Surface:
-    """A closed mesh wound outward that does not cross itself: vertices (V, 3) [m], faces (T, 3).
-
-    volume [m3], area [m2]; notes: what was mended, in words. Made by `sealed`.
-    """
+    """A closed mesh, wound outward, that does not cross itself. Made by `sealed`."""
 
     vertices: Floats
+    """(V, 3) [m]."""
     faces: Ints
+    """(T, 3)."""
     notes: tuple[str, ...] = ()
+    """What was mended, in words."""
     solid: Solid = field(init=False)
+    """The faces in a tree, for distances."""
     volume: float = field(init=False)
+    """[m3]."""
     area: float = field(init=False)
+    """[m2]."""
 
     def __repr__(self) -> str:
         return (
@@ -53,14 +58,23 @@ class Surface:
         object.__setattr__(self, "solid", build_solid(self.vertices, self.faces))
 
     def distance(self, points: ArrayLike) -> Floats:
-        """Exact signed distance [m] of points (n, 3) to the surface, negative inside; (n,)."""
+        """Return the exact signed distance (n,) [m] of points (n, 3) to the surface, negative inside."""
         return self.nearest(points)[0]
 
     def nearest(self, points: ArrayLike, *, ordered: bool = False) -> tuple[Floats, Ints, Floats]:
-        """Signed distance (n,) [m], face (n,) and nearest point (n, 3) of the surface for points
-        (n, 3).
+        """Find the nearest point of the surface.
 
-        ordered: near points stand together already and need not be sorted.
+        Parameters
+        ----------
+        points
+            (n, 3) [m].
+        ordered
+            True if near points are together, so that they need not be sorted.
+
+        Returns
+        -------
+        tuple of Floats, Ints and Floats
+            Signed distance (n,) [m], face (n,), and nearest point (n, 3) [m].
         """
         at = np.ascontiguousarray(points, dtype=np.float64).reshape(-1, 3)
         count = len(at)
@@ -76,35 +90,31 @@ class Surface:
 
 
 def sealed(vertices: ArrayLike, faces: ArrayLike, *, what: str = "mesh") -> Surface:
-    """One closed surface of a closed mesh: overlapping shells become one, enclosed cavities are
-    filled.
+    """Make one closed surface of a closed mesh.
 
-    vertices (V, 3) [m], faces (T, 3) wound outward; `what` names the mesh in messages. InputError
-    where the mesh is open, wound inward, crosses itself, or has the size of no body (a wrong
-    unit?).
+    Overlapping shells are joined, and enclosed cavities are filled.
+
+    Parameters
+    ----------
+    vertices
+        (V, 3) [m].
+    faces
+        (T, 3), wound outward.
+    what
+        Name of the mesh in messages.
+
+    Raises
+    ------
+    InputError
+        If the mesh is open, wound inward, crosses itself, or has the size of no body.
     """
     points, corners = _checked(vertices, faces, what)
     given = _manifold(points, corners, what)
-    shells = given.decompose()
-    outer = [shell for shell in shells if shell.volume() > 0]
-    if not outer or given.volume() <= 0:
+    if given.volume() <= 0:
         raise InputError(
             f"{what}: is inside out (its volume is {given.volume() * 1e3:.4g} l): turn its faces round"
         )
-    whole = (
-        manifold3d.Manifold.batch_boolean(outer, manifold3d.OpType.Add)
-        if len(outer) > 1
-        else outer[0]
-    )
-    shells_left = whole.decompose()
-    kept = [shell for shell in shells_left if shell.volume() > 0]
-    notes = []
-    if len(outer) > len(kept):
-        notes.append(f"{len(outer)} shells are joined to {len(kept)}")
-    voids = len(shells) - len(outer) + len(shells_left) - len(kept)
-    if voids:
-        notes.append(f"{voids} enclosed {'cavity is' if voids == 1 else 'cavities are'} filled")
-    whole = manifold3d.Manifold.compose(kept) if len(kept) > 1 else kept[0]
+    whole, notes = _outer_shells(given)
     if notes:
         mesh = whole.to_mesh64()
         points = np.asarray(mesh.vert_properties, dtype=np.float64)[:, :3]
@@ -114,8 +124,26 @@ def sealed(vertices: ArrayLike, faces: ArrayLike, *, what: str = "mesh") -> Surf
     return surface
 
 
+def _outer_shells(given: manifold3d.Manifold) -> tuple[manifold3d.Manifold, list[str]]:
+    """The union of all shells that enclose something, without cavities; and what was changed."""
+    shells = given.decompose()
+    outer = [shell for shell in shells if shell.volume() > 0]
+    whole = outer[0]
+    if len(outer) > 1:
+        whole = manifold3d.Manifold.batch_boolean(outer, manifold3d.OpType.Add)
+    shells_left = whole.decompose()
+    kept = [shell for shell in shells_left if shell.volume() > 0]
+    notes = []
+    if len(outer) > len(kept):
+        notes.append(f"{len(outer)} shells are joined to {len(kept)}")
+    voids = len(shells) - len(outer) + len(shells_left) - len(kept)
+    if voids:
+        notes.append(f"{voids} enclosed {'cavity is' if voids == 1 else 'cavities are'} filled")
+    return manifold3d.Manifold.compose(kept) if len(kept) > 1 else kept[0], notes
+
+
 def _checked(vertices: ArrayLike, faces: ArrayLike, what: str) -> tuple[Floats, Ints]:
-    """The mesh as arrays, its numbers, its size and its edges looked at."""
+    """The mesh as arrays, with its numbers, size and edges checked."""
     points: Floats = frozen(vertices, np.float64, (None, 3), f"{what}: vertices")
     corners: Ints = frozen(faces, np.int64, (None, 3), f"{what}: faces")
     if len(corners) < 4 or corners.min() < 0 or corners.max() >= len(points):
@@ -125,31 +153,36 @@ def _checked(vertices: ArrayLike, faces: ArrayLike, what: str) -> tuple[Floats, 
     if not np.all(np.isfinite(points)):
         raise InputError(f"{what}: has vertices that are not finite numbers")
     size = float(np.ptp(points[corners.ravel()], axis=0).max())
-    if not SMALLEST <= size <= LARGEST:
+    if not _MIN_EXTENT <= size <= _MAX_EXTENT:
         raise InputError(
-            f"{what}: is {size:.4g} m large, and {SMALLEST:g} to {LARGEST:g} m is plausible for a body or "
+            f"{what}: is {size:.4g} m large, and {_MIN_EXTENT:g} to {_MAX_EXTENT:g} m is plausible for a body or "
             "a part of one: a wrong unit of length?"
         )
+    _check_edges(points, corners, what)
+    return points, corners
+
+
+def _check_edges(points: Floats, corners: Ints, what: str) -> None:
+    """Refuse a mesh in which an edge does not occur exactly once in each direction."""
     tail = corners.ravel()
     head = np.roll(corners, -1, axis=1).ravel()
-    way = np.sort(tail * len(points) + head)
-    back = np.sort(head * len(points) + tail)
-    if (way[1:] == way[:-1]).any():
-        many = int((way[1:] == way[:-1]).sum())
+    forward = np.sort(tail * len(points) + head)
+    backward = np.sort(head * len(points) + tail)
+    repeated = int((forward[1:] == forward[:-1]).sum())
+    if repeated:
         raise InputError(
-            f"{what}: {many} edges are shared by more than two faces, or faces are wound against each "
+            f"{what}: {repeated} edges are shared by more than two faces, or faces are wound against each "
             "other: not the surface of a solid"
         )
-    lone = (
-        way[~np.isin(way, back, assume_unique=True)] if not np.array_equal(way, back) else way[:0]
-    )
+    if np.array_equal(forward, backward):
+        return
+    lone = forward[~np.isin(forward, backward, assume_unique=True)]
     if len(lone):
         spot = ", ".join(f"{x:.3f}" for x in points[lone[0] // len(points)])
         raise InputError(
             f"{what}: is open: {len(lone)} edges have a face on one side only, one at ({spot}) m; "
             "close the holes first"
         )
-    return points, corners
 
 
 def _manifold(points: Floats, corners: Ints, what: str) -> manifold3d.Manifold:
@@ -162,25 +195,29 @@ def _manifold(points: Floats, corners: Ints, what: str) -> manifold3d.Manifold:
 
 
 def _refuse_crossing(surface: Surface, what: str) -> None:
-    """Look a hair outside of places on the surface: none of it may lie inside, or the surface
-    crosses itself.
+    """Refuse a surface that crosses itself.
 
-    Up to 256 places, spread over the area; a few such ones (a lip, an eyelid) do no harm to a fit,
-    more than 2 % do.
+    A point just outside the surface has the winding number 0, unless another part of the surface
+    encloses it. Up to 256 points are checked, spread over the area.
     """
     corner = np.ascontiguousarray(surface.vertices[surface.faces])
-    cross = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
-    area = np.cumsum(np.linalg.norm(cross, axis=1))
-    looks = int(np.clip(8e6 / len(corner), 64, _LOOKS))
-    face = np.searchsorted(area, (np.arange(looks) + 0.5) / looks * area[-1])
-    hair = 1e-5 * float(np.ptp(surface.vertices, axis=0).max())
-    out = cross[face] / np.maximum(np.linalg.norm(cross[face], axis=1), 1e-300)[:, None]
-    place = corner[face].mean(axis=1) + hair * out
-    turns = np.array([point_winding(*point, corner, 0, len(corner)) for point in place])
-    wrong = np.abs(turns) > 0.5
-    if wrong.mean() > 0.02:
+    place = _points_just_outside(surface, corner)
+    winding = np.array([point_winding(*point, corner, 0, len(corner)) for point in place])
+    wrong = np.abs(winding) > 0.5
+    if wrong.mean() > _MAX_CROSSING:
         spot = ", ".join(f"{x:.3f}" for x in place[wrong][0])
         raise InputError(
             f"{what}: crosses itself: about {wrong.mean():.0%} of its area lies inside itself, for "
             f"instance at ({spot}) m"
         )
+
+
+def _points_just_outside(surface: Surface, corner: Floats) -> Floats:
+    """(n, 3) points above the middles of faces, spread over the area; corner (T, 3, 3)."""
+    cross = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
+    area = np.cumsum(np.linalg.norm(cross, axis=1))
+    count = int(np.clip(8e6 / len(corner), 64, _PROBES))  # a winding number takes O(T)
+    face = np.searchsorted(area, (np.arange(count) + 0.5) / count * area[-1])
+    height = 1e-5 * float(np.ptp(surface.vertices, axis=0).max())
+    normal = cross[face] / np.maximum(np.linalg.norm(cross[face], axis=1), 1e-300)[:, None]
+    return np.asarray(corner[face].mean(axis=1) + height * normal)

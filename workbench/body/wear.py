@@ -1,5 +1,7 @@
-"""Dressed bodies: helmets, boots, gloves and vests as copies of the body's own spheres, grown and
-shifted."""
+"""Dress bodies: helmets, boots, gloves and vests are copies of the body's own spheres.
+
+The copies are shifted and thicker.
+"""
 
 from __future__ import annotations
 
@@ -20,14 +22,26 @@ __all__ = ["wear"]
 
 
 def wear(body: Body, items: Iterable[Encumbrance], *, like: Body | None = None) -> Body:
-    """The body with what it wears: it stands on its soles, and its measures are taken over what it
-    wears.
+    """Return a body with what it wears.
 
-    A copy is called after its sphere and what it is of ("heel (boots)"). Allowances for soft flesh
-    grow by what standing and sitting overlap more. The dressed body belongs to no family. like: a
-    body of the same topology by whose first row the spheres are chosen that something covers, the
-    body's own where None; rows chosen alike can be rows of one body. InputError where a layer finds
-    no sphere.
+    The body stands on its soles, and its measures are taken over what it wears. A copy has the name of
+    its sphere and of the thing: "heel (boots)". Allowances for soft flesh grow by what standing and
+    sitting overlap more. The dressed body belongs to no family.
+
+    Parameters
+    ----------
+    body
+        B bodies of one topology.
+    items
+        What they wear, from the inside to the outside.
+    like
+        A body of the same topology; its first row decides which spheres are covered. The body itself if
+        None. Bodies dressed with the same choice have one topology.
+
+    Raises
+    ------
+    InputError
+        If a layer covers no sphere.
     """
     chosen = list(items)
     if not chosen:
@@ -42,8 +56,10 @@ def wear(body: Body, items: Iterable[Encumbrance], *, like: Body | None = None) 
 
 
 def _standing(body: Body, before: Floats) -> Body:
-    """One row, dressed, with its twist lines, enclosing spheres and soft flesh; before (N, N) [m]:
-    what overlapped when it was bare."""
+    """One dressed row with its twist lines, enclosing spheres, and allowance for soft flesh.
+
+    before (N, N) [m]: what overlapped before it was dressed.
+    """
     body = settled(body)
     manikin = Manikin(body)
     in_parent = body.joint_in_parent.copy()
@@ -54,16 +70,18 @@ def _standing(body: Body, before: Floats) -> Body:
 
 @dataclass(frozen=True, eq=False)
 class _Copies:
-    """The spheres (C,) that are copied, by how much each copy is shifted (C, 3) and thicker (C,)
-    [m]."""
+    """The C spheres that are copied."""
 
     sphere: Ints
+    """(C,) index of the original."""
     shift: Floats
+    """(C, 3) displacement [m]."""
     thickness: Floats
+    """(C,) by how much the radius grows [m]."""
 
 
 def _copies(body: Body, item: Encumbrance) -> _Copies:
-    """What is copied to be one thing; layers that make the same copy make it once."""
+    """The copies that make one thing. Layers that make the same copy make it once."""
     rows = {
         (int(s), layer.shift, layer.thickness): None
         for layer in item.layers
@@ -74,24 +92,16 @@ def _copies(body: Body, item: Encumbrance) -> _Copies:
 
 
 def _dressed(body: Body, item: Encumbrance, copies: _Copies) -> Body:
-    """The rows of a body with one thing more; their twist lines and enclosing spheres are still to
-    be settled."""
-    names = tuple(
-        f"{body.sphere_names[s]} ({item.name})" if body.sphere_names[s] else f"({item.name})"
-        for s in copies.sphere
-    )
+    """The rows of a body with one thing more; twist lines and enclosing spheres are still missing."""
     segment = body.sphere_segment
     source = np.concatenate([np.arange(len(segment)), copies.sphere])
     order = np.argsort(segment[source], kind="stable")
     source = source[order]
-    label = [*body.sphere_names, *_numbered(names, segment[copies.sphere].tolist())]
-    mass = body.mass.copy()
-    for name, extra in item.mass:
-        mass[:, body.segment(name)] += extra
+    names = [*body.sphere_names, *_copy_names(body, item, copies)]
     topology = replace(
         body.topology,
         start=np.searchsorted(segment[source], np.arange(len(body.segments) + 1)),
-        sphere_names=tuple(label[i] for i in order),
+        sphere_names=tuple(names[i] for i in order),
         sphere_direction=body.sphere_direction[source],
         blend_joint=body.blend_joint[source],
         basis=None,
@@ -105,46 +115,52 @@ def _dressed(body: Body, item: Encumbrance, copies: _Copies) -> Body:
         radius=np.concatenate([body.radius, radius], axis=1)[:, order],
         twist_share=body.twist_share[:, source],
         blend_share=body.blend_share[:, source],
-        mass=mass,
+        mass=_dressed_mass(body, item),
         basis_at=np.zeros((len(body), 0)),
     )
 
 
+def _dressed_mass(body: Body, item: Encumbrance) -> Floats:
+    """(B, N) [kg] masses of the segments with the thing."""
+    mass = body.mass.copy()
+    for name, extra in item.mass:
+        mass[:, body.segment(name)] += extra
+    return mass
+
+
+def _copy_names(body: Body, item: Encumbrance, copies: _Copies) -> list[str]:
+    """Names of the copies (C,)."""
+    names = tuple(
+        f"{body.sphere_names[s]} ({item.name})" if body.sphere_names[s] else f"({item.name})"
+        for s in copies.sphere
+    )
+    return _numbered(names, body.sphere_segment[copies.sphere].tolist())
+
+
 def _numbered(names: tuple[str, ...], segments: list[int]) -> list[str]:
-    """Nameless copies are numbered, and a sphere that two layers copy: names differ within a
-    segment."""
+    """Names that differ within a segment: those that occur again get a number."""
     taken: dict[tuple[int, str], int] = {}
-    told = []
+    numbered = []
     for key in zip(segments, names, strict=True):
         taken[key] = taken.get(key, 0) + 1
-        told.append(key[1] if taken[key] == 1 else f"{key[1][:-1]} {taken[key]})")
-    return [name.strip() for name in told]
+        numbered.append(key[1] if taken[key] == 1 else f"{key[1][:-1]} {taken[key]})")
+    return [name.strip() for name in numbered]
 
 
 def _covered(body: Body, item: Encumbrance, layer: Layer) -> Ints:
-    """The spheres of a body that a layer lies on."""
+    """The spheres of a body that a layer covers. What is worn already is not covered again."""
     found: list[Ints] = []
     for name in layer.segments:
-        n = body.segment(name)
-        rows = np.arange(body.start[n], body.start[n + 1])
-        # what is worn already is not covered once more
+        segment = body.segment(name)
+        rows = np.arange(body.start[segment], body.start[segment + 1])
         rows = rows[[not body.sphere_names[s].endswith(")") for s in rows]]
         if layer.subparts:
             rows = rows[[body.sphere_names[s] in layer.subparts for s in rows]]
-        for direction, subpart, by in layer.beyond:
-            named = [
-                s
-                for s in range(body.start[n], body.start[n + 1])
-                if body.sphere_names[s] == subpart
-            ]
-            if not named:
-                have = [label for label in body.sphere_names[body.spheres(n)] if label]
-                raise InputError(
-                    f"{item.name}: body {body.name}: segment {name} has no sphere named {subpart!r}; "
-                    f"{one_of(subpart, have)}"
-                )
-            along = body.directions[n, DIRECTIONS.index(direction)]
-            rows = rows[(body.centre[0, rows] - body.centre[0, named[0]]) @ along >= by]
+        for direction, subpart, least in layer.beyond:
+            reference = _named_sphere(body, item, segment, subpart)
+            along = body.directions[segment, DIRECTIONS.index(direction)]
+            distance = (body.centre[0, rows] - body.centre[0, reference]) @ along
+            rows = rows[distance >= least]
         found.append(rows)
     rows = np.concatenate(found)
     if not len(rows):
@@ -152,3 +168,16 @@ def _covered(body: Body, item: Encumbrance, layer: Layer) -> Ints:
             f"{item.name}: body {body.name} has no sphere where it is worn, on {', '.join(layer.segments)}"
         )
     return rows
+
+
+def _named_sphere(body: Body, item: Encumbrance, segment: int, subpart: str) -> int:
+    """The first sphere of a segment with a name."""
+    spheres = body.spheres(segment)
+    names = body.sphere_names[spheres]
+    if subpart not in names:
+        known = [name for name in names if name]
+        raise InputError(
+            f"{item.name}: body {body.name}: segment {body.segments[segment]} has no sphere named {subpart!r}; "
+            f"{one_of(subpart, known)}"
+        )
+    return int(spheres.start) + names.index(subpart)

@@ -191,7 +191,7 @@ class _Crash:
         while time < longest:
             self._step(gravity)
             if self._kinetic_energy() > 0.5 * self.mass * _DIVERGED_SPEED**2:
-                raise self._step_too_long("while the occupant settles")
+                raise _step_too_long(self.simulation, "while the occupant settles")
             self.data.qvel[:] *= np.exp(-_SETTLING_DECAY * step)
             time += step
             speed = float(np.sqrt(2.0 * max(self._kinetic_energy(), 0.0) / self.mass))
@@ -244,7 +244,7 @@ class _Crash:
             history.kinetic,
             history.work,
             remaining_speed,
-            self._warnings(remaining_speed),
+            _warnings(simulation, remaining_speed),
         )
 
     def _record(self, history: _History, frame: int) -> None:
@@ -269,7 +269,7 @@ class _Crash:
         self._apply_loads()
         mujoco.mj_step2(self.model, self.data)  # accelerations and integration
         if not np.isfinite(self.data.qpos).all() or not np.isfinite(self.data.qvel).all():
-            raise self._step_too_long(f"at {1000 * float(self.data.time):.1f} ms")
+            raise _step_too_long(self.simulation, f"at {1000 * float(self.data.time):.1f} ms")
         mujoco.mj_kinematics(self.model, self.data)
         mujoco.mj_comPos(self.model, self.data)
         # a uniform body force does work on the centre of gravity alone
@@ -357,22 +357,26 @@ class _Crash:
         """Compare the kinetic energy with the work of pulse and gravity, which it cannot exceed."""
         limit = _ENERGY_MARGIN * max(self.work, 0.0) + _STORED_ENERGY
         if self._kinetic_energy() > limit:
-            raise self._step_too_long(f"at {1000 * time:.1f} ms")
+            raise _step_too_long(self.simulation, f"at {1000 * time:.1f} ms")
 
-    def _step_too_long(self, when: str) -> InputError:
-        step = 1000 * self.simulation.step
-        return InputError(
-            f"simulation {self.simulation.name}: the step of {step:g} ms is too coarse: {when} the "
-            f"occupant has more energy than he was given; try 'step: {step / 4:g}'"
-        )
 
-    def _warnings(self, remaining_speed: float) -> tuple[str, ...]:
-        if self.simulation.settle <= 0 or remaining_speed < 5 * _SETTLED_SPEED:
-            return ()
-        return (
-            f"the occupant still moved at {1000 * remaining_speed:.0f} mm/s when settling ended after "
-            f"{1000 * self.simulation.settle:g} ms",
-        )
+def _step_too_long(simulation: Simulation, when: str) -> InputError:
+    """The error of a step in which the occupant gains energy."""
+    step = 1000 * simulation.step
+    return InputError(
+        f"simulation {simulation.name}: the step of {step:g} ms is too coarse: {when} the "
+        f"occupant has more energy than he was given; try 'step: {step / 4:g}'"
+    )
+
+
+def _warnings(simulation: Simulation, remaining_speed: float) -> tuple[str, ...]:
+    """A warning if the occupant was not at rest at the start; speed [m/s]."""
+    if simulation.settle <= 0 or remaining_speed < 5 * _SETTLED_SPEED:
+        return ()
+    return (
+        f"the occupant still moved at {1000 * remaining_speed:.0f} mm/s when settling ended after "
+        f"{1000 * simulation.settle:g} ms",
+    )
 
 
 def _stop_moment(loads: CompositeBody, mass: float) -> Floats:

@@ -12,7 +12,7 @@ from workbench.draw.camera import Camera, facing, project, to_view
 from workbench.draw.contours import kernel_regression, level_loops, median_spacing
 from workbench.draw.lines.hidden_lines import surroundings
 from workbench.draw.lines.svg import closed_paths, environment_paths
-from workbench.draw.marks.layout import layout_marks
+from workbench.draw.marks.layout import FONT, layout_marks
 from workbench.draw.marks.pictures import svg_bar, svg_marks
 from workbench.draw.scene import Mark, Scene
 from workbench.model.accommodation import ReachMap
@@ -41,7 +41,7 @@ _MIN_FACING = 0.05
 """Least component of a point's normal toward the viewer."""
 _MAX_SAMPLES = 400
 """Approximate number of points of the map that distances of parts are measured from."""
-_FONT = 'font-family=\'Helvetica,Arial,sans-serif\' font-size="13" font-weight="700" text-anchor="middle"'
+_LABEL_TEXT = f'{FONT} font-size="13" font-weight="700" text-anchor="middle"'
 
 _Box = tuple[float, float, float, float]
 _Silhouette = list[list[Floats]]
@@ -295,7 +295,7 @@ def _contour_label(loops: Sequence[Floats], text: str, placing: _Labels) -> list
     x, y = inner[int(np.argmax(np.minimum(free, 60.0)))].tolist()
     placing.boxes.append((x - 24, y - 11, x + 24, y + 11))
     return [
-        f'<text x="{x:.1f}" y="{y:.1f}" dy=".35em" {_FONT} fill="{_LINE}" stroke="#fff" stroke-width="4" '
+        f'<text x="{x:.1f}" y="{y:.1f}" dy=".35em" {_LABEL_TEXT} fill="{_LINE}" stroke="#fff" stroke-width="4" '
         f'stroke-linejoin="round" paint-order="stroke">{text}</text>'
     ]
 

@@ -23,7 +23,7 @@ from workbench.draw.camera import Camera, to_view
 from workbench.draw.colours import INKS, PAPER
 from workbench.draw.scene import Scene, Spheres
 from workbench.errors import UsageError, one_of
-from workbench.model.arrays import Floats, Ints
+from workbench.model.arrays import Bools, Floats, Ints
 
 __all__ = ["RULES", "Pieces", "scan_numbers", "scan_pieces", "scanline"]
 
@@ -125,13 +125,18 @@ def _perspective_circles(seen: Floats, radius: Floats, camera: Camera, height: f
     sphere = np.flatnonzero((square > 0.0) & eye_outside)
     centre = np.column_stack([seen[:, 0], along])[sphere]
     cut_radius = np.sqrt(square[sphere])
+    interval, ahead = _tangent_slopes(centre, cut_radius)
+    return _Circles(sphere[ahead], centre[ahead], cut_radius[ahead], interval)
+
+
+def _tangent_slopes(centre: Floats, radius: Floats) -> tuple[Floats, Bools]:
+    """Return the slopes (K, 2) of the tangents from the eye to circles, and which (M,) are ahead."""
     direction = np.arctan2(centre[:, 0], centre[:, 1])
-    half_angle = np.arcsin(np.minimum(cut_radius / np.hypot(*centre.T), 1.0))
+    half_angle = np.arcsin(np.minimum(radius / np.hypot(*centre.T), 1.0))
     low = np.maximum(direction - half_angle, -math.pi / 2)
     high = np.minimum(direction + half_angle, math.pi / 2)
     ahead = low < high
-    interval = np.tan(np.column_stack([low, high])[ahead])
-    return _Circles(sphere[ahead], centre[ahead], cut_radius[ahead], interval)
+    return np.tan(np.column_stack([low, high])[ahead]), np.asarray(ahead)
 
 
 def _foremost_pieces(
@@ -166,6 +171,11 @@ def _foremost_pieces(
     # the last of equal ones, as a painter would
     best = len(nearness) - 1 - np.argmax(nearness[::-1], axis=0)
     sphere = np.where(inside.any(axis=0), circles.sphere[best], -1)
+    return _joined_pieces(places, sphere)
+
+
+def _joined_pieces(places: Floats, sphere: Ints) -> tuple[Floats, Ints]:
+    """Join neighbouring intervals between places (K + 1,) that show one sphere (K,), -1 for none."""
     start = np.flatnonzero(np.diff(sphere, prepend=-2))
     end = np.append(start[1:], len(sphere))
     pieces = np.column_stack([places[start], places[end]])
@@ -190,6 +200,16 @@ def _nearness(circles: _Circles, camera: Camera, place: Floats) -> Floats:
 
 def _crossings(circles: _Circles, camera: Camera) -> Floats:
     """Return where on the line two circles cross as seen from the eye; hidden crossings too."""
+    points = _circle_intersections(circles)
+    if math.isinf(camera.distance):
+        return points[:, 0]
+    points = points[points[:, 1] > 0.0]
+    slopes: Floats = points[:, 0] / points[:, 1]
+    return slopes
+
+
+def _circle_intersections(circles: _Circles) -> Floats:
+    """Return the points (K, 2) in which two circles intersect."""
     first, second = np.triu_indices(len(circles.radius), 1)
     step = circles.centre[second] - circles.centre[first]
     distance = np.hypot(*step.T)
@@ -204,12 +224,7 @@ def _crossings(circles: _Circles, camera: Camera) -> Floats:
     unit = step / distance[:, None]
     base = circles.centre[first] + foot[:, None] * unit
     side = rise[:, None] * unit[:, ::-1] * [-1.0, 1.0]
-    points = np.concatenate([base + side, base - side])
-    if math.isinf(camera.distance):
-        return points[:, 0]
-    points = points[points[:, 1] > 0.0]
-    slopes: Floats = points[:, 0] / points[:, 1]
-    return slopes
+    return np.concatenate([base + side, base - side])
 
 
 def scan_numbers(spheres: Spheres, camera: Camera, *, rule: str = "front") -> Ints:

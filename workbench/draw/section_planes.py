@@ -236,17 +236,12 @@ def _with_polygons(
     points = np.concatenate(faces).reshape(-1, 3)
     new_triangles = len(environment.vertices) + np.arange(len(points)).reshape(-1, 3)
     triangles = np.concatenate([environment.triangles, new_triangles])
-    rank = np.argsort(order)[np.repeat(np.arange(len(order)), sizes)]
-    centre = np.array([face.mean(axis=(0, 1)) for face in faces])
-    radius = [
-        np.linalg.norm(face - middle, axis=2).max()
-        for face, middle in zip(faces, centre, strict=True)
-    ]
+    centre, radius = _enclosing_circles(faces)
     return replace(
         environment,
         vertices=np.concatenate([environment.vertices, points]),
         part_start=np.searchsorted(owner[order], np.arange(len(environment.parts) + 1)),
-        triangles=triangles[np.argsort(rank, kind="stable")],
+        triangles=triangles[_row_order(order, sizes)],
         triangle_start=np.append(0, np.cumsum(sizes[order])),
         edge_start=np.append(0, np.cumsum(edge_sizes[order])),
         normal=np.concatenate([environment.normal, np.tile(normal, (len(faces), 1))])[order],
@@ -254,3 +249,19 @@ def _with_polygons(
         circle_centre=np.concatenate([environment.circle_centre, centre])[order],
         circle_radius=np.append(environment.circle_radius, radius)[order],
     )
+
+
+def _row_order(order: Ints, sizes: Ints) -> Ints:
+    """Return the order (T,) of the rows of polygons that come in `order` (M,), `sizes` (M,) each."""
+    rank = np.argsort(order)[np.repeat(np.arange(len(order)), sizes)]
+    return np.asarray(np.argsort(rank, kind="stable"))
+
+
+def _enclosing_circles(faces: list[Floats]) -> tuple[Floats, Floats]:
+    """Return the middle (M, 3) and the enclosing radius (M,) [m] of triangles (T, 3, 3) each."""
+    centre = np.array([face.mean(axis=(0, 1)) for face in faces])
+    radius = [
+        np.linalg.norm(face - middle, axis=2).max()
+        for face, middle in zip(faces, centre, strict=True)
+    ]
+    return centre, np.array(radius)

@@ -1,1 +1,1 @@
-"""Fitting: a closed surface as few spheres within a proved tolerance."""
+"""Fit few spheres to a closed surface within a proved tolerance."""

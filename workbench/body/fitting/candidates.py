@@ -1,8 +1,7 @@
-"""Candidate spheres: large ones inside the surface, each with its exact clearance, so that
-protrusion is bounded.
+"""Choose candidate spheres: large ones inside a surface, with a bounded protrusion.
 
-A sphere of radius r = d(c) + outward, d(c) the exact distance of its centre to the surface, never
-leaves the surface by more than `outward`: by construction, not by measurement.
+A sphere of radius r = d(c) + outward, with the exact depth d(c) of its centre, leaves the surface
+by no more than `outward`.
 """
 
 from __future__ import annotations
@@ -28,31 +27,39 @@ __all__ = [
     "joined_candidates",
 ]
 
-
-_RETREATS = 8
-
-
 SHORTEST = 1e-5
 LONGEST = 10.0
-"""Radii and tolerances [m] that may be asked for."""
+"""Range [m] of radii and tolerances."""
+_RETREATS = 8
+"""Steps at most by which a centre leaves another segment's part."""
+_RETREAT = 0.7
+"""Factor on the depth of a centre in each of these steps."""
 
 
 @dataclass(frozen=True)
 class Limits:
-    """What a sphere may be [m]: radius least to greatest, out of the surface by outward; inward:
-    what may stay bare."""
+    """Bounds of radii and tolerances [m]."""
 
     least: float
+    """Least radius."""
     greatest: float
+    """Greatest radius."""
     outward: float
+    """How far spheres may leave the surface."""
     inward: float
+    """How far the surface may lie outside the spheres."""
 
     @classmethod
     def checked(
         cls, *, least_radius: float, greatest_radius: float, outward: float, inward: float
     ) -> Limits:
-        """The limits as somebody gives them [m]; UsageError for lengths beyond SHORTEST to LONGEST,
-        and for a least radius that is greater than the greatest."""
+        """Check and take given lengths [m].
+
+        Raises
+        ------
+        UsageError
+            If a length is out of SHORTEST to LONGEST, or the least radius exceeds the greatest.
+        """
         given = {
             "least_radius": least_radius,
             "greatest_radius": greatest_radius,
@@ -71,30 +78,34 @@ class Limits:
         return cls(least_radius, greatest_radius, outward, inward)
 
     def scaled(self, factor: float) -> Limits:
-        """The same with both tolerances times `factor`."""
+        """Return the limits with both tolerances multiplied."""
         return Limits(self.least, self.greatest, self.outward * factor, self.inward * factor)
 
 
 @dataclass(frozen=True, eq=False)
 class Candidates:
-    """Centres (m, 3), their depth (m,) [m] under the surface, and the bits (m,) of the segments
-    they belong to."""
+    """Candidate spheres without their radii, which depend on the limits."""
 
     centre: Floats
+    """(m, 3) [m]."""
     depth: Floats
+    """(m,) depth of the centres under the surface [m]."""
     bits: Ints
+    """(m,) bits of the segments to which they belong."""
 
     def __len__(self) -> int:
         return len(self.depth)
 
     def at(self, index: Ints | Bools) -> Candidates:
-        """Some of them."""
+        """Return some of the candidates."""
         return Candidates(self.centre[index], self.depth[index], self.bits[index])
 
 
 def bounded_radius(depth: Floats, limits: Limits) -> Floats:
-    """Radii (m,) that use the outward tolerance up; 0 where the least radius would protrude more
-    than that."""
+    """Return the radii (m,) [m] that use up the outward tolerance, of centres at depths (m,) [m].
+
+    The radius is 0 where the least radius would protrude by more than the tolerance.
+    """
     radius = np.minimum(depth + limits.outward, limits.greatest)
     return np.where(radius >= limits.least, radius, 0.0)
 
@@ -108,12 +119,22 @@ def inner_balls(
     bits: Ints,
     regions: Regions,
 ) -> Candidates:
-    """A candidate under each sample (n): shrunk from the greatest radius until the surface is at
-    most `slack` (n,) [m] deep in it.
+    """Find a candidate under each of n samples.
 
-    bits (n,): the segment each is for. Its centre lies no deeper than about the bones of that
-    segment, and not far inside another's part: a sphere that did would leave its place when the
-    joint turns.
+    A ball that touches the surface at the sample shrinks from the greatest radius until the surface is
+    at most `slack` deep in it. Its centre lies no deeper than about the bones of its segment, and not
+    far inside another segment's part, since it would leave its place when the joint turns.
+
+    Parameters
+    ----------
+    surface, samples, limits
+        The surface, samples of it, and the bounds of the spheres.
+    slack
+        (n,) [m].
+    bits
+        (n,) the segment that each candidate serves, as a bit.
+    regions
+        The parts of the segments.
     """
     order = morton_order(samples.point)
     point = samples.point[order]
@@ -128,12 +149,12 @@ def inner_balls(
         away = regions.foreign(centre, bits)
         if not away.any():
             break
-        centre[away] = point[away] + 0.7 * (centre[away] - point[away])
+        centre[away] = point[away] + _RETREAT * (centre[away] - point[away])
     return Candidates(centre, -surface.distance(centre), bits)
 
 
 def joined_candidates(parts: list[Candidates]) -> Candidates:
-    """All of several lists, one after the other."""
+    """Concatenate lists of candidates."""
     return Candidates(
         np.concatenate([p.centre for p in parts]),
         np.concatenate([p.depth for p in parts]),

@@ -1,7 +1,11 @@
-"""Few spheres that hold every sample of a surface: set cover over candidate spheres.
+"""Choose few spheres that hold every sample of a surface: a set cover of candidates.
 
-Required spheres first, then greedily, then without the needless ones, then improved in small
-neighbourhoods with a seeded generator: the same input gives the same spheres.
+1. Take the required spheres.
+2. Take greedily the candidate that holds the most open targets.
+3. Remove chosen spheres that hold no target alone.
+4. Improve the choice in small neighbourhoods, with a seeded generator.
+
+The same input gives the same spheres.
 """
 
 from __future__ import annotations
@@ -19,37 +23,40 @@ from workbench.model.arrays import Bools, Floats, Ints
 __all__ = ["Cover", "Targets", "cover", "held_rows", "joined_targets"]
 
 _WORK = 8e8
-"""Entries of the cover that all moves of the improvement may look at: about 3 s."""
+"""Entries of the cover that all moves of the improvement may read, about 3 s."""
 
 
 @dataclass(frozen=True, eq=False)
 class Targets:
-    """What must be held: points (n, 3) [m], each at most margin (n,) [m] outside a sphere; may
-    (n,): the bits of the segments whose spheres count for it."""
+    """Points that must be held."""
 
     point: Floats
+    """(n, 3) [m]."""
     margin: Floats
+    """(n,) distance [m] up to which a point may lie outside a sphere."""
     may: Ints
+    """(n,) bits of the segments whose spheres count."""
 
     def __len__(self) -> int:
         return len(self.margin)
 
     def at(self, index: Ints | Bools) -> Targets:
-        """Some of them."""
+        """Return some of the targets."""
         return Targets(self.point[index], self.margin[index], self.may[index])
 
 
 @dataclass(frozen=True, eq=False)
 class Cover:
-    """Numbers of the chosen candidates, required ones first (k,), and of the targets that no
-    candidate holds (b,)."""
+    """A choice of candidates."""
 
     chosen: Ints
+    """(k,) chosen candidates, required ones first."""
     bare: Ints
+    """(b,) targets that no candidate holds."""
 
 
 def joined_targets(parts: list[Targets]) -> Targets:
-    """All of several lists, in an order in which near ones are together."""
+    """Concatenate lists of targets, in an order in which near ones are together."""
     point = np.concatenate([p.point for p in parts])
     order = morton_order(point)
     margin = np.concatenate([p.margin for p in parts])
@@ -58,8 +65,13 @@ def joined_targets(parts: list[Targets]) -> Targets:
 
 
 def held_rows(targets: Targets, candidates: Candidates, radius: Floats) -> tuple[Ints, Ints]:
-    """Which targets each candidate holds: start (m + 1,), item; candidate j holds
-    item[start[j]:start[j + 1]]."""
+    """Find the targets that each of m candidates holds.
+
+    Returns
+    -------
+    tuple of Ints
+        start (m + 1,) and item: candidate j holds item[start[j]:start[j + 1]].
+    """
     start, item = covered_by(
         targets.point,
         targets.margin,
@@ -86,39 +98,61 @@ def cover(
 ) -> Cover:
     """Choose few candidates that hold all targets.
 
-    The first `required` candidates are taken in any case and stay; `begun` are taken first and may
-    go again; `moves` tries of improvement for each sphere (each drops 3 to 12 neighbours and covers
-    anew), fewer once `target` spheres are enough.
+    Parameters
+    ----------
+    targets, candidates, radius
+        The targets, and m candidates with their radii (m,) [m].
+    required
+        Number of candidates, the first ones, that are chosen in any case.
+    begun
+        Candidates that are taken first, and may be removed again.
+    moves
+        Tries of improvement for each chosen sphere. A try removes 3 to 12 neighbours and covers
+        anew what they held.
+    target
+        Number of spheres that is enough: improvement ends, and spheres with the least loss are
+        removed down to it. 0 for none.
+    seed
+        Of the improvement.
     """
     start, item = held_rows(targets, candidates, radius)
     times = np.zeros(len(targets), np.int64)
     chosen = np.zeros(len(radius), np.int64)
     fixed = np.zeros(len(radius), np.int64)
     fixed[:required] = 1
-    for j in np.union1d(np.arange(required), begun if begun is not None else []).astype(np.int64):
-        chosen[j] = 1
-        times[item[start[j] : start[j + 1]]] += 1
+    first = np.union1d(np.arange(required), begun if begun is not None else []).astype(np.int64)
+    chosen[first] = 1
+    _count_held(start, item, first, times)
     greedy_cover(start, item, times, chosen)
     prune_cover(start, item, times, chosen, fixed)
-    # a move looks at about 8 rows and all that could take their place: few large rows make dear
-    # moves
-    moves = min(
-        moves * int(chosen.sum()),
-        int(_WORK / max(1.0, len(item) * min(1.0, 8 / max(1, chosen.sum())))),
-    )
+    moves = _affordable_moves(moves, int(chosen.sum()), len(item))
     if moves:
         begin, row = transposed(start, item, len(targets))
         improve_cover(
             start, item, begin, row, times, chosen, fixed, candidates.centre, moves, target, seed
         )
         times[:] = 0
-        for j in np.flatnonzero(chosen):
-            times[item[start[j] : start[j + 1]]] += 1
+        _count_held(start, item, np.flatnonzero(chosen), times)
         prune_cover(start, item, times, chosen, fixed)
     picked = np.flatnonzero(chosen)
     while target and len(picked) > max(target, required):
         picked = _without_least(start, item, times, picked, required)
     return Cover(picked, np.flatnonzero(times == 0))
+
+
+def _count_held(start: Ints, item: Ints, rows: Ints, times: Ints) -> None:
+    """Add to times (n,) how many of the rows hold each item."""
+    for j in rows:
+        times[item[start[j] : start[j + 1]]] += 1
+
+
+def _affordable_moves(per_sphere: int, spheres: int, entries: int) -> int:
+    """Number of moves in all; few large rows make expensive moves.
+
+    A move reads about 8 rows and all that could take their place.
+    """
+    share = min(1.0, 8 / max(1, spheres))
+    return min(per_sphere * spheres, int(_WORK / max(1.0, entries * share)))
 
 
 def _without_least(start: Ints, item: Ints, times: Ints, picked: Ints, required: int) -> Ints:

@@ -1,10 +1,17 @@
-"""A closed surface as a union of spheres within a tolerance: the paper's data entry.
+"""Fit a union of spheres to a closed surface within a tolerance: the paper's data entry.
 
-Samples of the surface are covered by few candidate spheres that protrude at most `outward` by
-construction (set cover); the result is proved against the whole surface, what is not covered is
-added, and the spheres are polished by least squares as far as the proof allows. Sources: O'Rourke &
-Badler, PAMI 1(3), 1979 (spheres within a tolerance); Attali, Nguyen & Sivignon, 2019 (cover the
-erosion, stay in the dilation); Dou et al., Coverage Axis, 2022 (set cover).
+1. Choose few candidate spheres that hold samples of the surface (set cover [2]_ [3]_). By
+   construction a candidate protrudes by at most `outward`.
+2. Prove the inward tolerance on the whole surface, and add spheres where the proof fails.
+3. Refine the spheres by least squares as far as the proof allows.
+
+References
+----------
+.. [1] J. O'Rourke & N. Badler (1979), Decomposition of three-dimensional objects into spheres, IEEE
+   Transactions on Pattern Analysis and Machine Intelligence 1(3), 295-305.
+.. [2] D. Attali, T.-B. Nguyen & I. Sivignon (2019): cover the erosion, stay in the dilation.
+.. [3] Z. Dou and others (2022), Coverage axis: inner point selection for 3D shape skeletonization,
+   Computer Graphics Forum 41(2).
 """
 
 from __future__ import annotations
@@ -27,37 +34,40 @@ from workbench.body.fitting.proof import (
     proved_polish,
     segment_triangles,
 )
-from workbench.body.fitting.regions import Regions
+from workbench.body.fitting.regions import EVERYONE, Regions
 from workbench.body.surface import Surface
 from workbench.errors import InputError, UsageError
 from workbench.model.arrays import Floats, Ints
 
-__all__ = ["MOST_SPHERES", "SphereFit", "decompose", "fit_regions"]
+__all__ = ["MAX_SPHERES", "SphereFit", "decompose", "fit_regions"]
 
-MOST_SPHERES = 100_000
+MAX_SPHERES = 100_000
+"""Spheres of a fit at most."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class SphereFit:
-    """Spheres of a surface: centre (S, 3), radius (S,) [m], joint spheres first and exactly where
-    they were asked for.
-
-    region (S,): the bits of the segments each serves; outward, inward: the two tolerances [m] that
-    hold; quality: what was measured.
-    """
+    """Spheres fitted to a surface. Joint spheres come first, exactly where they were given."""
 
     centre: Floats
+    """(S, 3) [m]."""
     radius: Floats
+    """(S,) [m]."""
     region: Ints
+    """(S,) bits of the segments that each sphere serves."""
     joints: int
+    """Number of joint spheres."""
     outward: float
+    """Proved tolerance [m]: how far spheres leave the surface."""
     inward: float
+    """Proved tolerance [m]: how far the surface lies outside the spheres."""
     quality: FitQuality
+    """What was measured."""
 
     def __repr__(self) -> str:
         q = self.quality
-        told = f"mean {q.mean * 1e3:.2f} mm, largest {q.largest * 1e3:.1f} mm, IoU {q.iou:.3f}"
-        return f"SphereFit({q.spheres} spheres, {told})"
+        errors = f"mean {q.mean * 1e3:.2f} mm, largest {q.largest * 1e3:.1f} mm, IoU {q.iou:.3f}"
+        return f"SphereFit({q.spheres} spheres, {errors})"
 
 
 def decompose(
@@ -73,19 +83,38 @@ def decompose(
 ) -> SphereFit:
     """Fit spheres to a closed surface.
 
-    outward, inward [m]: no sphere leaves the surface by more than `outward`, no point of the
-    surface lies more than `inward` outside the spheres: proved, not sampled. count: that many
-    spheres instead, as near to the surface as can be; then the tolerances may be left out (given,
-    they say only how much wider one may be than the other) and the result says which hold. joints:
-    required spheres (K, 3), tangent to the surface inside, or (K, 4) with a radius. UsageError
-    where options contradict each other, InputError where the radii make the tolerance impossible
-    (it says what is reachable).
+    Parameters
+    ----------
+    mesh
+        The closed surface.
+    outward, inward
+        Tolerances [m]: no sphere leaves the surface by more than `outward`, and no point of the surface
+        lies more than `inward` outside the spheres. Both are proved. With a `count` only their ratio
+        counts, and they may be left out.
+    least_radius, greatest_radius
+        Range of the radii [m].
+    count
+        Number of spheres, as near to the surface as can be, in place of the tolerances. The result says
+        which tolerances hold.
+    joints
+        Required spheres (K, 3) [m], tangent to the surface from inside, or (K, 4) with a radius.
+    seed
+        0 or more.
+
+    Raises
+    ------
+    UsageError
+        If options contradict each other.
+    InputError
+        If the radii make the tolerance impossible; the message says what is reachable.
     """
-    limits = _limits((outward, inward), least_radius, greatest_radius, count)
+    if count is None and (outward is None or inward is None):
+        raise UsageError("outward and inward are needed [m], or a count of spheres")
+    limits = _limits(outward, inward, least_radius, greatest_radius)
     required = _joints(mesh, joints, limits if count is None else None, greatest_radius)
-    if count is not None and not 1 <= len(required.radius) + 1 <= count <= MOST_SPHERES:
+    if count is not None and not 1 <= len(required.radius) + 1 <= count <= MAX_SPHERES:
         raise UsageError(
-            f"count: {len(required.radius) + 1} to {MOST_SPHERES} spheres are possible here, got {count}"
+            f"count: {len(required.radius) + 1} to {MAX_SPHERES} spheres are possible here, got {count}"
         )
     return fit_regions(mesh, limits, required, Regions(), count=count, seed=seed)
 
@@ -99,28 +128,32 @@ def fit_regions(
     count: int | None = None,
     seed: int = 0,
 ) -> SphereFit:
-    """Fit spheres to a surface in parts, those of each segment to its own; joint spheres serve
-    several.
+    """Fit spheres to a surface in parts, those of each segment to its own part.
 
-    Within the tolerances of `limits`, or with `count` spheres as near to the surface as can be.
+    Parameters
+    ----------
+    surface, limits
+        The surface, and the bounds of radii and tolerances.
+    joints
+        Required spheres, which may serve several segments.
+    regions
+        The parts of the segments.
+    count
+        Number of spheres in place of the tolerances, see `decompose`.
+    seed
+        0 or more.
     """
     if seed < 0:
         raise UsageError(f"seed: expected 0 or more, got {seed}")
     began = process_time()
     if count is None:
-        problem, spheres, bits = _within(surface, limits, joints, regions, seed)
+        spheres, bits = _within(surface, limits, joints, regions, seed)
     else:
         problem, limits, chosen = covered_by_count(
             surface, limits, count, joints=joints, regions=regions, seed=seed
         )
         bits = problem.candidates.bits[chosen]
-        safe = problem.candidates.centre[chosen], problem.radius(limits)[chosen]
-        free = np.arange(len(chosen)) >= len(joints.radius)
-        parts = parts_of(problem, bits)
-        moved = polished_parts(problem.samples.point, safe, free=free, limits=limits, parts=parts)
-        spheres = within_bounds(surface, moved, safe, limits.scaled(1.5))
-        spheres[0][~free] = safe[0][~free]
-        spheres[1][~free] = safe[1][~free]
+        spheres = _refined(problem, limits, chosen)
     seconds = process_time() - began
     quality = fit_quality(
         surface, *spheres, seconds=seconds, proved=limits.inward if count is None else None
@@ -131,10 +164,10 @@ def fit_regions(
 
 def _within(
     surface: Surface, limits: Limits, joints: Joints, regions: Regions, seed: int
-) -> tuple[Problem, Spheres, Ints]:
+) -> tuple[Spheres, Ints]:
     """Fit spheres that keep the tolerances, with proof.
 
-    Returns the problem, the spheres, and the bits (m,) of the segments that each serves.
+    Returns the spheres, and the bits (m,) of the segments that each serves.
     """
     spacing, sources = density(surface, limits)
     problem = prepared(
@@ -151,20 +184,30 @@ def _within(
     problem, chosen = proved_cover(problem, limits, triangles, seed)
     bits = problem.candidates.bits[chosen]
     safe = problem.candidates.centre[chosen], problem.radius(limits)[chosen]
-    return problem, proved_polish(problem, limits, triangles, safe, bits), bits
+    return proved_polish(problem, limits, triangles, safe, bits), bits
 
 
-def _limits(
-    tolerance: tuple[float | None, float | None], least: float, greatest: float, count: int | None
-) -> Limits:
-    outward, inward = tolerance
-    if count is None and (outward is None or inward is None):
-        raise UsageError("outward and inward are needed [m], or a count of spheres")
-    out = outward if outward is not None else inward
-    into = inward if inward is not None else outward
-    out, into = (0.005 if x is None else float(x) for x in (out, into))
+def _refined(problem: Problem, limits: Limits, chosen: Ints) -> Spheres:
+    """Refine chosen candidates by least squares; joint spheres stay as they are."""
+    bits = problem.candidates.bits[chosen]
+    safe = problem.candidates.centre[chosen], problem.radius(limits)[chosen]
+    free = np.arange(len(chosen)) >= len(problem.joints.radius)
+    parts = parts_of(problem, bits)
+    moved = polished_parts(problem.samples.point, safe, free=free, limits=limits, parts=parts)
+    spheres = within_bounds(problem.surface, moved, safe, limits.scaled(1.5))
+    spheres[0][~free] = safe[0][~free]
+    spheres[1][~free] = safe[1][~free]
+    return spheres
+
+
+def _limits(outward: float | None, inward: float | None, least: float, greatest: float) -> Limits:
+    """Limits of given lengths [m]; one tolerance is the other where it is left out."""
+    tolerances = [given for given in (outward, inward) if given is not None] or [0.005]
     return Limits.checked(
-        least_radius=float(least), greatest_radius=float(greatest), outward=out, inward=into
+        least_radius=float(least),
+        greatest_radius=float(greatest),
+        outward=float(tolerances[0]),
+        inward=float(tolerances[-1]),
     )
 
 
@@ -179,15 +222,21 @@ def _joints(surface: Surface, joints: ArrayLike, limits: Limits | None, greatest
     depth = -surface.distance(centre)
     radius = rows[:, 3].copy() if rows.shape[1] == 4 else np.minimum(depth, greatest)
     for k in range(len(rows)):
-        spot = f"joint {k + 1} at ({', '.join(f'{x:.3f}' for x in centre[k])}) m"
-        if depth[k] <= 0:
-            raise InputError(
-                f"{spot} lies {-depth[k] * 1e3:.3g} mm outside the surface; it must lie inside"
-            )
-        if radius[k] <= 0 or (limits is not None and radius[k] > depth[k] + limits.outward + 1e-9):
-            most = depth[k] + (limits.outward if limits is not None else 0)
-            raise InputError(
-                f"{spot}: a radius of {radius[k] * 1e3:.3g} mm is not possible; above 0 and at most "
-                f"{most * 1e3:.3g} mm (depth and outward tolerance) is"
-            )
-    return Joints(centre, radius, np.full(len(rows), np.int64(2**62 - 1)))
+        position = ", ".join(f"{x:.3f}" for x in centre[k])
+        name = f"joint {k + 1} at ({position}) m"
+        _check_joint(name, float(depth[k]), float(radius[k]), limits)
+    return Joints(centre, radius, np.full(len(rows), EVERYONE))
+
+
+def _check_joint(name: str, depth: float, radius: float, limits: Limits | None) -> None:
+    """Refuse a joint sphere outside the surface, or with an impossible radius [m]."""
+    if depth <= 0:
+        raise InputError(
+            f"{name} lies {-depth * 1e3:.3g} mm outside the surface; it must lie inside"
+        )
+    if radius <= 0 or (limits is not None and radius > depth + limits.outward + 1e-9):
+        greatest = depth + (limits.outward if limits is not None else 0)
+        raise InputError(
+            f"{name}: a radius of {radius * 1e3:.3g} mm is not possible; above 0 and at most "
+            f"{greatest * 1e3:.3g} mm (depth and outward tolerance) is"
+        )

@@ -1,4 +1,4 @@
-"""A lower bound of how few spheres can do, so that a fit can say how far from the fewest it is."""
+"""Compute a lower bound of the number of spheres, to compare a fit with the best possible."""
 
 from __future__ import annotations
 
@@ -27,37 +27,57 @@ def fewest_spheres(
     targets: int = 2500,
     seed: int = 0,
 ) -> int:
-    """No union of candidate spheres (those the search chooses from) holds the surface with fewer
-    than this.
+    """Compute a number of candidate spheres below which no union holds the surface.
 
-    The set cover as a linear program: each target held by shares of spheres that add up to 1 or
-    more, joint spheres whole; the least sum, rounded up, is a bound for whole spheres too.
-    `targets` of the surface stand for all of it, which can only make the bound smaller. Solved by
-    HiGHS (Huangfu & Hall 2018, DOI 10.1007/s12532-017-0130-5).
+    It is the linear relaxation of the set cover: each target is held by shares of spheres that add up
+    to 1 or more, joint spheres are whole, and the least sum is rounded up. A sample of the targets
+    stands for all, which can only lower the bound.
+
+    Parameters
+    ----------
+    surface, limits, joints, regions
+        As for `fit_regions`.
+    targets
+        Number of targets, about.
+    seed
+        0 or more.
+
+    Raises
+    ------
+    InputError
+        If the linear program is not solved.
+
+    References
+    ----------
+    Huangfu, Q. & Hall, J. A. J. (2018), Parallelizing the dual revised simplex method, Mathematical
+    Programming Computation 10, 119-142 (HiGHS).
     """
     spacing, sources = density(surface, limits)
     problem = prepared(
         surface, limits, spacing=spacing, sources=sources, joints=joints, regions=regions, seed=seed
     )
-    some = problem.targets.at(
-        np.arange(0, len(problem.targets), max(1, len(problem.targets) // targets))
-    )
-    # the full tolerance, not the 97 % that the search keeps in hand
+    every = max(1, len(problem.targets) // targets)
+    some = problem.targets.at(np.arange(0, len(problem.targets), every))
+    # the full tolerance, not the 97 % that the search uses
     some = replace(some, margin=np.where(some.margin > 0, limits.inward, some.margin))
     usable = problem.radius(limits) > 0
     start, item = held_rows(some, problem.candidates.at(usable), problem.radius(limits)[usable])
     held = csr_array((np.ones(len(item)), item, start), shape=(len(start) - 1, len(some))).T.tocsr()
     held = held[np.flatnonzero(np.diff(held.indptr) > 0)]
+    return int(np.ceil(_least_sum(held, len(joints.radius)) - 1e-6))
+
+
+def _least_sum(held: csr_array, required: int) -> float:
+    """The least sum of shares x >= 0 with H x >= 1; the first `required` shares are 1 or more."""
     low = np.zeros(held.shape[1])
-    low[: len(joints.radius)] = 1.0
-    bounds = np.column_stack([low, np.full(len(low), np.inf)])
+    low[:required] = 1.0
     found = linprog(  # type: ignore[call-overload]  # sparse is fine
         np.ones(len(low)),
         A_ub=-held,
         b_ub=-np.ones(held.shape[0]),
-        bounds=bounds,
+        bounds=np.column_stack([low, np.full(len(low), np.inf)]),
         method="highs-ipm",
     )
     if not found.success:
         raise InputError(f"the bound of the fewest spheres could not be found ({found.message})")
-    return int(np.ceil(found.fun - 1e-6))
+    return float(found.fun)

@@ -1,4 +1,4 @@
-"""How well a union of spheres fits a surface: distances both ways, volumes, and proved bounds."""
+"""Measure how well a union of spheres fits a surface: distances, volumes, and proved bounds."""
 
 from __future__ import annotations
 
@@ -20,30 +20,32 @@ __all__ = ["FitQuality", "exposed_points", "fit_quality"]
 
 @dataclass(frozen=True)
 class FitQuality:
-    """Figures of one fit; distances [m].
-
-    mean, p95: of the distance between the two surfaces, both ways together; to_spheres, to_surface:
-    the largest found from the surface to that of the spheres and back (a crease narrower than the
-    tolerance that the spheres close counts with its depth); outside: how far the true surface lies
-    outside the spheres at most, hollows between the spheres included; inside: how far the spheres
-    reach out of the surface at most, both proved; volume_ratio: spheres to surface; iou: shared
-    volume by joined volume; seconds: processor time of the fit, this measuring not counted.
-    """
+    """Figures of one fit; distances [m]. `spheres` counts them."""
 
     spheres: int
     mean: float
+    """Mean distance between the two surfaces, both directions together."""
     p95: float
+    """95th percentile of the same."""
     to_spheres: float
+    """Largest distance found from the surface to that of the spheres."""
     to_surface: float
+    """Largest distance found from the spheres' surface to the surface. A crease narrower than the
+    tolerance that the spheres close counts with its depth."""
     outside: float
+    """Proved bound: how far the surface lies outside the spheres, hollows between them included."""
     inside: float
+    """Proved bound: how far the spheres leave the surface."""
     volume_ratio: float
+    """Volume of the spheres by that of the surface."""
     iou: float
+    """Shared volume by joined volume (intersection over union)."""
     seconds: float
+    """Processor time of the fit, without measuring."""
 
     @property
     def largest(self) -> float:
-        """The larger of both ways (two-sided Hausdorff distance of the samples) [m]."""
+        """The two-sided Hausdorff distance of the samples [m]."""
         return max(self.to_spheres, self.to_surface)
 
 
@@ -58,52 +60,92 @@ def fit_quality(
     seed: int = 1,
     proved: float | None = None,
 ) -> FitQuality:
-    """Measure spheres (m, 3), (m,) against a surface with `count` samples each way (or the given
-    ones).
+    """Measure spheres against a surface.
 
-    proved [m]: a bound of `outside` that is known already, so that it need not be found.
+    Parameters
+    ----------
+    surface
+        The closed surface.
+    centre, radius
+        (m, 3) and (m,) [m].
+    samples
+        Samples of the surface; random ones if None.
+    seconds
+        Processor time of the fit.
+    count
+        Number of samples in each direction.
+    seed
+        Of the random samples.
+    proved
+        Bound of `outside` [m] that is known already, so that it need not be found.
     """
     on_surface = (samples or random_samples(surface, count, seed=seed)).point
     on_surface = on_surface[morton_order(on_surface)]
     exposed = exposed_points(centre, radius, count)
-    there = distance_to_union(on_surface, exposed, centre, radius)
-    depth = -surface.distance(centre)
     signed = surface.distance(exposed)
-    back = np.abs(signed)
-    both = np.concatenate([there, back])
-    weight = np.concatenate(
-        [np.full(len(there), 0.5 / len(there)), np.full(len(back), 0.5 / max(len(back), 1))]
-    )
-    order = np.argsort(both)
-    p95 = both[order][np.searchsorted(np.cumsum(weight[order]), 0.95 * weight.sum())]
-    pitch = max(float(np.ptp(surface.vertices, axis=0).max()) / 400, 1e-4)
+    to_spheres = distance_to_union(on_surface, exposed, centre, radius)
+    to_surface = np.abs(signed)
+    mean, p95 = _two_way_statistics(to_spheres, to_surface)
     if proved is None:
-        found = max(
-            gap_bound(split_triangles(surface.vertices[surface.faces], 0.02), centre, radius),
-            -float(signed.min(initial=0.0)),
-        )
-        proved = deepest_hollow(surface, centre, radius, found)
-    mesh, union, shared = shared_volume(surface.vertices[surface.faces], centre, radius, pitch)
+        proved = _proved_outside(surface, centre, radius, signed)
+    pitch = max(float(np.ptp(surface.vertices, axis=0).max()) / 400, 1e-4)
+    corners = surface.vertices[surface.faces]
+    mesh, union, shared = shared_volume(corners, centre, radius, pitch)
     return FitQuality(
         spheres=len(radius),
-        mean=float(weight @ both),
-        p95=float(p95),
-        to_spheres=float(there.max()),
-        to_surface=float(back.max(initial=0.0)),
+        mean=mean,
+        p95=p95,
+        to_spheres=float(to_spheres.max()),
+        to_surface=float(to_surface.max(initial=0.0)),
         outside=proved,
-        inside=max(0.0, float((radius - depth).max())),
+        inside=max(0.0, float((radius + surface.distance(centre)).max())),
         volume_ratio=union / mesh,
         iou=shared / (mesh + union - shared),
         seconds=seconds,
     )
 
 
-def distance_to_union(points: Floats, exposed: Floats, centre: Floats, radius: Floats) -> Floats:
-    """Distance (n,) [m] of points (n, 3) to the surface of the union.
+def _two_way_statistics(there: Floats, back: Floats) -> tuple[float, float]:
+    """Mean and 95th percentile of distances in two directions, which weigh the same."""
+    both = np.concatenate([there, back])
+    weight = np.concatenate(
+        [np.full(len(there), 0.5 / len(there)), np.full(len(back), 0.5 / max(len(back), 1))]
+    )
+    order = np.argsort(both)
+    rank = np.searchsorted(np.cumsum(weight[order]), 0.95 * weight.sum())
+    return float(weight @ both), float(both[order][rank])
 
-    Exact outside, and inside wherever the way straight out of the deepest sphere ends on the
-    surface of the union; elsewhere the nearest of the sampled `exposed` points, at most their
-    spacing too long.
+
+def _proved_outside(surface: Surface, centre: Floats, radius: Floats, signed: Floats) -> float:
+    """Proved bound [m] of how far the surface lies outside the spheres.
+
+    signed: distances [m] of samples of the spheres' surface, a lower bound of its depth.
+    """
+    corners = split_triangles(surface.vertices[surface.faces], 0.02)
+    gap = gap_bound(corners, centre, radius)
+    return deepest_hollow(surface, centre, radius, max(gap, -float(signed.min(initial=0.0))))
+
+
+def distance_to_union(points: Floats, exposed: Floats, centre: Floats, radius: Floats) -> Floats:
+    """Compute the distance of points to the surface of a union of spheres.
+
+    It is exact outside, and inside where the way straight out of the deepest sphere ends on the surface
+    of the union. Elsewhere it is the distance to the nearest exposed point, too long by no more than
+    their spacing.
+
+    Parameters
+    ----------
+    points
+        (n, 3) [m].
+    exposed
+        Points (k, 3) [m] on the surface of the union, see `exposed_points`.
+    centre, radius
+        (m, 3) and (m,) [m].
+
+    Returns
+    -------
+    Floats
+        (n,) [m].
     """
     field, ball = union_field(points, centre, radius)
     away = points - centre[ball]
@@ -117,10 +159,15 @@ def distance_to_union(points: Floats, exposed: Floats, centre: Floats, radius: F
 
 
 def exposed_points(centre: Floats, radius: Floats, count: int) -> Floats:
-    """About `count` points, uniform over the spheres' surface, less those inside other spheres.
+    """Return about `count` points (k, 3) [m], uniform over the surface of a union of spheres.
 
-    Each sphere carries points on a spiral (Saff & Kuijlaars, Math. Intelligencer 19, 1997), in
-    number as its area.
+    Each sphere carries points on a spiral [1]_ in proportion to its area; those inside other spheres
+    are left out.
+
+    References
+    ----------
+    .. [1] E. B. Saff & A. B. J. Kuijlaars (1997), Distributing many points on a sphere, Mathematical
+       Intelligencer 19, 5-11.
     """
     share = radius**2 / (radius**2).sum()
     # about a third of the spheres' area is exposed in a fitted body

@@ -1,5 +1,8 @@
-"""From a cover of samples to spheres that keep the tolerances everywhere: prove, mend, polish,
-prove again."""
+"""Turn a cover of samples into spheres that keep the tolerances everywhere.
+
+The cover is proved on the whole surface and extended where the proof fails. Then the spheres are
+refined and proved again; what the refinement breaks is taken back.
+"""
 
 from __future__ import annotations
 
@@ -20,25 +23,28 @@ from workbench.model.arrays import Bools, Floats, Ints
 __all__ = ["Spheres", "parts_of", "proved_cover", "proved_polish", "segment_triangles"]
 
 Spheres = tuple[Floats, Floats]
+"""Centres (m, 3) and radii (m,) [m]."""
 _ROUNDS = 40
+"""Rounds at most of covering and proving."""
 _POLISH_ROUNDS = 30
+"""Rounds at most of taking back what refinement broke."""
 
 
 @dataclass(frozen=True, eq=False)
-class Faults:
-    """What spheres leave open: places on the surface, and places (k, 3) of the union too deep
-    inside."""
+class Uncovered:
+    """What spheres do not hold."""
 
     bare: Bare
+    """Places on the surface."""
     hollow: Floats
+    """Places (k, 3) [m] of the union that are too deep inside."""
 
     def __len__(self) -> int:
         return len(self.bare) + len(self.hollow)
 
 
 def segment_triangles(problem: Problem, longest: float) -> list[Floats]:
-    """Triangles (T, 3, 3) of the surface that each segment must hold, no side longer than `longest`
-    [m]."""
+    """Return the triangles (T, 3, 3) that each segment must hold, no side longer than `longest` [m]."""
     surface = problem.surface
     corners = split_triangles(surface.vertices[surface.faces], longest)
     shared = problem.regions.shared(corners.mean(axis=1))
@@ -48,8 +54,29 @@ def segment_triangles(problem: Problem, longest: float) -> list[Floats]:
 def proved_cover(
     problem: Problem, limits: Limits, triangles: list[Floats], seed: int
 ) -> tuple[Problem, Ints]:
-    """Cover, prove, add what is bare, again until all is proved. The first rounds improve, the
-    later only add."""
+    """Cover the targets, prove the tolerance, add what is bare, and repeat until all is proved.
+
+    The first rounds improve the cover, later ones only add to it.
+
+    Parameters
+    ----------
+    problem, limits
+        The problem, and the bounds of the spheres.
+    triangles
+        Of each segment, see `segment_triangles`.
+    seed
+        0 or more.
+
+    Returns
+    -------
+    tuple of Problem and Ints
+        The extended problem, and the chosen candidates.
+
+    Raises
+    ------
+    InputError
+        If the tolerance is impossible, or not proved in 40 rounds.
+    """
     chosen: Ints | None = None
     for turn in range(_ROUNDS):
         usable = problem.radius(limits) > 0
@@ -68,18 +95,17 @@ def proved_cover(
             problem = _retried(problem, limits, found.bare)
         chosen = found.chosen
         spheres = problem.candidates.centre[chosen], problem.radius(limits)[chosen]
-        faults = _faults(problem, limits, triangles, spheres, problem.candidates.bits[chosen])
-        if not len(faults) and not len(found.bare):
+        uncovered = _uncovered(problem, limits, triangles, spheres, problem.candidates.bits[chosen])
+        if not len(uncovered) and not len(found.bare):
             return problem, chosen
-        problem = with_more(problem, limits, faults.bare, faults.hollow)
+        problem = with_more(problem, limits, uncovered.bare, uncovered.hollow)
     raise InputError(
         f"the tolerance could not be proved in {_ROUNDS} rounds; widen it or let smaller spheres in"
     )
 
 
 def _only(problem: Problem, usable: Bools, chosen: Ints | None) -> tuple[Problem, Ints | None]:
-    """The problem without the candidates that the limits forbid, and the chosen ones under their
-    new numbers."""
+    """The problem without the candidates that the limits forbid, and the chosen ones renumbered."""
     if usable.all():
         return problem, chosen
     number = np.cumsum(usable) - 1
@@ -88,8 +114,7 @@ def _only(problem: Problem, usable: Bools, chosen: Ints | None) -> tuple[Problem
 
 
 def _retried(problem: Problem, limits: Limits, bare: Ints) -> Problem:
-    """The problem with a sphere of its own for each bare target; refused where that is too small to
-    be allowed."""
+    """The problem with a sphere of its own for each bare target; refused if none is allowed."""
     places = Bare(_foot(problem.surface, problem.targets.point[bare]), problem.targets.may[bare])
     more = with_more(problem, limits, places, np.zeros((0, 3)))
     more = replace(more, targets=problem.targets)
@@ -99,11 +124,10 @@ def _retried(problem: Problem, limits: Limits, bare: Ints) -> Problem:
     return more
 
 
-def _faults(
+def _uncovered(
     problem: Problem, limits: Limits, triangles: list[Floats], spheres: Spheres, bits: Ints
-) -> Faults:
-    """Places on the surface that the spheres of a segment leave open, and those inside that all
-    leave open."""
+) -> Uncovered:
+    """Places on the surface that the spheres of a segment do not hold, and those inside that none holds."""
     places = []
     of = []
     for k, corners in enumerate(triangles):
@@ -115,7 +139,7 @@ def _faults(
         places.append(found)
         of.append(np.full(len(found), np.int64(1) << k))
     bare = Bare(_foot(problem.surface, np.concatenate(places)), np.concatenate(of))
-    return Faults(bare, hollow_places(problem.surface, *spheres, limits.inward))
+    return Uncovered(bare, hollow_places(problem.surface, *spheres, limits.inward))
 
 
 def _foot(surface: Surface, points: Floats) -> Samples:
@@ -127,8 +151,10 @@ def _foot(surface: Surface, points: Floats) -> Samples:
 
 
 def parts_of(problem: Problem, bits: Ints) -> list[tuple[Bools, Bools]]:
-    """For each segment: which samples (n,) it must hold, and which of the spheres with these bits
-    (m,) are its own."""
+    """Return, for each segment, the samples (n,) that it must hold and its own spheres (m,).
+
+    bits (m,): the segments that each sphere serves.
+    """
     shared = problem.regions.shared(problem.samples.point)
     return [(shared[:, k], bits & (np.int64(1) << k) != 0) for k in range(problem.regions.count)]
 
@@ -136,37 +162,52 @@ def parts_of(problem: Problem, bits: Ints) -> list[tuple[Bools, Bools]]:
 def proved_polish(
     problem: Problem, limits: Limits, triangles: list[Floats], safe: Spheres, bits: Ints
 ) -> Spheres:
-    """Polish, then take back, sphere by sphere, what breaks the proof: halfway first, then wholly,
-    then all near it."""
+    """Refine spheres, then take back what breaks the proof.
+
+    A sphere is taken back half way first, then wholly, then together with all spheres near it.
+
+    Parameters
+    ----------
+    problem, limits, triangles
+        As for `proved_cover`.
+    safe, bits
+        Spheres that are proved, and the bits (m,) of the segments that each serves.
+    """
     free = np.arange(len(safe[1])) >= len(problem.joints.radius)
     moved = polished_parts(
         problem.samples.point, safe, free=free, limits=limits, parts=parts_of(problem, bits)
     )
-    share = np.ones(len(safe[1]))
+    share = np.ones(len(safe[1]))  # of the way from the safe sphere to the refined one
     for turn in range(_POLISH_ROUNDS):
-        mixed = (
-            safe[0] + share[:, None] * (moved[0] - safe[0]),
-            safe[1] + share * (moved[1] - safe[1]),
-        )
+        mixed = _between(safe, moved, share)
         mixed = within_bounds(problem.surface, mixed, safe, limits)
         mixed[0][~free] = safe[0][~free]
         mixed[1][~free] = safe[1][~free]
-        faults = _faults(problem, limits, triangles, mixed, bits)
-        if not len(faults):
+        uncovered = _uncovered(problem, limits, triangles, mixed, bits)
+        if not len(uncovered):
             return mixed
-        wrong = np.concatenate([faults.bare.samples.point, faults.hollow])
-        of = np.concatenate([faults.bare.bits, np.full(len(faults.hollow), np.int64(-1))])
-        share[_near(wrong, of, safe, bits, limits.inward if turn > 4 else 0.0)] *= (
-            0.5 if turn < 2 else 0.0
-        )
+        wrong = np.concatenate([uncovered.bare.samples.point, uncovered.hollow])
+        of = np.concatenate([uncovered.bare.bits, np.full(len(uncovered.hollow), np.int64(-1))])
+        margin = limits.inward if turn > 4 else 0.0
+        share[_near(wrong, of, safe, bits, margin)] *= 0.5 if turn < 2 else 0.0
         if turn > 4:
-            share[_near(wrong, of, mixed, bits, limits.inward)] = 0.0
+            share[_near(wrong, of, mixed, bits, margin)] = 0.0
     return safe
 
 
+def _between(one: Spheres, other: Spheres, share: Floats) -> Spheres:
+    """Spheres at shares (m,) of the way from one to the other."""
+    return (
+        one[0] + share[:, None] * (other[0] - one[0]),
+        one[1] + share * (other[1] - one[1]),
+    )
+
+
 def _near(points: Floats, of: Ints, spheres: Spheres, bits: Ints, margin: float) -> Bools:
-    """(m,) True for the spheres of a segment that hold its points best, and those within `margin`
-    [m] of it."""
+    """(m,) True for the spheres that hold a segment's points best, and those within `margin` [m] of them.
+
+    of (k,): the segment of each point (k, 3), as a bit; bits (m,): those of the spheres.
+    """
     near = np.zeros(len(spheres[1]), dtype=np.bool_)
     for point, segment in zip(points, of, strict=True):
         gap = np.linalg.norm(point - spheres[0], axis=1) - spheres[1]

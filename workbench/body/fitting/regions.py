@@ -1,5 +1,8 @@
-"""Which segments' spheres must hold which part of a surface: the nearest bone, measured in the
-bone's own thickness."""
+"""Find which segments' spheres must hold which part of a surface.
+
+A place belongs to the nearest bone, with distances measured in the thickness of the part around the
+bone.
+"""
 
 from __future__ import annotations
 
@@ -15,46 +18,50 @@ EVERYONE = np.int64(2**62 - 1)
 """The bits of all segments."""
 
 
-_BEYOND = 1.1
-_INSIDE = 0.45
-"""Thicknesses: a limb's lap over a joint is 0.4 long at its middle line."""
+_MAX_DEPTH = 1.1
+"""Greatest depth of a sphere's centre, as a multiple of the distance to the bone."""
+_FOREIGN = 0.45
+"""Difference of distances, in thicknesses, from which on a point is far inside another part. A limb's
+lap over a joint is 0.4 long at its middle line."""
 
 
 @dataclass(frozen=True, eq=False)
 class Regions:
-    """Bones from head (B, 3) to tail (B, 3) [m], the segment each belongs to, owner (B,), numbered
-    from 0.
+    """The parts of N segments around B bones. Without bones, all belongs to one segment.
 
-    thickness (B, K) [m]: how deep under the surface the bone runs, at K even steps; a place 30 mm
-    from a bone in a thin arm is farther from it than one 60 mm from a bone in a thick trunk. beside
-    (N, N): segments that share a joint (or are the same). border: a place within 1 + border times
-    the measure of its own segment is held by a neighbour as well, so that both still meet when the
-    joint bends. Without bones all belongs to one segment.
+    A place 30 mm from the bone of a thin arm is farther from it than one 60 mm from the bone of a thick
+    trunk.
     """
 
     head: Floats = field(default_factory=lambda: np.zeros((0, 3)))
+    """(B, 3) [m] where each bone begins."""
     tail: Floats = field(default_factory=lambda: np.zeros((0, 3)))
+    """(B, 3) [m] where it ends."""
     owner: Ints = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+    """(B,) number of its segment."""
     thickness: Floats = field(default_factory=lambda: np.ones((0, 2)))
+    """(B, K) [m] depth of the bone under the surface, at K even steps."""
     beside: Bools = field(default_factory=lambda: np.ones((1, 1), dtype=np.bool_))
+    """(N, N) True for segments that share a joint, or are the same."""
     border: float = 0.08
+    """A place whose distance is up to 1 + border times that of its own segment belongs to a neighbour
+    too, so that both still meet when the joint bends."""
 
     @property
     def count(self) -> int:
-        """How many segments there are."""
+        """Number of segments."""
         return len(self.beside)
 
     def measure(self, points: Floats) -> Floats:
-        """(n, N) distance of points (n, 3) to the bones of each segment, in units of the bone's
-        thickness there."""
+        """Return the distance (n, N) of points (n, 3) to the bones of each segment, in thicknesses there."""
         far, share, beyond = bone_distance(points, self.head, self.tail)
         steps = self.thickness.shape[1] - 1
         low = np.minimum((share * steps).astype(np.int64), steps - 1)
         part = share * steps - low
         bone = np.arange(len(self.head))
         thick = (1 - part) * self.thickness[bone, low] + part * self.thickness[bone, low + 1]
-        # behind an end, as at a heel, bones that meet there are equally near: that which points
-        # there is the nearer
+        # behind an end, as at a heel, bones that meet there are equally near: the bone that points
+        # there is taken as the nearer one
         far = far + 0.1 * beyond
         found = np.full((len(points), self.count), np.inf)
         for b, owner in enumerate(self.owner):
@@ -62,43 +69,46 @@ class Regions:
         return found
 
     def reach(self, points: Floats, bits: Ints) -> Floats:
-        """(n,) how deep [m] under each point a sphere of a segment, given as its bit (n,), may have
-        its centre: about as deep as the segment's bones. A sphere beyond them would leave its place
-        when the joint turns."""
+        """Return how deep (n,) [m] under each point (n, 3) the centre of a segment's sphere may be.
+
+        It is about as deep as the bones of the segment, given as its bit (n,). A sphere beyond them would
+        leave its place when the joint turns.
+        """
         if self.count == 1:
             return np.full(len(points), np.inf)
         far = bone_distance(points, self.head, self.tail)[0]
         mine = (bits[:, None] >> self.owner) & 1 == 1
         nearest: Floats = np.where(mine, far, np.inf).min(axis=1)
-        return _BEYOND * nearest
+        return _MAX_DEPTH * nearest
 
     def foreign(self, points: Floats, bits: Ints) -> Bools:
-        """(n,) True where a point lies far inside the part of another segment than that given by
-        its bit (n,)."""
+        """Return True (n,) for points (n, 3) far inside another segment's part than that of their bit (n,)."""
         if self.count == 1:
             return np.zeros(len(points), dtype=np.bool_)
         found = self.measure(points)
         mine = np.where((bits[:, None] >> np.arange(self.count)) & 1 == 1, found, np.inf).min(
             axis=1
         )
-        far: Bools = mine - found.min(axis=1) > _INSIDE
+        far: Bools = mine - found.min(axis=1) > _FOREIGN
         return far
 
     def number(self, points: Floats) -> Ints:
-        """(n,) the segment each point belongs to."""
+        """Return the segment (n,) to which each point (n, 3) belongs."""
         if self.count == 1:
             return np.zeros(len(points), dtype=np.int64)
         segment: Ints = self.measure(points).argmin(axis=1)
         return segment
 
     def own(self, points: Floats) -> Ints:
-        """(n,) the one bit of the segment each point belongs to."""
+        """Return the bit (n,) of the segment to which each point (n, 3) belongs."""
         bit: Ints = np.int64(1) << self.number(points)
         return bit
 
     def shared(self, points: Floats) -> Bools:
-        """(n, N) the segments whose spheres must each hold a point: its own, and a neighbour near
-        the border."""
+        """Return the segments (n, N) whose spheres must each hold a point (n, 3).
+
+        They are its own, and a neighbour near the border.
+        """
         if self.count == 1:
             return np.ones((len(points), 1), dtype=np.bool_)
         found = self.measure(points)
@@ -110,8 +120,21 @@ class Regions:
 
 
 def bone_distance(points: Floats, head: Floats, tail: Floats) -> tuple[Floats, Floats, Floats]:
-    """Distance (n, B) [m] of points (n, 3) to bones, as line segments, how far along each the foot
-    is, 0 to 1, and how far beyond an end [m] the point lies, along the bone."""
+    """Compute the distance of points to bones, which are line segments.
+
+    Parameters
+    ----------
+    points
+        (n, 3) [m].
+    head, tail
+        (B, 3) ends of the bones [m].
+
+    Returns
+    -------
+    tuple of Floats
+        Distance (n, B) [m]; position (n, B) of the nearest point along the bone, 0 to 1; and how far
+        beyond an end the point lies (n, B) [m], along the bone.
+    """
     along = tail - head
     square = np.maximum(np.einsum("bc,bc->b", along, along), 1e-18)
     distance, share, beyond = np.empty((3, len(points), len(head)))

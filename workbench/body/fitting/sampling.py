@@ -1,4 +1,4 @@
-"""Points spread evenly over a surface (blue noise), with normals."""
+"""Sample points evenly over a surface (blue noise), with normals."""
 
 from __future__ import annotations
 
@@ -14,29 +14,30 @@ from workbench.model.arrays import Floats, Ints
 __all__ = ["Samples", "even_samples", "random_samples"]
 
 _DARTS = 4.0
-"""Darts thrown for each one that fits; 4 leave no hole wider than about 1.3 spacings (measured)."""
+"""Random points for each one that is kept; 4 leave no hole wider than about 1.3 spacings (measured)."""
 
 
 @dataclass(frozen=True, eq=False)
 class Samples:
-    """Points (n, 3) [m] on a surface, their outward unit normals (n, 3) smoothed over the faces,
-    their faces (n,)."""
+    """n points on a surface."""
 
     point: Floats
+    """(n, 3) [m]."""
     normal: Floats
+    """(n, 3) outward unit normals, smoothed over the faces."""
     face: Ints
+    """(n,) number of the face."""
 
     def __len__(self) -> int:
         return len(self.face)
 
     def at(self, index: Ints) -> Samples:
-        """Some of them."""
+        """Return some of the samples."""
         return Samples(self.point[index], self.normal[index], self.face[index])
 
 
 def random_samples(surface: Surface, count: int, *, seed: int = 0) -> Samples:
-    """`count` points, uniform over the area: one at random in each of `count` equal shares of
-    it."""
+    """Return points that are uniform over the area: one at random in each of `count` equal shares of it."""
     rng = np.random.default_rng(seed)
     corner = surface.vertices[surface.faces]
     cross = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
@@ -48,8 +49,10 @@ def random_samples(surface: Surface, count: int, *, seed: int = 0) -> Samples:
 
 
 def even_samples(surface: Surface, spacing: float, *, seed: int = 0) -> Samples:
-    """Points no two of which are nearer than `spacing` [m] and that leave no room for many more,
-    near ones together."""
+    """Return points no two of which are nearer than `spacing` [m], with no room for many more.
+
+    This is dart throwing (Poisson-disk sampling). Near points are together.
+    """
     count = max(64, int(_DARTS * 0.7 * surface.area / spacing**2))
     darts = random_samples(surface, count, seed=seed)
     shuffled = darts.at(np.random.default_rng(seed + 1).permutation(count))
@@ -58,7 +61,10 @@ def even_samples(surface: Surface, spacing: float, *, seed: int = 0) -> Samples:
 
 
 def _on_faces(surface: Surface, face: Ints, uniform: Floats) -> Samples:
-    """Points at random places (2, n) of given faces (n,)."""
+    """Points at random places (2, n) of faces (n,).
+
+    Weights (1 - sqrt u, sqrt u (1 - v), v sqrt u) are uniform over a triangle.
+    """
     root = np.sqrt(uniform[0])
     weight = np.stack([1 - root, root * (1 - uniform[1]), root * uniform[1]], axis=1)
     point = np.einsum("nk,nkc->nc", weight, surface.vertices[surface.faces[face]])
@@ -68,8 +74,7 @@ def _on_faces(surface: Surface, face: Ints, uniform: Floats) -> Samples:
 
 
 def corner_normals(surface: Surface) -> Floats:
-    """(V, 3) unit normals at the vertices: means of the faces about each, weighted by their angles
-    there."""
+    """Return unit normals (V, 3) at the vertices: means over the faces, weighted by their angles there."""
     solid = surface.solid
     normal = np.zeros_like(surface.vertices)
     for k in range(3):

@@ -1,10 +1,8 @@
-"""A body's surface and a skeleton cut into segments, each with spheres of its own; joint spheres
-shared.
+"""Cut a body's surface into segments along a skeleton, and fit spheres to each.
 
-Each place of the surface belongs to its nearest bone, nearness measured in the thickness of the
-part about the bone. Every segment holds its own places by itself, and those of its neighbour near
-the border as well; a sphere sits exactly at each joint and serves both: so the surface has no notch
-when the joint bends.
+Each place of the surface belongs to its nearest bone, in thicknesses of the part (`regions`). Every
+segment holds its own places by itself, and those of its neighbour near the border. A sphere sits
+exactly at each joint and serves both segments, so that no notch opens when the joint bends.
 """
 
 from __future__ import annotations
@@ -15,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from workbench.body.fitting.candidates import Limits
-from workbench.body.fitting.decompose import MOST_SPHERES, SphereFit, fit_regions
+from workbench.body.fitting.decompose import MAX_SPHERES, SphereFit, fit_regions
 from workbench.body.fitting.part_quality import PartQuality, part_qualities
 from workbench.body.fitting.problem import Joints, packed
 from workbench.body.fitting.regions import Regions
@@ -26,22 +24,27 @@ from workbench.model.arrays import Bools, Floats, Ints, frozen
 
 __all__ = ["Bones", "SegmentedFit", "fit_segments", "fit_whole", "regions_of"]
 
-_SAME = 1e-3
-_MOST = 60
+_SAME_POINT = 1e-3
+"""Distance [m] up to which ends of bones are one joint."""
+_MAX_SEGMENTS = 60
+"""Segments at most, since they are bits of one number."""
 _STEPS = 8
+"""Intervals along a bone at which its depth is measured."""
 
 
 @dataclass(frozen=True, eq=False)
 class Bones:
-    """B bones, middle lines of segments: the segment of each (a segment may have several), head,
-    tail (B, 3) [m].
+    """B bones, the middle lines of segments. A segment may have several.
 
     Ends of bones of different segments within 1 mm of each other are a joint.
     """
 
     segments: tuple[str, ...]
+    """Segment of each bone."""
     head: Floats
+    """(B, 3) [m] where each bone begins."""
     tail: Floats
+    """(B, 3) [m] where it ends."""
 
     def __post_init__(self) -> None:
         check_fields(self)
@@ -50,32 +53,34 @@ class Bones:
                 getattr(self, field), np.float64, (len(self.segments), 3), f"bones.{field}"
             )
             object.__setattr__(self, field, value)
-        if not 1 <= len(self.names) <= _MOST:
-            raise InputError(f"bones: 1 to {_MOST} segments are possible, got {len(self.names)}")
+        if not 1 <= len(self.names) <= _MAX_SEGMENTS:
+            raise InputError(
+                f"bones: 1 to {_MAX_SEGMENTS} segments are possible, got {len(self.names)}"
+            )
         if not (np.all(np.isfinite(self.head)) and np.all(np.isfinite(self.tail))):
             raise InputError("bones: ends must be finite numbers [m]")
 
     @property
     def names(self) -> tuple[str, ...]:
-        """The N segments, each once, in the order in which they first come."""
+        """The N segments, each once, in their first order."""
         return tuple(dict.fromkeys(self.segments))
 
     @property
     def owner(self) -> Ints:
-        """(B,) the number of each bone's segment in `names`."""
+        """(B,) number of each bone's segment in `names`."""
         return np.array([self.names.index(s) for s in self.segments], dtype=np.int64)
 
     def joints(self) -> tuple[Floats, Bools]:
-        """Points (K, 3) where bones of two or more segments end, and which segments (K, N)."""
+        """Return the points (K, 3) [m] where bones of two or more segments end, and these segments (K, N)."""
         ends = np.concatenate([self.head, self.tail])
         owner = np.tile(self.owner, 2)
         places: list[Floats] = []
         served = []
         for end in ends:
-            if any(np.linalg.norm(end - p) <= _SAME for p in places):
+            if any(np.linalg.norm(end - p) <= _SAME_POINT for p in places):
                 continue
             met = np.isin(
-                np.arange(len(self.names)), owner[np.linalg.norm(ends - end, axis=1) <= _SAME]
+                np.arange(len(self.names)), owner[np.linalg.norm(ends - end, axis=1) <= _SAME_POINT]
             )
             if met.sum() > 1:
                 places.append(end)
@@ -87,16 +92,19 @@ class Bones:
 
 @dataclass(frozen=True, eq=False)
 class SegmentedFit:
-    """The fit of the whole; segments: N names; member (S, N): which spheres each segment has, joint
-    spheres several; parts: the figures of each segment."""
+    """Spheres fitted to a surface in segments."""
 
     fit: SphereFit
+    """The fit of the whole."""
     segments: tuple[str, ...]
+    """N names."""
     member: Bools
+    """(S, N) which spheres each segment has; joint spheres belong to several."""
     parts: tuple[PartQuality, ...]
+    """Figures of each segment."""
 
     def spheres(self, segment: str) -> tuple[Floats, Floats]:
-        """Centres (n, 3) and radii (n,) [m] of one segment, its joint spheres first."""
+        """Return the centres (n, 3) and radii (n,) [m] of one segment, its joint spheres first."""
         rows = self.member[:, self.segments.index(segment)]
         return self.fit.centre[rows], self.fit.radius[rows]
 
@@ -114,47 +122,77 @@ def fit_segments(
     joint_radius: ArrayLike | None = None,
     seed: int = 0,
 ) -> SegmentedFit:
-    """Cut a closed body surface by the nearest bone and fit each segment within the tolerances [m]
-    (`decompose`).
+    """Cut a closed body surface by the nearest bone, and fit each segment within the tolerances.
 
-    Each segment's own spheres, joint spheres included, keep the inward tolerance on its own part of
-    the surface, and on the neighbour's where that lies less than 1 + border times as far from the
-    bone (in units of its thickness) as from the neighbour's. Bent by 90 degrees, such a lap stands
-    out at the bend by border times the thickness at most. count: that many spheres in all instead.
-    joint_radius (K,) [m]: radii of the spheres at `bones.joints()`, those that touch the surface
-    from inside where not given. InputError where a joint or a bone lies outside the surface.
+    Each segment's own spheres, joint spheres included, keep the inward tolerance on its own part of the
+    surface and on the neighbour's part near the border. Bent by 90 degrees, such a lap stands out at
+    the bend by `border` times the thickness at most.
+
+    Parameters
+    ----------
+    surface, bones
+        The closed surface, and its skeleton.
+    outward, inward, least_radius, greatest_radius
+        Tolerances and range of radii [m], see `decompose`.
+    count
+        Number of spheres in all, in place of the tolerances.
+    border
+        Width of the border, see `Regions`.
+    joint_radius
+        (K,) [m] radii of the spheres at `bones.joints()`; those that touch the surface from inside if
+        None.
+    seed
+        0 or more.
+
+    Raises
+    ------
+    UsageError
+        If an option is not valid.
+    InputError
+        If a joint or a bone lies outside the surface, or the tolerance is impossible.
     """
     limits = Limits.checked(
         least_radius=least_radius, greatest_radius=greatest_radius, outward=outward, inward=inward
     )
     place, served = bones.joints()
     least = len(place) + len(bones.names)
-    if count is not None and not least <= count <= MOST_SPHERES:
-        what = f"{len(place)} joints and {len(bones.names)} segments need {least} spheres, {MOST_SPHERES} are most"
+    if count is not None and not least <= count <= MAX_SPHERES:
+        what = f"{len(place)} joints and {len(bones.names)} segments need {least} spheres, {MAX_SPHERES} are most"
         raise UsageError(f"count: {what}, got {count}")
     if not 0 <= border <= 1:
         raise UsageError(f"border: expected a share from 0 to 1, got {border:g}")
-    asked = None if joint_radius is None else np.asarray(joint_radius, dtype=np.float64)
-    if asked is not None and (asked.shape not in ((), (len(place),)) or not np.all(asked > 0)):
-        words = f"one positive radius [m] for each of {len(place)} joints"
-        raise UsageError(f"joint_radius: expected {words}, got {given_words(joint_radius)}")
-    depth = _inside(surface, bones, place)
-    tangent = np.minimum(depth, greatest_radius)
-    radius = tangent if asked is None else np.minimum(asked, depth + outward)
+    given_radius = _joint_radii(joint_radius, len(place))
+    depth = _joint_depths(surface, bones, place)
+    if given_radius is None:
+        radius = np.minimum(depth, greatest_radius)
+    else:
+        radius = np.minimum(given_radius, depth + outward)
+    joints = Joints(place, radius, packed(served))
     regions = regions_of(surface, bones, border=border)
-    fit = fit_regions(
-        surface, limits, Joints(place, radius, packed(served)), regions, count=count, seed=seed
-    )
+    fit = fit_regions(surface, limits, joints, regions, count=count, seed=seed)
     member: Bools = (fit.region[:, None] >> np.arange(len(bones.names))) & 1 == 1
-    return SegmentedFit(
-        fit, bones.names, member, part_qualities(surface, regions, (fit.centre, fit.radius), member)
-    )
+    parts = part_qualities(surface, regions, (fit.centre, fit.radius), member)
+    return SegmentedFit(fit, bones.names, member, parts)
+
+
+def _joint_radii(given: ArrayLike | None, joints: int) -> Floats | None:
+    """Given radii of joint spheres [m], one or (K,), checked; None if none are given."""
+    if given is None:
+        return None
+    radius = np.asarray(given, dtype=np.float64)
+    if radius.shape not in ((), (joints,)) or not np.all(radius > 0):
+        words = f"one positive radius [m] for each of {joints} joints"
+        raise UsageError(f"joint_radius: expected {words}, got {given_words(given)}")
+    return radius
 
 
 def fit_whole(
     surface: Surface, limits: Limits, *, name: str, count: int | None = None, seed: int = 0
 ) -> SegmentedFit:
-    """A surface as one segment without joints, with the same figures as `fit_segments`."""
+    """Fit a surface as one segment without joints, with the same figures as `fit_segments`.
+
+    name: of the segment; other arguments as for `decompose`.
+    """
     none = Joints(np.zeros((0, 3)), np.zeros(0), np.zeros(0, dtype=np.int64))
     fit = fit_regions(surface, limits, none, Regions(), count=count, seed=seed)
     member = np.ones((len(fit.radius), 1), dtype=np.bool_)
@@ -164,21 +202,20 @@ def fit_whole(
 
 
 def regions_of(surface: Surface, bones: Bones, *, border: float = 0.08) -> Regions:
-    """The regions of a surface about its bones, with the thickness found along each."""
+    """Return the regions of a surface around its bones, with the thickness along each."""
     share = np.linspace(0.0, 1.0, _STEPS + 1)[None, :, None]
     along = bones.head[:, None] + share * (bones.tail - bones.head)[:, None]
     depth = -surface.distance(along.reshape(-1, 3)).reshape(len(bones.head), -1)
-    # bones that graze the skin, or run in an ear or a finger, still count as a quarter of the
-    # median
+    # a bone that grazes the skin, or runs in an ear or a finger, counts as a quarter of the median
+    # thickness
     thickness = np.maximum(depth, 0.25 * max(float(np.median(depth)), 1e-3))
     served = bones.joints()[1]
     beside = np.eye(len(bones.names), dtype=np.bool_) | (served.T.astype(np.int64) @ served > 0)
     return Regions(bones.head, bones.tail, bones.owner, thickness, beside, border)
 
 
-def _inside(surface: Surface, bones: Bones, place: Floats) -> Floats:
-    """(K,) depth of the joints under the surface; joints and the middles of bones must lie
-    inside."""
+def _joint_depths(surface: Surface, bones: Bones, place: Floats) -> Floats:
+    """(K,) depth [m] of the joints under the surface; joints and middles of bones must lie inside."""
     lost = surface.distance(0.5 * (bones.head + bones.tail)) > 0
     depth = -surface.distance(place) if len(place) else np.zeros(0)
     low = surface.vertices.min(axis=0)

@@ -1,10 +1,9 @@
-"""Does a union of spheres keep to its tolerances everywhere? Proved, not sampled; what does not is
-handed back.
+"""Prove that a union of spheres keeps its tolerances everywhere, and find where it does not.
 
 The surface is proved triangle by triangle: the field of one sphere is convex, so its greatest value
-on a triangle is at a corner. The spheres' own exposed surface is proved patch by patch: depth under
-the surface changes by no more than the way gone. What cannot be proved is cut into quarters, down
-to 2 % of the tolerance.
+on a triangle is at a corner. The exposed surface of the spheres is proved patch by patch: the depth
+under the surface changes by no more than the distance moved. What is not proved is cut into
+quarters, down to 2 % of the tolerance.
 """
 
 from __future__ import annotations
@@ -21,39 +20,40 @@ from workbench.model.arrays import Floats
 
 __all__ = ["bare_places", "deepest_hollow", "gap_bound", "hollow_places", "split_triangles"]
 
-FINE = 0.02
-"""Share of the tolerance kept back, so that what is proved to within this share holds in full."""
+_RESERVE = 0.02
+"""Share of the tolerance in reserve: what is proved to within this share holds in full."""
 _GOLDEN = 0.5 * (1 + np.sqrt(5))
 
 
 def bare_places(corners: Floats, centre: Floats, radius: Floats, inward: float) -> Floats:
-    """Points (k, 3) of triangles (T, 3, 3) that are not proved to lie within `inward` [m] of the
-    union."""
+    """Return points (k, 3) of triangles (T, 3, 3) that are not proved to lie within `inward` [m] of the
+    union of spheres (m, 3), (m,) [m].
+    """
     points = np.empty((len(corners), 3))
     gaps = np.empty((len(corners), 2))
-    widest_gap(corners, centre, radius, (1 - FINE) * inward, FINE * inward, points, gaps)
+    widest_gap(corners, centre, radius, (1 - _RESERVE) * inward, _RESERVE * inward, points, gaps)
     # rounding of the last digits is not a fault
     bad = points[gaps[:, 1] > inward * (1 + 1e-9)]
     return bad[thin_points(bad, 0.5 * inward)] if len(bad) else bad
 
 
 def hollow_places(surface: Surface, centre: Floats, radius: Floats, inward: float) -> Floats:
-    """Points (k, 3) of the exposed spheres that are not proved to lie at most `inward` [m] under
-    the surface."""
-    places = _deep(surface, (centre, radius), inward, FINE * inward, most=64)[0]
+    """Return points (k, 3) of the exposed spheres that are not proved to lie at most `inward` [m] under
+    the surface.
+    """
+    places = _deep(surface, (centre, radius), inward, _RESERVE * inward, most=64)[0]
     return places[thin_points(places, 0.5 * inward)] if len(places) else places
 
 
 def deepest_hollow(surface: Surface, centre: Floats, radius: Floats, floor: float) -> float:
-    """Proved upper bound [m], to 2 %, of how deep the union's surface lies under the surface; at
-    least `floor`.
+    """Return a proved upper bound [m], to 2 %, of how deep the union's surface lies under the surface.
 
-    Nothing finer than 1/500 of the root of the area (0.6 mm of a hand, 2.7 mm of a body) is proved:
-    too many patches.
+    The bound is at least `floor`, and at least 1/500 of the root of the area (0.6 mm of a hand, 2.7 mm
+    of a body): a finer proof needs too many patches.
     """
     bound = max(floor, 0.002 * np.sqrt(surface.area))
     for _ in range(60):
-        _, upper = _deep(surface, (centre, radius), bound, FINE * bound, most=64)
+        _, upper = _deep(surface, (centre, radius), bound, _RESERVE * bound, most=64)
         if upper <= bound * (1 + 1e-9):
             return float(bound)
         bound = max(1.01 * bound, upper)
@@ -61,7 +61,7 @@ def deepest_hollow(surface: Surface, centre: Floats, radius: Floats, floor: floa
 
 
 def gap_bound(corners: Floats, centre: Floats, radius: Floats) -> float:
-    """Proved upper bound [m], to 2 %, of how far triangles (T, 3, 3) lie outside the union."""
+    """Return a proved upper bound [m], to 2 %, of how far triangles (T, 3, 3) lie outside the union."""
     if not len(corners) or not len(radius):
         return float("inf") if len(corners) else 0.0
     middle = corners.mean(axis=1)
@@ -69,14 +69,13 @@ def gap_bound(corners: Floats, centre: Floats, radius: Floats) -> float:
     points = np.empty((len(corners), 3))
     gaps = np.empty((len(corners), 2))
     for _ in range(2):
-        widest_gap(corners, centre, radius, floor, FINE * floor, points, gaps)
+        widest_gap(corners, centre, radius, floor, _RESERVE * floor, points, gaps)
         floor = max(floor, float(gaps[:, 0].max()))
     return float(max(0.0, gaps[:, 1].max()))
 
 
 def split_triangles(corners: Floats, longest: float) -> Floats:
-    """Triangles (T, 3, 3) halved across their longest side until no side is longer than `longest`
-    [m]."""
+    """Return triangles (T, 3, 3) halved across their longest side until none is longer than `longest` [m]."""
     done = []
     while len(corners):
         side = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2)
@@ -93,8 +92,7 @@ def split_triangles(corners: Floats, longest: float) -> Floats:
 def _deep(
     surface: Surface, spheres: tuple[Floats, Floats], inward: float, fine: float, *, most: int
 ) -> tuple[Floats, float]:
-    """Places (k, 3) on the exposed spheres not proved at most `inward` deep, up to `most` a sphere,
-    and the deepest."""
+    """Places (k, 3) on the exposed spheres not proved at most `inward` deep, `most` a sphere, and the deepest [m]."""
     points = np.empty((most * len(spheres[1]), 3))
     depth = np.empty(most * len(spheres[1]))
     found = deep_patches(*spheres, _icosahedron(), surface.solid, inward, fine, most, points, depth)

@@ -1,9 +1,8 @@
-"""Unions of balls against many points: the nearest ball, who covers what, and the widest gap to a
-mesh.
+"""Compare a union of balls with many points: the nearest ball, coverage, and the largest gap to a mesh.
 
-Points stand in blocks of 32 that are near each other (`nearest.morton_order`); what a block cannot
-touch is not looked at again for its points. The field of one ball is f(p) = |p - c| - r; the field
-of the union is the least of them.
+The field of one ball is f(p) = |p - c| - r, and that of the union is the least of them. Points are
+in blocks of 32 that are near each other (`nearest.morton_order`). A ball that cannot touch a block
+is not compared with its points.
 """
 
 from __future__ import annotations
@@ -18,12 +17,13 @@ from workbench.compiled import njit
 __all__ = ["BLOCK", "block_bounds", "covered_by", "nearest_ball", "widest_gap"]
 
 BLOCK = 32
+"""Points in a block."""
 
 
 def block_bounds(
     points: NDArray[np.float64], size: int
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Centre (B, 3) and radius (B,) of a sphere about each run of `size` points (n, 3)."""
+    """Return the centre (B, 3) and radius (B,) [m] of a sphere around each run of `size` points (n, 3)."""
     start = np.arange(0, len(points), size)
     low = np.minimum.reduceat(points, start)
     high = np.maximum.reduceat(points, start)
@@ -34,6 +34,7 @@ def block_bounds(
 
 @njit(cache=True)
 def _apart(a, b):  # type: ignore[no-untyped-def]
+    """Distance of two points."""
     u = a[0] - b[0]
     v = a[1] - b[1]
     w = a[2] - b[2]
@@ -42,8 +43,11 @@ def _apart(a, b):  # type: ignore[no-untyped-def]
 
 @njit(cache=True)
 def _local(middle, reach, centre, radius, low, near):  # type: ignore[no-untyped-def]
-    """Write into near the balls that may be the least within `reach` of a point; returns how
-    many."""
+    """Write the balls that may be the nearest anywhere within `reach` of a point into `near`.
+
+    Fields change by no more than the distance moved, so these are the balls within 2 reach of the least
+    field at the point. Returns their number.
+    """
     best = np.inf
     for j in range(len(radius)):
         low[j] = _apart(middle, centre[j]) - radius[j]
@@ -58,8 +62,17 @@ def _local(middle, reach, centre, radius, low, near):  # type: ignore[no-untyped
 
 @njit(cache=True)
 def nearest_ball(points, bounds, centre, radius, field, ball):  # type: ignore[no-untyped-def]
-    """Field of the union at points (n, 3) and whose it is; bounds: `block_bounds` of runs of BLOCK;
-    fills both (n,)."""
+    """Compute the field of the union, and the ball that gives it.
+
+    Parameters
+    ----------
+    points, bounds
+        (n, 3) [m], and `block_bounds` of runs of BLOCK.
+    centre, radius
+        (m, 3) and (m,) [m].
+    field, ball
+        (n,) [m] and (n,), filled in place.
+    """
     low = np.empty(len(radius))
     near = np.empty(len(radius), np.int64)
     for b in range(len(bounds[1])):
@@ -75,11 +88,21 @@ def nearest_ball(points, bounds, centre, radius, field, ball):  # type: ignore[n
 
 @njit(cache=True)
 def covered_by(points, margin, may, bounds, wide, centre, radius, bits):  # type: ignore[no-untyped-def]
-    """Which points each ball covers: |p - c| <= r + margin(p), and may(p) & bits(ball) is not 0.
+    """Find the points that each ball covers: |p - c| <= r + margin(p), and may(p) & bits(ball) is not 0.
 
-    points (n, 3), margin (n,), may (n,), centre (m, 3), radius, bits (m,); bounds, wide:
-    `block_bounds` of runs of BLOCK and BLOCK^2. Returns start (m + 1,) and item: ball j covers
-    item[start[j]:start[j + 1]].
+    Parameters
+    ----------
+    points, margin, may
+        (n, 3) [m], (n,) [m] and (n,).
+    bounds, wide
+        `block_bounds` of runs of BLOCK and of BLOCK^2.
+    centre, radius, bits
+        (m, 3) [m], (m,) [m] and (m,).
+
+    Returns
+    -------
+    tuple
+        start (m + 1,) and item: ball j covers item[start[j]:start[j + 1]].
     """
     start = np.zeros(len(radius) + 1, np.int64)
     used = 0
@@ -108,9 +131,11 @@ def covered_by(points, margin, may, bounds, wide, centre, radius, bits):  # type
 
 @njit(cache=True)
 def _over(corner, centre, radius, near, size):  # type: ignore[no-untyped-def]
-    """Least over the balls of the field's greatest value on a triangle (at a corner: the field of a
-    ball is convex), and the field of the union at the middle of the triangle: bounds from above and
-    below of the widest gap on it."""
+    """Bound the largest gap on a triangle from above and below, and return where the lower bound is.
+
+    The field of one ball is convex, so its greatest value on a triangle is at a corner: the least of
+    these over the balls is an upper bound. The field of the union at the middle is a lower bound.
+    """
     upper = np.inf
     lower = np.inf
     mx = (corner[0, 0] + corner[1, 0] + corner[2, 0]) / 3.0
@@ -127,7 +152,7 @@ def _over(corner, centre, radius, near, size):  # type: ignore[no-untyped-def]
 
 @njit(cache=True)
 def _split(stack, size):  # type: ignore[no-untyped-def]
-    """Replace the top triangle of the stack by its four quarters; returns the new size."""
+    """Replace the top triangle of the stack by its four quarters, and return the new size."""
     a = stack[size - 1].copy()
     for k in range(3):
         for x in range(3):
@@ -142,12 +167,22 @@ def _split(stack, size):  # type: ignore[no-untyped-def]
 
 @njit(cache=True)
 def widest_gap(corners, centre, radius, floor, fine, points, gaps):  # type: ignore[no-untyped-def]
-    """Proved bounds of how far a surface lies outside the union, triangle by triangle (branch and
-    bound).
+    """Bound how far triangles lie outside the union, by branch and bound.
 
-    corners (T, 3, 3); a triangle is let go once its gap is proved at most `floor` [m], or where its
-    bounds are within `fine` [m] of each other. Fills points (T, 3) and gaps (T, 2): the worst place
-    found on each triangle, its gap, and the proved upper bound.
+    A triangle is done once its gap is proved to be at most `floor`, or its bounds are within `fine` of
+    each other. Otherwise it is cut into quarters.
+
+    Parameters
+    ----------
+    corners
+        (T, 3, 3) [m].
+    centre, radius
+        (m, 3) and (m,) [m].
+    floor, fine
+        [m].
+    points, gaps
+        (T, 3) the worst point found on each triangle, and (T, 2) its gap and the proved bound [m],
+        filled in place.
     """
     low = np.empty(len(radius))
     near = np.empty(len(radius), np.int64)

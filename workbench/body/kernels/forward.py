@@ -167,8 +167,11 @@ def _across(q, axis, shared, distal):  # type: ignore[no-untyped-def]
 
 @njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
 def _turn(x):  # type: ignore[no-untyped-def]
-    """sin 4x and cos 4x - 1 for |x| <= pi / 4, of four numbers: Taylor's series of sin x and cos x,
-    whose rest is less than 1e-16, and the formulae for twice an angle."""
+    """Return sin 4x and cos 4x - 1 of four numbers |x| <= pi / 4.
+
+    Taylor's series of sin x and cos x has a remainder below 1e-16. The angle is doubled twice by
+    sin 2a = 2 sin a cos a and cos 2a - 1 = -2 sin^2 a.
+    """
     one = four(1.0)
     y = x * x
     s = four(-1 / 1307674368000) * y + four(1 / 6227020800)
@@ -186,8 +189,7 @@ def _turn(x):  # type: ignore[no-untyped-def]
 
 @njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
 def _quarter(rotations, p, skin, n):  # type: ignore[no-untyped-def]
-    """A quarter of the twist [rad] that segment n shares in pose p, about its own line; zero where
-    it shares none."""
+    """Return a quarter of the twist [rad] that segment n shares in pose p, about its own line; 0 for none."""
     j = skin.twist_joint[n]
     if j < 0:
         return 0.0
@@ -200,7 +202,7 @@ def _quarter(rotations, p, skin, n):  # type: ignore[no-untyped-def]
 
 @njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
 def _frame(world, p, n):  # type: ignore[no-untyped-def]
-    """The twelve entries of a segment's transform, each four times."""
+    """Return the twelve entries of a segment's transform, each as four equal numbers."""
     w = world[p, n]
     return (
         four(w[0, 0]),
@@ -220,7 +222,7 @@ def _frame(world, p, n):  # type: ignore[no-untyped-def]
 
 @njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
 def _carried(f, x, y, z):  # type: ignore[no-untyped-def]
-    """Four points of a segment in the world."""
+    """Transform four points of a segment into the world."""
     return (
         f[0] * x + f[1] * y + f[2] * z + f[3],
         f[4] * x + f[5] * y + f[6] * z + f[7],
@@ -230,14 +232,13 @@ def _carried(f, x, y, z):  # type: ignore[no-untyped-def]
 
 @njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
 def _turned(c, out, across, turn, less):  # type: ignore[no-untyped-def]
-    """One coordinate of four centres turned about their line."""
+    """Return one coordinate of four centres turned about their line: c + (cos - 1) out + sin across."""
     return c + less * out + turn * across
 
 
 @njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
 def _four_spheres(skin, s, quarter, f, centres, at):  # type: ignore[no-untyped-def]
-    """Place the spheres s..s + 3, which stand at place `at` of all numbers of centres, turned by
-    their shares."""
+    """Place the spheres s to s + 3, turned by their shares, at position `at` of the flat centres."""
     u = s + np.uint64(skin.centre.shape[1])
     v = s + np.uint64(2 * skin.centre.shape[1])
     x = load_four(skin.centre, s)
@@ -254,8 +255,10 @@ def _four_spheres(skin, s, quarter, f, centres, at):  # type: ignore[no-untyped-
 
 @njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
 def _one_sphere(skin, s, quarter, f, share, m):  # type: ignore[no-untyped-def]
-    """One sphere's place, as `_four_spheres` would have it four times; moved by its share of the
-    rotation m first."""
+    """Return one sphere's position, with the same bits as `_four_spheres`.
+
+    Its centre first moves by `share` of the rotation m about its blend point.
+    """
     x = four(skin.centre[0, s])
     y = four(skin.centre[1, s])
     z = four(skin.centre[2, s])
@@ -278,8 +281,7 @@ def _one_sphere(skin, s, quarter, f, share, m):  # type: ignore[no-untyped-def]
 
 @njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
 def _blended_spheres(rotations, p, skin, n, quarter, f, centres):  # type: ignore[no-untyped-def]
-    """Place the blended spheres of segment n, moved by their shares of the rotations of their
-    joints."""
+    """Place the blended spheres of segment n, moved by their shares of their joints' rotations."""
     last = -1
     m = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
     for i in range(skin.blend_start[n], skin.blend_start[n + 1]):
@@ -296,10 +298,19 @@ def _blended_spheres(rotations, p, skin, n, quarter, f, centres):  # type: ignor
 
 @njit(cache=True, error_model="numpy", nogil=True, _nrt=False)
 def place_spheres(rotations, world, skin, centres):  # type: ignore[no-untyped-def]
-    """Fill centres (P, S, 3) for the shown segments: local centres, twisted by their share and
-    blended, into the world.
+    """Place the spheres of the shown segments: twisted by their share, blended, and transformed.
 
-    Four spheres go at a time; those left over go with some that are done again, to the same digits.
+    Four spheres are placed at a time. The last four of a segment overlap those before, with the same
+    bits.
+
+    Parameters
+    ----------
+    rotations, world
+        (P, J, 4) quaternions and (P, N, 3, 4) world-from-segment transforms.
+    skin
+        The spheres.
+    centres
+        (P, S, 3) [m], filled in place.
     """
     spheres = centres.shape[1]
     still = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)

@@ -1,4 +1,4 @@
-"""Scalar rotation functions: quaternions are w, x, y, z."""
+"""Compute with rotations in scalars. Quaternions are w, x, y, z; matrices are nine entries, row by row."""
 
 from __future__ import annotations
 
@@ -19,8 +19,7 @@ __all__ = [
 
 @inlined
 def quaternion_matrix(w, x, y, z):  # type: ignore[no-untyped-def]
-    """The nine entries, row by row, of the rotation matrix of a quaternion, which is normalised
-    first."""
+    """Return the rotation matrix of a quaternion, which is normalized first."""
     n = 1.0 / math.sqrt(w * w + x * x + y * y + z * z)
     w = w * n
     x = x * n
@@ -41,7 +40,7 @@ def quaternion_matrix(w, x, y, z):  # type: ignore[no-untyped-def]
 
 @inlined
 def product(a, b):  # type: ignore[no-untyped-def]
-    """The nine entries of the product of two 3 x 3 matrices given row by row."""
+    """Return the product of two 3 x 3 matrices."""
     return (
         a[0] * b[0] + a[1] * b[3] + a[2] * b[6],
         a[0] * b[1] + a[1] * b[4] + a[2] * b[7],
@@ -57,8 +56,10 @@ def product(a, b):  # type: ignore[no-untyped-def]
 
 @inlined
 def twist_angle(w, x, y, z, a, b, c):  # type: ignore[no-untyped-def]
-    """Angle [rad] in (-pi, pi] of the twist of a quaternion about the unit axis (a, b, c): facts of
-    swing and twist."""
+    """Return the angle [rad] in (-pi, pi] of the twist of a quaternion about the unit axis (a, b, c).
+
+    With q = swing twist, the twist is (w, (v . axis) axis), normalized: angle = 2 atan2(v . axis, w).
+    """
     angle = 2.0 * math.atan2(x * a + y * b + z * c, w)
     if angle > math.pi:
         angle -= 2.0 * math.pi
@@ -69,8 +70,11 @@ def twist_angle(w, x, y, z, a, b, c):  # type: ignore[no-untyped-def]
 
 @inlined
 def swing_twist_quaternion(axes, j, first, second, twist):  # type: ignore[no-untyped-def]
-    """The quaternion exp(swing) exp(twist) of joint j: angles [rad] about its three axes (J, 3, 3),
-    twist the last."""
+    """Return the quaternion exp(swing) exp(twist) of joint j.
+
+    The swing vector is first a1 + second a2, the twist vector twist a3, with angles [rad] and the
+    joint's axes (J, 3, 3).
+    """
     x = first * axes[j, 0, 0] + second * axes[j, 1, 0]
     y = first * axes[j, 0, 1] + second * axes[j, 1, 1]
     z = first * axes[j, 0, 2] + second * axes[j, 1, 2]

@@ -57,13 +57,12 @@ def shared_volume(
     """
     lines = _lines_around(corners, centre, radius, pitch)
     # first count what each line meets, then fill lists of that size
-    total = lines.columns * lines.rows
     nothing = np.empty((0, 2))
-    found = np.zeros((2, total), dtype=np.int64)
-    _cross_triangles(corners, lines, False, found[0], nothing)
-    _cross_balls(centre, radius, lines, False, found[1], nothing)
-    start = np.zeros((2, total + 1), dtype=np.int64)
-    start[:, 1:] = np.cumsum(found, axis=1)
+    count = np.zeros((2, lines.columns * lines.rows), dtype=np.int64)
+    _cross_triangles(corners, lines, False, count[0], nothing)
+    _cross_balls(centre, radius, lines, False, count[1], nothing)
+    start = np.zeros((2, count.shape[1] + 1), dtype=np.int64)
+    start[:, 1:] = np.cumsum(count, axis=1)
     crossings = np.empty((int(start[0, -1]), 2))
     spans = np.empty((int(start[1, -1]), 2))
     next_free = start[:, :-1].copy()
@@ -102,6 +101,26 @@ def _last_line(high: float, origin: float, pitch: float, count: int) -> int:
 
 
 @njit(cache=True)
+def _doubled_area(c):  # type: ignore[no-untyped-def]
+    """Return twice the area of a triangle (3, 3) seen along z, positive if it faces up."""
+    ux = c[1, 0] - c[0, 0]
+    uy = c[1, 1] - c[0, 1]
+    vx = c[2, 0] - c[0, 0]
+    vy = c[2, 1] - c[0, 1]
+    return ux * vy - uy * vx
+
+
+@njit(cache=True)
+def _barycentric(c, x, y, area):  # type: ignore[no-untyped-def]
+    """Return the weights of corners 1 and 2 of a triangle at (x, y), by Cramer's rule."""
+    px = x - c[0, 0]
+    py = y - c[0, 1]
+    a = (px * (c[2, 1] - c[0, 1]) - py * (c[2, 0] - c[0, 0])) / area
+    b = ((c[1, 0] - c[0, 0]) * py - (c[1, 1] - c[0, 1]) * px) / area
+    return a, b
+
+
+@njit(cache=True)
 def _cross_triangles(corners, lines, fill, next_free, crossings):  # type: ignore[no-untyped-def]
     """Find where the lines cross triangles.
 
@@ -118,11 +137,7 @@ def _cross_triangles(corners, lines, fill, next_free, crossings):  # type: ignor
     """
     for t in range(len(corners)):
         c = corners[t]
-        ux = c[1, 0] - c[0, 0]
-        uy = c[1, 1] - c[0, 1]
-        vx = c[2, 0] - c[0, 0]
-        vy = c[2, 1] - c[0, 1]
-        area = ux * vy - uy * vx
+        area = _doubled_area(c)
         if area == 0.0:
             continue
         first = _first_line(c[:, 0].min(), lines.x, lines.pitch)
@@ -130,12 +145,9 @@ def _cross_triangles(corners, lines, fill, next_free, crossings):  # type: ignor
         bottom = _first_line(c[:, 1].min(), lines.y, lines.pitch)
         top = _last_line(c[:, 1].max(), lines.y, lines.pitch, lines.rows)
         for i in range(first, last + 1):
-            px = lines.x + i * lines.pitch - c[0, 0]
+            x = lines.x + i * lines.pitch
             for j in range(bottom, top + 1):
-                py = lines.y + j * lines.pitch - c[0, 1]
-                # barycentric coordinates of the line, by Cramer's rule
-                a = (px * vy - py * vx) / area
-                b = (ux * py - uy * px) / area
+                a, b = _barycentric(c, x, lines.y + j * lines.pitch, area)
                 if a < 0.0 or b < 0.0 or a + b > 1.0:
                     continue
                 line = i * lines.rows + j

@@ -1,9 +1,9 @@
-"""Set cover: few rows that together hold every item. Greedy, pruned, and improved in small
-neighbourhoods.
+"""Solve set covers: choose few rows that together hold every item.
 
-Rows are lists of items in flat arrays (start, item); the transposed lists say which rows hold an
-item. All choices are made in a fixed order or from a seeded generator of our own, so the answer is
-the same on every machine.
+A cover is greedy, then pruned, then improved in small neighbourhoods. Rows are lists of items in
+flat arrays (start, item), and the transposed lists are the rows of each item. Choices are made in a
+fixed order or from a seeded generator of the module's own, so that every machine gives the same
+answer.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ _NOISE = 0.25
 
 @njit(cache=True)
 def transposed(start, item, items):  # type: ignore[no-untyped-def]
-    """The rows of each item: start (items + 1,), row; from rows start (m + 1,), item."""
+    """Return the rows of each item: begin (items + 1,) and row, of rows start (m + 1,) and item."""
     begin = np.zeros(items + 1, np.int64)
     for x in item:
         begin[x + 1] += 1
@@ -44,7 +44,7 @@ def transposed(start, item, items):  # type: ignore[no-untyped-def]
 
 @njit(cache=True)
 def _fresh(j, start, item, times):  # type: ignore[no-untyped-def]
-    """How many items of a row nobody holds yet."""
+    """Return how many items of row j no chosen row holds."""
     gain = 0
     for k in range(start[j], start[j + 1]):
         if times[item[k]] == 0:
@@ -54,17 +54,26 @@ def _fresh(j, start, item, times):  # type: ignore[no-untyped-def]
 
 @njit(cache=True)
 def _change(j, start, item, times, by):  # type: ignore[no-untyped-def]
+    """Add `by` to the counts of the items of row j."""
     for k in range(start[j], start[j + 1]):
         times[item[k]] += by
 
 
 @njit(cache=True)
 def greedy_cover(start, item, times, chosen):  # type: ignore[no-untyped-def]
-    """Take the row with the most items not yet held until nothing is gained (lazily: gains only
-    fall).
+    """Choose the row with the most open items until none gains any.
 
-    times (items,): how many chosen rows hold each item; chosen (m,): both are updated. Within ln(n)
-    + 1 of the fewest.
+    Gains only fall, so a row is rated again only when it is the first of the queue. The number of rows
+    is within ln(n) + 1 of the least.
+
+    Parameters
+    ----------
+    start, item
+        m rows of items.
+    times
+        (n,) how many chosen rows hold each item, updated.
+    chosen
+        (m,) 1 for chosen rows, updated.
     """
     heap = [
         (start[j] - start[j + 1], j)
@@ -87,6 +96,7 @@ def greedy_cover(start, item, times, chosen):  # type: ignore[no-untyped-def]
 
 @njit(cache=True)
 def _needless(j, start, item, times):  # type: ignore[no-untyped-def]
+    """True where every item of row j is held by another chosen row too."""
     least = 2
     for k in range(start[j], start[j + 1]):
         least = min(least, times[item[k]])
@@ -97,8 +107,17 @@ def _needless(j, start, item, times):  # type: ignore[no-untyped-def]
 
 @njit(cache=True)
 def prune_cover(start, item, times, chosen, fixed):  # type: ignore[no-untyped-def]
-    """Drop chosen rows that hold nothing alone, those with the fewest items first; fixed (m,)
-    stay."""
+    """Remove chosen rows that hold no item alone, those with the fewest items first.
+
+    Parameters
+    ----------
+    start, item
+        m rows of items.
+    times, chosen
+        (n,) and (m,), updated, see `greedy_cover`.
+    fixed
+        (m,) 1 for rows that stay.
+    """
     rows = np.flatnonzero(chosen)
     order = rows[np.argsort((start[rows + 1] - start[rows]).astype(np.float64), kind="mergesort")]
     for j in order:
@@ -109,14 +128,19 @@ def prune_cover(start, item, times, chosen, fixed):  # type: ignore[no-untyped-d
 
 @njit(cache=True)
 def _next(state):  # type: ignore[no-untyped-def]
-    """A generator small enough to be the same compiled and not: numbers from 0 to 2^31 - 1 (Park &
-    Miller, 1988)."""
+    """Return the next state of a random generator, 0 to 2^31 - 1.
+
+    It is the one of Park & Miller (1988), which gives the same numbers compiled or not.
+    """
     return (state * 48271) % 2147483647
 
 
 @njit(cache=True)
 def _neighbours(seat, size, held, centre, near, far):  # type: ignore[no-untyped-def]
-    """Write the `size` entries of held nearest to held[seat] into near (numbers into held)."""
+    """Write the entries of `held` nearest to held[seat] into `near`, up to `size`, nearest first.
+
+    Returns their number.
+    """
     c = centre[held[seat]]
     count = 0
     for k in range(len(held)):
@@ -295,16 +319,24 @@ def improve_cover(start, item, begin, row, times, chosen, fixed, centre, moves, 
     """
     rows = _Rows(start, item, begin, row)
     free = np.flatnonzero(chosen - fixed)
-    count = len(free)
-    state = 1 + seed % 2147483646
-    near = np.empty(_MAX_DROPPED, np.int64)
-    distance = np.empty(_MAX_DROPPED)
     work = _Refill(
         np.zeros(len(chosen), np.int64),
         np.empty(len(chosen), np.int64),
         np.empty(64, np.int64),
     )
+    state = 1 + seed % 2147483646
     goal = target - int(fixed.sum())
+    count = _search_neighbourhoods(free, rows, times, centre, moves, goal, state, work)
+    chosen[:] = fixed
+    chosen[free[:count]] = 1
+
+
+@njit(cache=True)
+def _search_neighbourhoods(free, rows, times, centre, moves, goal, state, work):  # type: ignore[no-untyped-def]
+    """Try moves until `goal` rows are left in `free` (h,); returns how many are, the first ones."""
+    count = len(free)
+    near = np.empty(_MAX_DROPPED, np.int64)
+    distance = np.empty(_MAX_DROPPED)
     for _ in range(moves if count > 1 else 0):
         if count <= goal:
             break
@@ -318,5 +350,4 @@ def improve_cover(start, item, begin, row, times, chosen, fixed, centre, moves, 
         for k in range(size - 1, used - 1, -1):  # the last rows move to the seats that are free
             count -= 1
             free[seats[k]] = free[count]
-    chosen[:] = fixed
-    chosen[free[:count]] = 1
+    return count

@@ -1,2 +1,1 @@
-"""People: percentile persons, boundary cases, random draws, growing children, and how many of them
-are served."""
+"""Describe people: percentiles, boundary cases, random draws, growth, and accommodated shares."""

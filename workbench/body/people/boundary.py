@@ -1,10 +1,18 @@
-"""Boundary cases: the few people on the edge of a population whom a cockpit must fit to fit
-everybody within.
+"""Choose boundary cases: the few people on the edge of a population that a cockpit must fit.
 
-Zehner, Meindl & Hudson 1993 (AL-TR-1992-0164): z-scores of the chosen measures for each sex,
-principal components of their correlation, the first two kept (size; limbs against torso), the
-ellipse that holds 90, 95 or 98 % of the people, its axis ends and octants: eight cases a sex.
-Measures not chosen follow by regression on those chosen.
+The method is that of Zehner and others [1]_:
+
+1. The chosen measures of one sex become z-scores.
+2. The first two principal components of their correlation are kept. For measures of a cockpit they
+   are size, and limbs against torso.
+3. The cases are eight points of the ellipse that holds the given share of the people: the ends of
+   its axes and the octants between.
+4. Measures that are not chosen follow by regression.
+
+References
+----------
+.. [1] G. F. Zehner, R. S. Meindl & J. A. Hudson (1993), A multivariate anthropometric method for
+   crew station design, AL-TR-1992-0164.
 """
 
 from __future__ import annotations
@@ -24,8 +32,8 @@ from workbench.model.population import Population, PopulationModel, sex_index
 
 __all__ = ["Boundary", "boundary_cases"]
 
-ANGLES = (0, 45, 90, 135, 180, 225, 270, 315)
-# What the eight directions mean where the measures are those of a cockpit.
+_ANGLES = (0, 45, 90, 135, 180, 225, 270, 315)
+"""Directions of the cases [degrees] in the plane of the two components."""
 _COCKPIT_WORDS = (
     "overall large",
     "longest limbs",
@@ -36,22 +44,24 @@ _COCKPIT_WORDS = (
     "short limbs, tall torso",
     "tallest torso",
 )
+"""What the eight directions mean for the measures of a cockpit."""
+_DEGENERATE = 1e-9
+"""Variance of the second component below which all measures follow from one."""
 
 
 @dataclass(frozen=True, eq=False)
 class Boundary:
-    """Eight boundary people of one sex, with all measures.
-
-    radius: of the ellipse, in standard deviations along its axes; explained (2,): share of the
-    variance of the chosen measures along both; axes (2, K): unit principal components, over the
-    chosen measures `names`.
-    """
+    """Eight boundary people of one sex, with all measures."""
 
     people: Population
     names: tuple[str, ...]
+    """The K chosen measures."""
     radius: float
+    """Radius of the ellipse, in standard deviations along its axes."""
     explained: Floats
+    """(2,) share of the variance of the chosen measures along both axes."""
     axes: Floats
+    """(2, K) unit principal components over the chosen measures."""
 
 
 def boundary_cases(
@@ -61,10 +71,24 @@ def boundary_cases(
     share: float = 0.95,
     measures: Sequence[str] = COCKPIT,
 ) -> Boundary:
-    """The cases on the ellipse that holds this share of one sex.
+    """Choose the eight cases on the ellipse that holds a share of one sex.
 
-    Of real people the radius is the one that holds the share; of a model it is that of the normal
-    distribution, sqrt(-2 ln(1 - share)).
+    Parameters
+    ----------
+    source
+        Real people, whose ellipse is scaled to hold the share, or a model, whose ellipse has the
+        radius sqrt(-2 ln(1 - share)) of the bivariate normal distribution.
+    sex
+        "male" or "female".
+    share
+        Share of the people inside the ellipse, between 0 and 1.
+    measures
+        Two or more measures to choose by.
+
+    Raises
+    ------
+    InputError
+        If the share or the measures are not valid, or all measures follow from one.
     """
     if not 0 < share < 1:
         raise InputError(f"the share of people inside lies between 0 and 1, got {share:g}")
@@ -75,28 +99,33 @@ def boundary_cases(
             f"two measures or more are needed for boundary cases, got {', '.join(measures) or 'none'}"
         )
     variance, axes = _components(scores.correlation[np.ix_(columns, columns)])
-    if variance[1] < 1e-9:
+    if variance[1] < _DEGENERATE:
         raise InputError(f"boundary cases: {', '.join(measures)} follow exactly from one another")
+    # a point t of the unit circle has the z-scores r t diag(sqrt(variance)) axes
     scale = np.sqrt(variance[:2, None]) * axes
     radius = _radius(source, scores, columns, scale / variance[:2, None], share)
-    turn = np.deg2rad(ANGLES)
-    z = radius * np.stack([np.cos(turn), np.sin(turn)], axis=1) @ scale
-    chosen = scores.to_values(z, columns)
-    every = condition(scores, dict(zip(measures, chosen.T, strict=True)))
-    words = (
-        _COCKPIT_WORDS
-        if tuple(measures) == COCKPIT
-        else tuple(f"{angle} degrees" for angle in ANGLES)
-    )
-    codes = np.full(len(ANGLES), sex_index(sex))
+    angle = np.deg2rad(_ANGLES)
+    z = radius * np.stack([np.cos(angle), np.sin(angle)], axis=1) @ scale
+    chosen = dict(zip(measures, scores.to_values(z, columns).T, strict=True))
     title = f"{scores.source}, boundary of {100 * share:g} %"
-    people = Population(scores.names, codes, np.ones(len(ANGLES)), every.values, title, words)
+    people = _cases(scores, chosen, title)
     return Boundary(people, tuple(measures), radius, variance[:2] / variance.sum(), axes)
 
 
+def _cases(scores: Scores, chosen: dict[str, Floats], title: str) -> Population:
+    """The eight people with the chosen measures (8,) [m; kg] by name; the others by regression."""
+    every = condition(scores, chosen)
+    cockpit = tuple(chosen) == COCKPIT
+    labels = _COCKPIT_WORDS if cockpit else tuple(f"{angle} degrees" for angle in _ANGLES)
+    codes = np.full(len(_ANGLES), sex_index(scores.sex))
+    return Population(scores.names, codes, np.ones(len(_ANGLES)), every.values, title, labels)
+
+
 def _components(correlation: Floats) -> tuple[Floats, Floats]:
-    """Variances (K,), greatest first, and the two first axes (2, K), the first toward large people,
-    the second toward a large value of the first measure chosen."""
+    """Principal components: variances (K,), greatest first, and the first two axes (2, K).
+
+    The first axis points to large people, the second to large values of the first measure chosen.
+    """
     variance, vectors = np.linalg.eigh(correlation)
     variance = variance[::-1].copy()
     axes = vectors[:, ::-1].T[:2].copy()
@@ -112,6 +141,10 @@ def _radius(
     weights: Floats,
     share: float,
 ) -> float:
+    """Radius of the ellipse that holds a share of the people.
+
+    weights (2, K) take z-scores to coordinates in which the ellipse is a circle.
+    """
     if isinstance(source, PopulationModel):
         return float(np.sqrt(-2 * np.log1p(-share)))
     people = source.of_sex(scores.sex)

@@ -1,5 +1,8 @@
-"""Conditional people: what the other measures are, given some; and how improbable a mix of measures
-is."""
+"""Condition a population on some measures.
+
+The scores of a population are taken as jointly normal. Then the other measures have a conditional
+distribution, and a combination of measures has a probability.
+"""
 
 from __future__ import annotations
 
@@ -21,46 +24,57 @@ __all__ = ["Conditional", "Improbability", "condition", "improbability"]
 
 @dataclass(frozen=True, eq=False)
 class Conditional:
-    """All M measures of P people of whom some measures are given.
-
-    mean (P, M): expected scores; covariance (M, M): of the scores, zero for what is given, the same
-    for everybody; values (P, M) [m; kg]: at the mean scores, the given ones as they were given;
-    spread (P, M) [m; kg]: half of what lies between one standard deviation below and above.
-    """
+    """All M measures of P people of whom some measures are given."""
 
     names: tuple[str, ...]
     mean: Floats
+    """(P, M) expected scores."""
     covariance: Floats
+    """(M, M) of the scores, the same for everybody; zero for given measures."""
     values: Floats
+    """(P, M) [m; kg] at the expected scores; given measures as they were given."""
     spread: Floats
+    """(P, M) [m; kg] half of the range from one standard deviation below to one above."""
 
 
 @dataclass(frozen=True, eq=False)
 class Improbability:
-    """How far P people with K given measures are from the middle of their population.
-
-    z (P, K): score of each measure by itself; surprise (P, K): score of each given the others,
-    large where it contradicts them; distance (P,): Mahalanobis distance; rarer (P,): share of the
-    population farther out.
-    """
+    """How far P people with K given measures are from the middle of their population."""
 
     names: tuple[str, ...]
     z: Floats
+    """(P, K) score of each measure by itself."""
     surprise: Floats
+    """(P, K) score of each measure given the others; large where it contradicts them."""
     distance: Floats
+    """(P,) Mahalanobis distance."""
     rarer: Floats
+    """(P,) share of the population that is farther out."""
 
     def worst(self, person: int = 0) -> tuple[str, float]:
-        """The measure that stands out most from the others given, and its score given them."""
+        """Return the measure that contradicts the others most, and its score given them."""
         k = int(np.argmax(np.abs(self.surprise[person])))
         return self.names[k], float(self.surprise[person, k])
 
 
 def condition(scores: Scores, given: Mapping[str, ArrayLike]) -> Conditional:
-    """Expect all measures from some: `given` maps a measure to its values (P,) or one value [m;
-    kg].
+    """Compute the conditional distribution of all measures.
 
-    Of scores that are jointly normal: mean = R_ag R_gg^-1 z_g, covariance = R - R_ag R_gg^-1 R_ga.
+    For jointly normal scores with correlation R, of given (g) and all (a) measures:
+
+        mean = R_ag R_gg^-1 z_g,    covariance = R - R_ag R_gg^-1 R_ga.
+
+    Parameters
+    ----------
+    scores
+        The scores of one sex.
+    given
+        Values [m; kg] by measure, (P,) or one value for everybody.
+
+    Raises
+    ------
+    InputError
+        If a measure is unknown, a value not positive, or a given measure follows from the others.
     """
     columns, values = _given(scores, given)
     z = scores.to_scores(values, columns)
@@ -79,23 +93,35 @@ def condition(scores: Scores, given: Mapping[str, ArrayLike]) -> Conditional:
 
 
 def improbability(scores: Scores, given: Mapping[str, ArrayLike]) -> Improbability:
-    """Tell how improbable given measures [m; kg] are, each by itself, each given the others, and
-    together.
+    """Compute how improbable given measures are: each by itself, each given the others, and together.
 
-    With K = R_gg^-1: surprise_i = (K z)_i / sqrt(K_ii), distance^2 = z' K z, chi-squared with as
-    many degrees of freedom as measures are given.
+    With K = R_gg^-1 the score of a measure given the others is (K z)_i / sqrt(K_ii). The squared
+    Mahalanobis distance z' K z is chi-squared distributed, with one degree of freedom per measure.
+
+    Parameters
+    ----------
+    scores
+        The scores of one sex.
+    given
+        Values [m; kg] by measure, (P,) or one value for everybody.
+
+    Raises
+    ------
+    InputError
+        If a measure is unknown, a value not positive, or a given measure follows from the others.
     """
     columns, values = _given(scores, given)
     z = scores.to_scores(values, columns)
     precision = _solve(scores, columns, np.eye(len(columns)))
-    pulled = z @ precision
-    distance = np.sqrt(np.maximum((pulled * z).sum(axis=1), 0.0))
+    weighted = z @ precision
+    distance = np.sqrt(np.maximum((weighted * z).sum(axis=1), 0.0))
     rarer = gammaincc(len(columns) / 2, distance**2 / 2)
-    return Improbability(tuple(given), z, pulled / np.sqrt(np.diag(precision)), distance, rarer)
+    surprise = weighted / np.sqrt(np.diag(precision))
+    return Improbability(tuple(given), z, surprise, distance, rarer)
 
 
 def _given(scores: Scores, given: Mapping[str, ArrayLike]) -> tuple[list[int], Floats]:
-    """Columns and values (P, K) of what is given."""
+    """Columns of the given measures, and their values (P, K) [m; kg]."""
     columns = scores.columns(given)
     if not columns:
         return columns, np.empty((1, 0))
@@ -112,7 +138,7 @@ def _given(scores: Scores, given: Mapping[str, ArrayLike]) -> tuple[list[int], F
 
 
 def _solve(scores: Scores, columns: list[int], right: Any) -> Floats:
-    """R_gg^-1 times `right`; InputError where the measures given follow from one another."""
+    """R_gg^-1 times `right` (K, n), by Cholesky's factorization."""
     if not columns:
         return np.empty((0, np.shape(right)[1]))
     try:

@@ -1,4 +1,4 @@
-"""Random people: draws from a population model, the same for the same seed."""
+"""Draw random people from a population model. The same seed gives the same people."""
 
 from __future__ import annotations
 
@@ -11,23 +11,32 @@ from workbench.model.population import Population, PopulationModel, sex_index
 
 __all__ = ["draw_people"]
 
-MOST = 250_000
+_MAX_PEOPLE = 250_000
 
 
 def draw_people(model: PopulationModel, count: int, *, seed: int, men: float = 0.5) -> Population:
-    """Draw `count` people, the share `men` of them (rounded to whole people) men; men first, then
-    women.
+    """Draw people at random, men first, then women.
 
-    Scores are drawn by PCG64, one stream a sex, and given the model's correlation and quantiles; so
-    the n-th man of a seed is the same man however many are drawn. UsageError where a number makes
-    no sense.
+    Each sex has its own stream of normal numbers (PCG64), which get the model's correlation and
+    quantiles. So the n-th man of a seed is the same, however many people are drawn.
+
+    Parameters
+    ----------
+    model
+        The population model.
+    count
+        Number of people, up to 250,000.
+    seed
+        0 or more.
+    men
+        Share of men, rounded to whole people.
+
+    Raises
+    ------
+    UsageError
+        If a number is out of its range.
     """
-    if not 0 <= count <= MOST:
-        raise UsageError(f"0 to {MOST} people can be drawn, got {count}")
-    if not 0 <= men <= 1:
-        raise UsageError(f"the share of men lies between 0 and 1, got {men:g}")
-    if seed < 0:
-        raise UsageError(f"a seed is a whole number, 0 or more, got {seed}")
+    _check_request(count, seed, men)
     wanted = {"male": round(count * men), "female": count - round(count * men)}
     streams = np.random.SeedSequence(seed).spawn(len(wanted))
     drawn = [np.empty((0, len(model.names)))]
@@ -43,10 +52,19 @@ def draw_people(model: PopulationModel, count: int, *, seed: int, men: float = 0
     )
 
 
+def _check_request(count: int, seed: int, men: float) -> None:
+    """Refuse numbers that are out of their range."""
+    if not 0 <= count <= _MAX_PEOPLE:
+        raise UsageError(f"0 to {_MAX_PEOPLE} people can be drawn, got {count}")
+    if not 0 <= men <= 1:
+        raise UsageError(f"the share of men lies between 0 and 1, got {men:g}")
+    if seed < 0:
+        raise UsageError(f"a seed is a whole number, 0 or more, got {seed}")
+
+
 def _drawn(model: PopulationModel, sex: str, people: int, chance: np.random.Generator) -> Floats:
+    """(people, M) values [m; kg]: z = L n with the Cholesky factor L of the correlation."""
     scores = scores_of(model, sex)
-    mixed = (
-        chance.standard_normal((people, len(model.names)))
-        @ np.linalg.cholesky(scores.correlation).T
-    )
-    return scores.to_values(mixed, range(len(model.names)))
+    independent = chance.standard_normal((people, len(model.names)))
+    correlated = independent @ np.linalg.cholesky(scores.correlation).T
+    return scores.to_values(correlated, range(len(model.names)))

@@ -1,5 +1,4 @@
-"""Fitting: real people become a model: quantile tables and normal-scores correlation (a Gaussian
-copula)."""
+"""Fit a population model to real people: quantile tables and a Gaussian copula."""
 
 from __future__ import annotations
 
@@ -12,22 +11,33 @@ from workbench.model.population import SEXES, Population, PopulationModel
 
 __all__ = ["LEVELS", "fit_population"]
 
-# Shares of the people whose quantiles are kept, beside the least and the greatest person.
 _LOW = (0.001, 0.005, 0.01, 0.025)
 LEVELS: tuple[float, ...] = (
     *_LOW,
     *(round(0.05 * k, 2) for k in range(1, 20)),
     *(1 - p for p in reversed(_LOW)),
 )
+"""Levels of the quantiles that are kept, besides the least and the greatest person."""
 
 
 def fit_population(people: Population, *, name: str, description: str = "") -> PopulationModel:
-    """The model of these people; InputError where there are too few of one sex, or a measure never
-    changes.
+    """Fit a model to people.
 
-    Measures come in whole millimetres: each recorded value is taken as spread evenly to halfway to
-    its neighbours, so that quantiles rise strictly. Levels nearer to 0 or 1 than the people can
-    tell are left out.
+    Measures are recorded in whole millimetres. Each value is spread evenly over the interval to
+    half way to its neighbours, so that quantiles increase strictly. Levels nearer to 0 or 1 than
+    one person are left out.
+
+    Parameters
+    ----------
+    people
+        Real people, with weights.
+    name, description
+        Of the model.
+
+    Raises
+    ------
+    InputError
+        If a sex has no more people than measures, or a measure has fewer than three values.
     """
     sexes = tuple(sex for code, sex in enumerate(SEXES) if np.any(people.sex == code))
     groups = [people.of_sex(sex) for sex in sexes]
@@ -38,18 +48,8 @@ def fit_population(people: Population, *, name: str, description: str = "") -> P
         )
     inner = [level for level in LEVELS if 1 / min(count) < min(level, 1 - level)]
     levels = np.array([0.0, *inner, 1.0])
-    quantiles = []
-    correlation = []
     for group in groups:
-        flat = [measure for measure in group.names if len(np.unique(group.column(measure))) < 3]
-        if flat:
-            raise InputError(
-                f"population {people.source}: {', '.join(flat)}: fewer than three different values"
-            )
-        quantiles.append(
-            np.stack([_table(column, group.weight, levels) for column in group.measures.T])
-        )
-        correlation.append(_normal_correlation(group))
+        _require_variation(group)
     return PopulationModel(
         name,
         description,
@@ -58,21 +58,38 @@ def fit_population(people: Population, *, name: str, description: str = "") -> P
         sexes,
         np.array(count),
         levels,
-        np.stack(quantiles),
-        np.stack(correlation),
+        np.stack([_quantile_table(group, levels) for group in groups]),
+        np.stack([_normal_correlation(group) for group in groups]),
     )
 
 
-def _table(values: Floats, weight: Floats, levels: Floats) -> Floats:
+def _require_variation(people: Population) -> None:
+    """Refuse measures with fewer than three different values."""
+    flat = [measure for measure in people.names if len(np.unique(people.column(measure))) < 3]
+    if flat:
+        raise InputError(
+            f"population {people.source}: {', '.join(flat)}: fewer than three different values"
+        )
+
+
+def _quantile_table(people: Population, levels: Floats) -> Floats:
+    """(M, L) quantiles [m; kg] of every measure at levels (L,)."""
+    return np.stack([_quantiles(column, people.weight, levels) for column in people.measures.T])
+
+
+def _quantiles(values: Floats, weight: Floats, levels: Floats) -> Floats:
+    """(L,) quantiles of values (P,) that are each spread to half way to their neighbours."""
     known, each = np.unique(values, return_inverse=True)
     below = np.cumsum(np.bincount(each, weights=weight))[:-1] / weight.sum()
-    at = np.concatenate([known[:1], (known[1:] + known[:-1]) / 2, known[-1:]])
-    return np.asarray(np.interp(levels, np.concatenate([[0.0], below, [1.0]]), at))
+    edges = np.concatenate([known[:1], (known[1:] + known[:-1]) / 2, known[-1:]])
+    return np.asarray(np.interp(levels, np.concatenate([[0.0], below, [1.0]]), edges))
 
 
 def _normal_correlation(people: Population) -> Floats:
-    """(M, M) Pearson's correlation of the van der Waerden scores; equal values share their middle
-    rank."""
+    """(M, M) Pearson's correlation of the van der Waerden scores.
+
+    A value's score is the normal quantile of its middle rank; equal values share theirs.
+    """
     scores = np.empty_like(people.measures)
     for k, column in enumerate(people.measures.T):
         _, each = np.unique(column, return_inverse=True)

@@ -1,16 +1,17 @@
-"""Two shares of the same people: the difference with its interval, and whether chance would explain
-it."""
+"""Compare two shares of the same people: the difference, its interval, and a test."""
 
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.special import bdtr, ndtri
+from scipy.special import bdtr
 
+from workbench.body.people.share import checked_weights, effective_count, wilson_interval
 from workbench.errors import InputError
-from workbench.model.arrays import Bools
+from workbench.model.arrays import Bools, Floats
 from workbench.model.comparison import PairedShare
 
 __all__ = ["paired_share"]
@@ -24,12 +25,33 @@ def paired_share(
     confidence: float = 0.95,
     name: str = "",
 ) -> PairedShare:
-    """Compare who is served (P,) before and after, the same people in the same order.
+    """Compare who is accommodated before and after a change.
 
-    The interval is that of Newcombe 1998, Statistics in Medicine 17:2635-2650, method 10: Wilson's
-    intervals of both shares, squared and added with their correlation. With weights (P,) it is that
-    of Kish's effective count. The test is McNemar's (1947), exact, on the people as they are
-    counted, weighted or not. InputError where the two do not belong together or nobody is there.
+    The interval of the difference is Newcombe's [1]_. Weighted people count as Kish's effective
+    number. The test is McNemar's [2]_, exact, on the unweighted people.
+
+    Parameters
+    ----------
+    before, after
+        (P,) True for people who are accommodated, the same people in the same order.
+    weight
+        (P,) positive weights; equal if None.
+    confidence
+        Confidence level, between 0 and 1.
+    name
+        Of the comparison.
+
+    Raises
+    ------
+    InputError
+        If the people differ or there are none, or weights or confidence are not valid.
+
+    References
+    ----------
+    .. [1] R. G. Newcombe (1998), Improved confidence intervals for the difference between binomial
+       proportions based on paired data, Statistics in Medicine 17, 2635-2650, method 10.
+    .. [2] Q. McNemar (1947), Note on the sampling error of the difference between correlated
+       proportions or percentages, Psychometrika 12, 153-157.
     """
     one = np.asarray(before, dtype=np.bool_)
     two = np.asarray(after, dtype=np.bool_)
@@ -37,61 +59,93 @@ def paired_share(
         raise InputError(
             f"two shares are compared person by person; got {one.shape} and {two.shape} values"
         )
-    w = np.ones(len(one)) if weight is None else np.asarray(weight, dtype=np.float64)
-    if w.shape != one.shape or not np.all((w > 0) & np.isfinite(w)):
-        raise InputError(
-            f"weights must be positive and one a person; got shape {w.shape} for {len(one)} people"
-        )
+    w = checked_weights(weight, len(one))
     if not 0 < confidence < 1:
         raise InputError(f"a confidence lies between 0 and 1, got {confidence:g}")
-    table = [
-        float(w[mask].sum() / w.sum()) for mask in (one & two, ~one & two, one & ~two, ~one & ~two)
-    ]
-    low, high = _interval(table, float(w.sum() ** 2 / (w**2).sum()), confidence)
+    table = _FourfoldTable.of(one, two, w)
+    low, high = _newcombe_interval(table, effective_count(w), confidence)
     gainers = int((~one & two).sum())
     losers = int((one & ~two).sum())
-    both, gained, lost, neither = table
     return PairedShare(
         name=name,
-        before=both + lost,
-        after=both + gained,
-        both=both,
-        gained=gained,
-        lost=lost,
-        neither=neither,
+        before=table.before,
+        after=table.after,
+        both=table.both,
+        gained=table.gained,
+        lost=table.lost,
+        neither=table.neither,
         gainers=gainers,
         losers=losers,
         count=len(one),
-        difference=gained - lost,
+        difference=table.gained - table.lost,
         low=low,
         high=high,
-        chance=_chance(gainers, losers),
+        chance=_mcnemar_p_value(gainers, losers),
         confidence=confidence,
     )
 
 
-def _interval(table: list[float], people: float, confidence: float) -> tuple[float, float]:
-    """The interval of after - before; table: shares served in both, after only, before only, in
-    none."""
-    both, gained, lost, _ = table
-    after = both + gained
-    before = both + lost
-    z = float(ndtri((1 + confidence) / 2))
-    (l1, u1), (l2, u2) = _wilson(after, people, z), _wilson(before, people, z)
-    phi = _correlation(table, people)
+@dataclass(frozen=True)
+class _FourfoldTable:
+    """Shares of the people by their two outcomes; they add up to 1."""
 
-    def span(one: float, two: float) -> float:
+    both: float
+    gained: float
+    """Accommodated after, but not before."""
+    lost: float
+    """Accommodated before, but not after."""
+    neither: float
+
+    @classmethod
+    def of(cls, before: Bools, after: Bools, weight: Floats) -> _FourfoldTable:
+        """Sum the weights (P,) of each combination."""
+        masks = (before & after, ~before & after, before & ~after, ~before & ~after)
+        return cls(*(float(weight[mask].sum() / weight.sum()) for mask in masks))
+
+    @property
+    def before(self) -> float:
+        """Share before."""
+        return self.both + self.lost
+
+    @property
+    def after(self) -> float:
+        """Share after."""
+        return self.both + self.gained
+
+
+def _newcombe_interval(
+    table: _FourfoldTable, people: float, confidence: float
+) -> tuple[float, float]:
+    """Interval of after - before, for an effective number of people.
+
+    With Wilson's intervals l..u of both shares p, and the correlation phi of the outcomes, the
+    lower end lies sqrt(a^2 - 2 phi a b + b^2) below the difference, a = p_after - l_after and
+    b = u_before - p_before; the upper end likewise.
+    """
+    after = table.after
+    before = table.before
+    after_low, after_high = _wilson_around(after, people, confidence)
+    before_low, before_high = _wilson_around(before, people, confidence)
+    phi = _outcome_correlation(table, people)
+
+    def combine(one: float, two: float) -> float:
         return math.sqrt(max(one**2 - 2 * phi * one * two + two**2, 0.0))
 
-    down = span(after - l1, u2 - before)
-    up = span(u1 - after, before - l2)
-    return max(gained - lost - down, -1.0), min(gained - lost + up, 1.0)
+    below = combine(after - after_low, before_high - before)
+    above = combine(after_high - after, before - before_low)
+    difference = table.gained - table.lost
+    return max(difference - below, -1.0), min(difference + above, 1.0)
 
 
-def _correlation(table: list[float], people: float) -> float:
-    """Of the two outcomes, brought nearer to zero by a correction for continuity where it is
-    positive."""
-    both, gained, lost, neither = table
+def _wilson_around(share: float, people: float, confidence: float) -> tuple[float, float]:
+    """Wilson's interval, which holds the share itself in spite of rounding."""
+    low, high = wilson_interval(share, people, confidence)
+    return min(low, share), max(high, share)
+
+
+def _outcome_correlation(table: _FourfoldTable, people: float) -> float:
+    """Correlation of the two outcomes; Newcombe's continuity correction lowers a positive one."""
+    both, gained, lost, neither = table.both, table.gained, table.lost, table.neither
     product = (both + gained) * (lost + neither) * (both + lost) * (gained + neither)
     if product <= 0:
         return 0.0
@@ -101,18 +155,9 @@ def _correlation(table: list[float], people: float) -> float:
     return cross / math.sqrt(product)
 
 
-def _wilson(share: float, people: float, z: float) -> tuple[float, float]:
-    middle = (share + z**2 / (2 * people)) / (1 + z**2 / people)
-    half = (
-        z * math.sqrt(share * (1 - share) / people + z**2 / (4 * people**2)) / (1 + z**2 / people)
-    )
-    return min(max(middle - half, 0.0), share), max(min(middle + half, 1.0), share)
-
-
-def _chance(gainers: int, losers: int) -> float:
-    """Twice the lesser tail of a fair coin thrown once for each who changed."""
-    return (
-        min(1.0, 2.0 * float(bdtr(min(gainers, losers), gainers + losers, 0.5)))
-        if gainers + losers
-        else 1.0
-    )
+def _mcnemar_p_value(gainers: int, losers: int) -> float:
+    """Two-sided p-value: twice the lesser tail of a fair coin, thrown once for each who changed."""
+    changed = gainers + losers
+    if not changed:
+        return 1.0
+    return min(1.0, 2.0 * float(bdtr(min(gainers, losers), changed, 0.5)))

@@ -1,8 +1,7 @@
-"""Percentiles: the value that p % of one sex do not exceed, the percentile of a value, percentile
-persons.
+"""Compute percentiles of a population, and percentile people.
 
-Each measure is taken by itself, as in every table of percentiles; nobody is at the 5th percentile
-of everything.
+Each measure is taken by itself, as in tables of percentiles. Nobody is at the 5th percentile of
+every measure.
 """
 
 from __future__ import annotations
@@ -22,11 +21,35 @@ __all__ = ["percentile_people", "percentile_values", "quantiles"]
 def percentile_values(
     source: Population | PopulationModel, sex: str, percentiles: ArrayLike
 ) -> Floats:
-    """(P, M) values [m; kg] at percentiles (P,) [%], 0 to 100.
+    """Compute the values of all measures at given percentiles.
 
-    Of real people: exact, linear between neighbours (numpy's method "linear", Hyndman & Fan 1996
-    definition 7, with weights). Of a model: from its tables. 0 and 100 are the least and the
-    greatest person measured.
+    Values of real people are exact and linear between neighbours: definition 7 of Hyndman & Fan (1996),
+    numpy's "linear", with weights. Values of a model come from its tables. Percentiles 0 and 100 are
+    the least and the greatest person measured.
+
+    Parameters
+    ----------
+    source
+        Real people or a model.
+    sex
+        "male" or "female".
+    percentiles
+        (P,) [%], 0 to 100.
+
+    Returns
+    -------
+    Floats
+        (P, M) [m; kg].
+
+    Raises
+    ------
+    InputError
+        If a percentile is not between 0 and 100.
+
+    References
+    ----------
+    Hyndman, R. J. & Fan, Y. (1996), Sample quantiles in statistical packages, American Statistician 50,
+    361-365.
     """
     levels = np.atleast_1d(np.asarray(percentiles, dtype=np.float64)) / 100
     wrong = levels[~((levels >= 0) & (levels <= 1))]
@@ -45,8 +68,13 @@ def percentile_values(
 def percentile_people(
     source: Population | PopulationModel, sex: str, percentiles: ArrayLike
 ) -> Population:
-    """One percentile person for each of the percentiles [%]: all measures at that percentile of
-    their sex."""
+    """Return one person for each percentile [%], with all measures at that percentile of their sex.
+
+    Raises
+    ------
+    InputError
+        If a percentile is not between 0 and 100.
+    """
     levels = np.atleast_1d(np.asarray(percentiles, dtype=np.float64))
     values = percentile_values(source, sex, levels)
     name = source.name if isinstance(source, PopulationModel) else source.source
@@ -56,14 +84,16 @@ def percentile_people(
 
 
 def quantiles(values: Floats, weight: Floats, levels: Floats) -> Floats:
-    """(Q,) quantiles of values (P,) with weights (P,) at levels (Q,), 0 to 1."""
-    at, level = _steps(values, weight)
-    return np.asarray(np.interp(levels, level, at))
+    """Compute the quantiles (Q,) of values (P,) with weights (P,) at levels (Q,), 0 to 1."""
+    known, level = _steps(values, weight)
+    return np.asarray(np.interp(levels, level, known))
 
 
 def _steps(values: Floats, weight: Floats) -> tuple[Floats, Floats]:
-    """Sorted values, and the level of each: 0 for the first, 1 for the last, half of both weights
-    between two."""
+    """Sorted values (P,), and the level (P,) of each: 0 for the first and 1 for the last.
+
+    The level between two values rises by half of both weights.
+    """
     order = np.argsort(values, kind="stable")
     steps = weight[order]
     if len(steps) == 1:

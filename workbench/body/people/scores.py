@@ -1,8 +1,7 @@
-"""Scores: one sex's measures as standard normal scores and back, and how the scores go together.
+"""Turn the measures of one sex into standard normal scores and back.
 
-Both kinds of population come to the same thing here. Of real people, scores are z-scores: (value -
-mean) / sd, with Pearson's correlation. Of a model they are normal scores: a Gaussian copula, exact
-at every quantile of its tables.
+Scores of real people are z-scores, (value - mean) / sd, with Pearson's correlation. Scores of a
+model are normal scores of a Gaussian copula, exact at every quantile of its tables.
 """
 
 from __future__ import annotations
@@ -24,59 +23,83 @@ __all__ = ["Scores", "scores_of"]
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Scores:
-    """M measures of one sex: knots (M, K) of rising values [m; kg] at rising scores, and the
-    correlation (M, M).
+    """The scores of M measures of one sex.
 
-    Between knots both ways are straight lines. Beyond the last knot the line from the median
-    through it is followed, so that every value has a score, however rare, and every score its
-    value.
+    Values and scores are piecewise linear in each other. Beyond the last knot the line from the median
+    through it goes on, so that every value has a score and every score a value.
     """
 
     names: tuple[str, ...]
     sex: str
     source: str
+    """Name of the population."""
     knot_scores: Floats
+    """(M, K) increasing scores."""
     knot_values: Floats
+    """(M, K) increasing values [m; kg] at these scores."""
     correlation: Floats
+    """(M, M) of the scores."""
 
     def __repr__(self) -> str:
         return f"Scores({self.source}, {self.sex}: {len(self.names)} measures)"
 
     def columns(self, names: Iterable[str]) -> list[int]:
-        """Indices of measures; InputError lists the valid ones."""
+        """Return the indices of measures.
+
+        Raises
+        ------
+        InputError
+            If a measure is unknown; the message lists the valid ones.
+        """
         return [self.names.index(name) for name in check_measures(names, self.names)]
 
     def to_scores(self, values: ArrayLike, columns: Sequence[int]) -> Floats:
-        """(..., C) scores of values (..., C) [m; kg] of these columns."""
-        x = np.asarray(values, dtype=np.float64)
-        out = np.empty_like(x)
-        for k, c in enumerate(columns):
-            middle = np.interp(0.0, self.knot_scores[c], self.knot_values[c])
-            out[..., k] = _line(x[..., k], self.knot_values[c], self.knot_scores[c], (middle, 0.0))
-        return out
+        """Return the scores (..., C) of values (..., C) [m; kg] of some columns."""
+        return _by_column(
+            values, columns, self.knot_values, self.knot_scores, self._middle(columns)
+        )
 
     def to_values(self, scores: ArrayLike, columns: Sequence[int]) -> Floats:
-        """(..., C) values [m; kg] of scores (..., C) of these columns."""
-        x = np.asarray(scores, dtype=np.float64)
-        out = np.empty_like(x)
-        for k, c in enumerate(columns):
-            middle = np.interp(0.0, self.knot_scores[c], self.knot_values[c])
-            out[..., k] = _line(x[..., k], self.knot_scores[c], self.knot_values[c], (0.0, middle))
-        return out
+        """Return the values (..., C) [m; kg] of scores (..., C) of some columns."""
+        middle = self._middle(columns)[:, ::-1]
+        return _by_column(scores, columns, self.knot_scores, self.knot_values, middle)
+
+    def _middle(self, columns: Sequence[int]) -> Floats:
+        """(C, 2) median value [m; kg] and its score, zero."""
+        medians = [np.interp(0.0, self.knot_scores[c], self.knot_values[c]) for c in columns]
+        return np.array([(median, 0.0) for median in medians]).reshape(-1, 2)
+
+
+def _by_column(
+    given: ArrayLike, columns: Sequence[int], knots: Floats, results: Floats, middle: Floats
+) -> Floats:
+    """(..., C) piecewise linear functions through knots (M, K) and results (M, K) at `given`.
+
+    middle (C, 2): where the lines beyond the ends come from.
+    """
+    x = np.asarray(given, dtype=np.float64)
+    out = np.empty_like(x)
+    for k, c in enumerate(columns):
+        out[..., k] = _interpolate(x[..., k], knots[c], results[c], middle[k])
+    return out
 
 
 def scores_of(source: Population | PopulationModel, sex: str) -> Scores:
-    """The scores of one sex of real people or of a model; InputError where they cannot be told."""
-    return (
-        _model_scores(source, sex)
-        if isinstance(source, PopulationModel)
-        else _people_scores(source, sex)
-    )
+    """Compute the scores of one sex of real people or of a model.
+
+    Raises
+    ------
+    InputError
+        If there are fewer than three people, or a measure is the same for everybody.
+    """
+    if isinstance(source, PopulationModel):
+        return _model_scores(source, sex)
+    return _people_scores(source, sex)
 
 
 def _model_scores(model: PopulationModel, sex: str) -> Scores:
     row = sex_index(sex, model.sexes)
-    edge = 0.5 / float(model.count[row])  # the least of n people stands for the lowest n-th of them
+    edge = 0.5 / float(model.count[row])  # the least of n people is the middle of the lowest n-th
     scores = ndtri(np.clip(model.levels, edge, 1 - edge))
     knots = np.broadcast_to(scores, (len(model.names), len(scores)))
     return Scores(model.names, sex, model.name, knots, model.quantiles[row], model.correlation[row])
@@ -112,11 +135,10 @@ def _people_scores(people: Population, sex: str) -> Scores:
     )
 
 
-def _line(x: Floats, at: Floats, to: Floats, median: tuple[float, float]) -> Floats:
-    """Piecewise straight through the points (at, to); beyond the ends, straight from the median
-    through the end."""
-    inside = np.interp(x, at, to)
-    low, high = ((to[end] - median[1]) / (at[end] - median[0]) for end in (0, -1))
-    return np.asarray(
-        inside + np.minimum(x - at[0], 0.0) * low + np.maximum(x - at[-1], 0.0) * high
-    )
+def _interpolate(x: Floats, knots: Floats, results: Floats, middle: Floats) -> Floats:
+    """Interpolate between knots (K,); extend the lines from the middle (2,) through both ends."""
+    inside = np.interp(x, knots, results)
+    low, high = ((results[end] - middle[1]) / (knots[end] - middle[0]) for end in (0, -1))
+    below = np.minimum(x - knots[0], 0.0)
+    above = np.maximum(x - knots[-1], 0.0)
+    return np.asarray(inside + below * low + above * high)

@@ -1,4 +1,4 @@
-"""Accommodation: the share of people who are served, with its confidence interval."""
+"""Estimate the share of people who are accommodated, with its confidence interval."""
 
 from __future__ import annotations
 
@@ -9,33 +9,41 @@ from numpy.typing import ArrayLike
 from scipy.special import ndtri
 
 from workbench.errors import InputError
-from workbench.model.arrays import Bools
+from workbench.model.arrays import Bools, Floats
 
 __all__ = [
     "TENTHS_FROM",
     "Share",
     "bootstrap_share",
+    "checked_weights",
+    "effective_count",
     "percent",
     "percent_number",
     "share_of",
+    "wilson_interval",
 ]
 
 TENTHS_FROM = 500
-"""People from which a share is shown to a tenth of a percent. Of fewer one person is more than 0.2
-%."""
+"""Number of people from which on a share is shown to a tenth of a percent. Of fewer people, one
+person is more than 0.2 %."""
 
 
 @dataclass(frozen=True)
 class Share:
-    """A share of people, 0 to 1, and the interval low to high that holds the true one with this
-    confidence."""
+    """A share of people, and the confidence interval that holds the true share."""
 
     share: float
+    """0 to 1."""
     low: float
+    """Lower end of the interval."""
     high: float
+    """Upper end of the interval."""
     count: int
+    """Number of people."""
     method: str
+    """"wilson" or "bootstrap"."""
     confidence: float
+    """Confidence level, 0 to 1."""
 
     def __str__(self) -> str:
         share, low, high = (
@@ -45,9 +53,9 @@ class Share:
 
 
 def percent(share: float, count: int) -> str:
-    """Write a share of so many people: "81 %", and "81.3 %" from TENTHS_FROM people on.
+    """Write a share of a number of people: "81 %", and "81.3 %" from TENTHS_FROM people on.
 
-    What is not all or nothing is never rounded to it: "under 1 %", "over 99.9 %".
+    A share that is neither 0 nor 1 is never rounded to them: "under 1 %", "over 99.9 %".
     """
     least = 0.001 if count >= TENTHS_FROM else 0.01
     if 1e-9 < share <= least / 2:
@@ -58,11 +66,10 @@ def percent(share: float, count: int) -> str:
 
 
 def percent_number(share: float, count: int) -> str:
-    """Write a share of so many people, or a difference of shares, as a number of percent: "81",
-    "81.3", "-0.4".
+    """Write a share, or a difference of shares, as a number of percent: "81", "81.3", "-0.4".
 
-    A half goes to the even digit, however the share was added up: of 200 people 17 are 8 % and the
-    other 183 are 92 %.
+    A half is rounded to the even digit, independent of the order of summation: of 200 people, 17 are
+    8 % and the other 183 are 92 %.
     """
     places = 1 if count >= TENTHS_FROM else 0
     digits = round(round(100 * 10**places * share, 6))
@@ -70,9 +77,28 @@ def percent_number(share: float, count: int) -> str:
 
 
 def share_of(served: Bools, *, weight: ArrayLike | None = None, confidence: float = 0.95) -> Share:
-    """The share of the people served (P,), with the score interval of Wilson (1927).
+    """Estimate the share of accommodated people, with Wilson's score interval.
 
-    With weights (P,) the interval is that of Kish's effective count, (sum w)^2 / sum w^2.
+    Weighted people count as Kish's effective number, (sum w)^2 / sum w^2.
+
+    Parameters
+    ----------
+    served
+        (P,) True for people who are accommodated.
+    weight
+        (P,) positive weights; equal if None.
+    confidence
+        Confidence level, between 0 and 1.
+
+    Raises
+    ------
+    InputError
+        If there are no people, or weights or confidence are not valid.
+
+    References
+    ----------
+    Wilson, E. B. (1927), Probable inference, the law of succession, and statistical inference,
+    Journal of the American Statistical Association 22, 209-212.
     """
     inside = np.asarray(served, dtype=np.bool_)
     if inside.ndim != 1 or not len(inside):
@@ -81,15 +107,31 @@ def share_of(served: Bools, *, weight: ArrayLike | None = None, confidence: floa
         )
     if not 0 < confidence < 1:
         raise InputError(f"an interval needs a confidence between 0 and 1, got {confidence:g}")
-    w = np.ones(len(inside)) if weight is None else np.asarray(weight, dtype=np.float64)
-    if w.shape != inside.shape or not np.all((w > 0) & np.isfinite(w)):
-        raise InputError(
-            f"weights must be positive and one a person; got shape {w.shape} for {len(inside)} people"
-        )
+    w = checked_weights(weight, len(inside))
     share = float(w[inside].sum() / w.sum())
-    people = float(w.sum() ** 2 / (w**2).sum())
-    low, high = _wilson(share, people, confidence)
+    low, high = wilson_interval(share, effective_count(w), confidence)
     return Share(share, min(low, share), max(high, share), len(inside), "wilson", confidence)
+
+
+def checked_weights(weight: ArrayLike | None, people: int) -> Floats:
+    """Return the weights (P,) of people, ones if None.
+
+    Raises
+    ------
+    InputError
+        If they are not positive, or not one a person.
+    """
+    w = np.ones(people) if weight is None else np.asarray(weight, dtype=np.float64)
+    if w.shape != (people,) or not np.all((w > 0) & np.isfinite(w)):
+        raise InputError(
+            f"weights must be positive and one a person; got shape {w.shape} for {people} people"
+        )
+    return w
+
+
+def effective_count(weight: Floats) -> float:
+    """Return Kish's effective number of people with weights (P,), (sum w)^2 / sum w^2."""
+    return float(weight.sum() ** 2 / (weight**2).sum())
 
 
 def bootstrap_share(
@@ -101,31 +143,63 @@ def bootstrap_share(
     draws: int = 10_000,
     confidence: float = 0.95,
 ) -> Share:
-    """The share of the people served (P,) with the percentile interval of the bootstrap (Efron
-    1979).
+    """Estimate the share of accommodated people, with the percentile interval of the bootstrap.
 
-    As many people are drawn again, with replacement, `draws` times; from each of the strata (P,) as
-    many as it has, whose part of all weight (P,) stays as it is. People of the same stratum, weight
-    and verdict are alike, so it is their numbers that are drawn, which is the same and quicker. The
-    same seed gives the same interval.
+    Each of `draws` times, as many people are drawn with replacement from each stratum as it has. A
+    stratum keeps its share of all weight. People of the same stratum, weight and verdict are alike, so
+    their numbers are drawn, from a multinomial distribution. The same seed gives the same interval.
+
+    Parameters
+    ----------
+    served
+        (P,) True for people who are accommodated.
+    weight, strata
+        (P,) positive weights, and labels of strata; equal if None.
+    seed
+        0 or more.
+    draws
+        Number of resamples.
+    confidence
+        Confidence level, between 0 and 1.
+
+    Raises
+    ------
+    InputError
+        As for `share_of`.
+
+    References
+    ----------
+    Efron, B. (1979), Bootstrap methods: another look at the jackknife, Annals of Statistics 7, 1-26.
     """
     found = share_of(served, weight=weight, confidence=confidence)
     inside = np.asarray(served, dtype=np.bool_)
-    w = np.ones(len(inside)) if weight is None else np.asarray(weight, dtype=np.float64)
-    group = np.zeros(len(inside), np.int64) if strata is None else np.asarray(strata)
+    w = checked_weights(weight, len(inside))
+    stratum = np.zeros(len(inside), np.int64) if strata is None else np.asarray(strata)
     stream = np.random.Generator(np.random.PCG64(seed))
     shares = np.zeros(draws)
-    for name in np.unique(group):
-        own = group == name
-        cells, count = np.unique(np.stack([w[own], inside[own]]), axis=1, return_counts=True)
-        drawn = stream.multinomial(count.sum(), count / count.sum(), size=draws) * cells[0]
-        shares += (drawn @ cells[1]) / drawn.sum(axis=1) * (w[own].sum() / w.sum())
+    for name in np.unique(stratum):
+        own = stratum == name
+        resampled = _resampled_shares(inside[own], w[own], draws, stream)
+        shares += resampled * (w[own].sum() / w.sum())
     tail = (1 - confidence) / 2
     low, high = np.quantile(shares, [tail, 1 - tail], method="inverted_cdf")
     return Share(found.share, float(low), float(high), found.count, "bootstrap", confidence)
 
 
-def _wilson(share: float, people: float, confidence: float) -> tuple[float, float]:
+def _resampled_shares(
+    inside: Bools, weight: Floats, draws: int, stream: np.random.Generator
+) -> Floats:
+    """(draws,) weighted shares of as many people (P,), drawn with replacement."""
+    cells, count = np.unique(np.stack([weight, inside]), axis=1, return_counts=True)
+    drawn = stream.multinomial(count.sum(), count / count.sum(), size=draws) * cells[0]
+    return np.asarray((drawn @ cells[1]) / drawn.sum(axis=1))
+
+
+def wilson_interval(share: float, people: float, confidence: float) -> tuple[float, float]:
+    """Compute Wilson's score interval of a share of an effective number of people.
+
+    (p + z^2 / 2n +- z sqrt(p (1 - p) / n + z^2 / 4n^2)) / (1 + z^2 / n), within 0 and 1.
+    """
     z = float(ndtri((1 + confidence) / 2))
     middle = (share + z**2 / (2 * people)) / (1 + z**2 / people)
     half = (

@@ -1,1 +1,1 @@
-"""Scaling: bodies of other measures, and the measures of bodies."""
+"""Fit bodies to given measures, and measure bodies."""

@@ -1,4 +1,4 @@
-"""A body with other lengths of its segments: each that is named stretched along its own axis."""
+"""Change the lengths of a body's segments, each along its own axis."""
 
 from __future__ import annotations
 
@@ -13,27 +13,37 @@ from workbench.model.settled import settled
 
 __all__ = ["lengthened"]
 
-_LEAST = 0.4
-_MOST = 2.0
-"""Factors beyond these are no person's that the body could be stretched to: a unit or a name is
-wrong."""
+_MIN_FACTOR = 0.4
+_MAX_FACTOR = 2.0
+"""Factors that people have. One beyond them comes from a wrong unit or name."""
 
 
 def lengthened(body: Body, factors: Mapping[str, float]) -> Body:
-    """The body with each named segment that many times as long: spheres and joints move along z of
-    its frame, in which the limbs and the trunk of the paper's body lie.
+    """Multiply the lengths of segments by factors.
 
-    Girths and segments that are not named stay as they are; masses of the named go with their
-    lengths. The soles of the zero pose stay where they are. InputError for a segment that is not
-    there, or a factor below 0.4 or above 2.
+    Spheres and joints move along z of the segment's frame, in which the limbs and the trunk of the
+    paper's body lie. Girths stay as they are, and masses are proportional to lengths. The soles of the
+    zero pose stay at their height.
+
+    Parameters
+    ----------
+    body
+        One body.
+    factors
+        Factors by segment, 0.4 to 2.
+
+    Raises
+    ------
+    InputError
+        If there is no such segment, or a factor is out of its range.
     """
     check_one(body)
     along = np.ones(len(body.segments))
     for segment, factor in factors.items():
-        if not _LEAST <= factor <= _MOST:
+        if not _MIN_FACTOR <= factor <= _MAX_FACTOR:
             raise InputError(
-                f"segment {segment} of {body.name} would be {factor:.2f} times as long; {_LEAST:g} to "
-                f"{_MOST:g} are possible: is the unit right?"
+                f"segment {segment} of {body.name} would be {factor:.2f} times as long; {_MIN_FACTOR:g} to "
+                f"{_MAX_FACTOR:g} are possible: is the unit right?"
             )
         along[body.segment(segment)] = factor
     size = np.stack([np.ones_like(along), np.ones_like(along), along], axis=1)
@@ -54,6 +64,6 @@ def lengthened(body: Body, factors: Mapping[str, float]) -> Body:
 
 
 def _lowest(body: Body) -> float:
-    """[m] of the zero pose."""
+    """Height [m] of the lowest surface in the zero pose."""
     z = body.zero_origins[0, body.sphere_segment, 2] + body.centre[0, :, 2]
     return float((z - body.radius[0]).min())

@@ -1,9 +1,7 @@
-"""A body held in the postures of anthropometry, so that lengths can be read off it as an
-anthropometer does.
+"""Hold a body in the postures of anthropometry, to read off lengths as an anthropometer does.
 
-Every length is a sum of reaches: how far a sphere's surface, or a joint, lies along a direction.
-With the extreme spheres held fixed a length is linear in the body's coordinates and radii, which is
-what scaling needs.
+A length is a sum of reaches: how far a sphere's surface, or a joint, lies along a direction. With
+its extreme spheres held fixed, a length is linear in the body's coordinates and radii.
 """
 
 from __future__ import annotations
@@ -39,29 +37,35 @@ __all__ = [
 FRONT, BACK, LEFT, RIGHT, UP, DOWN = range(6)
 """Directions: x forward and back, y left and right, z up and down."""
 AXES = np.repeat(np.eye(3), 2, axis=0) * np.array([1.0, -1.0, 1.0, -1.0, 1.0, -1.0])[:, None]
-"""(6, 3) their unit vectors."""
-STEEP = 2.0
+"""(6, 3) unit vectors of the directions."""
+_BAND_SLOPE = 2.0
+"""By how much a reach counts less for each metre that its sphere is beyond a band."""
 QUEUE = {name: q for q, name in enumerate(POSTURES)}
-"""The place of each posture in arrays of all of them."""
+"""Number of each posture in arrays of all postures."""
 
 
 class Reach(NamedTuple):
-    """How far one point lies along a direction in a posture: a sphere's surface (`sphere`), or a
-    joint (`joint`)."""
+    """How far one point lies along a direction in a posture: of a sphere, or of a joint."""
 
     posture: str
     direction: int
+    """0 to 5, see AXES."""
     sphere: int = -1
+    """Number of the sphere, -1 for a joint."""
     joint: int = -1
+    """Number of the joint, -1 for a sphere."""
     surface: bool = True
+    """True for the sphere's surface, False for its centre."""
 
 
 @dataclass(frozen=True)
 class Length:
-    """A sum of signed reaches, and of what does not change with the body [m]."""
+    """A sum of signed reaches."""
 
     terms: tuple[tuple[float, Reach], ...]
+    """Factors and reaches."""
     fixed: float = 0.0
+    """What does not change with the body [m]."""
 
     def __add__(self, other: Length) -> Length:
         return Length(self.terms + other.terms, self.fixed + other.fixed)
@@ -79,18 +83,24 @@ class Band(NamedTuple):
     """Spheres of some segments near a level."""
 
     level: Length
+    """Level along the direction that the band lies across."""
     half_width: float
-    """[m] on either side of the level."""
+    """Distance [m] on either side of the level."""
     where: Sequence[str]
     """Segments ("LF") or subparts ("LF/heel")."""
 
 
 class Manikin:
-    """A body (or a change of one) in the postures of anthropometry."""
+    """A body, or a changed shape of one, in the postures of anthropometry."""
 
     def __init__(self, body: Body, shape: Shape | None = None) -> None:
-        """Raises InputError where the body lacks the joints that the postures name: it is not a
-        human body."""
+        """Hold a body in all postures.
+
+        Raises
+        ------
+        InputError
+            If the body lacks joints that the postures name, so that it is not a human body.
+        """
         check_one(body)
         missing = sorted(
             {joint for angles in POSTURES.values() for joint in angles} - set(body.joints)
@@ -115,8 +125,10 @@ class Manikin:
         self._seen: dict[int, tuple[Floats, Floats, Floats]] = {}
 
     def _posture(self, queue: int) -> tuple[Floats, Floats, Floats]:
-        """Sphere centres (S, 3) in a posture, worked out when first asked for; how far each
-        sphere's middle and its surface lie along each direction (6, S)."""
+        """Sphere centres (S, 3) in a posture, computed when first needed.
+
+        Then, along each direction, how far each sphere's centre and its surface lie, (6, S) each.
+        """
         if queue not in self._seen:
             centres = self.rig.spheres(self.shape, self._origin, queue)
             middles = np.empty((6, len(centres)))
@@ -126,11 +138,11 @@ class Manikin:
         return self._seen[queue]
 
     def centres(self, posture: str) -> Floats:
-        """(S, 3) sphere centres in the world [m], the stage at the origin."""
+        """Return the sphere centres (S, 3) in the world [m], with the stage at the origin."""
         return self._posture(QUEUE[posture])[0]
 
     def changed(self, shape: Shape) -> Manikin:
-        """The same body with another shape."""
+        """Return the same body with another shape."""
         other = object.__new__(Manikin)
         other.body = self.body
         other.rig = self.rig
@@ -139,12 +151,11 @@ class Manikin:
         return other
 
     def lowest(self) -> float:
-        """Height [m] of the lowest surface, standing, over the stage."""
+        """Return the height [m] of the lowest surface above the stage, standing."""
         return -float(self._posture(QUEUE["standing"])[2][DOWN].max())
 
     def overlaps(self) -> Floats:
-        """(N, N) greatest depth [m] two segments that share no joint overlap by, standing or
-        sitting."""
+        """Return the greatest depth (N, N) [m] of two segments without a common joint in each other, standing or sitting."""
         deepest = np.zeros(self.body.allowance[0].shape)
         asked = ~self.body.adjacent
         for posture in ("standing", "sitting"):
@@ -154,7 +165,7 @@ class Manikin:
         return deepest
 
     def value(self, length: Length) -> float:
-        """A length [m]; with extreme spheres chosen on another shape, linear in this one's."""
+        """Return a length [m]. With extreme spheres of another shape it is linear in this one."""
         total = length.fixed
         for sign, (posture, direction, sphere, joint, surface) in length.terms:
             q = QUEUE[posture]
@@ -166,7 +177,7 @@ class Manikin:
         return total
 
     def farthest(self, posture: str, direction: int, where: Iterable[str]) -> Length:
-        """The farthest surface along a direction among segments ("LF") or subparts ("LF/heel")."""
+        """Return the farthest surface along a direction, of segments ("LF") or subparts ("LF/heel")."""
         rows = self._rows(where)
         best = int(rows[self._posture(QUEUE[posture])[2][direction][rows].argmax()])
         return Length(((1.0, Reach(posture, direction, best)),))
@@ -181,7 +192,7 @@ class Manikin:
     ) -> Length:
         """Return the farthest surface along a direction, of spheres in a band across `along`.
 
-        A sphere beyond the half width counts less by STEEP times what it is beyond, so that a
+        A sphere beyond the half width counts less by _BAND_SLOPE times what it is beyond, so that a
         measure changes smoothly where a sphere enters the band.
 
         Raises
@@ -197,27 +208,26 @@ class Manikin:
             raise InputError(
                 f"body {self.body.name} has no spheres within {1000 * band.half_width:.0f} mm of that level"
             )
-        k = int((surfaces[direction][rows] - STEEP * np.maximum(beyond, 0.0)).argmax())
+        k = int((surfaces[direction][rows] - _BAND_SLOPE * np.maximum(beyond, 0.0)).argmax())
         best = int(rows[k])
         found = Length(((1.0, Reach(posture, direction, best)),))
         if beyond[k] <= 0:
             return found
-        side = STEEP if off[k] > 0 else -STEEP
+        side = _BAND_SLOPE if off[k] > 0 else -_BAND_SLOPE
         aside = Length(((1.0, Reach(posture, along, best, surface=False)),)) - band.level
-        return found - aside * side + Length((), STEEP * band.half_width)
+        return found - aside * side + Length((), _BAND_SLOPE * band.half_width)
 
     def middle(self, posture: str, direction: int, subpart: str) -> Length:
-        """The centre of a named sphere along a direction."""
+        """Return the centre of a named sphere along a direction."""
         row = int(self._rows([subpart])[0])
         return Length(((1.0, Reach(posture, direction, row, surface=False)),))
 
     def joint(self, posture: str, direction: int, name: str) -> Length:
-        """A joint along a direction."""
+        """Return a joint along a direction."""
         return Length(((1.0, Reach(posture, direction, joint=self.body.joint(name))),))
 
     def _rows(self, where: Iterable[str]) -> Ints:
-        """The spheres of segments ("LF") or subparts ("LF/heel"); looked up once for all shapes of
-        the body."""
+        """The spheres of segments ("LF") or subparts ("LF/heel"), looked up once for all shapes of a body."""
         key = tuple(where)
         if key not in self._found:
             self._found[key] = np.array([row for name in key for row in self._named(name)])
@@ -226,7 +236,7 @@ class Manikin:
     def _named(self, name: str) -> list[int]:
         segment, _, subpart = name.partition("/")
         rows = range(*self.body.spheres(self.body.segment(segment)).indices(len(self.rig.segment)))
-        # what is worn over a subpart is called after it ("heel (boots)") and stands behind it
+        # what is worn over a subpart has its name ("heel (boots)") and comes after it
         worn = f"{subpart} ("
         named = [
             row
@@ -246,7 +256,6 @@ class Manikin:
 def _landmarks(
     segments: tuple[str, ...], names: tuple[str, ...], start: bytes
 ) -> dict[tuple[str, ...], Ints]:
-    """Where the spheres of landmarks are kept once looked up, for all bodies with the same
-    names."""
+    """A dictionary that keeps the spheres of landmarks, one for all bodies with the same names."""
     del segments, names, start
     return {}

@@ -1,9 +1,8 @@
-"""The virtual anthropometer: measures of a sphere body by the definitions of ANSUR II
-(NATICK/TR-15/007).
+"""Measure a sphere body by the definitions of ANSUR II (NATICK/TR-15/007).
 
-One function a measure; its docstring says what is measured from where to where on the sphere body.
-Measures are taken on the right side. Where a landmark of skin over bone has no sphere of its own,
-the joint beneath it stands in, and the docstring says so.
+There is one function for each measure. Its docstring defines the measure on the sphere body: from
+where to where, in which posture. Measures are taken on the right side. Where a landmark of skin
+over bone has no sphere of its own, the joint beneath it stands in.
 """
 
 from __future__ import annotations
@@ -27,21 +26,21 @@ from workbench.model.measures import WORDS
 
 __all__ = ["MEASURES", "lengths", "measure"]
 
-TORSO = ("LT", "CT", "UT")
-FEET = ("LF", "RF")
-SEAT = ("LT",)
+_TORSO = ("LT", "CT", "UT")
+_FEET = ("LF", "RF")
+_SEAT = ("LT",)
 
 
 def _floor(m: Manikin, posture: str = "standing") -> Length:
-    return m.farthest(posture, DOWN, FEET) * -1.0
+    return m.farthest(posture, DOWN, _FEET) * -1.0
 
 
 def _seat(m: Manikin, posture: str = "sitting") -> Length:
-    return m.farthest(posture, DOWN, SEAT) * -1.0
+    return m.farthest(posture, DOWN, _SEAT) * -1.0
 
 
 def _rear(m: Manikin, posture: str = "sitting") -> Length:
-    return m.farthest(posture, BACK, SEAT) * -1.0
+    return m.farthest(posture, BACK, _SEAT) * -1.0
 
 
 def _height(m: Manikin, landmark: Length) -> Length:
@@ -246,7 +245,7 @@ def hand_breadth(m: Manikin) -> Length:
 def thumb_tip_reach(m: Manikin) -> Length:
     """Wall behind the back to the tip of the thumb, arm level to the front, standing against the
     wall."""
-    back = m.farthest("arm_forward", BACK, TORSO) * -1.0
+    back = m.farthest("arm_forward", BACK, _TORSO) * -1.0
     return m.farthest("arm_forward", FRONT, ["RHN/thumb tip"]) - back
 
 
@@ -367,13 +366,23 @@ _ALL: tuple[Callable[[Manikin], Length], ...] = (
 MEASURES: dict[str, Callable[[Manikin], Length]] = {
     function.__name__: function for function in _ALL
 }
+"""The measures by name."""
 
 
 def lengths(manikin: Manikin, names: Iterable[str] | None = None) -> dict[str, Length]:
-    """The named measures (all of them where None) as lengths, their extreme spheres chosen on this
-    manikin.
+    """Return measures as lengths, with the extreme spheres of a manikin.
 
-    InputError for an unknown name.
+    Parameters
+    ----------
+    manikin
+        The body in the postures of anthropometry.
+    names
+        Names of measures, all if None.
+
+    Raises
+    ------
+    InputError
+        If a name is unknown.
     """
     wanted = list(MEASURES) if names is None else list(names)
     for name in wanted:
@@ -383,7 +392,24 @@ def lengths(manikin: Manikin, names: Iterable[str] | None = None) -> dict[str, L
 
 
 def measure(body: Body, names: Iterable[str] | None = None) -> dict[str, float]:
-    """The named measures [m] of a body, all of them where None. InputError for an unknown name or a
-    body without the landmarks of a person."""
+    """Measure a body.
+
+    Parameters
+    ----------
+    body
+        One body with the landmarks of a person.
+    names
+        Names of measures, all if None.
+
+    Returns
+    -------
+    dict
+        Measures by name [m].
+
+    Raises
+    ------
+    InputError
+        If a name is unknown, or the body lacks a landmark.
+    """
     manikin = Manikin(body)
     return {name: manikin.value(length) for name, length in lengths(manikin, names).items()}

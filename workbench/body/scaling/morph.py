@@ -1,5 +1,4 @@
-"""Members of a family of bodies: any coefficients at any level of detail, on the skeleton of a
-member that is known."""
+"""Compute members of a family of bodies, at any level of detail, on the skeleton of a known member."""
 
 from __future__ import annotations
 
@@ -10,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from workbench.body.scaling.rig import Shape
-from workbench.body.scaling.space import volumes
+from workbench.body.scaling.space import ON_JOINT, volumes
 from workbench.errors import InputError
 from workbench.model.arrays import Floats, Ints
 from workbench.model.basis import Detail, ShapeBasis
@@ -19,16 +18,26 @@ from workbench.model.settled import settled
 
 __all__ = ["morph"]
 
-TIED = 2e-6
-"""[m] A sphere this near a joint in the mean body stands on it in all."""
-
 
 def morph(template: Body, at: ArrayLike | Sequence[float], level: str) -> Body:
-    """The member of the template's family with these coefficients (K,) at a level of detail.
+    """Compute the member of a template's family with given coefficients.
 
-    The template lends segments, stops, directions, allowances for soft flesh and density: masses go
-    with the volume of each segment. InputError where the template has no family, there is no such
-    level, or there is no such member.
+    The template lends segments, stops, directions, allowances for soft flesh and density: masses
+    are proportional to the volumes of the segments.
+
+    Parameters
+    ----------
+    template
+        A member of the family.
+    at
+        (K,) coefficients.
+    level
+        Name of a level of detail.
+
+    Raises
+    ------
+    InputError
+        If the template has no family, there is no such level, or no such member.
     """
     check_one(template)
     basis = template.basis
@@ -45,15 +54,23 @@ def morph(template: Body, at: ArrayLike | Sequence[float], level: str) -> Body:
         raise InputError(
             f"{basis.name}: no body has these coefficients (a radius falls to nothing)"
         )
-    start = np.searchsorted(detail.segment, np.arange(len(basis.segments) + 1))
+    made = _with_shape(template, basis, detail, shape)
+    joints = template.joint_in_parent[0], template.joint_in_child[0]
+    own = Shape(template.centre[0], template.radius[0], *joints)
+    mass = template.mass * volumes(made, shape) / np.maximum(volumes(template, own), 1e-12)
+    return settled(replace(made, mass=mass, basis_at=z[None]))
+
+
+def _with_shape(template: Body, basis: ShapeBasis, detail: Detail, shape: Shape) -> Body:
+    """The template with the spheres of a level of detail."""
     topology = replace(
         template.topology,
-        start=start,
+        start=np.searchsorted(detail.segment, np.arange(len(basis.segments) + 1)),
         sphere_names=detail.names,
         sphere_direction=detail.direction,
         blend_joint=detail.blend_joint,
     )
-    bare = replace(
+    return replace(
         template,
         topology=topology,
         centre=shape.centre[None],
@@ -63,12 +80,7 @@ def morph(template: Body, at: ArrayLike | Sequence[float], level: str) -> Body:
         joint_in_parent=shape.in_parent[None],
         joint_in_child=shape.in_child[None],
         fit_error=detail.fit_error[None],
-        basis_at=z[None],
     )
-    joints = template.joint_in_parent[0], template.joint_in_child[0]
-    own = Shape(template.centre[0], template.radius[0], *joints)
-    mass = template.mass * volumes(bare, shape) / np.maximum(volumes(template, own), 1e-12)
-    return settled(replace(bare, mass=mass))
 
 
 def _member(basis: ShapeBasis, detail: Detail, parent: Ints, z: Floats) -> Shape:
@@ -83,7 +95,7 @@ def _member(basis: ShapeBasis, detail: Detail, parent: Ints, z: Floats) -> Shape
     near = (detail.segment[:, None] == parent[None]) | (
         detail.segment[:, None] == np.arange(1, len(origin))[None]
     )
-    sphere, at = np.nonzero((gap < TIED) & near)
+    sphere, at = np.nonzero((gap < ON_JOINT) & near)
     centre[sphere] = joint[at]  # a sphere on a joint has exactly its coordinates
     return Shape(
         centre - origin[detail.segment],

@@ -1,5 +1,4 @@
-"""A body from the knobs of its space of shapes: on the floor, with its masses, twist lines and soft
-flesh."""
+"""Build a body from the parameters of its space of shapes."""
 
 from __future__ import annotations
 
@@ -15,12 +14,25 @@ from workbench.model.settled import settled
 
 __all__ = ["rebuilt"]
 
-ENCLOSING_STEPS = 6
+_ENCLOSING_STEPS = 6
+"""Iterations of the sphere around each segment."""
 
 
 def rebuilt(space: ShapeSpace, values: Floats, manikin: Manikin) -> Body:
-    """The body with these knobs (K,), of which the manikin is. Masses go with the volume of each
-    segment."""
+    """Build the body with given parameters: on the floor, with its masses and allowance for flesh.
+
+    Parameters
+    ----------
+    space, values
+        The shapes of a body, and the parameters (K,) of one.
+    manikin
+        The body with this shape.
+
+    Returns
+    -------
+    Body
+        Masses are proportional to the volumes of the segments.
+    """
     body = space.base.body
     shape = manikin.shape
     made = replace(
@@ -33,23 +45,24 @@ def rebuilt(space: ShapeSpace, values: Floats, manikin: Manikin) -> Body:
         allowance=_flesh(space, manikin),
         basis_at=values[None, : space.family],
     )
-    return settled(made, steps=ENCLOSING_STEPS)
+    return settled(made, steps=_ENCLOSING_STEPS)
 
 
 def _on_the_floor(body: Body, manikin: Manikin) -> Floats:
-    """Joint coordinates in the parents, the first joints raised so that the zero pose stands on the
-    floor."""
+    """(J, 3) [m] joint coordinates in the parents.
+
+    The first joints are raised so that the zero pose stands on the floor.
+    """
     in_parent = manikin.shape.in_parent.copy()
     in_parent[body.parent[1:] == 0, 2] -= manikin.lowest()
     return in_parent
 
 
 def _flesh(space: ShapeSpace, manikin: Manikin) -> Floats:
-    """(1, N, N) [m] the allowance for soft flesh: grown by what standing and sitting overlap more than
-    they did.
+    """(1, N, N) [m] the allowance for soft flesh.
 
-    A stouter body presses more flesh together in the very postures in which the first one was not
-    in contact.
+    It grows by what standing and sitting overlap more than in the unchanged body: a stouter body
+    presses more flesh together in postures in which the unchanged one is not in contact.
     """
     body = space.base.body
     more = np.maximum(manikin.overlaps() - space.overlaps, 0.0)

@@ -1,7 +1,6 @@
-"""What the postures of anthropometry do to a skeleton: how each turns the segments, and so each
-sphere and joint.
+"""Compute positions of spheres and joints in the postures of anthropometry.
 
-Within a posture every place is linear in the body's coordinates, so a posture is a handful of
+In one posture every position is linear in the body's coordinates, so a posture is a set of
 matrices.
 """
 
@@ -22,8 +21,6 @@ __all__ = ["POSTURES", "Rig", "Shape", "rig_of"]
 
 _SIDES = ("L", "R")
 _SIT = {f"{s}{joint}": {"flexion": 90.0} for s in _SIDES for joint in ("H", "K", "E")}
-# NATICK/TR-15/007 (ANSUR II): standing upright; sitting upright, thighs level, knees and elbows at
-# right angles; the arm level to the front; both arms overhead; the legs stretched to the front.
 POSTURES: dict[str, dict[str, dict[str, float]]] = {
     "standing": {},
     "sitting": _SIT,
@@ -36,43 +33,54 @@ POSTURES: dict[str, dict[str, dict[str, float]]] = {
     },
     "legs_forward": {f"{s}H": {"flexion": 90.0} for s in _SIDES},
 }
+"""Joint angles [degrees] of the postures of ANSUR II (NATICK/TR-15/007).
+
+Standing upright; sitting upright with level thighs and right angles at knees and elbows; one arm
+level to the front; both arms overhead; both legs stretched to the front."""
 
 
 @dataclass(frozen=True, eq=False)
 class Shape:
-    """What may change in a body: sphere centres (..., S, 3), radii (..., S), joint coordinates in
-    parent and child (..., J, 3)."""
+    """What may change in a body, of one shape or of several (...)."""
 
     centre: Floats
+    """(..., S, 3) sphere centres in their segments' frames [m]."""
     radius: Floats
+    """(..., S) [m]."""
     in_parent: Floats
+    """(..., J, 3) joints in the parents' frames [m]."""
     in_child: Floats
+    """(..., J, 3) joints in the children's frames [m]."""
 
 
 @dataclass(frozen=True, eq=False)
 class Rig:
-    """A skeleton of N segments, J joints and S spheres in Q postures, the stage unturned at the
-    origin.
+    """A skeleton of N segments, J joints and S spheres in Q postures, with the stage at the origin.
 
-    frames (Q, N, 3, 3): world from segment rotations; parent (J,); above (N, N): 1 where a segment
-    hangs from another or is it. segment (S,): of each sphere; turn (Q, S, 3, 3): world from centre,
-    that of the segment or the mean of two; blended (B,): spheres that are blended, joint (B,) the
-    joint they are blended across, distal (B,) whether that is the one above them, lever (Q, B, 3,
-    3): what the joint's coordinates add to their places.
+    B of the spheres are blended: they follow the mean of two segments across a joint.
     """
 
     frames: Floats
+    """(Q, N, 3, 3) rotations, world from segment."""
     parent: Ints
+    """(J,) segment above each joint."""
     above: Floats
+    """(N, N) 1 where segment j is an ancestor of segment i, or i itself."""
     segment: Ints
+    """(S,) segment of each sphere."""
     turn: Floats
+    """(Q, S, 3, 3) world from centre: the segment's rotation, or the mean of two."""
     blended: Ints
+    """(B,) spheres that are blended."""
     joint: Ints
+    """(B,) joint across which they are blended."""
     distal: Bools
+    """(B,) True where that is the joint above their segment."""
     lever: Floats
+    """(Q, B, 3, 3) what the joint's coordinates add to their positions."""
 
     def origins(self, shape: Shape) -> tuple[Floats, Floats]:
-        """Segment origins (Q, ..., N, 3) and joints (Q, ..., J, 3) in the world [m]."""
+        """Return segment origins (Q, ..., N, 3) and joints (Q, ..., J, 3) in the world [m]."""
         down = np.einsum("qjab,...jb->q...ja", self.frames[:, self.parent], shape.in_parent)
         up = np.einsum("qjab,...jb->q...ja", self.frames[:, 1:], shape.in_child)
         step = np.concatenate([np.zeros_like(down[..., :1, :]), down - up], axis=-2)
@@ -80,8 +88,10 @@ class Rig:
         return origin, origin[..., self.parent, :] + down
 
     def spheres(self, shape: Shape, origin: Floats, queue: int) -> Floats:
-        """(S, 3) sphere centres in the world [m] in one posture, of a shape whose origins (Q, N, 3)
-        are known."""
+        """Return the sphere centres (S, 3) in the world [m] in one posture.
+
+        origin (Q, N, 3): origins of the segments, see `origins`; queue: number of the posture.
+        """
         centres: Floats = origin[queue, self.segment] + np.einsum(
             "sab,sb->sa", self.turn[queue], shape.centre
         )
@@ -94,7 +104,14 @@ class Rig:
 
 
 def rig_of(body: Body) -> Rig:
-    """The rig of a body; bodies with the same tree and stops share most of the work."""
+    """Compute the rig of a body. Bodies with the same tree and joint stops share most of the work.
+
+    A blended sphere c with the share w of the other segment R2 is at the mean of both positions:
+
+        (1 - w) (R1 c + t1) + w (R2 (c - j1 + j2) + t2) = (R1 - L) c + L j1 + t1,    L = w (R1 - R2),
+
+    since both segments have the joint j1 = j2 in common.
+    """
     frames = _frames(body)
     segment = body.sphere_segment
     blended = np.flatnonzero((body.blend_joint >= 0) & (body.blend_share[0] > 0))
@@ -111,16 +128,12 @@ def rig_of(body: Body) -> Rig:
 
 
 def _frames(body: Body) -> Floats:
-    return np.stack([_turned(body, name) for name in POSTURES])
-
-
-def _turned(body: Body, posture: str) -> Floats:
-    return _posture_frames(_Skeleton(body), posture)
+    """(Q, N, 3, 3) rotations, world from segment, in all postures."""
+    return np.stack([_posture_frames(_Skeleton(body), name) for name in POSTURES])
 
 
 class _Skeleton:
-    """A body as a key: two bodies with the same stops and the same tree are turned alike by a
-    posture."""
+    """A body as a key of a cache: bodies with the same stops and tree have the same frames."""
 
     def __init__(self, body: Body) -> None:
         self.body = body

@@ -1,16 +1,18 @@
-"""A body to given measures, or thousands of bodies: the least change that shows every given
-measure.
+"""Fit a body, or thousands of bodies, to given measures by the least change.
 
-A body of a family moves within it, as likely as can be; what the family does not reach, and any
-body without one, is stretched. With the extreme spheres held fixed a measure is linear in all these
-knobs (see scaling.space), so the least change that gives the measures exactly is one linear system;
-it is solved again with the extreme spheres of the new shape until the measures stay.
+A body of a family changes within it, as probably as can be. What the family does not reach is
+stretched, and so is a body without a family. With its extreme spheres held fixed, a measure is
+linear in all parameters (see `scaling.space`), so that the least change is one linear system. It is
+solved again with the extreme spheres of the new shape until the measures stay.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
+from itertools import repeat
+from typing import NamedTuple
 
 import numpy as np
 
@@ -27,19 +29,21 @@ from workbench.model.measures import check_plausible
 
 __all__ = ["LONGER", "morph_to", "scale", "scale_many"]
 
-LEAST_STEPS = 2
-MOST_STEPS = 14
-"""Steps of the least change from the unchanged body, then of the least change from the last
-step."""
-CLOSE = 1e-5
-ENOUGH = 2e-4
-"""[m] Stop at the first; after all steps the second is good enough."""
-PATIENCE = 4
-GIVE = 1e-9
-"""Rivals that cannot both be had must not make the system singular."""
-SOFT = {True: 1.0e-4, False: 5.0e-4}
-"""[m2] Variance of what is near without having to be, for a body of a family and for another."""
-# (longer, shorter): pairs that cannot be the other way round, because the one holds the other.
+_DIRECT_STEPS = 2
+"""Steps of the least change from the unchanged body."""
+_CLOSING_STEPS = 14
+"""Steps at most of the least change from the last step, if a measure is still off."""
+_EXACT = 1e-5
+"""Miss [m] of a measure at which the search stops."""
+_MAX_MISS = 2e-4
+"""Miss [m] that is accepted after all steps."""
+_PATIENCE = 4
+"""Steps after which one more extreme sphere is held for a measure, see `_Rivals`."""
+_HARD_GIVE = 1e-9
+"""Variance [m2] of a given measure, so that two spheres that cannot both be extreme do not make the
+system singular."""
+_SOFT_GIVE = {True: 1.0e-4, False: 5.0e-4}
+"""Variance [m2] of a measure that should be near, for a body of a family and for another."""
 LONGER: tuple[tuple[str, str], ...] = (
     ("stature", "sitting_height"),
     ("stature", "acromial_height"),
@@ -57,21 +61,45 @@ LONGER: tuple[tuple[str, str], ...] = (
     ("lateral_femoral_epicondyle_height", "lateral_malleolus_height"),
     ("trochanterion_height", "lateral_femoral_epicondyle_height"),
 )
-
+"""Longer and shorter measures, where one contains the other."""
 
 Measures = Mapping[str, float]
-Fitted = tuple[Floats, Manikin]
+
+
+class _Fit(NamedTuple):
+    """Parameters and the body with them."""
+
+    values: Floats
+    """(K,)."""
+    manikin: Manikin
 
 
 def scale(
     body: Body, measures: Measures, *, others: Measures | None = None, detail: str | None = None
 ) -> Body:
-    """The body with the given measures [m] (see measure.MEASURES), and the least change else.
+    """Fit a body to given measures, and change it as little as possible else.
 
-    others: measures [m] that it should come near without having to, such as the means of people
-    with the given ones. detail: the level of detail of its family to make it in, its own where
-    None. Masses go with the volume of each segment. InputError where measures contradict one
-    another, are no person's (see model.measures), or would bend the body beyond any person.
+    Parameters
+    ----------
+    body
+        One body.
+    measures
+        Measures by name [m], see `measure.MEASURES`.
+    others
+        Measures by name [m] that it should come near, such as the means of people with the given ones.
+    detail
+        Level of detail of the body's family, its own if None.
+
+    Returns
+    -------
+    Body
+        Masses are proportional to the volumes of the segments.
+
+    Raises
+    ------
+    InputError
+        If measures contradict each other, are no person's (see `model.measures`), or need a shape that
+        no person has.
     """
     _refuse(measures)
     space = shape_space(morph_to(body, detail))
@@ -85,34 +113,71 @@ def scale_many(
     others: Iterable[Measures] | None = None,
     detail: str | None = None,
 ) -> Iterator[Body | InputError]:
-    """Bodies to the measures of many people, in their order, one at a time; the error where there
-    is no such body.
+    """Fit a body to the measures of many people, one at a time in their order.
 
-    Each is sought from the person before that is most like it, in fewer steps than from `body`; the
-    figures are those of `scale` to within the tolerance of both.
+    Each search starts from the parameters of the most similar person before, which saves steps. The
+    result agrees with that of `scale` to within the tolerance of both.
+
+    Parameters
+    ----------
+    body
+        One body.
+    people
+        Measures by name [m] of each person.
+    others
+        As for `scale`, for each person.
+    detail
+        As for `scale`.
+
+    Yields
+    ------
+    Body or InputError
+        The error, not raised, where there is no such body.
     """
     space = shape_space(morph_to(body, detail))
-    known: dict[tuple[str, ...], tuple[list[list[float]], list[Floats]]] = {}
-    near: Iterable[Measures | None] = others if others is not None else _nothing()
-    for measures, soft in zip(people, near, strict=False):
-        rows, found = known.setdefault(tuple(measures), ([], []))
-        given = list(measures.values())
-        start = space.neutral
-        if rows:
-            start = found[int(np.argmin(((np.array(rows) - given) ** 2).sum(axis=1)))]
+    known: dict[tuple[str, ...], _Solved] = {}
+    each_others: Iterable[Measures | None] = others if others is not None else repeat(None)
+    for measures, soft in zip(people, each_others, strict=False):
+        solved = known.setdefault(tuple(measures), _Solved())
         try:
             _refuse(measures)
+            start = solved.nearest(measures, space.neutral)
             values, manikin = _fitted(space, measures, soft or {}, start)
             yield rebuilt(space, values, manikin)
         except InputError as error:
             yield error
             continue
-        rows.append(given)
-        found.append(values)
+        solved.add(measures, values)
+
+
+@dataclass
+class _Solved:
+    """People with the same given measures whose parameters are known."""
+
+    measures: list[list[float]] = field(default_factory=list)
+    parameters: list[Floats] = field(default_factory=list)
+
+    def add(self, measures: Measures, parameters: Floats) -> None:
+        """Add a person."""
+        self.measures.append(list(measures.values()))
+        self.parameters.append(parameters)
+
+    def nearest(self, measures: Measures, default: Floats) -> Floats:
+        """The parameters of the person with the nearest measures, `default` if there is none."""
+        if not self.measures:
+            return default
+        difference = np.array(self.measures) - list(measures.values())
+        return self.parameters[int(np.argmin((difference**2).sum(axis=1)))]
 
 
 def morph_to(body: Body, detail: str | None) -> Body:
-    """The body at another level of detail of its family, itself where None."""
+    """Return a body at another level of detail of its family, the body itself if None.
+
+    Raises
+    ------
+    InputError
+        If the body has no family, or the family no such level.
+    """
     if detail is None:
         return body
     if body.basis is None:
@@ -122,58 +187,59 @@ def morph_to(body: Body, detail: str | None) -> Body:
     return morph(body, body.basis_at[0], detail)
 
 
-def _nothing() -> Iterator[None]:
-    while True:
-        yield None
-
-
 def _refuse(measures: Measures) -> None:
+    """Refuse measures that are no person's or contradict each other."""
     check_plausible(measures)
-    faults = []
+    errors = []
     for longer, shorter in LONGER:
         if longer in measures and shorter in measures and measures[longer] <= measures[shorter]:
-            faults.append(
+            errors.append(
                 f"{longer} {1000 * measures[longer]:g} mm is shorter than {shorter} "
                 f"{1000 * measures[shorter]:g} mm"
             )
-    if faults:
-        raise InputError(faults)
+    if errors:
+        raise InputError(errors)
 
 
-def _fitted(space: ShapeSpace, measures: Measures, others: Measures, start: Floats) -> Fitted:
-    """The knobs (K,) of the least change that shows the measures, and the body with them;
-    InputError where there are none."""
+def _fitted(space: ShapeSpace, measures: Measures, others: Measures, start: Floats) -> _Fit:
+    """Find the least change that gives the measures; `others` should be near.
+
+    start (K,): parameters from which the search starts.
+    """
     soft = {name: value for name, value in others.items() if name not in measures}
     if wrong := [name for name, value in soft.items() if not (math.isfinite(value) and value > 0)]:
         raise InputError(
             f"others: {wrong[0]}: expected a positive length, got {1000 * soft[wrong[0]]:g} mm"
         )
-    off, found = _sought(space, measures, soft, start, LEAST_STEPS)
-    if off > CLOSE:  # closed from where it is smallest, be it a trace dearer than the least change
-        off, found = min(
-            (off, found),
-            _sought(space, measures, None, found[0], MOST_STEPS),
-            key=lambda each: each[0],
-        )
-    values, manikin = found
-    if off > ENOUGH:
-        miss = {
-            name: manikin.value(length) - measures[name]
-            for name, length in lengths(manikin, measures).items()
-        }
-        worst = max(miss, key=lambda name: abs(miss[name]))
-        raise InputError(
-            f"no shape of {space.base.body.name} found with these measures: {worst} stays "
-            f"{1000 * miss[worst]:+.1f} mm off"
-        )
-    check_likely(space, values, manikin, measures)
-    return found
+    miss, fit = _search(space, measures, soft, start, _DIRECT_STEPS)
+    if miss > _EXACT:
+        # close what is left from there, although the sum of both is not quite the least change
+        closed_miss, closed = _search(space, measures, None, fit.values, _CLOSING_STEPS)
+        if closed_miss < miss:
+            miss, fit = closed_miss, closed
+    if miss > _MAX_MISS:
+        raise _unreached(space, measures, fit.manikin)
+    check_likely(space, fit.values, fit.manikin, measures)
+    return fit
 
 
-def _sought(
-    space: ShapeSpace, measures: Measures, soft: Measures | None, start: Floats, most: int
-) -> tuple[float, Fitted]:
-    """Search a shape with given measures, by linearized steps.
+def _unreached(space: ShapeSpace, measures: Measures, manikin: Manikin) -> InputError:
+    """The error of measures that were not found, with the one that is off most."""
+    miss = {
+        name: manikin.value(length) - measures[name]
+        for name, length in lengths(manikin, measures).items()
+    }
+    worst = max(miss, key=lambda name: abs(miss[name]))
+    return InputError(
+        f"no shape of {space.base.body.name} found with these measures: {worst} stays "
+        f"{1000 * miss[worst]:+.1f} mm off"
+    )
+
+
+def _search(
+    space: ShapeSpace, measures: Measures, soft: Measures | None, start: Floats, max_steps: int
+) -> tuple[float, _Fit]:
+    """Search a shape with given measures by linearized steps.
 
     Parameters
     ----------
@@ -185,37 +251,30 @@ def _sought(
         Measures that should be near. With some, or none of them ({}), each step is the least change
         from the unchanged body, with the extreme spheres of the last step. With None it is the
         least change from the last step.
-    start, most
+    start, max_steps
         Parameters to start from, and the number of steps at most.
 
     Returns
     -------
-    tuple[float, Fitted]
-        The greatest miss [m] on a hard measure, and the shape that has it.
+    tuple of float and _Fit
+        The greatest miss [m] of a hard measure, and the shape that has it.
     """
     values = start
     best = np.inf
-    nearest: Fitted | None = None
-    rivals: dict[str, list[Length]] = {name: [] for name in measures}
-    for step in range(most):
+    nearest: _Fit | None = None
+    rivals = _Rivals(measures)
+    for step in range(max_steps):
         manikin = space.manikin(values)
-        hard = lengths(manikin, measures)
-        off = max(
-            (abs(manikin.value(length) - measures[name]) for name, length in hard.items()),
-            default=0.0,
-        )
-        if nearest is None or (off < best and (step or soft is None)):
-            nearest = (values, manikin)
-            best = off if step or soft is None else np.inf
-        if best < CLOSE:
+        extremes = lengths(manikin, measures)
+        miss = _greatest_miss(manikin, extremes, measures)
+        # the start itself is not the least change from the unchanged body, so it does not count
+        counts = step > 0 or soft is None
+        if nearest is None or (miss < best and counts):
+            nearest = _Fit(values, manikin)
+            best = miss if counts else np.inf
+        if best < _EXACT:
             break
-        # extreme spheres may take turns; from then on the last few of them are held at the measure
-        # together
-        for name, length in hard.items():
-            rivals[name] = [length, *(other for other in rivals[name] if other != length)][
-                : 1 + step // PATIENCE
-            ]
-        rows = [(length, measures[name]) for name in measures for length in rivals[name]]
+        rows = rivals.hold(extremes, step)
         if soft is None:
             values = _solve(space, manikin, values, rows, [])
         else:
@@ -223,6 +282,35 @@ def _sought(
             values = _solve(space, space.base, space.neutral, rows, near)
     assert nearest is not None
     return best, nearest
+
+
+def _greatest_miss(manikin: Manikin, extremes: dict[str, Length], measures: Measures) -> float:
+    """Greatest distance [m] of a body's measures from the given ones."""
+    misses = (abs(manikin.value(length) - measures[name]) for name, length in extremes.items())
+    return max(misses, default=0.0)
+
+
+class _Rivals:
+    """The last extreme spheres of each measure.
+
+    Two spheres may take turns as the extreme one. From then on both are held at the measure, and
+    one more every few steps.
+    """
+
+    def __init__(self, measures: Measures) -> None:
+        self._measures = measures
+        self._lengths: dict[str, list[Length]] = {name: [] for name in measures}
+
+    def hold(self, extremes: dict[str, Length], step: int) -> list[tuple[Length, float]]:
+        """Add the extreme spheres of a step; return what is held, with the wanted values [m]."""
+        for name, length in extremes.items():
+            others = [other for other in self._lengths[name] if other != length]
+            self._lengths[name] = [length, *others][: 1 + step // _PATIENCE]
+        return [
+            (length, wanted)
+            for name, wanted in self._measures.items()
+            for length in self._lengths[name]
+        ]
 
 
 def _solve(
@@ -243,7 +331,9 @@ def _solve(
         return values
     rows = np.array([space.row(length) for length, _ in both])
     wanted = np.array([value - manikin.value(length) for length, value in both])
-    give = np.repeat([GIVE, SOFT[space.family > 0]], [len(hard), len(soft)])
-    toward = space.cheap @ rows.T
-    solution: Floats = values + toward @ np.linalg.solve(rows @ toward + np.diag(give), wanted)
+    give = np.repeat([_HARD_GIVE, _SOFT_GIVE[space.family > 0]], [len(hard), len(soft)])
+    direction = space.cheap @ rows.T
+    solution: Floats = values + direction @ np.linalg.solve(
+        rows @ direction + np.diag(give), wanted
+    )
     return solution

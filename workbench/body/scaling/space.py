@@ -1,10 +1,8 @@
-"""All the shapes a body can be given: a vector of numbers ("knobs") that its coordinates and radii
-are linear in.
+"""Compute the space of shapes of a body: coordinates and radii that are linear in K parameters.
 
-A body of a family has the family's coefficients as knobs. Every body can be stretched: five numbers
-for each pair of segments, factors along x, y, z and for the radii, and a taper: how much thicker
-the one end gets than the other. Every posture of the anthropometer is linear too, so what each knob
-adds to any length is worked out once.
+The parameters of a body of a family are the coefficients of the family and those of stretching
+(`scaling.stretch`), otherwise of stretching alone. Every posture of the anthropometer is linear
+too, so what each parameter adds to a length is computed once.
 """
 
 from __future__ import annotations
@@ -16,70 +14,78 @@ import numpy as np
 
 from workbench.body.scaling.manikin import AXES, QUEUE, Length, Manikin, Reach
 from workbench.body.scaling.rig import Shape
-from workbench.body.scaling.stretch import KNOBS, groups_of, stretch_price, stretch_shapes
+from workbench.body.scaling.stretch import PARAMETERS, groups_of, stretch_price, stretch_shapes
 from workbench.geometry.overlap import union_volumes
 from workbench.model.arrays import Floats, Ints
 from workbench.model.basis import Detail
 from workbench.model.body import Body
 
-__all__ = ["ShapeSpace", "detail_of", "shape_space", "volumes"]
+__all__ = ["ON_JOINT", "ShapeSpace", "detail_of", "shape_space", "volumes"]
 
 _FIELDS = ("centre", "radius", "in_parent", "in_child")
-CLOSING = 4.0e3
-"""What a stretch costs a body of a family beside its coefficients: a factor of 1.02 about as much
-as one standard deviation, so that lengths are found within the family first and stretching closes
-what is left."""
-VOLUME_LINES = 14
-"""Lines each way across a segment that its volume is found by."""
-NARROW = 0.02
-"""Least standard deviation of a coefficient among people of a kind: however narrow they are, some
-room is left."""
+_STRETCH_PRICE = 4.0e3
+"""Factor on the cost of stretching a body of a family. A stretch by 1.02 costs about as much as one
+standard deviation of a coefficient, so that lengths are found within the family first."""
+_VOLUME_LINES = 14
+"""Lines across a segment in each direction, for its volume."""
+_MIN_DEVIATION = 0.02
+"""Least standard deviation of a coefficient among similar people, so that some room is left."""
+ON_JOINT = 2e-6
+"""Distance [m] from a joint up to which a sphere is on it."""
 
 
 @dataclass(frozen=True, eq=False)
 class ShapeSpace:
-    """K knobs of a body of N segments; the first `family` of them are coefficients of its family,
-    the rest stretch it.
-
-    groups (N,): the group of each segment; neutral (K,): the knobs of the unchanged body; knobs:
-    for the fields of Shape what each knob adds (K, ...); price (K, K): the quadratic cost of knobs
-    off neutral, cheap its inverse; overlaps (N, N) [m], volume (N,) [m3]: of the unchanged body;
-    tied: spheres that stand on a joint and these joints, of the parents, then of the children;
-    likely: variances and axes, in the family's coefficients, of people like it.
-    """
+    """The shapes of a body of N segments with K parameters."""
 
     base: Manikin
+    """The unchanged body."""
     groups: Ints
+    """(N,) group of each segment, see `stretch.groups_of`."""
     family: int
+    """Number of parameters that are coefficients of the family; they come first."""
     neutral: Floats
-    knobs: Shape
+    """(K,) parameters of the unchanged body."""
+    effects: Shape
+    """(K, ...) what each parameter adds to the fields of a shape."""
     price: Floats
+    """(K, K) matrix of the quadratic cost of a change."""
     cheap: Floats
+    """(K, K) inverse of `price`."""
     overlaps: Floats
+    """(N, N) [m] of the unchanged body, see `Manikin.overlaps`."""
     volume: Floats
+    """(N,) [m3] of the unchanged body's segments."""
     tied: tuple[tuple[Ints, Ints], tuple[Ints, Ints]]
+    """Spheres on a joint and these joints: of the parents, then of the children."""
     likely: tuple[Floats, Floats]
+    """Variances and axes of the family's coefficients among similar people."""
     _origins: Floats
+    """(Q, K, N, 3) [m] what each parameter adds to the segments' origins."""
     _joints: Floats
+    """(Q, K, J, 3) [m] what each parameter adds to the joints."""
     _stacked: Floats
+    """(K, n) the fields of `effects` side by side."""
     _still: Floats
+    """(n,) the fields of the unchanged shape side by side."""
     _rows: dict[Reach, Floats] = field(default_factory=dict)
+    """(K,) rows that are known, by reach."""
 
     def shape(self, values: Floats) -> Shape:
-        """The shape with these knobs (K,); spheres that stand on joints stand on them exactly."""
+        """Return the shape with parameters (K,). Spheres on joints are exactly on them."""
         flat = (values - self.neutral) @ self._stacked + self._still
-        shape = _apart(flat, len(self.base.rig.segment))
+        shape = _unstacked(flat, len(self.base.rig.segment))
         (above, joint_above), (below, joint_below) = self.tied
         shape.centre[above] = shape.in_parent[joint_above]
         shape.centre[below] = shape.in_child[joint_below]
         return shape
 
     def manikin(self, values: Floats) -> Manikin:
-        """The body with these knobs, in all postures."""
+        """Return the body with parameters (K,), in all postures."""
         return self.base.changed(self.shape(values))
 
     def row(self, length: Length) -> Floats:
-        """(K,) what each knob adds to a length whose extreme spheres are held fixed."""
+        """Return what each parameter (K,) adds to a length whose extreme spheres are held fixed."""
         total = np.zeros(len(self.neutral))
         for sign, reach in length.terms:
             if reach not in self._rows:
@@ -88,61 +94,86 @@ class ShapeSpace:
         return total
 
     def _reach_row(self, reach: Reach) -> Floats:
+        """What each parameter (K,) adds to one reach: the sum over origin, centre and blend, plus the radius."""
         q = QUEUE[reach.posture]
         along = AXES[reach.direction]
         if reach.joint >= 0:
-            places: Floats = self._joints[q, :, reach.joint] @ along
-            return places
+            return np.asarray(self._joints[q, :, reach.joint] @ along)
         s = reach.sphere
         rig = self.base.rig
-        places = self._origins[q, :, rig.segment[s]] @ along + self.knobs.centre[:, s] @ (
-            along @ rig.turn[q, s]
-        )
+        origin = self._origins[q, :, rig.segment[s]] @ along
+        row: Floats = origin + self.effects.centre[:, s] @ (along @ rig.turn[q, s])
         for b in np.flatnonzero(rig.blended == s):
-            end = self.knobs.in_child if rig.distal[b] else self.knobs.in_parent
-            places = places + end[:, rig.joint[b]] @ (along @ rig.lever[q, b])
-        return places + self.knobs.radius[:, s] if reach.surface else places
+            end = self.effects.in_child if rig.distal[b] else self.effects.in_parent
+            row = row + end[:, rig.joint[b]] @ (along @ rig.lever[q, b])
+        return row + self.effects.radius[:, s] if reach.surface else row
 
 
 def volumes(body: Body, shape: Shape) -> Floats:
-    """(N,) volume [m3] of the spheres of each segment together."""
-    found: Floats = union_volumes(shape.centre, shape.radius, body.start, VOLUME_LINES)
+    """Return the volume (N,) [m3] of the union of each segment's spheres."""
+    found: Floats = union_volumes(shape.centre, shape.radius, body.start, _VOLUME_LINES)
     return found
 
 
 @lru_cache(maxsize=16)
 def shape_space(body: Body) -> ShapeSpace:
-    """The shapes of a body, worked out once (nouns are frozen and compare by identity)."""
+    """Compute the space of shapes of a body; it is kept, as bodies compare by identity."""
     groups = groups_of(body)
-    stretch = stretch_shapes(body, groups)
-    neutral = np.tile([1.0, 1.0, 1.0, 1.0, 0.0], len(stretch.radius) // KNOBS)
+    effects = stretch_shapes(body, groups)
+    neutral = np.tile([1.0, 1.0, 1.0, 1.0, 0.0], len(effects.radius) // PARAMETERS)
     price = stretch_price(body, groups)
-    family = 0
-    knobs = stretch
     likely = (np.zeros(0), np.zeros((0, 0)))
     if body.basis is not None:
-        within = family_shapes(body)
-        family = len(within.radius)
-        knobs = Shape(*(np.concatenate([getattr(within, f), getattr(stretch, f)]) for f in _FIELDS))
+        effects = _joined_shapes(family_shapes(body), effects)
         neutral = np.concatenate([body.basis_at[0], neutral])
         likely = _likely(body)
-        both = np.zeros((family + len(price), family + len(price)))
-        both[:family, :family] = (likely[1] / likely[0]) @ likely[1].T
-        both[family:, family:] = CLOSING * price
-        price = both
+        price = _joint_price(likely, price)
     base = Manikin(body)
-    cheap: Floats = np.linalg.inv(price).astype(np.float64)
-    measured = (price, cheap, base.overlaps(), volumes(body, base.shape), _tied(body), likely)
-    stacked = np.concatenate([getattr(knobs, f).reshape(len(neutral), -1) for f in _FIELDS], axis=1)
-    still = np.concatenate([getattr(base.shape, f).ravel() for f in _FIELDS])
+    origins, joints = base.rig.origins(effects)
     return ShapeSpace(
-        base, groups, family, neutral, knobs, *measured, *base.rig.origins(knobs), stacked, still
+        base=base,
+        groups=groups,
+        family=len(likely[0]),
+        neutral=neutral,
+        effects=effects,
+        price=price,
+        cheap=np.linalg.inv(price).astype(np.float64),
+        overlaps=base.overlaps(),
+        volume=volumes(body, base.shape),
+        tied=_tied(body),
+        likely=likely,
+        _origins=origins,
+        _joints=joints,
+        _stacked=_flattened(effects, len(neutral)),
+        _still=_flattened(base.shape, 1)[0],
     )
 
 
-def _apart(flat: Floats, spheres: int) -> Shape:
-    """The shape of a flat row of numbers: centres, radii, joints in their parents, joints in their
-    children."""
+def _joined_shapes(first: Shape, second: Shape) -> Shape:
+    """Stacked shapes (K, ...) of two lists, one after the other."""
+    return Shape(*(np.concatenate([getattr(first, f), getattr(second, f)]) for f in _FIELDS))
+
+
+def _flattened(shapes: Shape, count: int) -> Floats:
+    """(count, n) the fields of shapes side by side, see `_unstacked`."""
+    return np.concatenate([getattr(shapes, f).reshape(count, -1) for f in _FIELDS], axis=1)
+
+
+def _joint_price(likely: tuple[Floats, Floats], stretch: Floats) -> Floats:
+    """(K, K) cost of coefficients and stretching (M, M) together.
+
+    Coefficients cost their squared Mahalanobis distance, z' A diag(1 / variance) A' z.
+    """
+    variance, axes = likely
+    family = len(variance)
+    price = np.zeros((family + len(stretch), family + len(stretch)))
+    price[:family, :family] = (axes / variance) @ axes.T
+    price[family:, family:] = _STRETCH_PRICE * stretch
+    return price
+
+
+def _unstacked(flat: Floats, spheres: int) -> Shape:
+    """The shape of a row of numbers (n,): centres, radii, joints in their parents, joints in their children."""
     centre = flat[: 3 * spheres]
     radius = flat[3 * spheres : 4 * spheres]
     joints = flat[4 * spheres :]
@@ -151,8 +182,7 @@ def _apart(flat: Floats, spheres: int) -> Shape:
 
 
 def family_shapes(body: Body) -> Shape:
-    """What each coefficient of the body's family adds to its spheres and joints, in segment frames:
-    (K, ...)."""
+    """Return what each coefficient (K, ...) of a body's family adds to its spheres and joints, in segment frames."""
     basis = body.basis
     assert basis is not None
     detail = detail_of(body)
@@ -167,8 +197,7 @@ def family_shapes(body: Body) -> Shape:
 
 
 def detail_of(body: Body) -> Detail:
-    """The level of detail of its family that a body has: the one with as many spheres in each
-    segment."""
+    """Return the level of detail of its family that a body has, by its spheres in each segment."""
     assert body.basis is not None
     counts = np.diff(body.start)
     levels = body.basis.details.values()
@@ -178,21 +207,20 @@ def detail_of(body: Body) -> Detail:
 
 
 def _likely(body: Body) -> tuple[Floats, Floats]:
-    """Variances (K,) and axes (K, K) of the coefficients among people like the nearest anchor of
-    the family."""
+    """Variances (K,) and axes (K, K) of the coefficients among people like the family's nearest anchor."""
     basis = body.basis
     assert basis is not None
     variance, axes = np.linalg.eigh(basis.anchor_spread[basis.nearest_anchor(body.basis_at[0])])
-    return np.maximum(variance, NARROW**2), axes
+    return np.maximum(variance, _MIN_DEVIATION**2), axes
 
 
 def _tied(body: Body) -> tuple[tuple[Ints, Ints], tuple[Ints, Ints]]:
-    """Spheres that stand on a joint below or above their segment, and these joints."""
+    """Spheres on a joint below their segment and these joints, then those on the joint above."""
     pairs: list[tuple[Ints, Ints]] = []
     segment = body.sphere_segment
     child = np.arange(1, len(body.segments))
     for owner, at in ((body.parent[1:], body.joint_in_parent[0]), (child, body.joint_in_child[0])):
         gap = np.linalg.norm(body.centre[0, :, None] - at[None], axis=-1)
-        sphere, joint = np.nonzero((gap <= 2e-6) & (segment[:, None] == owner[None]))
+        sphere, joint = np.nonzero((gap <= ON_JOINT) & (segment[:, None] == owner[None]))
         pairs.append((sphere, joint))
     return pairs[0], pairs[1]

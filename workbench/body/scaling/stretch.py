@@ -1,10 +1,13 @@
-"""Stretching a body: factors along x, y, z and for the radii of each pair of segments, and a taper.
+"""Stretch a body: factors along x, y, z and for the radii of each group of segments, and a taper.
 
-For what no family of bodies reaches, and for bodies that belong to none. Centres, joints and radii
-are linear in the factors.
+A group is a segment and its twin on the other side. Stretching serves bodies without a family, and
+closes what a family does not reach. Centres, joints and radii are linear in the parameters.
 """
 
 from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -12,102 +15,160 @@ from workbench.body.scaling.rig import Shape
 from workbench.model.arrays import Floats, Ints
 from workbench.model.body import Body
 
-__all__ = ["KNOBS", "groups_of", "stretch_price", "stretch_shapes"]
+__all__ = ["PARAMETERS", "groups_of", "stretch_price", "stretch_shapes"]
 
-KNOBS = 5
-"""Numbers a group of segments: factors along x, y, z, factor of the radii, taper."""
-ROUND = 4.0
-ALONG = 0.5
-SMOOTH = 1.0
-LEAST = 0.25
-EVEN = 1.5
+PARAMETERS = 5
+"""Parameters of a group: factors along x, y, z, factor of the radii, taper."""
+_ROUND_WEIGHT = 4.0
+"""Weight of a radius that changes otherwise than the two axes across: sections stay round."""
+_LENGTH_WEIGHT = 0.5
+"""Weight of a radius that changes otherwise than the long axis: lengths are freer."""
+_NEIGHBOUR_WEIGHT = 1.0
+"""Weight of radii that change otherwise in two neighbours."""
+_CHANGE_WEIGHT = 0.25
+"""Weight of any change."""
+_TAPER_WEIGHT = 1.5
 
 
 def groups_of(body: Body) -> Ints:
-    """(N,) left and right twins, known by their names, change together."""
+    """Return the group (N,) of each segment. Left and right twins, known by name, are one group."""
     plain = [name.removeprefix("left ").removeprefix("right ") for name in body.segment_names]
     order = list(dict.fromkeys(plain))
     return np.array([order.index(name) for name in plain])
 
 
 def stretch_shapes(body: Body, groups: Ints) -> Shape:
-    """The stacked (K, ...) shapes whose sums with the factors as weights are all the shapes there
-    are."""
-    segment = body.sphere_segment
-    parent = groups[body.parent[1:]]
-    child = groups[1:]
+    """Return what each parameter adds to the shape of a body.
+
+    Parameters
+    ----------
+    groups
+        (N,) group of each segment, see `groups_of`.
+
+    Returns
+    -------
+    Shape
+        (K, ...) stacked; a shape is their sum weighted with the parameters.
+    """
     shapes = []
     for group in range(int(groups.max()) + 1):
-        mine = (groups[segment] == group)[:, None]
-        above = (parent == group)[:, None]
-        below = (child == group)[:, None]
-        for axis in range(4):
-            along = np.eye(4)[axis, :3]
-            shapes.append(
-                Shape(
-                    body.centre[0] * mine * along,
-                    body.radius[0] * mine[:, 0] * float(axis == 3),
-                    body.joint_in_parent[0] * above * along,
-                    body.joint_in_child[0] * below * along,
-                )
-            )
-        long, middle, half = _extent(body, groups, group)
-        across = 1.0 - np.eye(3)[long]
-
-        def taper(
-            points: Floats, long: int = long, middle: float = middle, half: float = half
-        ) -> Floats:
-            share: Floats = (points[:, long : long + 1] - middle) / half
-            return share
-
-        shapes.append(
-            Shape(
-                body.centre[0] * mine * across * taper(body.centre[0]),
-                body.radius[0] * mine[:, 0] * taper(body.centre[0])[:, 0],
-                body.joint_in_parent[0] * above * across * taper(body.joint_in_parent[0]),
-                body.joint_in_child[0] * below * across * taper(body.joint_in_child[0]),
-            )
-        )
+        parts = _GroupParts.of(body, groups, group)
+        shapes += [parts.scaled(axis) for axis in range(3)]
+        shapes += [parts.thickened(), parts.tapered()]
     return Shape(
         *(
-            np.stack([getattr(s, f) for s in shapes])
-            for f in ("centre", "radius", "in_parent", "in_child")
+            np.stack([getattr(shape, field) for shape in shapes])
+            for field in ("centre", "radius", "in_parent", "in_child")
         )
     )
 
 
-def _extent(body: Body, groups: Ints, group: int) -> tuple[int, float, float]:
-    """The long axis of a group's spheres, their middle along it and half their extent [m]."""
+@dataclass(frozen=True, eq=False)
+class _GroupParts:
+    """The coordinates of a body that belong to one group; zero for all others."""
+
+    centre: Floats
+    """(S, 3) [m]."""
+    radius: Floats
+    """(S,) [m]."""
+    in_parent: Floats
+    """(J, 3) [m]."""
+    in_child: Floats
+    """(J, 3) [m]."""
+    extent: _Extent
+
+    @classmethod
+    def of(cls, body: Body, groups: Ints, group: int) -> _GroupParts:
+        """Select the coordinates of a group."""
+        spheres = groups[body.sphere_segment] == group
+        return cls(
+            body.centre[0] * spheres[:, None],
+            body.radius[0] * spheres,
+            body.joint_in_parent[0] * (groups[body.parent[1:]] == group)[:, None],
+            body.joint_in_child[0] * (groups[1:] == group)[:, None],
+            _extent(body, groups, group),
+        )
+
+    def scaled(self, axis: int) -> Shape:
+        """Coordinates along one axis."""
+        along = np.eye(3)[axis]
+        return Shape(
+            self.centre * along, 0.0 * self.radius, self.in_parent * along, self.in_child * along
+        )
+
+    def thickened(self) -> Shape:
+        """Radii."""
+        nothing = (0.0 * self.centre, 0.0 * self.in_parent, 0.0 * self.in_child)
+        return Shape(nothing[0], self.radius, nothing[1], nothing[2])
+
+    def tapered(self) -> Shape:
+        """Coordinates across the long axis and radii, growing from -1 to 1 along it."""
+        across = 1.0 - np.eye(3)[self.extent.axis]
+        return Shape(
+            self.centre * across * self.extent.share(self.centre)[:, None],
+            self.radius * self.extent.share(self.centre),
+            self.in_parent * across * self.extent.share(self.in_parent)[:, None],
+            self.in_child * across * self.extent.share(self.in_child)[:, None],
+        )
+
+
+class _Extent(NamedTuple):
+    """The extent of a group's spheres along its long axis."""
+
+    axis: int
+    middle: float
+    """[m]."""
+    half: float
+    """Half the extent [m]."""
+
+    def share(self, points: Floats) -> Floats:
+        """(n,) position of points (n, 3) along the axis, from -1 to 1."""
+        return np.asarray((points[:, self.axis] - self.middle) / self.half)
+
+
+def _extent(body: Body, groups: Ints, group: int) -> _Extent:
     centres = body.centre[0][groups[body.sphere_segment] == group]
     if len(centres) < 2:
-        return 2, 0.0, 1.0
+        return _Extent(2, 0.0, 1.0)
     span = np.ptp(centres, axis=0)
-    long = int(np.argmax(span))
-    return (
-        long,
-        float(centres[:, long].min() + 0.5 * span[long]),
-        max(float(0.5 * span[long]), 1e-3),
-    )
+    axis = int(np.argmax(span))
+    middle = float(centres[:, axis].min() + 0.5 * span[axis])
+    return _Extent(axis, middle, max(float(0.5 * span[axis]), 1e-3))
 
 
 def stretch_price(body: Body, groups: Ints) -> Floats:
-    """(K, K) the quadratic cost of factors that leave 1, differ within a segment or between
-    neighbours: cross sections stay round (radius against the two axes across); lengths are freer to
-    go their own way."""
+    """Return the quadratic cost of stretching.
+
+    It is the sum of weighted squares of changes, of differences within a group, and of differences
+    between neighbours.
+
+    Parameters
+    ----------
+    groups
+        (N,) group of each segment, see `groups_of`.
+
+    Returns
+    -------
+    Floats
+        (K, K) matrix C of the cost v' C v of changes v of the parameters.
+    """
     count = int(groups.max()) + 1
-    unit = np.eye(KNOBS * count)
-    rows = [LEAST * row for row in unit]
+    unit = np.eye(PARAMETERS * count)
+    rows = [_CHANGE_WEIGHT * row for row in unit]
     for group in range(count):
-        long = _extent(body, groups, group)[0]
-        first = KNOBS * group
+        long_axis = _extent(body, groups, group).axis
+        first = PARAMETERS * group
+        radius = unit[first + 3]
         for axis in range(3):
-            rows.append((ALONG if axis == long else ROUND) * (unit[first + axis] - unit[first + 3]))
-        rows.append(EVEN * unit[first + 4])
+            weight = _LENGTH_WEIGHT if axis == long_axis else _ROUND_WEIGHT
+            rows.append(weight * (unit[first + axis] - radius))
+        rows.append(_TAPER_WEIGHT * unit[first + 4])
     for child in range(1, len(groups)):
         one = groups[child]
         other = groups[body.parent[child]]
         if one != other:
-            rows.append(SMOOTH * (unit[KNOBS * one + 3] - unit[KNOBS * other + 3]))
+            difference = unit[PARAMETERS * one + 3] - unit[PARAMETERS * other + 3]
+            rows.append(_NEIGHBOUR_WEIGHT * difference)
     stacked = np.array(rows)
     price: Floats = stacked.T @ stacked
     return price

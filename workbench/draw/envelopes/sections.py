@@ -13,6 +13,7 @@ from xml.sax.saxutils import escape
 
 import numpy as np
 
+from workbench.draw.marks.layout import FONT
 from workbench.draw.visibility import triangles_shown
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.envelope import Envelope
@@ -28,7 +29,6 @@ LEGEND = (*_AREA_COLOURS.items(), ("lost to obstacles", _LOST_COLOUR))
 _OUTER_COLOUR = "#143a7a"
 _INNER_COLOUR = "#7a3a14"
 _WALL_COLOUR = "#9aa5b1"
-_FONT = 'font-family="Helvetica,Arial,sans-serif"'
 _BORDER = 0.1
 """Distance [m] from the envelope to the border of the picture."""
 _RING_RADII = (0.5, 1.0, 1.5)
@@ -181,7 +181,7 @@ def _rings(x: float, y: float, page: _Page) -> str:
     """Draw rings about the origin at x, y [pixels], labelled with their radius in mm."""
     return "".join(
         f'<circle cx="{x:.1f}" cy="{y:.1f}" r="{r * page.scale:.1f}" fill="none" stroke="#b4bec9" '
-        f'stroke-width="0.7"/><text x="{x + 3:.1f}" y="{y - r * page.scale - 3:.1f}" {_FONT} font-size="10" '
+        f'stroke-width="0.7"/><text x="{x + 3:.1f}" y="{y - r * page.scale - 3:.1f}" {FONT} font-size="10" '
         f'fill="#5c6b7a">{1000 * r:.0f}</text>'
         for r in _RING_RADII
     )

@@ -9,7 +9,7 @@ from xml.sax.saxutils import escape
 from PIL import Image, ImageDraw, ImageFont
 
 from workbench.draw.colours import INK, PAPER, hexadecimal
-from workbench.draw.marks.layout import TEXT_SIZE
+from workbench.draw.marks.layout import FONT, TEXT_SIZE
 from workbench.errors import UsageError
 
 __all__ = ["strip_image", "strip_svg"]
@@ -71,7 +71,7 @@ def strip_svg(pictures: Sequence[str], captions: Sequence[str], *, title: str = 
 def _svg_caption(caption: str, x: float, y: float) -> str:
     return (
         f'<text x="{x:.1f}" y="{y:.1f}" dy=".36em" text-anchor="middle"'
-        f" font-family='Helvetica,Arial,sans-serif' font-size=\"{TEXT_SIZE:.0f}\""
+        f' {FONT} font-size="{TEXT_SIZE:.0f}"'
         f' fill="{hexadecimal(INK)}">{escape(caption)}</text>'
     )
 

@@ -271,22 +271,32 @@ def _ellipse_parameters(camera: Camera, balls: Floats, arcs: Arcs) -> Floats:
     arcs
         Arcs with angles on the cones.
     """
-    sine = (balls[:, 3] / balls[:, 4])[:, None]
-    cosine = (balls[:, 5] / balls[:, 4])[:, None]
-    focal = camera.scale * camera.distance
-    centre = [camera.width / 2.0, camera.height / 2.0]
     turn = arcs.squeeze[:, 1]
     ends = []
-    for angle in arcs.angle.T[:, :, None]:
-        across = np.cos(angle) * balls[:, 9:12] + np.sin(angle) * balls[:, 12:]
-        ray = cosine * balls[:, 6:9] + sine * across
-        x, y = (focal * ray[:, :2] / ray[:, 2:] + centre - arcs.disk[:, :2]).T
+    for angle in arcs.angle.T:
+        x, y = (_cone_pixels(camera, balls, angle) - arcs.disk[:, :2]).T
         along_axis = x * np.cos(turn) + y * np.sin(turn)
         across_axis = y * np.cos(turn) - x * np.sin(turn)
         ends.append(np.arctan2(across_axis / arcs.squeeze[:, 0], along_axis))
     whole = arcs.angle[:, 1] - arcs.angle[:, 0] > math.tau - 1e-9
     width = np.where(whole, math.tau, (ends[1] - ends[0]) % math.tau)
     return np.column_stack([ends[0], ends[0] + width])
+
+
+def _cone_pixels(camera: Camera, balls: Floats, angle: Floats) -> Floats:
+    """Project the rays (A, 2) [pixels] of tangent cones at angles (A,); balls (A, 15), see `Rims`.
+
+    A ray is cos b axis + sin b (cos a first + sin a second), with sin b = r / d and d the distance
+    of the sphere from the eye.
+    """
+    sine = (balls[:, 3] / balls[:, 4])[:, None]
+    cosine = (balls[:, 5] / balls[:, 4])[:, None]
+    a = angle[:, None]
+    across = np.cos(a) * balls[:, 9:12] + np.sin(a) * balls[:, 12:]
+    ray = cosine * balls[:, 6:9] + sine * across
+    focal = camera.scale * camera.distance
+    centre = [camera.width / 2.0, camera.height / 2.0]
+    return np.asarray(focal * ray[:, :2] / ray[:, 2:] + centre)
 
 
 class _RimShapes(NamedTuple):

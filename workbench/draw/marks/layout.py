@@ -23,6 +23,7 @@ from workbench.draw.scene import Mark, Scene
 from workbench.model.arrays import Floats
 
 __all__ = [
+    "FONT",
     "TEXT_SIZE",
     "PlacedMark",
     "ScaleBar",
@@ -32,6 +33,8 @@ __all__ = [
     "scale_bar",
 ]
 
+FONT = "font-family='Helvetica,Arial,sans-serif'"
+"""The attribute of SVG text; the quotes are single, since a family may have a name in double quotes."""
 TEXT_SIZE = 13.0
 """Height of letters [pixels]."""
 _DOT_RADIUS = 4.0

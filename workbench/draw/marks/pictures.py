@@ -10,6 +10,7 @@ from PIL import Image, ImageDraw, ImageFont
 from workbench.draw.camera import Camera
 from workbench.draw.colours import INK, INKS, PAPER, Colour, hexadecimal
 from workbench.draw.marks.layout import (
+    FONT,
     TEXT_SIZE,
     PlacedMark,
     Shape,
@@ -21,12 +22,11 @@ from workbench.draw.scene import Scene
 
 __all__ = ["paint_mark_shapes", "paint_mark_texts", "svg_bar", "svg_key", "svg_marks"]
 
-_FONT = "font-family='Helvetica,Arial,sans-serif'"
 _RIM_WIDTH = 2.6
 """Width [pixels] of the paper around what is drawn."""
 _KEY_STEP = 18.0
 """Distance [pixels] from the top to the first line of the legend, and from line to line."""
-_TEXT = f'{_FONT} font-size="{TEXT_SIZE:.0f}" text-anchor="middle"'
+_TEXT = f'{FONT} font-size="{TEXT_SIZE:.0f}" text-anchor="middle"'
 
 
 def svg_marks(scene: Scene, camera: Camera) -> list[str]:
@@ -106,7 +106,7 @@ def svg_key(scene: Scene, camera: Camera) -> list[str]:
         for k, (what, colour) in enumerate(scene.key)
     ]
     return [
-        f'<g class="key" {_FONT} font-size="{TEXT_SIZE:.0f}" text-anchor="end">',
+        f'<g class="key" {FONT} font-size="{TEXT_SIZE:.0f}" text-anchor="end">',
         *lines,
         "</g>",
     ]

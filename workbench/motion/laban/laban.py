@@ -21,7 +21,7 @@ from workbench.motion.laban.limbs import Ending, Limb, Spine
 from workbench.motion.laban.paths import minimum_jerk
 from workbench.posture.stops import nearest_legal
 
-__all__ = ["score_poses"]
+__all__ = ["BATCH_SIZE", "score_poses"]
 
 _JOINTS = [
     "W",
@@ -48,7 +48,7 @@ _MAX_RATE = 1000.0
 _FRAMES = 20
 """Least frames in the shortest movement, unless they exceed the greatest rate."""
 _MAX_FRAMES = 2_000_000
-_BATCH = 1024
+BATCH_SIZE = 1024
 """Frames that are placed at once, to bound the memory."""
 _NOTED_ERROR = np.radians(1.0)
 """Angle [rad] between a sign and the direction reached from which on a note reports it."""
@@ -210,8 +210,8 @@ def _grounded(body: Body, rotations: Floats, travel: Floats, time: Floats) -> Po
     legal = rotations
     for _ in range(2):  # the range of one joint may depend on the angle of another
         legal = nearest_legal(body, Poses(legal, pelvis, world))
-    for first in range(0, len(time), _BATCH):
-        rows = slice(first, first + _BATCH)
+    for first in range(0, len(time), BATCH_SIZE):
+        rows = slice(first, first + BATCH_SIZE)
         centres = place(body, Poses(legal[rows], pelvis, world[rows])).centres
         world[rows, 2, 3] = -(centres[..., 2] - body.radius[0]).min(axis=1)
     world[:, :2, 3] = travel

@@ -23,6 +23,7 @@ from workbench.model.body import Body
 from workbench.model.laban import PARTS, Movement, Score, Sign, nearest_sign
 from workbench.model.poses import Placed, Poses
 from workbench.model.quaternions import conjugate, from_matrices, multiply, rotate, shortest
+from workbench.motion.laban.laban import BATCH_SIZE
 from workbench.motion.laban.strokes import Stroke, strokes
 
 __all__ = ["read_motion_score"]
@@ -54,8 +55,6 @@ _SAME_TIME = 0.15
 """Differences of two strokes' beginnings and ends, as a share of the longer, that count as none."""
 _OVERLAP = 0.1
 """Share of the shorter of two strokes up to which they may overlap and still follow each other."""
-_BATCH = 1024
-"""Frames that are placed at once, to bound the memory."""
 _LIMB_SEGMENTS = {"arm": ("UT", "UA", "LA"), "leg": ("LT", "UL", "LL")}
 """The segment that carries a limb, and the limb's upper and lower segment without their side."""
 _DOWN = np.array([0.0, 0.0, -1.0])
@@ -145,8 +144,8 @@ class _SegmentMotion:
         """Place the body in every frame."""
         world = []
         height = []
-        for first in range(0, len(motion), _BATCH):
-            placed = place(body, motion.rows(slice(first, first + _BATCH)))
+        for first in range(0, len(motion), BATCH_SIZE):
+            placed = place(body, motion.rows(slice(first, first + BATCH_SIZE)))
             world.append(placed.world_from_segment)
             height.append(_foot_heights(placed))
         whole = np.concatenate(world)

@@ -92,18 +92,27 @@ def _by_tree(bones: Bones, found: dict[str, str]) -> dict[str, str]:
     """The bones of trunk, shoulders and neck by segment, which lie between the named ones."""
     arms = {side: _path_from_root(bones, found[side + "UA"]) for side in "LR"}
     shared = [a for a, b in zip(arms["L"], arms["R"], strict=False) if a == b]
-    hips = bones.names.index(found["LT"])
-    trunk = shared[shared.index(hips) + 1 :] if hips in shared else shared[-1:]
-    candidates: dict[str, list[int]] = {"CT": [], "UT": trunk[-1:]}
-    if len(trunk) > 1:
-        candidates["CT"] = [trunk[len(trunk) // 2 - 1]]  # half way up the spine
+    segments: dict[str, int | None] = _trunk_bones(bones.names.index(found["LT"]), shared)
     for side, arm in arms.items():
-        candidates[side + "SM"] = arm[len(shared) : -1][-1:]
+        shoulder = arm[len(shared) : -1]
+        segments[side + "SM"] = shoulder[-1] if shoulder else None
     if "H" in found:
-        head = _path_from_root(bones, found["H"])
-        branch = max([k for k, bone in enumerate(head) if bone in shared], default=-1)
-        candidates["N"] = head[branch + 1 : -1][:1]
-    return {segment: bones.names[rows[0]] for segment, rows in candidates.items() if rows}
+        segments["N"] = _neck_bone(_path_from_root(bones, found["H"]), shared)
+    return {segment: bones.names[bone] for segment, bone in segments.items() if bone is not None}
+
+
+def _trunk_bones(hips: int, shared: list[int]) -> dict[str, int | None]:
+    """The bones of central and upper torso, of the path from the root that both arms share."""
+    trunk = shared[shared.index(hips) + 1 :] if hips in shared else shared[-1:]
+    half_way = trunk[len(trunk) // 2 - 1] if len(trunk) > 1 else None
+    return {"CT": half_way, "UT": trunk[-1] if trunk else None}
+
+
+def _neck_bone(head: list[int], shared: list[int]) -> int | None:
+    """The first bone of the path to the head that is not on the path to the arms."""
+    branch = max([k for k, bone in enumerate(head) if bone in shared], default=-1)
+    neck = head[branch + 1 : -1]
+    return neck[0] if neck else None
 
 
 def _path_from_root(bones: Bones, name: str) -> list[int]:

@@ -25,6 +25,7 @@ from workbench.model.poses import Poses
 from workbench.model.quaternions import matrices
 from workbench.motion.recorded.marker_names import USUAL_SPREAD, Site, marker_site
 from workbench.motion.recorded.marker_places import marker_places
+from workbench.motion.recorded.retarget import IDENTITY
 from workbench.posture.kernels.markers import MarkerChain, solve_markers
 
 __all__ = ["MarkerFit", "bridged", "poses_from_markers"]
@@ -42,7 +43,6 @@ _MAX_SHIFT = 2.0
 _MIN_HALF_RANGE = np.radians(2.0)
 """Least half range [rad] of a joint angle, for those that hardly move."""
 _MIN_MARKERS = 6
-_IDENTITY = np.array([1.0, 0.0, 0.0, 0.0])
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -256,7 +256,7 @@ def _solve(seen: Floats, chain: MarkerChain, start: _Start) -> _Solution:
 def _poses(layout: _MarkerLayout, solution: _Solution, time: Floats) -> Poses:
     """The solution as poses of the body; joints above the pelvis stay at zero."""
     body = layout.body
-    rotations = np.tile(_IDENTITY, (len(time), len(body.joints), 1))
+    rotations = np.tile(IDENTITY, (len(time), len(body.joints), 1))
     for k, segment in enumerate(layout.order[1:], start=1):
         rotations[:, segment - 1] = solution.rotations[:, k]
     pelvis = layout.order[0]
@@ -360,7 +360,7 @@ def _first_guess(layout: _MarkerLayout, frame: Floats) -> _Start:
     rotation = np.array([[cosine, -sine, 0], [sine, cosine, 0], [0, 0, 1.0]])
     pelvis = np.concatenate([rotation, (seen_mean - rotation @ own_mean)[:, None]], axis=1)
     attitude = np.array([np.cos(angle / 2), 0.0, 0.0, np.sin(angle / 2)])
-    return _Start(np.tile(_IDENTITY, (len(layout.order), 1)), attitude, pelvis)
+    return _Start(np.tile(IDENTITY, (len(layout.order), 1)), attitude, pelvis)
 
 
 def _improved_places(

@@ -32,7 +32,14 @@ from workbench.model.quaternions import (
 )
 from workbench.motion.recorded.bone_names import bone_map
 
-__all__ = ["body_lengths", "bone_lengths", "bone_positions", "rest_positions", "retarget"]
+__all__ = [
+    "IDENTITY",
+    "body_lengths",
+    "bone_lengths",
+    "bone_positions",
+    "rest_positions",
+    "retarget",
+]
 
 _HINGES = (("LS", "LE", "LW"), ("RS", "RE", "RW"), ("LH", "LK", "LA"), ("RH", "RK", "RA"))
 _STRAIGHT = np.radians(15.0)
@@ -61,7 +68,8 @@ _NEXT_SEGMENT = {
     "RLL": "RF",
 }
 """The segment at whose bone the bone of a limb segment ends."""
-_IDENTITY = np.array([1.0, 0.0, 0.0, 0.0])
+IDENTITY = np.array([1.0, 0.0, 0.0, 0.0])
+"""(4,) the quaternion of no rotation."""
 
 
 def retarget(
@@ -281,10 +289,10 @@ def _alignment(body: Body, skeleton: _Skeleton, segment: str) -> Floats:
     if segment in ("LHN", "RHN"):
         own_axis = np.array([0.0, 0.0, -1.0])
     if bone_axis is None or own_axis is None:
-        return _IDENTITY
+        return IDENTITY
     length = float(np.linalg.norm(bone_axis))
     if length < 1e-9 * (1 + np.abs(rest).max()):
-        return _IDENTITY
+        return IDENTITY
     return shortest(own_axis / np.linalg.norm(own_axis), bone_axis / length)
 
 
@@ -310,7 +318,7 @@ def _axis(body: Body, segment: str) -> Floats:
 def _joint_rotations(body: Body, attitudes: Mapping[str, Floats], frames: int) -> Floats:
     """(P, J, 4) joint rotations of segments' attitudes (P, 4)."""
     full = _all_attitudes(body, attitudes, frames)
-    rotations = np.tile(_IDENTITY, (frames, len(body.joints), 1))
+    rotations = np.tile(IDENTITY, (frames, len(body.joints), 1))
     for joint in range(len(body.joints)):
         child = body.segments[joint + 1]
         parent = body.segments[int(body.parent[joint + 1])]
@@ -323,7 +331,7 @@ def _joint_rotations(body: Body, attitudes: Mapping[str, Floats], frames: int) -
 
 def _all_attitudes(body: Body, attitudes: Mapping[str, Floats], frames: int) -> dict[str, Floats]:
     """(P, 4) of every segment. Those without a bone are half way between, or follow their parent."""
-    still = np.tile(_IDENTITY, (frames, 1))
+    still = np.tile(IDENTITY, (frames, 1))
     full = dict(attitudes)
     if "CT" not in full:
         full["CT"] = _halfway(full["LT"], full.get("UT", full["LT"]))
