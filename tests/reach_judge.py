@@ -13,7 +13,7 @@ from functools import cached_property
 import numpy as np
 
 import workbench as wb
-from tests.judge_field import Field, field_of
+from tests.judge_field import FEW, Field, field_of
 from tests.judge_limb import Chain, Skin, state_of
 from tests.judge_search import MOST, POOL, Desk, Scene, search
 from tests.oracles import forward
@@ -105,6 +105,12 @@ class Judge:
             np.zeros((size, size)),
             np.zeros(size),
             np.zeros(2, np.int64),
+            np.zeros((size, size)),
+            np.zeros(size),
+            np.zeros((2, 3)),
+            np.zeros(FEW),
+            np.zeros((FEW, 3)),
+            np.zeros((2, 24), np.int64),
         )
 
     def _chain(self):
