@@ -331,36 +331,63 @@ def sphere_slope(chain, skin, state, s, at, out):
         if chain.moves[n, d]:
             o = state.joint[chain.owner[d]]
             _about(state.spin[d], at[0] - o[0], at[1] - o[1], at[2] - o[2], out[d])
-    w = state.world[n]
+    local = state.room[5]
+    for i in range(3):
+        local[i] = skin.centre[s, i]
     if skin.twist[s] >= 0:
-        d = chain.turn[skin.twist[s], 2]
-        if d >= 0:
-            p = skin.twist_point[s]
-            spin = _applied(w, skin.twist_axis[s])
-            line = _applied(w, p)
-            share = skin.twist_share[s]
-            spin = (share * spin[0], share * spin[1], share * spin[2])
-            x = at[0] - line[0] - w[0, 3]
-            y = at[1] - line[1] - w[1, 3]
-            z = at[2] - line[2] - w[2, 3]
-            _about(spin, x, y, z, out[d])
+        _twisted(skin, s, state.angles[skin.twist[s], 2], local)
+        _twist_slope(chain, skin, state, s, local, out)
     if skin.blend[s] >= 0:
-        _blend_slope(chain, skin, state, s, out)
+        _blend_slope(chain, skin, state, s, local, out)
 
 
-@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, forceinline=True)
-def _blend_slope(chain, skin, state, s, out):
-    """Add what the turns of the joint that a sphere is blended across change besides."""
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
+def _twist_slope(chain, skin, state, s, local, out):
+    """Add how a sphere, `local` in its segment, moves with the twist that it shares."""
+    d = chain.turn[skin.twist[s], 2]
+    if d < 0:
+        return
+    p = skin.twist_point[s]
+    axis = skin.twist_axis[s]
+    share = skin.twist_share[s]
+    x, y, z = local[0] - p[0], local[1] - p[1], local[2] - p[2]
+    t = (
+        share * (axis[1] * z - axis[2] * y),
+        share * (axis[2] * x - axis[0] * z),
+        share * (axis[0] * y - axis[1] * x),
+    )
+    if skin.blend[s] >= 0:
+        u = _across(skin, s, state, t)
+        w = skin.blend_share[s]
+        t = (t[0] + w * (u[0] - t[0]), t[1] + w * (u[1] - t[1]), t[2] + w * (u[2] - t[2]))
+    moved = _applied(state.world[skin.segment[s]], t)
+    for i in range(3):
+        out[d, i] += moved[i]
+
+
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
+def _blend_slope(chain, skin, state, s, local, out):
+    """Add what the turns of the joint that a sphere is blended across change besides.
+
+    The share w of a proximal sphere goes along with the distal segment; that of a distal one stays
+    with the proximal segment, but for a twist that this one shares.
+    """
     b = skin.blend[s]
-    c = skin.centre[s]
     p = skin.blend_point[s]
-    v = (c[0] - p[0], c[1] - p[1], c[2] - p[2])
-    u = _applied(state.world[skin.segment[s]], _across(skin, s, state, v))
-    share = -skin.blend_share[s] if skin.distal[s] else skin.blend_share[s]
-    for a in range(2 if skin.shared[s] else 3):
+    world = state.world[skin.segment[s]]
+    v = (local[0] - p[0], local[1] - p[1], local[2] - p[2])
+    u = _applied(world, _across(skin, s, state, v))
+    w = -skin.blend_share[s] if skin.distal[s] else skin.blend_share[s]
+    u = (w * u[0], w * u[1], w * u[2])
+    for a in range(3):
         d = chain.turn[b, a]
-        if d >= 0:
-            _about(state.spin[d], share * u[0], share * u[1], share * u[2], out[d])
+        if d < 0:
+            continue
+        if a < 2 or not skin.shared[s] or skin.distal[s]:
+            _about(state.spin[d], u[0], u[1], u[2], out[d])
+        if a == 2 and skin.shared[s] and skin.distal[s]:
+            axis = _back(state.twist[b], _back(state.swing[b], chain.axes[b, 2]))
+            _about(_applied(world, axis), -u[0], -u[1], -u[2], out[d])
 
 
 @njit(cache=True, nogil=True, error_model="numpy", _nrt=False, forceinline=True)
