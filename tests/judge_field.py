@@ -52,7 +52,7 @@ class Field(NamedTuple):
     """[m] within which of the middle of a cell its triangles are complete."""
 
 
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, forceinline=True)
 def nearest_point(p, corners, i):
     """The distance from p to triangle i, and its nearest point from p.
 
@@ -103,7 +103,7 @@ def nearest_point(p, corners, i):
     return np.sqrt(x * x + y * y + z * z), x, y, z
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
 def turns_about(p, corners, begin, end):
     """The winding number of triangles begin..end about p: solid angles of van Oosterom and
     Strackee (1983)."""
@@ -124,7 +124,7 @@ def turns_about(p, corners, begin, end):
     return total / (4.0 * np.pi)
 
 
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, forceinline=True)
 def _crossing(p, q, corners, i):
     """How the winding number changes from p to q by triangle i: 1, -1 or 0."""
     t = corners[i]
@@ -151,7 +151,7 @@ def _crossing(p, q, corners, i):
     return -1 if along > 0.0 else 1
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
 def _cells_near(t, origin, shape, far, low, high):
     """Write the least and the last cell, along each axis, whose middle may be within far of a
     triangle."""
@@ -162,7 +162,7 @@ def _cells_near(t, origin, shape, far, low, high):
         high[i] = min(shape[i] - 1, int(np.ceil(most / SIDE - 0.5)))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
 def _middle(cell, origin, shape, out):
     out[2] = origin[2] + (cell % shape[2] + 0.5) * SIDE
     out[1] = origin[1] + (cell // shape[2] % shape[1] + 0.5) * SIDE
@@ -283,7 +283,7 @@ def field_of(corners, part, solid, low, high, far):
     )
 
 
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, forceinline=True)
 def _inside_parts(field, cell, p, middle, aside, parts, turns):
     """Write the solid parts that p is inside of into parts; return how many.
 
@@ -310,7 +310,7 @@ def _inside_parts(field, cell, p, middle, aside, parts, turns):
     return inside
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
 def _way_out(field, k, cell, p, aside):
     """The distance from p to the surface of part k, and its nearest point from p."""
     best = (np.inf, 0.0, 0.0, 0.0)
@@ -330,7 +330,7 @@ def _way_out(field, k, cell, p, aside):
     return best
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
 def _add(depth, out, count, excess, x, y, z):
     """Add a contact with a unit way out, or put it in the place of a shallower one that is alike;
     return how many there are."""
@@ -341,18 +341,22 @@ def _add(depth, out, count, excess, x, y, z):
                 out[c, 0], out[c, 1], out[c, 2] = x, y, z
             return count
     if count == len(depth):
-        least = np.argmin(depth)
+        least = 0
+        for c in range(1, count):
+            if depth[c] < depth[least]:
+                least = c
         if depth[least] >= excess:
             return count
         count -= 1
         depth[least], depth[count] = depth[count], depth[least]
-        out[least] = out[count]
+        for i in range(3):
+            out[least, i] = out[count, i]
     depth[count] = excess
     out[count, 0], out[count, 1], out[count, 2] = x, y, z
     return count + 1
 
 
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, forceinline=True)
 def sphere_contacts(field, p, radius, allowed, off, depth, out, count, parts):
     """Add the contacts of one sphere with all parts of a field.
 

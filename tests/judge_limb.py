@@ -111,6 +111,10 @@ class State(NamedTuple):
     """(K, 3, 3) rotation of the twist."""
     spin: np.ndarray
     """(D, 3) the angular velocity in the world for each turn."""
+    room: np.ndarray
+    """(6, 3) to work in."""
+    turned: np.ndarray
+    """(3, 3) to work in."""
 
 
 def state_of(chain):
@@ -124,10 +128,18 @@ def state_of(chain):
         np.zeros((k, 3, 3)),
         np.zeros((k, 3, 3)),
         np.zeros((d, 3)),
+        np.zeros((6, 3)),
+        np.zeros((3, 3)),
     )
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, forceinline=True)
+def _clear(rows, i):
+    for j in range(rows.shape[1]):
+        rows[i, j] = 0.0
+
+
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
 def _rodrigues(x, y, z, out):
     """Write the rotation by a vector into out (3, 3)."""
     square = x * x + y * y + z * z
@@ -145,7 +157,7 @@ def _rodrigues(x, y, z, out):
     out[2, 1] = b * y * z + a * x
 
 
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, forceinline=True)
 def _times(a, b, out):
     """Write the product of two matrices (3, 3) into out."""
     for i in range(3):
@@ -153,7 +165,7 @@ def _times(a, b, out):
             out[i, j] = a[i, 0] * b[0, j] + a[i, 1] * b[1, j] + a[i, 2] * b[2, j]
 
 
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, forceinline=True)
 def _swing_spin(v, axis, before, out):
     """Write the angular velocity in the world of a swing vector v that grows along an axis: the
     left Jacobian of the rotation vector, turned by the frame before."""
@@ -171,11 +183,11 @@ def _swing_spin(v, axis, before, out):
         out[i] = before[i, 0] * p + before[i, 1] * q + before[i, 2] * r
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
 def move(chain, turns, state):
     """Bring the limb to turns (D,)."""
-    own = np.empty((3, 3))
-    vector = np.empty(3)
+    own = state.turned
+    vector = state.room[0]
     for k in range(len(chain.parent)):
         for a in range(3):
             d = chain.turn[k, a]
@@ -212,7 +224,7 @@ def move(chain, turns, state):
                 )
 
 
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, forceinline=True)
 def _about(spin, x, y, z, out):
     """Add the velocity of a point at x, y, z from the joint to out (3,)."""
     out[0] += spin[1] * z - spin[2] * y
@@ -220,7 +232,7 @@ def _about(spin, x, y, z, out):
     out[2] += spin[0] * y - spin[1] * x
 
 
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, forceinline=True)
 def tip(chain, state, out):
     """Write the tip (3,) into out."""
     w = state.world[chain.end]
@@ -229,17 +241,17 @@ def tip(chain, state, out):
         out[i] = w[i, 3] + w[i, 0] * t[0] + w[i, 1] * t[1] + w[i, 2] * t[2]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
 def tip_slope(chain, state, at, out):
     """Write how the tip at `at` changes with each turn into out (D, 3)."""
     for d in range(len(chain.owner)):
-        out[d] = 0.0
+        _clear(out, d)
         if chain.moves[chain.end, d]:
             o = state.joint[chain.owner[d]]
             _about(state.spin[d], at[0] - o[0], at[1] - o[1], at[2] - o[2], out[d])
 
 
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, forceinline=True)
 def _twisted(skin, s, angle, out):
     """Write the centre of a sphere that is turned about its line by its share of a twist."""
     share = skin.twist_share[s] * angle
@@ -256,7 +268,7 @@ def _twisted(skin, s, angle, out):
     out[2] = p[2] + c * z + n * (axis[0] * y - axis[1] * x) + along * axis[2]
 
 
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, forceinline=True)
 def _applied(m, v):
     return (
         m[0, 0] * v[0] + m[0, 1] * v[1] + m[0, 2] * v[2],
@@ -265,7 +277,7 @@ def _applied(m, v):
     )
 
 
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, forceinline=True)
 def _back(m, v):
     """The transpose of m times v."""
     return (
@@ -275,7 +287,7 @@ def _back(m, v):
     )
 
 
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, forceinline=True)
 def _across(skin, s, state, v):
     """A point v of a sphere's segment, seen from the joint that it is blended across, carried along
     with the other segment."""
@@ -291,7 +303,7 @@ def _across(skin, s, state, v):
     return _applied(swing, _applied(twist, v))
 
 
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, forceinline=True)
 def sphere_centre(skin, state, s, out):
     """Write the centre of sphere s in the world into out (3,)."""
     for i in range(3):
@@ -310,48 +322,75 @@ def sphere_centre(skin, state, s, out):
         out[i] = w[i, 3] + w[i, 0] * x + w[i, 1] * y + w[i, 2] * z
 
 
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, forceinline=True)
 def sphere_slope(chain, skin, state, s, at, out):
     """Write how the centre `at` of sphere s changes with each turn into out (D, 3)."""
     n = skin.segment[s]
     for d in range(len(chain.owner)):
-        out[d] = 0.0
+        _clear(out, d)
         if chain.moves[n, d]:
             o = state.joint[chain.owner[d]]
             _about(state.spin[d], at[0] - o[0], at[1] - o[1], at[2] - o[2], out[d])
-    w = state.world[n]
+    local = state.room[5]
+    for i in range(3):
+        local[i] = skin.centre[s, i]
     if skin.twist[s] >= 0:
-        d = chain.turn[skin.twist[s], 2]
-        if d >= 0:
-            p = skin.twist_point[s]
-            spin = _applied(w, skin.twist_axis[s])
-            line = _applied(w, p)
-            share = skin.twist_share[s]
-            spin = (share * spin[0], share * spin[1], share * spin[2])
-            x = at[0] - line[0] - w[0, 3]
-            y = at[1] - line[1] - w[1, 3]
-            z = at[2] - line[2] - w[2, 3]
-            _about(spin, x, y, z, out[d])
+        _twisted(skin, s, state.angles[skin.twist[s], 2], local)
+        _twist_slope(chain, skin, state, s, local, out)
     if skin.blend[s] >= 0:
-        _blend_slope(chain, skin, state, s, out)
+        _blend_slope(chain, skin, state, s, local, out)
 
 
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
-def _blend_slope(chain, skin, state, s, out):
-    """Add what the turns of the joint that a sphere is blended across change besides."""
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
+def _twist_slope(chain, skin, state, s, local, out):
+    """Add how a sphere, `local` in its segment, moves with the twist that it shares."""
+    d = chain.turn[skin.twist[s], 2]
+    if d < 0:
+        return
+    p = skin.twist_point[s]
+    axis = skin.twist_axis[s]
+    share = skin.twist_share[s]
+    x, y, z = local[0] - p[0], local[1] - p[1], local[2] - p[2]
+    t = (
+        share * (axis[1] * z - axis[2] * y),
+        share * (axis[2] * x - axis[0] * z),
+        share * (axis[0] * y - axis[1] * x),
+    )
+    if skin.blend[s] >= 0:
+        u = _across(skin, s, state, t)
+        w = skin.blend_share[s]
+        t = (t[0] + w * (u[0] - t[0]), t[1] + w * (u[1] - t[1]), t[2] + w * (u[2] - t[2]))
+    moved = _applied(state.world[skin.segment[s]], t)
+    for i in range(3):
+        out[d, i] += moved[i]
+
+
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
+def _blend_slope(chain, skin, state, s, local, out):
+    """Add what the turns of the joint that a sphere is blended across change besides.
+
+    The share w of a proximal sphere goes along with the distal segment; that of a distal one stays
+    with the proximal segment, but for a twist that this one shares.
+    """
     b = skin.blend[s]
-    c = skin.centre[s]
     p = skin.blend_point[s]
-    v = (c[0] - p[0], c[1] - p[1], c[2] - p[2])
-    u = _applied(state.world[skin.segment[s]], _across(skin, s, state, v))
-    share = -skin.blend_share[s] if skin.distal[s] else skin.blend_share[s]
-    for a in range(2 if skin.shared[s] else 3):
+    world = state.world[skin.segment[s]]
+    v = (local[0] - p[0], local[1] - p[1], local[2] - p[2])
+    u = _applied(world, _across(skin, s, state, v))
+    w = -skin.blend_share[s] if skin.distal[s] else skin.blend_share[s]
+    u = (w * u[0], w * u[1], w * u[2])
+    for a in range(3):
         d = chain.turn[b, a]
-        if d >= 0:
-            _about(state.spin[d], share * u[0], share * u[1], share * u[2], out[d])
+        if d < 0:
+            continue
+        if a < 2 or not skin.shared[s] or skin.distal[s]:
+            _about(state.spin[d], u[0], u[1], u[2], out[d])
+        if a == 2 and skin.shared[s] and skin.distal[s]:
+            axis = _back(state.twist[b], _back(state.swing[b], chain.axes[b, 2]))
+            _about(_applied(world, axis), -u[0], -u[1], -u[2], out[d])
 
 
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, forceinline=True)
 def _limit(chain, state, k, axis, side, slope):
     """A limit as its couplings have it; slope (2,): the driver's turn and how the limit changes."""
     slope[0] = -1.0
@@ -371,21 +410,21 @@ def _limit(chain, state, k, axis, side, slope):
     return limit
 
 
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, forceinline=True)
 def _range_breach(chain, state, k, axis, spare, breach, slopes, count):
     """Add how far one angle is past its range, and its slopes (D,); return the new count."""
     d = chain.turn[k, axis]
     if d < 0:
         return count
     angle = state.angles[k, axis]
-    driver = np.empty(2)
+    driver = state.room[1]
     for side in range(2):
         sign = 1.0 if side == 0 else -1.0
         limit = _limit(chain, state, k, axis, side, driver)
         past = sign * angle - limit + min(spare, 0.5 * max(limit, 0.0))
         if past > 0.0:
             breach[count] = past
-            slopes[count, :] = 0.0
+            _clear(slopes, count)
             slopes[count, d] = sign
             if driver[0] >= 0.0:
                 slopes[count, int(driver[0])] -= driver[1]
@@ -393,12 +432,12 @@ def _range_breach(chain, state, k, axis, spare, breach, slopes, count):
     return count
 
 
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, forceinline=True)
 def _cone_breach(chain, state, k, spare, breach, slopes, count):
     """Add how far a swing is outside its ellipse: (q - 1) / |grad q|; return the new count."""
-    driver = np.empty(2)
+    driver = state.room[1]
     value = 0.0
-    grad = np.zeros(2)
+    grad = state.room[2]
     for a in range(2):
         s = state.angles[k, a]
         limit = _limit(chain, state, k, a, 0 if s >= 0.0 else 1, driver)
@@ -410,19 +449,19 @@ def _cone_breach(chain, state, k, spare, breach, slopes, count):
         return count
     size = np.sqrt(grad[0] ** 2 + grad[1] ** 2) / q
     breach[count] = (q - 1.0) / size
-    slopes[count, :] = 0.0
+    _clear(slopes, count)
     for a in range(2):
         if chain.turn[k, a] >= 0:
             slopes[count, chain.turn[k, a]] = grad[a] / q / size
     return count + 1
 
 
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, forceinline=True)
 def _dot(rows, v, g):
     return rows[v, 0] * g[0] + rows[v, 1] * g[1] + rows[v, 2] * g[2]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
 def _nearest_on_edges(polygon, edges, window, g, best):
     """Write the direction on the edges of a spherical polygon that is nearest to g into best: on
     the edges about the nearest vertex."""
@@ -453,7 +492,7 @@ def _nearest_on_edges(polygon, edges, window, g, best):
             best[0], best[1], best[2] = x, y, z
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
 def _is_within(wedges, edges, g):
     """Whether a direction is inside a spherical polygon: on the inner side of the edge of the wedge
     that it is in."""
@@ -467,14 +506,15 @@ def _is_within(wedges, edges, g):
     return False
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
 def _polygon_breach(chain, state, spare, breach, slopes, count):
     """Add how far the limb's direction is outside its polygon; return the new count."""
     k = chain.shaped
     limb = _applied(state.world[k], chain.pointer)
     frame = chain.frame_turn if chain.frame < 0 else state.world[chain.frame]
-    g = np.array(_back(frame, limb))
-    best = np.empty(3)
+    g = state.room[3]
+    best = state.room[4]
+    g[0], g[1], g[2] = _back(frame, limb)
     _nearest_on_edges(chain.polygon, chain.edges, chain.window, g, best)
     gap = 2.0 * np.arcsin(
         min(
@@ -503,7 +543,7 @@ def _polygon_breach(chain, state, spare, breach, slopes, count):
     return count + 1
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
 def breaches(chain, state, spare, breach, slopes):
     """Write how far the joints are past their stops, drawn in by `spare`, and how that changes with
     each turn; return how many breaches there are."""

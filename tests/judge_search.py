@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from tests.judge_field import FEW, Field, sphere_contacts
+from tests.judge_field import Field, sphere_contacts
 from tests.judge_limb import (
     Chain,
     Skin,
@@ -80,18 +80,30 @@ class Desk(NamedTuple):
     """(D,)"""
     count: np.ndarray
     """(2,) of contacts and breaches."""
+    factor: np.ndarray
+    """(D, D)"""
+    row: np.ndarray
+    """(D,)"""
+    spot: np.ndarray
+    """(2, 3)"""
+    few_depth: np.ndarray
+    """(FEW,) as `depth`, of one sphere."""
+    few_out: np.ndarray
+    """(FEW, 3)"""
+    parts: np.ndarray
+    """(2, n) solid parts about a sphere."""
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
 def find_contacts(scene, desk, shrunk):
     """Write the contacts of the limb, its spheres shrunk by a share of their radii; return the sum
     of squares of their depths."""
     skin = scene.skin
-    at = np.empty(3)
-    away = np.empty(3)
-    depth = np.empty(FEW)
-    out = np.empty((FEW, 3))
-    parts = np.empty((2, 24), np.int64)
+    at = desk.spot[0]
+    away = desk.spot[1]
+    depth = desk.few_depth
+    out = desk.few_out
+    parts = desk.parts
     count = 0
     total = 0.0
     for s in range(len(skin.radius)):
@@ -107,14 +119,15 @@ def find_contacts(scene, desk, shrunk):
             total += past * past
             if count < MOST:
                 desk.depth[count] = past
-                desk.out[count] = out[c]
+                for i in range(3):
+                    desk.out[count, i] = out[c, i]
                 desk.sphere[count] = s
                 count += 1
     desk.count[0] = count
     return total
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
 def evaluate(scene, turns, target, shrunk, desk, gap):
     """Bring the limb to turns; write the gap (3,) from the target to the tip, the contacts and the
     breaches; return the sum of squares. No contacts where shrunk is above 1."""
@@ -134,7 +147,7 @@ def evaluate(scene, turns, target, shrunk, desk, gap):
     return total
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
 def is_way(desk, gap):
     """Whether what was evaluated reaches, keeps the stops and enters nothing."""
     if gap[0] ** 2 + gap[1] ** 2 + gap[2] ** 2 > TIP * TIP:
@@ -148,7 +161,7 @@ def is_way(desk, gap):
     return deepest <= OFF
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
 def _add_row(desk, row, left, size):
     for i in range(size):
         desk.gradient[i] += row[i] * left
@@ -156,14 +169,16 @@ def _add_row(desk, row, left, size):
             desk.matrix[i, j] += row[i] * row[j]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
 def normal_equations(scene, desk, gap):
     """Write J'J (its lower half) and J'r of what was evaluated."""
     size = len(scene.chain.owner)
-    desk.matrix[:] = 0.0
-    desk.gradient[:] = 0.0
-    row = np.empty(size)
-    at = np.empty(3)
+    row = desk.row
+    at = desk.spot[0]
+    for i in range(size):
+        desk.gradient[i] = 0.0
+        for j in range(size):
+            desk.matrix[i, j] = 0.0
     tip(scene.chain, desk.state, at)
     tip_slope(scene.chain, desk.state, at, desk.slope)
     for i in range(3):
@@ -187,11 +202,11 @@ def normal_equations(scene, desk, gap):
         _add_row(desk, row, desk.depth[c], size)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
 def solve_step(desk, damping, step):
     """Write the damped step by Cholesky's method; return whether there is one."""
     size = len(step)
-    low = np.empty((size, size))
+    low = desk.factor
     for i in range(size):
         for j in range(i + 1):
             total = desk.matrix[i, j]

@@ -13,7 +13,7 @@ from functools import cached_property
 import numpy as np
 
 import workbench as wb
-from tests.judge_field import Field, field_of
+from tests.judge_field import FEW, field_of
 from tests.judge_limb import Chain, Skin, state_of
 from tests.judge_search import MOST, POOL, Desk, Scene, search
 from tests.oracles import forward
@@ -105,6 +105,12 @@ class Judge:
             np.zeros((size, size)),
             np.zeros(size),
             np.zeros(2, np.int64),
+            np.zeros((size, size)),
+            np.zeros(size),
+            np.zeros((2, 3)),
+            np.zeros(FEW),
+            np.zeros((FEW, 3)),
+            np.zeros((2, 24), np.int64),
         )
 
     def _chain(self):
@@ -254,7 +260,7 @@ class Judge:
                 centre[:] += skin.blend_share[s] * (matrices(turn[None])[0] @ v - v)
 
     @cached_property
-    def _room(self):
+    def room(self):
         """The environment as it stands for this person."""
         return moved(
             self.surroundings.environment, self.surroundings.moving_parts, self.displacement
@@ -269,11 +275,14 @@ class Judge:
         return angles
 
     def posed(self, angles):
-        """The pose with the joints of the limb at angles (J, 3), held by the limb's base."""
-        rotations = self.rotations.copy()
+        """The poses with the joints of the limb at angles (P, J, 3) or (J, 3), held by the limb's
+        base."""
+        angles = angles.reshape(-1, *self.angles.shape)
+        rotations = np.repeat(self.rotations[None], len(angles), axis=0)
         free = list(self.arm.free)
-        rotations[free] = compose(self.body, angles)[free]
-        return wb.Poses(rotations[None], self.arm.base, self.base[None, self.arm.base])
+        rotations[:, free] = compose(self.body, angles)[:, free]
+        base = np.repeat(self.base[None, self.arm.base], len(angles), axis=0)
+        return wb.Poses(rotations, self.arm.base, base)
 
     def confirms(self, angles, target):
         """Whether place, contacts and stops of the package agree that angles (J, 3) are a way."""
@@ -286,7 +295,7 @@ class Judge:
         margin = wb.stops(self.body, pose).margin[0, list(self.arm.free)]
         if margin.min() < -CONFIRMED_STOP:
             return False
-        met = wb.contacts(placed, self._room)
+        met = wb.contacts(placed, self.room)
         return not np.any(self.arm.solid[0, met.sphere] & (met.excess > 0))
 
     def judge(self, target, *, restarts=RESTARTS, seed=1):
@@ -310,9 +319,4 @@ class Judge:
         return Verdict(-1, self.angles_at(pool[0]), refused)
 
 
-def body_row(body, b):
-    """One row of a body and of what belongs to it."""
-    return body[np.array([b])]
-
-
-__all__ = ["RESTARTS", "Field", "Judge", "Surroundings", "Verdict", "body_row"]
+__all__ = ["RESTARTS", "Judge", "Surroundings", "Verdict"]

@@ -14,10 +14,6 @@ from workbench.model.posing import angles_of, compose
 STEP = 1e-6
 ROUNDS = 12
 MOST_TURN = 0.3
-OFF = 5e-4
-TIP = 1e-4
-DAMPING = 1e-4
-MOST = 16
 PAST = np.radians(0.1)
 
 
@@ -91,93 +87,3 @@ def _brought(body, arm, pose, angles, target):
         )
         angles[:, rows, columns] = np.clip(angles[:, rows, columns] + step, low, high)
     return angles
-
-
-def slow_ways(body, arm, pose, target, environment, *, starts=24, draws=6000, rounds=30, seed=1):
-    """Postures (n, J, 4) that bring the tip to a target within 0.1 mm, keep the stops and enter
-    nothing, none where none is found: from the nearest of drawn postures, damped least squares on
-    the distance, the breach of the stops and the overlaps at once. Slopes are differences; a
-    contact is pushed out along its normal."""
-    rng = np.random.default_rng(seed)
-    free = list(arm.free)
-    angles = np.repeat(angles_of(body, pose)[:1], draws, axis=0)
-    low = -body.stops.limits[free, :, 1]
-    high = body.stops.limits[free, :, 0]
-    angles[:, free] = rng.uniform(low, high, (draws, len(free), 3))
-    off = np.linalg.norm(_tips(body, arm, pose, angles) - target, axis=1)
-    legal = np.flatnonzero(_margin(body, arm, pose, angles) >= 0)
-    angles = angles[legal[np.argsort(off[legal])[:starts]]]
-    turns = [(j, axis) for j in free for axis in range(3) if body.stops.limits[j, axis].sum() > 0]
-    rows, columns = map(list, zip(*turns, strict=True))
-    for _ in range(rounds):
-        met = _met(body, arm, pose, angles, environment)
-        tip, breach, centres = _state(body, arm, pose, angles)
-        good = (np.linalg.norm(tip - target, axis=1) < TIP) & (breach < PAST)
-        good[met.pose[met.excess > 0]] = False
-        if good.any():
-            return _poses(body, pose, angles[good]).rotations
-        others = np.repeat(angles[None], len(turns), axis=0)
-        others[np.arange(len(turns)), :, rows, columns] += STEP
-        moved = _state(body, arm, pose, others.reshape(-1, *angles.shape[1:]))
-        slopes = [
-            (b.reshape(len(turns), *a.shape) - a) / STEP
-            for a, b in zip((tip, breach, centres), moved, strict=True)
-        ]
-        left, slope = _equations((tip - target, breach), slopes, met)
-        square = slope.transpose(0, 2, 1) @ slope + DAMPING * np.eye(len(turns))
-        step = -np.linalg.solve(square, np.einsum("pri,pr->pi", slope, left)[..., None])[..., 0]
-        step *= np.minimum(
-            1.0, MOST_TURN / np.maximum(np.abs(step).max(axis=1, keepdims=True), 1e-12)
-        )
-        angles[:, rows, columns] += step
-    return np.zeros((0, len(body.joints), 4))
-
-
-def _equations(state, slopes, met):
-    """What is left (P, 4 + MOST) of tip, stops and deepest contacts, and how it changes with each
-    turn (P, 4 + MOST, n)."""
-    tip, breach = state
-    tips, breaches, centres = slopes
-    left = np.zeros((len(tip), 4 + MOST))
-    slope = np.zeros((len(tip), 4 + MOST, len(tips)))
-    left[:, :3] = tip
-    left[:, 3] = breach
-    slope[:, :3] = tips.transpose(1, 2, 0)
-    slope[:, 3] = breaches.T
-    used = np.full(len(tip), 4)
-    deep = _is_inside(met)
-    inside = set(zip(met.pose[deep], met.sphere[deep], met.part[deep], strict=True))
-    for c in np.argsort(-met.excess):
-        p = met.pose[c]
-        s = met.sphere[c]
-        part = met.part[c]
-        contrary = (p, s, part) in inside and not deep[c]
-        if used[p] < 4 + MOST and not contrary:
-            left[p, used[p]] = met.excess[c] + OFF
-            slope[p, used[p]] = -centres[:, p, s] @ met.normal[c]
-            used[p] += 1
-    return left, slope
-
-
-def _is_inside(met):
-    """(C,) whether the sphere's centre is inside the part."""
-    return -met.distance > met.body.radius[0, met.sphere]
-
-
-def _state(body, arm, pose, angles):
-    """Tips (P, 3), breaches of the stops (P,) [rad] and centres of all spheres (P, S, 3)."""
-    placed = wb.place(
-        body, _poses(body, pose, angles), window=[body.segments[segment] for segment in arm.moving]
-    )
-    world = placed.world_from_segment[:, arm.end]
-    tip = np.einsum("pij,j->pi", world[..., :3], arm.tip[0]) + world[..., 3]
-    return tip, np.maximum(0.0, -_margin(body, arm, pose, angles)), placed.centres
-
-
-def _met(body, arm, pose, angles, environment):
-    """Contacts of the limb's solid spheres, and what is nearly one."""
-    window = [body.segments[segment] for segment in arm.moving]
-    met = wb.contacts(
-        wb.place(body, _poses(body, pose, angles), window=window), environment, margin=OFF
-    )
-    return met.rows(arm.solid[0, met.sphere] & (met.excess > -OFF))

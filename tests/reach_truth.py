@@ -9,6 +9,7 @@ tenth of those reached, which shows what it can find.
 
 from __future__ import annotations
 
+import itertools
 import shutil
 import time
 from collections.abc import Iterator
@@ -18,15 +19,21 @@ from pathlib import Path
 import numpy as np
 
 import workbench as wb
-from tests.conftest import ROOT, SHARED, real_input
+from tests.conftest import ROOT, SHARED
 from tests.crowds import Crowd, crowd_of
-from tests.reach_judge import RESTARTS, Judge, Surroundings, body_row
+from tests.reach_judge import RESTARTS, Judge, Surroundings
 from workbench.model.environment import Control
 
 HANDS = ("left hand", "right hand")
 NEARLY = 2e-3
 """[m] What is missed by less without obstacles is searched too."""
 SHARE_OF_REACHED = 0.1
+CLOSE = 0.012
+"""[m] How close to a part the hand of a planted posture is."""
+CLEAR = 1e-4
+"""[m] How far at least."""
+LEGAL = 1e-3
+"""[rad] How far from its stops."""
 SHIPPED = {
     "trainer": ROOT / "studies" / "trainer_accommodation.yaml",
     "compact_car": ROOT / "studies" / "car_driver.yaml",
@@ -74,6 +81,9 @@ REAL = {
         "gazebo_control_console/console.dae", "console_environment.yaml", "console_operators.yaml"
     ),
 }
+
+MESHES = {name: SHARED / "environments" / place.mesh for name, place in REAL.items()}
+"""Where the meshes of real cockpits are."""
 
 
 @dataclass(frozen=True)
@@ -156,13 +166,25 @@ class Seats:
     moving_parts: tuple[str, ...]
     surroundings: Surroundings
 
+    def pose(self, person: int) -> wb.Poses:
+        """The posture of one person, as of a body of one row."""
+        rows = slice(person, person + 1)
+        poses = self.poses
+        return wb.Poses(poses.rotations[rows], poses.reference, poses.world_from_reference[rows])
+
+    def judge(self, person: int, name: str, grip: str, zone: int) -> Judge:
+        """The judge of one limb of one person."""
+        one = self.body[np.array([person])]
+        arm = wb.limb(one, name, grip=grip, zone=zone)
+        return Judge(one, arm, self.pose(person), self.surroundings, self.displacement[person])
+
 
 def study_of(name: str, folder: Path) -> Path:
     """The study that seats people in a place; a real one is put into a folder."""
     if name in SHIPPED:
         return SHIPPED[name]
     place = REAL[name]
-    mesh = real_input(SHARED / "environments" / place.mesh)
+    mesh = MESHES[name]
     inside = folder / name
     inside.mkdir(exist_ok=True)
     shutil.copyfile(mesh, inside / mesh.name)
@@ -270,10 +292,35 @@ def judged(asked: Asked, person: int, target: int, judge: Judge, restarts: int) 
     )
 
 
-def pose_of(poses: wb.Poses, person: int) -> wb.Poses:
-    """The posture of one person, as of a body of one row."""
-    rows = slice(person, person + 1)
-    return wb.Poses(poses.rotations[rows], poses.reference, poses.world_from_reference[rows])
+def planted(
+    seats: Seats, *, each: int, seed: int, draws: int = 2500
+) -> Iterator[tuple[Judge, np.ndarray]]:
+    """Targets (n, 3) that are known to be reached: the tips of legal clear postures whose hand is
+    within 12 mm of a part; at most `each` for every person, hand and zone."""
+    rng = np.random.default_rng(seed)
+    for person, hand in itertools.product(range(len(seats.body)), HANDS):
+        for grip, zone in (("push", 1), ("pinch", 2), ("grasp", 3)):
+            judge = seats.judge(person, hand, grip, zone)
+            low, high = judge.scene.low, judge.scene.high
+            turns = rng.uniform(low, high, (draws, len(low)))
+            angles = np.array([judge.angles_at(row) for row in turns])
+            yield judge, _clear_tips(judge, angles)[:each]
+
+
+def _clear_tips(judge: Judge, angles: np.ndarray) -> np.ndarray:
+    """(n, 3) the tips of those postures (P, J, 3) that are legal, clear, and close to a part."""
+    poses = judge.posed(angles)
+    margin = wb.stops(judge.body, poses).margin[:, list(judge.arm.free)]
+    legal = np.flatnonzero(margin.min(axis=1) > LEGAL)
+    poses = wb.Poses(poses.rotations[legal], poses.reference, poses.world_from_reference[legal])
+    placed = wb.place(judge.body, poses)
+    met = wb.contacts(placed, judge.room, margin=CLOSE)
+    met = met.rows(judge.arm.solid[0, met.sphere])
+    entering = met.pose[met.excess > -CLEAR]
+    close = met.pose[(met.segment == judge.arm.end) & (met.excess > -CLOSE)]
+    end = placed.world_from_segment[np.setdiff1d(close, entering), judge.arm.end]
+    tips: np.ndarray = end[:, :, :3] @ judge.arm.tip[0] + end[:, :, 3]
+    return tips
 
 
 def tally_of(
@@ -302,10 +349,7 @@ def tally_of(
     for g, b, t in sorted(chosen | some):
         asked = every[g]
         if (g, b) not in judges:
-            one = body_row(seats.body, b)
-            arm = wb.limb(one, hand, grip=asked.grip, zone=asked.zone)
-            pose = pose_of(seats.poses, b)
-            judges[g, b] = Judge(one, arm, pose, seats.surroundings, seats.displacement[b])
+            judges[g, b] = seats.judge(int(b), hand, asked.grip, asked.zone)
         row = judged(asked, int(b), int(t), judges[g, b], restarts)
         if (g, b, t) in some:
             tally.tried += 1

@@ -10,9 +10,8 @@ import pytest
 
 import workbench as wb
 from tests.conftest import box_part, environment_of
-from tests.reach_oracle import clear_ways, slow_ways
-from tests.reach_restarts import clear_way
-from tests.test_reach_rows import driving
+from tests.reach_judge import Judge, Surroundings
+from tests.reach_oracle import clear_ways
 from workbench import limb, reach, scale
 from workbench.model.environment import Allowance
 from workbench.model.reach import DOUBTS
@@ -42,13 +41,6 @@ FORMER = (
 obstacle."""
 DEEP_REACHED = 35
 """Of 44 targets 100 mm deep in the panel those that are reached."""
-
-
-RESTARTS = 24
-MOST_JUDGED = 6
-"""Random restarts for each target, and how many targets are judged by them."""
-MOST_FALSE = 0.35
-"""Share of such targets said to be kept by an obstacle to which a slow search may find a way."""
 
 
 @pytest.fixture(scope="module")
@@ -84,6 +76,14 @@ def controls(trainer):
     return np.array(
         [control.at for name in CONTROLS for control in trainer.controls if control.name == name]
     )
+
+
+@pytest.fixture(scope="module")
+def around_people(hard, trainer):
+    """The trainer's parts near the people of HARD, for the judge."""
+    bodies, poses = hard
+    base = wb.place(bodies, poses).world_from_segment[:, bodies.segment("UT"), :, 3]
+    return Surroundings(trainer, (), base, float(bodies.radius.max()) + 2e-3)
 
 
 def row(poses, b):
@@ -182,12 +182,15 @@ def one(environment, name):
 
 
 @pytest.mark.nightly
-@pytest.mark.parametrize(("who", "hand", "zone", "name"), [FORMER[i] for i in (0, 5, 7, 8, 9, 10)])
-def test_a_slow_search_of_its_own_finds_their_way_too(hard, trainer, who, hand, zone, name):
+@pytest.mark.parametrize(("who", "hand", "zone", "name"), FORMER)
+def test_random_restarts_with_kinematics_of_their_own_find_their_way_too(
+    hard, trainer, around_people, who, hand, zone, name
+):
     bodies, poses = hard
     control = one(trainer, name)
     arm = limb(bodies[who], hand, grip=control.grip, zone=zone)
-    assert len(slow_ways(bodies[who], arm, row(poses, who), np.array(control.at), trainer))
+    judge = Judge(bodies[who], arm, row(poses, who), around_people, np.zeros(3))
+    assert judge.judge(control.at).attempt >= 0
 
 
 def ask(body, poses, environment, targets, how):
@@ -257,58 +260,3 @@ def test_many_targets_deep_in_the_panel_are_reached(hard, trainer):
         *hard, trainer, deeper(trainer, "push"), {"name": "right hand", "grip": "push", "zone": 2}
     )
     assert found.reached.sum() >= DEEP_REACHED
-
-
-@pytest.mark.nightly
-@pytest.mark.parametrize(("who", "hand", "zone", "name"), [FORMER[i] for i in (0, 5, 9)])
-def test_random_restarts_with_kinematics_of_their_own_find_their_way_too(
-    hard, trainer, who, hand, zone, name
-):
-    bodies, poses = hard
-    control = one(trainer, name)
-    arm = limb(bodies[who], hand, grip=control.grip, zone=zone)
-    way = clear_way(
-        bodies[who], arm, row(poses, who), np.array(control.at), trainer, restarts=RESTARTS
-    )
-    assert way is not None
-
-
-@pytest.mark.nightly
-@pytest.mark.parametrize(("name", "seat"), [("trainer", "left"), ("compact_car", "driver")])
-def test_random_restarts_find_no_way_for_those_kept_by_a_part(name, seat):
-    room = wb.load_environment(name)
-    body = wb.stack_bodies([scale(wb.load_body("adult_male"), measures) for measures in MEASURES])
-    poses = driving(body, room, seat)
-    kept = []
-    for hand in ("left hand", "right hand"):
-        for grip in ("push", "pinch", "grasp"):
-            targets = np.array([control.at for control in room.controls if control.grip == grip])
-            how = {"name": hand, "grip": grip, "zone": 2}
-            free = ask(body, poses, None, targets, how)
-            found = ask(body, poses, room, targets, how)
-            kept += [(b, targets[t], how) for b, t in np.argwhere(free.reached & ~found.reached)]
-    some = [kept[i] for i in np.random.default_rng(3).permutation(len(kept))[:MOST_JUDGED]]
-    for b, target, how in some:
-        arm = limb(body[b], how["name"], grip=how["grip"], zone=how["zone"])
-        way = clear_way(body[b], arm, row(poses, b), target, room, restarts=RESTARTS)
-        assert way is None, (b, target, how)
-
-
-@pytest.mark.nightly
-def test_a_slow_search_proves_few_false_of_those_said_to_be_kept_from_deep_targets(hard, trainer):
-    bodies, poses = hard
-    kept = []
-    for hand in ("left hand", "right hand"):
-        for grip in ("grasp", "push"):
-            targets = deeper(trainer, grip)
-            how = {"name": hand, "grip": grip, "zone": 2}
-            free = ask(bodies, poses, None, targets, how)
-            found = ask(bodies, poses, trainer, targets, how)
-            kept += [(b, targets[t], how) for b, t in np.argwhere(free.reached & ~found.reached)]
-    some = [kept[i] for i in np.random.default_rng(2).permutation(len(kept))[:12]]
-    assert len(some) == 12
-    wrong = 0
-    for b, target, how in some:
-        arm = limb(bodies[b], how["name"], grip=how["grip"], zone=how["zone"])
-        wrong += bool(len(slow_ways(bodies[b], arm, row(poses, b), target, trainer)))
-    assert wrong <= MOST_FALSE * len(some)
