@@ -259,10 +259,11 @@ def field_of(corners, part, solid, low, high, far):
     shape = np.maximum(1, np.ceil((np.asarray(high, float) - origin) / SIDE).astype(np.int64) + 1)
     far = far + HALF
     cells, near, away = _near_cells(corners, origin, shape, far)
-    order = np.lexsort((away, cells))
+    # by cell, then by distance: floats that are not negative are in the order of their bits
+    order = np.argsort((cells.astype(np.int64) << 32) | away.view(np.int32))
     near = near[order]
     away = away[order]
-    start = np.searchsorted(cells[order], np.arange(int(shape.prod()) + 1)).astype(np.int64)
+    start = np.concatenate([[0], np.cumsum(np.bincount(cells, minlength=int(shape.prod())))])
     rows = _solid_cells(corners, part, first, solid, origin, shape, start, near, away)
     table = np.array(rows, np.int64).reshape(-1, 3)
     table = table[np.argsort(table[:, 0], kind="stable")]

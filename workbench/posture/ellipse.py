@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from workbench.model.arrays import Floats
+from workbench.posture.kernels.limits import SMALLEST_LIMIT
 
 __all__ = ["nearest_on_cone"]
 
 SAMPLES = 96
 HALVINGS = 52
-LEAST = 1e-9
 
 
 def nearest_on_cone(swing: Floats, limits: Floats) -> tuple[Floats, Floats, Floats]:
@@ -21,7 +21,7 @@ def nearest_on_cone(swing: Floats, limits: Floats) -> tuple[Floats, Floats, Floa
     2000). Returns the point (P, 2), the signed distance (P,) (positive inside) and the outward
     normal there (P, 2).
     """
-    limits = np.maximum(limits, LEAST)
+    limits = np.maximum(limits, SMALLEST_LIMIT)
     turn = np.linspace(0.0, 2 * np.pi, SAMPLES, endpoint=False, dtype=np.float64)
     gap = _curve(turn[None], limits) - swing[:, None]
     best = turn[np.argmin(np.sum(gap**2, axis=-1), axis=1)]

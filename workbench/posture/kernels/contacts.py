@@ -57,7 +57,7 @@ GROUPS = 2
 WIDER = 5e-3
 """How much farther [m] than asked for polygons are searched, so that a sphere that moves a little
 need not be searched again."""
-ROUNDING = 1e-9
+ROUNDING_MARGIN = 1e-9
 """Rounding [m] of the distance that a sphere has moved."""
 
 
@@ -247,7 +247,7 @@ def _spare(x, y, z, s, g, space):  # type: ignore[no-untyped-def]
     more than 0, the centre is outside.
     """
     moved = norm(subtract((x, y, z), vector(space.last[g, s])))
-    return space.gap[g, s] - moved - ROUNDING
+    return space.gap[g, s] - moved - ROUNDING_MARGIN
 
 
 @inlined

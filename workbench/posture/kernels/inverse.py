@@ -60,7 +60,7 @@ __all__ = [
 
 COLD = 0
 WARM = 1
-FAR = 2
+MISSED_BEFORE = 2
 """How a descent begins: without multipliers, with those of a solution near by, or with those of a
 target near by that was missed."""
 DESCENT_STEPS = 90
@@ -257,7 +257,7 @@ def _attempt(link, b, problem, p, planes, span, most, mode, out, workspace):  # 
     It goes straight for the target; if that fails, as near as can be; and in comfort from there if
     that reaches the target after all.
     """
-    if mode != FAR:
+    if mode != MISSED_BEFORE:
         warm = mode == WARM
         steps = HASTE if warm else most
         far = _descend_and_keep(link, b, problem, p, planes, span, steps, warm, out, workspace)
@@ -281,7 +281,7 @@ def _begin_row(link, again, out, p, near, workspace):  # type: ignore[no-untyped
         mode = WARM
         seeds = min(again, FEW_AGAIN)
         if out.numbers[p, 0] >= REACHED:
-            mode = FAR
+            mode = MISSED_BEFORE
             seeds = min(again, 1 if out.numbers[p, 0] < WIDE else -1)
         workspace.work.press[:] = 0.0
         for i in range(6):

@@ -67,7 +67,7 @@ MOST_SWING = 3.12
 """Largest swing [rad] of the joint of a polygon."""
 SLOPE_OF_HALF_TURN = 1.0
 """Swing [rad] from which its distance to a half turn has a gradient; a swing of 0 has none."""
-FAR = 1e3
+UNLIMITED = 1e3
 """Room [rad] where nothing limits."""
 ON_BOUNDARY = 1e-5
 """Distance [rad] from the boundary of a polygon within which its side gives the way inward."""
@@ -156,7 +156,7 @@ def _cone_row(link, state, k, r):  # type: ignore[no-untyped-def]
     l0 = first[1]
     l1 = second[1]
     q = math.sqrt((s0 / l0) ** 2 + (s1 / l1) ** 2)
-    state.room[r] = FAR
+    state.room[r] = UNLIMITED
     state.label[r, 1] = 0
     state.label[r, 2] = first[0]
     store((0.0, 0.0, 0.0), state.held[r])

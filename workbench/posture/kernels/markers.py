@@ -39,7 +39,7 @@ __all__ = ["MarkerChain", "solve_markers"]
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-_STEPS = 12
+_FRAME_STEPS = 12
 """Steps of a frame at most; of the first five times as many."""
 _MOST_TURN = 0.6
 """Largest turn [rad] of a joint in one step."""
@@ -344,7 +344,7 @@ def solve_markers(seen, chain, rotations, turns, places, modelled):  # type: ign
             rotations[p] = rotations[p - 1]
             turns[p] = turns[p - 1]
             places[p] = places[p - 1]
-        steps = _STEPS if p else 5 * _STEPS
+        steps = _FRAME_STEPS if p else 5 * _FRAME_STEPS
         _solve_frame(seen[p], chain, rotations[p], turns[p], places[p], steps, workspace)
         for m in range(seen.shape[1]):
             frame = workspace.world[chain.marker_segment[m]]

@@ -37,8 +37,8 @@ PAST_BOUND = 1e-12
 """Excess [rad] over a bound that is rounding."""
 PULL_INWARD = 1e-9
 """Force of a bound that is rounding."""
-LINKS = 6
-ANGLES = 5
+TRUNK_LINKS = 6
+TRUNK_ANGLES = 5
 """Links: pelvis, abdomen, thorax, two of the neck, and the head, which does not turn against the
 neck's second. Angles: the tilt of the pelvis, and the turns of four joints."""
 
@@ -72,8 +72,8 @@ class _Workspace(NamedTuple):
 def _place_links(links, turns, vectors):  # type: ignore[no-untyped-def]
     """Turn the links (6, 2) [m]: the pelvis leans forward by its angle, each joint turns back."""
     tilt = 0.0
-    for m in range(LINKS):
-        if m < ANGLES:
+    for m in range(TRUNK_LINKS):
+        if m < TRUNK_ANGLES:
             tilt = turns[0] if m == 0 else tilt - turns[m]
         c = math.cos(tilt)
         s = math.sin(tilt)
@@ -94,7 +94,7 @@ def _fill_sum(vectors, first, last, row, residual, jacobian):  # type: ignore[no
     residual[row] = math.atan2(-x, z)
     for m in range(first, last):
         share = (vectors[m, 0] * x + vectors[m, 1] * z) / (x * x + z * z)
-        for k in range(min(m, ANGLES - 1) + 1):
+        for k in range(min(m, TRUNK_ANGLES - 1) + 1):
             jacobian[row, k] += share if k == 0 else -share
 
 
@@ -111,41 +111,41 @@ def _fill_residuals(links, turns, wanted, workspace):  # type: ignore[no-untyped
         for k in range(m + 1):
             jacobian[m + 1, k] = 1.0 if k == 0 else -1.0
     residual[5] = math.atan2(vectors[5, 1], vectors[5, 0])
-    for k in range(ANGLES):
+    for k in range(TRUNK_ANGLES):
         jacobian[5, k] = 1.0 if k == 0 else -1.0
-    _fill_sum(vectors, 0, LINKS, 0, residual, jacobian)
+    _fill_sum(vectors, 0, TRUNK_LINKS, 0, residual, jacobian)
     _fill_sum(vectors, 3, 5, 4, residual, jacobian)
     for r in range(6):
         gap = (residual[r] - wanted[r] + math.pi) % (2.0 * math.pi) - math.pi
         residual[r] = gap / workspace.scatter[r]
-        for k in range(ANGLES):
+        for k in range(TRUNK_ANGLES):
             jacobian[r, k] /= workspace.scatter[r]
 
 
 @inner
 def _fill_normal_equations(workspace):  # type: ignore[no-untyped-def]
     """Fill H = J' J and the negative gradient -J' r."""
-    for i in range(ANGLES):
+    for i in range(TRUNK_ANGLES):
         workspace.descent[i] = 0.0
-        for j in range(ANGLES):
+        for j in range(TRUNK_ANGLES):
             workspace.hessian[i, j] = 0.0
         for r in range(6):
             workspace.descent[i] -= workspace.jacobian[r, i] * workspace.residual[r]
-            for j in range(ANGLES):
+            for j in range(TRUNK_ANGLES):
                 workspace.hessian[i, j] += workspace.jacobian[r, i] * workspace.jacobian[r, j]
 
 
 @inner
 def _eliminate(matrix, right, held):  # type: ignore[no-untyped-def]
     """Bring the rows of the free unknowns to triangular form: Gauss, without pivots (positive)."""
-    for i in range(ANGLES):
+    for i in range(TRUNK_ANGLES):
         if held[i] != 0:
             continue
-        for r in range(i + 1, ANGLES):
+        for r in range(i + 1, TRUNK_ANGLES):
             if held[r] == 0:
                 share = matrix[r, i] / matrix[i, i]
                 right[r] -= share * right[i]
-                for j in range(ANGLES):
+                for j in range(TRUNK_ANGLES):
                     if held[j] == 0:
                         matrix[r, j] -= share * matrix[i, j]
 
@@ -157,17 +157,17 @@ def _solve_free(workspace):  # type: ignore[no-untyped-def]
     right = workspace.right
     held = workspace.held
     step = workspace.step
-    for i in range(ANGLES):
+    for i in range(TRUNK_ANGLES):
         right[i] = workspace.descent[i]
-        for j in range(ANGLES):
+        for j in range(TRUNK_ANGLES):
             matrix[i, j] = workspace.hessian[i, j]
             if held[j] != 0 and held[i] == 0:
                 right[i] -= matrix[i, j] * step[j]
     _eliminate(matrix, right, held)
-    for i in range(ANGLES - 1, -1, -1):
+    for i in range(TRUNK_ANGLES - 1, -1, -1):
         if held[i] == 0:
             value = right[i]
-            for j in range(i + 1, ANGLES):
+            for j in range(i + 1, TRUNK_ANGLES):
                 if held[j] == 0:
                     value -= matrix[i, j] * step[j]
             step[i] = value / matrix[i, i]
@@ -178,7 +178,7 @@ def _hold_worst(turns, bounds, held, step):  # type: ignore[no-untyped-def]
     """Hold the free angle that goes farthest past a bound at that bound; False if none does."""
     worst = -1
     beyond = PAST_BOUND
-    for i in range(ANGLES):
+    for i in range(TRUNK_ANGLES):
         past = max(bounds[i, 0] - turns[i] - step[i], turns[i] + step[i] - bounds[i, 1])
         if held[i] == 0 and past > beyond:
             worst = i
@@ -196,9 +196,9 @@ def _release_loosest(workspace):  # type: ignore[no-untyped-def]
     held = workspace.held
     loose = -1
     pull = PULL_INWARD
-    for i in range(ANGLES):
+    for i in range(TRUNK_ANGLES):
         force = workspace.descent[i]
-        for j in range(ANGLES):
+        for j in range(TRUNK_ANGLES):
             force -= workspace.hessian[i, j] * workspace.step[j]
         if held[i] != 0 and -held[i] * force > pull:
             loose = i
@@ -226,16 +226,16 @@ def _bounded_step(turns, bounds, workspace):  # type: ignore[no-untyped-def]
 def _fit_trunk(links, wanted, spread, bounds, turns, workspace):  # type: ignore[no-untyped-def]
     """Fit one trunk; arguments as rows of those of `trunk_turns`."""
     workspace.scatter[0] = LINE_SCATTER
-    for k in range(ANGLES):
+    for k in range(TRUNK_ANGLES):
         workspace.scatter[1 + k] = spread[k]
     for _ in range(MOST_ITERATIONS):
         _fill_residuals(links, turns, wanted, workspace)
         _bounded_step(turns, bounds, workspace)
         largest = 0.0
-        for k in range(ANGLES):
+        for k in range(TRUNK_ANGLES):
             largest = max(largest, abs(workspace.step[k]))
         share = min(1.0, MOST_STEP / max(largest, 1e-300))
-        for k in range(ANGLES):
+        for k in range(TRUNK_ANGLES):
             turns[k] += share * workspace.step[k]
         if largest < SETTLED:
             return
@@ -259,16 +259,16 @@ def trunk_turns(links, wanted, spread, bounds, turns):  # type: ignore[no-untype
         Tilt of the pelvis and turns of the four joints [rad]: a start in, the answer out.
     """
     workspace = _Workspace(
-        np.zeros((LINKS, 2)),
+        np.zeros((TRUNK_LINKS, 2)),
         np.zeros(6),
-        np.zeros((6, ANGLES)),
+        np.zeros((6, TRUNK_ANGLES)),
         np.zeros(6),
-        np.zeros((ANGLES, ANGLES)),
-        np.zeros(ANGLES),
-        np.zeros((ANGLES, ANGLES)),
-        np.zeros(ANGLES),
-        np.zeros(ANGLES, np.int64),
-        np.zeros(ANGLES),
+        np.zeros((TRUNK_ANGLES, TRUNK_ANGLES)),
+        np.zeros(TRUNK_ANGLES),
+        np.zeros((TRUNK_ANGLES, TRUNK_ANGLES)),
+        np.zeros(TRUNK_ANGLES),
+        np.zeros(TRUNK_ANGLES, np.int64),
+        np.zeros(TRUNK_ANGLES),
     )
     for p in range(len(turns)):
         _fit_trunk(links[p], wanted[p], spread[p], bounds[p], turns[p], workspace)

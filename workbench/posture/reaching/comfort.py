@@ -37,7 +37,7 @@ COMFORT: Mapping[str, tuple[Range, ...]] = {
     "trunk": (("flexion", -10, 10), ("bend_left", -10, 10), ("turn_left", -10, 10)),
 }
 _TRUNK = ("W", "SP", "NP", "HP")
-_LEAST = math.radians(5.0)
+_LEAST_HALF_RANGE = math.radians(5.0)
 
 
 def comfort_modes(body: Body, joint: int) -> tuple[Floats, Floats]:
@@ -48,7 +48,7 @@ def comfort_modes(body: Body, joint: int) -> tuple[Floats, Floats]:
     """
     limits = body.stops.limits[joint]
     mode = 0.5 * (limits[:, 0] - limits[:, 1])
-    half = np.maximum(0.5 * (limits[:, 0] + limits[:, 1]), _LEAST)
+    half = np.maximum(0.5 * (limits[:, 0] + limits[:, 1]), _LEAST_HALF_RANGE)
     name = body.joints[joint]
     rows = (
         COMFORT["trunk"] if name in _TRUNK else COMFORT.get(name[-1:], ()) if len(name) == 2 else ()

@@ -14,7 +14,7 @@ from workbench.threads import in_pieces
 
 __all__ = ["Lead", "no_lead", "outward"]
 
-STEPS = 60
+ATTEMPT_STEPS = 60
 """Steps of an attempt at most."""
 
 
@@ -83,7 +83,17 @@ def outward(
 
     def work(begin: int, end: int) -> None:
         reach_outward(
-            task.link, task.who, task.base, rays, NO_PLANES, most, STEPS, known, out, begin, end
+            task.link,
+            task.who,
+            task.base,
+            rays,
+            NO_PLANES,
+            most,
+            ATTEMPT_STEPS,
+            known,
+            out,
+            begin,
+            end,
         )
 
     in_pieces(work, count, PIECE, threads=threads)

@@ -41,7 +41,7 @@ from workbench.posture.reaching.outward import Lead, no_lead, outward
 
 __all__ = ["reach"]
 
-MOST_PEOPLE = 512
+PEOPLE_PER_REACH_BATCH = 512
 """Rows of a body that are packed at a time, which bounds the memory."""
 MOST_EXTENSION = 1.0
 """[m] No limb reaches farther beyond a target that it reaches."""
@@ -126,8 +126,8 @@ def reach(
     person = people_of(body, poses)
     held = Poses(poses.rotations, limb.base, segment_frames(body, poses, limb.base), person=person)
     parts = []
-    for first in range(0, count, MOST_PEOPLE):
-        some = slice(first, first + MOST_PEOPLE)
+    for first in range(0, count, PEOPLE_PER_REACH_BATCH):
+        some = slice(first, first + PEOPLE_PER_REACH_BATCH)
         crowd = _crowd(body, limb, held.rows(some), goals[some], ways[some], displaced[some])
         own = initial.rows(some) if initial is not None and len(initial) == count else initial
         parts.append(_crowd_reach(crowd, replace(ask, initial=own)))
@@ -219,7 +219,7 @@ def _crowd(
     serves again."""
     person = people_of(body, held)
     alike = len(np.unique(person)) < len(person)
-    if len(body) > MOST_PEOPLE or (alike and displaced.any()):
+    if len(body) > PEOPLE_PER_REACH_BATCH or (alike and displaced.any()):
         body, limb, person = body[person], limb.rows(person), np.arange(len(person))
         held = replace(held, person=None)
     displacement = np.zeros((len(body), 3))

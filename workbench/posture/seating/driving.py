@@ -36,7 +36,7 @@ from workbench.posture.reaching.chains import (
 from workbench.posture.reaching.limbs import FEET
 from workbench.posture.seating.driving_angles import drawn_angles, driving_angles, h_point_offset
 from workbench.posture.seating.driving_legs import Sole, hips_from_pedal, soles_on
-from workbench.posture.seating.seat import MOST_PEOPLE, Seated
+from workbench.posture.seating.seat import PEOPLE_PER_SEAT_BATCH, Seated
 from workbench.posture.seating.spine import SPINE, Spine, spine_of, spine_tilts
 from workbench.posture.seating.stepping import limits_of
 
@@ -120,8 +120,8 @@ def driving_posture(
         raise UsageError(f"drivers, numbers: expected {count} of each for {count} poses, got {got}")
     case = _Case(seat, package, feet, eye, seed)
     parts = []
-    for first in range(0, count, MOST_PEOPLE):
-        some = slice(first, first + MOST_PEOPLE)
+    for first in range(0, count, PEOPLE_PER_SEAT_BATCH):
+        some = slice(first, first + PEOPLE_PER_SEAT_BATCH)
         own = Poses(poses.rotations[some], poses.reference, poses.world_from_reference[some])
         parts.append(_at_wheel(people[some], own, case, who[some], drawn[some]))
     return _driving(parts, case, poses.person)

@@ -13,9 +13,9 @@ from workbench.model.body import Body
 from workbench.model.kept import kept_with_body
 from workbench.posture.reaching.limbs import Limb, limb
 
-__all__ = ["STEP", "Pedals", "pointed_foot", "positions"]
+__all__ = ["SEAT_SPACING", "Pedals", "pointed_foot", "positions"]
 
-STEP = 0.01
+SEAT_SPACING = 0.01
 """Spacing [m] of the seat positions that are tried."""
 
 
@@ -31,7 +31,7 @@ class Pedals:
 def positions(travel: tuple[float, float]) -> Floats:
     """Positions from the rear to the front of a travel, its ends and zero among them."""
     low, high = travel
-    grid = np.arange(np.ceil(low / STEP), np.floor(high / STEP) + 1) * STEP
+    grid = np.arange(np.ceil(low / SEAT_SPACING), np.floor(high / SEAT_SPACING) + 1) * SEAT_SPACING
     ends = [low, min(max(0.0, low), high), high]
     positions: Floats = np.unique(np.round(np.concatenate([ends, grid]), 9))
     return positions

@@ -34,9 +34,9 @@ from workbench.posture.seating.stepping import (
 )
 from workbench.threads import in_pieces
 
-__all__ = ["MOST_PEOPLE", "Seated", "seat"]
+__all__ = ["PEOPLE_PER_SEAT_BATCH", "Seated", "seat"]
 
-MOST_PEOPLE = 256
+PEOPLE_PER_SEAT_BATCH = 256
 """Rows of a body that are packed at a time, which bounds the memory."""
 PIECE = 16
 """People that a thread takes at a time."""
@@ -152,8 +152,8 @@ def seat(
     people = row_for_each(body, poses)
     ask = _Ask(seat, eye, Pedals({}) if pedals is None else pedals, every, threads)
     found = []
-    for first in range(0, len(poses), MOST_PEOPLE):
-        some = slice(first, first + MOST_PEOPLE)
+    for first in range(0, len(poses), PEOPLE_PER_SEAT_BATCH):
+        some = slice(first, first + PEOPLE_PER_SEAT_BATCH)
         own = Poses(poses.rotations[some], poses.reference, poses.world_from_reference[some])
         found.append(_some_people(people[some], own, ask))
     seated = found[0] if len(found) == 1 else join_seated(found)
