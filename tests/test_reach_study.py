@@ -16,6 +16,8 @@ from tests.seat_oracle import eye_points
 from workbench import limb, load_study, scale
 from workbench.draw.scene_builder import build_source
 from workbench.model.criterion import Criterion
+from workbench.model.reach import DOUBTS
+from workbench.report.postures.reach_rows import doubt_sentence
 from workbench.study.buried import buried_controls
 from workbench.study.people import present_people
 from workbench.study.situation import position_of
@@ -201,3 +203,23 @@ def test_the_trainer_is_flown_by_a_small_woman_and_a_large_man():
     study = load_study(ROOT / "studies" / "trainer_reach.yaml")
     assert [role.name for role in study.roles] == ["small woman", "large man"]
     assert all(role.free for role in study.roles) and len(study.reach_envelopes) == 2
+
+
+@pytest.mark.parametrize(
+    ("ends", "sentence"),
+    [
+        ([0, 0], ""),
+        (
+            [0, 1, 1, 2],
+            "Obstacles put 3 of 4 reaches in doubt: 2 came clear after a few steps, 1 came clear in "
+            "another posture.",
+        ),
+        (
+            [0, 3],
+            "Obstacles put 1 of 2 reaches in doubt: for 1 the search found no way, which is no proof "
+            "that there is none.",
+        ),
+    ],
+)
+def test_the_page_says_how_doubts_ended(ends, sentence):
+    assert doubt_sentence([DOUBTS[end] for end in ends]) == sentence

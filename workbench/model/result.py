@@ -97,7 +97,8 @@ class ControlReach:
     best.
 
     miss [m]: how far the grip stays from it, overlap [m]: how far obstacles are still entered
-    there; limit: what limits it, in words; discomfort as in `Reach`. case: the name of the case whose
+    there; limit: what limits it, in words; discomfort as in `Reach`. doubt: one of DOUBTS,
+    how a doubt ended that obstacles raised. case: the name of the case whose
     posture it begins from; hand: the one that was asked for, "" for either.
     """
 
@@ -111,6 +112,7 @@ class ControlReach:
     overlap: float
     limit: str
     discomfort: float
+    doubt: str
     case: str = ""
     hand: str = ""
 

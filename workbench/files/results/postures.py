@@ -84,7 +84,11 @@ class PersonRow(Row):
 
 
 class ReachRow(Row):
-    """How one person reaches one control in one harness zone; miss_mm is 0 where it is reached."""
+    """How one person reaches one control in one harness zone; miss_mm is 0 where it is reached.
+
+    doubt: how it ended where the posture without obstacles enters something, or is short by little:
+    "clear after a few steps", "clear in another posture" or "kept"; "not in doubt" else.
+    """
 
     person: str
     control: str
@@ -96,6 +100,7 @@ class ReachRow(Row):
     overlap_mm: float
     limit: str
     discomfort: float
+    doubt: str
     sentence: str
 
 

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from workbench.files.results.postures import ReachRow
+from workbench.model.reach import DOUBTS
 from workbench.model.result import ControlReach, PosturesFound
 from workbench.report.words import millimetres
 
-__all__ = ["reach_rows"]
+__all__ = ["doubt_sentence", "reach_rows"]
 
 
 def reach_rows(result: PosturesFound) -> list[ReachRow]:
@@ -23,6 +26,7 @@ def reach_rows(result: PosturesFound) -> list[ReachRow]:
             overlap_mm=round(1000 * row.overlap, 3),
             limit=row.limit,
             discomfort=round(row.discomfort, 4),
+            doubt=row.doubt,
             sentence=_sentence(row),
         )
         for row in result.reaches
@@ -37,3 +41,19 @@ def _sentence(row: ControlReach) -> str:
     return (
         f"{lead} stays {millimetres(row.miss)} from {row.control}, limited by {row.limit}{entered}."
     )
+
+
+def doubt_sentence(ends: Sequence[str]) -> str:
+    """Return how many reaches obstacles put in doubt, and how these ended; "" where none was."""
+    certain, soon, other, kept = (ends.count(end) for end in DOUBTS)
+    doubted = len(ends) - certain
+    if not doubted:
+        return ""
+    ways = [
+        f"{count} came clear {how}"
+        for count, how in ((soon, "after a few steps"), (other, "in another posture"))
+        if count
+    ]
+    if kept:
+        ways.append(f"for {kept} the search found no way, which is no proof that there is none")
+    return f"Obstacles put {doubted} of {len(ends)} reaches in doubt: {', '.join(ways)}."

@@ -22,6 +22,7 @@ from workbench.files.results.postures import PosturesRows, ReachRow
 from workbench.model.result import Finding, PersonFound, PosturesFound
 from workbench.report.postures.drawing import clearance_drawing
 from workbench.report.postures.envelopes.pictures import envelope_pictures
+from workbench.report.postures.reach_rows import doubt_sentence
 from workbench.report.templates import template
 from workbench.report.words import finding_sentence
 
@@ -57,6 +58,7 @@ def postures_section(
         ],
         stops=[_stops(result, index) for index in range(len(result.people))],
         reaches=_reaches(rows),
+        doubts=doubt_sentence([row.doubt for row in rows.reaches]),
         envelopes=[envelope_pictures(result, e) for e in result.envelopes],
         legend=LEGEND,
     )

@@ -20,6 +20,7 @@ from workbench.model.body import Body
 from workbench.model.criterion import Criterion
 from workbench.model.environment import Control, Environment
 from workbench.model.poses import Poses
+from workbench.model.reach import DOUBTS
 from workbench.model.result import ControlReach, Finding
 from workbench.model.workplace import Workplace
 from workbench.posture.reaching.limbs import ZONES, limb
@@ -75,7 +76,7 @@ class _Reached:
     ----------
     margin
         (B, T) [m], NaN before any limb is asked.
-    reached, miss, overlap, discomfort
+    reached, miss, overlap, discomfort, doubt
         (B, T) as of `Reach`.
     limb, limit
         (B, T) which limb, and what limits it in words.
@@ -88,6 +89,7 @@ class _Reached:
     miss: Floats
     overlap: Floats
     discomfort: Floats
+    doubt: Ints
     limb: NDArray[np.object_]
     limit: NDArray[np.object_]
     toward: Floats
@@ -116,6 +118,7 @@ def _nothing_reached(people: int, controls: int) -> _Reached:
         miss=np.full(shape, np.inf),
         overlap=np.zeros(shape),
         discomfort=np.zeros(shape),
+        doubt=np.zeros(shape, dtype=np.int64),
         limb=np.full(shape, "", dtype=object),
         limit=np.full(shape, "", dtype=object),
         toward=np.full((*shape, 3), np.nan),
@@ -199,6 +202,7 @@ def _reached_with(
         miss=found.miss,
         overlap=found.overlap,
         discomfort=found.discomfort,
+        doubt=found.doubt,
         limb=np.full(found.reached.shape, name, dtype=object),
         limit=limit,
         toward=way / np.maximum(np.linalg.norm(way, axis=2, keepdims=True), 1e-9),
@@ -274,6 +278,7 @@ def _zone_reaches(
                 overlap=float(best.overlap[0, t]),
                 limit=best.limit[0, t],
                 discomfort=float(best.discomfort[0, t]),
+                doubt=DOUBTS[best.doubt[0, t]],
                 case=situation.work.name,
                 hand=group.hand,
             )
