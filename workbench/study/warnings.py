@@ -4,14 +4,17 @@ enclosed, seats missed."""
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from workbench.contact.enclosure import enclosed
+from workbench.model.arrays import Floats
 from workbench.model.criterion import Criterion
-from workbench.model.environment import Environment, Rest
+from workbench.model.environment import Environment, Rest, Seat
 from workbench.model.poses import Placed
 from workbench.model.result import Finding, PersonFound, Verdict
+from workbench.posture.seating.seating import seat_planes
 
 __all__ = ["enclosure_warnings", "result_warnings", "seat_verdicts"]
 
@@ -34,11 +37,9 @@ def result_warnings(
         found += _swallowed(environment, cases, person)
         found += enclosure_warnings(person.name, person.placed, environment, cases)
         if person.role.seat is not None:
-            seat = environment.seat(person.role.seat)
-            for surface, what in ((seat.cushion, "cushion"), (seat.back, "back")):
-                tolerance = DRIVER_TOLERANCE if "driver" in person.postures else SEAT_TOLERANCE
-                words = f"{what} of seat {seat.name!r}"
-                found += _missed(environment, person, surface, words, tolerance)
+            most = DRIVER_TOLERANCE if "driver" in person.postures else SEAT_TOLERANCE
+            for rest in _rests(environment.seat(person.role.seat)):
+                found += _missed(environment, person, rest, cases, most)
     return found
 
 
@@ -89,17 +90,28 @@ def enclosure_warnings(
 
 
 def _missed(
-    environment: Environment, person: PersonFound, surface: Rest, what: str, tolerance: float
+    environment: Environment, person: PersonFound, rest: _Rest, cases: tuple[str, ...], most: float
 ) -> Iterator[str]:
-    """The seat's planes say where a sitter rests; the part itself may be elsewhere."""
-    gaps = _gaps(environment, person, surface)
-    gap = max(gaps, key=lambda gap: abs(gap + surface.depth), default=-surface.depth)
-    if abs(gap + surface.depth) > tolerance:
-        where = f"{1000 * gap:.0f} mm clear of" if gap > 0 else f"{-1000 * gap:.0f} mm deep in"
-        yield (
-            f"{person.name} is {where} {surface.part!r}, the {what}, where {1000 * surface.depth:.0f} mm deep was "
-            f"stated: check the seat reference point, the seat's angles, and the mesh's unit and axes"
-        )
+    """The seat's planes say where a sitter rests; the part itself may be elsewhere. most: how far
+    [m] the sinking may be from what is stated."""
+    surface = rest.surface
+    touched = _touched(environment, person, rest)
+    worst = max(touched, key=lambda one: abs(one.gap + surface.depth), default=None)
+    if worst is None or abs(worst.gap + surface.depth) <= most:
+        return
+    clearance = person.clearance
+    case, segment, part = worst.where
+    named = clearance.name(worst.where)
+    x, y, z = (1000 * value for value in clearance.point[worst.where])
+    polygon = int(clearance.target[worst.where]) - int(environment.part_start[part])
+    gap = worst.gap
+    where = f"{1000 * gap:.0f} mm clear of" if gap > 0 else f"{-1000 * gap:.0f} mm deep in"
+    yield (
+        f"{person.name}, {cases[case]}: {named}, sphere {clearance.sphere[case, segment, part]}, is "
+        f"{where} {surface.part!r}, the {rest.words}, at its polygon {polygon} "
+        f"({x:.0f}, {y:.0f}, {z:.0f}), where {1000 * surface.depth:.0f} mm deep was stated: check the "
+        f"seat reference point, the seat's angles, and the mesh's unit and axes"
+    )
 
 
 def seat_verdicts(
@@ -113,18 +125,19 @@ def seat_verdicts(
     for person in people:
         if person.role.seat is None:
             continue
-        rest = environment.seat(person.role.seat).cushion
-        for case, gap in enumerate(_gaps(environment, person, rest)):
-            if abs(gap + rest.depth) > SEAT_LOST:
+        rest = _rests(environment.seat(person.role.seat))[0]
+        stated = -rest.surface.depth
+        for one in _touched(environment, person, rest):
+            if abs(one.gap - stated) > SEAT_LOST:
                 lost.append(
                     Finding(
-                        case=cases[case],
+                        case=cases[one.where[0]],
                         person=person.name,
                         other_person="",
                         subject="the sitter",
-                        target=rest.part,
-                        value=float(gap),
-                        limit=-rest.depth,
+                        target=rest.surface.part,
+                        value=one.gap,
+                        limit=stated,
                     )
                 )
     if not lost:
@@ -135,13 +148,75 @@ def seat_verdicts(
     return [Verdict(criterion, False, lost[0], tuple(lost))]
 
 
-def _gaps(environment: Environment, person: PersonFound, rest: Rest) -> list[float]:
-    """Distance [m] of whoever rests there to the real part, case by case; nothing where the part is
-    not to be seen."""
+@dataclass(frozen=True, eq=False)
+class _Rest:
+    """The cushion or the back of a seat.
+
+    Parameters
+    ----------
+    surface, words
+        What it is, and what it is called.
+    normal, other
+        (3,) unit normals of its plane, and of the other one's where both are the same part; None
+        where they are two.
+    """
+
+    surface: Rest
+    words: str
+    normal: Floats
+    other: Floats | None
+
+
+def _rests(seat: Seat) -> tuple[_Rest, _Rest]:
+    """The cushion and the back of a seat."""
+    cushion, back, _ = seat_planes(seat)
+    same = seat.cushion.part == seat.back.part
+    return (
+        _Rest(seat.cushion, f"cushion of seat {seat.name!r}", cushion, back if same else None),
+        _Rest(seat.back, f"back of seat {seat.name!r}", back, cushion if same else None),
+    )
+
+
+@dataclass(frozen=True)
+class _Touched:
+    """Where a sitter is nearest to a part that is rested on: the distance [m], and the place in the
+    clearances: case, segment, part."""
+
+    gap: float
+    where: tuple[int, int, int]
+
+
+def _touched(environment: Environment, person: PersonFound, rest: _Rest) -> list[_Touched]:
+    """Where whoever rests there is nearest to the real part, case by case; nothing where the part is
+    not to be seen.
+
+    A seat that is one part is touched by cushion and back; of these the polygons count that face
+    more as the surface does.
+    """
+    surface = rest.surface
     body = person.placed.body
-    names = body.segments if "all" in rest.segments else rest.segments
+    names = body.segments if "all" in surface.segments else surface.segments
     rows = [body.segments.index(name) for name in names if name in body.segments]
-    if rest.part not in environment.parts or environment.hidden[environment.part(rest.part)]:
+    if surface.part not in environment.parts or environment.hidden[environment.part(surface.part)]:
         return []
-    gaps = person.clearance.distance[:, rows, environment.part(rest.part)].min(axis=1)
-    return [float(gap) for gap in gaps if np.isfinite(gap)]
+    part = environment.part(surface.part)
+    found = []
+    for case in range(len(person.placed)):
+        near = [row for row in rows if np.isfinite(person.clearance.distance[case, row, part])]
+        facing = [row for row in near if _faces(environment, person, rest, (case, row, part))]
+        of = facing or near
+        if of:
+            gaps = person.clearance.distance[case, of, part]
+            nearest = int(np.argmin(gaps))
+            found.append(_Touched(float(gaps[nearest]), (case, of[nearest], part)))
+    return found
+
+
+def _faces(
+    environment: Environment, person: PersonFound, rest: _Rest, where: tuple[int, int, int]
+) -> bool:
+    """Whether the nearest polygon of the part faces as this surface does rather than as the other."""
+    if rest.other is None:
+        return True
+    normal = environment.normal[person.clearance.target[where]]
+    return bool(normal @ rest.normal >= normal @ rest.other)
