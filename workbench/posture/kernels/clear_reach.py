@@ -61,7 +61,7 @@ MOST_PLANES = 16
 ALIKE = 0.95
 """Cosine between the normals of two contacts of one sphere above which only the deeper counts."""
 MOST_STEPS = 60
-MOST_SLOW = 8
+MOST_SLOW = 14
 BETTER = 0.97
 """Steps of an attempt; those in a row that leave more than so much of what is violated."""
 PULL = 1e4
@@ -75,7 +75,7 @@ RADIAN = 0.3
 """What a radian past a stop counts [m]."""
 NEARLY = 2e-3
 """Distance [m] within which a target that is missed without obstacles may still be reached."""
-LOTS = (4, 12, 24, 40)
+LOTS = (4, 12, 24, 40, 48)
 FEW_LOTS = 2
 """How many starts a search takes from the seeds, one lot after the other; how many lots where the
 limb enters nothing and is only short of the target."""
