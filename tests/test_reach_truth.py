@@ -22,7 +22,7 @@ FOUND = 0.99
 """Least share of what is reached that the judge finds a way for."""
 ENOUGH = 100
 MISSED = pytest.mark.xfail(strict=True, reason="the search misses ways: docs/reliability.md")
-"""Measured: 4 of 79 in trainer and car, 8 of 61 in real cockpits, 89 of 363 in the trainer's
+"""Measured: 4 of 79 in trainer and car, 17 of 154 in real cockpits, 89 of 363 in the trainer's
 pockets."""
 GROUPS = {
     "controls": ("controls", tuple(SHIPPED)),
