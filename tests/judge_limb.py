@@ -43,6 +43,8 @@ class Chain(NamedTuple):
     """(K,) of stop; 0 where the joint is not free."""
     limits: np.ndarray
     """(K, 3, 2)."""
+    play: np.ndarray
+    """(K,) how far a hinge may stray about its other axes."""
     couplings: np.ndarray
     """(C, 5) segment, axis and side of a limit, and the driver's segment and axis."""
     coupled: np.ndarray
@@ -411,8 +413,9 @@ def _limit(chain, state, k, axis, side, slope):
 
 
 @njit(cache=True, nogil=True, error_model="numpy", _nrt=False, forceinline=True)
-def _range_breach(chain, state, k, axis, spare, breach, slopes, count):
-    """Add how far one angle is past its range, and its slopes (D,); return the new count."""
+def _range_breach(chain, state, k, axis, slack, spare, breach, slopes, count):
+    """Add how far one angle is past its range, widened by slack, and its slopes (D,); return the
+    new count."""
     d = chain.turn[k, axis]
     if d < 0:
         return count
@@ -421,6 +424,7 @@ def _range_breach(chain, state, k, axis, spare, breach, slopes, count):
     for side in range(2):
         sign = 1.0 if side == 0 else -1.0
         limit = _limit(chain, state, k, axis, side, driver)
+        limit += slack
         past = sign * angle - limit + min(spare, 0.5 * max(limit, 0.0))
         if past > 0.0:
             breach[count] = past
@@ -552,11 +556,12 @@ def breaches(chain, state, spare, breach, slopes):
         kind = chain.kind[k]
         if kind == CONE:
             count = _cone_breach(chain, state, k, spare, breach, slopes, count)
-            count = _range_breach(chain, state, k, 2, spare, breach, slopes, count)
+            count = _range_breach(chain, state, k, 2, 0.0, spare, breach, slopes, count)
         elif kind == HINGE:
             for axis in range(3):
-                count = _range_breach(chain, state, k, axis, spare, breach, slopes, count)
+                slack = chain.play[k] if axis > 0 else 0.0
+                count = _range_breach(chain, state, k, axis, slack, spare, breach, slopes, count)
         elif kind == POLYGON:
             count = _polygon_breach(chain, state, spare, breach, slopes, count)
-            count = _range_breach(chain, state, k, 2, spare, breach, slopes, count)
+            count = _range_breach(chain, state, k, 2, 0.0, spare, breach, slopes, count)
     return count

@@ -148,6 +148,7 @@ class Judge:
             moves=self._moves(parent, owner),
             kind=np.where(free, stops.kind[joints], 0).astype(np.int64),
             limits=limits,
+            play=np.ascontiguousarray(stops.play[joints]),
             couplings=couplings,
             coupled=coupled,
             polygon=polygon,

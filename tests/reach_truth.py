@@ -134,6 +134,9 @@ class Tally:
     asked: int = 0
     reached: int = 0
     kept: int = 0
+    """Said to be kept by an obstacle, or missed by less than 2 mm without any."""
+    short: int = 0
+    """Those of them that are missed without obstacles too."""
     judged: int = 0
     false: int = 0
     worst: float = 0.0
@@ -147,9 +150,9 @@ class Tally:
     def __str__(self) -> str:
         return (
             f"{self.place:12} {self.detail:7} {self.hand:11} {self.asked:6} asked, {self.reached:6} "
-            f"reached, {self.kept:4} kept by an obstacle, {self.judged:4} judged, {self.false:3} "
-            f"false, the worst by {1e3 * self.worst:.1f} mm; judge finds {self.found} of "
-            f"{self.tried} reached"
+            f"reached, {self.kept:4} kept by an obstacle ({self.short} short without), "
+            f"{self.judged:4} judged, {self.false:3} false, the worst by {1e3 * self.worst:.1f} mm; "
+            f"judge finds {self.found} of {self.tried} reached"
         )
 
 
@@ -293,7 +296,7 @@ def judged(asked: Asked, person: int, target: int, judge: Judge, restarts: int) 
 
 
 def planted(
-    seats: Seats, *, each: int, seed: int, draws: int = 2500
+    seats: Seats, *, each: int, seed: int, draws: int = 800
 ) -> Iterator[tuple[Judge, np.ndarray]]:
     """Targets (n, 3) that are known to be reached: the tips of legal clear postures whose hand is
     within 12 mm of a part; at most `each` for every person, hand and zone."""
@@ -313,7 +316,8 @@ def _clear_tips(judge: Judge, angles: np.ndarray) -> np.ndarray:
     margin = wb.stops(judge.body, poses).margin[:, list(judge.arm.free)]
     legal = np.flatnonzero(margin.min(axis=1) > LEGAL)
     poses = wb.Poses(poses.rotations[legal], poses.reference, poses.world_from_reference[legal])
-    placed = wb.place(judge.body, poses)
+    window = [judge.body.segments[segment] for segment in judge.arm.moving]
+    placed = wb.place(judge.body, poses, window=window)
     met = wb.contacts(placed, judge.room, margin=CLOSE)
     met = met.rows(judge.arm.solid[0, met.sphere])
     entering = met.pose[met.excess > -CLEAR]
@@ -341,6 +345,7 @@ def tally_of(
     tally.asked = sum(asked.found.reached.size for asked in every)
     tally.reached = int(sum(asked.found.reached.sum() for asked in every))
     tally.kept = len(kept)
+    tally.short = sum(not every[g].free.reached[b, t] for g, b, t in kept)
     chosen = {kept[i] for i in rng.permutation(len(kept))[:most]}
     tally.judged = len(chosen)
     reached = [(g, b, t) for g, one in enumerate(every) for b, t in np.argwhere(one.found.reached)]
