@@ -204,6 +204,13 @@ def test_what_is_wrong_in_a_crash_study_is_told(drop, old, new, told, capsys):
     assert not (drop.parent / "out").exists()
 
 
+def test_a_direction_of_any_length_is_the_same_direction(drop):
+    for length in ("1.0e-300", "1.0e+300"):
+        drop.write_text(STUDY.replace("direction: [0, 0, 1]", f"direction: [0, 0, {length}]"))
+        (criterion,) = [c for c in wb.load_study(drop).criteria if c.check == "excursion"]
+        assert criterion.direction == (0.0, 0.0, 1.0)
+
+
 def test_rule_sets_that_come_along_are_read_and_a_limit_that_cannot_be_told_fails(drop):
     for path in tracked("studies/rules/*.yaml"):
         assert main(["check", str(path)]) == 0

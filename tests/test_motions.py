@@ -308,6 +308,7 @@ def test_both_headers_of_opensim_are_read(tmp_path, head):
         ("inDegrees=yes\n", "", "does not say whether angles are degrees"),
         ("\t-80\t-20", "\t-80", "line 9: 4 values where 5 are needed"),
         ("time\t", "zeit\t", "the column 'time' must come first, got 'zeit'"),
+        ("time\t", "time=\t", "the first column is 'time', got 'time='"),
     ],
 )
 def test_what_is_wrong_in_an_opensim_file_is_told(tmp_path, old, new, told):

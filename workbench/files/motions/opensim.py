@@ -254,7 +254,10 @@ def _read_header(path: Path, lines: Iterator[tuple[int, str]]) -> _Header:
         words = line.replace("=", " ").split()
         key = words[0].lower() if words else ""
         if key == "time":
-            return _finish_header(path, number, line.split(), counts, degrees)
+            names = line.split()
+            if names[0].lower() != "time":
+                raise InputError(f"{where}: the first column is 'time', got {names[0]!r}")
+            return _finish_header(path, number, ["time", *names[1:]], counts, degrees)
         if key == "endheader":
             ended = True
         elif key in ("nrows", "datarows", "ncolumns", "datacolumns"):

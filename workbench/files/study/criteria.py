@@ -262,6 +262,7 @@ def _criterion(
 ) -> Criterion:
     """A criterion without faults, its patterns resolved to names."""
     direction = np.array(file.direction or (1.0, 0.0, 0.0))
+    direction /= np.abs(direction).max()  # else squares of large numbers overflow
     x, y, z = (float(v) for v in direction / np.linalg.norm(direction))
     most = 0.001 if file.check == "pedals" else 0.0
     return Criterion(
