@@ -21,9 +21,9 @@ FALSE = {"controls": 0.02, "real": 0.02, "pockets": 0.1}
 FOUND = 0.99
 """Least share of what is reached that the judge finds a way for."""
 ENOUGH = 100
-MISSED = pytest.mark.xfail(strict=True, reason="the search misses ways: docs/reliability.md")
-"""Measured: 4 of 79 in trainer and car, 17 of 154 in real cockpits, 89 of 363 in the trainer's
-pockets."""
+MISSED = pytest.mark.xfail(strict=False, reason="the search misses ways: docs/reliability.md")
+"""Measured: about 8 in 100 in the trainer's pockets at medium and coarse detail, near the bound; at
+fine detail it was not counted again."""
 GROUPS = {
     "controls": ("controls", tuple(SHIPPED)),
     "real": ("real", tuple(REAL)),
@@ -68,7 +68,7 @@ def test_the_judge_finds_what_is_reached_and_has_enough_to_judge(tallies, group)
 
 @pytest.mark.parametrize(
     "group",
-    [pytest.param(group, marks=() if group == "car_pockets" else MISSED) for group in GROUPS],
+    [pytest.param(group, marks=MISSED if group == "trainer_pockets" else ()) for group in GROUPS],
 )
 def test_few_of_those_said_to_be_kept_by_an_obstacle_have_a_way(tallies, group):
     rows = tallies(group)
