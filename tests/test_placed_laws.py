@@ -83,7 +83,7 @@ def test_neither_threads_nor_pieces_show_in_placed_bodies(one_arm, random_arm, m
     body = random_blend(crowded(one_arm, 3), 3)
     poses = random_arm(300, 3)
     whole = wb.place(body, poses)
-    monkeypatch.setattr(forward, "PIECE", size)
+    monkeypatch.setattr(forward, "_BATCH", size)
     again = wb.place(body, poses)
     assert np.array_equal(again.centres, whole.centres)
     assert np.array_equal(again.world_from_segment, whole.world_from_segment)

@@ -113,12 +113,14 @@ class Page(HTMLParser):
         self.text += data
 
 
-def test_a_result_is_seven_files_and_a_manifest(folder):
+def test_a_result_is_nine_files_and_a_manifest(folder):
     assert sorted(path.name for path in folder.iterdir()) == [
         "breaches.csv",
         "clearance.csv",
         "contacts.csv",
         "manifest.json",
+        "placements.csv",
+        "postures.csv",
         "report.html",
         "result.json",
         "stops.csv",

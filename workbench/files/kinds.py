@@ -107,8 +107,7 @@ def check_file(path: Path) -> list[str]:
         return []
     if kind == "environment":
         environment = load_environment(path)
-        human = load_body("adult_male").segments
-        return [*environment.warnings, *unknown_segments(environment, human)]
+        return [*environment.warnings, *unknown_segments(environment, _known_segments(path))]
     if kind == "postures":
         validate(read_yaml(path), PosturesFile)
         return []
@@ -129,6 +128,16 @@ def check_file(path: Path) -> list[str]:
     raise InputError(
         f"{path}: a YAML file is needed; meshes are looked at with 'workbench inspect'"
     )
+
+
+def _known_segments(environment: Path) -> list[str]:
+    """The segments of people, and of the bodies in the catalogue that an environment lies in."""
+    home = environment if environment.is_dir() else environment.parent
+    found = list(load_body("adult_male").segments)
+    for file in sorted((home.resolve().parents[1] / "bodies").glob("*.yaml")):
+        if named_kind(file) == "body":
+            found += load_body(file).segments
+    return found
 
 
 def json_schemas() -> dict[str, dict[str, Any]]:
