@@ -17,6 +17,7 @@ from workbench.model.posing import angles_of, compose, motion_of
 from workbench.motion.recorded.marker_names import marker_site
 from workbench.motion.recorded.marker_places import marker_places
 from workbench.motion.recorded.markers import bridged, poses_from_markers
+from workbench.study.motions import load_motion
 
 BODY = load_body("bubbleman")
 SIDED = [
@@ -76,6 +77,26 @@ def marked(poses, names, shift=0.0):
     ]
     position = np.einsum("pmij,mj->pmi", world[..., :3], local) + world[..., 3]
     return Markers(tuple(names), position, poses.time, "made")
+
+
+def trc_text(names, markers, position=None):
+    """A TRC file of markers with z up, in mm, empty where a marker is hidden."""
+    points = 1000 * (markers.position if position is None else position)
+    rows = [
+        f"{p + 1}\t{markers.time[p]:.5f}\t"
+        + "\t".join("" if np.isnan(v) else f"{v:.3f}" for v in frame.ravel())
+        for p, frame in enumerate(points)
+    ]
+    return (
+        "PathFileType\t4\t(X/Y/Z)\ta.trc\nDataRate\tCameraRate\tNumFrames\tNumMarkers\tUnits\n"
+        f"60\t60\t{len(rows)}\t{len(names)}\tmm\nFrame#\tTime\t"
+        + "\t\t\t".join(names)
+        + "\n\t\t"
+        + "\t".join(f"{a}{k + 1}" for k in range(len(names)) for a in "XYZ")
+        + "\n\n"
+        + "\n".join(rows)
+        + "\n"
+    )
 
 
 def test_a_known_walk_comes_back_from_its_markers():
@@ -150,6 +171,45 @@ def test_short_gaps_are_bridged_and_long_ones_stay():
 )
 def test_markers_are_known_by_the_names_of_several_sets(name, segment):
     assert marker_site(name).segment == segment
+
+
+ONE_SIDE_GAIT = """
+ASIS Thigh.Upper Thigh.Front Thigh.Rear Shank.Upper Shank.Front Shank.Rear Heel Midfoot.Sup
+Midfoot.Lat Toe.Tip Toe.Lat Toe.Med Acromium Bicep Elbow Wrist.Med Wrist.Lat Temple Knee.Lat
+Knee.Med Ankle.Lat Ankle.Med
+"""
+ONE_SIDE_RUNNING = """
+ACR ASH PSH UA1 UA2 UA3 LEL MEL FAsuperior FAradius FAulna ASI PSI TH1 TH2 TH3 LFC MFC TB1 TB2 TB3
+LMAL MMAL CAL TOE MT5
+"""
+MIDDLE = ["V.Sacral", "Sternum", "Top.Head", "C7", "CLAV"]
+OPENSIM_GAIT = MIDDLE[:3] + [f"{s}.{name}" for s in "RL" for name in ONE_SIDE_GAIT.split()]
+OPENSIM_RUNNING = MIDDLE[3:] + [s + name for s in "RL" for name in ONE_SIDE_RUNNING.split()]
+
+
+@pytest.mark.parametrize("names", [OPENSIM_GAIT, OPENSIM_RUNNING], ids=["gait", "running"])
+def test_every_marker_of_the_opensim_sets_has_a_place_on_its_own_side(names):
+    sites = {name: marker_site(name) for name in names}
+    assert [name for name, site in sites.items() if site is None] == []
+    local, _ = marker_places(BODY, sites)
+    origin = BODY.zero_origins[0]
+    for (name, site), place_ in zip(sites.items(), local, strict=True):
+        y = (origin[BODY.segment(site.segment)] + place_)[1]
+        assert site.side == ("" if name in MIDDLE else name[0])
+        assert name in MIDDLE or y * (1 if name[0] == "L" else -1) > 0.02
+
+
+def test_medial_markers_of_wrists_are_on_the_ulna_and_lateral_ones_on_the_radius():
+    assert marker_site("R.Wrist.Med") == marker_site("RFAulna")
+    assert marker_site("R.Wrist.Lat") == marker_site("RFAradius")
+
+
+def test_markers_without_a_known_place_are_listed_in_a_note(tmp_path):
+    made = marked(walk(8), [*FULL, "L.Wrist.Med"])
+    names = [name.replace("L.Wrist.Med", "L.Pen") for name in made.names]
+    (tmp_path / "a.trc").write_text(trc_text(names, made))
+    _, notes = load_motion(BODY, tmp_path / "a.trc")
+    assert "a.trc: markers without a known place are not used: L.Pen" in notes
 
 
 @pytest.mark.parametrize(

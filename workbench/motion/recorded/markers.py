@@ -128,6 +128,7 @@ def poses_from_markers(
         notes += (
             "the file's axes are left-handed, or left and right are exchanged in it: mirrored (y)",
         )
+    notes += _unused_notes(markers, unused)
     return MarkerFit(
         poses=_poses(layout, solution, markers.time),
         markers=tuple(sites),
@@ -287,6 +288,19 @@ def _known_sites(
             f"{', '.join(unused[:40])}"
         )
     return sites, tuple(unused)
+
+
+def _unused_notes(markers: Markers, unused: tuple[str, ...]) -> tuple[str, ...]:
+    """Name the markers that are not used, and why."""
+    shown = np.asarray(np.isfinite(markers.position).any(axis=(0, 2)))
+    hidden = [name for name in unused if not shown[markers.names.index(name)]]
+    unplaced = [name for name in unused if name not in hidden]
+    notes = []
+    if unplaced:
+        notes.append(f"markers without a known place are not used: {', '.join(unplaced)}")
+    if hidden:
+        notes.append(f"markers that no frame shows: {', '.join(hidden)}")
+    return tuple(notes)
 
 
 def _named_site(markers: Markers, name: str, names: dict[str, str]) -> Site | None:
