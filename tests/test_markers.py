@@ -242,6 +242,48 @@ TRC = (
 )
 
 
+def test_a_marker_written_as_zeros_is_missing_there_and_named_with_its_frames(tmp_path):
+    made = marked(walk(40), FULL)
+    position = np.array(made.position)
+    position[5:12, FULL.index("LKNE")] = 0.0
+    position[:, FULL.index("RWRA")] = 0.0
+    (tmp_path / "a.trc").write_text(trc_text(FULL, made, position))
+    found = read_trc(tmp_path / "a.trc")
+    gap = np.isnan(found.position).all(axis=-1)
+    assert np.flatnonzero(gap[:, FULL.index("LKNE")]).tolist() == list(range(5, 12))
+    assert gap.sum() == 7 + 40
+    told = "markers written as 0, 0, 0 are missing there: LKNE (7 of 40 frames), RWRA (40 of 40 frames)"
+    assert told in found.notes
+    fit = poses_from_markers(BODY, found)
+    assert np.nanmax(fit.residual) < 0.004 and fit.unused == ("RWRA",)
+
+
+def test_a_marker_held_at_one_place_in_the_whole_file_is_missing_but_a_posture_is_not(tmp_path):
+    made = marked(walk(40), FULL)
+    position = np.array(made.position)
+    position[:, FULL.index("LKNE")] = position[0, FULL.index("LKNE")]
+    position[10:20, FULL.index("LKNE")] = np.nan
+    (tmp_path / "a.trc").write_text(trc_text(FULL, made, position))
+    found = read_trc(tmp_path / "a.trc")
+    assert np.isnan(found.position[:, FULL.index("LKNE")]).all()
+    assert np.isnan(found.position).all(axis=-1).sum() == 40
+    assert "markers that never move are missing: LKNE (30 of 40 frames)" in found.notes
+    position[:] = position[0]
+    (tmp_path / "b.trc").write_text(trc_text(FULL, made, position))
+    assert np.isfinite(read_trc(tmp_path / "b.trc").position).all()
+
+
+def test_zeros_that_a_c3d_file_calls_seen_are_missing_too(tmp_path):
+    points = np.ones((2, 2, 3)) * 500
+    points[1, 1] = 0.0
+    points[0, 1] = np.nan
+    (tmp_path / "a.c3d").write_bytes(c3d_file(points))
+    found = read_c3d(tmp_path / "a.c3d", up="z")
+    assert np.isnan(found.position[:, 1]).all() and np.isfinite(found.position[:, 0]).all()
+    told = "markers written as 0, 0, 0 are missing there: RASI (1 of 2 frames)"
+    assert told in found.notes
+
+
 @pytest.mark.parametrize("text", [TRC, TRC.replace("\t", ",")])
 def test_a_trc_file_is_read_in_metres_with_z_up_and_gaps(tmp_path, text):
     (tmp_path / "a.trc").write_text(text)

@@ -88,7 +88,7 @@ class Points:
         position: Floats = values[..., :3] * (self.scale if self.scale > 0 else 1.0)
         with np.errstate(invalid="ignore"):
             unseen = ~(values[..., 3] >= 0)  # the residual is negative
-            unseen |= np.all(position == 0, axis=-1) | ~np.isfinite(position).all(axis=-1)
+            unseen |= ~np.isfinite(position).all(axis=-1)
         position[unseen] = np.nan
         return position
 

@@ -12,6 +12,7 @@ import numpy as np
 
 from workbench.errors import InputError, UsageError
 from workbench.files.motions.c3d import Points, read_points
+from workbench.files.motions.missing_markers import without_missing
 from workbench.files.motions.number_rows import (
     ALL_FRAMES,
     Clock,
@@ -38,7 +39,7 @@ _HIGH = re.compile(
 
 
 def read_trc(path: str | Path, *, up: str | None = None, keep: FrameRange = ALL_FRAMES) -> Markers:
-    """Read the markers of a TRC file; empty cells are gaps.
+    """Read the markers of a TRC file; empty cells and 0, 0, 0 are gaps.
 
     Parameters
     ----------
@@ -203,6 +204,8 @@ def _markers(
     repeated = [label for label, count in Counter(labels).items() if count > 1]
     if repeated:
         notes.append(f"markers of the same name are numbered: {', '.join(repeated)}")
+    position, missing = without_missing(names, position)
+    notes += missing
     axis = up or stated_up or _upward_axis(names, position)
     if not up:
         notes.append(f"up is {axis} of the file" + ("" if stated_up else ", as the markers lie"))
