@@ -315,6 +315,30 @@ def test_what_is_wrong_in_a_trc_file_is_told(tmp_path, old, new, told):
     assert told in str(caught.value)
 
 
+def test_a_wrong_number_of_frames_is_accepted_by_the_switch_that_the_refusal_names(tmp_path):
+    (tmp_path / "a.trc").write_text(TRC.replace("\t2\t2\tmm", "\t3\t2\tmm"))
+    with pytest.raises(InputError, match=r"says 3 frames, 2 are there; state frames: as_read"):
+        read_trc(tmp_path / "a.trc")
+    found = read_trc(tmp_path / "a.trc", keep=FrameRange(as_read=True))
+    assert len(found.time) == 2
+    assert found.notes[0] == "its header says 3 frames, 2 are there and are read"
+    (tmp_path / "b.trc").write_text(TRC)
+    assert "header" not in " ".join(
+        read_trc(tmp_path / "b.trc", keep=FrameRange(as_read=True)).notes
+    )
+
+
+def test_a_c3d_file_with_fewer_frames_than_it_announces_is_read_with_the_switch(tmp_path):
+    data = bytearray(c3d_file())
+    data[8:10] = (9).to_bytes(2, "little")  # the number of the last frame
+    (tmp_path / "a.c3d").write_bytes(bytes(data))
+    with pytest.raises(InputError, match="announces 9 frames and holds 2; state frames: as_read"):
+        read_c3d(tmp_path / "a.c3d", up="z")
+    found = read_c3d(tmp_path / "a.c3d", up="z", keep=FrameRange(as_read=True))
+    assert len(found.time) == 2 and np.isfinite(found.position[0]).all()
+    assert found.notes[0] == "its header says 9 frames, 2 are there and are read"
+
+
 def test_what_is_no_c3d_file_is_refused(tmp_path):
     (tmp_path / "a.c3d").write_bytes(b"solid cube")
     with pytest.raises(InputError, match="is not a C3D file"):
