@@ -12,7 +12,7 @@ References
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -27,6 +27,8 @@ from workbench.motion.recorded.marker_names import USUAL_SPREAD, Site, marker_si
 from workbench.motion.recorded.marker_places import marker_places
 from workbench.motion.recorded.retarget import IDENTITY
 from workbench.posture.kernels.markers import MarkerChain, solve_markers
+from workbench.posture.packed_stops import packed_stops
+from workbench.posture.stops import nearest_legal
 
 __all__ = ["MarkerFit", "bridged", "poses_from_markers"]
 
@@ -42,6 +44,8 @@ _MAX_SHIFT = 2.0
 """Greatest shift of a marker from its usual place, in spreads."""
 _MIN_HALF_RANGE = np.radians(2.0)
 """Least half range [rad] of a joint angle, for those that hardly move."""
+_STOP_ROUNDS = 3
+"""Times that all joints are turned back to their stops."""
 _MIN_MARKERS = 6
 
 
@@ -97,7 +101,8 @@ def poses_from_markers(
     2. Move each marker on the body toward where the frames show it, by no more than its spread
        allows. Repeat both steps.
     3. Solve every frame, starting from the one before. Joints are drawn to their mid-range by a
-       weak quadratic cost.
+       weak quadratic cost, and back from beyond their stops by a stiff one.
+    4. Turn joints that are still past a stop to it.
 
     Parameters
     ----------
@@ -122,7 +127,7 @@ def poses_from_markers(
     _require_visible(markers, seen)
     layout = _MarkerLayout.of(body, sites)
     chain, start = _calibrated(layout, _sample(seen))
-    solution = _solve(seen, chain, start)
+    solution = _within_stops(layout, chain, _solve(seen, chain, start))
     notes = markers.notes
     if mirrored:
         notes += (
@@ -183,6 +188,8 @@ class _MarkerLayout:
             marker_segment=self.marker_segment,
             local=self.place,
             weight=1.0 / (_UNIT * np.clip(self.spread / USUAL_SPREAD, 0.7, 2.0)),
+            joint=np.array(joints, dtype=np.int64),
+            stops=packed_stops(self.body),
         )
 
     def zero_pose(self) -> Floats:
@@ -252,6 +259,24 @@ def _solve(seen: Floats, chain: MarkerChain, start: _Start) -> _Solution:
     modelled = np.empty((frames, seen.shape[1], 3))
     solve_markers(np.ascontiguousarray(seen), chain, rotations, attitude, pelvis, modelled)
     return _Solution(rotations, attitude, pelvis, modelled)
+
+
+def _within_stops(layout: _MarkerLayout, chain: MarkerChain, solution: _Solution) -> _Solution:
+    """Turn the joints that the penalty left a little past their stops back to the nearest stop.
+
+    The limits of some joints follow the angles of others, so it is repeated.
+    """
+    body = layout.body
+    joints = [segment - 1 for segment in layout.order[1:]]
+    poses = _poses(layout, solution, np.arange(len(solution.pelvis), dtype=np.float64))
+    for _ in range(_STOP_ROUNDS):
+        poses = replace(poses, rotations=nearest_legal(body, poses))
+    rotations = solution.rotations.copy()
+    rotations[:, 1:] = poses.rotations[:, joints]
+    legal = replace(solution, rotations=rotations)
+    world = _segment_frames(chain, legal)[:, chain.marker_segment]
+    modelled = np.einsum("pmij,mj->pmi", world[..., :3], chain.local) + world[..., 3]
+    return replace(legal, modelled=modelled)
 
 
 def _poses(layout: _MarkerLayout, solution: _Solution, time: Floats) -> Poses:
