@@ -134,6 +134,43 @@ def test_joints_solved_from_markers_stay_within_their_stops():
     assert np.abs(carried - seen).max() < 0.08  # the rest of the body stays with its markers
 
 
+def test_a_marker_far_from_where_the_others_put_it_is_left_out_and_named():
+    made = marked(walk(30), FULL)
+    position = np.array(made.position)
+    position[:, FULL.index("LKNE")] += [0.3, 0.2, 0.1]
+    position[:, FULL.index("RFIN")] = made.position[:, FULL.index("LTOE")]
+    fit = poses_from_markers(BODY, Markers(made.names, position, made.time, "made"))
+    assert set(fit.unused) == {"LKNE", "RFIN"}
+    assert set(FULL) - set(fit.markers) == {"LKNE", "RFIN"}
+    assert np.nanmax(fit.residual) < 0.004
+    [note] = [note for note in fit.notes if note.startswith("markers left out, far from where")]
+    assert "LKNE (" in note and "RFIN (" in note and " mm)" in note
+
+
+def test_a_wrong_marker_of_the_pelvis_does_not_exchange_left_and_right():
+    names = [name for name in FULL if name not in ("LPSI", "RPSI")]
+    made = marked(walk(30), names)
+    position = np.array(made.position)
+    position[:, names.index("LASI")] -= [0.0, 0.5, 0.0]
+    fit = poses_from_markers(BODY, Markers(made.names, position, made.time, "made"))
+    assert fit.unused == ("LASI",) and "mirrored" not in " ".join(fit.notes)
+    assert np.nanmax(fit.residual) < 0.004
+
+
+def test_no_marker_of_a_good_recording_is_left_out():
+    assert poses_from_markers(BODY, marked(walk(), FULL, shift=0.02)).unused == ()
+
+
+def test_markers_that_no_body_can_carry_are_refused_and_the_worst_are_named():
+    made = marked(walk(20), FULL)
+    order = np.random.default_rng(3).permutation(len(FULL))
+    mixed = Markers(made.names, made.position[:, order], made.time, "mixed.trc")
+    with pytest.raises(InputError, match=r"mixed.trc: the markers are \d+ mm") as caught:
+        poses_from_markers(BODY, mixed)
+    assert "80 mm at most are accepted; the worst: " in str(caught.value)
+    assert sum(name in str(caught.value).split("the worst: ")[1] for name in FULL) >= 5
+
+
 def test_markers_that_vanish_for_a_while_leave_the_others_to_carry_the_body():
     markers = marked(walk(), FULL)
     position = np.array(markers.position)
