@@ -148,6 +148,22 @@ def test_a_motion_compared_with_itself_moved_is_as_far_as_it_was_moved(drop):
     )
 
 
+def test_a_motion_with_a_wrong_number_of_frames_is_read_where_the_study_says_as_read(drop):
+    frames = "0 2.0 30\n0.1 2.1 40\n0.2 2.2 50\n"
+    (drop.parent / "drop.mot").write_text(
+        f"m\ndatacolumns 3\ndatarows 4\nendheader\ntime pelvis_ty hip_flexion_r\n{frames}"
+    )
+    drop.write_text(STUDY.replace("file: drop.csv", "file: drop.mot"))
+    with pytest.raises(InputError, match=r"says 4 frames, 3 are there; state frames: as_read"):
+        wb.run(wb.load_study(drop))
+    drop.write_text(STUDY.replace("file: drop.csv", "file: drop.mot, frames: as_read"))
+    motion = wb.run(wb.load_study(drop)).motions[0]
+    assert "drop.mot: its header says 4 frames, 3 are there and are read" in motion.warnings
+    drop.write_text(STUDY.replace("file: drop.csv", "file: drop.mot, frames: all"))
+    with pytest.raises(InputError, match=r"frames"):
+        wb.load_study(drop)
+
+
 def test_a_coarse_motion_is_told(drop):
     assert "the motion is coarse" in wb.run(wb.load_study(drop)).motions[0].warnings[0]
 

@@ -17,12 +17,13 @@ from workbench import InputError, Poses, place, stops
 from workbench.cli import main
 from workbench.crash.masses import composite_bodies, segment_inertia, segment_masses
 from workbench.crash.simulated import simulate
-from workbench.crash.stops import STOP_SOFTNESS, packed_stops
+from workbench.crash.stops import STOP_SOFTNESS
 from workbench.files.crash.simulations import load_simulation
 from workbench.files.motions.tables import read_angle_table
 from workbench.model.posing import compose
 from workbench.model.pulse import gained
 from workbench.posture.kernels.past_stops import past_stops
+from workbench.posture.packed_stops import packed_stops
 from workbench.study.simulation import prepared
 
 BELT = """belts:

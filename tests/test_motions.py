@@ -106,6 +106,23 @@ def test_what_is_wrong_in_a_bvh_is_told_with_its_line(tmp_path, old, new, told):
     assert told in str(caught.value)
 
 
+def test_a_wrong_number_of_frames_is_accepted_by_the_option_of_the_command(tmp_path, capsys):
+    text = (NEW + ROWS).replace("nRows=2", "nRows=3")
+    for source in (
+        written(tmp_path, TWO.replace("Frames: 2", "Frames: 3")),
+        written(tmp_path, text, "m.mot"),
+    ):
+        assert main(["motion", "show", str(source), "--frames", "as_stated"]) == 3
+        assert "--frames as_read of workbench motion" in capsys.readouterr().err
+    assert main(["motion", "show", str(source), "--frames", "as_read"]) == 0
+    shown = capsys.readouterr()
+    assert "2 frames from 0 to 1 s" in shown.out
+    assert "its header says 3 frames, 2 are there and are read" in shown.err
+    bones = read_bvh(tmp_path / "m.bvh", keep=FrameRange(as_read=True))
+    assert len(bones.time) == 2
+    assert bones.notes == ("its header says 3 frames, 2 are there and are read",)
+
+
 def test_a_part_of_a_motion_keeps_the_files_clock():
     real_input(JUMP)
     bones = read_bvh(JUMP, keep=FrameRange(1.0, 2.0, every=10))
@@ -304,7 +321,7 @@ def test_both_headers_of_opensim_are_read(tmp_path, head):
             "inDegrees=no",
             "6 whole turns: the header says radians; are these degrees",
         ),
-        ("nRows=2", "nRows=3", "the header says 3 rows, 2 are there"),
+        ("nRows=2", "nRows=3", "header: says 3 frames, 2 are there"),
         ("inDegrees=yes\n", "", "does not say whether angles are degrees"),
         ("\t-80\t-20", "\t-80", "line 9: 4 values where 5 are needed"),
         ("time\t", "zeit\t", "the column 'time' must come first, got 'zeit'"),

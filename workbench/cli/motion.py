@@ -31,6 +31,11 @@ Scale = Annotated[
     Parameter(help="subject: the body takes the lengths of limbs that the file tells"),
 ]
 
+Frames = Annotated[
+    Literal["as_stated", "as_read"],
+    Parameter(help="as_read: accept a header that states a wrong number of frames"),
+]
+
 
 @motion_app.command
 def show(
@@ -43,6 +48,7 @@ def show(
     start: Start = None,
     end: End = None,
     every: int = 1,
+    frames: Frames = "as_stated",
     as_json: Annotated[
         bool, Parameter(name="--json", negative="", help="print data as JSON on stdout")
     ] = False,
@@ -62,8 +68,8 @@ def show(
     """
     from workbench.report.motions.movement import movement_sentences
 
-    frames = _frames(start, end, every)
-    who, poses, notes = _read(motion, body, up=up, unit=unit, scale=scale, frames=frames)
+    keep = _frames(start, end, every, frames)
+    who, poses, notes = _read(motion, body, up=up, unit=unit, scale=scale, frames=keep)
     time = poses.clock
     ranges = _ranges(who, poses)
     sentences = movement_sentences(who, poses)
@@ -111,6 +117,7 @@ def convert(
     start: Start = None,
     end: End = None,
     every: int = 1,
+    frames: Frames = "as_stated",
     rate: float | None = None,
     speed: float = 1.0,
     tempo: float | None = None,
@@ -141,8 +148,8 @@ def convert(
 
     _check_form(out, tempo)
     check_file(out)
-    frames = _frames(start, end, every)
-    who, poses, notes = _read(motion, body, up=up, unit=unit, scale=scale, frames=frames)
+    keep = _frames(start, end, every, frames)
+    who, poses, notes = _read(motion, body, up=up, unit=unit, scale=scale, frames=keep)
     check_file(out)  # again, now that all inputs are known
     poses = _timed(poses, rate, speed)
     write_file(out, _written(who, poses, out.suffix.lower(), tempo))
@@ -166,14 +173,17 @@ def _check_form(out: Path, tempo: float | None) -> None:
         )
 
 
-def _frames(start: float | None, end: float | None, every: int) -> FrameRange:
+def _frames(start: float | None, end: float | None, every: int, frames: str) -> FrameRange:
     """The frames that are wanted, all those before or after where no end is given."""
     import math
 
     from workbench.files.motions.number_rows import FrameRange
 
     return FrameRange(
-        -math.inf if start is None else start, math.inf if end is None else end, every
+        -math.inf if start is None else start,
+        math.inf if end is None else end,
+        every,
+        frames == "as_read",
     )
 
 

@@ -24,7 +24,7 @@ from workbench.crash.masses import (
     segment_masses,
 )
 from workbench.crash.mjcf import MechanicalProperties, import_mujoco, joint_springs, model_text
-from workbench.crash.stops import packed_stops, stop_moments
+from workbench.crash.stops import stop_moments
 from workbench.errors import InputError
 from workbench.model.arrays import Floats
 from workbench.model.force import force_at
@@ -32,6 +32,7 @@ from workbench.model.poses import Placed, Poses
 from workbench.model.pulse import STANDARD_GRAVITY, level_at
 from workbench.model.quaternions import conjugate, from_matrices, matrices, multiply
 from workbench.model.simulation import Belt, Simulated, Simulation
+from workbench.posture.packed_stops import packed_stops
 
 __all__ = ["simulate"]
 

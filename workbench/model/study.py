@@ -98,7 +98,7 @@ class RecordedMotion:
 
     begin, end [s] and every: the frames wanted; names: bones by segment, or usual marker names by
     the file's; up: its upward axis; metres: one unit of a BVH file [m]; gaps [s]: the longest that
-    is bridged; move (3,) [m] and yaw [rad]: where it is put; subject: whether the body takes the
+    is bridged; as_read: whether a header may state a wrong number of frames; move (3,) [m] and yaw [rad]: where it is put; subject: whether the body takes the
     lengths that the file shows.
     """
 
@@ -110,6 +110,7 @@ class RecordedMotion:
     up: str | None
     metres: float | None
     gaps: float
+    as_read: bool
     move: tuple[float, float, float]
     yaw: float
     subject: bool

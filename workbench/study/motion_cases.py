@@ -114,7 +114,7 @@ def _motion_criteria(study: Study, case: Case, role: Role) -> tuple[Criterion, .
 
 
 def _options(action: RecordedMotion) -> MotionOptions:
-    keep = FrameRange(action.begin, action.end, action.every)
+    keep = FrameRange(action.begin, action.end, action.every, action.as_read)
     return MotionOptions(
         action.names, action.up, action.metres, keep, action.gaps, action.move, action.yaw
     )

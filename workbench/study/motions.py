@@ -123,5 +123,4 @@ def _from_markers(
         f"{len(fit.markers)} markers are carried to {1000 * rms:.1f} mm (root mean square), the worst is "
         f"{fit.markers[worst]} with {1000 * per[worst]:.1f} mm"
     )
-    unused = (f"markers not used: {', '.join(fit.unused)}",) if fit.unused else ()
-    return fit.poses, (*fit.notes, said, *unused)
+    return fit.poses, (*fit.notes, said)

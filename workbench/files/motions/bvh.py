@@ -84,7 +84,9 @@ def bone_batches(path: str | Path, *, keep: FrameRange = ALL_FRAMES) -> Iterator
     rest = ((number, line.split()) for number, line in lines if line.strip())
     clock = Clock(None, header.step)
     rows = number_rows(source, rest, len(names), rows=names, keep=keep, clock=clock)
-    time = _frame_times(source, header, rows, keep)
+    where = f"{source}, line {header.line}"
+    notes = keep.frame_count_notes(where, header.frames, rows.total)
+    time = _frame_times(source, header.step, rows, keep)
     offset = np.array([bone.offset for bone in bones], dtype=np.float64)
     for batch in pieces(len(time)):
         rotations, shift = _bone_transforms(bones, offset, rows.values[batch])
@@ -99,16 +101,12 @@ def bone_batches(path: str | Path, *, keep: FrameRange = ALL_FRAMES) -> Iterator
             float("nan"),
             "",
             str(source),
+            notes,
         )
 
 
-def _frame_times(path: Path, header: _MotionHeader, rows: NumberRows, keep: FrameRange) -> Floats:
+def _frame_times(path: Path, step: float, rows: NumberRows, keep: FrameRange) -> Floats:
     """Return the times (P,) [s] of the frames that are kept."""
-    if rows.total != header.frames:
-        raise InputError(
-            f"{path}, line {header.line}: says {header.frames} frames, {rows.total} are there"
-        )
-    step = header.step
     if not len(rows.values):
         raise InputError(
             f"{path}: no frame between {keep.start:g} and {keep.end:g} s "

@@ -88,13 +88,20 @@ class Points:
         position: Floats = values[..., :3] * (self.scale if self.scale > 0 else 1.0)
         with np.errstate(invalid="ignore"):
             unseen = ~(values[..., 3] >= 0)  # the residual is negative
-            unseen |= np.all(position == 0, axis=-1) | ~np.isfinite(position).all(axis=-1)
+            unseen |= ~np.isfinite(position).all(axis=-1)
         position[unseen] = np.nan
         return position
 
 
-def read_points(path: Path) -> Points:
+def read_points(path: Path, *, as_read: bool = False) -> Points:
     """Read the points of a C3D file.
+
+    Parameters
+    ----------
+    path
+        The file.
+    as_read
+        Whether a file that holds fewer frames than it announces is accepted.
 
     Raises
     ------
@@ -105,7 +112,7 @@ def read_points(path: Path) -> Points:
     if len(data) < _BLOCK or data[1] != _KEY:
         raise InputError(f"{path}: is not a C3D file")
     try:
-        return _points(data)
+        return _points(data, as_read)
     except _BrokenError as error:
         raise InputError(f"{path}: broken C3D file: {error}") from None
 
@@ -127,7 +134,7 @@ class _Header:
     rate: float
 
 
-def _points(data: bytes) -> Points:
+def _points(data: bytes, as_read: bool) -> Points:
     start = (data[0] - 1) * _BLOCK
     if data[0] == 0 or start + 4 > len(data):
         raise _BrokenError("its parameters are not there")
@@ -143,7 +150,7 @@ def _points(data: bytes) -> Points:
     scale_known = np.isfinite(header.scale) and header.scale != 0
     if not scale_known or header.begin < _BLOCK or frame_count < 0:
         raise _BrokenError("its header is senseless (scale, first frame, or where its data begin)")
-    frames, notes = _read_frames(data, header, numbers, frame_count)
+    frames, notes = _read_frames(data, header, numbers, frame_count, as_read)
     return Points(
         labels=_labels(parameters),
         unit=next(iter(_texts(parameters.get(("POINT", "UNITS")))), ""),
@@ -172,17 +179,25 @@ def _read_header(data: bytes, numbers: _Numbers) -> _Header:
 
 
 def _read_frames(
-    data: bytes, header: _Header, numbers: _Numbers, count: int
+    data: bytes, header: _Header, numbers: _Numbers, count: int, as_read: bool
 ) -> tuple[np.ndarray[Any, Any], tuple[str, ...]]:
-    """Return the numbers (F, W) of all frames, and a note if the file holds more frames."""
+    """Return the numbers (F, W) of all frames, and a note if the file holds another number."""
     kind = np.dtype(numbers.order + ("i2" if header.scale > 0 else "f4"))
     width = 4 * header.count + header.analogue
     row_bytes = max(1, width * kind.itemsize)
     held = max(0, len(data) - header.begin) // row_bytes
-    if count > held:
-        raise _BrokenError(f"cut short: it announces {count} frames and holds {held}")
+    if count > held and not as_read:
+        raise _BrokenError(
+            f"cut short: it announces {count} frames and holds {held}; state frames: as_read in a "
+            "study, or --frames as_read of workbench motion, to read those"
+        )
     more = held - count - _BLOCK // row_bytes - 1  # the last block is filled up
-    notes = (f"holds {more} frames more than it announces: they are left out",) if more > 0 else ()
+    notes: tuple[str, ...] = ()
+    if count > held:
+        notes = (f"its header says {count} frames, {held} are there and are read",)
+        count = held
+    elif more > 0:
+        notes = (f"holds {more} frames more than it announces: they are left out",)
     return np.frombuffer(data, kind, count * width, header.begin).reshape(count, width), notes
 
 

@@ -12,6 +12,7 @@ import numpy as np
 
 from workbench.errors import InputError, UsageError
 from workbench.files.motions.c3d import Points, read_points
+from workbench.files.motions.missing_markers import without_missing
 from workbench.files.motions.number_rows import (
     ALL_FRAMES,
     Clock,
@@ -38,7 +39,7 @@ _HIGH = re.compile(
 
 
 def read_trc(path: str | Path, *, up: str | None = None, keep: FrameRange = ALL_FRAMES) -> Markers:
-    """Read the markers of a TRC file; empty cells are gaps.
+    """Read the markers of a TRC file; empty cells and 0, 0, 0 are gaps.
 
     Parameters
     ----------
@@ -61,10 +62,11 @@ def read_trc(path: str | Path, *, up: str | None = None, keep: FrameRange = ALL_
     if unit not in metres_in:
         valid = ", ".join(metres_in)
         raise InputError(f"{source}, line 3: unit {unit!r} is not known; valid: {valid}")
-    table = _trc_numbers(source, lines, header, names, keep)
+    table, notes = _trc_numbers(source, lines, header, names, keep)
     position = table[:, 2:].reshape(len(table), len(names), 3) * metres_in[unit]
     position[np.isnan(position).any(axis=-1)] = np.nan  # one coordinate missing: a gap
-    return _markers(source, names, position, table[:, 1], up=up, stated_up="")
+    markers = _markers(source, names, position, table[:, 1], up=up, stated_up="")
+    return replace(markers, notes=(*notes, *markers.notes))
 
 
 def _trc_numbers(
@@ -73,20 +75,19 @@ def _trc_numbers(
     header: dict[str, str],
     names: list[str],
     keep: FrameRange,
-) -> Floats:
+) -> tuple[Floats, tuple[str, ...]]:
     """Read the frame, the time and the coordinates (P, 2 + 3 M) of the frames that are kept, NaN in
-    empty cells."""
+    empty cells; and a note on a number of frames that is wrong and accepted."""
     width = 2 + 3 * len(names)
     cells = ((number, _padded(line, width)) for number, line in lines if line.strip())
     columns = ["frame", "time", *(f"{name} {axis}" for name in names for axis in "XYZ")]
     table, count, _ = number_rows(
         path, cells, width, rows=columns, blank=True, keep=keep, clock=Clock(1, 1.0)
     )
-    stated = header.get("numframes", str(count))
-    if parse_count(stated) != count:
-        raise InputError(f"{path}, line 3: says {stated[:20]} frames, {count} are there")
+    stated = parse_count(header.get("numframes", str(count)))
+    notes = keep.frame_count_notes(f"{path}, line 3", stated, count)
     _check_frames(path, len(table), table.size, keep)
-    return table
+    return table, notes
 
 
 def read_c3d(path: str | Path, *, up: str | None = None, keep: FrameRange = ALL_FRAMES) -> Markers:
@@ -107,7 +108,7 @@ def read_c3d(path: str | Path, *, up: str | None = None, keep: FrameRange = ALL_
         If the file is broken or has no markers.
     """
     source = Path(path)
-    points = read_points(source)
+    points = read_points(source, as_read=keep.as_read)
     _check_points(source, points)
     time = (points.first + np.arange(len(points.frames))) / points.rate
     rows = np.flatnonzero((time >= keep.start) & (time <= keep.end))[:: keep.every]
@@ -203,6 +204,8 @@ def _markers(
     repeated = [label for label, count in Counter(labels).items() if count > 1]
     if repeated:
         notes.append(f"markers of the same name are numbered: {', '.join(repeated)}")
+    position, missing = without_missing(names, position)
+    notes += missing
     axis = up or stated_up or _upward_axis(names, position)
     if not up:
         notes.append(f"up is {axis} of the file" + ("" if stated_up else ", as the markers lie"))

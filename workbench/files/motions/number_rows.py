@@ -48,12 +48,46 @@ class FrameRange:
     """Last time [s]."""
     every: int = 1
     """Keep every n-th of them."""
+    as_read: bool = False
+    """Accept a file that holds another number of frames than its header states."""
 
     def __post_init__(self) -> None:
         if self.every < 1:
             raise UsageError(f"every: 1 or more is needed, got {self.every}")
         if not self.start < self.end:
             raise UsageError(f"start {self.start:g} s must be before end {self.end:g} s")
+
+    def frame_count_notes(self, where: str, stated: int | None, count: int) -> tuple[str, ...]:
+        """Compare the number of frames that a header states with the number of rows.
+
+        Parameters
+        ----------
+        where
+            The file and the line of the header, for messages.
+        stated
+            The number in the header, None if it is no number.
+        count
+            The number of rows.
+
+        Returns
+        -------
+        tuple of str
+            A note on a wrong number that is accepted.
+
+        Raises
+        ------
+        InputError
+            If the numbers differ and `as_read` is not set.
+        """
+        if stated == count:
+            return ()
+        said = f"{stated} frames" if stated is not None else "no number of frames"
+        if self.as_read:
+            return (f"its header says {said}, {count} are there and are read",)
+        raise InputError(
+            f"{where}: says {said}, {count} are there; state frames: as_read in a study, or "
+            "--frames as_read of workbench motion, to read those that are there"
+        )
 
 
 ALL_FRAMES = FrameRange()

@@ -69,6 +69,7 @@ class Coordinates:
     file: str
     negative: frozenset[str]
     """The knees that are negative in flexion."""
+    notes: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -110,7 +111,7 @@ def coordinate_batches(path: str | Path, *, keep: FrameRange = ALL_FRAMES) -> It
     words = ((number, line.split()) for number, line in lines if line.strip())
     clock = Clock(names.index("time"))
     rows = number_rows(source, words, len(names), rows=names, keep=keep, clock=clock)
-    _check_counts(source, header, rows, keep)
+    notes = _check_counts(source, header, rows, keep)
     time = rising_time(rows.values[:, names.index("time")], str(source))
     columns = [k for k, name in enumerate(names) if name != "time"]
     scale = np.array([header.unit(k) for k in columns])
@@ -122,17 +123,25 @@ def coordinate_batches(path: str | Path, *, keep: FrameRange = ALL_FRAMES) -> It
     called = tuple(names[k] for k in columns)
     for batch in pieces(len(time)):
         values = rows.values[batch][:, columns] * scale
-        yield Coordinates(called, values, time[batch], str(source), negative)
+        yield Coordinates(called, values, time[batch], str(source), negative, notes)
 
 
-def _check_counts(path: Path, header: _Header, rows: NumberRows, keep: FrameRange) -> None:
-    """Refuse a file that has not the rows and columns that its header states, or no frames."""
-    for what, count in (("rows", rows.total), ("columns", len(header.names))):
-        stated = header.counts.get(what, count)
-        if stated != count:
-            raise InputError(f"{path}: the header says {stated} {what}, {count} are there")
+def _check_counts(
+    path: Path, header: _Header, rows: NumberRows, keep: FrameRange
+) -> tuple[str, ...]:
+    """Refuse a file that has not the rows and columns that its header states, or no frames.
+
+    Returns a note on a number of rows that is wrong and accepted.
+    """
+    count = len(header.names)
+    stated = header.counts.get("columns", count)
+    if stated != count:
+        raise InputError(f"{path}: the header says {stated} columns, {count} are there")
+    stated = header.counts.get("rows", rows.total)
+    notes = keep.frame_count_notes(f"{path}, header", stated, rows.total)
     if not len(rows.values):
         raise InputError(f"{path}: no frame between {keep.start:g} and {keep.end:g} s")
+    return notes
 
 
 def _check_angle(path: Path, header: _Header, rows: NumberRows, k: int) -> None:
@@ -184,7 +193,7 @@ def coordinate_poses(body: Body, found: Coordinates) -> tuple[Poses, tuple[str, 
     rotations = np.tile(_IDENTITY, (count, len(body.joints), 1))
     for joint, turn in turns.items():
         rotations[:, body.joint(joint)] = turn
-    notes = reader.finish()
+    notes = found.notes + reader.finish()
     x, y, z = (reader.known.get(name, np.zeros(count)) for name in _PLACES)
     position = np.stack([x, -z, y], axis=-1)
     world = np.concatenate([matrices(pelvis), position[:, :, None]], axis=-1)

@@ -289,6 +289,7 @@ def _recorded(work: Work, asked: _Asked, room: Environment | None) -> RecordedMo
         up=file.up,
         metres=file.unit,
         gaps=file.gaps,
+        as_read=file.frames == "as_read",
         move=file.move,
         yaw=file.yaw,
         subject=file.scale == "subject",

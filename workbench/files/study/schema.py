@@ -264,8 +264,9 @@ class MotionFile(FileModel):
 
     Frames from `start` to `end` [s], every n-th; `map`: bones by segment or usual marker names by
     the file's; `up`: its upward axis; `unit`: one unit of a BVH file; `gaps` [s]: the longest that
-    is bridged; `move` and `yaw`: where it is put; `scale: subject`: the body takes the lengths that
-    the file shows; `restraints`: those of a simulation by name, or stated here.
+    is bridged; `frames: as_read`: the header may state a wrong number of frames; `move` and `yaw`:
+    where it is put; `scale: subject`: the body takes the lengths that the file shows; `restraints`:
+    those of a simulation by name, or stated here.
     """
 
     file: Name
@@ -276,6 +277,7 @@ class MotionFile(FileModel):
     up: Literal["x", "y", "z", "-x", "-y", "-z"] | None = None
     unit: Length | None = None
     gaps: Annotated[float, Field(ge=0, le=10)] = 0.1
+    frames: Literal["as_stated", "as_read"] = "as_stated"
     move: Vector = (0.0, 0.0, 0.0)
     yaw: Degrees = 0.0
     scale: Literal["body", "subject"] = "body"

@@ -1,6 +1,6 @@
 """Find where a marker sits on a body by its name.
 
-Known names are those of Plug-in-Gait, the OpenSim running set, and their near relations.
+Known names are those of Plug-in-Gait, the OpenSim gait and running sets, and near relations.
 """
 
 from __future__ import annotations
@@ -44,6 +44,7 @@ _LOOSE_SPREAD = 0.05
 _NONE = (0.0, 0.0, 0.0)
 _SITES: tuple[tuple[str, Site], ...] = (
     (r"~fhd|~frontalhead", Site("H", (), 0, (0.06, 0.06, 0.05), "front out", USUAL_SPREAD)),
+    (r"~temple", Site("H", (), 0, (0.02, 0.0, 0.04), "out", USUAL_SPREAD)),
     (r"~bhd|~backhead", Site("H", (), 0, (-0.06, 0.06, 0.05), "back out", USUAL_SPREAD)),
     (r"ariel|tophead|vertex", Site("H", (), 0, _NONE, "top", USUAL_SPREAD)),
     (r"c7", Site("UT", ("NP",), 0, (0, 0, 0.02), "back", USUAL_SPREAD)),
@@ -51,19 +52,30 @@ _SITES: tuple[tuple[str, Site], ...] = (
     (r"clav|ij|sternum", Site("UT", ("LC", "RC"), 0.5, (0, 0, 0.01), "front", USUAL_SPREAD)),
     (r"strn|px", Site("UT", ("SP", "NP"), 0.35, _NONE, "front", _LOOSE_SPREAD)),
     (
-        r"~sho|~acromi(um|on)|~shoulder|~shld",
+        r"~sho|~acr|~acromi(um|on)|~shoulder|~shld",
         Site("~SM", ("~S",), 0, (0, 0, 0.03), "top", USUAL_SPREAD),
     ),
-    (r"~fsh", Site("~SM", ("~S",), 0, _NONE, "front", _LOOSE_SPREAD)),
-    (r"~bsh", Site("~SM", ("~S",), 0, _NONE, "back", _LOOSE_SPREAD)),
-    (r"~upa|~bicep|~uparm", Site("~UA", ("~S", "~E"), 0.55, _NONE, "out", _LOOSE_SPREAD)),
-    (r"~iel|~elbowmed(ial)?|~elbm", Site("~UA", ("~E",), 0, _NONE, "in", _BONY_SPREAD)),
-    (r"~elb|~elbowlat(eral)?|~elbow", Site("~UA", ("~E",), 0, _NONE, "out", _BONY_SPREAD)),
-    (r"~frm|~forearm|~fra", Site("~LA", ("~E", "~W"), 0.5, _NONE, "out", _LOOSE_SPREAD)),
-    (r"~wra|~radius|~iwr", Site("~LA", ("~W",), 0, _NONE, "front", USUAL_SPREAD)),
-    (r"~wrb|~ulna|~owr", Site("~LA", ("~W",), 0, _NONE, "back", USUAL_SPREAD)),
+    (r"~fsh|~ash", Site("~SM", ("~S",), 0, _NONE, "front", _LOOSE_SPREAD)),
+    (r"~bsh|~psh", Site("~SM", ("~S",), 0, _NONE, "back", _LOOSE_SPREAD)),
+    (r"~upa|~bicep|~uparm|~ua[123]", Site("~UA", ("~S", "~E"), 0.55, _NONE, "out", _LOOSE_SPREAD)),
+    (r"~iel|~mel|~elbowmed(ial)?|~elbm", Site("~UA", ("~E",), 0, _NONE, "in", _BONY_SPREAD)),
+    (r"~elb|~lel|~elbowlat(eral)?|~elbow", Site("~UA", ("~E",), 0, _NONE, "out", _BONY_SPREAD)),
+    (
+        r"~frm|~forearm|~fra|~fasuperior",
+        Site("~LA", ("~E", "~W"), 0.5, _NONE, "out", _LOOSE_SPREAD),
+    ),
+    (r"~wre", Site("~LA", ("~E", "~W"), 0.4, _NONE, "front", _LOOSE_SPREAD)),
+    (
+        r"~wra|~(fa)?radius|~iwr|~wristlat(eral)?",
+        Site("~LA", ("~W",), 0, _NONE, "front", USUAL_SPREAD),
+    ),
+    (
+        r"~wrb|~(fa)?ulna|~owr|~wristmed(ial)?",
+        Site("~LA", ("~W",), 0, _NONE, "back", USUAL_SPREAD),
+    ),
     (r"~wri|~wrist", Site("~LA", ("~W",), 0, _NONE, "out", USUAL_SPREAD)),
-    (r"~fin|~hand|~ohand|~wre", Site("~HN", (), 0, _NONE, "out", _LOOSE_SPREAD)),
+    (r"~fin|~hand|~ohand", Site("~HN", (), 0, _NONE, "out", _LOOSE_SPREAD)),
+    (r"~ihand", Site("~HN", (), 0, _NONE, "in", _LOOSE_SPREAD)),
     (r"~asis?|~fwt", Site("LT", ("~H",), 0, (0, 0.035, 0.085), "front", USUAL_SPREAD)),
     (r"~psis?|~bwt", Site("LT", ("~H",), 0, (0, -0.04, 0.095), "back", USUAL_SPREAD)),
     (
@@ -74,22 +86,28 @@ _SITES: tuple[tuple[str, Site], ...] = (
     (r"~gtr|~troch(anter)?", Site("~UL", ("~H",), 0, (0, 0, -0.01), "out", USUAL_SPREAD)),
     (r"~hip", Site("~UL", ("~H", "~K"), 0.2, _NONE, "out", 0.10)),
     (
-        r"~thi|~thigh|~thighupper|~thighrear",
+        r"~thi|~thigh|~thighupper|~thighrear|~th[123]",
         Site("~UL", ("~H", "~K"), 0.55, _NONE, "out", _LOOSE_SPREAD),
     ),
     (r"~thighfront", Site("~UL", ("~H", "~K"), 0.5, _NONE, "front", _LOOSE_SPREAD)),
-    (r"~kni|~kneemed(ial)?|~kne_2|~mknee", Site("~UL", ("~K",), 0, _NONE, "in", _BONY_SPREAD)),
-    (r"~kne|~kneelat(eral)?|~knee", Site("~UL", ("~K",), 0, _NONE, "out", _BONY_SPREAD)),
+    (r"~kni|~mfc|~kneemed(ial)?|~kne_2|~mknee", Site("~UL", ("~K",), 0, _NONE, "in", _BONY_SPREAD)),
+    (r"~kne|~lfc|~kneelat(eral)?|~knee", Site("~UL", ("~K",), 0, _NONE, "out", _BONY_SPREAD)),
     (r"~hf|~fibula", Site("~LL", ("~K", "~A"), 0.1, _NONE, "out", USUAL_SPREAD)),
     (r"~tt|~tibialtuberosity", Site("~LL", ("~K", "~A"), 0.12, _NONE, "front", USUAL_SPREAD)),
     (
-        r"~tib|~sha|~shank|~shankupper|~shankfront|~shankrear|~shn",
+        r"~tib|~sha|~shank|~shankupper|~shankrear|~shn|~tb[123]",
         Site("~LL", ("~K", "~A"), 0.5, _NONE, "out", _LOOSE_SPREAD),
     ),
-    (r"~anklemed(ial)?|~ank_2|~mank(le)?", Site("~LL", ("~A",), 0, _NONE, "in", _BONY_SPREAD)),
-    (r"~ank|~anklelat(eral)?|~ankle", Site("~LL", ("~A",), 0, _NONE, "out", _BONY_SPREAD)),
-    (r"~hee|~hel|~heel|~calc", Site("~F", (), 0, _NONE, "back", USUAL_SPREAD)),
+    (r"~shankfront", Site("~LL", ("~K", "~A"), 0.4, _NONE, "front", _LOOSE_SPREAD)),
+    (
+        r"~anklemed(ial)?|~ank_2|~mank(le)?|~mmal",
+        Site("~LL", ("~A",), 0, _NONE, "in", _BONY_SPREAD),
+    ),
+    (r"~ank|~anklelat(eral)?|~ankle|~lmal", Site("~LL", ("~A",), 0, _NONE, "out", _BONY_SPREAD)),
+    (r"~hee|~hel|~heel|~calc?", Site("~F", (), 0, _NONE, "back", USUAL_SPREAD)),
     (r"~toe|~mt2|~toetip", Site("~F", (), 0, _NONE, "front", USUAL_SPREAD)),
+    (r"~midfootsup(erior)?", Site("~F", (), 0, (0.02, 0.0, 0), "top", _LOOSE_SPREAD)),
+    (r"~midfootlat(eral)?", Site("~F", (), 0, (0.01, 0.01, 0), "out", _LOOSE_SPREAD)),
     (r"~mt1|~toemed(ial)?", Site("~F", (), 0, (0.04, -0.01, 0), "in", _LOOSE_SPREAD)),
     (r"~mt5|~toelat(eral)?", Site("~F", (), 0, (0.03, 0.01, 0), "out", _LOOSE_SPREAD)),
 )

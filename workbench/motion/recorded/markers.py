@@ -12,7 +12,7 @@ References
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -27,6 +27,8 @@ from workbench.motion.recorded.marker_names import USUAL_SPREAD, Site, marker_si
 from workbench.motion.recorded.marker_places import marker_places
 from workbench.motion.recorded.retarget import IDENTITY
 from workbench.posture.kernels.markers import MarkerChain, solve_markers
+from workbench.posture.packed_stops import packed_stops
+from workbench.posture.stops import nearest_legal
 
 __all__ = ["MarkerFit", "bridged", "poses_from_markers"]
 
@@ -42,7 +44,21 @@ _MAX_SHIFT = 2.0
 """Greatest shift of a marker from its usual place, in spreads."""
 _MIN_HALF_RANGE = np.radians(2.0)
 """Least half range [rad] of a joint angle, for those that hardly move."""
+_STOP_ROUNDS = 3
+"""Times that all joints are turned back to their stops."""
 _MIN_MARKERS = 6
+_MIN_OUTLIER = 0.05
+"""Root mean square distance [m] up to which no marker is left out: those near joints of clothed people
+reach 0.03."""
+_OUTLIER_DEVIATIONS = 6.0
+"""Standard deviations beyond the median at which a marker is left out."""
+_MAX_LEFT_OUT = 0.25
+"""Greatest share of the known markers that may be left out."""
+_MAX_RMS = 0.08
+"""Root mean square distance [m] of all markers beyond which a motion is refused: some five times that
+of measured people."""
+_NAMED = 5
+"""Number of the worst markers that a refusal names."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -55,7 +71,7 @@ class MarkerFit:
     residual: Floats
     """(P, M) distance [m] of each marker from where the body carries it, NaN where it is hidden."""
     unused: tuple[str, ...]
-    """Markers whose place on the body is unknown, or that no frame shows."""
+    """Markers whose place on the body is unknown, that no frame shows, or that lie far off."""
     notes: tuple[str, ...]
     """What was assumed, in sentences."""
 
@@ -97,7 +113,9 @@ def poses_from_markers(
     2. Move each marker on the body toward where the frames show it, by no more than its spread
        allows. Repeat both steps.
     3. Solve every frame, starting from the one before. Joints are drawn to their mid-range by a
-       weak quadratic cost.
+       weak quadratic cost, and back from beyond their stops by a stiff one.
+    4. Turn joints that are still past a stop to it.
+    5. Leave out the marker that lies farthest beyond the others, and repeat everything.
 
     Parameters
     ----------
@@ -112,28 +130,132 @@ def poses_from_markers(
     ------
     InputError
         If fewer than six markers are known by name, the first frame shows fewer than three of them,
-        or `names` has an unknown name.
+        `names` has an unknown name, or the body cannot carry the markers to within 80 mm (root mean
+        square).
     """
     sites, unused = _known_sites(markers, dict(names or {}))
     seen = markers.position[:, [markers.names.index(name) for name in sites]]
     mirrored = _is_mirrored(seen, list(sites.values()))
     if mirrored:
         seen = seen * np.array([1.0, -1.0, 1.0])
-    _require_visible(markers, seen)
-    layout = _MarkerLayout.of(body, sites)
-    chain, start = _calibrated(layout, _sample(seen))
-    solution = _solve(seen, chain, start)
+    fit = _solved_without_outliers(body, markers, sites, seen)
+    if fit.rms > _MAX_RMS:  # a wrong marker of the pelvis may have exchanged the sides
+        other = _solved_without_outliers(body, markers, sites, seen * np.array([1.0, -1.0, 1.0]))
+        if other.rms < fit.rms:
+            fit = other
+            mirrored = not mirrored
+    _require_small_residuals(markers, fit)
     notes = markers.notes
     if mirrored:
         notes += (
             "the file's axes are left-handed, or left and right are exchanged in it: mirrored (y)",
         )
+    notes += _unused_notes(markers, unused)
+    if fit.left_out:
+        named = ", ".join(f"{name} ({1000 * rms:.0f} mm)" for name, rms in fit.left_out.items())
+        notes += (f"markers left out, far from where the others put them: {named}",)
     return MarkerFit(
-        poses=_poses(layout, solution, markers.time),
-        markers=tuple(sites),
-        residual=np.linalg.norm(seen - solution.modelled, axis=-1),
-        unused=unused,
+        poses=_poses(fit.layout, fit.solution, markers.time),
+        markers=fit.names,
+        residual=fit.residual,
+        unused=unused + tuple(fit.left_out),
         notes=notes,
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class _Fitted:
+    """A solution of all frames, with the M markers that it is made from."""
+
+    layout: _MarkerLayout
+    solution: _Solution
+    names: tuple[str, ...]
+    residual: Floats
+    """(P, M) [m], NaN where a marker is hidden."""
+    left_out: dict[str, float]
+    """Markers that lie far off, with their root mean square distance [m] when they were left out."""
+
+    @property
+    def rms(self) -> float:
+        """Root mean square distance [m] of all markers."""
+        return float(np.sqrt(np.nanmean(self.residual**2)))
+
+
+def _solved_without_outliers(
+    body: Body, markers: Markers, sites: dict[str, Site], seen: Floats
+) -> _Fitted:
+    """Solve all frames; leave out the worst marker that lies far off, and repeat.
+
+    Parameters
+    ----------
+    body, markers
+        As in `poses_from_markers`.
+    sites, seen
+        The known markers, and their positions (P, M, 3) [m].
+    """
+    left_out: dict[str, float] = {}
+    while True:
+        kept = np.array([name not in left_out for name in sites], dtype=np.bool_)
+        own = {name: site for name, site in sites.items() if name not in left_out}
+        shown = np.ascontiguousarray(seen[:, kept])
+        _require_visible(markers, shown)
+        layout = _MarkerLayout.of(body, own)
+        sample = _sample(shown)
+        chain, start = _calibrated(layout, sample)
+        may_leave_out = _may_leave_out(len(left_out), len(sites))
+        residual = _distances(sample, _solve(sample, chain, start))
+        worst = _outlier(residual) if may_leave_out else None
+        if worst is None:
+            solution = _within_stops(layout, chain, _solve(shown, chain, start))
+            residual = _distances(shown, solution)
+            worst = _outlier(residual) if may_leave_out else None
+        if worst is None:
+            return _Fitted(layout, solution, tuple(own), residual, left_out)
+        left_out[tuple(own)[worst]] = float(_marker_rms(residual)[worst])
+
+
+def _distances(seen: Floats, solution: _Solution) -> Floats:
+    """(P, M) [m] from the markers to where the body carries them."""
+    return np.asarray(np.linalg.norm(seen - solution.modelled, axis=-1))
+
+
+def _marker_rms(residual: Floats) -> Floats:
+    """(M,) [m] root mean square of distances (P, M) over the frames, NaN where none is seen."""
+    return np.asarray(np.sqrt(_seen_mean(residual**2, axis=0)))
+
+
+def _outlier(residual: Floats) -> int | None:
+    """Find the marker farthest beyond the others, None if none is far beyond them.
+
+    Its root mean square distance exceeds both `_MIN_OUTLIER` and the median of all markers by
+    `_OUTLIER_DEVIATIONS` standard deviations, which are estimated as 1.4826 times the median
+    absolute deviation.
+    """
+    rms = _marker_rms(residual)
+    median = np.nanmedian(rms)
+    deviation = 1.4826 * np.nanmedian(np.abs(rms - median))
+    worst = int(np.nanargmax(rms))
+    far = rms[worst] > max(_MIN_OUTLIER, median + _OUTLIER_DEVIATIONS * deviation)
+    return worst if far else None
+
+
+def _may_leave_out(count: int, known: int) -> bool:
+    """Return whether one marker more may be left out than `count` of `known`."""
+    return count + 1 <= _MAX_LEFT_OUT * known and known - count - 1 >= _MIN_MARKERS
+
+
+def _require_small_residuals(markers: Markers, fit: _Fitted) -> None:
+    """Refuse a motion that the body cannot follow, and name the worst markers."""
+    if fit.rms <= _MAX_RMS:
+        return
+    per_marker = np.nan_to_num(_marker_rms(fit.residual))
+    worst = np.argsort(-per_marker)[:_NAMED]
+    named = ", ".join(f"{fit.names[m]} {1000 * per_marker[m]:.0f} mm" for m in worst)
+    out = f"; left out before: {', '.join(fit.left_out)}" if fit.left_out else ""
+    raise InputError(
+        f"{markers.file}: the markers are {1000 * fit.rms:.0f} mm (root mean square) from where a body can "
+        f"carry them, {1000 * _MAX_RMS:.0f} mm at most are accepted; the worst: {named}{out}. Check "
+        "names (map), the unit, the upward axis (up), and the size of the body (scale: subject)"
     )
 
 
@@ -182,6 +304,8 @@ class _MarkerLayout:
             marker_segment=self.marker_segment,
             local=self.place,
             weight=1.0 / (_UNIT * np.clip(self.spread / USUAL_SPREAD, 0.7, 2.0)),
+            joint=np.array(joints, dtype=np.int64),
+            stops=packed_stops(self.body),
         )
 
     def zero_pose(self) -> Floats:
@@ -253,6 +377,24 @@ def _solve(seen: Floats, chain: MarkerChain, start: _Start) -> _Solution:
     return _Solution(rotations, attitude, pelvis, modelled)
 
 
+def _within_stops(layout: _MarkerLayout, chain: MarkerChain, solution: _Solution) -> _Solution:
+    """Turn the joints that the penalty left a little past their stops back to the nearest stop.
+
+    The limits of some joints follow the angles of others, so it is repeated.
+    """
+    body = layout.body
+    joints = [segment - 1 for segment in layout.order[1:]]
+    poses = _poses(layout, solution, np.arange(len(solution.pelvis), dtype=np.float64))
+    for _ in range(_STOP_ROUNDS):
+        poses = replace(poses, rotations=nearest_legal(body, poses))
+    rotations = solution.rotations.copy()
+    rotations[:, 1:] = poses.rotations[:, joints]
+    legal = replace(solution, rotations=rotations)
+    world = _segment_frames(chain, legal)[:, chain.marker_segment]
+    modelled = np.einsum("pmij,mj->pmi", world[..., :3], chain.local) + world[..., 3]
+    return replace(legal, modelled=modelled)
+
+
 def _poses(layout: _MarkerLayout, solution: _Solution, time: Floats) -> Poses:
     """The solution as poses of the body; joints above the pelvis stay at zero."""
     body = layout.body
@@ -287,6 +429,19 @@ def _known_sites(
             f"{', '.join(unused[:40])}"
         )
     return sites, tuple(unused)
+
+
+def _unused_notes(markers: Markers, unused: tuple[str, ...]) -> tuple[str, ...]:
+    """Name the markers that are not used, and why."""
+    shown = np.asarray(np.isfinite(markers.position).any(axis=(0, 2)))
+    hidden = [name for name in unused if not shown[markers.names.index(name)]]
+    unplaced = [name for name in unused if name not in hidden]
+    notes = []
+    if unplaced:
+        notes.append(f"markers without a known place are not used: {', '.join(unplaced)}")
+    if hidden:
+        notes.append(f"markers that no frame shows: {', '.join(hidden)}")
+    return tuple(notes)
 
 
 def _named_site(markers: Markers, name: str, names: dict[str, str]) -> Site | None:

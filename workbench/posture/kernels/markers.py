@@ -2,7 +2,8 @@
 
 A step is that of Gauss and Newton on the rotation vectors of all joints, and on the rotation and the
 position of the placed segment. Each joint is drawn to its neutral angles a little, so that what no
-marker sees stays defined.
+marker sees stays defined. A joint past a stop is drawn back by a stiff quadratic penalty. A step that
+raises the weighted sum of squares is halved.
 
 References
 ----------
@@ -33,14 +34,17 @@ from workbench.geometry.vectors import (
     transpose_matvec,
     vector,
 )
+from workbench.posture.kernels.past_stops import StopPack, past_stops
 
 __all__ = ["MarkerChain", "solve_markers"]
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-_FRAME_STEPS = 12
+_FRAME_STEPS = 20
 """Steps of a frame at most; of the first five times as many."""
+_HALVINGS = 6
+"""Shares of a step that are tried."""
 _MOST_TURN = 0.6
 """Largest turn [rad] of a joint in one step."""
 _CLOSE = 1e-5
@@ -53,6 +57,11 @@ _LEAST_PIVOT = 1e-12
 """Least pivot of the factorisation."""
 _NUDGE = 1e-6
 """Turn [rad] by which the derivatives of joint angles are taken."""
+
+_STOP_WEIGHT = 100.0
+"""Weight [1/rad] of the excess past a stop: 0.6 degrees cost as much as a marker one unit off."""
+_LEAST_EXCESS = 1e-9
+"""Excess [rad] past a stop below which it is rounding."""
 
 
 class MarkerChain(NamedTuple):
@@ -74,6 +83,10 @@ class MarkerChain(NamedTuple):
     """(M, 3) [m] the marker in that segment's frame."""
     weight: Floats
     """(M,) [1/m]."""
+    joint: Ints
+    """(K,) index in `stops` of the joint above each segment."""
+    stops: StopPack
+    """Stops of all J joints of the body."""
 
 
 class _Workspace(NamedTuple):
@@ -93,6 +106,16 @@ class _Workspace(NamedTuple):
     """(16, 3, 3) derivatives of its residual by these."""
     gap: Floats
     """(3,) a residual."""
+    turns: Floats
+    """(J, 4) rotations of all joints of the body."""
+    angles: Floats
+    """(J, 3) [rad] their angles."""
+    limits: Floats
+    """(J, 3, 2) [rad] their limits."""
+    past: Floats
+    """(J, 3) [rad] their excess past the stops."""
+    saved: Floats
+    """(K + 4, 4) rotations of the joints, the placed segment's rotation and its frame."""
 
 
 @inlined
@@ -242,6 +265,55 @@ def _add_joints(rotations, chain, workspace):  # type: ignore[no-untyped-def]
 
 
 @inner
+def _measure_stops(rotations, chain, workspace):  # type: ignore[no-untyped-def]
+    """Fill the angles of all joints and their excess past the stops."""
+    for k in range(1, chain.parent.shape[0]):
+        for i in range(4):
+            workspace.turns[chain.joint[k], i] = rotations[k, i]
+    past_stops(workspace.turns, chain.stops, workspace.angles, workspace.limits, workspace.past)
+
+
+@inner
+def _cost(seen, rotations, chain, workspace):  # type: ignore[no-untyped-def]
+    """Sum of the weighted squares of all residuals of placed segments; measures the stops."""
+    total = 0.0
+    for m in range(seen.shape[0]):
+        if np.isfinite(seen[m, 0]):
+            frame = workspace.world[chain.marker_segment[m]]
+            gap = subtract(vector(seen[m]), _marker_position(frame, chain.local[m]))
+            total += (chain.weight[m] * norm(gap)) ** 2
+    _measure_stops(rotations, chain, workspace)
+    for k in range(1, chain.parent.shape[0]):
+        j = chain.joint[k]
+        for i in range(3):
+            total += (workspace.angles[j, i] / chain.half[k, i]) ** 2
+            total += (_STOP_WEIGHT * workspace.past[j, i]) ** 2
+    return total
+
+
+@inner
+def _add_stops(rotations, chain, workspace):  # type: ignore[no-untyped-def]
+    """Add the normal equations that draw each joint back from beyond its stops.
+
+    With the excess e n in the frame of the segment R, a turn w of the joint in the world changes e
+    by (R n) . w.
+    """
+    _measure_stops(rotations, chain, workspace)
+    for k in range(1, chain.parent.shape[0]):
+        excess = vector(workspace.past[chain.joint[k]])
+        size = norm(excess)
+        if size < _LEAST_EXCESS:
+            continue
+        direction = scale(1.0 / size, matvec(rotation_part(workspace.world[k]), excess))
+        for i in range(3):
+            workspace.right[3 * k + i] -= _STOP_WEIGHT**2 * size * direction[i]
+            for j in range(3):
+                workspace.matrix[3 * k + i, 3 * k + j] += (
+                    _STOP_WEIGHT**2 * direction[i] * direction[j]
+                )
+
+
+@inner
 def _solve_in_place(matrix, right):  # type: ignore[no-untyped-def]
     """Solve a positive definite system by Cholesky's method; the solution replaces the right side."""
     n = right.shape[0]
@@ -265,12 +337,15 @@ def _solve_in_place(matrix, right):  # type: ignore[no-untyped-def]
 
 
 @inner
-def _advance(rotations, turn, place, chain, workspace):  # type: ignore[no-untyped-def]
-    """Turn and move everything by the step; returns the largest turn [rad] or move [m]."""
+def _advance(rotations, turn, place, share, chain, workspace):  # type: ignore[no-untyped-def]
+    """Turn and move everything by a share of the step.
+
+    Returns the largest turn [rad] or move [m].
+    """
     count = chain.parent.shape[0]
     most = 0.0
     for k in range(count + 1):
-        step = vector(workspace.right[3 * k :])
+        step = scale(share, vector(workspace.right[3 * k :]))
         size = norm(step)
         most = max(most, size)
         if k == count:
@@ -294,20 +369,66 @@ def _advance(rotations, turn, place, chain, workspace):  # type: ignore[no-untyp
 
 
 @inner
+def _save(rotations, turn, place, saved):  # type: ignore[no-untyped-def]
+    """Keep a pose."""
+    count = rotations.shape[0]
+    for i in range(4):
+        for k in range(count):
+            saved[k, i] = rotations[k, i]
+        saved[count, i] = turn[i]
+        for j in range(3):
+            saved[count + 1 + j, i] = place[j, i]
+
+
+@inner
+def _restore(saved, rotations, turn, place):  # type: ignore[no-untyped-def]
+    """Return to the pose that was kept."""
+    count = rotations.shape[0]
+    for i in range(4):
+        for k in range(count):
+            rotations[k, i] = saved[k, i]
+        turn[i] = saved[count, i]
+        for j in range(3):
+            place[j, i] = saved[count + 1 + j, i]
+
+
+@inner
+def _descend(cost, seen, chain, rotations, turn, place, workspace):  # type: ignore[no-untyped-def]
+    """Take the step, or the half, a quarter and so forth of it that does not raise the cost.
+
+    Returns the cost, and the largest turn [rad] or move [m], 0 where no share of the step is taken.
+    """
+    _save(rotations, turn, place, workspace.saved)
+    share = 1.0
+    for _ in range(_HALVINGS):
+        moved = _advance(rotations, turn, place, share, chain, workspace)
+        _place_chain(rotations, place, chain, workspace)
+        now = _cost(seen, rotations, chain, workspace)
+        if now <= cost:
+            return now, moved
+        _restore(workspace.saved, rotations, turn, place)
+        _place_chain(rotations, place, chain, workspace)
+        share *= 0.5
+    return cost, 0.0
+
+
+@inner
 def _solve_frame(seen, chain, rotations, turn, place, steps, workspace):  # type: ignore[no-untyped-def]
     """Fit one frame from where it stands, in so many steps at most."""
+    _place_chain(rotations, place, chain, workspace)
+    cost = _cost(seen, rotations, chain, workspace)
     for _ in range(steps):
-        _place_chain(rotations, place, chain, workspace)
         workspace.matrix[:] = 0.0
         workspace.right[:] = 0.0
         for i in range(workspace.right.shape[0]):
             workspace.matrix[i, i] = _REGULAR
         _add_markers(seen, chain, workspace)
         _add_joints(rotations, chain, workspace)
+        _add_stops(rotations, chain, workspace)
         _solve_in_place(workspace.matrix, workspace.right)
-        if _advance(rotations, turn, place, chain, workspace) < _CLOSE:
+        cost, moved = _descend(cost, seen, chain, rotations, turn, place, workspace)
+        if moved < _CLOSE:
             break
-    _place_chain(rotations, place, chain, workspace)
 
 
 @njit(cache=True, nogil=True)
@@ -330,6 +451,7 @@ def solve_markers(seen, chain, rotations, turns, places, modelled):  # type: ign
     """
     count = chain.parent.shape[0]
     size = 3 * (count + 1)
+    joints = chain.stops.kind.shape[0]
     workspace = _Workspace(
         np.empty((count, 3, 4)),
         np.zeros((count, 3)),
@@ -338,7 +460,13 @@ def solve_markers(seen, chain, rotations, turns, places, modelled):  # type: ign
         np.empty(_DEEPEST, np.int64),
         np.empty((_DEEPEST, 3, 3)),
         np.empty(3),
+        np.zeros((joints, 4)),
+        np.empty((joints, 3)),
+        np.empty((joints, 3, 2)),
+        np.empty((joints, 3)),
+        np.empty((count + 4, 4)),
     )
+    workspace.turns[:, 0] = 1.0
     for p in range(seen.shape[0]):
         if p:
             rotations[p] = rotations[p - 1]

@@ -153,8 +153,10 @@ def past_stops(rotations, pack, angles, limits, past):  # type: ignore[no-untype
         Filled with the rotation vector [rad], in the frame of the distal segment, from a legal
         rotation to this one: the nearest one, but for a cone the one on the ray from zero.
     """
-    limits[:] = pack.limits
     for j in range(pack.kind.shape[0]):
+        for i in range(3):
+            limits[j, i, 0] = pack.limits[j, i, 0]
+            limits[j, i, 1] = pack.limits[j, i, 1]
         store(swing_twist_angles(quaternion(rotations[j]), pack.axes[j]), angles[j])
     _apply_couplings(pack, angles, limits)
     for j in range(pack.kind.shape[0]):
