@@ -3,6 +3,7 @@ its line."""
 
 from __future__ import annotations
 
+import json
 from time import process_time
 
 import numpy as np
@@ -16,6 +17,7 @@ from workbench.files.motions.bvh_writer import bvh_text
 from workbench.files.motions.number_rows import FrameRange
 from workbench.files.motions.opensim import coordinate_poses
 from workbench.files.motions.tables import angle_table_text, read_angle_table, table_kind
+from workbench.model.continuous_angles import ContinuousAngles
 from workbench.model.posing import angles_of, compose
 from workbench.motion.recorded.retarget import bone_positions, retarget
 
@@ -121,6 +123,49 @@ def test_a_wrong_number_of_frames_is_accepted_by_the_option_of_the_command(tmp_p
     bones = read_bvh(tmp_path / "m.bvh", keep=FrameRange(as_read=True))
     assert len(bones.time) == 2
     assert bones.notes == ("its header says 3 frames, 2 are there and are read",)
+
+
+def turning(frames=60):
+    """The whole body turns three times; an arm swings through 180 degrees and on to 260."""
+    time = np.arange(frames) / 50
+    share = np.linspace(0, 1, frames)
+    angles = np.zeros((frames, len(BODY.joints), 3))
+    angles[:, BODY.joint("PV"), 2] = np.radians(1080) * share
+    swing = np.radians(260) * share
+    angles[:, BODY.joint("LS"), 0] = 0.8 * swing
+    angles[:, BODY.joint("LS"), 1] = 0.6 * swing
+    angles[:, BODY.joint("LS"), 2] = np.radians(10) * share
+    world = np.tile(np.eye(3, 4), (frames, 1, 1))
+    return Poses(compose(BODY, angles), 0, world, time), angles
+
+
+def test_a_table_of_angles_goes_on_where_a_joint_turns_past_half_a_turn(tmp_path):
+    motion, angles = turning()
+    assert np.abs(np.diff(angles_of(BODY, motion), axis=0)).max() > 5  # rad: principal values jump
+    path = written(tmp_path, "".join(angle_table_text(BODY, motion)), "m.csv")
+    table = np.genfromtxt(path, delimiter=",", comments="#", skip_header=4)[:, 8:]
+    assert table == pytest.approx(np.degrees(angles).reshape(len(angles), -1), abs=1e-3)
+    again, _ = read_angle_table(path, BODY)
+    assert np.abs(np.sum(again.rotations * motion.rotations, axis=-1)).min() > 1 - 1e-10
+
+
+def test_angles_go_on_across_batches_and_compose_to_the_same_rotations():
+    motion, angles = turning()
+    continuous = ContinuousAngles()
+    principal = angles_of(BODY, motion)
+    parts = [continuous.take(principal[a:b]) for a, b in ((0, 1), (1, 41), (41, 41), (41, 60))]
+    assert np.concatenate(parts) == pytest.approx(angles, abs=1e-6)
+    rotations = compose(BODY, np.concatenate(parts))
+    assert np.abs(np.sum(rotations * motion.rotations, axis=-1)).min() > 1 - 1e-12
+
+
+def test_the_ranges_of_a_motion_that_turns_round_are_those_of_the_turn(tmp_path, capsys):
+    motion, _ = turning()
+    path = written(tmp_path, "".join(angle_table_text(BODY, motion)), "m.csv")
+    assert main(["motion", "show", str(path), "--json"]) == 0
+    shown = json.loads(capsys.readouterr().out)
+    low, high = shown["angles_deg"]["LS"]["flexion"]
+    assert (low, high) == (0.0, 208.0)
 
 
 def test_a_part_of_a_motion_keeps_the_files_clock():

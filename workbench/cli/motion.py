@@ -226,13 +226,15 @@ def _ranges(who: Body, poses: Poses) -> dict[str, dict[str, list[float]]]:
     """Least and greatest angle [degrees] of each motion of each joint."""
     import numpy as np
 
+    from workbench.model.continuous_angles import ContinuousAngles
     from workbench.model.posing import angles_of
     from workbench.model.spool import pieces
 
     low = np.full((len(who.joints), 3), np.inf)
     high = -low
+    continuous = ContinuousAngles()
     for rows in pieces(len(poses)):
-        angles = np.degrees(angles_of(who, poses.rows(rows)))
+        angles = np.degrees(continuous.take(angles_of(who, poses.rows(rows))))
         low = np.minimum(low, angles.min(axis=0))
         high = np.maximum(high, angles.max(axis=0))
     return {

@@ -22,11 +22,13 @@ from workbench.files.motions.number_rows import (
 from workbench.files.schema import metres_in
 from workbench.model.arrays import Floats, Ints
 from workbench.model.body import Body
+from workbench.model.continuous_angles import ContinuousAngles
 from workbench.model.motion import SegmentTrack, rising_time
 from workbench.model.poses import Poses, stacked
 from workbench.model.posing import angles_of, attitude_matrix, compose, motion_of
 from workbench.model.quaternions import from_matrices, matrices
 from workbench.model.spool import pieces
+from workbench.model.stops import StopKind
 
 __all__ = ["angle_table_text", "read_angle_table", "segment_batches", "table_kind"]
 
@@ -138,7 +140,7 @@ def read_angle_table(
     """
     table = _read_table(Path(path), keep)
     angles = [k for k, column in enumerate(table.columns) if column.is_angle]
-    largest = max((_max_angle(table, k) for k in angles), default=0.0)
+    largest = max((_max_angle(table, k, body) for k in angles), default=0.0)
     poses = stacked(_angle_poses(table.rows(rows), body) for rows in pieces(len(table.time)))
     in_degrees = any(column.unit == "deg" for column in table.columns)
     if in_degrees and 1e-3 < largest < _MIN_PLAUSIBLE_ANGLE:
@@ -230,7 +232,8 @@ def _segment_track(table: _Table) -> SegmentTrack:
 def angle_table_text(body: Body, poses: Poses) -> Iterator[str]:
     """Yield the lines of the project's own CSV for a motion.
 
-    `read_angle_table` gives the motion back within 1e-6 degrees.
+    Angles go on from frame to frame without jumps by whole turns, with seven digits. They are read
+    back by `read_angle_table`.
     """
     yield "# workbench motion\n"
     yield f"# body: {body.name}\n# reference: {body.segments[poses.reference]}\n"
@@ -240,14 +243,17 @@ def angle_table_text(body: Body, poses: Poses) -> Iterator[str]:
         for motions in own
     ]
     yield ", ".join(["time [s]", "x [mm]", "y [mm]", "z [mm]", *_QUATERNION, *names]) + "\n"
+    continuous = ContinuousAngles()
     for rows in pieces(len(poses)):
-        yield from _angle_lines(body, poses.rows(rows), poses.clock[rows])
+        batch = poses.rows(rows)
+        angles = continuous.take(angles_of(body, batch))
+        yield from _angle_lines(batch, angles, poses.clock[rows])
 
 
-def _angle_lines(body: Body, poses: Poses, clock: Floats) -> Iterator[str]:
-    """Yield a line for each frame. clock: (P,) [s]."""
+def _angle_lines(poses: Poses, joint_angles: Floats, clock: Floats) -> Iterator[str]:
+    """Yield a line for each frame. joint_angles: (P, J, 3) [rad]; clock: (P,) [s]."""
     world = poses.world_from_reference
-    angles = np.degrees(angles_of(body, poses)).reshape(len(poses), -1) + 0.0
+    angles = np.degrees(joint_angles).reshape(len(poses), -1) + 0.0
     turns = from_matrices(world[:, :, :3])
     for p, time in enumerate(clock.tolist()):
         position = [f"{1000 * v:.6f}" for v in world[p, :, 3]]
@@ -346,8 +352,11 @@ def _joint(table: _Table, body: Body, name: str) -> int:
         raise table.header_error(f": {error}") from None
 
 
-def _max_angle(table: _Table, k: int) -> float:
-    """Return the largest angle [rad] of a column; refuse angles of many turns."""
+def _max_angle(table: _Table, k: int, body: Body) -> float:
+    """Return the largest angle [rad] of a column; refuse angles of many turns.
+
+    A joint without stops may turn on and on in degrees: it is the whole body that turns.
+    """
     column = table.columns[k]
     if column.unit not in _RADIANS:
         raise table.header_error(
@@ -355,7 +364,8 @@ def _max_angle(table: _Table, k: int) -> float:
         )
     values = np.abs(table.column(k)) * _RADIANS[column.unit]
     worst = int(np.argmax(values))
-    if values[worst] > _MAX_ANGLE:
+    free = body.stops.kind[_joint(table, body, column.head)] == StopKind.FREE
+    if values[worst] > _MAX_ANGLE and not (free and column.unit == "deg"):
         guess = ": is this column in degrees?" if column.unit == "rad" else ""
         turns = f"{values[worst] / (2 * np.pi):.0f} whole turns"
         raise InputError(

@@ -44,8 +44,10 @@ _MAX_SHIFT = 2.0
 """Greatest shift of a marker from its usual place, in spreads."""
 _MIN_HALF_RANGE = np.radians(2.0)
 """Least half range [rad] of a joint angle, for those that hardly move."""
-_STOP_ROUNDS = 3
-"""Times that all joints are turned back to their stops."""
+_STOP_ROUNDS = 6
+"""Times at most that all joints are turned back to their stops."""
+_AT_STOP = 1e-12
+"""Change of a quaternion below which a joint is at its stop."""
 _MIN_MARKERS = 6
 _MIN_OUTLIER = 0.05
 """Root mean square distance [m] up to which no marker is left out: those near joints of clothed people
@@ -386,7 +388,11 @@ def _within_stops(layout: _MarkerLayout, chain: MarkerChain, solution: _Solution
     joints = [segment - 1 for segment in layout.order[1:]]
     poses = _poses(layout, solution, np.arange(len(solution.pelvis), dtype=np.float64))
     for _ in range(_STOP_ROUNDS):
-        poses = replace(poses, rotations=nearest_legal(body, poses))
+        legal_rotations = nearest_legal(body, poses)
+        moved = float(np.abs(legal_rotations - poses.rotations).max())
+        poses = replace(poses, rotations=legal_rotations)
+        if moved < _AT_STOP:
+            break
     rotations = solution.rotations.copy()
     rotations[:, 1:] = poses.rotations[:, joints]
     legal = replace(solution, rotations=rotations)

@@ -43,6 +43,8 @@ Ints = NDArray[np.int64]
 
 _FRAME_STEPS = 20
 """Steps of a frame at most; of the first five times as many."""
+_LEAST_GAIN = 1e-6
+"""Share of the cost that a step saves at least; with less a frame is solved."""
 _HALVINGS = 6
 """Shares of a step that are tried."""
 _MOST_TURN = 0.6
@@ -426,8 +428,9 @@ def _solve_frame(seen, chain, rotations, turn, place, steps, workspace):  # type
         _add_joints(rotations, chain, workspace)
         _add_stops(rotations, chain, workspace)
         _solve_in_place(workspace.matrix, workspace.right)
+        before = cost
         cost, moved = _descend(cost, seen, chain, rotations, turn, place, workspace)
-        if moved < _CLOSE:
+        if moved < _CLOSE or before - cost <= _LEAST_GAIN * cost:
             break
 
 

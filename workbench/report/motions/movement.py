@@ -11,11 +11,12 @@ import numpy as np
 from workbench.body.forward import place
 from workbench.model.arrays import Floats
 from workbench.model.body import Body
+from workbench.model.continuous_angles import ContinuousAngles
 from workbench.model.laban import nearest_sign, sign_words
 from workbench.model.poses import Poses
 from workbench.model.posing import angles_of
 from workbench.model.spool import pieces
-from workbench.report.motions.turning import Turning, Unwrapped
+from workbench.report.motions.turning import Turning
 
 __all__ = ["movement_sentences"]
 
@@ -105,10 +106,10 @@ def _turns(body: Body, motion: Poses) -> list[_Turn]:
     """Every turn of 15 degrees or more."""
     inner = [j for j in range(len(body.joints)) if body.segments[int(body.parent[j + 1])] != "STG"]
     tracks = [(j, axis, Turning(_LEAST_TURN)) for j in inner for axis in range(3)]
-    unwrapped = Unwrapped()
+    continuous = ContinuousAngles()
     for rows in pieces(len(motion)):
-        angles = angles_of(body, motion.rows(rows))[:, inner].reshape(rows.stop - rows.start, -1)
-        columns = np.ascontiguousarray(np.degrees(unwrapped.take(angles)).T)
+        angles = continuous.take(angles_of(body, motion.rows(rows))[:, inner])
+        columns = np.ascontiguousarray(np.degrees(angles.reshape(len(angles), -1)).T)
         for (_, _, track), values in zip(tracks, columns, strict=True):
             track.take(values)
     return [
@@ -136,12 +137,12 @@ def _trimmed(body: Body, motion: Poses, turn: _Turn) -> _Turn:
 
 def _tracked(body: Body, motion: Poses, turn: _Turn) -> Iterator[tuple[int, Floats]]:
     """The angle of a turn [degrees] in pieces of its frames, with the first frame of each."""
-    unwrapped = Unwrapped()
+    continuous = ContinuousAngles()
     for rows in pieces(turn.last + 1 - turn.first):
         begin = turn.first + rows.start
         angles = angles_of(body, motion.rows(slice(begin, turn.first + rows.stop)))
-        one = angles[:, turn.joint, turn.axis, None]
-        yield begin, np.degrees(unwrapped.take(one))[:, 0]
+        one = continuous.take(angles[:, turn.joint, None])
+        yield begin, np.degrees(one[:, 0, turn.axis])
 
 
 def _limb(body: Body, joint: int) -> str:

@@ -8,28 +8,10 @@ import numpy as np
 
 from workbench.model.arrays import Floats
 
-__all__ = ["Turning", "Unwrapped"]
+__all__ = ["Turning"]
 
 Point = tuple[int, float]
 """Where on a track, and its value there."""
-
-
-class Unwrapped:
-    """Angles (P, K) [rad] without jumps by whole turns, piece by piece."""
-
-    def __init__(self) -> None:
-        self._last: Floats | None = None
-        self._turns: Floats | None = None
-
-    def take(self, angles: Floats) -> Floats:
-        """The next angles (P, K), made to go on from those before."""
-        last = angles[:1] if self._last is None else self._last
-        turns = np.zeros_like(last) if self._turns is None else self._turns
-        jump = np.rint(np.diff(np.concatenate([last, angles]), axis=0) / (2 * np.pi))
-        whole = turns - np.cumsum(jump, axis=0)
-        self._last = np.array(angles[-1:])
-        self._turns = whole[-1:]
-        return np.asarray(angles + 2 * np.pi * whole)
 
 
 class Turning:
