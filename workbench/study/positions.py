@@ -10,7 +10,7 @@ searched:
 2. Where no position fits, the neighbours of the best one are tried at halved distances down to
    ``FINEST``.
 3. Who misses by less than ``NEAR_MISS`` there is tried in all positions about the best one,
-   ``CLOSE_SPACING`` apart.
+   ``CLOSE_SPACING`` apart, and then in its neighbours at the ``LAST_STEPS``.
 
 The same search says who would fit if a requirement were dropped: each of several sets of
 requirements counts as met where some position meets all of it.
@@ -63,6 +63,8 @@ CLOSE_SPACING = 0.005
 CLOSE = 4
 """Who misses by less [m] in the best position is tried in a lattice about it: its spacing [m], and
 how many of its points lie to each side."""
+LAST_STEPS = (0.0025, 0.001, 0.0005)
+"""Distances [m] at which the neighbours of the best position of those are tried at last."""
 WAVE = 8
 """Positions of the lattice that are tried at a time."""
 MOST_ROWS = 512
@@ -387,26 +389,43 @@ def _widen(window: Floats, position: Floats) -> None:
 
 def _refine(search: _Search) -> None:
     """Try the neighbours of the best position of those for whom none fits, nearer and nearer."""
-    seat = search.place.own_seat
-    assert seat is not None
-    low, high = np.array([seat.travel_forward, seat.travel_up]).T
     step = SPACING / 2
     while step >= FINEST - 1e-9:
         people = np.flatnonzero(search.score < -MET)
         if not len(people):
             return
-        centres = np.repeat(search.best.tried.seat[people], len(_AROUND), axis=0)
-        ways = np.tile(np.array(_AROUND, dtype=np.float64), (len(people), 1))
-        wanted = np.clip(centres + step * ways, low, high)
-        _try_positions(search, np.repeat(people, len(_AROUND)), wanted)
+        _try_neighbours(search, people, step)
         step /= 2
-    _try_close(search, low, high)
+    _try_close(search)
+    for step in LAST_STEPS:
+        _try_neighbours(search, _near_misses(search), step)
 
 
-def _try_close(search: _Search, low: Floats, high: Floats) -> None:
-    """Try those who nearly fit in all positions about their best one, within the travel from low
-    (2,) to high (2,) [m]."""
-    people = np.flatnonzero((search.score < -MET) & (search.score > -NEAR_MISS))
+def _near_misses(search: _Search) -> Ints:
+    """The people who fit nowhere, but nearly do."""
+    return np.flatnonzero((search.score < -MET) & (search.score > -NEAR_MISS))
+
+
+def _try_neighbours(search: _Search, people: Ints, step: float) -> None:
+    """Try the eight neighbours of the best position of people (N,), at a distance [m]."""
+    centres = np.repeat(search.best.tried.seat[people], len(_AROUND), axis=0)
+    ways = np.tile(np.array(_AROUND, dtype=np.float64), (len(people), 1))
+    wanted = _within_travel(search, centres + step * ways)
+    _try_positions(search, np.repeat(people, len(_AROUND)), wanted)
+
+
+def _within_travel(search: _Search, positions: Floats) -> Floats:
+    """Positions (N, 2) [m], brought into the travel of the seat."""
+    seat = search.place.own_seat
+    assert seat is not None
+    low, high = np.array([seat.travel_forward, seat.travel_up]).T
+    inside: Floats = np.clip(positions, low, high)
+    return inside
+
+
+def _try_close(search: _Search) -> None:
+    """Try those who nearly fit in all positions about their best one."""
+    people = _near_misses(search)
     steps = CLOSE_SPACING * np.arange(-CLOSE, CLOSE + 1)
     ways = np.stack(np.meshgrid(steps, steps, indexing="ij"), axis=-1).reshape(-1, 2)
     ways = ways[np.argsort(np.linalg.norm(ways, axis=1), kind="stable")]
@@ -414,7 +433,6 @@ def _try_close(search: _Search, low: Floats, high: Floats) -> None:
     for first in range(0, len(ways), WAVE):
         left = np.flatnonzero(search.score[people] < -MET)
         some = ways[first : first + WAVE]
-        wanted = np.clip(
-            np.repeat(centres[left], len(some), axis=0) + np.tile(some, (len(left), 1)), low, high
-        )
-        _try_positions(search, np.repeat(people[left], len(some)), wanted)
+        wanted = np.repeat(centres[left], len(some), axis=0) + np.tile(some, (len(left), 1))
+        rows = np.repeat(people[left], len(some))
+        _try_positions(search, rows, _within_travel(search, wanted))
