@@ -5,7 +5,6 @@ Nothing is computed again: what was checked is drawn.
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -17,7 +16,7 @@ from workbench.draw.scene import Mark
 from workbench.draw.source import Source, chosen_cases, people_source, split_names
 from workbench.draw.study_scene import study_source
 from workbench.errors import InputError
-from workbench.files.catalogue import find, roots
+from workbench.files.catalogue import find, is_file, roots
 from workbench.files.results.motions import MotionRows
 from workbench.files.results.postures import PersonRow, PosturesRows
 from workbench.files.results.result import FindingRow, ResultFile, load_result
@@ -30,6 +29,7 @@ from workbench.model.posing import join_poses, pose
 from workbench.model.quaternions import matrices
 from workbench.model.study import Study
 from workbench.posture.seating.seating import seat_shift
+from workbench.study.provenance import hashes
 from workbench.study.workplaces import occupant
 
 __all__ = ["result_source"]
@@ -59,8 +59,9 @@ def result_source(path: Path, case: str | None = None, study: str | None = None)
     result = load_result(path)
     made_from = result.provenance.get("inputs", {})
     loaded = load_study(_study_path(path, result, made_from.get("study", ""), study))
+    now = hashes(loaded.inputs)
     for role, file in loaded.inputs.items():
-        if made_from.get(role) != _digest(file):
+        if made_from.get(role) != now[role]:
             raise InputError(
                 f"{path}: {file} is not as it was when this result was made; run the study again"
             )
@@ -73,10 +74,6 @@ def result_source(path: Path, case: str | None = None, study: str | None = None)
     raise InputError(f"{path}: a result of a population has no case to draw; see its report")
 
 
-def _digest(file: Path) -> str:
-    return hashlib.sha256(file.read_bytes()).hexdigest()
-
-
 def _study_path(path: Path, result: ResultFile, digest: str, given: str | None) -> Path:
     """The file of the study that a result was made from."""
     if given is not None:
@@ -84,7 +81,7 @@ def _study_path(path: Path, result: ResultFile, digest: str, given: str | None) 
     folders = list(_folders(path))
     for folder in folders:
         for file in sorted(folder.glob("*.yaml")):
-            if _digest(file) == digest:
+            if _has_digest(file, digest):
                 return file
     try:
         return find("studies", result.study)  # it has changed, which is reported of all its files
@@ -94,6 +91,14 @@ def _study_path(path: Path, result: ResultFile, digest: str, given: str | None) 
             f"{path}: the study {result.study!r} of this result is in none of {looked}; name its "
             f"file by --study"
         ) from None
+
+
+def _has_digest(file: Path, digest: str) -> bool:
+    """Whether a file has this SHA-256; False where it may not be read."""
+    try:
+        return is_file(file) and hashes({"study": file})["study"] == digest
+    except OSError:
+        return False
 
 
 def _folders(path: Path) -> Iterator[Path]:

@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
-from trimesh.triangles import closest_point
 
 from workbench.errors import one_of
 from workbench.files.schema import metres_in
@@ -84,16 +83,8 @@ def _unknown_rests(seat: Seat, known: Sequence[str]) -> Iterator[str]:
 
 def part_box(environment: Environment, part: str) -> Floats:
     """Return the box (2, 3) [m] of a part: its least and its greatest corner."""
-    corners = _triangles(environment, part).reshape(-1, 3)
+    corners = environment.triangle_corners(environment.part(part)).reshape(-1, 3)
     return np.array([corners.min(axis=0), corners.max(axis=0)])
-
-
-def _triangles(environment: Environment, part: str) -> Floats:
-    """(T, 3, 3) [m] the triangles of a part."""
-    polygons = environment.polygons(environment.part(part))
-    first, last = environment.triangle_start[[polygons.start, polygons.stop]]
-    corners: Floats = environment.vertices[environment.triangles[first:last]]
-    return corners
 
 
 def _seats_away(environment: Environment, moved: bool) -> Iterator[str]:
@@ -169,11 +160,17 @@ def _factor_hint(box: Floats, point: Sequence[float]) -> str:
 
 
 def _distance(environment: Environment, part: str, at: Sequence[float]) -> float:
-    """Distance [m] of a point from a part, 0 inside a solid."""
-    triangles = _triangles(environment, part)
-    solid = environment.solid[environment.part(part)]
-    if solid and abs(point_winding(*at, triangles, 0, len(triangles))) > 0.5:
+    """Distance [m] of a point from a part, 0 inside a solid; not more than that of the nearest
+    corner where this is near enough."""
+    number = environment.part(part)
+    triangles = environment.triangle_corners(number)
+    corner = float(np.linalg.norm(triangles.reshape(-1, 3) - at, axis=1).min())
+    if corner <= _CONTROL_AWAY:
+        return corner
+    if environment.solid[number] and abs(point_winding(*at, triangles, 0, len(triangles))) > 0.5:
         return 0.0
+    from trimesh.triangles import closest_point  # takes a third of a second to load
+
     points = np.repeat(np.array([at]), len(triangles), axis=0)
     nearest = closest_point(triangles, points)
     return float(np.linalg.norm(nearest - points, axis=1).min())

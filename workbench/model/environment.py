@@ -183,6 +183,13 @@ class Environment:
         """The polygons of one part."""
         return slice(int(self.part_start[part]), int(self.part_start[part + 1]))
 
+    def triangle_corners(self, part: int) -> Floats:
+        """(T, 3, 3) [m] the corners of the triangles of one part."""
+        polygons = self.polygons(part)
+        first, last = self.triangle_start[[polygons.start, polygons.stop]]
+        corners: Floats = self.vertices[self.triangles[first:last]]
+        return corners
+
     @property
     def undecided(self) -> tuple[int, ...]:
         """The parts that are surfaces only because their mesh is not closed: nobody says that they

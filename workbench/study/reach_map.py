@@ -188,8 +188,7 @@ def part_points(environment: Environment, part: str, count: int) -> tuple[Floats
     Roberts 2018): always the same ones. InputError for an unknown part.
     """
     rows = environment.polygons(environment.part(part))
-    first, last = (int(environment.triangle_start[k]) for k in (rows.start, rows.stop))
-    corner = environment.vertices[environment.triangles[first:last]]
+    corner = environment.triangle_corners(environment.part(part))
     polygon = np.repeat(
         np.arange(rows.start, rows.stop),
         np.diff(environment.triangle_start[rows.start : rows.stop + 1]),

@@ -116,9 +116,7 @@ def skyline(
     point, normal = plane
     found = [np.zeros((0, 3))]
     for name in parts:
-        polygons = environment.polygons(environment.part(name))
-        first, last = environment.triangle_start[[polygons.start, polygons.stop]]
-        corner = environment.vertices[environment.triangles[first:last]]
+        corner = environment.triangle_corners(environment.part(name))
         side = (corner - point) @ normal
         for a, b in ((0, 1), (1, 2), (2, 0)):
             crosses = (side[:, a] <= 0) != (side[:, b] <= 0)
