@@ -11,8 +11,9 @@ import yaml
 
 import workbench as wb
 from tests.conftest import ROOT
-from workbench import measure
+from workbench import load_population_model, measure
 from workbench.body.fitting.polish import union_field
+from workbench.body.people.percentile import percentile_values
 from workbench.body.scaling.measure import MEASURES
 from workbench.body.scaling.morph import morph
 from workbench.geometry.nearest import morton_order
@@ -20,27 +21,17 @@ from workbench.geometry.nearest import morton_order
 NAMES = ("adult_male", "adult_female", "child_6", "child_3")
 ADULTS = {"adult_male": 0, "adult_female": 1}
 SEATED = {f"{side}{joint}": {"flexion": 90.0} for side in "LR" for joint in "HKE"}
-# ANSUR II medians [mm], men and women (NATICK/TR-15/007)
-MEDIANS = {
-    "stature": (1755, 1626),
-    "sitting_height": (918, 857),
-    "eye_height_sitting": (804, 748),
-    "buttock_knee_length": (617, 589),
-    "knee_height_sitting": (553, 510),
-    "popliteal_height": (430, 387),
-    "shoulder_elbow_length": (363, 334),
-    "forearm_hand_length": (480, 438),
-    "bideltoid_breadth": (509, 450),
-    "biacromial_breadth": (415, 365),
-    "hip_breadth_sitting": (378, 397),
-    "thigh_clearance": (180, 167),
-    "chest_depth": (253, 245),
-    "waist_depth": (234, 209),
-    "hand_length": (193, 180),
-    "foot_length": (271, 246),
-    "head_length": (200, 190),
-    "head_breadth": (154, 147),
+STATED = {
+    # the trunk is as long sitting as standing; a survey's people lose 20 to 30 mm of it
+    "trochanterion_height": (32, 24),
+    # the joint of the knee stands in for the epicondyle, which the survey's women have higher
+    "lateral_femoral_epicondyle_height": (5, 32),
+    # the shoulder does not rise as far as that of a person who stretches upward
+    "overhead_fingertip_reach_sitting": (8, 8),
+    "acromion_radiale_length": (8, 5),
+    "hand_length": (7, 7),
 }
+"""Differences [mm] of definition, man and woman; all others are within 5 mm."""
 # de Leva 1996, table 4; shoulder masses from the upper trunk, a fifth of head and neck the neck
 SHARES = {
     "LT": (0.1117, 0.1247),
@@ -101,12 +92,23 @@ def test_every_measure_can_be_taken(name):
     assert all(0.03 < value < 2.3 for value in measured(name).values())
 
 
+@pytest.mark.parametrize("level", ["coarse", "medium", "fine"])
 @pytest.mark.parametrize("name", ADULTS)
-def test_adults_are_of_median_size(name):
-    off = {key: 1000 * measured(name)[key] - row[ADULTS[name]] for key, row in MEDIANS.items()}
-    assert max(map(abs, off.values())) <= 25, off
-    assert np.mean(np.abs(list(off.values()))) <= 6, off
-    assert abs(off["stature"]) <= 6
+def test_adults_measure_what_the_median_of_the_survey_does(name, level):
+    k = ADULTS[name]
+    model = load_population_model("ansur2")
+    median = percentile_values(model, ("male", "female")[k], [50.0])[0]
+    body = loaded(name)
+    found = measure(morph(body, body.basis_at[0], level))
+    off = {
+        key: 1000 * (found[key] - value)
+        for key, value in zip(model.names, median.tolist(), strict=True)
+        if key in found
+    }
+    assert len(off) >= 38
+    beyond = {key: d for key, d in off.items() if abs(d) > STATED.get(key, (5, 5))[k]}
+    assert not beyond
+    assert np.mean(np.abs(list(off.values()))) <= 3
 
 
 def test_an_average_mans_hips_are_170_to_180_mm_apart():
@@ -125,10 +127,9 @@ def test_volume_times_density_is_the_mass_of_the_whole_and_near_the_table_for_se
     off = {
         n: found[n] * density[n] / (row[k] * body.mass[0].sum()) - 1 for n, row in SHARES.items()
     }
-    assert abs(sum(found[n] * density[n] for n in body.segments) / body.mass[0].sum() - 1) < 0.07
-    # flesh has no border at neck and shoulder: a table and a shape may divide it otherwise
-    assert max(abs(v) for n, v in off.items() if n not in ("LSM", "N")) < 0.25, off
-    assert max(map(abs, off.values())) < 0.45, off
+    assert 985 <= body.mass[0].sum() / sum(found.values()) <= 1065
+    assert abs(sum(found[n] * density[n] for n in body.segments) / body.mass[0].sum() - 1) < 0.04
+    assert max(map(abs, off.values())) < 0.15, off
 
 
 @pytest.mark.parametrize(
@@ -193,13 +194,13 @@ def test_fit_errors_are_told_for_every_segment(name):
 @pytest.mark.parametrize("name", NAMES)
 def test_the_family_gives_the_body_of_the_file(name):
     body = loaded(name)
-    again = morph(body, body.basis_at[0], "fine")
+    again = morph(body, body.basis_at[0], "medium")
     assert np.abs(world(again)[0] - world(body)[0]).max() < 3e-5
     assert np.abs(again.radius[0] - body.radius[0]).max() < 1e-5
 
 
 @pytest.mark.parametrize(
-    ("level", "low", "high"), [("coarse", 140, 180), ("medium", 380, 440), ("fine", 700, 1000)]
+    ("level", "low", "high"), [("coarse", 240, 300), ("medium", 380, 420), ("fine", 900, 1000)]
 )
 def test_there_are_three_levels_of_detail(level, low, high):
     body = loaded("adult_female")

@@ -79,7 +79,6 @@ def test_bubbleman_measures_as_a_median_man(bubbleman):
     room = {
         "hip_breadth_sitting": 31,
         "forearm_forearm_breadth": 37,
-        "functional_leg_length": 83,
         "overhead_fingertip_reach_sitting": 25,
         "cervicale_height": 21,
         "cervicale_height_sitting": 20,

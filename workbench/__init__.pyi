@@ -10,6 +10,7 @@ from .body.people.boundary import boundary_cases as boundary_cases
 from .body.people.draw import draw_people as draw_people
 from .body.scaling.measure import measure as measure
 from .body.scaling.scale import scale as scale
+from .body.scaling.seated import seated as seated
 from .body.surface import sealed as sealed
 from .contact.collide import body_clearance as body_clearance
 from .contact.collide import body_contacts as body_contacts

@@ -37,6 +37,7 @@ source: shape drawn by hand to the median man of ANSUR II (NATICK/TR-15/007); ma
 licence: CC0-1.0
 length: mm
 postures: human_postures.yaml
+seated: {{breadth: 1.09, thickness: 0.95}} # breadth: hip breadth sitting over hip breadth, median man of ANSUR II
 """
 DIRECTIONS = {
     "LHN": "{back: +y, top: -z, right: +x}",

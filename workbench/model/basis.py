@@ -68,7 +68,8 @@ class ShapeBasis:
     J, 3) and origin_mean (N, 3), origin_basis (K, N, 3): joints and segment origins in the world of
     the zero pose [m]; details: the spheres by level of detail; density (N,) [kg/m3]; anchor_names,
     anchors (A, K): the coefficients of known bodies of the family; anchor_spread (A, K, K): the
-    covariance of the coefficients among people like each anchor.
+    covariance of the coefficients among people like each anchor; anchor_seated (A, 2): breadth and
+    thickness of their hips and thighs on a seat as shares of those standing.
     """
 
     name: str
@@ -83,6 +84,7 @@ class ShapeBasis:
     anchor_names: tuple[str, ...]
     anchors: Floats
     anchor_spread: Floats
+    anchor_seated: Floats
 
     def __len__(self) -> int:
         return len(self.joint_basis)
@@ -103,6 +105,7 @@ class ShapeBasis:
             "density": (n,),
             "anchors": (a, k),
             "anchor_spread": (a, k, k),
+            "anchor_seated": (a, 2),
         }
         for field, shape in shapes.items():
             object.__setattr__(

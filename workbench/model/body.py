@@ -142,7 +142,8 @@ class Body:
     one. allowance (B, N, N): overlap of soft flesh that is no contact. fit_error (B, N, 2): how far
     the true surface may lie outside and inside the spheres; NaN where not known. blend_share (B,
     S): how much of the other segment's motion a blended sphere takes; empty: none. basis_at (B, K):
-    coefficients in the family of bodies.
+    coefficients in the family of bodies. seated_factors (B, 2): breadth and thickness of hips and
+    thighs on a seat as shares of those standing; empty: 1, no flesh spreads.
     """
 
     name: str
@@ -162,6 +163,7 @@ class Body:
     fit_error: Floats
     blend_share: Floats = field(default_factory=lambda: np.zeros((0, 0)))
     basis_at: Floats = field(default_factory=lambda: np.zeros((0, 0)))
+    seated_factors: Floats = field(default_factory=lambda: np.zeros((0, 0)))
 
     def __repr__(self) -> str:
         people = f"{len(self)} people, " if len(self) != 1 else ""
@@ -177,6 +179,8 @@ class Body:
             object.__setattr__(self, "blend_share", np.zeros((b, s)))
         if not np.size(self.basis_at):
             object.__setattr__(self, "basis_at", np.zeros((b, 0)))
+        if not np.size(self.seated_factors):
+            object.__setattr__(self, "seated_factors", np.ones((b, 2)))
         shapes: dict[str, tuple[int | None, ...]] = {
             "joint_in_parent": (b, n - 1, 3),
             "joint_in_child": (b, n - 1, 3),
@@ -192,6 +196,7 @@ class Body:
             "fit_error": (b, n, 2),
             "blend_share": (b, s),
             "basis_at": (b, len(self.basis) if self.basis else 0),
+            "seated_factors": (b, 2),
         }
         arrays = {name: (np.float64, shape) for name, shape in shapes.items()}
         freeze_fields(self, arrays, "body")

@@ -8,6 +8,7 @@ import numpy as np
 
 from workbench.body.forward import place
 from workbench.body.parts import moved
+from workbench.body.scaling.seated import seated
 from workbench.body.wear import wear
 from workbench.errors import InputError, UsageError
 from workbench.files.crash.simulations import load_simulation, with_airbags
@@ -54,7 +55,7 @@ def _role_motions(study: Study, row: int, size: str) -> list[MotionCase]:
     """The motions of one role of a study, which is of this size where there are several."""
     role = study.roles[row]
     body, notes = sized_body(role.body, role.size, role.detail)
-    body = wear(body, role.clothes)
+    body = wear(seated(body) if role.seat is not None else body, role.clothes)
     notes = tuple(f"{role.name}: {note}" for note in notes)
     subject = study.motions[0].actions[row]
     if isinstance(subject, RecordedMotion) and subject.subject:

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from workbench.body.people.draw import draw_people
+from workbench.body.scaling.seated import seated
 from workbench.body.wear import wear
 from workbench.model.criterion import Criterion
 from workbench.model.environment import Environment
@@ -96,6 +97,8 @@ def occupant(role: Role, number: int) -> tuple[Occupants, list[str]]:
         source=role.name,
         labels=(role.name,),
     )
+    if role.seat is not None:
+        body = seated(body)
     who = Occupants(wear(body, role.clothes), one, np.zeros(1, dtype=np.int64), number)
     return who, [f"{role.name}: {note}" for note in notes]
 

@@ -65,11 +65,12 @@ class Family:
         stacked = [np.concatenate([mean[None], parts]) for mean, parts in tables]
         self.radius = stacked[1]
         self.centre = stacked[0]
-        self.parts = [self._shape(*(table[k] for table in stacked)) for k in range(len(stacked[0]))]
+        self.parts = [self.shape(*(table[k] for table in stacked)) for k in range(len(stacked[0]))]
         self.base = Manikin(body)
         self.unit = [self.base.changed(shape) for shape in self.parts]
 
-    def _shape(self, centre: Floats, radius: Floats, joint: Floats, origin: Floats) -> Shape:
+    def shape(self, centre: Floats, radius: Floats, joint: Floats, origin: Floats) -> Shape:
+        """Spheres and joints of the world in the frames of their segments, in body order."""
         origin = origin[self.order]
         joint = joint[self.joints]
         parent = self.body.parent[1:]

@@ -11,6 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
 
 from human.skeleton import SEGMENTS
 from workbench.body.fitting.candidates import Candidates, Limits, inner_balls, joined_candidates
@@ -43,6 +45,11 @@ TOLERANCE = {
 }
 FACE = 1.6
 FINE_PARTS = ("H", "LHN", "LF")
+FILLED = 0.009
+"""Spacing [m] of the points inside the body that must lie inside a sphere, at the level "fine"."""
+OVERLAP = 3e-3
+MOST_PIECES = 60
+"""Two spheres that overlap by so much [m] hang together; how many may be added to this end."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -135,7 +142,7 @@ def fitted(
     )
     radius = np.where(candidates.depth > 0.0018, candidates.depth + outward, -1e9)
     radius[: len(given.radius)] = given.radius
-    targets.append(_inner(candidates, radius, factor))
+    targets.append(_inner(surface, share, factor))
     found = cover(
         joined_targets(targets), candidates, radius, required=len(given.radius), moves=16, seed=seed
     )
@@ -143,7 +150,41 @@ def fitted(
     spheres = Spheres(
         candidates.centre[chosen], radius[chosen], label[chosen].astype(np.int64), len(given.radius)
     )
-    return _polished(spheres, samples)
+    return _connected(surface, _polished(spheres, samples))
+
+
+def _connected(surface: Surface, spheres: Spheres) -> Spheres:
+    """The spheres with more of them where the body would fall into pieces, so that it is one
+    solid.
+
+    A sphere is added in the middle between the two that are nearest to each other, as large as the
+    skin lets it and large enough to overlap both.
+    """
+    for _ in range(MOST_PIECES):
+        sided = spheres.sided
+        centre = np.concatenate([spheres.centre, spheres.centre[sided] * FLIP])
+        radius = np.concatenate([spheres.radius, spheres.radius[sided]])
+        owner = np.concatenate([np.arange(len(sided)), np.flatnonzero(sided)])
+        gap = np.linalg.norm(centre[:, None] - centre[None], axis=2) - radius[:, None] - radius
+        _, piece = connected_components(coo_matrix(gap < -OVERLAP), directed=False)
+        lone = np.flatnonzero((piece != np.bincount(piece).argmax()) & (centre[:, 1] >= 0))
+        if not len(lone):
+            return spheres
+        apart = np.where(piece[lone][:, None] == piece[None], np.inf, gap[lone])
+        row, other = np.unravel_index(int(apart.argmin()), apart.shape)
+        one = int(lone[row])
+        along = centre[other] - centre[one]
+        far = float(np.linalg.norm(along))
+        middle = centre[one] + along * (0.5 + 0.5 * (radius[one] - radius[other]) / far)
+        depth = -float(surface.distance(middle[None])[0])
+        size = max(0.5 * float(apart.min()) + 2.0 * OVERLAP, min(depth, radius[one]))
+        spheres = Spheres(
+            np.concatenate([spheres.centre, middle[None]]),
+            np.append(spheres.radius, size),
+            np.append(spheres.segment, spheres.segment[owner[one]]),
+            spheres.given,
+        )
+    raise ValueError(f"the spheres still fall into pieces after {MOST_PIECES} were added")
 
 
 def _kept(surface: Surface, share: Floats, samples: Samples, *, fine: bool) -> Samples:
@@ -169,14 +210,37 @@ def _middled(surface: Surface, found: Candidates) -> Candidates:
     return Candidates(centre, np.where(near, -surface.distance(centre), found.depth), found.bits)
 
 
-def _inner(candidates: Candidates, radius: Floats, factor: float) -> Targets:
-    """Thinned centres of deep candidates that must lie inside some sphere: against voids."""
-    from workbench.body.kernels.spacing import thin_points
+def _inner(surface: Surface, share: Floats, factor: float) -> Targets:
+    """Points all through the left half that must lie inside some sphere, so that no air is left
+    inside the body.
 
-    deep = np.flatnonzero((candidates.depth > 0.008 * factor) & (radius > 0))
-    deep = deep[np.argsort(-candidates.depth[deep], kind="stable")]
-    deep = deep[thin_points(candidates.centre[deep], 0.012 * factor)]
-    return Targets(candidates.centre[deep], np.zeros(len(deep)), np.full(len(deep), MOST))
+    They stand on a grid that is finer where the body is thin. A sphere of any segment may hold
+    them: the limbs stand apart.
+    """
+    wide = FILLED * float(np.sqrt(factor))
+    parts = [
+        _filling(surface, share, wide, fine=False),
+        _filling(surface, share, 0.35 * wide, fine=True),
+    ]
+    point = np.concatenate(parts)
+    return Targets(point, np.zeros(len(point)), np.full(len(point), MOST))
+
+
+def _filling(surface: Surface, share: Floats, spacing: float, *, fine: bool) -> Floats:
+    """(n, 3) the points of a grid that lie at least half its spacing inside the skin, of the parts
+    of this fineness."""
+    low = surface.vertices.min(axis=0)
+    high = surface.vertices.max(axis=0)
+    low[1] = 0.0
+    axes = [np.arange(a + 0.5 * spacing, b, spacing) for a, b in zip(low, high, strict=True)]
+    axes[1] -= 0.5 * spacing
+    grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
+    _, face, _ = surface.nearest(grid)
+    label = share[surface.faces[face]].mean(axis=1).argmax(axis=1)
+    mine = np.isin(label, [SEGMENTS.index(name) for name in FINE_PARTS]) == fine
+    grid = grid[mine]
+    inside: Floats = grid[surface.distance(grid) < -0.5 * spacing]
+    return inside
 
 
 def _polished(spheres: Spheres, samples: list[Samples]) -> Spheres:

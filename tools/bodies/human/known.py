@@ -34,6 +34,7 @@ _MEDIAN = {
     "buttock_popliteal_length": (502, 483),
     "abdominal_extension_depth_sitting": (251, 227),
     "hip_breadth_sitting": (378, 397),
+    "hip_breadth": (344, 353),
     "bideltoid_breadth": (509, 450),
     "biacromial_breadth": (415, 365),
     "forearm_forearm_breadth": (579, 492),
@@ -58,26 +59,26 @@ _MEDIAN = {
     "buttock_depth": (246, 231),
 }
 _LOOSE = {
-    "acromial_height_sitting": 8,
-    "elbow_rest_height": 8,
-    "thumb_tip_reach": 12,
-    "cervicale_height": 10,
-    "overhead_fingertip_reach_sitting": 12,
-    "forearm_forearm_breadth": 12,
-    "acromion_radiale_length": 8,
-    "cervicale_height_sitting": 10,
-    "trochanterion_height": 12,
-    "lateral_femoral_epicondyle_height": 12,
-    "abdominal_extension_depth_sitting": 8,
-    "buttock_popliteal_length": 15,
-    "waist_depth": 8,
-    "waist_breadth": 8,
-    "buttock_depth": 8,
-    "forearm_center_of_grip_length": 6,
-    "hand_breadth": 4,
-    "hip_breadth_sitting": 6,
-    "thigh_clearance": 4,
-    "foot_breadth_horizontal": 4,
+    "acromial_height_sitting": 5,
+    "elbow_rest_height": 4,
+    "thumb_tip_reach": 4,
+    "cervicale_height": 5,
+    "overhead_fingertip_reach_sitting": 6,
+    "forearm_forearm_breadth": 6,
+    "acromion_radiale_length": 4,
+    "cervicale_height_sitting": 5,
+    "trochanterion_height": 60,
+    "lateral_femoral_epicondyle_height": 8,
+    "abdominal_extension_depth_sitting": 4,
+    "buttock_popliteal_length": 4,
+    "waist_depth": 5,
+    "waist_breadth": 5,
+    "buttock_depth": 4,
+    "forearm_center_of_grip_length": 4,
+    "hand_breadth": 2.5,
+    "hip_breadth_sitting": 3,
+    "thigh_clearance": 3,
+    "foot_breadth_horizontal": 2.5,
 }
 """Tolerances [mm] of measures whose landmark the sphere body stands in for; 2.5 for the others."""
 _SHARE = {
@@ -98,11 +99,17 @@ _SHARE = {
 trunk, a fifth of head and neck the neck."""
 
 
+_SEATED = ((1.096, 0.83), (1.124, 0.85))
+"""Breadth and thickness of hips and thighs on a seat as shares of those standing, men and women.
+The breadths are the medians of hip breadth sitting over hip breadth in ANSUR II, computed from the
+public data; with the thicknesses the thighs' undersides are level with the buttocks'."""
+
+
 @dataclass(frozen=True)
 class Known:
     """description; start: person and stature [m]; mass [kg]; share of the mass by segment (empty:
     as volumes); measures: value and tolerance [m]; like: sex and ages [years] of people like this
-    one."""
+    one; seated: breadth and thickness of hips and thighs on a seat as shares of those standing."""
 
     description: str
     source: str
@@ -113,6 +120,7 @@ class Known:
     measures: dict[str, tuple[float, float]]
     like: tuple[float, float, float]
     masses: dict[str, float] = field(default_factory=dict)
+    seated: tuple[float, float] = (1.0, 1.0)
 
 
 def _age(years: float) -> float:
@@ -129,7 +137,16 @@ def _adult(k: int, description: str, start: Person, mass: float) -> Known:
     like = (1.0 - k, 18.0, 66.0)
     masses = {name: mass * part for name, part in share.items()}
     return Known(
-        description, source, start, MM * _MEDIAN["stature"][k], mass, share, measures, like, masses
+        description,
+        source,
+        start,
+        MM * _MEDIAN["stature"][k],
+        mass,
+        share,
+        measures,
+        like,
+        masses,
+        _SEATED[k],
     )
 
 

@@ -64,6 +64,10 @@ BETWEEN = {
 }
 JOINTS = tuple(BETWEEN)
 FLIP = np.array([1.0, -1.0, 1.0])
+ALONG_INDEX = np.array([0.75, 0.7, 1.3])
+SIDE_BY_SIDE = np.array([0.6, 1.0, 1.0])
+"""Shares of a finger's forward, sideways and downward way that are kept: of the thumb, and of the
+others."""
 
 
 def _twin(name: str, names: tuple[str, ...]) -> int:
@@ -88,7 +92,7 @@ TRUNK = ("root", "pelvis", "spine", "breast", "clavicle", "shoulder")
 @dataclass(frozen=True, eq=False)
 class Skeleton:
     """What is the same for all shapes: groups of the joint markers, the segments' shares (V, N) in
-    the vertices, and those of the four fingers of both hands (V, 4)."""
+    the vertices, and those of thumb and fingers of both hands (V, 5)."""
 
     markers: dict[str, Ints]
     share: Floats
@@ -108,7 +112,7 @@ class Skeleton:
             markers,
             np.zeros((len(points), len(SEGMENTS))),
             body[np.argsort(gap)[:6]],
-            np.zeros((len(points), 4)),
+            np.zeros((len(points), 5)),
         )
         joint = bare.joints(points)
         return cls(
@@ -149,11 +153,11 @@ class Skeleton:
 
 
 def _fingers(source: Source, count: int) -> Floats:
-    """(V, 4) the shares of index to little finger."""
-    share = np.zeros((count, 4))
+    """(V, 5) the shares of thumb to little finger."""
+    share = np.zeros((count, 5))
     for bone, (rows, weight) in source.weights().items():
-        if bone.startswith("finger") and bone[6] in "2345":
-            share[rows, int(bone[6]) - 2] += weight
+        if bone.startswith("finger") and bone[6] in "12345":
+            share[rows, int(bone[6]) - 1] += weight
     return 0.5 * (share + share[source.mirror])
 
 
@@ -264,7 +268,7 @@ def posed(
             share[side + name[1:] + "'"] = whole * s
             share[side + name[1:]] = whole * (1 - s)
     hand = moves["LHN"]
-    for k in range(4):
+    for k in range(5):
         moves[f"LHN{k}"] = _closed(skeleton, points, k, hand)
         for side, half in (("L", points[:, 1] > 0), ("R", points[:, 1] < 0)):
             share[f"{side}HN{k}"] = np.minimum(skeleton.fingers[:, k] * half, share[f"{side}HN"])
@@ -288,11 +292,12 @@ def _closed(
     skeleton: Skeleton, points: Floats, finger: int, hand: tuple[Floats, Floats, Floats]
 ) -> tuple[Floats, Floats, Floats]:
     """The move of a finger that lays it beside the others: most of its slant across the palm is
-    taken out."""
-    knuckle, tip = (skeleton.at(points, f"l-finger-{finger + 2}-{k}") for k in (1, 4))
+    taken out. The thumb comes to lie along the index finger, as for the measure of thumb-tip
+    reach."""
+    knuckle, tip = (skeleton.at(points, f"l-finger-{finger + 1}-{k}") for k in (1, 4))
     turn, old, new = hand
     way = turn @ (tip - knuckle)
-    straight = _turn(way, way * [0.6, 1.0, 1.0])
+    straight = _turn(way, way * (ALONG_INDEX if finger == 0 else SIDE_BY_SIDE))
     return straight @ turn, knuckle, new + turn @ (knuckle - old)
 
 

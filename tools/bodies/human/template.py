@@ -26,7 +26,7 @@ STATURE = 1.7
 ARM = np.radians(38)
 LEG = np.radians(9)
 """Limbs apart while spheres are fitted, so that no skin lies against other skin."""
-FACTORS = {"fine": 1.0, "medium": 2.0, "coarse": 7.0}
+FACTORS = {"fine": 1.1, "medium": 2.6, "coarse": 5.0}
 HOME = {
     "PV": "LT",
     "W": "LT",

@@ -3,18 +3,25 @@ segments."""
 
 from __future__ import annotations
 
+import math
+from dataclasses import dataclass
+
 import numpy as np
+from numba import njit, prange
 from numpy.typing import NDArray
+from scipy import ndimage
 
 import workbench as wb
 from human.skeleton import BETWEEN, JOINTS, SEGMENTS
-from workbench.body.fitting.fit_quality import distance_to_union, exposed_points
 from workbench.body.fitting.polish import union_field
 from workbench.body.fitting.sampling import random_samples
+from workbench.body.fitting.verify import gap_bound
+from workbench.body.scaling.seated import seated
 from workbench.body.surface import Surface
+from workbench.geometry.nearest import morton_order
 from workbench.model.body import Body
 
-__all__ = ["BENT", "allowances", "bent_gaps", "fit_errors"]
+__all__ = ["BENT", "Skinned", "allowances", "bent_gaps", "fit_errors", "inside_skin"]
 
 Floats = NDArray[np.float64]
 SEATED = {f"{side}{joint}": {"flexion": 90.0} for side in "LR" for joint in "HKE"}
@@ -27,6 +34,11 @@ BENT = {
     "LH": ("flexion", 90.0),
     "LS": ("abduction", 60.0),
 }
+WIDEST_CUBE = 0.032
+NARROWEST_CUBE = 0.001
+OFF_SKIN = 3e-4
+"""Sides [m] of the first and the last cubes in which points inside the skin are looked for; the
+distance [m] off a face at which it is asked whether the face is buried."""
 FLESH = {
     ("LT", "UT"),
     ("CT", "LUL"),
@@ -67,47 +79,153 @@ def neighbours(segment: int) -> list[int]:
     return sorted({n for pair in pairs if segment in pair for n in pair})
 
 
-def fit_errors(
-    surface: Surface, share: Floats, spheres: tuple[Floats, Floats, NDArray[np.int64]]
-) -> Floats:
-    """(N, 2) [m] how far the skin lies outside and inside the spheres of each segment and its
-    neighbours.
+@dataclass(frozen=True, eq=False)
+class Skinned:
+    """A skin with the shares (P, N) of its points, and of its faces (T,) whether they lie inside
+    the body because the skin passes through itself."""
 
-    100,000 samples of the skin; in the zero pose skin lies against skin, so each part is held
-    against its own, and skin folded in between two parts (an arm pit, a groin) is not counted.
+    surface: Surface
+    share: Floats
+    buried: NDArray[np.bool_]
+
+    @classmethod
+    def of(cls, surface: Surface, share: Floats) -> Skinned:
+        corner = surface.vertices[surface.faces]
+        normal = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
+        normal /= np.maximum(np.linalg.norm(normal, axis=1), 1e-18)[:, None]
+        return cls(surface, share, inside_skin(surface, corner.mean(axis=1) + OFF_SKIN * normal))
+
+
+def fit_errors(skin: Skinned, spheres: tuple[Floats, Floats, NDArray[np.int64]]) -> Floats:
+    """(N, 2) [m] proved bounds of how far the body lies outside its spheres, and they outside it.
+
+    Outside: no point of the skin or inside it is farther from the spheres of the whole body; a
+    point counts for the segment whose skin is nearest. Triangles are split until the bound of each
+    holds (`gap_bound`), the inside is cut into ever smaller cubes (`_hollows`). Inside: a ball of
+    radius r about a point at signed distance d of the skin leaves it by r + d at most.
     """
     centre, radius, segment = spheres
-    samples = random_samples(surface, 100_000, seed=3)
-    label = share[surface.faces[samples.face]].mean(axis=1).argmax(axis=1)
+    surface = skin.surface
+    label = skin.share[surface.faces].mean(axis=1).argmax(axis=1)
+    corner = surface.vertices[surface.faces]
     result = np.zeros((len(SEGMENTS), 2))
+    away = np.abs(surface.distance(centre))
+    sticks_out = radius + np.where(inside_skin(surface, centre), -away, away)
     for n in range(1, len(SEGMENTS)):
-        own = np.isin(segment, neighbours(n))
-        point = samples.point[label == n]
-        if not len(point):
-            continue
-        field, ball = union_field(point, centre[own], radius[own])
-        folded = (segment[own][ball] != n) & (field < -0.005)
-        point = point[~folded]
-        field = field[~folded]
-        exposed = exposed_points(centre[own], radius[own], 20_000)
-        far = distance_to_union(point, exposed, centre[own], radius[own])
-        result[n] = max(field.max(), 0.0), far[field < 0].max(initial=0.0)
+        result[n, 0] = gap_bound(corner[label == n], centre, radius)
+        result[n, 1] = max(float(sticks_out[segment == n].max()), 0.0)
+    result[:, 0] = np.maximum(result[:, 0], _hollows(skin, label, (centre, radius), result[:, 0]))
     return result
 
 
+def _hollows(
+    skin: Skinned, label: NDArray[np.int64], spheres: tuple[Floats, Floats], known: Floats
+) -> Floats:
+    """(N,) [m] bounds of how far points inside the skin lie from the spheres.
+
+    A cube about x of half diagonal h holds no point farther than f(x) + h. Cubes outside the skin
+    and those within the least of the known bounds (N,) are left; the others are cut into eight
+    until they are small.
+    """
+    surface = skin.surface
+    buried = skin.buried
+    least = float(known[1:].min())
+    side = WIDEST_CUBE
+    cube = _cubes_of(surface, side)
+    corners = np.stack(np.meshgrid(*[[-0.25, 0.25]] * 3, indexing="ij"), axis=-1).reshape(-1, 3)
+    found = np.zeros(len(SEGMENTS))
+    while True:
+        half = 0.5 * side * np.sqrt(3.0)
+        cube = cube[morton_order(cube)]
+        field = union_field(cube, *spheres)[0]
+        cube = cube[field + half > least]
+        field = field[field + half > least]
+        distance, face, _ = surface.nearest(cube)
+        # a cube that the skin passes is kept; of the others those inside. Beside skin that lies
+        # inside the body, where limb passes through trunk, the sign says nothing
+        kept = (distance < half) | buried[face]
+        if side <= NARROWEST_CUBE or not kept.any():
+            np.maximum.at(found, label[face[kept]], field[kept] + half)
+            return found
+        cube = (cube[kept][:, None] + side * corners).reshape(-1, 3)
+        side *= 0.5
+
+
+def _cubes_of(surface: Surface, side: float) -> Floats:
+    """(n, 3) the middles of cubes that the skin may pass, and of those inside it.
+
+    Cubes that hang together and that the skin does not pass are all inside or all outside.
+    """
+    low = surface.vertices.min(axis=0) - side
+    high = surface.vertices.max(axis=0) + side
+    axes = [np.arange(a + 0.5 * side, b + side, side) for a, b in zip(low, high, strict=True)]
+    grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
+    flat = grid.reshape(-1, 3)
+    near = np.abs(surface.distance(flat)) < 0.5 * side * np.sqrt(3.0)
+    region, count = ndimage.label(~near.reshape(grid.shape[:3]))
+    kept = near.copy()
+    for number in range(1, count + 1):
+        rows = np.flatnonzero(region.ravel() == number)
+        if inside_skin(surface, flat[rows[:1]])[0]:
+            kept[rows] = True
+    return flat[kept]
+
+
+def inside_skin(surface: Surface, points: Floats) -> NDArray[np.bool_]:
+    """(n,) whether points (n, 3) are inside the skin, which may pass through itself where limb lies
+    against trunk: where it winds round them once or more."""
+    corner = np.ascontiguousarray(surface.vertices[surface.faces])
+    return np.asarray(_winding(np.ascontiguousarray(points), corner) > 0.5)
+
+
+@njit(cache=True, parallel=True)
+def _winding(points, corner):  # type: ignore[no-untyped-def]
+    """How often a closed mesh (T, 3, 3) winds round points (n, 3): the sum of the solid angles of
+    its triangles over 4 pi (van Oosterom & Strackee, IEEE Trans. Biomed. Eng. 30, 1983)."""
+    found = np.zeros(len(points))
+    for i in prange(len(points)):
+        total = 0.0
+        x, y, z = points[i]
+        for t in range(len(corner)):
+            ax = corner[t, 0, 0] - x
+            ay = corner[t, 0, 1] - y
+            az = corner[t, 0, 2] - z
+            bx = corner[t, 1, 0] - x
+            by = corner[t, 1, 1] - y
+            bz = corner[t, 1, 2] - z
+            cx = corner[t, 2, 0] - x
+            cy = corner[t, 2, 1] - y
+            cz = corner[t, 2, 2] - z
+            a = math.sqrt(ax * ax + ay * ay + az * az)
+            b = math.sqrt(bx * bx + by * by + bz * bz)
+            c = math.sqrt(cx * cx + cy * cy + cz * cz)
+            volume = ax * (by * cz - bz * cy) - ay * (bx * cz - bz * cx) + az * (bx * cy - by * cx)
+            below = (
+                a * b * c
+                + (ax * bx + ay * by + az * bz) * c
+                + (bx * cx + by * cy + bz * cz) * a
+                + (cx * ax + cy * ay + cz * az) * b
+            )
+            total += 2.0 * math.atan2(volume, below)
+        found[i] = total / (4.0 * math.pi)
+    return found
+
+
 def allowances(body: Body) -> tuple[list[tuple[str, str, float]], list[str]]:
-    """Overlaps of segments standing or sitting as allowances, rounded up to 2 mm; and those that no
-    flesh explains."""
-    bare = wb.place(_without(body), wb.join_poses([wb.pose(body, {}), wb.pose(body, SEATED)]))
-    found = wb.self_contacts(bare)
+    """Overlaps of segments standing or sitting, the flesh spread or not, as allowances, rounded up
+    to 2 mm; and those that no flesh explains."""
+    bare = _without(body)
     segment = body.sphere_segment
     deepest: dict[tuple[str, str], float] = {}
-    for one, other, distance in zip(found.sphere, found.other_sphere, found.distance, strict=True):
-        pair = sorted(
-            (body.segments[segment[one]], body.segments[segment[other]]), key=SEGMENTS.index
-        )
-        key = (pair[0], pair[1])
-        deepest[key] = max(deepest.get(key, 0.0), -float(distance))
+    for shape, posture in ((bare, {}), (bare, SEATED), (seated(bare), SEATED)):
+        found = wb.self_contacts(wb.place(shape, wb.pose(shape, posture)))
+        rows = zip(found.sphere, found.other_sphere, found.distance, strict=True)
+        for one, other, distance in rows:
+            pair = sorted(
+                (body.segments[segment[one]], body.segments[segment[other]]), key=SEGMENTS.index
+            )
+            key = (pair[0], pair[1])
+            deepest[key] = max(deepest.get(key, 0.0), -float(distance))
     rows = [
         (a, b, float(np.ceil(500 * depth + 0.5) / 500)) for (a, b), depth in sorted(deepest.items())
     ]

@@ -1,7 +1,8 @@
 """Hold a body in the postures of anthropometry, to read off lengths as an anthropometer does.
 
 A length is a sum of reaches: how far a sphere's surface, or a joint, lies along a direction. With
-its extreme spheres held fixed, a length is linear in the body's coordinates and radii.
+its extreme spheres held fixed, a length is linear in the body's coordinates and radii. On a seat
+the flesh of hips and thighs is spread (see `scaling.seated`).
 """
 
 from __future__ import annotations
@@ -13,7 +14,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from workbench.body.scaling.rig import POSTURES, Shape, rig_of
+from workbench.body.scaling.rig import ON_A_SEAT, POSTURES, Shape, rig_of
+from workbench.body.scaling.seated import SeatedFlesh, seated_flesh
 from workbench.errors import InputError
 from workbench.geometry.overlap import segment_overlaps
 from workbench.model.arrays import Floats, Ints
@@ -27,6 +29,7 @@ __all__ = [
     "LEFT",
     "QUEUE",
     "RIGHT",
+    "SEATED",
     "UP",
     "Band",
     "Length",
@@ -42,6 +45,8 @@ _BAND_SLOPE = 2.0
 """By how much a reach counts less for each metre that its sphere is beyond a band."""
 QUEUE = {name: q for q, name in enumerate(POSTURES)}
 """Number of each posture in arrays of all postures."""
+SEATED = frozenset(QUEUE[name] for name in ON_A_SEAT)
+"""The postures on a seat, by number."""
 
 
 class Reach(NamedTuple):
@@ -122,6 +127,7 @@ class Manikin:
     def _take(self, shape: Shape) -> None:
         self.shape = shape
         self._origin, self.joints = self.rig.origins(shape)
+        self.flesh: SeatedFlesh | None = seated_flesh(self.body, shape)
         self._seen: dict[int, tuple[Floats, Floats, Floats]] = {}
 
     def _posture(self, queue: int) -> tuple[Floats, Floats, Floats]:
@@ -130,11 +136,14 @@ class Manikin:
         Then, along each direction, how far each sphere's centre and its surface lie, (6, S) each.
         """
         if queue not in self._seen:
-            centres = self.rig.spheres(self.shape, self._origin, queue)
+            shape = self.shape
+            if self.flesh is not None and queue in SEATED:
+                shape = self.flesh.spread(shape)
+            centres = self.rig.spheres(shape, self._origin, queue)
             middles = np.empty((6, len(centres)))
             middles[0::2] = centres.T
             middles[1::2] = -middles[0::2]
-            self._seen[queue] = centres, middles, middles + self.shape.radius
+            self._seen[queue] = centres, middles, middles + shape.radius
         return self._seen[queue]
 
     def centres(self, posture: str) -> Floats:
@@ -159,9 +168,9 @@ class Manikin:
         deepest = np.zeros(self.body.allowance[0].shape)
         asked = ~self.body.adjacent
         for posture in ("standing", "sitting"):
-            segment_overlaps(
-                self.centres(posture), self.shape.radius, self.body.start, asked, deepest
-            )
+            centres, middles, surfaces = self._posture(QUEUE[posture])
+            radius = surfaces[UP] - middles[UP]
+            segment_overlaps(centres, radius, self.body.start, asked, deepest)
         return deepest
 
     def value(self, length: Length) -> float:

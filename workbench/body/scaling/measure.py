@@ -29,6 +29,8 @@ __all__ = ["MEASURES", "lengths", "measure"]
 _TORSO = ("LT", "CT", "UT")
 _FEET = ("LF", "RF")
 _SEAT = ("LT",)
+_RADIALE = 0.03
+"""How far the head of the radius lies beyond the elbow joint, as a share of the forearm."""
 
 
 def _floor(m: Manikin, posture: str = "standing") -> Length:
@@ -104,8 +106,10 @@ def elbow_rest_height(m: Manikin) -> Length:
 
 
 def thigh_clearance(m: Manikin) -> Length:
-    """Seat to the highest point of the thigh, sitting."""
-    return m.farthest("sitting", UP, ["RUL"]) - _seat(m)
+    """Seat to the highest point of the thigh in front of the belly, sitting: within 90 mm of a place
+    45 % of the thigh's length ahead of the hip joint."""
+    ahead = m.joint("sitting", FRONT, "RH") + _thigh(m) * 0.45
+    return m.band("sitting", UP, Band(ahead, 0.09, ["RUL"]), along=FRONT) - _seat(m)
 
 
 def knee_height_sitting(m: Manikin) -> Length:
@@ -147,23 +151,13 @@ def buttock_popliteal_length(m: Manikin) -> Length:
     return m.band("sitting", BACK, Band(knee, 0.09, ["RLL"])) * -1.0 - _rear(m)
 
 
-def functional_leg_length(m: Manikin) -> Length:
-    """Rearmost point of the buttock to the sole of the foot, sitting with the leg stretched to the
-    front.
-
-    ANSUR II's own figure is about 80 mm longer than its buttock-knee length and knee height add up
-    to; the cause is not known here, so compare with care.
-    """
-    return m.farthest("legs_forward", FRONT, ["RF"]) - _rear(m, "legs_forward")
-
-
 def abdominal_extension_depth_sitting(m: Manikin) -> Length:
     """Back to the most protruding point of the belly, sitting."""
     return m.farthest("sitting", FRONT, ["CT"]) - m.farthest("sitting", BACK, ["CT"]) * -1.0
 
 
 def hip_breadth_sitting(m: Manikin) -> Length:
-    """Greatest breadth of hips and thighs, sitting. Flesh does not spread on a sphere body."""
+    """Greatest breadth of hips and thighs, sitting."""
     where = ["LT", "LUL", "RUL"]
     return m.farthest("sitting", LEFT, where) + m.farthest("sitting", RIGHT, where)
 
@@ -202,13 +196,23 @@ def shoulder_elbow_length(m: Manikin) -> Length:
 
 
 def acromion_radiale_length(m: Manikin) -> Length:
-    """Top of the shoulder point to the elbow joint, arm hanging."""
-    return m.farthest("standing", UP, ["RSM/shoulder point"]) - m.joint("standing", UP, "RE")
+    """Top of the shoulder point to the edge of the radius's head, arm hanging (see `_radiale`)."""
+    return m.farthest("standing", UP, ["RSM/shoulder point"]) - _radiale(m)
 
 
 def radiale_stylion_length(m: Manikin) -> Length:
-    """Elbow joint to wrist joint, arm hanging."""
-    return m.joint("standing", UP, "RE") - m.joint("standing", UP, "RW")
+    """Edge of the radius's head to the wrist joint, arm hanging (see `_radiale`)."""
+    return _radiale(m) - m.joint("standing", UP, "RW")
+
+
+def _radiale(m: Manikin) -> Length:
+    """Return the height of the edge of the radius's head, arm hanging.
+
+    It turns about the axis of the elbow at the radius of the humerus's head, 3 % of the forearm's
+    length, beyond the joint.
+    """
+    elbow = m.joint("standing", UP, "RE")
+    return elbow * (1.0 - _RADIALE) + m.joint("standing", UP, "RW") * _RADIALE
 
 
 def forearm_hand_length(m: Manikin) -> Length:
@@ -336,7 +340,6 @@ _ALL: tuple[Callable[[Manikin], Length], ...] = (
     popliteal_height,
     buttock_knee_length,
     buttock_popliteal_length,
-    functional_leg_length,
     abdominal_extension_depth_sitting,
     hip_breadth_sitting,
     hip_breadth,

@@ -23,7 +23,8 @@ def morph(template: Body, at: ArrayLike | Sequence[float], level: str) -> Body:
     """Compute the member of a template's family with given coefficients.
 
     The template lends segments, stops, directions, allowances for soft flesh and density: masses
-    are proportional to the volumes of the segments.
+    are proportional to the volumes of the segments. On a seat its flesh spreads as that of the
+    nearest known member.
 
     Parameters
     ----------
@@ -58,7 +59,8 @@ def morph(template: Body, at: ArrayLike | Sequence[float], level: str) -> Body:
     joints = template.joint_in_parent[0], template.joint_in_child[0]
     own = Shape(template.centre[0], template.radius[0], *joints)
     mass = template.mass * volumes(made, shape) / np.maximum(volumes(template, own), 1e-12)
-    return settled(replace(made, mass=mass, basis_at=z[None]))
+    flesh = basis.anchor_seated[basis.nearest_anchor(z)]
+    return settled(replace(made, mass=mass, basis_at=z[None], seated_factors=flesh[None]))
 
 
 def _with_shape(template: Body, basis: ShapeBasis, detail: Detail, shape: Shape) -> Body:

@@ -17,7 +17,7 @@ from workbench.model.body import Body
 from workbench.model.posing import pose
 from workbench.model.quaternions import rotate
 
-__all__ = ["POSTURES", "Rig", "Shape", "rig_of"]
+__all__ = ["ON_A_SEAT", "POSTURES", "Rig", "Shape", "rig_of"]
 
 _SIDES = ("L", "R")
 _SIT = {f"{s}{joint}": {"flexion": 90.0} for s in _SIDES for joint in ("H", "K", "E")}
@@ -31,12 +31,13 @@ POSTURES: dict[str, dict[str, dict[str, float]]] = {
         **{f"{s}S": {"abduction": 142.0} for s in _SIDES},
         **{f"{s}H": {"flexion": 90.0} for s in _SIDES},
     },
-    "legs_forward": {f"{s}H": {"flexion": 90.0} for s in _SIDES},
 }
 """Joint angles [degrees] of the postures of ANSUR II (NATICK/TR-15/007).
 
 Standing upright; sitting upright with level thighs and right angles at knees and elbows; one arm
-level to the front; both arms overhead; both legs stretched to the front."""
+level to the front; both arms overhead."""
+ON_A_SEAT = ("sitting", "overhead")
+"""Those in which hips and thighs rest on a seat."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,7 +12,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from workbench.body.scaling.manikin import AXES, QUEUE, Length, Manikin, Reach
+from workbench.body.scaling.manikin import AXES, QUEUE, SEATED, Length, Manikin, Reach
 from workbench.body.scaling.rig import Shape
 from workbench.body.scaling.stretch import PARAMETERS, groups_of, stretch_price, stretch_shapes
 from workbench.geometry.overlap import union_volumes
@@ -60,6 +60,8 @@ class ShapeSpace:
     """Spheres on a joint and these joints: of the parents, then of the children."""
     likely: tuple[Floats, Floats]
     """Variances and axes of the family's coefficients among similar people."""
+    _seated: Shape
+    """(K, ...) what each parameter adds to the fields of a shape on a seat."""
     _origins: Floats
     """(Q, K, N, 3) [m] what each parameter adds to the segments' origins."""
     _joints: Floats
@@ -102,11 +104,12 @@ class ShapeSpace:
         s = reach.sphere
         rig = self.base.rig
         origin = self._origins[q, :, rig.segment[s]] @ along
-        row: Floats = origin + self.effects.centre[:, s] @ (along @ rig.turn[q, s])
+        effects = self._seated if q in SEATED else self.effects
+        row: Floats = origin + effects.centre[:, s] @ (along @ rig.turn[q, s])
         for b in np.flatnonzero(rig.blended == s):
             end = self.effects.in_child if rig.distal[b] else self.effects.in_parent
             row = row + end[:, rig.joint[b]] @ (along @ rig.lever[q, b])
-        return row + self.effects.radius[:, s] if reach.surface else row
+        return row + effects.radius[:, s] if reach.surface else row
 
 
 def volumes(body: Body, shape: Shape) -> Floats:
@@ -142,6 +145,7 @@ def shape_space(body: Body) -> ShapeSpace:
         volume=volumes(body, base.shape),
         tied=_tied(body),
         likely=likely,
+        _seated=effects if base.flesh is None else base.flesh.spread(effects),
         _origins=origins,
         _joints=joints,
         _stacked=_flattened(effects, len(neutral)),

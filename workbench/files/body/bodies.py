@@ -110,6 +110,7 @@ def _pack(file: BodyFile) -> Body:
         allowance=_allowance(file, order)[None],
         fit_error=np.array([[_fit_error(segment) for segment in segments]]),
         blend_share=blend_share[None],
+        seated_factors=_seated(file),
     )
 
 
@@ -169,6 +170,12 @@ def _allowance(file: BodyFile, order: list[str]) -> Floats:
         a, b = (order.index(name) for name in row.between)
         depth[a, b] = depth[b, a] = row.depth
     return depth
+
+
+def _seated(file: BodyFile) -> Floats:
+    """(1, 2) breadth and thickness of hips and thighs on a seat as shares of those standing."""
+    given = file.seated
+    return np.array([[given.breadth, given.thickness]]) if given else np.ones((1, 2))
 
 
 def _fit_error(segment: SegmentFile) -> tuple[float, float]:

@@ -140,9 +140,20 @@ class AllowanceFile(FileModel):
     depth: Annotated[Length, Field(ge=0)]
 
 
+SeatedFactor = Annotated[float, Field(ge=0.7, le=1.4)]
+
+
+class SeatedFile(FileModel):
+    """How flesh spreads on a seat: breadth and thickness of hips and thighs as shares of those
+    standing."""
+
+    breadth: SeatedFactor
+    thickness: SeatedFactor
+
+
 class BodyFile(FileModel):
-    """A body file. basis: the family it belongs to, a file beside it; basis_at: its coefficients in
-    that family."""
+    """A body file. seated: how flesh spreads on a seat; basis: the family it belongs to, a file
+    beside it; basis_at: its coefficients in that family."""
 
     body: Name
     description: str = ""
@@ -153,5 +164,6 @@ class BodyFile(FileModel):
     segments: Annotated[dict[str, SegmentFile], Field(min_length=1)]
     joints: dict[str, JointFile] = {}
     allowances: list[AllowanceFile] = []
+    seated: SeatedFile | None = None
     basis: str | None = None
     basis_at: list[float] = []

@@ -46,6 +46,8 @@ def body_text(
     unit = metres_in[value["length"]]
     head: dict[str, Any] = {"body": name, "description": description}
     head |= {key: value[key] for key in ("source", "licence", "length") if key in value}
+    if "seated" in value:
+        head["seated"] = value["seated"]
     head |= _beside(body, value, origin, folder)
     lines = [*(f"{key}: {_flow(item)}" for key, item in head.items()), "segments:"]
     for segment, entry in value["segments"].items():

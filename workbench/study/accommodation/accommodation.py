@@ -82,7 +82,8 @@ def accommodation(
     people = question.people
     role = _crowd(study)[1]
     body = morph_to(role.body, role.detail)
-    bodies = fit_population(body, people, role.clothes, executor=executor, progress=say)
+    sits = role.seat is not None
+    bodies = fit_population(body, people, role.clothes, sits=sits, executor=executor, progress=say)
     chunks = result_chunks(question, bodies, keep=keep, say=say, executor=executor)
     found = joined_chunks(chunks)
     met = met_of(found.margin)

@@ -21,6 +21,7 @@ from threadpoolctl import threadpool_limits
 from workbench.body.scaling.measure import MEASURES
 from workbench.body.scaling.morph import morph
 from workbench.body.scaling.scale import scale, scale_many
+from workbench.body.scaling.seated import seated
 from workbench.body.wear import wear
 from workbench.contact.index_cache import cache_folder, forget_partial, read_arrays, write_arrays
 from workbench.errors import InputError
@@ -86,6 +87,7 @@ FITTED_FIELDS = (
     "twist_axis",
     "twist_share",
     "basis_at",
+    "seated_factors",
 )
 """Fields of a body that differ between people of one sex."""
 
@@ -110,10 +112,12 @@ class BareRows(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Family:
-    """What the bodies of a population share: a template with a row for each sex, and clothes."""
+    """What the bodies of a population share: a template with a row for each sex, clothes, and
+    whether they sit."""
 
     template: Body
     encumbrances: tuple[Encumbrance, ...] = ()
+    sits: bool = False
 
     def body(self, bare_rows: BareRows) -> Body:
         """Return dressed bodies, a row for each row of bare bodies."""
@@ -123,6 +127,8 @@ class Family:
             for name in ROW_FIELDS
         }
         bare = body_of_rows(self.template, rows)
+        if self.sits:
+            bare = seated(bare)
         return wear(bare, self.encumbrances, like=self.template[0])
 
 
@@ -167,6 +173,7 @@ def fit_population(
     people: Population,
     encumbrances: Sequence[Encumbrance] = (),
     *,
+    sits: bool = False,
     executor: Executor | None = None,
     progress: Callable[[str], None] = lambda text: None,
 ) -> PopulationBodies:
@@ -180,6 +187,8 @@ def fit_population(
         B people.
     encumbrances
         What everybody wears.
+    sits
+        Whether everybody has the flesh of hips and thighs spread as on a seat.
     executor
         Fits the chunks: processes of this machine if None. The bytes are the same for all.
     progress
@@ -191,7 +200,7 @@ def fit_population(
         If there is no body for somebody's measures.
     """
     templates = templates_by_sex(body)
-    family = Family(stack_bodies([templates[sex] for sex in SEXES]), tuple(encumbrances))
+    family = Family(stack_bodies([templates[sex] for sex in SEXES]), tuple(encumbrances), sits)
     fields = {
         name: np.empty((len(people), *getattr(family.template, name).shape[1:]))
         for name in FITTED_FIELDS
