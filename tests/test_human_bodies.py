@@ -25,7 +25,7 @@ STATED = {
     # the trunk is as long sitting as standing; a survey's people lose 20 to 30 mm of it
     "trochanterion_height": (32, 24),
     # the joint of the knee stands in for the epicondyle, which the survey's women have higher
-    "lateral_femoral_epicondyle_height": (5, 32),
+    "lateral_femoral_epicondyle_height": (5, 38),
     # the shoulder does not rise as far as that of a person who stretches upward
     "overhead_fingertip_reach_sitting": (8, 8),
     "acromion_radiale_length": (8, 5),
@@ -148,7 +148,7 @@ def test_left_is_the_mirror_image_of_right(name):
     for twin in (rows, np.column_stack([joints, np.zeros(len(joints))])):
         image = twin * [1, -1, 1, 1]
         gap = np.abs(image[:, None] - twin[None]).max(axis=2).min(axis=1)
-        assert gap.max() < 6e-5
+        assert gap.max() < 1e-4
 
 
 @pytest.mark.parametrize("name", NAMES)

@@ -21,7 +21,9 @@ BODIES = [
 ]
 POSTURES = 60
 CUBE = 0.004
-"""Side [m] of the cubes in which enclosed air is looked for."""
+KNOB = 0.003
+"""Side [m] of the cubes in which enclosed air is looked for; the radius [m] of a ball that may not
+stand in it."""
 
 
 @pytest.fixture(scope="module", params=BODIES, ids=lambda one: "-".join(filter(None, one)))
@@ -95,9 +97,16 @@ def enclosed_cubes(centres, radius):
     return low + CUBE * inside
 
 
-def test_no_air_is_enclosed_in_it(body):
-    centres = wb.place(body, wb.pose(body, {})).centres[0]
-    assert not len(enclosed_cubes(centres, body.radius[0]))
+def test_no_ball_of_three_millimetres_stands_in_air_inside_it(body):
+    # limbs apart: between an arm and the trunk there may be air
+    apart = {f"{side}S": {"abduction": 40.0} for side in "LR"}
+    apart |= {f"{side}H": {"abduction": 15.0} for side in "LR"}
+    centres = wb.place(body, wb.pose(body, {} if body.name == "dog" else apart)).centres[0]
+    radius = body.radius[0]
+    air = enclosed_cubes(centres, radius)
+    # how large a ball stands in it
+    room = (np.linalg.norm(air[:, None] - centres, axis=2) - radius).min(axis=1, initial=np.inf)
+    assert not np.any(room > KNOB)
 
 
 def test_a_hollow_and_a_lone_ball_are_found():

@@ -76,7 +76,8 @@ _LOOSE = {
     "buttock_depth": 4,
     "forearm_center_of_grip_length": 4,
     "hand_breadth": 2.5,
-    "hip_breadth_sitting": 3,
+    "hip_breadth_sitting": 10,
+    "hip_breadth": 15,
     "thigh_clearance": 3,
     "foot_breadth_horizontal": 2.5,
 }
@@ -99,7 +100,7 @@ _SHARE = {
 trunk, a fifth of head and neck the neck."""
 
 
-_SEATED = ((1.096, 0.83), (1.124, 0.85))
+_SEATED = ((1.096, 0.83), (1.124, 0.78))
 """Breadth and thickness of hips and thighs on a seat as shares of those standing, men and women.
 The breadths are the medians of hip breadth sitting over hip breadth in ANSUR II, computed from the
 public data; with the thicknesses the thighs' undersides are level with the buttocks'."""

@@ -31,7 +31,7 @@ ROUND = 0.04
 LEVELS = ("fine", "medium")
 ROUNDS = 14
 STEP = 1e-2
-WHOLE = 0.004
+WHOLE = 0.002
 PART = 0.05
 """Tolerances of the mass of the whole body and of a segment, as shares."""
 

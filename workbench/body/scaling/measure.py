@@ -106,10 +106,10 @@ def elbow_rest_height(m: Manikin) -> Length:
 
 
 def thigh_clearance(m: Manikin) -> Length:
-    """Seat to the highest point of the thigh in front of the belly, sitting: within 90 mm of a place
-    45 % of the thigh's length ahead of the hip joint."""
-    ahead = m.joint("sitting", FRONT, "RH") + _thigh(m) * 0.45
-    return m.band("sitting", UP, Band(ahead, 0.09, ["RUL"]), along=FRONT) - _seat(m)
+    """Seat to the highest point of the thigh in front of the belly, sitting: within 150 mm of the
+    middle of the thigh."""
+    middle = m.joint("sitting", FRONT, "RH") + _thigh(m) * 0.5
+    return m.band("sitting", UP, Band(middle, 0.15, ["RUL"]), along=FRONT) - _seat(m)
 
 
 def knee_height_sitting(m: Manikin) -> Length:
