@@ -108,7 +108,7 @@ def write_family(folder):
         "anchor_names": np.array(["adult", "large"]),
         "anchors": np.array([np.zeros(len(growth)), np.eye(len(growth))[0] * 3]),
         "anchor_spread": np.ones((2, len(growth))),
-        "anchor_seated": np.ones((2, 2)),
+        "anchor_seated": np.repeat(body.seated_factors, 2, axis=0),
     }
     blend = np.where(segment == body.segment("LLA"), 0.3, 0.0)
     side = np.array(["", *DIRECTIONS])[body.sphere_direction + 1]

@@ -176,23 +176,27 @@ def test_how_improbable_the_mix_is_stands_in_standard_deviations(adult):
 
 def test_a_length_is_what_its_knobs_add_to_it(adult):
     from workbench.body.scaling.measure import lengths
+    from workbench.body.scaling.rig import ON_A_SEAT
 
     space = shape_space(adult)
     rng = np.random.default_rng(1)
     for name, length in lengths(space.base).items():
         step = rng.normal(size=len(space.neutral)) * 1e-2
         change = space.manikin(space.neutral + step).value(length) - space.base.value(length)
-        assert change == pytest.approx(space.row(length) @ step, abs=1e-12), name
+        # where flesh spreads, how much a sphere moves depends a little on where it is
+        off = 1e-4 if any(reach.posture in ON_A_SEAT for _, reach in length.terms) else 1e-12
+        assert change == pytest.approx(space.row(length) @ step, abs=off), name
 
 
 def test_blended_spheres_are_measured_where_they_are_placed(adult):
     from workbench.body.scaling.manikin import Manikin
-    from workbench.body.scaling.rig import POSTURES
+    from workbench.body.scaling.rig import ON_A_SEAT, POSTURES
 
     blended = replace(adult, blend_share=np.where(adult.blend_joint >= 0, 0.4, 0.0)[None])
     manikin = Manikin(blended)
     for name, angles in POSTURES.items():
-        placed = wb.place(blended, wb.pose(blended, angles))
+        shown = wb.seated(blended) if name in ON_A_SEAT else blended
+        placed = wb.place(shown, wb.pose(shown, angles))
         assert np.allclose(placed.centres[0], manikin.centres(name), atol=1e-12)
 
 

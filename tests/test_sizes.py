@@ -77,7 +77,7 @@ def test_a_size_that_cannot_be_is_told_where_it_stands(tmp_path, measures, words
 def test_bubbleman_measures_as_a_median_man(bubbleman):
     # what a rigid body cannot show, or what its definition is known to miss, has more room
     room = {
-        "hip_breadth_sitting": 31,
+        "radiale_stylion_length": 13,
         "forearm_forearm_breadth": 37,
         "overhead_fingertip_reach_sitting": 25,
         "cervicale_height": 21,

@@ -229,7 +229,7 @@ def _fit(made: Made, basis: Basis, who: tuple[str, Known]) -> Floats:
     name, known = who
     start = projected(made, basis, known)
     family = Family(basis, _tried(basis, start, name, "fine"), "fine")
-    z = fitted_z(family, start, known.measures, known.masses, known.mass, loose=1.3)
+    z = fitted_z(family, start, known.measures, known.masses, known.mass, known.hips, loose=1.3)
     return z.round(5)
 
 

@@ -123,6 +123,14 @@ class Family:
         )
         return total, slope
 
+    def hips_apart(self, z: Floats) -> tuple[float, Floats]:
+        """How far the hip joints are apart [m], and the derivative (K,)."""
+        mean, parts = self.basis.table["joint"]
+        left = JOINTS.index("LH")
+        right = JOINTS.index("RH")
+        slope = parts[:, left, 1] - parts[:, right, 1]
+        return float(mean[left, 1] - mean[right, 1] + z @ slope), slope
+
     def pressed(self, z: Floats) -> tuple[Floats, Floats]:
         """How deep forearm and hand lie in trunk and thigh in the zero pose (m,) [m], with
         derivatives (m, K): the deepest sphere of the trunk and thigh for each sphere of the arm
@@ -152,13 +160,14 @@ def fitted_z(
     measures: dict[str, tuple[float, float]],
     masses: dict[str, float],
     whole: float,
+    hips: float,
     *,
     loose: float,
 ) -> Floats:
     """Coefficients near `start` (K,) whose body has the measures (value, tolerance) [m], segment
     masses [kg] and a whole mass [kg].
 
-    Forearm and hand are kept out of trunk and thigh. loose: the weight of staying at the start;
+    hips: how far the hip joints are apart [m]. Forearm and hand are kept out of trunk and thigh. loose: the weight of staying at the start;
     masses are wanted within about 15 %, the whole within 2 %.
     """
     names = list(measures)
@@ -169,6 +178,9 @@ def fitted_z(
         value, slope = family.rows_of(family.manikin(z), names)
         rows = [loose * np.eye(len(z)), weight[:, None] * slope]
         gap = [loose * (start - z), weight * (wanted - value)]
+        apart, wider = family.hips_apart(z)
+        rows.append(wider[None] / 0.003)
+        gap.append(np.array([hips - apart]) / 0.003)
         deep, push = family.pressed(z)
         rows.append(push / 0.008)
         gap.append((-0.001 - deep) / 0.008)

@@ -123,6 +123,12 @@ class Known:
     masses: dict[str, float] = field(default_factory=dict)
     seated: tuple[float, float] = (1.0, 1.0)
 
+    @property
+    def hips(self) -> float:
+        """How far the hip joints are apart [m]: 176 mm at a stature of 1.75 m (the AnyBody
+        repository's model, after measured people)."""
+        return 0.176 * self.stature / 1.75
+
 
 def _age(years: float) -> float:
     return float(np.interp(years, YEARS, PLACES))

@@ -31,6 +31,8 @@ ROUND = 0.04
 LEVELS = ("fine", "medium")
 ROUNDS = 14
 STEP = 1e-2
+HIPS = 0.002
+"""Tolerance [m] of how far the hip joints are apart."""
 WHOLE = 0.002
 PART = 0.05
 """Tolerances of the mass of the whole body and of a segment, as shares."""
@@ -163,7 +165,7 @@ class _Person:
         self.heavy = np.array([density(n) if n != "STG" else 0.0 for n in SEGMENTS])
 
     def measured(self, values: Floats) -> Floats:
-        """(m,) the measures [m]: means of the levels."""
+        """(m + 1,) the measures [m], means of the levels, and how far the hip joints are apart."""
         one = changed(self.basis, self.z, values)
         names = list(self.known.measures)
         rows = []
@@ -171,7 +173,8 @@ class _Person:
             manikin = family.base.changed(family.shape(*one.spheres[level], one.joint, one.origin))
             found = lengths(manikin, names)
             rows.append([manikin.value(length) for length in found.values()])
-        return np.mean(rows, axis=0)
+        apart = one.joint[JOINTS.index("LH"), 1] - one.joint[JOINTS.index("RH"), 1]
+        return np.append(np.mean(rows, axis=0), apart)
 
     def masses(self, values: Floats) -> Floats:
         """(N,) [kg] volume times density of each segment: means of the levels."""
@@ -201,8 +204,8 @@ def stretched(basis: Basis, z: Floats, families: dict[str, Family], known: Known
     person = _Person(basis, z, families, known)
     count = len(GROUPS) * PER_GROUP
     values = np.zeros(count)
-    aims = np.array([value for value, _ in known.measures.values()])
-    give = np.array([tolerance for _, tolerance in known.measures.values()])
+    aims = np.array([*(value for value, _ in known.measures.values()), known.hips])
+    give = np.array([*(tolerance for _, tolerance in known.measures.values()), HIPS])
     sums, masses, mass_give = person.wanted_masses()
     unit = STEP * np.eye(count)
     here = person.masses(values.reshape(-1, PER_GROUP))

@@ -37,7 +37,7 @@ RADIUS_EASE = 0.03
 PACE = 0.6
 SOFT = 0.25
 KEPT = 0.99
-MOST = 0.02
+MOST = 0.05
 """Share of a step that is taken; how much a miss weighs less than a change of a sphere; the share
 of a change that is left after a round; the miss beyond which a measure is left as it is: the
 skeleton does not have it."""
