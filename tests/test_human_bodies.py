@@ -33,6 +33,7 @@ STATED = {
     "acromion_radiale_length": (8, 5),
     "hand_length": (9, 7),
     "hip_breadth_sitting": (6, 6),
+    "hip_breadth": (6, 6),
     "thigh_clearance": (5, 7),
 }
 """Differences [mm] of definition, man and woman; all others are within 5 mm."""

@@ -29,9 +29,16 @@ it is reported."""
 FAR = 0.1
 """The least percentile of the growth charts that is taken for a child's; the curves say nothing
 farther out."""
-APART = ("trochanterion_height",)
-"""Measures that do not go with the others on a body whose trunk is as long sitting as standing: a
-survey's people lose some 25 mm between hip joint and crown when they sit down."""
+APART = (
+    "trochanterion_height",
+    "lateral_femoral_epicondyle_height",
+    "overhead_fingertip_reach_sitting",
+    "acromion_radiale_length",
+)
+"""Measures that a body is not drawn near to, because typical bodies differ in them from the
+survey by definition. On a body whose trunk is as long sitting as standing, the hip joints stand
+higher: a survey's people lose some 25 mm between hip joint and crown when they sit down. The knee's
+joint stands in for the epicondyle, and the shoulder does not rise as in a person who stretches."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -42,7 +42,7 @@ _PATIENCE = 4
 _HARD_GIVE = 1e-9
 """Variance [m2] of a given measure, so that two spheres that cannot both be extreme do not make the
 system singular."""
-_SOFT_GIVE = {True: 1.0e-4, False: 5.0e-4}
+_SOFT_GIVE = {True: 1.6e-5, False: 5.0e-4}
 """Variance [m2] of a measure that should be near, for a body of a family and for another."""
 LONGER: tuple[tuple[str, str], ...] = (
     ("stature", "sitting_height"),
