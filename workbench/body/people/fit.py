@@ -1,4 +1,4 @@
-"""Fit a population model to real people: quantile tables and a Gaussian copula."""
+"""Fit a population model to real people: quantile tables and a Gaussian copula. It keeps the people."""
 
 from __future__ import annotations
 
@@ -60,6 +60,7 @@ def fit_population(people: Population, *, name: str, description: str = "") -> P
         levels,
         np.stack([_quantile_table(group, levels) for group in groups]),
         np.stack([_normal_correlation(group) for group in groups]),
+        people,
     )
 
 
