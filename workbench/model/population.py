@@ -106,11 +106,11 @@ class Population:
         wanted = {"male": men, "female": women}
         words = {"male": "men", "female": "women"}
         short = [
-            f"{words[sex]}: {self.count(sex)} of {number}"
+            f"{self.count(sex)} {words[sex]} ({number} are asked for)"
             for sex, number in wanted.items()
             if self.count(sex) < number
         ]
-        return f"{self.source} has too few {', '.join(short)}" if short else ""
+        return f"{self.source} has {' and '.join(short)}" if short else ""
 
     def of_sex(self, sex: str) -> Population:
         """The people of one sex; InputError where there is none."""

@@ -6,7 +6,7 @@ Measured people are drawn as they are, each at most once. Synthetic people are l
 2. A synthetic person has the scores a z_j + sqrt(1 - a^2) e of a measured person j who is picked
    at random, and of e, normal with correlation R: a kernel estimate that keeps the variance [1]_.
 3. The scores become measures by the quantile tables of the population, in the steps in which the
-   people were measured (whole millimetres, for example).
+   people were measured (whole millimetres for most).
 
 a is RESEMBLANCE. With a = 0 this is the Gaussian copula. So people are drawn from a population of
 which only figures are known.
@@ -38,21 +38,25 @@ from workbench.body.people.fit import fit_population
 from workbench.body.people.scores import Scores, scores_of
 from workbench.body.people.share import effective_count
 from workbench.errors import UsageError
-from workbench.model.arrays import Floats, Ints
+from workbench.model.arrays import Floats
 from workbench.model.measures import check_plausible
 from workbench.model.population import SEXES, Population, PopulationModel, sex_index
 
 __all__ = ["RESEMBLANCE", "draw_people"]
 
-RESEMBLANCE = 0.95
+RESEMBLANCE = 0.97
 """Correlation of the scores of a synthetic person with those of the measured person picked."""
 LEAST_LENDERS = 100.0
 """Effective number of measured people that a conditional draw rests on."""
 _MAX_PEOPLE = 250_000
+_WIDER = 1.25
 _FOLLOWS = 1e-12
 """Conditional variance of a score that follows from the given ones."""
-_FINEST = 1e-4
-"""Finest step of a measure that is recorded [m; kg]."""
+_STEPS = tuple(
+    digit * 10.0**power for power in (0, -1, -2, -3, -4) for digit in (5, 2, 1)
+)  # fmt: skip
+"""Steps in which a measure may be recorded [m; kg], coarsest first."""
+_NEARLY_ALL = 0.99
 
 
 def draw_people(
@@ -137,7 +141,7 @@ def _measured_people(
 ) -> Population:
     """Choose measured people, each at most once: those with the least random numbers."""
     if short := people.lacking(wanted["male"], wanted["female"]):
-        raise UsageError(f"{short}; ask for fewer, or for synthetic people")
+        raise UsageError(f"{short}; ask for fewer, for another share, or for synthetic people")
     rows = []
     for sex, number in wanted.items():
         own = np.flatnonzero(people.sex == sex_index(sex))
@@ -221,22 +225,23 @@ def _lending(scores: Scores, lenders: _Lenders, given: Mapping[str, float]) -> F
     factor = cho_factor(scores.correlation[np.ix_(columns, columns)])
     square = (off * cho_solve(factor, off.T).T).sum(axis=1)
     square -= square.min()
-    least = min(LEAST_LENDERS, effective_count(weight))
+    least = min(LEAST_LENDERS, 0.999 * effective_count(weight))
     width = 1 - RESEMBLANCE**2
-    near = weight * np.exp(-square / (2 * width))
-    while effective_count(near) < 0.999 * least:
-        width *= 1.25
+    near: Floats = weight * np.exp(-square / (2 * width))
+    while effective_count(near) < least:
+        width *= _WIDER
         near = weight * np.exp(-square / (2 * width))
     return near
 
 
 def _steps(measures: Floats) -> Floats:
-    """(M,) greatest step [m; kg] of which all people's measures (N, M) are multiples."""
-    return np.asarray(_FINEST * np.gcd.reduce(_counts(measures), axis=0))
-
-
-def _counts(measures: Floats) -> Ints:
-    return np.rint(measures / _FINEST).astype(np.int64)
+    """(M,) step [m; kg] in which measures (N, M) were recorded: the coarsest of which nearly all
+    are multiples. A few people may have been recorded more finely."""
+    found = np.full(measures.shape[1], _STEPS[-1])
+    for step in reversed(_STEPS):
+        whole = np.isclose(measures / step, np.rint(measures / step), rtol=0, atol=1e-6)
+        found[whole.mean(axis=0) >= _NEARLY_ALL] = step
+    return found
 
 
 def _recorded(values: Floats, steps: Floats) -> Floats:
