@@ -5,11 +5,11 @@ Measured people are drawn as they are, each at most once. Synthetic people are l
 1. Each measured person j of a sex has normal scores z_j, with correlation R.
 2. A synthetic person has the scores a z_j + sqrt(1 - a^2) e of a measured person j who is picked
    at random, and of e, normal with correlation R: a kernel estimate that keeps the variance [1]_.
-3. The scores become measures by the quantile tables of the population, in the steps in which the
-   people were measured (whole millimetres for most).
+3. Each score becomes the measure at the same rank among the measured people. So a measure has the
+   values that were recorded, no less and no greater, each as often.
 
-a is RESEMBLANCE. With a = 0 this is the Gaussian copula. So people are drawn from a population of
-which only figures are known.
+a is RESEMBLANCE. With a = 0 this is the Gaussian copula. People of a population of which only
+figures are known are drawn from that, with measures from its quantile tables.
 
 Given measures stay as they are. The other scores are regressed on them,
 
@@ -28,14 +28,14 @@ References
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve
+from scipy.special import ndtr
 
 from workbench.body.people.conditional import condition
 from workbench.body.people.fit import fit_population
-from workbench.body.people.scores import Scores, scores_of
+from workbench.body.people.scores import Scores, normal_scores, scores_of
 from workbench.body.people.share import effective_count
 from workbench.errors import UsageError
 from workbench.model.arrays import Floats
@@ -52,11 +52,6 @@ _MAX_PEOPLE = 250_000
 _WIDER = 1.25
 _FOLLOWS = 1e-12
 """Conditional variance of a score that follows from the given ones."""
-_STEPS = tuple(
-    digit * 10.0**power for power in (0, -1, -2, -3, -4) for digit in (5, 2, 1)
-)  # fmt: skip
-"""Steps in which a measure may be recorded [m; kg], coarsest first."""
-_NEARLY_ALL = 0.99
 
 
 def draw_people(
@@ -158,16 +153,6 @@ def _measured_people(
     )
 
 
-@dataclass(frozen=True, eq=False)
-class _Lenders:
-    """The N measured people of one sex, their scores (N, M), and the steps (M,) [m; kg] in which
-    they were measured."""
-
-    people: Population
-    scores: Floats
-    steps: Floats
-
-
 def _synthetic_people(
     model: PopulationModel,
     sex: str,
@@ -180,30 +165,32 @@ def _synthetic_people(
     every = range(len(scores.names))
     noise = np.random.Generator(np.random.PCG64(stream)).standard_normal((number, len(every)))
     expected = condition(scores, given)
-    lenders = _lenders(model.people, scores)
-    kept = RESEMBLANCE if lenders is not None else 0.0
-    drawn = expected.mean + np.sqrt(1 - kept**2) * noise @ _factor(expected.covariance).T
-    if lenders is not None:
+    normal = noise @ _factor(expected.covariance).T
+    if model.people is None:
+        values = scores.to_values(expected.mean + normal, every)
+    else:
+        lenders = model.people.of_sex(sex)
         chance = np.random.Generator(np.random.PCG64(stream.spawn(1)[0])).random(number)
-        weight = np.cumsum(_lending(scores, lenders, given))
+        own = normal_scores(lenders)
+        weight = np.cumsum(_lending(scores, lenders, own, given))
         rows = np.searchsorted(weight / weight[-1], chance, side="right")
-        known = {name: lenders.people.column(name) for name in given}
-        drawn += kept * (lenders.scores - condition(scores, known).mean)[rows]
-    values = scores.to_values(drawn, every)
-    if lenders is not None:
-        values = _recorded(values, lenders.steps)
+        known = condition(scores, {name: lenders.column(name) for name in given})
+        lent = RESEMBLANCE * (own - known.mean)[rows]
+        drawn = expected.mean + lent + np.sqrt(1 - RESEMBLANCE**2) * normal
+        values = _measured_values(lenders, ndtr(drawn))
     values[:, scores.columns(given)] = list(given.values())
     return values
 
 
-def _lenders(people: Population | None, scores: Scores) -> _Lenders | None:
-    """Those of the measured people who lend their scores; None where nobody is known."""
-    if people is None:
-        return None
-    own = people.of_sex(scores.sex)
-    return _Lenders(
-        own, scores.to_scores(own.measures, range(len(own.names))), _steps(own.measures)
-    )
+def _measured_values(people: Population, levels: Floats) -> Floats:
+    """(P, M) least measures [m; kg] that shares (P, M), 0 to 1, of measured people do not exceed."""
+    values = np.empty_like(levels)
+    for k, column in enumerate(people.measures.T):
+        order = np.argsort(column, kind="stable")
+        share = np.cumsum(people.weight[order])
+        at = np.searchsorted(share / share[-1], levels[:, k])
+        values[:, k] = column[order][np.minimum(at, len(order) - 1)]
+    return values
 
 
 def _factor(covariance: Floats) -> Floats:
@@ -214,14 +201,16 @@ def _factor(covariance: Floats) -> Floats:
     return factor
 
 
-def _lending(scores: Scores, lenders: _Lenders, given: Mapping[str, float]) -> Floats:
-    """(N,) weight with which each measured person is picked."""
-    weight = lenders.people.weight
+def _lending(
+    scores: Scores, lenders: Population, own: Floats, given: Mapping[str, float]
+) -> Floats:
+    """(N,) weight with which each measured person, of scores `own` (N, M), is picked."""
+    weight = lenders.weight
     columns = scores.columns(given)
     if not columns:
         return weight
     wanted = scores.to_scores(list(given.values()), columns)
-    off = RESEMBLANCE * lenders.scores[:, columns] - wanted
+    off = RESEMBLANCE * own[:, columns] - wanted
     factor = cho_factor(scores.correlation[np.ix_(columns, columns)])
     square = (off * cho_solve(factor, off.T).T).sum(axis=1)
     square -= square.min()
@@ -232,18 +221,3 @@ def _lending(scores: Scores, lenders: _Lenders, given: Mapping[str, float]) -> F
         width *= _WIDER
         near = weight * np.exp(-square / (2 * width))
     return near
-
-
-def _steps(measures: Floats) -> Floats:
-    """(M,) step [m; kg] in which measures (N, M) were recorded: the coarsest of which nearly all
-    are multiples. A few people may have been recorded more finely."""
-    found = np.full(measures.shape[1], _STEPS[-1])
-    for step in reversed(_STEPS):
-        whole = np.isclose(measures / step, np.rint(measures / step), rtol=0, atol=1e-6)
-        found[whole.mean(axis=0) >= _NEARLY_ALL] = step
-    return found
-
-
-def _recorded(values: Floats, steps: Floats) -> Floats:
-    """Round measures (P, M) [m; kg] to the steps (M,) in which people were measured."""
-    return np.asarray(np.round(np.rint(values / steps) * steps, 9))

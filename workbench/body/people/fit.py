@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.special import ndtri
 
+from workbench.body.people.scores import normal_scores
 from workbench.errors import InputError
 from workbench.model.arrays import Floats
 from workbench.model.population import SEXES, Population, PopulationModel
@@ -87,16 +87,8 @@ def _quantiles(values: Floats, weight: Floats, levels: Floats) -> Floats:
 
 
 def _normal_correlation(people: Population) -> Floats:
-    """(M, M) Pearson's correlation of the van der Waerden scores.
-
-    A value's score is the normal quantile of its middle rank; equal values share theirs.
-    """
-    scores = np.empty_like(people.measures)
-    for k, column in enumerate(people.measures.T):
-        _, each = np.unique(column, return_inverse=True)
-        share = np.bincount(each, weights=people.weight) / people.weight.sum()
-        scores[:, k] = ndtri(np.cumsum(share) - share / 2)[each]
-    matrix = np.cov(scores, rowvar=False, aweights=people.weight)
+    """(M, M) Pearson's correlation of the normal scores."""
+    matrix = np.cov(normal_scores(people), rowvar=False, aweights=people.weight)
     spread = np.sqrt(np.diag(matrix))
     matrix = matrix / np.outer(spread, spread)
     matrix = (matrix + matrix.T) / 2
