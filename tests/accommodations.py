@@ -70,8 +70,8 @@ def trainer():
 
 
 def trainer_people(count, *, seed=7):
-    """People drawn from ANSUR II."""
-    return draw_people(wb.load_population_model("ansur2"), count, seed=seed)
+    """People like those of ANSUR II, called male 1 and so on."""
+    return draw_people(wb.load_population_model("ansur2"), count, seed=seed, synthetic=True)
 
 
 def study_of(people, criteria, *, maps=(), mixes=None):

@@ -201,7 +201,7 @@ def test_the_odd_measure_of_a_man_with_short_arms_is_his_reach():
 def test_two_percentile_people_do_not_stand_for_ninety_percent():
     """Who lies between the 5th and the 95th percentile of their own sex in eight seated
     measures."""
-    people = draw_people(wb.load_population_model("ansur2"), 4000, seed=5)
+    people = wb.load_population_model("ansur2").people
     eight = (
         "sitting_height",
         "eye_height_sitting",

@@ -250,7 +250,14 @@ def human_cases(tmp_path):
             "share": 0.95,
             "measures": ("stature", "sitting_height"),
         },
-        "draw_people": {"model": model, "count": 3, "seed": 1, "men": 0.5},
+        "draw_people": {
+            "source": model,
+            "count": 3,
+            "seed": 1,
+            "men": 0.5,
+            "synthetic": True,
+            "given": {"stature": 1.7},
+        },
         "driving_angles": {"driver": driver, "package": package},
         "driving_posture": {
             "body": body,

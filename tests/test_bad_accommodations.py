@@ -63,7 +63,7 @@ CASES = [
     (
         "people: PEOPLE, seed: 3",
         "people: all, seed: 3",
-        "people that are drawn need 'people', how many, and a 'seed'",
+        "'people: all' are the measured people as they are: 'seed', 'women' and 'synthetic' belong",
     ),
     (
         "people: PEOPLE, seed: 3",

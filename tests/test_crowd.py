@@ -74,14 +74,11 @@ def test_the_same_people_give_the_same_bytes_and_replace_earlier_ones(tmp_path):
     for name in ("one", "two", "two"):
         assert run(*words, tmp_path / name) == 0
     files = sorted(path.name for path in (tmp_path / "one").iterdir())
-    assert files == [
-        "female_1.yaml",
-        "female_2.yaml",
-        "male_1.yaml",
-        "male_2.yaml",
-        "manifest.json",
-        "people.csv",
-    ]
+    drawn = wb.draw_people(wb.load_population_model("ansur2"), 4, seed=3)
+    men, women = (
+        [f"{sex}_{label}.yaml" for label in drawn.of_sex(sex).labels] for sex in ("male", "female")
+    )
+    assert files == sorted([*men, *women, "manifest.json", "people.csv"]) and len(files) == 6
     assert all(
         (tmp_path / "one" / name).read_bytes() == (tmp_path / "two" / name).read_bytes()
         for name in files

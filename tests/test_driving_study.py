@@ -181,7 +181,8 @@ def test_the_drivers_of_a_population_are_its_people_and_each_draws_by_number(wri
 
 def test_a_population_with_somebody_who_cannot_drive_names_the_person(written):
     study = crowd_of(written(CREW))
-    with pytest.raises(wb.InputError, match="male 1: drivers are 16 to 100 years old, got 9"):
+    told = f"{study.people.labels[0]}: drivers are 16 to 100 years old, got 9"
+    with pytest.raises(wb.InputError, match=told):
         drivers_among(study.people, [0], study.body, replace(MEAN, age=9.0))
 
 

@@ -376,6 +376,7 @@ def people() -> Named:
                 growth_people(load_growth(), sex, [3, 50, 97], age=age),
             )
     yield from _persons("drawn", wb.draw_people(model, 12, seed=1))
+    yield from _persons("synthetic", wb.draw_people(model, 12, seed=1, synthetic=True))
     served = np.arange(60) % 7 != 3
     later = np.arange(60) % 5 != 1
     weight = 1.0 + np.arange(60) % 3

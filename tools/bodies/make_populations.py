@@ -1,5 +1,7 @@
-"""Writes populations/ansur2.yaml and populations/cdc_growth.yaml from raw public tables: figures
-only, no person.
+"""Writes populations/ansur2.yaml, ansur2.csv and cdc_growth.yaml from raw public tables.
+
+ansur2.csv holds the people of the survey: those columns of the public files that the measures of
+the workbench are made of, men first, cell by cell as published. ansur2.yaml holds their figures.
 
 Run `python tools/bodies/make_populations.py [FOLDER [OUT]]`. FOLDER holds
 `ansur2/ANSUR_II_{MALE,FEMALE}_Public.csv` (US Army) and
@@ -10,35 +12,40 @@ ships them). A table that is not there is reported, and its figures stay as they
 
 from __future__ import annotations
 
+import csv
+import io
 import json
 import sys
 import textwrap
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from workbench.body.people.fit import fit_population
-from workbench.files.ansur import read_ansur
+from workbench.files.ansur import raw_columns, read_ansur
 from workbench.files.growth import load_growth
 from workbench.files.populations import load_population_model
-from workbench.model.measures import MASS
+from workbench.model.measures import MASS, MEASURES
 from workbench.model.population import PopulationModel
 
-__all__ = ["growth_text", "main", "population_text"]
+__all__ = ["growth_text", "main", "people_text", "population_text"]
 
 ROOT = Path(__file__).resolve().parents[2]
 RAW = ROOT.parent / "shared" / "data" / "anthropometry"
 POPULATION = """\
-# ANSUR II as figures: {people}, {measures} measures.
+# ANSUR II: {people}, {measures} measures. The people are the rows of ansur2.csv, these are their figures.
 # From the public files of Gordon et al. 2014, 2012 Anthropometric Survey of U.S. Army Personnel, NATICK/TR-15/007.
 # Each row of `quantiles` is one measure at `percentiles`; 0 and 100 are the least and the greatest person measured.
 # `correlation` is the lower triangle of the correlation of normal (van der Waerden) scores: a Gaussian copula.
 # acromial_height_sitting and cervicale_height_sitting are derived: sitting height - (stature - height standing).
+# ansur2.csv has columns of the public files as published: lengths in mm, but weightkg in 0.1 kg and
+# interpupillarybreadth in 0.1 mm.
 # Erect, nude postures. Made by tools/bodies/make_populations.py: do not edit.
 population: ansur2
 description: {description}
 source: 2012 Anthropometric Survey of U.S. Army Personnel (ANSUR II), NATICK/TR-15/007
 licence: public domain (work of the US government)
 length: mm
+people: ansur2.csv
 """
 GROWTH = """\
 # CDC growth charts 2000, ages 2 to 20: rows are [age in months, L, M, S]; M in mm or kg.
@@ -64,15 +71,31 @@ def main() -> None:
             "soldiers of the US Army, measured 2010 to 2012; fitter and leaner than civilians"
         )
         model = fit_population(read_ansur(*survey), name="ansur2", description=description)
+        _write(out / "ansur2.csv", people_text(survey))
         _write(out / "ansur2.yaml", population_text(model))
         print(load_population_model(out / "ansur2.yaml"))
     else:
-        print(f"{raw / 'ansur2'}: raw files not here; ansur2.yaml is left as it is")
+        print(f"{raw / 'ansur2'}: raw files not here; ansur2.yaml and .csv are left as they are")
     if (raw / "growth").is_dir():
         _write(out / "cdc_growth.yaml", growth_text(raw / "growth"))
         print(load_growth(out / "cdc_growth.yaml"))
     else:
         print(f"{raw / 'growth'}: raw files not here; cdc_growth.yaml is left as it is")
+
+
+def people_text(survey: Sequence[Path]) -> str:
+    """The people of raw public files as CSV: the columns that the measures are made of, as published."""
+    columns = raw_columns(tuple(MEASURES))
+    out = io.StringIO()
+    writer = csv.writer(out, lineterminator="\n")
+    writer.writerow(columns)
+    for path in survey:
+        with path.open(encoding="latin-1", newline="") as lines:
+            rows = csv.reader(lines)
+            header = [name.strip().lower() for name in next(rows)]
+            at = [header.index(column) for column in columns]
+            writer.writerows([row[k].strip() for k in at] for row in rows if row)
+    return out.getvalue()
 
 
 def population_text(model: PopulationModel) -> str:
@@ -140,7 +163,7 @@ def _row(name: str, cells: Iterable[str], indent: int) -> str:
 
 def _write(path: Path, text: str) -> None:
     path.parent.mkdir(exist_ok=True)
-    path.write_text(text, encoding="utf-8")
+    path.write_text(text, encoding="utf-8", newline="\n")
 
 
 if __name__ == "__main__":

@@ -146,7 +146,7 @@ def _people(population: str | None, age: float | None) -> PopulationModel | Grow
     from workbench.files.populations import load_population_model
 
     if age is None:
-        return load_population_model(population or "ansur2")
+        return load_population_model(population or "ansur2", people=False)
     return load_growth(population or "cdc_growth")
 
 

@@ -82,7 +82,7 @@ def percentile(
     from workbench.body.people.percentile import percentile_people
 
     _check(made)
-    people = percentile_people(_source(population), sex, p or [5, 50, 95])
+    people = percentile_people(_measured(population), sex, p or [5, 50, 95])
     if _write(made, people, _split(measures)):
         return 0
     _show(_chosen(people, measures), as_json=as_json)
@@ -117,7 +117,7 @@ def boundary(
 
     _check(made)
     chosen = tuple(_split(measures)) or COCKPIT
-    cases = boundary_cases(_source(population), sex, share=share / 100, measures=chosen)
+    cases = boundary_cases(_measured(population), sex, share=share / 100, measures=chosen)
     if _write(made, cases.people, list(chosen)):
         return 0
     others = [name for name in cases.people.names if name not in chosen]
@@ -131,13 +131,15 @@ def draw(
     count: int,
     seed: int = 1,
     men: float = 0.5,
+    synthetic: Annotated[bool, Parameter(negative="")] = False,
     measures: Names = None,
     population: Names = None,
     made: Made | None = None,
     as_json: Json = False,
     as_csv: Csv = False,
 ) -> int:
-    """Draw random people; without --json or --csv, show the percentiles of those drawn.
+    """Draw measured people at random, each at most once; without --json or --csv, show the
+    percentiles of those drawn.
 
     Parameters
     ----------
@@ -147,26 +149,20 @@ def draw(
         the same seed gives the same people
     men
         the share of men, 0 to 1
+    synthetic
+        draw people like those measured instead, as many as you like
     measures
         the measures to show; all where not given
     population
         a population file, the name of one that comes along, or raw CSV files of ANSUR II
     """
     from workbench.body.people.draw import draw_people
-    from workbench.body.people.fit import fit_population
     from workbench.body.people.percentile import percentile_people
-    from workbench.model.population import PopulationModel
 
     if as_json and as_csv:
         raise UsageError("one of --json and --csv can be printed, not both")
     _check(made)
-    source = _source(population)
-    model = (
-        source
-        if isinstance(source, PopulationModel)
-        else fit_population(source, name=source.source)
-    )
-    people = draw_people(model, count, seed=seed, men=men)
+    people = draw_people(_source(population), count, seed=seed, men=men, synthetic=synthetic)
     if _write(made, people, _split(measures)):
         return 0
     people = _chosen(people, measures)
@@ -253,6 +249,16 @@ def _source(population: list[str] | None) -> Population | PopulationModel:
     if len(sources) > 1:
         raise UsageError("--population takes one population, or CSV files")
     return load_population_model(sources[0])
+
+
+def _measured(population: list[str] | None) -> Population | PopulationModel:
+    """The measured people of the population that is asked for; its figures where nobody is known."""
+    from workbench.model.population import PopulationModel
+
+    source = _source(population)
+    if isinstance(source, PopulationModel) and source.people is not None:
+        return source.people
+    return source
 
 
 def _split(names: list[str] | None) -> list[str]:

@@ -23,13 +23,14 @@ from workbench.model.arrays import Bools, Floats
 from workbench.model.measures import MASS, MEASURES, check_measures
 from workbench.model.population import SEXES, Population
 
-__all__ = ["measures_in", "read_ansur"]
+__all__ = ["measures_in", "raw_columns", "read_ansur"]
 
 MOST_TOLD = 20
 MOST_BYTES = 256 * 2**20
 _SUBJECT = "subjectid"
 _SEX = "gender"
 _MILLIMETRES = 0.001
+_DIGITS = 9
 _UNITS = {"weightkg": 0.1, "interpupillarybreadth": 0.0001}
 _SITTING = {
     "acromial_height_sitting": "acromialheight",
@@ -81,6 +82,12 @@ def measures_in(*paths: str | Path) -> tuple[str, ...]:
     return tuple(
         m for m in MEASURES if all(set(_parts(m, t.columns)) <= set(t.columns) for t in tables)
     )
+
+
+def raw_columns(measures: Sequence[str]) -> tuple[str, ...]:
+    """The columns of the public files that hold people, their sex and all of these measures."""
+    parts = [part for measure in check_measures(measures) for part in _parts(measure, ())]
+    return tuple(dict.fromkeys([_SUBJECT, _SEX, *parts]))
 
 
 def _parts(measure: str, columns: Container[str]) -> tuple[str, ...]:
@@ -145,9 +152,9 @@ def _measured(
     for measure in sorted(columns_of, key=_SITTING.__contains__):
         parts = columns_of[measure]
         first, *others = parts
-        # in whole millimetres first, so that equal people stay equal
+        # in whole millimetres first, then the nearest double, so that equal people stay equal
         recorded = raw[first] - raw[others[0]] + raw[others[1]] if others else raw[first]
-        values[measure] = recorded * _unit(first, unit)
+        values[measure] = np.round(recorded * _unit(first, unit), _DIGITS)
         known = np.any([bad.get(part, np.isnan(raw[part])) for part in parts], axis=0)
         absurd = _absurd(measure, values[measure])
         bad["+".join(parts)] = known | absurd

@@ -1,8 +1,10 @@
-"""Population files: quantile tables and correlations of each sex, checked row by row."""
+"""Population files: quantile tables and correlations of each sex, checked row by row, and the
+measured people where a file names them."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 from typing import Annotated
@@ -11,14 +13,15 @@ import numpy as np
 from pydantic import Field
 
 from workbench.errors import InputError, one_of
-from workbench.files.catalogue import find
+from workbench.files.ansur import read_ansur
+from workbench.files.catalogue import find, is_file
 from workbench.files.schema import FileModel, LengthUnit, fail, metres_in, validate
 from workbench.files.yaml_text import Document, read_yaml
 from workbench.model.arrays import Floats
 from workbench.model.measures import MASS, MEASURES, WORDS
-from workbench.model.population import SEXES, PopulationModel
+from workbench.model.population import SEXES, Population, PopulationModel
 
-__all__ = ["PopulationFile", "load_population_model"]
+__all__ = ["PopulationFile", "load_population_model", "measured_file"]
 
 Rows = Annotated[dict[str, list[float]], Field(min_length=1)]
 
@@ -34,13 +37,18 @@ class SexFile(FileModel):
 
 class PopulationFile(FileModel):
     """A population as figures: the measures of each sex at `percentiles`, in the file's unit of
-    length, and kg."""
+    length, and kg.
+
+    people: a CSV file of the people whose figures they are, beside this file or by its path, in
+    the layout of the public ANSUR II files.
+    """
 
     population: str
     description: str = ""
     source: str = ""
     licence: str = ""
     length: LengthUnit
+    people: Annotated[str, Field(min_length=1)] | None = None
     percentiles: Annotated[list[float], Field(min_length=3)]
     male: SexFile | None = None
     female: SexFile | None = None
@@ -54,9 +62,21 @@ class PopulationFile(FileModel):
         }
 
 
-def load_population_model(source: str | Path) -> PopulationModel:
-    """Read a population file, by path or by its name in bodies/populations; InputError lists all
-    its faults."""
+def load_population_model(source: str | Path, *, people: bool = True) -> PopulationModel:
+    """Read a population file, by path or by its name in bodies/populations.
+
+    Parameters
+    ----------
+    source
+        The path or the name.
+    people
+        Whether the measured people are read too, where the file names them.
+
+    Raises
+    ------
+    InputError
+        With all faults of the file.
+    """
     document = read_yaml(find("bodies/populations", str(source)))
     file = validate(document, PopulationFile)
     faults = list(_level_faults(document, file))
@@ -66,11 +86,42 @@ def load_population_model(source: str | Path) -> PopulationModel:
         faults += _sex_faults(document, file, sex)
     if faults:
         raise InputError(faults)
-    return _model(file)
+    if file.people is None or not people:
+        return _model(file, None)
+    return _model(file, _measured(document, file, file.people))
 
 
-def _model(file: PopulationFile) -> PopulationModel:
-    """The population of a file without faults."""
+def measured_file(source: str | Path) -> Path | None:
+    """The file of the measured people that a population file names; None where it names none."""
+    document = read_yaml(find("bodies/populations", str(source)))
+    name = validate(document, PopulationFile).people
+    return None if name is None else _beside(document, name)
+
+
+def _beside(document: Document, name: str) -> Path:
+    path = Path(document.file).parent / name
+    if not is_file(path):
+        raise InputError(fail(document, ("people",), f"no such file {name!r} in {path.parent}"))
+    return path
+
+
+def _measured(document: Document, file: PopulationFile, name: str) -> Population:
+    """The people that a file without other faults names."""
+    path = _beside(document, name)
+    measures = tuple(next(iter(file.sexes().values())).quantiles)
+    people = read_ansur(path, measures=measures, unit=metres_in[file.length])
+    faults = [
+        fail(document, (sex, "count"), f"{path} has {people.count(sex)} {sex} people (got {count})")
+        for sex in SEXES
+        if people.count(sex) != (count := file.sexes()[sex].count if sex in file.sexes() else 0)
+    ]
+    if faults:
+        raise InputError(faults)
+    return replace(people, source=file.population)
+
+
+def _model(file: PopulationFile, people: Population | None) -> PopulationModel:
+    """The population of a file without faults, with its people."""
     sexes = file.sexes()
     parts = list(sexes.values())
     names = tuple(parts[0].quantiles)
@@ -86,6 +137,7 @@ def _model(file: PopulationFile) -> PopulationModel:
         levels=np.array(file.percentiles) / 100,
         quantiles=np.stack(quantiles),
         correlation=np.stack([_square(part) for part in parts]),
+        people=people,
     )
 
 

@@ -97,6 +97,21 @@ class Population:
             self, sex=self.sex[index], weight=self.weight[index], measures=measures, labels=labels
         )
 
+    def count(self, sex: str) -> int:
+        """Number of people of one sex."""
+        return int(np.sum(self.sex == sex_index(sex)))
+
+    def lacking(self, men: int, women: int) -> str:
+        """Say which people are fewer than are wanted; "" where there are enough."""
+        wanted = {"male": men, "female": women}
+        words = {"male": "men", "female": "women"}
+        short = [
+            f"{self.count(sex)} {words[sex]} ({number} are asked for)"
+            for sex, number in wanted.items()
+            if self.count(sex) < number
+        ]
+        return f"{self.source} has {' and '.join(short)}" if short else ""
+
     def of_sex(self, sex: str) -> Population:
         """The people of one sex; InputError where there is none."""
         keep = self.sex == sex_index(sex)
@@ -111,7 +126,9 @@ class PopulationModel:
 
     sexes (X): of SEXES; count (X,): people measured; levels (Q,): shares of the people, 0 to 1;
     quantiles (X, M, Q) [m; kg for mass]: rising; at the levels 0 and 1 stand the least and the
-    greatest person; correlation (X, M, M): of the normal scores, symmetric and positive definite.
+    greatest person; correlation (X, M, M): of the normal scores, symmetric and positive definite;
+    people: the measured people themselves with the same measures, None where the figures are all
+    that is known.
     """
 
     name: str
@@ -123,6 +140,7 @@ class PopulationModel:
     levels: Floats
     quantiles: Floats
     correlation: Floats
+    people: Population | None = None
 
     def __repr__(self) -> str:
         people = ", ".join(
@@ -145,7 +163,8 @@ class PopulationModel:
         self._check()
 
     def _check(self) -> None:
-        if fault := self._sex_fault() or self._level_fault() or self._matrix_fault():
+        faults = (self._sex_fault, self._level_fault, self._matrix_fault, self._people_fault)
+        if fault := next((words for find in faults if (words := find())), ""):
             raise InputError(f"population {self.name}: {fault}")
 
     def _sex_fault(self) -> str:
@@ -177,4 +196,18 @@ class PopulationModel:
             return "a correlation matrix is symmetric, with ones on its diagonal"
         if not np.all(np.linalg.eigvalsh(self.correlation) > 0):
             return "a correlation matrix has positive eigenvalues only"
+        return ""
+
+    def _people_fault(self) -> str:
+        """What is wrong with the measured people; "" where nothing is."""
+        if self.people is None:
+            return ""
+        if self.people.names != self.names:
+            return "its people need the same measures in the same order"
+        for sex, count in zip(self.sexes, self.count.tolist(), strict=True):
+            found = self.people.count(sex)
+            if found != count:
+                return f"{count} {sex} people are counted, and {found} are there"
+        if len(self.people) != self.count.sum():
+            return f"it has people who are not {' or '.join(self.sexes)}"
         return ""

@@ -38,13 +38,14 @@ __all__ = [
 
 @dataclass(frozen=True, eq=False)
 class PeopleDrawn:
-    """People who are to be drawn from a population: how many, the seed, and the share (0 to 1) who
-    are women."""
+    """People who are to be drawn from a population: how many, the seed, the share (0 to 1) who are
+    women, and whether they are like the measured people instead of these themselves."""
 
     model: PopulationModel
     people: int
     seed: int
     women: float
+    synthetic: bool = False
 
 
 @dataclass(frozen=True, eq=False)

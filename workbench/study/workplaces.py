@@ -107,6 +107,12 @@ def population_of(role: Role) -> Population:
     """The people who take a role, drawn where they are to be drawn."""
     people = role.population
     if isinstance(people, PeopleDrawn):
-        return draw_people(people.model, people.people, seed=people.seed, men=1.0 - people.women)
+        return draw_people(
+            people.model,
+            people.people,
+            seed=people.seed,
+            men=1.0 - people.women,
+            synthetic=people.synthetic,
+        )
     assert people is not None
     return people

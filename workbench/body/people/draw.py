@@ -1,54 +1,120 @@
-"""Draw random people from a population model. The same seed gives the same people."""
+"""Draw random people from a population. The same seed gives the same people.
+
+Measured people are drawn as they are, each at most once. Synthetic people are like them:
+
+1. Each measured person j of a sex has normal scores z_j, with correlation R.
+2. A synthetic person has the scores a z_j + sqrt(1 - a^2) e of a measured person j who is picked
+   at random, and of e, normal with correlation R: a kernel estimate that keeps the variance [1]_.
+3. Each score becomes the measure at the same rank among the measured people. So a measure has the
+   values that were recorded, no less and no greater, each as often.
+
+a is RESEMBLANCE. With a = 0 this is the Gaussian copula. People of a population of which only
+figures are known are drawn from that, with measures from its quantile tables.
+
+Given measures stay as they are. The other scores are regressed on them,
+
+    z = B z_g + a (z_j - B z_gj) + sqrt(1 - a^2) e,    B = R_ag R_gg^-1,
+
+e being normal with the conditional covariance R - B R_ga, and person j is picked with the weight
+exp(-d^2 / 2 (1 - a^2)), d being the Mahalanobis distance of the given scores from a z_gj. This is
+the conditional distribution of the same model. Where it rests on fewer than LEAST_LENDERS people,
+the weights are widened until it rests on so many.
+
+References
+----------
+.. [1] B. W. Silverman (1986), Density Estimation for Statistics and Data Analysis, section 6.4.1.
+"""
 
 from __future__ import annotations
 
-import numpy as np
+from collections.abc import Mapping
 
-from workbench.body.people.scores import scores_of
+import numpy as np
+from scipy.linalg import cho_factor, cho_solve
+from scipy.special import ndtr
+
+from workbench.body.people.conditional import condition
+from workbench.body.people.fit import fit_population
+from workbench.body.people.scores import Scores, normal_scores, scores_of
+from workbench.body.people.share import effective_count
 from workbench.errors import UsageError
 from workbench.model.arrays import Floats
-from workbench.model.population import Population, PopulationModel, sex_index
+from workbench.model.measures import check_plausible
+from workbench.model.population import SEXES, Population, PopulationModel, sex_index
 
-__all__ = ["draw_people"]
+__all__ = ["RESEMBLANCE", "draw_people"]
 
+RESEMBLANCE = 0.97
+"""Correlation of the scores of a synthetic person with those of the measured person picked."""
+LEAST_LENDERS = 100.0
+"""Effective number of measured people that a conditional draw rests on."""
 _MAX_PEOPLE = 250_000
+_WIDER = 1.25
+_FOLLOWS = 1e-12
+"""Conditional variance of a score that follows from the given ones."""
 
 
-def draw_people(model: PopulationModel, count: int, *, seed: int, men: float = 0.5) -> Population:
+def draw_people(
+    source: Population | PopulationModel,
+    count: int,
+    *,
+    seed: int,
+    men: float = 0.5,
+    synthetic: bool = False,
+    given: Mapping[str, float] | None = None,
+) -> Population:
     """Draw people at random, men first, then women.
 
-    Each sex has its own stream of normal numbers (PCG64), which get the model's correlation and
-    quantiles. So the n-th man of a seed is the same, however many people are drawn.
+    Each sex has its own stream of random numbers (PCG64). So the n-th man of a seed is the same,
+    however many people are drawn.
 
     Parameters
     ----------
-    model
-        The population model.
+    source
+        Measured people, or a population model. Of a model without measured people all are
+        synthetic.
     count
         Number of people, up to 250,000.
     seed
         0 or more.
     men
         Share of men, rounded to whole people.
+    synthetic
+        Whether people like those measured are drawn, instead of these themselves.
+    given
+        Measures [m; kg] that everybody has; these people are synthetic.
 
     Raises
     ------
     UsageError
-        If a number is out of its range.
+        If a number is out of its range, or fewer people of a sex were measured than are wanted.
+    InputError
+        If a given measure is unknown or no person's, or a model cannot be fitted to the people.
     """
     _check_request(count, seed, men)
-    wanted = {"male": round(count * men), "female": count - round(count * men)}
-    streams = np.random.SeedSequence(seed).spawn(len(wanted))
+    number_of_men = round(count * men)
+    wanted = {"male": number_of_men, "female": count - number_of_men}
+    streams = dict(zip(SEXES, np.random.SeedSequence(seed).spawn(len(SEXES)), strict=True))
+    people = source if isinstance(source, Population) else source.people
+    if people is not None and not synthetic and not given:
+        return _measured_people(people, wanted, streams, seed)
+    model = (
+        source
+        if isinstance(source, PopulationModel)
+        else fit_population(source, name=source.source)
+    )
+    check_plausible(given or {})
     drawn = [np.empty((0, len(model.names)))]
-    codes = [np.empty(0, dtype=np.int64)]
-    for (sex, people), stream in zip(wanted.items(), streams, strict=True):
-        if people:
-            drawn.append(_drawn(model, sex, people, np.random.Generator(np.random.PCG64(stream))))
-            codes.append(np.full(people, sex_index(sex)))
-    labels = tuple(f"{sex} {n + 1}" for sex, people in wanted.items() for n in range(people))
-    source = f"{model.name}, drawn with seed {seed}"
+    for sex, number in wanted.items():
+        if number:
+            drawn.append(_synthetic_people(model, sex, given or {}, number, streams[sex]))
     return Population(
-        model.names, np.concatenate(codes), np.ones(count), np.concatenate(drawn), source, labels
+        model.names,
+        np.repeat([sex_index(sex) for sex in wanted], list(wanted.values())),
+        np.ones(count),
+        np.concatenate(drawn),
+        f"{model.name}, synthetic, drawn with seed {seed}",
+        tuple(f"{sex} {n + 1}" for sex, number in wanted.items() for n in range(number)),
     )
 
 
@@ -62,9 +128,96 @@ def _check_request(count: int, seed: int, men: float) -> None:
         raise UsageError(f"a seed is a whole number, 0 or more, got {seed}")
 
 
-def _drawn(model: PopulationModel, sex: str, people: int, chance: np.random.Generator) -> Floats:
-    """(people, M) values [m; kg]: z = L n with the Cholesky factor L of the correlation."""
+def _measured_people(
+    people: Population,
+    wanted: Mapping[str, int],
+    streams: Mapping[str, np.random.SeedSequence],
+    seed: int,
+) -> Population:
+    """Choose measured people, each at most once: those with the least random numbers."""
+    if short := people.lacking(wanted["male"], wanted["female"]):
+        raise UsageError(f"{short}; ask for fewer, for another share, or for synthetic people")
+    rows = []
+    for sex, number in wanted.items():
+        own = np.flatnonzero(people.sex == sex_index(sex))
+        chance = np.random.Generator(np.random.PCG64(streams[sex])).random(len(own))
+        rows.append(own[np.argsort(chance, kind="stable")[:number]])
+    chosen = people.rows(np.concatenate(rows))
+    return Population(
+        chosen.names,
+        chosen.sex,
+        chosen.weight,
+        chosen.measures,
+        f"{people.source}, drawn with seed {seed}",
+        chosen.labels,
+    )
+
+
+def _synthetic_people(
+    model: PopulationModel,
+    sex: str,
+    given: Mapping[str, float],
+    number: int,
+    stream: np.random.SeedSequence,
+) -> Floats:
+    """(number, M) measures [m; kg] of synthetic people of one sex."""
     scores = scores_of(model, sex)
-    independent = chance.standard_normal((people, len(model.names)))
-    correlated = independent @ np.linalg.cholesky(scores.correlation).T
-    return scores.to_values(correlated, range(len(model.names)))
+    every = range(len(scores.names))
+    noise = np.random.Generator(np.random.PCG64(stream)).standard_normal((number, len(every)))
+    expected = condition(scores, given)
+    normal = noise @ _factor(expected.covariance).T
+    if model.people is None:
+        values = scores.to_values(expected.mean + normal, every)
+    else:
+        lenders = model.people.of_sex(sex)
+        chance = np.random.Generator(np.random.PCG64(stream.spawn(1)[0])).random(number)
+        own = normal_scores(lenders)
+        weight = np.cumsum(_lending(scores, lenders, own, given))
+        rows = np.searchsorted(weight / weight[-1], chance, side="right")
+        known = condition(scores, {name: lenders.column(name) for name in given})
+        lent = RESEMBLANCE * (own - known.mean)[rows]
+        drawn = expected.mean + lent + np.sqrt(1 - RESEMBLANCE**2) * normal
+        values = _measured_values(lenders, ndtr(drawn))
+    values[:, scores.columns(given)] = list(given.values())
+    return values
+
+
+def _measured_values(people: Population, levels: Floats) -> Floats:
+    """(P, M) least measures [m; kg] that shares (P, M), 0 to 1, of measured people do not exceed."""
+    values = np.empty_like(levels)
+    for k, column in enumerate(people.measures.T):
+        order = np.argsort(column, kind="stable")
+        share = np.cumsum(people.weight[order])
+        at = np.searchsorted(share / share[-1], levels[:, k])
+        values[:, k] = column[order][np.minimum(at, len(order) - 1)]
+    return values
+
+
+def _factor(covariance: Floats) -> Floats:
+    """L of a covariance L L' (M, M) whose rows of given measures are zero."""
+    free = np.flatnonzero(np.diag(covariance) > _FOLLOWS)
+    factor = np.zeros_like(covariance)
+    factor[np.ix_(free, free)] = np.linalg.cholesky(covariance[np.ix_(free, free)])
+    return factor
+
+
+def _lending(
+    scores: Scores, lenders: Population, own: Floats, given: Mapping[str, float]
+) -> Floats:
+    """(N,) weight with which each measured person, of scores `own` (N, M), is picked."""
+    weight = lenders.weight
+    columns = scores.columns(given)
+    if not columns:
+        return weight
+    wanted = scores.to_scores(list(given.values()), columns)
+    off = RESEMBLANCE * own[:, columns] - wanted
+    factor = cho_factor(scores.correlation[np.ix_(columns, columns)])
+    square = (off * cho_solve(factor, off.T).T).sum(axis=1)
+    square -= square.min()
+    least = min(LEAST_LENDERS, 0.999 * effective_count(weight))
+    width = 1 - RESEMBLANCE**2
+    near: Floats = weight * np.exp(-square / (2 * width))
+    while effective_count(near) < least:
+        width *= _WIDER
+        near = weight * np.exp(-square / (2 * width))
+    return near

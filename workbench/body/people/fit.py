@@ -1,10 +1,10 @@
-"""Fit a population model to real people: quantile tables and a Gaussian copula."""
+"""Fit a population model to real people: quantile tables and a Gaussian copula. It keeps the people."""
 
 from __future__ import annotations
 
 import numpy as np
-from scipy.special import ndtri
 
+from workbench.body.people.scores import normal_scores
 from workbench.errors import InputError
 from workbench.model.arrays import Floats
 from workbench.model.population import SEXES, Population, PopulationModel
@@ -60,6 +60,7 @@ def fit_population(people: Population, *, name: str, description: str = "") -> P
         levels,
         np.stack([_quantile_table(group, levels) for group in groups]),
         np.stack([_normal_correlation(group) for group in groups]),
+        people,
     )
 
 
@@ -86,16 +87,8 @@ def _quantiles(values: Floats, weight: Floats, levels: Floats) -> Floats:
 
 
 def _normal_correlation(people: Population) -> Floats:
-    """(M, M) Pearson's correlation of the van der Waerden scores.
-
-    A value's score is the normal quantile of its middle rank; equal values share theirs.
-    """
-    scores = np.empty_like(people.measures)
-    for k, column in enumerate(people.measures.T):
-        _, each = np.unique(column, return_inverse=True)
-        share = np.bincount(each, weights=people.weight) / people.weight.sum()
-        scores[:, k] = ndtri(np.cumsum(share) - share / 2)[each]
-    matrix = np.cov(scores, rowvar=False, aweights=people.weight)
+    """(M, M) Pearson's correlation of the normal scores."""
+    matrix = np.cov(normal_scores(people), rowvar=False, aweights=people.weight)
     spread = np.sqrt(np.diag(matrix))
     matrix = matrix / np.outer(spread, spread)
     matrix = (matrix + matrix.T) / 2

@@ -18,7 +18,7 @@ from workbench.model.arrays import Floats
 from workbench.model.measures import check_measures
 from workbench.model.population import Population, PopulationModel, sex_index
 
-__all__ = ["Scores", "scores_of"]
+__all__ = ["Scores", "normal_scores", "scores_of"]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -95,6 +95,19 @@ def scores_of(source: Population | PopulationModel, sex: str) -> Scores:
     if isinstance(source, PopulationModel):
         return _model_scores(source, sex)
     return _people_scores(source, sex)
+
+
+def normal_scores(people: Population) -> Floats:
+    """Compute the normal scores (P, M) of people of one sex, after van der Waerden.
+
+    A value's score is the normal quantile of its middle rank. Equal values share theirs.
+    """
+    scores = np.empty_like(people.measures)
+    for k, column in enumerate(people.measures.T):
+        _, each = np.unique(column, return_inverse=True)
+        share = np.bincount(each, weights=people.weight) / people.weight.sum()
+        scores[:, k] = ndtri(np.cumsum(share) - share / 2)[each]
+    return scores
 
 
 def _model_scores(model: PopulationModel, sex: str) -> Scores:

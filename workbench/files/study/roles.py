@@ -12,7 +12,7 @@ from workbench.files.catalogue import find
 from workbench.files.growth import load_growth
 from workbench.files.populations import load_population_model
 from workbench.files.postures import PosturesFile, load_postures, posture_path
-from workbench.files.study.people import drawn_from, people_files, rows_of
+from workbench.files.study.people import all_of, drawn_of, model_of, people_files, rows_of
 from workbench.files.study.schema import PopulationFile, PositionFile, RoleFile, SizeFile
 from workbench.files.study.work import Key, Work
 from workbench.model.body import Body, segment_words
@@ -133,7 +133,9 @@ def _size(work: Work, name: str, file: SizeFile, at: tuple[str, ...] = ("size",)
     try:
         source = find("bodies/populations", file.source, near=work.path.parent)
         work.inputs[f"population of {' '.join((name, *at[1:]))}"] = source
-        people = load_population_model(source) if file.age is None else load_growth(source)
+        people = (
+            load_population_model(source, people=False) if file.age is None else load_growth(source)
+        )
     except InputError as error:
         work.errors((*key, "population"), error)
         return None
@@ -167,18 +169,15 @@ def _population(work: Work, name: str, file: PopulationFile) -> Population | Peo
         work.inputs |= people_files(file, near)
         if file.files is not None:
             return rows_of(file, near)
-        drawn = drawn_from(file, near)
+        model = model_of(file, near)
     except InputError as error:
         work.errors((*key, "source" if file.files is None else "files"), error)
         return None
-    return PeopleDrawn(drawn, file.people or 0, file.seed or 0, _share_of_women(file))
-
-
-def _share_of_women(file: PopulationFile) -> float:
-    """The share of women among the people drawn, from 0 to 1."""
-    if len(file.sexes) == 1:
-        return float(file.sexes[0] == "female")
-    return 0.5 if file.women is None else file.women / 100
+    try:
+        return all_of(model, file) if file.everybody else drawn_of(model, file)
+    except InputError as error:
+        work.errors((*key, "people"), error)
+        return None
 
 
 def place_faults(work: Work, roles: dict[str, LoadedRole], room: Environment | None) -> None:

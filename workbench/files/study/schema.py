@@ -114,9 +114,11 @@ class SizeFile(FileModel):
 
 
 class PopulationFile(FileModel):
-    """Many people: drawn from a population file, or the rows of CSV files.
+    """Many people: those of a population file, or the rows of CSV files.
 
-    source: a population, of which `people` are drawn with `seed`, `women` percent of them women.
+    source: a population, of whose measured people `people` are drawn with `seed`, `women` percent
+    of them women; `people: all` are all of them. synthetic: people like those measured are drawn
+    instead, as they are of a population without measured people.
     files: CSV files with one row a person, in the layout of the public ANSUR II files, lengths in
     `unit` and weightkg in 0.1 kg; weights: the column that says for how many people each row
     stands; people: only so many rows, spread evenly over the files. sexes: only these.
@@ -126,6 +128,7 @@ class PopulationFile(FileModel):
     people: Annotated[Annotated[int, Field(ge=1, le=MOST_PEOPLE)] | None, Everybody] = None
     seed: Seed | None = None
     women: Percent | None = None
+    synthetic: bool = False
     files: Names | None = None
     unit: LengthUnit = "mm"
     weights: str | None = None
@@ -134,20 +137,43 @@ class PopulationFile(FileModel):
     @model_validator(mode="after")
     def _one_source(self) -> PopulationFile:
         if self.files is None:
-            if self.seed is None or self.people is None:
-                raise ValueError("people that are drawn need 'people', how many, and a 'seed'")
-            if self.weights is not None or "unit" in self.model_fields_set:
-                raise ValueError("'unit' and 'weights' belong to 'files'")
-        elif self.source is not None or self.seed is not None or self.women is not None:
+            self._check_source()
+        elif self.source is not None or self._of_draws:
             raise ValueError(
-                "'files' have people of their own: 'source', 'seed' and 'women' belong to people "
-                "who are drawn"
+                "'files' have people of their own: 'source', 'seed', 'women' and 'synthetic' "
+                "belong to people who are drawn"
             )
         if len(set(self.sexes)) < len(self.sexes):
             raise ValueError("a sex stands twice in 'sexes'")
         if self.women is not None and len(self.sexes) == 1:
             raise ValueError("'women' is a share of both sexes")
         return self
+
+    @property
+    def _of_draws(self) -> bool:
+        """Whether something is said that only people who are drawn have."""
+        return self.seed is not None or self.women is not None or self.synthetic
+
+    def _check_source(self) -> None:
+        """Refuse what the people of a population file cannot have."""
+        if self.weights is not None or "unit" in self.model_fields_set:
+            raise ValueError("'unit' and 'weights' belong to 'files'")
+        if self.everybody and self._of_draws:
+            raise ValueError(
+                "'people: all' are the measured people as they are: 'seed', 'women' and "
+                "'synthetic' belong to people who are drawn; mixes of the sexes are asked for "
+                "under 'shares'"
+            )
+        if not self.everybody and (self.seed is None or self.people is None):
+            raise ValueError(
+                "people that are drawn need 'people', how many, and a 'seed'; 'people: all' are "
+                "all who were measured"
+            )
+
+    @property
+    def everybody(self) -> bool:
+        """Whether all people are asked for in so many words."""
+        return self.people is None and "people" in self.model_fields_set
 
 
 class PositionFile(FileModel):

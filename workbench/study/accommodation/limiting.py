@@ -143,4 +143,4 @@ def _scores(people: Population, sex: str) -> Scores:
             return scores_of(people, sex)
         except InputError:  # a measure that is the same for everybody
             pass
-    return scores_of(load_population_model("ansur2"), sex)
+    return scores_of(load_population_model("ansur2", people=False), sex)
