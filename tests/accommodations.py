@@ -163,6 +163,8 @@ def made(
         body,
         tuple(requirements),
         margin,
+        margin,
+        margin,
         reason,
         REASONS,
         np.zeros((len(people), 2)),

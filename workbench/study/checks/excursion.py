@@ -14,10 +14,10 @@ from workbench.model.accommodation import MET
 from workbench.model.arrays import Floats, Ints
 from workbench.model.criterion import Criterion
 from workbench.model.result import Finding, MotionFound
-from workbench.study.checks.margins import Asked, Margins, no_margins
+from workbench.study.checks.margins import Asked, Bounds, Margins, no_bounds, no_margins
 from workbench.study.situation import Situation
 
-__all__ = ["findings", "margins", "moments"]
+__all__ = ["bounds", "findings", "margins", "moments"]
 
 
 def margins(situation: Situation, asked: Sequence[Asked]) -> Margins:
@@ -30,6 +30,19 @@ def margins(situation: Situation, asked: Sequence[Asked]) -> Margins:
         farthest = spheres[ahead.argmax(axis=1)]
         for b in np.flatnonzero(found.margin[:, r] < -MET):
             found.words[b, r] = body.segment_names[int(body.sphere_segment[farthest[b]])]
+    return found
+
+
+def bounds(situation: Situation, asked: Sequence[Asked]) -> Bounds:
+    """Between how much farther everybody may truly get."""
+    found = no_bounds(len(situation), asked)
+    body = situation.body
+    error = body.fit_error[situation.placed.person]
+    for r, one in enumerate(asked):
+        ahead, spheres = _ahead(situation, one.criterion)
+        outside, inside = np.moveaxis(error[:, body.sphere_segment[spheres]], 2, 0)
+        found.low[:, r] = one.criterion.at_most - (ahead + outside).max(axis=1)
+        found.high[:, r] = one.criterion.at_most - (ahead - inside).max(axis=1)
     return found
 
 

@@ -2,6 +2,9 @@
 
 The margin of a clearance is the distance less what is asked for. The margin of a contact is the
 depth that is allowed, and `at_most` more, less the depth.
+
+The bounds of a margin are the margins of larger and of smaller spheres: each grown by as much as
+the true surface may lie outside its segment, or shrunk by as much as it may lie inside.
 """
 
 from __future__ import annotations
@@ -14,7 +17,7 @@ from workbench.body.forward import place
 from workbench.contact.clearance_pairs import ClearancePair, PairClearance, clearance_of_pairs
 from workbench.contact.collide import allowed_depth
 from workbench.model.accommodation import MET
-from workbench.model.arrays import Floats
+from workbench.model.arrays import Bools, Floats
 from workbench.model.body import Body
 from workbench.model.criterion import Criterion
 from workbench.model.environment import Environment
@@ -22,12 +25,13 @@ from workbench.model.motion_case import Meeting
 from workbench.model.poses import Placed
 from workbench.model.result import Finding, MotionFound
 from workbench.model.spool import pieces
-from workbench.study.checks.margins import Asked, Margins, no_margins
+from workbench.study.checks.margins import Asked, Bounds, Margins, no_bounds, no_margins
 from workbench.study.checks.pairs import NearPairs, pair_findings
 from workbench.study.crash.frames import BLOCK
 from workbench.study.situation import Situation
 
 __all__ = [
+    "bounds",
     "clearance_moments",
     "contact_moments",
     "findings",
@@ -43,13 +47,7 @@ def margins(situation: Situation, asked: Sequence[Asked]) -> Margins:
     found = no_margins(len(situation), asked)
     body = situation.body
     environment = situation.environment
-    near = clearance_of_pairs(
-        situation.placed,
-        environment,
-        pairs=[_pair(body, environment, one.criterion) for one in asked],
-        moving_parts=situation.place.moving_parts,
-        displacement=situation.displacement,
-    )
+    near = _nearest(situation, asked)
     found.toward[:] = _toward(situation.placed, near)
     for q, one in enumerate(asked):
         room = near.distance[:, q] - _limit(one.criterion)
@@ -58,6 +56,43 @@ def margins(situation: Situation, asked: Sequence[Asked]) -> Margins:
             pair = int(near.sphere[b, q]), int(near.polygon[b, q])
             found.words[b, q] = _words(body, environment, *pair)
     return found
+
+
+def bounds(situation: Situation, asked: Sequence[Asked]) -> Bounds:
+    """Between what everybody may truly have to spare in clearances and contacts."""
+    found = no_bounds(len(situation), asked)
+    error = situation.body.fit_error[situation.placed.person]
+    for margin, growth in ((found.low, error[..., 0]), (found.high, -error[..., 1])):
+        near = _nearest(situation, asked, np.nan_to_num(growth))
+        for q, one in enumerate(asked):
+            known = np.isfinite(near.distance[:, q]) & _is_known(situation, one, growth)
+            room = near.distance[:, q] - _limit(one.criterion)
+            margin[:, q] = np.where(known, room, np.nan)
+    return found
+
+
+def _is_known(situation: Situation, one: Asked, growth: Floats) -> Bools:
+    """(B,) whether the growth (B, N) of all segments is known that a requirement is about."""
+    body = situation.body
+    spheres = _pair(body, situation.environment, one.criterion).spheres
+    segments = np.unique(body.sphere_segment[spheres])
+    return np.asarray(np.isfinite(growth[:, segments]).all(axis=1), dtype=np.bool_)
+
+
+def _nearest(
+    situation: Situation, asked: Sequence[Asked], growth: Floats | None = None
+) -> PairClearance:
+    """(B, R) what requirements find nearest, the spheres of each segment grown by (B, N) [m]."""
+    body = situation.body
+    environment = situation.environment
+    return clearance_of_pairs(
+        situation.placed,
+        environment,
+        pairs=[_pair(body, environment, one.criterion) for one in asked],
+        moving_parts=situation.place.moving_parts,
+        displacement=situation.displacement,
+        growth=growth,
+    )
 
 
 def nearest_pair(situation: Situation, criterion: Criterion) -> PairClearance:
