@@ -152,7 +152,11 @@ class PopulationFound:
 
     @property
     def known(self) -> Bools:
-        """(R,) whether it is known how far the true surface may lie from the spheres, of all people
-        and segments that a requirement is about."""
-        unknown = ~np.isnan(self.margin) & (np.isnan(self.low) | np.isnan(self.high))
-        return np.asarray(~unknown.any(axis=0), dtype=np.bool_)
+        """(P, R) whether it is known between which bounds a margin truly lies."""
+        bounded = ~np.isnan(self.low) & ~np.isnan(self.high)
+        return np.asarray(np.isnan(self.margin) | bounded, dtype=np.bool_)
+
+    @property
+    def of_surface(self) -> Bools:
+        """(R,) whether a margin depends on where the surface of the body truly lies."""
+        return np.array([one.of_surface for one in self.requirements], dtype=np.bool_)
