@@ -17,7 +17,7 @@ from workbench.body.forward import place
 from workbench.contact.clearance_pairs import ClearancePair, PairClearance, clearance_of_pairs
 from workbench.contact.collide import allowed_depth
 from workbench.model.accommodation import MET
-from workbench.model.arrays import Bools, Floats
+from workbench.model.arrays import Floats
 from workbench.model.body import Body
 from workbench.model.criterion import Criterion
 from workbench.model.environment import Environment
@@ -25,7 +25,7 @@ from workbench.model.motion_case import Meeting
 from workbench.model.poses import Placed
 from workbench.model.result import Finding, MotionFound
 from workbench.model.spool import pieces
-from workbench.study.checks.margins import Asked, Bounds, Margins, no_bounds, no_margins
+from workbench.study.checks.margins import Asked, Bounds, Margins, no_margins
 from workbench.study.checks.pairs import NearPairs, pair_findings
 from workbench.study.crash.frames import BLOCK
 from workbench.study.situation import Situation
@@ -47,7 +47,7 @@ def margins(situation: Situation, asked: Sequence[Asked]) -> Margins:
     found = no_margins(len(situation), asked)
     body = situation.body
     environment = situation.environment
-    near = _nearest(situation, asked)
+    near = _nearest(situation, [one.criterion for one in asked])
     found.toward[:] = _toward(situation.placed, near)
     for q, one in enumerate(asked):
         room = near.distance[:, q] - _limit(one.criterion)
@@ -60,35 +60,38 @@ def margins(situation: Situation, asked: Sequence[Asked]) -> Margins:
 
 def bounds(situation: Situation, asked: Sequence[Asked]) -> Bounds:
     """Between what everybody may truly have to spare in clearances and contacts."""
-    found = no_bounds(len(situation), asked)
-    error = situation.body.fit_error[situation.placed.person]
-    for margin, growth in ((found.low, error[..., 0]), (found.high, -error[..., 1])):
-        near = _nearest(situation, asked, np.nan_to_num(growth))
-        for q, one in enumerate(asked):
-            known = np.isfinite(near.distance[:, q]) & _is_known(situation, one, growth)
-            room = near.distance[:, q] - _limit(one.criterion)
-            margin[:, q] = np.where(known, room, np.nan)
-    return found
+    criteria = [one.criterion for one in asked]
+    limits = np.array([_limit(criterion) for criterion in criteria])
+    low, high = _distances(situation, criteria)
+    return Bounds(low - limits, high - limits)
 
 
-def _is_known(situation: Situation, one: Asked, growth: Floats) -> Bools:
-    """(B,) whether the growth (B, N) of all segments is known that a requirement is about."""
+def _distances(situation: Situation, criteria: Sequence[Criterion]) -> tuple[Floats, Floats]:
+    """(B, Q) [m] the least and the greatest that distances may truly be, NaN where nothing is near
+    or the fit error of a segment is not known that the criterion is about."""
     body = situation.body
-    spheres = _pair(body, situation.environment, one.criterion).spheres
-    segments = np.unique(body.sphere_segment[spheres])
-    return np.asarray(np.isfinite(growth[:, segments]).all(axis=1), dtype=np.bool_)
+    error = body.fit_error[situation.placed.person]
+    ends = []
+    for growth in (error[..., 0], -error[..., 1]):
+        distance = _nearest(situation, criteria, np.nan_to_num(growth)).distance.copy()
+        for q, criterion in enumerate(criteria):
+            spheres = _pair(body, situation.environment, criterion).spheres
+            about = growth[:, np.unique(body.sphere_segment[spheres])]
+            distance[np.isnan(about).any(axis=1), q] = np.nan
+        ends.append(np.where(np.isfinite(distance), distance, np.nan))
+    return ends[0], ends[1]
 
 
 def _nearest(
-    situation: Situation, asked: Sequence[Asked], growth: Floats | None = None
+    situation: Situation, criteria: Sequence[Criterion], growth: Floats | None = None
 ) -> PairClearance:
-    """(B, R) what requirements find nearest, the spheres of each segment grown by (B, N) [m]."""
+    """(B, Q) what criteria find nearest, the spheres of each segment grown by (B, N) [m]."""
     body = situation.body
     environment = situation.environment
     return clearance_of_pairs(
         situation.placed,
         environment,
-        pairs=[_pair(body, environment, one.criterion) for one in asked],
+        pairs=[_pair(body, environment, criterion) for criterion in criteria],
         moving_parts=situation.place.moving_parts,
         displacement=situation.displacement,
         growth=growth,
@@ -97,13 +100,7 @@ def _nearest(
 
 def nearest_pair(situation: Situation, criterion: Criterion) -> PairClearance:
     """(B, 1) the spheres and polygons that a criterion finds nearest to each other."""
-    return clearance_of_pairs(
-        situation.placed,
-        situation.environment,
-        pairs=[_pair(situation.body, situation.environment, criterion)],
-        moving_parts=situation.place.moving_parts,
-        displacement=situation.displacement,
-    )
+    return _nearest(situation, [criterion])
 
 
 def _pair(body: Body, environment: Environment, criterion: Criterion) -> ClearancePair:
@@ -167,19 +164,24 @@ def _subpart_findings(situation: Situation, criterion: Criterion) -> Iterator[Fi
     body = situation.body
     environment = situation.environment
     found = nearest_pair(situation, criterion)
+    low, high = _distances(situation, [criterion])
     for row in np.flatnonzero(np.isfinite(found.distance[:, 0])).tolist():
         sphere = int(found.sphere[row, 0])
         polygon = int(found.polygon[row, 0])
         segment = body.segment_names[int(body.sphere_segment[sphere])]
+        distance = float(found.distance[row, 0])
+        met = distance >= _limit(criterion)
+        known = distance - low[row, 0] if met else high[row, 0] - distance
         yield Finding(
             case=situation.work.name,
             person=situation.place.role,
             other_person="",
             subject=f"{segment} ({body.sphere_names[sphere]})",
             target=environment.parts[int(environment.polygon_part[polygon])],
-            value=float(found.distance[row, 0]),
+            value=distance,
             limit=_limit(criterion),
             point=tuple(found.point[row, 0].tolist()),
+            surface_known_to=float(known),
         )
 
 
