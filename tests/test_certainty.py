@@ -310,10 +310,11 @@ def test_the_page_says_who_is_undecided_and_by_how_much_surfaces_are_known(writt
     folder, result = written
     page = (folder / "report.html").read_text()
     assert result["headline"].startswith("94 % of the population fits (95 % interval 72 to 99 %,")
-    assert "16 people); 44 % are undecided by the body's own fit." in result["headline"]
+    undecided = "16 people), 50 % for certain; 44 % are undecided by the body's own fit."
+    assert undecided in result["headline"]
     everybody = result["population"]["shares"][0]
     assert (everybody["certain"], everybody["possible"]) == (0.5, 0.9375)
-    assert "7 people (44" in page and "All of them count as fitting here." in page
+    assert "7 people (44" in page and "All of them count as fitting here; another position" in page
 
 
 def group(share, certain, possible, count=1000):
@@ -342,24 +343,25 @@ def found_of_margins(*margins, less=0.004, more=0.002):
 def test_the_undecided_are_counted_in_words():
     found = found_of_margins(9, 9, 3, 1, -1, -3, 9, 9, 9, 9)
     assert population_headline(found).startswith("80 % of the population fits (")
-    assert "10 people); 30 % are undecided by the body's own fit." in population_headline(found)
+    undecided = "10 people), 60 % for certain; 30 % are undecided by the body's own fit."
+    assert undecided in population_headline(found)
     assert certainty_words(found) == (
-        "The surfaces of these bodies are known only so well: a clearance or an overlap may truly "
-        "be up to 4 mm less favourable than the spheres say, or up to 2 mm more favourable (the "
-        "fit error that the body states for each segment). Wherever they lie within that, 60 % of "
-        "the people fit and 10 % do not; 3 people (30 %) are undecided by the body’s own fit. 2 of "
-        "them count as fitting here. Most often undecided: “knees to panel”, of 30 % of the people."
+        "In truth a clearance may be up to 4 mm smaller than the spheres of a body say, or up to 2 "
+        "mm greater: that is the fit error which the body states for its segments. Whatever it is "
+        "within that, 60 % of the people fit and 10 % do not where they are; 3 people (30 %) are "
+        "undecided by the body’s own fit. 2 of them count as fitting here; another position of the "
+        "seat may be certain. Most often undecided: “knees to panel”, of 30 % of the people."
     )
 
 
 @pytest.mark.parametrize(
     ("margins", "said"),
     [
-        ((9, 9, 3), "This person counts as fitting here."),
+        ((9, 9, 3), "This person counts as fitting here; another position"),
         ((9, 9, -1), "This person counts as not fitting here."),
         ((9, -1, -1), "None of them counts as fitting here."),
-        ((9, 1, -1), "1 of them counts as fitting here."),
-        ((9, 9, -9), "Wherever they lie within that, the same people fit."),
+        ((9, 1, -1), "1 of them counts as fitting here; another position"),
+        ((9, 9, -9), "Whatever it is within that, the same people fit."),
     ],
 )
 def test_words_of_the_undecided_follow_their_number(margins, said):

@@ -65,10 +65,13 @@ def population_headline(result: PopulationFound) -> str:
 
 
 def _undecided(group: GroupShare) -> str:
-    """ "; 2 % are undecided by the body's own fit", "" where nobody is or it is not known."""
+    """ ", 86 % for certain; 2 % are undecided by the body's own fit", "" where nobody is or it is
+    not known."""
     if not group.undecided > 0:
         return ""
-    return f"; {percent(group.undecided, group.count)} are undecided by the body's own fit"
+    certain = f", {percent(group.certain, group.count)} for certain" if group.share > 0 else ""
+    undecided = percent(group.undecided, group.count)
+    return f"{certain}; {undecided} are undecided by the body's own fit"
 
 
 def certain_shares(result: PopulationFound, index: int) -> tuple[float, float]:
@@ -97,9 +100,8 @@ def certainty_words(result: PopulationFound) -> str:
         for ends in (result.margin - result.low, result.high - result.margin)
     )
     known = (
-        "The surfaces of these bodies are known only so well: a clearance or an overlap may truly "
-        f"be up to {less} less favourable than the spheres say, or up to {more} more favourable "
-        "(the fit error that the body states for each segment)."
+        f"In truth a clearance may be up to {less} smaller than the spheres of a body say, or up "
+        f"to {more} greater: that is the fit error which the body states for its segments."
     )
     return f"{known} {_decided(result)}"
 
@@ -110,14 +112,14 @@ def _decided(result: PopulationFound) -> str:
     undecided = result.undecided
     count = int(undecided.sum())
     if not count:
-        return "Wherever they lie within that, the same people fit."
+        return "Whatever it is within that, the same people fit."
     sure = percent(everybody.certain, everybody.count)
     out = percent(1 - everybody.possible, everybody.count)
     share = percent(everybody.undecided, everybody.count)
     who = f"{count:,} people ({share}) are" if count > 1 else f"one person ({share}) is"
     return (
-        f"Wherever they lie within that, {sure} of the people fit and {out} do not; {who} undecided "
-        f"by the body’s own fit. {_counted(result)} {_undecided_most(result)}"
+        f"Whatever it is within that, {sure} of the people fit and {out} do not where they are; "
+        f"{who} undecided by the body’s own fit. {_counted(result)} {_undecided_most(result)}"
     )
 
 
@@ -125,10 +127,11 @@ def _counted(result: PopulationFound) -> str:
     """How many of the undecided count as fitting."""
     count = int(result.undecided.sum())
     fit = int((result.undecided & result.served).sum())
+    other = "; another position of the seat may be certain" if fit and result.place.seat else ""
     if count == 1:
-        return f"This person counts as {'fitting' if fit else 'not fitting'} here."
+        return f"This person counts as {'fitting' if fit else 'not fitting'} here{other}."
     who = "All of them count" if fit == count else f"{fit:,} of them count{'s' if fit == 1 else ''}"
-    return f"{who if fit else 'None of them counts'} as fitting here."
+    return f"{who if fit else 'None of them counts'} as fitting here{other}."
 
 
 def _undecided_most(result: PopulationFound) -> str:
