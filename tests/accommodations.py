@@ -96,7 +96,8 @@ def study_of(people, criteria, *, maps=(), mixes=None):
     return made_up, body
 
 
-def groups_of(people, served, mixes, confidence):
+def groups_of(people, served, mixes, confidence, sure=None):
+    """sure: who fits for certain, and who possibly; nothing is known if None."""
     rows = [
         ("everybody", np.ones(len(people), dtype=bool)),
         ("women", people.sex == 1),
@@ -106,7 +107,10 @@ def groups_of(people, served, mixes, confidence):
     for name, mask in rows:
         if mask.any():
             found = share_of(served[mask], weight=people.weight[mask], confidence=confidence)
-            shares.append(GroupShare(name, found.share, found.low, found.high, int(mask.sum())))
+            weight = people.weight[mask]
+            ends = [float(weight @ some[mask] / weight.sum()) for some in sure or ()]
+            count = int(mask.sum())
+            shares.append(GroupShare(name, found.share, found.low, found.high, count, *ends))
     for name, women in mixes.items():
         parts = [(people.sex == 1, women), (people.sex == 0, 1 - women)]
         share = sum(
@@ -129,12 +133,18 @@ def made(
     warnings=(),
     shown=False,
     reason=None,
+    less=0.0,
+    more=0.0,
 ):
     """An accommodation of margins (P, R) [m], all figures worked out from them in the plainest
-    way."""
+    way. less, more [m]: how much lower and higher the margins of clearances may truly be."""
     margin = np.asarray(margin, dtype=float)
+    surface = np.array([r.of_surface for r in requirements])
+    low = margin - surface * less
+    high = margin + surface * more
     met = np.isnan(margin) | (margin >= -1e-6)
     served = met.all(axis=1)
+    sure = [~((end < -1e-6).any(axis=1)) for end in (low, high)]
     weight = people.weight / people.weight.sum()
     joint = float(weight @ served)
     without = np.array(
@@ -163,6 +173,8 @@ def made(
         body,
         tuple(requirements),
         margin,
+        low,
+        high,
         reason,
         REASONS,
         np.zeros((len(people), 2)),
@@ -170,7 +182,7 @@ def made(
         np.full((len(people), 4), np.nan),
         sets_met(met, [r.criterion for r in requirements]),
         tuple("" if served[p] else measures[worst[p] % 4] for p in range(len(people))),
-        groups_of(people, served, mixes or {}, 0.95),
+        groups_of(people, served, mixes or {}, 0.95, None if np.isnan(less) else sure),
         np.array(weight @ met),
         without,
         without - joint,

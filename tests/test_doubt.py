@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,11 +12,13 @@ import pytest
 from tests.made_studies import found_of
 from tests.rows import changed
 from tests.test_study import criterion, only, study
+from workbench.model.criterion import Criterion
 from workbench.report.result_rows import verdict_row
 from workbench.report.tables import verdict_tables
 from workbench.report.words import verdict_sentence
 
 # the thumb tip stands 455 mm from the wall
+SEGMENTS = ("BASE", "UPPER", "LOWER", "HAND")
 ASKED = ("clearance", {"segments": ("HAND",), "parts": ("wall",)})
 
 
@@ -90,3 +93,26 @@ def test_the_doubt_stands_in_the_rows_and_tables(one_arm):
     assert row.worst.margin == pytest.approx(1.0)
     (cells,) = csv.DictReader(io.StringIO(verdict_tables([row])["verdicts.csv"]))
     assert (cells["surface_known_to"], cells["margin"], cells["passed"]) == ("3.2", "1.0", "yes")
+
+
+def test_the_farthest_of_an_excursion_is_known_as_well_as_its_surface(one_arm):
+    # base and lower arm get 50 mm ahead, the hand 45
+    body = changed(one_arm, fit_error=np.array([[0.002, 0.001]] * 3 + [[0.009, 0.001]]))
+    ahead = {"origin": (0, 0, 0), "direction": (1.0, 0.0, 0.0)}
+    asks = Criterion("ahead", "excursion", ("arm",), SEGMENTS, (), 0.0, at_most=0.053, **ahead)
+    found = only(found_of(study(body, asks)))
+    assert found.worst.surface_known_to == pytest.approx(0.004)
+    assert found.doubtful == found.worst
+    assert "may not hold" in verdict_sentence(found)
+
+
+def test_named_spheres_are_known_as_well_as_their_segment(one_arm):
+    body = changed(one_arm, fit_error=np.array([[0.0, 0.0]] * 3 + [[0.003, 0.001]]))
+    asks = Criterion(
+        "thumb", "clearance", ("arm",), (), ("wall",), 0.454, subparts=("HAND/thumb tip",)
+    )
+    found = only(found_of(study(body, asks)))
+    assert found.worst.surface_known_to == pytest.approx(0.003)
+    assert found.doubtful == found.worst
+    missed = only(found_of(study(body, replace(asks, at_least=0.4555))))
+    assert missed.doubtful == missed.breaches[0]

@@ -59,6 +59,7 @@ def clearance_of_pairs(
     pairs: Sequence[ClearancePair],
     moving_parts: Sequence[str] = (),
     displacement: Floats | None = None,
+    growth: Floats | None = None,
     threads: int | None = None,
 ) -> PairClearance:
     """Compute the least clearance of each pair, for every pose with its own person.
@@ -75,6 +76,9 @@ def clearance_of_pairs(
         Names of the parts that move with the seat.
     displacement
         (P, 3) [m] of these parts in each pose; none where None.
+    growth
+        (P, N) [m] by which the spheres of each segment are larger than the body's, negative where
+        they are smaller; none where None.
     threads
         All cores where None. The answer does not depend on it.
 
@@ -96,6 +100,8 @@ def clearance_of_pairs(
     task = _packed(placed.body, environment, pairs, np.isin(environment.parts, list(moving_parts)))
     index = packed_faces(environment), packed_shells(environment)
     radius = np.ascontiguousarray(placed.body.radius[placed.person])
+    if growth is not None:
+        radius = radius + growth[:, placed.body.sphere_segment]
 
     def work(begin: int, end: int) -> None:
         leads = Leads(np.empty((len(pairs), 3), dtype=np.int64), np.empty(len(pairs)))

@@ -13,6 +13,9 @@ from workbench.model.arrays import Bools, Floats
 __all__ = [
     "MAP_POINTS",
     "MET",
+    "OF_SURFACE",
+    "SHARE_TOLERANCE",
+    "Certainty",
     "Change",
     "Gain",
     "GroupShare",
@@ -20,7 +23,10 @@ __all__ = [
     "MapTask",
     "ReachMap",
     "Requirement",
+    "certainly_met",
+    "certainty_of",
     "met_of",
+    "possibly_met",
 ]
 
 MAP_POINTS = 3, 20_000
@@ -30,9 +36,61 @@ MET = 1e-6
 to."""
 
 
+OF_SURFACE = ("clearance", "contact", "self_contact", "between_people", "excursion")
+"""Checks whose margin is a distance of the body's surface, so that it is known no better than
+that."""
+
+
+SHARE_TOLERANCE = 1e-9
+"""A share this much below the one asked for counts as it: less than one person in any sample."""
+
+
 def met_of(margin: Floats) -> Bools:
     """Whether margins [m] are met; what does not apply (NaN) is."""
     return np.asarray(np.isnan(margin) | (margin >= -MET), dtype=np.bool_)
+
+
+def certainly_met(margin: Floats, low: Floats) -> Bools:
+    """Whether margins [m] are met even where the true ones are as low as they may be; not where
+    it is not known how low (NaN)."""
+    return np.asarray(np.isnan(margin) | (low >= -MET), dtype=np.bool_)
+
+
+def possibly_met(margin: Floats, high: Floats) -> Bools:
+    """Whether margins [m] are met where the true ones are as high as they may be; so they may be
+    where it is not known how high (NaN)."""
+    return np.asarray(np.isnan(margin) | ~(high < -MET), dtype=np.bool_)
+
+
+@dataclass(frozen=True, eq=False)
+class Certainty:
+    """Who of P people meets everything wherever the true surface of the body lies within its fit
+    error, and who does if it lies where it suits."""
+
+    certain: Bools
+    possible: Bools
+
+
+def certainty_of(margin: Floats, low: Floats, high: Floats) -> Certainty | None:
+    """Tell who meets all requirements for certain, and who possibly.
+
+    Parameters
+    ----------
+    margin, low, high
+        (P, R) [m] the margins of the spheres, and between which the true ones lie; NaN where a
+        requirement does not apply.
+
+    Returns
+    -------
+    Certainty or None
+        None where it is not known of a margin between which bounds it truly lies.
+    """
+    if (~np.isnan(margin) & (np.isnan(low) | np.isnan(high))).any():
+        return None
+    return Certainty(
+        np.asarray(certainly_met(margin, low).all(axis=1), dtype=np.bool_),
+        np.asarray(possibly_met(margin, high).all(axis=1), dtype=np.bool_),
+    )
 
 
 @dataclass(frozen=True)
@@ -85,17 +143,38 @@ class Requirement:
     target: str
     zone: int = 0
 
+    @property
+    def of_surface(self) -> bool:
+        """Whether its margin is a distance of the body's surface."""
+        return self.check in OF_SURFACE
+
 
 @dataclass(frozen=True)
 class GroupShare:
     """The share, 0 to 1, of a group ("everybody", "women", "75 % men") that is served, with its
-    interval."""
+    interval.
+
+    certain, possible: the share that is served wherever the true surface of the body lies within
+    its fit error, and the share that is served if it lies where it suits; NaN where not known.
+    """
 
     group: str
     share: float
     low: float
     high: float
     count: int
+    certain: float = math.nan
+    possible: float = math.nan
+
+    @property
+    def undecided(self) -> float:
+        """The share that is served or not by where the true surface lies."""
+        return self.possible - self.certain
+
+    def leaves_open(self, wanted: float) -> bool:
+        """Whether it depends on where the true surface lies if so large a share is served."""
+        least = wanted - SHARE_TOLERANCE
+        return self.certain < least <= self.possible
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from workbench.model.accommodation import Gain, GroupShare, ReachMap, Requirement, met_of
+from workbench.model.accommodation import (
+    Gain,
+    GroupShare,
+    ReachMap,
+    Requirement,
+    certainly_met,
+    met_of,
+    possibly_met,
+)
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.body import Body
 from workbench.model.environment import Environment
@@ -56,6 +64,10 @@ class PopulationFound:
         (P, R) [m] to spare in the fitting position nearest to the comfortable one; where none fits,
         in that of the least shortfall. Negative where the requirement is not met by so much, NaN
         where it does not apply.
+    low, high
+        (P, R) [m] between which that margin truly lies, by how far the surface of the body may lie
+        outside and inside its spheres; the margin itself where it does not depend on the surface,
+        NaN where the fit error of the body is not known.
     reason, reasons
         (P, R) index into `reasons`, what limits in words; -1 where nothing does.
     seat, comfortable
@@ -87,6 +99,8 @@ class PopulationFound:
     body: Body
     requirements: tuple[Requirement, ...]
     margin: Floats
+    low: Floats
+    high: Floats
     reason: Ints
     reasons: tuple[str, ...]
     seat: Floats
@@ -119,3 +133,30 @@ class PopulationFound:
     def served(self) -> Bools:
         """(P,) whether a person meets all requirements."""
         return np.asarray(np.all(self.met, axis=1), dtype=np.bool_)
+
+    @property
+    def certain(self) -> Bools:
+        """(P, R) whether a requirement is met wherever the true surface lies."""
+        return certainly_met(self.margin, self.low)
+
+    @property
+    def possible(self) -> Bools:
+        """(P, R) whether a requirement is met if the true surface lies where it suits."""
+        return possibly_met(self.margin, self.high)
+
+    @property
+    def undecided(self) -> Bools:
+        """(P,) whether a person fits or not by where the true surface lies; also where it is not
+        known how far from the spheres that may be."""
+        return np.asarray(~self.certain.all(axis=1) & self.possible.all(axis=1), dtype=np.bool_)
+
+    @property
+    def known(self) -> Bools:
+        """(P, R) whether it is known between which bounds a margin truly lies."""
+        bounded = ~np.isnan(self.low) & ~np.isnan(self.high)
+        return np.asarray(np.isnan(self.margin) | bounded, dtype=np.bool_)
+
+    @property
+    def of_surface(self) -> Bools:
+        """(R,) whether a margin depends on where the surface of the body truly lies."""
+        return np.array([one.of_surface for one in self.requirements], dtype=np.bool_)

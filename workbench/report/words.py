@@ -200,12 +200,19 @@ def verdict_sentence(verdict: Verdict) -> str:
 
 def share_sentence(criterion: Criterion, group: GroupShare) -> str:
     """A share that is asked for in words: "81 % of the people meet all criteria (75 to 86 %), 80 %
-    are asked for."."""
+    are asked for.", and whether the surface of the body is known well enough to say so."""
     low, high = (percent_number(value, group.count) for value in (group.low, group.high))
     wanted = f"{100 * criterion.at_least:g} %"
     what = "these criteria" if criterion.of else "all criteria"
     share = percent(group.share, group.count)
-    return f"{share} of the people meet {what} ({low} to {high} %), {wanted} are asked for."
+    said = f"{share} of the people meet {what} ({low} to {high} %), {wanted} are asked for."
+    if not group.leaves_open(criterion.at_least):
+        return said
+    sure, most = (percent(value, group.count) for value in (group.certain, group.possible))
+    return (
+        f"{said} That is undecided by the body's own fit: {sure} meet them wherever its true "
+        f"surface lies, {most} if it lies where it suits."
+    )
 
 
 def _doubt(verdict: Verdict) -> str:

@@ -16,19 +16,27 @@ __all__ = [
 
 
 class GroupRow(Row):
-    """The share, 0 to 1, of a group that is served, and its interval; count: people in it."""
+    """The share, 0 to 1, of a group that is served, and its interval; count: people in it.
+
+    certain: the share that is served wherever the true surface of the body lies within its fit
+    error; possible: that is served if it lies where it suits; null where the body states no fit
+    error.
+    """
 
     group: str
     share: float
     low: float
     high: float
     count: int
+    certain: float | None
+    possible: float | None
 
 
 class RequirementRow(Row):
     """One requirement: share: of those who meet it; without: who would be served if it were
     dropped; alone: who are left out by nothing else; spread_mm: margins at 1, 5, 50, 95 and 99 % of
-    the people, null where it applies to nobody."""
+    the people, null where it applies to nobody; certain, possible: as of `GroupRow`, of those who
+    meet it."""
 
     name: str
     criterion: str
@@ -38,6 +46,8 @@ class RequirementRow(Row):
     share: float
     without: float
     alone: float
+    certain: float | None
+    possible: float | None
     spread_mm: list[float | None]
 
 
@@ -50,6 +60,10 @@ class PeopleRow(Row):
     of; comfortable_mm: in the comfortable one; window_mm: least and greatest forward, least and
     greatest up of the positions tried that fit, null where the comfortable one fits or none does; stature_mm: null where it is not
     known; limiting: the measure that leaves the person out, "" for whom all is met.
+
+    certain: whether `served` holds wherever the true surface of the body lies within its fit error,
+    null where that is not known. margin_from_mm, margin_to_mm: between which the margin truly lies,
+    null where it does not depend on the surface or is not known.
     """
 
     label: list[str]
@@ -57,11 +71,14 @@ class PeopleRow(Row):
     weight: list[float]
     stature_mm: list[float] | None
     served: list[bool]
+    certain: list[bool | None]
     limiting: list[str]
     seat_mm: list[tuple[float, float]]
     comfortable_mm: list[tuple[float, float]]
     window_mm: list[tuple[float, float, float, float] | None]
     margin_mm: list[list[float | None]]
+    margin_from_mm: list[list[float | None]]
+    margin_to_mm: list[list[float | None]]
     reason: list[list[int]]
 
 

@@ -25,6 +25,7 @@ from workbench.model.population import SEXES
 from workbench.model.population_found import PopulationFound
 from workbench.model.study import PeopleDrawn, Study
 from workbench.report.population.words import (
+    certain_shares,
     gain_sentence,
     no_gain_words,
 )
@@ -77,6 +78,8 @@ def _group(group: GroupShare) -> GroupRow:
         low=_share(group.low),
         high=_share(group.high),
         count=group.count,
+        certain=_share_or_none(group.certain),
+        possible=_share_or_none(group.possible),
     )
 
 
@@ -116,6 +119,7 @@ def _seed(study: Study) -> int | None:
 
 def _requirement(result: PopulationFound, r: int) -> RequirementRow:
     row = result.requirements[r]
+    certain, possible = certain_shares(result, r)
     return RequirementRow(
         name=row.name,
         criterion=row.criterion,
@@ -125,6 +129,8 @@ def _requirement(result: PopulationFound, r: int) -> RequirementRow:
         share=_share(float(result.single[r])),
         without=_share(float(result.without[r])),
         alone=_share(float(result.alone[r])),
+        certain=_share_or_none(certain),
+        possible=_share_or_none(possible),
         spread_mm=[_number(value) for value in result.spread[r].tolist()],
     )
 
@@ -139,6 +145,7 @@ def _people(result: PopulationFound) -> PeopleRow:
         if "stature" in people.names
         else None,
         served=result.served.tolist(),
+        certain=_certain(result),
         limiting=list(result.limiting),
         seat_mm=_rows(result.seat),
         comfortable_mm=_rows(result.comfortable),
@@ -146,6 +153,8 @@ def _people(result: PopulationFound) -> PeopleRow:
             _row(window) if math.isfinite(window[0]) else None for window in result.window.tolist()
         ],
         margin_mm=_cells(result.margin),
+        margin_from_mm=_cells(np.where(result.of_surface, result.low, np.nan)),
+        margin_to_mm=_cells(np.where(result.of_surface, result.high, np.nan)),
         reason=result.reason.tolist(),
     )
 
@@ -163,8 +172,26 @@ def _hard(result: PopulationFound, row: int) -> HardRow:
     )
 
 
-_SHARES = {"group": "group", "share": "share", "low": "low", "high": "high", "people": "count"}
-_REQUIREMENTS = ("criterion", "check", "target", "zone", "share", "without", "alone")
+_SHARES = {
+    "group": "group",
+    "share": "share",
+    "low": "low",
+    "high": "high",
+    "people": "count",
+    "certain": "certain",
+    "possible": "possible",
+}
+_REQUIREMENTS = (
+    "criterion",
+    "check",
+    "target",
+    "zone",
+    "share",
+    "without",
+    "alone",
+    "certain",
+    "possible",
+)
 _LEVELS = tuple(f"margin_{level}_percent_mm" for level in (1, 5, 50, 95, 99))
 _GAINS = {
     "change": "words",
@@ -202,14 +229,17 @@ def _fields_table(columns: Mapping[str, str], rows: Iterable[object]) -> str:
 
 
 def people_table(result: PopulationFound) -> tuple[list[str], Iterable[list[object]]]:
-    """Header and rows of everybody: who, seat, verdict, a margin and what limits for each
-    requirement, measures."""
+    """Header and rows of everybody: who, seat, verdict and whether it is certain, a margin and what
+    limits for each requirement, between what the margin truly lies where it is of the surface,
+    measures."""
     names = [row.name for row in result.requirements]
+    surface = [row.name for row in result.requirements if row.of_surface]
     header = [
         "person",
         "sex",
         "weight",
         "served",
+        "certain",
         "limiting",
         "seat_forward_mm",
         "seat_up_mm",
@@ -221,6 +251,7 @@ def people_table(result: PopulationFound) -> tuple[list[str], Iterable[list[obje
         "fits_up_to_mm",
         *(f"{name} [mm]" for name in names),
         *(f"{name}: limited by" for name in names),
+        *(f"{name}: {end} [mm]" for name in surface for end in ("from", "to")),
         *(f"{name}_{'kg' if name == MASS else 'mm'}" for name in result.people.names),
     ]
     return header, _people_lines(result)
@@ -235,18 +266,36 @@ def _people_lines(result: PopulationFound) -> Iterator[list[object]]:
     words = np.array([*result.reasons, ""], dtype=object)[result.reason].tolist()
     seat = _cells(np.hstack([result.seat, result.comfortable, result.window]))
     margins = _cells(result.margin)
+    surface = result.of_surface
+    ends = np.stack([result.low[:, surface], result.high[:, surface]], axis=2)
+    bounds = _cells(ends.reshape(len(ends), -1))
+    certain = [_YES_OR_NO[one] for one in _certain(result)]
     for p, label in enumerate(_labels(result)):
         yield [
             label,
             SEXES[int(people.sex[p])],
             float(people.weight[p]),
             "yes" if result.served[p] else "no",
+            certain[p],
             result.limiting[p],
             *seat[p],
             *margins[p],
             *words[p],
+            *bounds[p],
             *sizes[p],
         ]
+
+
+_YES_OR_NO = {True: "yes", False: "no", None: ""}
+
+
+def _certain(result: PopulationFound) -> list[bool | None]:
+    """Whether it is certain of each person that he fits or does not, None where not known."""
+    unknown = result.undecided & ~result.known.all(axis=1)
+    found = (~result.undecided).astype(object)
+    found[unknown] = None
+    certain: list[bool | None] = found.tolist()
+    return certain
 
 
 def _labels(result: PopulationFound) -> list[str]:
@@ -281,3 +330,7 @@ def _mm(metres: float) -> float:
 
 def _share(share: float) -> float:
     return round(share, 6) + 0.0
+
+
+def _share_or_none(share: float) -> float | None:
+    return None if math.isnan(share) else _share(share)

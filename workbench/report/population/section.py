@@ -34,6 +34,8 @@ from workbench.report.population.charts import (
     whisker,
 )
 from workbench.report.population.words import (
+    certain_shares,
+    certainty_words,
     elsewhere_words,
     gain_sentence,
     millimetres_short,
@@ -80,6 +82,8 @@ def population_section(result: PopulationFound, say: Callable[[str], None]) -> M
         confidence=f"{100 * shares.confidence:g}",
         worst=requirement_sentence(result),
         elsewhere=elsewhere_words(result),
+        certainty=certainty_words(result),
+        bounded=bool(result.known.all() and result.of_surface.any()),
         criteria=_criteria(result),
         requirements=_requirements(result, ends),
         margin_axis=Markup(margin_axis(ends)),
@@ -131,6 +135,7 @@ def _group(group: GroupShare, least: float) -> dict[str, Any]:
         "name": group.group,
         "share": share,
         "interval": interval,
+        "undecided": _undecided(group.undecided, group.count),
         "count": f"{group.count:,}",
         "chart": Markup(chart),
     }
@@ -192,11 +197,13 @@ def _figures(result: PopulationFound, r: int) -> dict[str, Any]:
     out = float(1 - result.single[r])
     weight = _weights(result)
     sex = result.people.sex
+    certain, possible = certain_shares(result, r)
     return {
         "name": plain(requirement.name),
         "criterion": plain(requirement.criterion),
         "zone": requirement.zone or "",
         "met": percent(1 - out, count),
+        "undecided": _undecided(possible - certain, count) if requirement.of_surface else "–",
         "left": percent(out, count),
         "only": percent(float(result.alone[r]), count),
         "all": bool(met.all()),
@@ -205,6 +212,11 @@ def _figures(result: PopulationFound, r: int) -> dict[str, Any]:
         "applies": bool(np.isfinite(result.margin[:, r]).any()),
         "reason": _reason(result, r),
     }
+
+
+def _undecided(share: float, count: int) -> str:
+    """A share of people who are undecided by the body's own fit."""
+    return "not known" if np.isnan(share) else percent(share, count)
 
 
 def _charts(result: PopulationFound, r: int, ends: tuple[float, float]) -> dict[str, Any]:

@@ -16,6 +16,8 @@ from workbench.model.population import SEXES
 from workbench.model.population_found import PopulationFound
 
 __all__ = [
+    "certain_shares",
+    "certainty_words",
     "elsewhere_words",
     "gain_sentence",
     "interval_words",
@@ -54,11 +56,91 @@ def population_headline(result: PopulationFound) -> str:
     if count == 1:
         return f"The one person {'fits' if result.served[0] else 'does not fit'}." + _worst(result)
     people = f"{interval}, {count:,} people"
+    said = f"({people}){_undecided(everybody)}."
     if result.served.all():
-        return f"Everybody fits ({people})."
+        return f"Everybody fits {said}"
     if not result.served.any():
-        return f"Nobody fits ({people})." + _worst(result)
-    return f"{percent(everybody.share, count)} of the population fits ({people})." + _worst(result)
+        return f"Nobody fits {said}" + _worst(result)
+    return f"{percent(everybody.share, count)} of the population fits {said}" + _worst(result)
+
+
+def _undecided(group: GroupShare) -> str:
+    """ ", 86 % for certain; 2 % are undecided by the body's own fit", "" where nobody is or it is
+    not known."""
+    if not group.undecided > 0:
+        return ""
+    certain = f", {percent(group.certain, group.count)} for certain" if group.share > 0 else ""
+    undecided = percent(group.undecided, group.count)
+    return f"{certain}; {undecided} are undecided by the body's own fit"
+
+
+def certain_shares(result: PopulationFound, index: int) -> tuple[float, float]:
+    """The share of the people who meet a requirement wherever the true surface of the body lies,
+    and of those who do if it lies where it suits; NaN where it is not known how far from the
+    spheres it may lie."""
+    if not result.known[:, index].all():
+        return float("nan"), float("nan")
+    weight = result.people.weight / result.people.weight.sum()
+    return float(weight @ result.certain[:, index]), float(weight @ result.possible[:, index])
+
+
+def certainty_words(result: PopulationFound) -> str:
+    """How many people fit, and how many do not, wherever the true surface of the body lies; "" where
+    nothing depends on it."""
+    surface = result.of_surface
+    if not np.isfinite(result.margin[:, surface]).any():
+        return ""
+    if not result.known.all():
+        return (
+            "How far the true surface of the bodies may lie from their spheres is not stated for "
+            "every segment: nothing can be said of how certain a margin near zero is."
+        )
+    less, more = (
+        f"{1000 * float(np.nanmax(ends[:, surface])):.0f} mm"
+        for ends in (result.margin - result.low, result.high - result.margin)
+    )
+    known = (
+        f"In truth a clearance may be up to {less} smaller than the spheres of a body say, or up "
+        f"to {more} greater: that is the fit error which the body states for its segments."
+    )
+    return f"{known} {_decided(result)}"
+
+
+def _decided(result: PopulationFound) -> str:
+    """Who fits for certain, who does not, and who is undecided."""
+    everybody = result.shares[0]
+    undecided = result.undecided
+    count = int(undecided.sum())
+    if not count:
+        return "Whatever it is within that, the same people fit."
+    sure = percent(everybody.certain, everybody.count)
+    out = percent(1 - everybody.possible, everybody.count)
+    share = percent(everybody.undecided, everybody.count)
+    who = f"{count:,} people ({share}) are" if count > 1 else f"one person ({share}) is"
+    return (
+        f"Whatever it is within that, {sure} of the people fit and {out} do not where they are; "
+        f"{who} undecided by the body’s own fit. {_counted(result)} {_undecided_most(result)}"
+    )
+
+
+def _counted(result: PopulationFound) -> str:
+    """How many of the undecided count as fitting."""
+    count = int(result.undecided.sum())
+    fit = int((result.undecided & result.served).sum())
+    other = "; another position of the seat may be certain" if fit and result.place.seat else ""
+    if count == 1:
+        return f"This person counts as {'fitting' if fit else 'not fitting'} here{other}."
+    who = "All of them count" if fit == count else f"{fit:,} of them count{'s' if fit == 1 else ''}"
+    return f"{who if fit else 'None of them counts'} as fitting here{other}."
+
+
+def _undecided_most(result: PopulationFound) -> str:
+    """The requirement that is undecided of most people."""
+    shares = [certain_shares(result, r) for r in range(len(result.requirements))]
+    undecided = [possible - certain for certain, possible in shares]
+    most = int(np.argmax(undecided))
+    name = plain(result.requirements[most].name)
+    return f"Most often undecided: “{name}”, of {percent(undecided[most], len(result.served))} of the people."
 
 
 def _worst(result: PopulationFound) -> str:

@@ -12,7 +12,7 @@ import numpy as np
 from workbench.body.pieces import piece_warnings
 from workbench.body.scaling.scale import morph_to
 from workbench.errors import InputError
-from workbench.model.accommodation import MET, GroupShare, met_of
+from workbench.model.accommodation import MET, GroupShare, certainty_of, met_of
 from workbench.model.arrays import Bools
 from workbench.model.body import Body
 from workbench.model.population import Population
@@ -97,6 +97,8 @@ def accommodation(
         body=body,
         requirements=tuple(one.requirement for one in asked),
         margin=found.margin,
+        low=found.low,
+        high=found.high,
         reason=found.reason,
         reasons=found.words,
         seat=found.seat,
@@ -104,7 +106,7 @@ def accommodation(
         window=found.window,
         sets=found.sets,
         limiting=_limiting(question, body, found),
-        shares=_shares(study, people, np.asarray(met.all(axis=1))),
+        shares=_shares(study, people, found),
         single=share_single(met, people.weight),
         without=share_without(found.sets[:, : len(asked)], people.weight),
         alone=left_out_alone(met, found.sets[:, : len(asked)], people.weight),
@@ -143,11 +145,16 @@ def _crowd(study: Study) -> tuple[int, Role]:
     return next((k, role) for k, role in enumerate(study.roles) if role.population is not None)
 
 
-def _shares(study: Study, people: Population, served: Bools) -> tuple[GroupShare, ...]:
+def _shares(study: Study, people: Population, found: Chunk) -> tuple[GroupShare, ...]:
     asked = study.shares
     return tuple(
         group_shares(
-            served, people, asked.mixes, confidence=asked.confidence, interval=asked.interval
+            np.asarray(met_of(found.margin).all(axis=1)),
+            people,
+            asked.mixes,
+            certainty=certainty_of(found.margin, found.low, found.high),
+            confidence=asked.confidence,
+            interval=asked.interval,
         )
     )
 

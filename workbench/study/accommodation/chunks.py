@@ -25,7 +25,8 @@ from workbench.model.content import content_key
 from workbench.model.population import Population
 from workbench.model.workplace import Workplace
 from workbench.study.accommodation.population_bodies import BareRows, Family, PopulationBodies
-from workbench.study.checks.margins import Asked
+from workbench.study.certainty import true_bounds
+from workbench.study.checks.margins import Asked, Bounds, no_bounds
 from workbench.study.executors import Shared, completed
 from workbench.study.positions import (
     Before,
@@ -54,11 +55,14 @@ _KEPT = "what was done is kept, and the same command goes on from there"
 class Chunk:
     """What became of B people and R requirements, as numbers.
 
-    margin (B, R); reason (B, R): index into `words`, -1 where there is none; toward (B, R, 3); seat,
+    margin (B, R), between low and high (B, R) where the surface of the body truly is, see
+    `margins.Bounds`: all NaN where that was not asked; reason (B, R): index into `words`, -1 where there is none; toward (B, R, 3); seat,
     comfortable (B, 2), window (B, 4), sets (B, K): see `positions.Fitted`.
     """
 
     margin: Floats
+    low: Floats
+    high: Floats
     reason: Ints
     toward: Floats
     seat: Floats
@@ -83,6 +87,8 @@ class Question:
         The population.
     before
         Of a changed design: how everybody came out without the change.
+    bounded
+        Whether it is asked between which margins the true ones lie.
     """
 
     place: Workplace
@@ -90,6 +96,7 @@ class Question:
     members: Bools
     people: Population
     before: Before | None = None
+    bounded: bool = True
 
 
 @dataclass(frozen=True, eq=False)
@@ -181,6 +188,8 @@ class _Files:
             return
         arrays: dict[str, NDArray[Any]] = {
             "margin": chunk.margin,
+            "low": chunk.low,
+            "high": chunk.high,
             "reason": chunk.reason,
             "toward": chunk.toward,
             "seat": chunk.seat,
@@ -276,8 +285,11 @@ def _evaluate_chunk(
     situations = comfortable_situations(place, who, taken or ())
     before = question.before.rows(numbers) if question.before is not None else None
     fitted = fitted_positions(place, question.asked, question.members, who, situations, before)
+    bounds = no_bounds(len(who), question.asked)
+    if question.bounded:
+        bounds = true_bounds(place, question.asked, who, situations, fitted)
     found = None if taken is not None else tuple(situation.taken for situation in situations)
-    return _as_numbers(fitted), found
+    return _as_numbers(fitted, bounds), found
 
 
 def taken_places(
@@ -335,7 +347,7 @@ def time_left(begun: float, done: int, left: int) -> str:
     return f", {seconds:.0f} s left" if seconds < 120 else f", {seconds / 60:.0f} min left"
 
 
-def _as_numbers(fitted: Fitted) -> Chunk:
+def _as_numbers(fitted: Fitted, bounds: Bounds) -> Chunk:
     """What became of some people as numbers: words become indices into a list."""
     found = fitted.tried
     every = found.words.ravel().tolist()
@@ -344,6 +356,8 @@ def _as_numbers(fitted: Fitted) -> Chunk:
     reason = np.array([number[word] for word in every], dtype=np.int64)
     return Chunk(
         margin=found.margin,
+        low=bounds.low,
+        high=bounds.high,
         reason=reason.reshape(found.margin.shape),
         toward=found.toward,
         seat=found.seat,
@@ -364,6 +378,8 @@ def joined_chunks(chunks: Sequence[Chunk]) -> Chunk:
         reasons.append(table[chunk.reason])
     return Chunk(
         margin=np.concatenate([chunk.margin for chunk in chunks]),
+        low=np.concatenate([chunk.low for chunk in chunks]),
+        high=np.concatenate([chunk.high for chunk in chunks]),
         reason=np.concatenate(reasons),
         toward=np.concatenate([chunk.toward for chunk in chunks]),
         seat=np.concatenate([chunk.seat for chunk in chunks]),

@@ -76,6 +76,7 @@ def _gain(question: Question, found: Chunk, run: Run, change: Change, at: int | 
         asked=tuple(_renewed(place, one) for one in asked),
         members=np.zeros((len(asked), 0), dtype=np.bool_),
         before=_before(asked, found, rows),
+        bounded=False,
     )
     return _compared(question, found, run(other).margin, change, at if at is not None else rows)
 

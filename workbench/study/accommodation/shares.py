@@ -4,12 +4,13 @@ spread."""
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 
 import numpy as np
 
 from workbench.body.people.percentile import quantiles
 from workbench.body.people.share import bootstrap_share, share_of
-from workbench.model.accommodation import GroupShare, IntervalRule
+from workbench.model.accommodation import Certainty, GroupShare, IntervalRule
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.population import SEXES, Population
 
@@ -21,6 +22,7 @@ __all__ = [
     "share_single",
     "share_without",
     "spread_of",
+    "weighted_share",
 ]
 
 LEVELS = (0.01, 0.05, 0.5, 0.95, 0.99)
@@ -34,6 +36,7 @@ def group_shares(
     people: Population,
     mixes: Mapping[str, float],
     *,
+    certainty: Certainty | None = None,
     confidence: float = 0.95,
     interval: IntervalRule = WILSON,
 ) -> Iterator[GroupShare]:
@@ -42,10 +45,20 @@ def group_shares(
 
     Wilson's interval, with weights of Kish's effective count; or that of the bootstrap, which draws
     from each sex as many as there are where the sexes are weighted to a mix.
+
+    certainty: who of the P people is served wherever the true surface of the body lies, and who is
+    if it lies where it suits. None where that is not known.
     """
 
     def share(group: str, rows: Bools, weight: Floats, strata: Ints | None = None) -> GroupShare:
-        return _share(group, served[rows], weight[rows], confidence, interval, strata)
+        found = _share(group, served[rows], weight[rows], confidence, interval, strata)
+        if certainty is None:
+            return found
+        return replace(
+            found,
+            certain=weighted_share(certainty.certain[rows], weight[rows]),
+            possible=weighted_share(certainty.possible[rows], weight[rows]),
+        )
 
     everybody = np.ones(len(people), dtype=np.bool_)
     yield share("everybody", everybody, people.weight)
@@ -93,6 +106,11 @@ def mix_weights(people: Population, women: float) -> Floats:
         if rows.any():
             weight[rows] = people.weight[rows] * (share / people.weight[rows].sum())
     return weight
+
+
+def weighted_share(some: Bools, weight: Floats) -> float:
+    """The share of the weight (P,) that some people (P,) have."""
+    return float(weight[some].sum() / weight.sum())
 
 
 def share_single(met: Bools, weight: Floats) -> Floats:

@@ -22,12 +22,12 @@ from workbench.model.poses import Placed
 from workbench.model.result import Finding
 from workbench.model.spool import pieces
 from workbench.model.workplace import Beside
-from workbench.study.checks.margins import Asked, Margins, no_margins
+from workbench.study.checks.margins import Asked, Bounds, Margins, no_bounds, no_margins
 from workbench.study.checks.pairs import NearPairs, pair_findings
 from workbench.study.crash.frames import BLOCK
 from workbench.study.situation import Situation
 
-__all__ = ["findings", "margins", "motion_findings"]
+__all__ = ["bounds", "findings", "margins", "motion_findings"]
 
 
 def margins(situation: Situation, asked: Sequence[Asked]) -> Margins:
@@ -49,6 +49,26 @@ def margins(situation: Situation, asked: Sequence[Asked]) -> Margins:
                     name = situation.body.segment_names[int(row)]
                     theirs = near.other_name((b, int(row), int(other)))
                     found.words[b, r] = f"{name} at {beside.role}'s {theirs}"
+    return found
+
+
+def bounds(situation: Situation, asked: Sequence[Asked]) -> Bounds:
+    """Between what everybody may truly have to spare; both bodies have a surface."""
+    found = no_bounds(len(situation), asked)
+    for margin in (found.low, found.high):
+        margin[:] = np.inf
+    own = situation.body.fit_error[situation.placed.person]
+    for beside in situation.place.beside:
+        other = beside.placed.body
+        near = body_clearance(situation.placed, _repeated(situation, beside))
+        for margin, side, sign in ((found.low, 0, 1.0), (found.high, 1, -1.0)):
+            grown = sign * (own[:, :, None, side] + other.fit_error[:1, None, :, side])
+            for r, one in enumerate(asked):
+                keep = _pairs(situation.body, other, one.criterion) & np.isfinite(near.distance)
+                room = np.where(keep, near.distance - grown, np.inf).min(axis=(1, 2))
+                margin[:, r] = np.minimum(margin[:, r], room - one.criterion.at_least)
+    for margin in (found.low, found.high):
+        margin[np.isinf(margin)] = np.nan
     return found
 
 

@@ -14,10 +14,10 @@ from workbench.model.accommodation import MET
 from workbench.model.arrays import Floats, Ints
 from workbench.model.criterion import Criterion
 from workbench.model.result import Finding, MotionFound
-from workbench.study.checks.margins import Asked, Margins, no_margins
+from workbench.study.checks.margins import Asked, Bounds, Margins, no_bounds, no_margins
 from workbench.study.situation import Situation
 
-__all__ = ["findings", "margins", "moments"]
+__all__ = ["bounds", "findings", "margins", "moments"]
 
 
 def margins(situation: Situation, asked: Sequence[Asked]) -> Margins:
@@ -33,19 +33,40 @@ def margins(situation: Situation, asked: Sequence[Asked]) -> Margins:
     return found
 
 
+def bounds(situation: Situation, asked: Sequence[Asked]) -> Bounds:
+    """Between how much farther everybody may truly get."""
+    found = no_bounds(len(situation), asked)
+    for r, one in enumerate(asked):
+        far, near = _farthest(situation, one.criterion)
+        found.low[:, r] = one.criterion.at_most - far
+        found.high[:, r] = one.criterion.at_most - near
+    return found
+
+
+def _farthest(situation: Situation, criterion: Criterion) -> tuple[Floats, Floats]:
+    """(B,) [m] how far the true surface may get at most, and at least; NaN where not known."""
+    body = situation.body
+    ahead, spheres = _ahead(situation, criterion)
+    error = body.fit_error[situation.placed.person][:, body.sphere_segment[spheres]]
+    return (ahead + error[..., 0]).max(axis=1), (ahead - error[..., 1]).max(axis=1)
+
+
 def findings(situation: Situation, criterion: Criterion) -> Iterator[Finding]:
     """The farthest of the segments."""
     body = situation.body
     ahead, spheres = _ahead(situation, criterion)
     farthest = int(ahead[0].argmax())
+    value = float(ahead[0, farthest])
+    far, near = (float(end[0]) for end in _farthest(situation, criterion))
     yield Finding(
         case=situation.work.name,
         person=situation.place.role,
         other_person="",
         subject=body.segment_names[int(body.sphere_segment[spheres[farthest]])],
         target="the origin",
-        value=-float(ahead[0, farthest]),
+        value=-value,
         limit=-criterion.at_most,
+        surface_known_to=far - value if value <= criterion.at_most else value - near,
     )
 
 

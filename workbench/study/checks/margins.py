@@ -1,4 +1,10 @@
-"""Margins: what each of many people has to spare in each requirement, or lacks."""
+"""Margins: what each of many people has to spare in each requirement, or lacks; and bounds of the
+margins that the people truly have.
+
+The margins are those of the spheres. A body states its fit error, segment by segment: how far its
+true surface may lie outside the spheres, and how far inside. So the true margin lies between two
+bounds.
+"""
 
 from __future__ import annotations
 
@@ -13,7 +19,7 @@ from workbench.model.arrays import Floats, Ints
 from workbench.model.criterion import Criterion
 from workbench.model.environment import Control
 
-__all__ = ["Asked", "Margins", "no_margins"]
+__all__ = ["Asked", "Bounds", "Margins", "no_bounds", "no_margins"]
 
 
 @dataclass(frozen=True)
@@ -62,6 +68,33 @@ class Margins:
         self.margin[where] = other.margin
         self.words[where] = other.words
         self.toward[where] = other.toward
+
+
+@dataclass(frozen=True, eq=False)
+class Bounds:
+    """Between which margins the true ones of B people in R requirements lie.
+
+    Parameters
+    ----------
+    low, high
+        (B, R) [m]: with the true surface as far outside the spheres as it may be, and as far
+        inside. NaN where the requirement does not apply or the fit error is not known.
+    """
+
+    low: Floats
+    high: Floats
+
+    def put(self, people: Ints, columns: Ints, other: Bounds) -> None:
+        """Take the bounds of some people in some requirements from elsewhere."""
+        where = np.ix_(people, columns)
+        self.low[where] = other.low
+        self.high[where] = other.high
+
+
+def no_bounds(people: int, asked: Sequence[Asked]) -> Bounds:
+    """Bounds of which nothing is known yet."""
+    shape = (people, len(asked))
+    return Bounds(np.full(shape, np.nan), np.full(shape, np.nan))
 
 
 def no_margins(people: int, asked: Sequence[Asked]) -> Margins:

@@ -2,6 +2,9 @@
 
 The margin of a clearance is the distance less what is asked for. The margin of a contact is the
 depth that is allowed, and `at_most` more, less the depth.
+
+The bounds of a margin are the margins of larger and of smaller spheres: each grown by as much as
+the true surface may lie outside its segment, or shrunk by as much as it may lie inside.
 """
 
 from __future__ import annotations
@@ -22,12 +25,13 @@ from workbench.model.motion_case import Meeting
 from workbench.model.poses import Placed
 from workbench.model.result import Finding, MotionFound
 from workbench.model.spool import pieces
-from workbench.study.checks.margins import Asked, Margins, no_margins
+from workbench.study.checks.margins import Asked, Bounds, Margins, no_margins
 from workbench.study.checks.pairs import NearPairs, pair_findings
 from workbench.study.crash.frames import BLOCK
 from workbench.study.situation import Situation
 
 __all__ = [
+    "bounds",
     "clearance_moments",
     "contact_moments",
     "findings",
@@ -43,13 +47,7 @@ def margins(situation: Situation, asked: Sequence[Asked]) -> Margins:
     found = no_margins(len(situation), asked)
     body = situation.body
     environment = situation.environment
-    near = clearance_of_pairs(
-        situation.placed,
-        environment,
-        pairs=[_pair(body, environment, one.criterion) for one in asked],
-        moving_parts=situation.place.moving_parts,
-        displacement=situation.displacement,
-    )
+    near = _nearest(situation, [one.criterion for one in asked])
     found.toward[:] = _toward(situation.placed, near)
     for q, one in enumerate(asked):
         room = near.distance[:, q] - _limit(one.criterion)
@@ -60,15 +58,49 @@ def margins(situation: Situation, asked: Sequence[Asked]) -> Margins:
     return found
 
 
-def nearest_pair(situation: Situation, criterion: Criterion) -> PairClearance:
-    """(B, 1) the spheres and polygons that a criterion finds nearest to each other."""
+def bounds(situation: Situation, asked: Sequence[Asked]) -> Bounds:
+    """Between what everybody may truly have to spare in clearances and contacts."""
+    criteria = [one.criterion for one in asked]
+    limits = np.array([_limit(criterion) for criterion in criteria])
+    low, high = _distances(situation, criteria)
+    return Bounds(low - limits, high - limits)
+
+
+def _distances(situation: Situation, criteria: Sequence[Criterion]) -> tuple[Floats, Floats]:
+    """(B, Q) [m] the least and the greatest that distances may truly be, NaN where nothing is near
+    or the fit error of a segment is not known that the criterion is about."""
+    body = situation.body
+    error = body.fit_error[situation.placed.person]
+    ends = []
+    for growth in (error[..., 0], -error[..., 1]):
+        distance = _nearest(situation, criteria, np.nan_to_num(growth)).distance.copy()
+        for q, criterion in enumerate(criteria):
+            spheres = _pair(body, situation.environment, criterion).spheres
+            about = growth[:, np.unique(body.sphere_segment[spheres])]
+            distance[np.isnan(about).any(axis=1), q] = np.nan
+        ends.append(np.where(np.isfinite(distance), distance, np.nan))
+    return ends[0], ends[1]
+
+
+def _nearest(
+    situation: Situation, criteria: Sequence[Criterion], growth: Floats | None = None
+) -> PairClearance:
+    """(B, Q) what criteria find nearest, the spheres of each segment grown by (B, N) [m]."""
+    body = situation.body
+    environment = situation.environment
     return clearance_of_pairs(
         situation.placed,
-        situation.environment,
-        pairs=[_pair(situation.body, situation.environment, criterion)],
+        environment,
+        pairs=[_pair(body, environment, criterion) for criterion in criteria],
         moving_parts=situation.place.moving_parts,
         displacement=situation.displacement,
+        growth=growth,
     )
+
+
+def nearest_pair(situation: Situation, criterion: Criterion) -> PairClearance:
+    """(B, 1) the spheres and polygons that a criterion finds nearest to each other."""
+    return _nearest(situation, [criterion])
 
 
 def _pair(body: Body, environment: Environment, criterion: Criterion) -> ClearancePair:
@@ -132,19 +164,24 @@ def _subpart_findings(situation: Situation, criterion: Criterion) -> Iterator[Fi
     body = situation.body
     environment = situation.environment
     found = nearest_pair(situation, criterion)
+    low, high = _distances(situation, [criterion])
     for row in np.flatnonzero(np.isfinite(found.distance[:, 0])).tolist():
         sphere = int(found.sphere[row, 0])
         polygon = int(found.polygon[row, 0])
         segment = body.segment_names[int(body.sphere_segment[sphere])]
+        distance = float(found.distance[row, 0])
+        met = distance >= _limit(criterion)
+        known = distance - low[row, 0] if met else high[row, 0] - distance
         yield Finding(
             case=situation.work.name,
             person=situation.place.role,
             other_person="",
             subject=f"{segment} ({body.sphere_names[sphere]})",
             target=environment.parts[int(environment.polygon_part[polygon])],
-            value=float(found.distance[row, 0]),
+            value=distance,
             limit=_limit(criterion),
             point=tuple(found.point[row, 0].tolist()),
+            surface_known_to=float(known),
         )
 
 

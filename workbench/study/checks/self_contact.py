@@ -14,12 +14,12 @@ from workbench.model.arrays import Bools
 from workbench.model.body import Body
 from workbench.model.criterion import Criterion
 from workbench.model.result import Finding, MotionFound
-from workbench.study.checks.margins import Asked, Margins, no_margins
+from workbench.study.checks.margins import Asked, Bounds, Margins, no_bounds, no_margins
 from workbench.study.checks.pairs import NearPairs, pair_findings
 from workbench.study.checks.parts import meeting_finding
 from workbench.study.situation import Situation
 
-__all__ = ["findings", "margins", "moments", "no_overlap"]
+__all__ = ["bounds", "findings", "margins", "moments", "no_overlap"]
 
 
 def margins(situation: Situation, asked: Sequence[Asked]) -> Margins:
@@ -36,6 +36,22 @@ def margins(situation: Situation, asked: Sequence[Asked]) -> Margins:
             if room[b, row, other] < 0:
                 names = body.segment_names
                 found.words[b, r] = f"{names[row]} at {names[other]}"
+    return found
+
+
+def bounds(situation: Situation, asked: Sequence[Asked]) -> Bounds:
+    """Between what everybody may truly have to spare; both segments of a pair have a surface."""
+    found = no_bounds(len(situation), asked)
+    body = situation.body
+    distance = situation.own.distance
+    outside, inside = np.moveaxis(body.fit_error[situation.placed.person], 2, 0)
+    for r, one in enumerate(asked):
+        pairs = _pairs(body, one.criterion) & np.isfinite(distance)
+        some = pairs.any(axis=(1, 2))
+        for margin, growth in ((found.low, outside), (found.high, -inside)):
+            grown = growth[:, :, None] + growth[:, None, :]
+            room = np.where(pairs, distance + body.allowance - grown, np.inf)
+            margin[some, r] = room[some].min(axis=(1, 2))
     return found
 
 

@@ -1,13 +1,15 @@
 """The table of checks, and the verdicts that they come to.
 
 A new check is a file with `margins`, `findings` or `moments`, a row here, its keys in
-`files.study.schema` and its sentence in `report.words`.
+`files.study.schema` and its sentence in `report.words`. If its margin is a distance of the body's
+surface, the file has `bounds` too, and the check is one of `model.accommodation.OF_SURFACE`.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 
@@ -26,7 +28,7 @@ from workbench.study.checks import (
     self_contact,
     view,
 )
-from workbench.study.checks.margins import Asked, Margins, no_margins
+from workbench.study.checks.margins import Asked, Bounds, Margins, no_bounds, no_margins
 from workbench.study.situation import Situation, with_hands
 
 __all__ = [
@@ -36,6 +38,7 @@ __all__ = [
     "REACHING",
     "SAME_EVERYWHERE",
     "between_verdict",
+    "bounds_of",
     "findings_of",
     "margins_of",
     "motion_verdict",
@@ -52,6 +55,7 @@ REACHING = 2
 """The cost of what searches for postures."""
 SAME_EVERYWHERE = ("preferred_seat",)
 """Checks whose margin is the same in every position of the seat."""
+Answer = TypeVar("Answer")
 
 
 @dataclass(frozen=True)
@@ -69,6 +73,9 @@ class Check:
         more than one person or case.
     moments
         Of a motion: what comes nearest to failing. None of what is not asked of motions.
+    bounds
+        Of many people in one case, with the hands where they belong: between which margins the
+        true ones lie. None of what does not depend on the body's surface.
     nothing
         Why a motion without moments passes; "" where it does not.
     """
@@ -77,6 +84,7 @@ class Check:
     margins: Callable[[Situation, Sequence[Asked]], Margins] | None = None
     findings: Callable[[Situation, Criterion], Iterable[Finding]] | None = None
     moments: Callable[[MotionFound, Criterion], Iterable[Finding]] | None = None
+    bounds: Callable[[Situation, Sequence[Asked]], Bounds] | None = None
     nothing: Callable[[Criterion], str] = lambda criterion: ""
 
 
@@ -85,26 +93,40 @@ CHECKS = {
     "view_over": Check(AFTER_SEATING, view.margins, view.findings),
     "pedals": Check(AFTER_SEATING, seat_travel.pedal_margins, seat_travel.pedal_findings),
     "preferred_seat": Check(AFTER_SEATING, seat_travel.seat_margins, seat_travel.seat_findings),
-    "clearance": Check(IN_POSTURE, parts.margins, parts.findings, parts.clearance_moments),
+    "clearance": Check(
+        IN_POSTURE, parts.margins, parts.findings, parts.clearance_moments, parts.bounds
+    ),
     "contact": Check(
-        IN_POSTURE, parts.margins, parts.findings, parts.contact_moments, parts.no_contact
+        IN_POSTURE,
+        parts.margins,
+        parts.findings,
+        parts.contact_moments,
+        parts.bounds,
+        parts.no_contact,
     ),
     "self_contact": Check(
         IN_POSTURE,
         self_contact.margins,
         self_contact.findings,
         self_contact.moments,
+        self_contact.bounds,
         self_contact.no_overlap,
     ),
-    "between_people": Check(IN_POSTURE, between_people.margins),
+    "between_people": Check(IN_POSTURE, between_people.margins, bounds=between_people.bounds),
     "stops": Check(
         IN_POSTURE,
         joint_stops.margins,
         joint_stops.findings,
         joint_stops.moments,
-        joint_stops.no_joint,
+        nothing=joint_stops.no_joint,
     ),
-    "excursion": Check(IN_POSTURE, excursion.margins, excursion.findings, excursion.moments),
+    "excursion": Check(
+        IN_POSTURE,
+        excursion.margins,
+        excursion.findings,
+        excursion.moments,
+        excursion.bounds,
+    ),
     "reach": Check(REACHING, reach.margins),
     "injury": Check(IN_POSTURE, moments=injury.moments),
 }
@@ -124,21 +146,43 @@ def margins_of(situations: Sequence[Situation], asked: Sequence[Asked]) -> Margi
         rows = [r for r, one in enumerate(asked) if one.case == number]
         if any(CHECKS[asked[r].requirement.check].cost == IN_POSTURE for r in rows):
             situation = with_hands(situation)
-        for margins, columns in _by_function(asked, rows):
+        for margins, columns in _by_function(asked, rows, lambda check: check.margins):
             some = [asked[r] for r in columns]
             found.put(everybody, np.array(columns), margins(situation, some))
     return found
 
 
+def bounds_of(situations: Sequence[Situation], asked: Sequence[Asked]) -> Bounds:
+    """Between which margins the true ones lie, of the requirements that depend on the surface of
+    the body; NaN of the others.
+
+    Parameters
+    ----------
+    situations
+        As of `margins_of`.
+    """
+    found = no_bounds(len(situations[0]), asked)
+    everybody = np.arange(len(situations[0]))
+    for number, situation in enumerate(situations):
+        rows = [r for r, one in enumerate(asked) if one.case == number]
+        groups = list(_by_function(asked, rows, lambda check: check.bounds))
+        posed = with_hands(situation) if groups else situation
+        for bounds, columns in groups:
+            some = [asked[r] for r in columns]
+            found.put(everybody, np.array(columns), bounds(posed, some))
+    return found
+
+
 def _by_function(
-    asked: Sequence[Asked], rows: Sequence[int]
-) -> Iterator[tuple[Callable[[Situation, Sequence[Asked]], Margins], list[int]]]:
-    """The functions that answer some requirements, each with those it answers together."""
-    groups: dict[Callable[[Situation, Sequence[Asked]], Margins], list[int]] = {}
+    asked: Sequence[Asked], rows: Sequence[int], function: Callable[[Check], Answer | None]
+) -> Iterator[tuple[Answer, list[int]]]:
+    """The functions of the checks of some requirements, each with those that it answers
+    together."""
+    groups: dict[Answer, list[int]] = {}
     for r in rows:
-        margins = CHECKS[asked[r].requirement.check].margins
-        if margins is not None:
-            groups.setdefault(margins, []).append(r)
+        answer = function(CHECKS[asked[r].requirement.check])
+        if answer is not None:
+            groups.setdefault(answer, []).append(r)
     yield from groups.items()
 
 
