@@ -51,7 +51,8 @@ class Crowd:
 
     @cached_property
     def bodies(self) -> PopulationBodies:
-        return fit_population(self.body, self.people, self.clothes)
+        sits = self.study.crowd.seat is not None
+        return fit_population(self.body, self.people, self.clothes, sits=sits)
 
     def with_people(self, people, **changes):
         """The same study with these people, and other fields changed."""

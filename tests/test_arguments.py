@@ -282,6 +282,7 @@ def human_cases(tmp_path):
         },
         "limb": {"body": body, "name": "right hand", "grip": "push", "zone": 1},
         "measure": {"body": body, "names": ["stature"]},
+        "seated": {"body": body},
         "people_envelope": {
             "body": body,
             "poses": upright,

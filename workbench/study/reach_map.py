@@ -37,6 +37,8 @@ FINER = 3
 AROUND = 2.0
 """A point is surrounded by those known that are nearer than so many times the distance that no
 point is farther than from one of them."""
+FEWEST = 3
+"""How many known points surround another one at least."""
 GROUP = 128
 """People asked together."""
 
@@ -154,7 +156,9 @@ def _asked(
                 (known[:, old] == kind).astype(np.float32) @ near.astype(np.float32)
                 for kind in (1, -1)
             ]
-            guess = np.where(votes[1] == 0, 1, np.where(votes[0] == 0, -1, 0)).astype(np.int8)
+            # one or two neighbours do not surround a point
+            alike = np.where(votes[1] == 0, 1, np.where(votes[0] == 0, -1, 0))
+            guess = np.where(votes[0] + votes[1] < FEWEST, 0, alike).astype(np.int8)
             known[:, new] = np.where(known[:, new] == 0, guess, known[:, new])
         open_ = new[(known[:, new] == 0).any(axis=0)]
         if len(open_):
