@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 
@@ -425,8 +425,13 @@ def _with_hand(situation: Situation, name: str, control: Control) -> Situation:
 def without_seat(place: Workplace) -> Environment:
     """The surroundings without the own seat: a thigh presses the cushion down, it does not stop
     there."""
-    environment = place.environment
-    gone = np.isin(environment.parts, place.moving_parts)
+    return _hiding(place.environment, place.moving_parts)
+
+
+@lru_cache(maxsize=8)
+def _hiding(environment: Environment, parts: tuple[str, ...]) -> Environment:
+    """The surroundings without some parts, once for each, so that they are indexed once."""
+    gone = np.isin(environment.parts, parts)
     return replace(environment, hidden=environment.hidden | gone)
 
 

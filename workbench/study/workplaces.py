@@ -52,6 +52,7 @@ def workplace_of(
         seat=role.seat,
         stand=role.stand,
         beside=tuple(beside),
+        adjusts=role.adjusts,
     )
 
 

@@ -14,6 +14,7 @@ from workbench.files.populations import load_population_model
 from workbench.files.postures import PosturesFile, load_postures, posture_path
 from workbench.files.study.people import drawn_from, people_files, rows_of
 from workbench.files.study.schema import PopulationFile, PositionFile, RoleFile, SizeFile
+from workbench.files.study.settings import setting_faults
 from workbench.files.study.work import Key, Work
 from workbench.model.body import Body, segment_words
 from workbench.model.encumbrance import Encumbrance
@@ -190,6 +191,8 @@ def place_faults(work: Work, roles: dict[str, LoadedRole], room: Environment | N
     for name, file in files.items():
         if file.seat is not None and room is not None:
             _seat_faults(work, name, file, room)
+    if room is not None:
+        setting_faults(work, files, room)
         if file.at is not None and name in roles:
             body = roles[name].body
             segment = file.at.segment

@@ -55,7 +55,7 @@ class Chunk:
     """What became of B people and R requirements, as numbers.
 
     margin (B, R); reason (B, R): index into `words`, -1 where there is none; toward (B, R, 3); seat,
-    comfortable (B, 2), window (B, 4), sets (B, K): see `positions.Fitted`.
+    comfortable (B, 2), window (B, 4), sets (B, K), setting (B, A): see `positions.Fitted`.
     """
 
     margin: Floats
@@ -65,6 +65,7 @@ class Chunk:
     comfortable: Floats
     window: Floats
     sets: Bools
+    setting: Floats
     words: tuple[str, ...]
 
 
@@ -187,6 +188,7 @@ class _Files:
             "comfortable": chunk.comfortable,
             "window": chunk.window,
             "sets": chunk.sets,
+            "setting": chunk.setting,
             "words": np.array(chunk.words, dtype=str),
         }
         try:
@@ -350,6 +352,7 @@ def _as_numbers(fitted: Fitted) -> Chunk:
         comfortable=fitted.comfortable,
         window=fitted.window,
         sets=fitted.sets,
+        setting=fitted.setting,
         words=words,
     )
 
@@ -370,5 +373,6 @@ def joined_chunks(chunks: Sequence[Chunk]) -> Chunk:
         comfortable=np.concatenate([chunk.comfortable for chunk in chunks]),
         window=np.concatenate([chunk.window for chunk in chunks]),
         sets=np.concatenate([chunk.sets for chunk in chunks]),
+        setting=np.concatenate([chunk.setting for chunk in chunks]),
         words=words,
     )
