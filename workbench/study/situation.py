@@ -280,8 +280,8 @@ def take_places(seating: Seating, who: Occupants, positions: Floats | None = Non
         (B, 2) [m] forward and up, where the seat of each stands. None: where it is comfortable
         within its travel.
     """
-    if seating.seat is None or positions is None:
-        return _taken(seating, who)
+    if seating.seat is None or positions is None or seating.driving is not None:
+        return _taken(seating, who, positions)
     parts = []
     order = []
     distinct, which = np.unique(positions, axis=0, return_inverse=True)
@@ -294,8 +294,9 @@ def take_places(seating: Seating, who: Occupants, positions: Floats | None = Non
     return parts[0] if len(parts) == 1 else _join_taken(parts).rows(back)
 
 
-def _taken(seating: Seating, who: Occupants) -> Taken:
-    """People with the seat where it is comfortable within the travel of the seating."""
+def _taken(seating: Seating, who: Occupants, positions: Floats | None = None) -> Taken:
+    """People with the seat where it is comfortable within the travel of the seating; drivers with it
+    in positions (B, 2) [m] where these are given."""
     body = who.body
     poses = _pose_of_each(seating, body)
     if seating.seat is None:
@@ -316,6 +317,7 @@ def _taken(seating: Seating, who: Occupants) -> Taken:
         feet=seating.pedals.at,
         eye=seating.eye,
         numbers=(who.first + who.numbers).tolist(),
+        positions=positions,
     )
     return Taken(driven.poses, driven)
 
