@@ -3,6 +3,7 @@ controls."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -96,6 +97,16 @@ class Adjustment:
     def turns(self) -> bool:
         """Whether its unit is the radian, not the metre."""
         return self.pivot is not None
+
+    @property
+    def column(self) -> str:
+        """What a table calls it: its name with the unit, mm or deg."""
+        return f"{self.name}_{'deg' if self.turns else 'mm'}"
+
+    @property
+    def shown_unit(self) -> float:
+        """The unit in which it is shown, millimetre or degree [m or rad]."""
+        return math.radians(1.0) if self.turns else 1e-3
 
 
 @dataclass(frozen=True)

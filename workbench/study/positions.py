@@ -14,8 +14,8 @@ searched:
 
 Who fits in none of them is tried at other settings of what may be adjusted (a wheel, pedals, the
 tilt of the seat): a lattice of settings, nearest to the nominal one first, with the lattice of
-positions at each. Then follow the neighbours of the best position at its setting; and for those who
-miss by less than ``SETTING_MISS`` the settings half way and a quarter of the way to the next ones.
+positions at each. Then follow the neighbours of the best position at its setting. Settings between
+those of the lattice are not tried: on the compact car they let nobody else fit.
 
 The same search says who would fit if a requirement were dropped: each of several sets of
 requirements counts as met where some position meets all of it.
@@ -43,7 +43,6 @@ from workbench.study.settings import (
     at_setting,
     nominal_setting,
     renewed,
-    setting_axes,
     settings_of,
 )
 from workbench.study.situation import (
@@ -80,10 +79,6 @@ CLOSE = 4
 how many of its points lie to each side."""
 LAST_STEPS = (0.0025, 0.001, 0.0005)
 """Distances [m] at which the neighbours of the best position of those are tried at last."""
-SETTING_MISS = 0.04
-"""Who misses by less [m] in the best position is tried at settings between those of the lattice."""
-SETTING_SHARES = (0.5, 0.25)
-"""These are away from the best one by these shares of the way to the next settings."""
 WAVE = 8
 """Positions of the lattice that are tried at a time."""
 MOST_ROWS = 512
@@ -525,13 +520,10 @@ class _Settings:
         return np.flatnonzero(self.score < -MET)
 
     def search(self, settings: Floats) -> None:
-        """Try settings (S, A), then those about the best."""
+        """Try settings (S, A), then the neighbours of the best positions."""
         positions = lattice(self.place.own_seat)
         for setting in settings:
             self._tried_at(setting, self.left, lambda search: _scan(search, positions))
-        self._refine_at_best()
-        for share in SETTING_SHARES:
-            self._try_between(share)
         self._refine_at_best()
 
     def _tried_at(self, setting: Floats, people: Ints, trying: Callable[[_Search], None]) -> None:
@@ -564,32 +556,6 @@ class _Settings:
             if not np.array_equal(setting, nominal):
                 mine = (self.found.setting[left] == setting).all(axis=1)
                 self._tried_at(setting, left[mine], _refine)
-
-    def _try_between(self, share: float) -> None:
-        """Try those who nearly fit at the settings away from their best one by a share of the way
-        to the next settings."""
-        left = self.left
-        near = left[self.score[left] > -SETTING_MISS]
-        for number, axis in enumerate(setting_axes(self.place)):
-            for way in (-1, 1):
-                setting = self.found.setting[near].copy()
-                ends = axis[[0, -1]]
-                step = way * share * float(np.diff(axis).max())
-                setting[:, number] = np.clip(setting[:, number] + step, *ends)
-                self._try_each(near, setting)
-
-    def _try_each(self, people: Ints, settings: Floats) -> None:
-        """Try people (N,) at settings (N, A), in their best position and its neighbours."""
-        for setting in np.unique(settings, axis=0):
-            mine = people[(settings == setting).all(axis=1)]
-            self._tried_at(setting, mine, _try_about)
-
-
-def _try_about(search: _Search) -> None:
-    """Try people in their best position, and in its neighbours."""
-    people = np.arange(len(search.score))
-    _try_positions(search, people, search.best.tried.seat)
-    _try_neighbours(search, people, SPACING / 2)
 
 
 def _margins_anywhere(wanted: Sequence[Situation], asked: Sequence[Asked]) -> Floats:

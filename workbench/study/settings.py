@@ -41,8 +41,9 @@ def adjustments_of(place: Workplace) -> tuple[Adjustment, ...]:
 
 def setting_text(one: Adjustment, value: float) -> str:
     """An adjustment and where it is set [m or rad]: "wheel telescope at −20 mm"."""
-    amount = f"{np.degrees(value):.1f} degrees" if one.turns else f"{1000 * value:.0f} mm"
-    return f"{one.name.replace('_', ' ')} at {amount.replace('-', '−')}"
+    amount = value / one.shown_unit
+    words = f"{amount:+.1f} degrees" if one.turns else f"{amount:+.0f} mm"
+    return f"{one.name.replace('_', ' ')} at {words.replace('-', '−')}"
 
 
 def nominal_setting(place: Workplace) -> Floats:

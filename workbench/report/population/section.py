@@ -34,6 +34,7 @@ from workbench.report.population.charts import (
     whisker,
 )
 from workbench.report.population.words import (
+    adjusted_words,
     elsewhere_words,
     gain_sentence,
     millimetres_short,
@@ -80,6 +81,7 @@ def population_section(result: PopulationFound, say: Callable[[str], None]) -> M
         confidence=f"{100 * shares.confidence:g}",
         worst=requirement_sentence(result),
         elsewhere=elsewhere_words(result),
+        adjusted=adjusted_words(result),
         criteria=_criteria(result),
         requirements=_requirements(result, ends),
         margin_axis=Markup(margin_axis(ends)),
