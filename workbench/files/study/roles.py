@@ -191,14 +191,14 @@ def place_faults(work: Work, roles: dict[str, LoadedRole], room: Environment | N
     for name, file in files.items():
         if file.seat is not None and room is not None:
             _seat_faults(work, name, file, room)
-    if room is not None:
-        setting_faults(work, files, room)
         if file.at is not None and name in roles:
             body = roles[name].body
             segment = file.at.segment
             key = ("people", name, "at", "segment")
             what = f"unknown segment {segment!r}"
             work.check_name(key, segment, body.segments, what, words=segment_words(body))
+    if room is not None:
+        setting_faults(work, files, room)
 
 
 def _taken_faults(work: Work, files: dict[str, RoleFile]) -> None:
