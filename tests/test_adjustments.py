@@ -363,6 +363,7 @@ def test_a_wrong_adjustment_is_named_with_its_place(tmp_path, old, new, words):
         ("adjust: {pilot_tilt: 2 mm}", "'pilot_tilt' turns: a number of degrees is needed"),
         ("position: {tilt: 7}", "beyond the travel of pilot_tilt, -3 to 6 degrees (got 7 degrees)"),
         ("position: {tilt: 5}, adjust: {pilot_tilt: 5}", "sets 'pilot_tilt' already"),
+        ("adjust: {panel_reach: [1]}", "a number or a length such as '450 mm' is needed"),
         ("adjust: {panel_reach: far}", "a length such as '450 mm' or '17.7 in' is needed"),
     ],
 )
@@ -394,3 +395,10 @@ def test_what_is_set_from_one_seat_is_not_set_from_another(tmp_path):
     path.write_text(path.read_text().replace(", adjust: {wheel_tilt: 2}", ""))
     guest, driver = sorted(load_study(path).roles, key=lambda role: role.name != "guest")
     assert guest.adjusts == () and driver.adjusts == ("wheel_tilt", "wheel_telescope")
+
+
+def test_a_travel_in_the_wrong_unit_is_doubted(tmp_path):
+    room = room_of(tmp_path, ADJUSTMENTS.replace('[-20, "4 cm"]', "[-0.02, 0.04]"))
+    assert "adjustment 'panel_reach': its travel is 0.06 mm long: a wrong unit of length?" in (
+        room.warnings
+    )

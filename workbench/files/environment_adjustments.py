@@ -87,7 +87,7 @@ def _moved_twice(file: EnvironmentFile, names: Sequence[str]) -> Iterator[tuple[
     """Parts and points that something else moves already."""
     movers: dict[str, str] = {}
     for seat, stated in file.seats.items():
-        for key in stated.moves:
+        for key in (stated.cushion.part, stated.back.part, *stated.moves):
             movers |= dict.fromkeys(matching_parts(key, names), f"seat {seat!r}")
     placers: dict[str, str] = {}
     for name, one in file.adjustments.items():

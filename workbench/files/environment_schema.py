@@ -173,7 +173,7 @@ class ControlFile(FileModel):
 def _direction(vector: tuple[float, float, float]) -> tuple[float, float, float]:
     """The unit vector of a direction; ValueError for one without length."""
     length = math.hypot(*vector)
-    if length < 1e-9:
+    if not 1e-9 <= length <= 1e9:
         raise ValueError("a direction needs a length: one of its three numbers is not zero")
     x, y, z = (value / length for value in vector)
     return x, y, z

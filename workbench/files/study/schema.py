@@ -171,9 +171,8 @@ class SettingFile(NamedTuple):
 
 def _setting(value: Any, info: ValidationInfo) -> SettingFile:
     """A setting: a number of the file's unit or of degrees, or a length with its unit."""
-    degrees = math.nan if isinstance(value, str) else value
     length = plausible(length_in_metres(value, info))
-    return SettingFile(math.radians(degrees), length)
+    return SettingFile(math.nan if isinstance(value, str) else math.radians(value), length)
 
 
 Setting = Annotated[

@@ -31,6 +31,7 @@ __all__ = [
     "population_headline",
     "reason_words",
     "requirement_sentence",
+    "settable_words",
 ]
 
 _NOUNS = {"female": ("woman", "her", "women"), "male": ("man", "his", "men")}
@@ -104,15 +105,23 @@ def adjusted_words(result: PopulationFound) -> str:
     nothing can be set."""
     if not result.adjustments:
         return ""
-    names = [plain(one.name) for one in result.adjustments]
-    what = f"{', '.join(names[:-1])} or {names[-1]}" if len(names) > 1 else names[0]
+    what = settable_words(result, "or")
     count = int(result.adjusted.sum())
     if not count:
-        return f"Nobody fits only because of a setting of {what}: who fits does so nominally."
+        return f"Nobody fits only because of a setting of {what}: whoever fits does so at the nominal setting."
     weight = result.people.weight
     share = percent(float(weight @ result.adjusted) / float(weight.sum()), len(weight))
     who = f"{count:,} people ({share}) fit" if count > 1 else f"One person ({share}) fits"
     return f"{who} only with {what} set otherwise than nominally: {_settings_list(result)}."
+
+
+def settable_words(result: PopulationFound, last: str) -> str:
+    """What the people may set: "wheel tilt or wheel telescope", "" where nothing.
+
+    last: the word before the last of several.
+    """
+    names = [plain(one.name) for one in result.adjustments]
+    return f"{', '.join(names[:-1])} {last} {names[-1]}" if len(names) > 1 else "".join(names)
 
 
 def _settings_list(result: PopulationFound) -> str:
@@ -211,9 +220,7 @@ def person_sentence(result: PopulationFound, row: int) -> str:
     if more:
         text += f" {more} more requirement{'s are' if more > 1 else ' is'} not met."
     setting = setting_words(result, row)
-    return text + (
-        f" This is with {setting}, which leaves {whose} least shortfall." if setting else ""
-    )
+    return text + (f" This is where least is missing: with {setting}." if setting else "")
 
 
 def person_name(label: str) -> str:
