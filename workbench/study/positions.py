@@ -218,8 +218,7 @@ class _Search:
     """Who is searched for in one setting, and what was found so far; `best` is in the order of
     these people.
 
-    wanted: the cases in the comfortable position of the setting; fixed (B, R) [m]: the margins
-    there; counted (R,): the requirements by which positions are compared; score (B,) [m]: the least
+    wanted: the cases in the comfortable position of the setting; fixed: what became of them there; counted (R,): the requirements by which positions are compared; score (B,) [m]: the least
     margin of these in the best position; setting (A,) [m or rad].
     """
 
@@ -230,7 +229,7 @@ class _Search:
     wanted: Sequence[Situation]
     best: Fitted
     score: Floats
-    fixed: Floats
+    fixed: Margins
     counted: Bools
     setting: Floats
 
@@ -274,8 +273,7 @@ def fitted_positions(
     if len(positions) > 1 and len(short):
         best = found.rows(short)
         wanted = [situation.rows(short) for situation in comfortable]
-        margin = best.tried.margin
-        score = _score(margin, movable)
+        score = _score(best.tried.margin, movable)
         search = _Search(
             place,
             asked,
@@ -284,7 +282,7 @@ def fitted_positions(
             wanted,
             best,
             score,
-            margin.copy(),
+            here.rows(short),
             movable,
             nominal,
         )
@@ -379,7 +377,7 @@ def _judge(search: _Search, people: Ints, positions: Floats) -> None:
     """
     found = no_margins(len(people), search.asked)
     known = ~_movable(search.asked)
-    found.margin[:, known] = search.fixed[np.ix_(people, np.flatnonzero(known))]
+    found.put(np.arange(len(people)), np.flatnonzero(known), _of(search.fixed, people, known))
     wanted = [situation.rows(people) for situation in search.wanted]
     situations = in_positions(search.place, search.who.rows(people), positions, wanted)
     left = np.arange(len(people))
@@ -524,7 +522,8 @@ class _Settings:
         positions = lattice(self.place.own_seat)
         for setting in settings:
             self._tried_at(setting, self.left, lambda search: _scan(search, positions))
-        self._refine_at_best()
+        if len(positions) > 1:
+            self._refine_at_best()
 
     def _tried_at(self, setting: Floats, people: Ints, trying: Callable[[_Search], None]) -> None:
         """Try some people (N,) at a setting (A,): in the comfortable position there, then as
@@ -558,14 +557,20 @@ class _Settings:
                 self._tried_at(setting, left[mine], _refine)
 
 
-def _margins_anywhere(wanted: Sequence[Situation], asked: Sequence[Asked]) -> Floats:
-    """(B, R) [m] the margins of the requirements that are the same in every position, NaN of the
-    others."""
+def _margins_anywhere(wanted: Sequence[Situation], asked: Sequence[Asked]) -> Margins:
+    """The margins of the requirements that are the same in every position, NaN of the others."""
+    people = len(wanted[0])
     same = np.flatnonzero(~_movable(asked))
-    margin = np.full((len(wanted[0]), len(asked)), np.nan)
+    found = no_margins(people, asked)
     if len(same):
-        margin[:, same] = margins_of(wanted, [asked[r] for r in same.tolist()]).margin
-    return margin
+        found.put(np.arange(people), same, margins_of(wanted, [asked[r] for r in same.tolist()]))
+    return found
+
+
+def _of(margins: Margins, people: Ints, columns: Bools) -> Margins:
+    """The margins of some people (N,) in some requirements (R,)."""
+    at = np.ix_(people, np.flatnonzero(columns))
+    return Margins(margins.margin[at], margins.words[at], margins.toward[at])
 
 
 def _taken_again(
