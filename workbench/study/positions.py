@@ -79,6 +79,8 @@ CLOSE = 4
 how many of its points lie to each side."""
 LAST_STEPS = (0.0025, 0.001, 0.0005)
 """Distances [m] at which the neighbours of the best position of those are tried at last."""
+SETTING_WORTH = 1e-4
+"""A setting in which somebody still does not fit must be better than the best so far by this [m]."""
 WAVE = 8
 """Positions of the lattice that are tried at a time."""
 MOST_ROWS = 512
@@ -219,7 +221,8 @@ class _Search:
     these people.
 
     wanted: the cases in the comfortable position of the setting; fixed: what became of them there; counted (R,): the requirements by which positions are compared; score (B,) [m]: the least
-    margin of these in the best position; setting (A,) [m or rad].
+    margin of these in the best position; setting (A,) [m or rad]; worth [m]: what a position that
+    does not fit must be better by.
     """
 
     place: Workplace
@@ -232,6 +235,7 @@ class _Search:
     fixed: Margins
     counted: Bools
     setting: Floats
+    worth: float = 0.0
 
     @cached_property
     def comfortable(self) -> Floats:
@@ -408,7 +412,7 @@ def _hopeful(search: _Search, people: Ints, margin: Floats, known: Bools) -> Int
     """The rows of people (N,) who may do better than in their best position, or meet another set,
     as far as the requirements (R,) that are known say."""
     least = _score(margin, known & search.counted)
-    better = least > np.minimum(search.score[people], -MET)
+    better = least > np.minimum(search.score[people] + search.worth, -MET)
     sets = _met_sets(margin[:, known], search.members[known])
     return np.flatnonzero(better | (sets & ~search.best.sets[people]).any(axis=1))
 
@@ -435,7 +439,9 @@ def _is_better(search: _Search, person: int, score: float, position: Floats) -> 
         comfortable = search.comfortable[person]
         known = np.linalg.norm(search.best.tried.seat[person] - comfortable)
         return bool(np.linalg.norm(position - comfortable) < known - 1e-9)
-    return score > before
+    if score >= -MET:
+        return True
+    return score > before + search.worth
 
 
 def _widen(window: Floats, position: Floats) -> None:
@@ -540,7 +546,17 @@ class _Settings:
         everything = np.ones(len(asked), dtype=np.bool_)
         score = self.score[people]
         search = _Search(
-            place, asked, self.members, who, wanted, best, score, fixed, everything, setting
+            place,
+            asked,
+            self.members,
+            who,
+            wanted,
+            best,
+            score,
+            fixed,
+            everything,
+            setting,
+            SETTING_WORTH,
         )
         _try_positions(search, np.arange(len(people)), search.comfortable)
         trying(search)
