@@ -402,3 +402,50 @@ def test_a_travel_in_the_wrong_unit_is_doubted(tmp_path):
     assert "adjustment 'panel_reach': its travel is 0.06 mm long: a wrong unit of length?" in (
         room.warnings
     )
+
+
+PEDALS = """
+adjustments:
+  left_pedals:
+    seat: left
+    along: [-1, 0, 0]
+    travel: [-50, 50]
+    parts: [left_seat_left_pedal, left_seat_right_pedal, left_pedal_bar]
+    points: [left_heel]
+"""
+FLYING = """study: flying
+length: mm
+environment: trainer
+people:
+  pilot: {body: adult_male, detail: coarse, seat: left, SET}
+cases:
+  - name: flying
+    people:
+      pilot: {predicted: {eyes: left_design_eye, heels: left_heel,
+        feet: {left: left_seat_left_pedal, right: left_seat_right_pedal}}}
+criteria:
+  - {name: pedals, check: pedals}
+"""
+
+
+def test_pedals_that_come_nearer_let_the_seat_go_back_as_far(tmp_path):
+    home = tmp_path / "environments/trainer"
+    home.mkdir(parents=True)
+    (tmp_path / "studies").mkdir()
+    for name in ("environment.yaml", "trainer.obj"):
+        (home / name).write_bytes((ROOT / "environments/trainer" / name).read_bytes())
+    with (home / "environment.yaml").open("a") as file:
+        file.write(PEDALS)
+    found = []
+    for name, given in (("there", "clothes: []"), ("nearer", "adjust: {left_pedals: 30}")):
+        path = tmp_path / "studies" / f"{name}.yaml"
+        path.write_text(FLYING.replace("SET", given))
+        result = wb.run(load_study(path))
+        assert result.passed
+        found.append(result.postures[0].people[0])
+    there, nearer = found
+    # the seat is tried in places 10 mm apart, so 30 mm are three of them
+    assert 1000 * (nearer.forward - there.forward) == pytest.approx(-30, abs=1e-6)
+    assert nearer.up == pytest.approx(there.up, abs=1e-9)
+    way = nearer.placed.centres - there.placed.centres
+    np.testing.assert_allclose(way, np.broadcast_to([-0.03, 0, 0], way.shape), atol=1e-6)
