@@ -181,6 +181,7 @@ def made(
         np.zeros((len(people), 2)),
         np.full((len(people), 4), np.nan),
         sets_met(met, [r.criterion for r in requirements]),
+        np.zeros((len(people), 0)),
         tuple("" if served[p] else measures[worst[p] % 4] for p in range(len(people))),
         groups_of(people, served, mixes or {}, 0.95, None if np.isnan(less) else sure),
         np.array(weight @ met),

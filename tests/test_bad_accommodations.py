@@ -169,7 +169,7 @@ CASES = [
     (
         "seat: pilot, population",
         "seat: pilot, position: {tilt: 5}, population",
-        "position.tilt: a seat cannot be tilted yet",
+        "position.tilt: seat 'pilot' cannot be tilted",
     ),
 ]
 

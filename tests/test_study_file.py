@@ -124,7 +124,7 @@ def test_faults_of_form_and_of_names_come_together_in_the_order_of_the_lines(tmp
         ("position: {forward: 10, up: 0}", "position: free", "hands and feet would not follow"),
         ("position: {forward: 10, up: 0}", "position: loose", "input should be 'free' or 'refer"),
         ("position: {forward: 10, up: 0}", "position: 10", "a mapping of keys is needed (got 10)"),
-        ("position: {forward: 10, up: 0}", "position: {tilt: 3}", "a seat cannot be tilted yet"),
+        ("position: {forward: 10, up: 0}", "position: {tilt: 3}", "seat 'stool' cannot be tilted"),
         ("cases:\n", "cases: []\nx:\n", "cases: at least 1 are needed (got [])"),
         ("criteria:\n", "compare: [down, forward]\ncriteria:\n", "case 'down' is no motion"),
         ("criteria:\n", "compare: [down]\ncriteria:\n", "compare: at least 2 are needed"),

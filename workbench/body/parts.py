@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from workbench.errors import UsageError
+from workbench.model.adjusting import move_parts
 from workbench.model.environment import Environment
 
 __all__ = ["moved"]
@@ -38,17 +38,4 @@ def moved(environment: Environment, parts: Iterable[str], shift: ArrayLike) -> E
     by = np.asarray(shift, dtype=np.float64)
     if by.shape != (3,) or not np.all(np.isfinite(by)):
         raise UsageError(f"a shift is three finite numbers [m], got {shift!r}")
-    chosen = np.zeros(len(environment.parts), dtype=np.bool_)
-    chosen[[environment.part(name) for name in parts]] = True
-    if not chosen.any() or not by.any():
-        return environment
-    polygon = chosen[environment.polygon_part]
-    triangle = np.repeat(polygon, np.diff(environment.triangle_start))
-    vertex = np.zeros(len(environment.vertices), dtype=np.bool_)
-    vertex[environment.triangles[triangle].ravel()] = True
-    return replace(
-        environment,
-        vertices=environment.vertices + np.where(vertex[:, None], by, 0.0),
-        offset=environment.offset + np.where(polygon, environment.normal @ by, 0.0),
-        circle_centre=environment.circle_centre + np.where(polygon[:, None], by, 0.0),
-    )
+    return move_parts(environment, parts, None, by)

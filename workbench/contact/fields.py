@@ -140,8 +140,8 @@ def field_of(environment: Environment, groups: Groups) -> Field:
 
 @lru_cache(maxsize=16)
 def _shape(environment: Environment) -> Environment:
-    """The polygons and parts of an environment, without its seats, points, controls, rules and
-    words.
+    """The polygons and parts of an environment, without its seats, points, controls,
+    adjustments, rules and words.
 
     An index is made from this alone: so it stays the same where only a control or a rule is another
     one.
@@ -154,6 +154,7 @@ def _shape(environment: Environment) -> Environment:
         seats=(),
         points={},
         controls=(),
+        adjustments=(),
         quality=(),
         warnings=(),
     )

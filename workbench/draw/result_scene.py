@@ -21,6 +21,7 @@ from workbench.files.results.motions import MotionRows
 from workbench.files.results.postures import PersonRow, PosturesRows
 from workbench.files.results.result import FindingRow, ResultFile, load_result
 from workbench.files.study.reader import load_study
+from workbench.model.adjusting import adjusted
 from workbench.model.body import Body
 from workbench.model.environment import Environment
 from workbench.model.person import Person
@@ -117,7 +118,7 @@ def _held_source(study: Study, rows: PosturesRows, case: str) -> Source:
     names = tuple(rows.cases)
     chosen = chosen_cases(single.name, names, case)
     at = [names.index(name) for name in chosen]
-    environment = single.environment
+    environment = _with_settings(single.environment, rows)
     persons = []
     for number, role in enumerate(single.roles):
         held = next((row for row in rows.people if row.name == role.name), None)
@@ -126,6 +127,16 @@ def _held_source(study: Study, rows: PosturesRows, case: str) -> Source:
             persons.append(Person(role.name, body, join_poses([_pose(body, held, p) for p in at])))
             environment = _with_seat(environment, held)
     return people_source(single.title, environment, tuple(persons), chosen)
+
+
+def _with_settings(environment: Environment, rows: PosturesRows) -> Environment:
+    """The surroundings with everything that can be adjusted as it was set."""
+    setting = {
+        one.name: rows.settings[one.column] * one.shown_unit
+        for one in environment.adjustments
+        if one.column in rows.settings
+    }
+    return adjusted(environment, setting)
 
 
 def _pose(body: Body, person: PersonRow, case: int) -> Poses:

@@ -126,6 +126,13 @@ def _short_lengths(environment: Environment) -> Iterator[str]:
                     f"seat {seat.name!r}: its travel {name} is {1e3 * (ends[1] - ends[0]):.2g} mm "
                     f"long: a wrong unit of length?"
                 )
+    for one in environment.adjustments:
+        long = one.travel[1] - one.travel[0]
+        if not one.turns and long < _SHORT:
+            yield (
+                f"adjustment {one.name!r}: its travel is {1e3 * long:.2g} mm long: a wrong unit of "
+                f"length?"
+            )
     for rule in environment.allowances:
         if 0 < rule.depth < _SHORT:
             yield (

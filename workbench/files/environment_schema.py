@@ -4,21 +4,34 @@ validated."""
 from __future__ import annotations
 
 import math
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
-from pydantic import AfterValidator, Field, model_validator
+from pydantic import (
+    AfterValidator,
+    BeforeValidator,
+    Field,
+    ValidationInfo,
+    WithJsonSchema,
+    field_validator,
+    model_validator,
+)
 
 from workbench.files.schema import (
+    LENGTH_SCHEMA,
     Degrees,
     FileModel,
     Length,
     LengthUnit,
     Vector,
+    length_in_metres,
     metres_in,
+    plausible,
     to_metres,
 )
 
 __all__ = [
+    "MOST_TURN",
+    "AdjustmentFile",
     "AllowFile",
     "ControlFile",
     "EnvironmentFile",
@@ -29,6 +42,8 @@ __all__ = [
     "unit_metres",
 ]
 
+MOST_TURN = 45.0
+"""Degrees that an adjustment may turn to either side: far more than any seat, wheel or pedal."""
 Axis = Literal["x", "y", "z", "-x", "-y", "-z"]
 SeatAngle = Annotated[float, Field(ge=-45, le=90), AfterValidator(math.radians)]
 Depth = Annotated[Length, Field(ge=0, le=1)]
@@ -58,6 +73,20 @@ def _rising(pair: tuple[float, float]) -> tuple[float, float]:
             "two lengths are needed, the least (zero or below) and the greatest (zero or above)"
         )
     return pair
+
+
+def _turning(pair: tuple[float, float]) -> tuple[float, float]:
+    if not pair[0] <= 0 <= pair[1]:
+        raise ValueError(
+            "two angles are needed, the least (zero or below) and the greatest (zero or above)"
+        )
+    return math.radians(pair[0]), math.radians(pair[1])
+
+
+TurnAngle = Annotated[float, Field(ge=-MOST_TURN, le=MOST_TURN)]
+TurnRange = Annotated[
+    Annotated[tuple[TurnAngle, TurnAngle], Field(strict=False)], AfterValidator(_turning)
+]
 
 
 class TurnFile(FileModel):
@@ -111,10 +140,12 @@ class RestFile(FileModel):
 
 
 class TravelFile(FileModel):
-    """How far a seat goes from where it stands: least and greatest [m]."""
+    """How far a seat goes from where it stands: least and greatest [m]; and how far it tilts
+    [rad], with the front edge up."""
 
     forward: Annotated[Range, AfterValidator(_rising)] = (0.0, 0.0)
     up: Annotated[Range, AfterValidator(_rising)] = (0.0, 0.0)
+    tilt: TurnRange = (0.0, 0.0)
 
 
 class SeatFile(FileModel):
@@ -139,6 +170,78 @@ class ControlFile(FileModel):
     part: str = ""
 
 
+def _direction(vector: tuple[float, float, float]) -> tuple[float, float, float]:
+    """The unit vector of a direction; ValueError for one without length."""
+    length = math.hypot(*vector)
+    if not 1e-9 <= length <= 1e9:
+        raise ValueError("a direction needs a length: one of its three numbers is not zero")
+    x, y, z = (value / length for value in vector)
+    return x, y, z
+
+
+Direction = Annotated[
+    Annotated[tuple[float, float, float], Field(strict=False)], AfterValidator(_direction)
+]
+
+
+class AboutFile(FileModel):
+    """The axis of a turn, by the right-hand rule: a point on it [m] and its direction."""
+
+    point: Vector
+    axis: Direction
+
+
+def _end_of_travel(value: Any, info: ValidationInfo) -> Any:
+    """An end of the travel of an adjustment: an angle [rad] of a turn, else a length [m]."""
+    if "about" not in info.data or info.data["about"] is None:
+        return plausible(length_in_metres(value, info))
+    if isinstance(value, bool) or not isinstance(value, (int, float)):
+        raise ValueError("a number of degrees is needed")
+    if not -MOST_TURN <= value <= MOST_TURN:
+        raise ValueError(f"{-MOST_TURN:g} to {MOST_TURN:g} degrees are possible")
+    return math.radians(value)
+
+
+End = Annotated[float, BeforeValidator(_end_of_travel), WithJsonSchema(LENGTH_SCHEMA)]
+
+
+class AdjustmentFile(FileModel):
+    """What an occupant sets: parts that slide `along` a direction, or turn `about` an axis.
+
+    travel: least and greatest, of a slide [m], of a turn [rad]; see
+    `workbench.model.environment.Adjustment`.
+    """
+
+    along: Direction | None = None
+    about: AboutFile | None = None
+    travel: Annotated[tuple[End, End], Field(strict=False)]
+    parts: list[Name] = Field(default_factory=list)
+    points: list[Name] = Field(default_factory=list)
+    mounted_on: Name | None = None
+    seat: Name | None = None
+
+    @field_validator("travel")
+    @classmethod
+    def _holds_zero(cls, travel: tuple[float, float]) -> tuple[float, float]:
+        low, high = travel
+        if not low <= 0 <= high:
+            raise ValueError(
+                "the least (zero or below) and the greatest (zero or above) are needed: the mesh "
+                "shows the nominal setting, which is 0"
+            )
+        if low == high:
+            raise ValueError("an adjustment needs travel: this one stays where it is")
+        return travel
+
+    @model_validator(mode="after")
+    def _slides_or_turns(self) -> AdjustmentFile:
+        if (self.along is None) == (self.about is None):
+            raise ValueError(
+                "an adjustment slides or turns: give 'along', or 'about' with a point and an axis"
+            )
+        return self
+
+
 class EnvironmentFile(FileModel):
     """The whole file."""
 
@@ -152,3 +255,4 @@ class EnvironmentFile(FileModel):
     seats: dict[str, SeatFile] = Field(default_factory=dict)
     points: dict[str, Vector] = Field(default_factory=dict)
     controls: dict[str, ControlFile] = Field(default_factory=dict)
+    adjustments: dict[str, AdjustmentFile] = Field(default_factory=dict)

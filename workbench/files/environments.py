@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
-from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +11,11 @@ import numpy as np
 
 from workbench.errors import InputError, one_of
 from workbench.files.catalogue import find
+from workbench.files.environment_adjustments import (
+    adjustment_faults,
+    adjustments_of,
+    matching_parts,
+)
 from workbench.files.environment_doubts import environment_doubts, part_box
 from workbench.files.environment_schema import (
     EnvironmentFile,
@@ -72,6 +76,7 @@ def load_environment(source: str | Path, *, near: Path | None = None) -> Environ
     names = [part.name for part in parts]
     rules, faults = _rules(document, file, names)
     faults += _unknown_names(document, file, names)
+    faults += adjustment_faults(document, file, names)
     if faults:
         raise InputError(faults)
     environment, open_parts = build_environment(
@@ -198,17 +203,11 @@ def _mesh(
     return parts, (*implausible_sizes(parts, metres, file=Path(mesh.file).stem), *raw.notes)
 
 
-def _matching(key: str, names: Iterable[str]) -> list[str]:
-    """The parts a key means: the one of that name, else those the pattern fits."""
-    known = list(names)
-    return [key] if key in known else [name for name in known if fnmatchcase(name, key)]
-
-
 def _rule_path(file: EnvironmentFile, name: str) -> tuple[str, ...]:
     keys = [
         key
         for key in file.parts
-        if file.parts[key].solid is True and name in _matching(key, [name])
+        if file.parts[key].solid is True and name in matching_parts(key, [name])
     ]
     return ("parts", keys[-1], "solid") if keys else ("parts",)
 
@@ -221,7 +220,7 @@ def _rules(
     chosen = {name: PartFile() for name in names}
     faults = []
     for key in sorted(file.parts, key=lambda key: key in chosen):
-        matched = _matching(key, names)
+        matched = matching_parts(key, names)
         if not matched:
             faults.append(
                 fail(document, ("parts", key), f"no part of this name; {one_of(key, names)}")
@@ -236,7 +235,7 @@ def _unknown_names(document: Document, file: EnvironmentFile, names: list[str]) 
         fail(document, path, f"no part {name!r}; {one_of(name, names)}")
         for path, name in _named_parts(file)
         # what a seat moves may be patterns
-        if name not in names and not (path[2] == "moves" and _matching(name, names))
+        if name not in names and not (path[2] == "moves" and matching_parts(name, names))
     ]
 
 
@@ -260,6 +259,7 @@ def _complete(
     rules: of each part; notes: sentences about the meshes.
     """
     controls = file.controls.items()
+    seats = tuple(_seat(name, seat, environment.parts) for name, seat in file.seats.items())
     complete = replace(
         environment,
         description=file.description,
@@ -270,9 +270,10 @@ def _complete(
             *_resting(file, environment.parts),
             *_gripped(environment, file, rules),
         ),
-        seats=tuple(_seat(name, seat, environment.parts) for name, seat in file.seats.items()),
+        seats=seats,
         points=dict(file.points),
         controls=tuple(Control(name, c.at, c.grip, c.zone, c.part) for name, c in controls),
+        adjustments=adjustments_of(file, seats, environment.parts),
     )
     doubts = environment_doubts(complete, moved=any(any(mesh.move) for mesh in file.meshes))
     return replace(complete, warnings=(*notes, *doubts, *environment.warnings))
@@ -316,7 +317,7 @@ def _seat(name: str, seat: SeatFile, parts: Iterable[str]) -> Seat:
     def rest(given: RestFile) -> Rest:
         return Rest(given.part, _segments(given.segments), given.depth)
 
-    moves = tuple(dict.fromkeys(part for key in seat.moves for part in _matching(key, parts)))
+    moves = tuple(dict.fromkeys(part for key in seat.moves for part in matching_parts(key, parts)))
     return Seat(
         name,
         seat.srp,

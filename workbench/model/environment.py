@@ -3,6 +3,7 @@ controls."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -11,7 +12,7 @@ from workbench.errors import InputError, one_of
 from workbench.model.arguments import check_fields
 from workbench.model.arrays import ArrayKind, Bools, Floats, Ints, freeze_fields
 
-__all__ = ["Allowance", "Control", "Environment", "Quality", "Rest", "Seat"]
+__all__ = ["Adjustment", "Allowance", "Control", "Environment", "Quality", "Rest", "Seat"]
 
 
 @dataclass(frozen=True)
@@ -67,6 +68,45 @@ class Seat:
     def held(self, forward: float, up: float) -> Seat:
         """The seat in one position [m], without travel."""
         return replace(self, travel_forward=(forward, forward), travel_up=(up, up))
+
+
+@dataclass(frozen=True)
+class Adjustment:
+    """What an occupant sets: parts that slide along an axis or turn about one.
+
+    axis (3,): unit, of the slide or the turn; pivot (3,) [m]: a point of the axis of a turn, None
+    of a slide. travel: (least, greatest), at: where it is set; [m] of a slide, [rad] of a turn, 0
+    the nominal setting. parts, points: what moves; controls go along with their parts. mounted_on:
+    the adjustment that carries this one, "" where none does. seat: whose occupant sets it, ""
+    where the first may who acts on controls. tilts: the seat that this is the tilt of, "" of all
+    others.
+    """
+
+    name: str
+    axis: tuple[float, float, float]
+    pivot: tuple[float, float, float] | None
+    travel: tuple[float, float]
+    parts: tuple[str, ...]
+    points: tuple[str, ...] = ()
+    mounted_on: str = ""
+    seat: str = ""
+    tilts: str = ""
+    at: float = 0.0
+
+    @property
+    def turns(self) -> bool:
+        """Whether its unit is the radian, not the metre."""
+        return self.pivot is not None
+
+    @property
+    def column(self) -> str:
+        """What a table calls it: its name with the unit, mm or deg."""
+        return f"{self.name}_{'deg' if self.turns else 'mm'}"
+
+    @property
+    def shown_unit(self) -> float:
+        """The unit in which it is shown, millimetre or degree [m or rad]."""
+        return math.radians(1.0) if self.turns else 1e-3
 
 
 @dataclass(frozen=True)
@@ -128,6 +168,7 @@ class Environment:
     seats: tuple[Seat, ...] = ()
     points: dict[str, tuple[float, float, float]] = field(default_factory=dict)
     controls: tuple[Control, ...] = ()
+    adjustments: tuple[Adjustment, ...] = ()
     quality: tuple[Quality, ...] = ()
     warnings: tuple[str, ...] = ()
 
@@ -173,6 +214,14 @@ class Environment:
         raise InputError(
             f"environment {self.name}: no seat {name!r}; {one_of(name, [s.name for s in self.seats])}"
         )
+
+    def adjustment(self, name: str) -> Adjustment:
+        """An adjustment by name; InputError lists the valid ones."""
+        for one in self.adjustments:
+            if one.name == name:
+                return one
+        names = [one.name for one in self.adjustments]
+        raise InputError(f"environment {self.name}: no adjustment {name!r}; {one_of(name, names)}")
 
     def with_seat(self, seat: Seat) -> Environment:
         """The environment with another seat in the place of the one of that name."""

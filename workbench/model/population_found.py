@@ -17,7 +17,7 @@ from workbench.model.accommodation import (
 )
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.body import Body
-from workbench.model.environment import Environment
+from workbench.model.environment import Adjustment, Environment
 from workbench.model.population import Population
 from workbench.model.poses import Placed
 from workbench.model.study import Study
@@ -50,7 +50,8 @@ class Shown:
 class PopulationFound:
     """What was found of a population: P people, R requirements.
 
-    A person fits who meets all requirements in some position of the seat.
+    A person fits who meets all requirements in some position of the seat, and some setting of what
+    may be adjusted.
 
     Parameters
     ----------
@@ -78,6 +79,8 @@ class PopulationFound:
     sets
         (P, K) whether some position meets all requirements without one (the first R), without
         those of a criterion (the next C), or those of a share that is asked for.
+    setting
+        (P, A) [m or rad] the setting of the adjustments of the workplace that the margins are of.
     limiting
         (P,) the measure that is oddest of the person and bears on the worst requirement, "" for
         whom all is met.
@@ -107,6 +110,7 @@ class PopulationFound:
     comfortable: Floats
     window: Floats
     sets: Bools
+    setting: Floats
     limiting: tuple[str, ...]
     shares: tuple[GroupShare, ...]
     single: Floats
@@ -121,8 +125,21 @@ class PopulationFound:
 
     @property
     def moved(self) -> Bools:
-        """(P,) who fits, but not in the comfortable position."""
-        return np.asarray(np.isfinite(self.window[:, 0]) & self.served, dtype=np.bool_)
+        """(P,) who fits with all at its nominal setting, but not in the comfortable position."""
+        elsewhere = np.isfinite(self.window[:, 0]) & self.served & ~self.adjusted
+        return np.asarray(elsewhere, dtype=np.bool_)
+
+    @property
+    def adjustments(self) -> tuple[Adjustment, ...]:
+        """The A adjustments that the people may make."""
+        return tuple(self.place.environment.adjustment(name) for name in self.place.adjusts)
+
+    @property
+    def adjusted(self) -> Bools:
+        """(P,) who fits, but only with something set otherwise than nominally."""
+        nominal = np.array([one.at for one in self.adjustments])
+        away = (self.setting != nominal).any(axis=1)
+        return np.asarray(away & self.served, dtype=np.bool_)
 
     @property
     def met(self) -> Bools:

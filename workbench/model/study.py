@@ -56,7 +56,7 @@ class Role:
     measures the body is scaled to; sizes: several of them by name, or population: many people, who
     take the role one at a time; none of these for the body as it is. seat: whose position [m] is `forward` and `up`, or found where `free`.
     stand: the point (3,) [m] that the lowest sphere stands on. Where neither is given, poses say
-    where the body is.
+    where the body is. adjusts: the adjustments of the environment that the person may make.
     """
 
     name: str
@@ -71,6 +71,7 @@ class Role:
     forward: float = 0.0
     up: float = 0.0
     stand: tuple[float, float, float] | None = None
+    adjusts: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)

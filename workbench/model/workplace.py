@@ -78,6 +78,8 @@ class Workplace:
         (3,) [m] the point that the lowest sphere stands on, where there is one.
     beside
         Others who are there too, each with a pose for every case.
+    adjusts
+        The adjustments of the environment that the role may make.
     """
 
     role: str
@@ -87,6 +89,7 @@ class Workplace:
     seat: str | None = None
     stand: tuple[float, float, float] | None = None
     beside: tuple[Beside, ...] = ()
+    adjusts: tuple[str, ...] = ()
 
     @property
     def own_seat(self) -> Seat | None:

@@ -13,7 +13,7 @@ from workbench.report.motions.section import motion_words, motions_section
 from workbench.report.population.section import population_section, population_words
 from workbench.report.postures.section import postures_section
 from workbench.report.templates import template
-from workbench.report.words import part_count
+from workbench.report.words import adjusted_line, part_count
 
 __all__ = ["page"]
 
@@ -65,9 +65,13 @@ def _people(result: Result, rows: ResultFile) -> list[str]:
     for found in rows.postures:
         lead = f"{found.row}, " if found.row else ""
         lines += [f"{lead}{person.name}: {person.description}" for person in found.people]
+    for there in result.postures:
+        lines += adjusted_line(there.environment, there.row)
     lines += list(dict.fromkeys(motion_words(motion) for motion in rows.motions))
     if result.population is not None and rows.population is not None:
         lines.append(population_words(result.population, rows.population.role))
+        if not result.postures:
+            lines += adjusted_line(result.population.place.environment)
     return lines
 
 

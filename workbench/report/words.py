@@ -13,8 +13,10 @@ from workbench.model.criterion import Criterion
 from workbench.model.environment import Environment
 from workbench.model.person import Size
 from workbench.model.result import Finding, PersonFound, Verdict
+from workbench.study.settings import setting_text
 
 __all__ = [
+    "adjusted_line",
     "contact_sentence",
     "finding_sentence",
     "millimetres",
@@ -254,6 +256,17 @@ def person_words(person: PersonFound) -> str:
             if abs(value) >= HALF_MILLIMETRE:
                 words += f", {abs(1000 * value):.0f} mm {ahead if value > 0 else behind}"
     return words
+
+
+def adjusted_line(environment: Environment, size: str = "") -> list[str]:
+    """What of an environment is set otherwise than drawn: "set: wheel telescope at −20 mm"; nothing
+    where all is at its nominal setting.
+
+    size: of the person who takes a role, "" where there is one only.
+    """
+    found = [setting_text(one, one.at) for one in environment.adjustments if one.at]
+    lead = f"{size}, set" if size else "set"
+    return [f"{lead}: {', '.join(found)}"] if found else []
 
 
 def _sized(size: Size) -> str:

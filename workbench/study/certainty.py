@@ -16,6 +16,7 @@ from workbench.model.workplace import Workplace
 from workbench.study.checks.margins import Asked, Bounds
 from workbench.study.checks.table import bounds_of
 from workbench.study.positions import Fitted, in_positions
+from workbench.study.settings import at_setting, nominal_setting
 from workbench.study.situation import Occupants, Situation
 
 __all__ = ["true_bounds"]
@@ -51,13 +52,18 @@ def true_bounds(
     if not len(columns):
         return found
     some = [asked[r] for r in columns.tolist()]
+    nominal = nominal_setting(place)
     stay = (fitted.tried.seat == fitted.comfortable).all(axis=1)
-    for rows in (np.flatnonzero(stay), np.flatnonzero(~stay)):
-        if not len(rows):
-            continue
-        situations = [situation.rows(rows) for situation in comfortable]
-        if not stay[rows[0]]:
-            there = fitted.tried.seat[rows]
-            situations = in_positions(place, who.rows(rows), there, situations)
-        found.put(rows, columns, bounds_of(situations, some))
+    stay &= (fitted.setting == nominal).all(axis=1)
+    rows = np.flatnonzero(stay)
+    if len(rows):
+        there = [situation.rows(rows) for situation in comfortable]
+        found.put(rows, columns, bounds_of(there, some))
+    rest = np.flatnonzero(~stay)
+    for setting in np.unique(fitted.setting[rest], axis=0):
+        rows = rest[(fitted.setting[rest] == setting).all(axis=1)]
+        at = at_setting(place, setting)
+        wanted = [situation.rows(rows) for situation in comfortable]
+        there = in_positions(at, who.rows(rows), fitted.tried.seat[rows], wanted)
+        found.put(rows, columns, bounds_of(there, some))
     return found

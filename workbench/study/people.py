@@ -31,8 +31,9 @@ from workbench.study.positions import (
     in_positions,
 )
 from workbench.study.requirements import asked_of
-from workbench.study.seat_words import move_words, shortfalls
-from workbench.study.situation import Occupants, Situation, seats_moved, with_hands
+from workbench.study.seat_words import move_words, setting_words, shortfalls
+from workbench.study.settings import at_setting
+from workbench.study.situation import Occupants, Situation, position_of, seats_moved, with_hands
 from workbench.study.warnings import result_warnings, seat_verdicts
 from workbench.study.workplaces import occupant, workplace_of
 
@@ -84,7 +85,7 @@ def present_people(study: Study) -> Present:
         who, notes = occupant(role, row)
         workplace = workplace_of(study, row, environment, beside)
         found, moves = _take_place(workplace, who, role)
-        environment = seats_moved(workplace, found[0])
+        environment = seats_moved(found[0].place, found[0])
         roles.append(role)
         seated.append(found)
         words += [*notes, *moves]
@@ -107,8 +108,8 @@ def _minds_others(study: Study, role: Role) -> bool:
 def _take_place(
     workplace: Workplace, who: Occupants, role: Role
 ) -> tuple[list[Situation], list[str]]:
-    """One person in the position that meets all that is asked, nearest to the comfortable one; and
-    in words that this is another one."""
+    """One person in the position and setting that meet all that is asked, nearest to the
+    comfortable and the nominal one; and in words that these are others."""
     comfortable = comfortable_situations(workplace, who)
     asked = asked_of(workplace)
     first = workplace.first_predicted
@@ -116,10 +117,14 @@ def _take_place(
         return comfortable, []
     no_sets = np.zeros((len(asked), 0), dtype=np.bool_)
     found = fitted_positions(workplace, asked, no_sets, who, comfortable)
-    words = move_words(comfortable[first], found.tried, found.comfortable[0])
+    there = at_setting(workplace, found.setting[0])
+    if there is not workplace:
+        comfortable = comfortable_situations(there, who)
+    words = move_words(comfortable[first], found.tried, position_of(comfortable[first])[0])
+    words = [*setting_words(comfortable[first], workplace, found), *words]
     if not words:
         return comfortable, []
-    return in_positions(workplace, who, found.tried.seat, comfortable), words
+    return in_positions(there, who, found.tried.seat, comfortable), words
 
 
 def poses_of(situations: Sequence[Situation]) -> Poses:

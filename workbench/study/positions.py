@@ -12,6 +12,11 @@ searched:
 3. Who misses by less than ``NEAR_MISS`` there is tried in all positions about the best one,
    ``CLOSE_SPACING`` apart, and then in its neighbours at the ``LAST_STEPS``.
 
+Who fits in none of them is tried at other settings of what may be adjusted (a wheel, pedals, the
+tilt of the seat): a lattice of settings, nearest to the nominal one first, with the lattice of
+positions at each. Then follow the neighbours of the best position at its setting. Settings between
+those of the lattice are not tried: on the compact car they let nobody else fit.
+
 The same search says who would fit if a requirement were dropped: each of several sets of
 requirements counts as met where some position meets all of it.
 
@@ -21,23 +26,32 @@ was tried, is not found.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
 from workbench.model.accommodation import MET
 from workbench.model.arrays import Bools, Floats, Ints
+from workbench.model.content import content_key
 from workbench.model.environment import Seat
 from workbench.model.workplace import Workplace
 from workbench.study.checks.margins import Asked, Margins, no_margins
 from workbench.study.checks.table import CHECKS, REACHING, SAME_EVERYWHERE, margins_of
+from workbench.study.settings import (
+    at_setting,
+    nominal_setting,
+    renewed,
+    settings_of,
+)
 from workbench.study.situation import (
     Occupants,
     Situation,
     Taken,
     in_place,
     position_of,
+    seating_of,
     situated,
 )
 
@@ -65,6 +79,8 @@ CLOSE = 4
 how many of its points lie to each side."""
 LAST_STEPS = (0.0025, 0.001, 0.0005)
 """Distances [m] at which the neighbours of the best position of those are tried at last."""
+SETTING_WORTH = 1e-4
+"""A setting in which somebody still does not fit must be better than the best so far by this [m]."""
 WAVE = 8
 """Positions of the lattice that are tried at a time."""
 MOST_ROWS = 512
@@ -144,15 +160,36 @@ class Fitted:
         (B, 2) [m] forward and up.
     window
         (B, 4) [m] the least and greatest forward, the least and greatest up of the positions tried
-        that fit. NaN where none fits, and where the comfortable one does: then no other is tried.
+        that fit, in the setting of the margins. NaN where none fits, and where the comfortable one
+        does: then no other is tried.
     sets
-        (B, K) whether some position meets all requirements of each set.
+        (B, K) whether some position, in some setting, meets all requirements of each set.
+    setting
+        (B, A) [m or rad] the setting of the adjustments that the margins are of.
     """
 
     tried: Tried
     comfortable: Floats
     window: Floats
     sets: Bools
+    setting: Floats
+
+    def rows(self, keep: Ints) -> Fitted:
+        """A copy of what became of the people at indices, in their order."""
+        return Fitted(
+            self.tried.rows(keep),
+            self.comfortable[keep],
+            self.window[keep],
+            self.sets[keep],
+            self.setting[keep],
+        )
+
+    def take(self, rows: Ints, other: Fitted) -> None:
+        """Replace what became of the people at indices; their comfortable positions stay."""
+        self.tried.take(rows, other.tried)
+        self.window[rows] = other.window
+        self.sets[rows] = other.sets
+        self.setting[rows] = other.setting
 
 
 @dataclass(frozen=True, eq=False)
@@ -180,10 +217,12 @@ class Before:
 
 @dataclass(frozen=True, eq=False)
 class _Search:
-    """Who is searched for, and what was found so far; `best` is in the order of these people.
+    """Who is searched for in one setting, and what was found so far; `best` is in the order of
+    these people.
 
-    wanted: the cases in the comfortable position; score (B,) [m]: the least margin in the best
-    position of the requirements that depend on it.
+    wanted: the cases in the comfortable position of the setting; fixed: what became of them there; counted (R,): the requirements by which positions are compared; score (B,) [m]: the least
+    margin of these in the best position; setting (A,) [m or rad]; worth [m]: what a position that
+    does not fit must be better by.
     """
 
     place: Workplace
@@ -193,6 +232,15 @@ class _Search:
     wanted: Sequence[Situation]
     best: Fitted
     score: Floats
+    fixed: Margins
+    counted: Bools
+    setting: Floats
+    worth: float = 0.0
+
+    @cached_property
+    def comfortable(self) -> Floats:
+        """(B, 2) [m] the comfortable position in the setting, forward and up."""
+        return position_of(self.wanted[0])
 
 
 def fitted_positions(
@@ -220,20 +268,34 @@ def fitted_positions(
     here = _tried_again(comfortable, asked, before) if before else tried(comfortable, asked)
     at = here.seat.copy()
     window = np.full((len(at), 4), np.nan)
-    found = Fitted(here, at, window, _met_sets(here.margin, members))
+    nominal = nominal_setting(place)
+    setting = np.tile(nominal, (len(at), 1))
+    found = Fitted(here, at, window, _met_sets(here.margin, members), setting)
     positions = lattice(place.own_seat)
-    short = np.flatnonzero((here.margin[:, _movable(asked)] < -MET).any(axis=1))
-    if len(positions) < 2 or not len(short):
-        return found
-    best = Fitted(here.rows(short), at[short], window[short], found.sets[short])
-    wanted = [situation.rows(short) for situation in comfortable]
-    score = _score(best.tried.margin, asked)
-    search = _Search(place, asked, members, who.rows(short), wanted, best, score)
-    _scan(search, positions)
-    _refine(search)
-    here.take(short, best.tried)
-    window[short] = best.window
-    found.sets[short] = best.sets
+    movable = _movable(asked)
+    short = np.flatnonzero((here.margin[:, movable] < -MET).any(axis=1))
+    if len(positions) > 1 and len(short):
+        best = found.rows(short)
+        wanted = [situation.rows(short) for situation in comfortable]
+        score = _score(best.tried.margin, movable)
+        search = _Search(
+            place,
+            asked,
+            members,
+            who.rows(short),
+            wanted,
+            best,
+            score,
+            here.rows(short),
+            movable,
+            nominal,
+        )
+        _scan(search, positions)
+        _refine(search)
+        found.take(short, best)
+    settings = settings_of(place)
+    if len(settings):
+        _Settings(place, asked, members, who, comfortable, found).search(settings)
     return found
 
 
@@ -274,9 +336,9 @@ def _movable(asked: Sequence[Asked]) -> Bools:
     return np.array([one.requirement.check not in SAME_EVERYWHERE for one in asked], dtype=np.bool_)
 
 
-def _score(margin: Floats, asked: Sequence[Asked]) -> Floats:
-    """(B,) [m] the least margin of the requirements that depend on the position."""
-    known = np.where(np.isnan(margin), np.inf, margin)[:, _movable(asked)]
+def _score(margin: Floats, counted: Bools) -> Floats:
+    """(B,) [m] the least margin of some requirements (R,)."""
+    known = np.where(np.isnan(margin), np.inf, margin)[:, counted]
     score: Floats = known.min(axis=1, initial=np.inf)
     return score
 
@@ -290,7 +352,7 @@ def _met_sets(margin: Floats, members: Bools) -> Bools:
 def _scan(search: _Search, positions: Floats) -> None:
     """Try the lattice, for each person the nearest to the comfortable position first. Where no set
     is asked for, who fits is asked no further."""
-    way = np.linalg.norm(positions[None] - search.best.comfortable[:, None], axis=2)
+    way = np.linalg.norm(positions[None] - search.comfortable[:, None], axis=2)
     order = np.argsort(way, axis=1, kind="stable")
     for first in range(0, len(positions), WAVE):
         people = np.arange(len(order))
@@ -317,10 +379,9 @@ def _judge(search: _Search, people: Ints, positions: Floats) -> None:
     What costs least is asked first, and what follows only of those who may still do better in
     their position, or meet another set.
     """
-    best = search.best
     found = no_margins(len(people), search.asked)
     known = ~_movable(search.asked)
-    found.margin[:, known] = best.tried.margin[np.ix_(people, np.flatnonzero(known))]
+    found.put(np.arange(len(people)), np.flatnonzero(known), _of(search.fixed, people, known))
     wanted = [situation.rows(people) for situation in search.wanted]
     situations = in_positions(search.place, search.who.rows(people), positions, wanted)
     left = np.arange(len(people))
@@ -350,9 +411,8 @@ def _stages(asked: Sequence[Asked]) -> list[Bools]:
 def _hopeful(search: _Search, people: Ints, margin: Floats, known: Bools) -> Ints:
     """The rows of people (N,) who may do better than in their best position, or meet another set,
     as far as the requirements (R,) that are known say."""
-    movable = known & _movable(search.asked)
-    least = np.where(np.isnan(margin), np.inf, margin)[:, movable].min(axis=1, initial=np.inf)
-    better = least > np.minimum(search.score[people], -MET)
+    least = _score(margin, known & search.counted)
+    better = least > np.minimum(search.score[people] + search.worth, -MET)
     sets = _met_sets(margin[:, known], search.members[known])
     return np.flatnonzero(better | (sets & ~search.best.sets[people]).any(axis=1))
 
@@ -361,12 +421,13 @@ def _keep(search: _Search, people: Ints, tried: Tried) -> None:
     """Take up what became of people (N,) in positions."""
     best = search.best
     np.logical_or.at(best.sets, people, _met_sets(tried.margin, search.members))
-    score = _score(tried.margin, search.asked)
+    score = _score(tried.margin, search.counted)
     for row in np.flatnonzero(score >= -MET).tolist():
         _widen(best.window[people[row]], tried.seat[row])
     for row, person in enumerate(people.tolist()):
         if _is_better(search, person, float(score[row]), tried.seat[row]):
             best.tried.take(np.array([person]), tried.rows(np.array([row])))
+            best.setting[person] = search.setting
             search.score[person] = score[row]
 
 
@@ -375,10 +436,12 @@ def _is_better(search: _Search, person: int, score: float, position: Floats) -> 
     of those that fit the nearer to the comfortable one, else that of the greater least margin."""
     before = float(search.score[person])
     if score >= -MET and before >= -MET:
-        comfortable = search.best.comfortable[person]
+        comfortable = search.comfortable[person]
         known = np.linalg.norm(search.best.tried.seat[person] - comfortable)
         return bool(np.linalg.norm(position - comfortable) < known - 1e-9)
-    return score > before
+    if score >= -MET:
+        return True
+    return score > before + search.worth
 
 
 def _widen(window: Floats, position: Floats) -> None:
@@ -436,3 +499,103 @@ def _try_close(search: _Search) -> None:
         wanted = np.repeat(centres[left], len(some), axis=0) + np.tile(some, (len(left), 1))
         rows = np.repeat(people[left], len(some))
         _try_positions(search, rows, _within_travel(search, wanted))
+
+
+@dataclass(frozen=True, eq=False)
+class _Settings:
+    """People who are searched for at other settings than the nominal one, and what was found of
+    them so far. comfortable: the cases at the nominal setting."""
+
+    place: Workplace
+    asked: Sequence[Asked]
+    members: Bools
+    who: Occupants
+    comfortable: Sequence[Situation]
+    found: Fitted
+
+    @property
+    def score(self) -> Floats:
+        """(B,) [m] the least margin of all requirements in the best position and setting."""
+        return _score(self.found.tried.margin, np.ones(len(self.asked), dtype=np.bool_))
+
+    @property
+    def left(self) -> Ints:
+        """The people who fit in no position and setting so far."""
+        return np.flatnonzero(self.score < -MET)
+
+    def search(self, settings: Floats) -> None:
+        """Try settings (S, A), then the neighbours of the best positions."""
+        positions = lattice(self.place.own_seat)
+        for setting in settings:
+            self._tried_at(setting, self.left, lambda search: _scan(search, positions))
+        if len(positions) > 1:
+            self._refine_at_best()
+
+    def _tried_at(self, setting: Floats, people: Ints, trying: Callable[[_Search], None]) -> None:
+        """Try some people (N,) at a setting (A,): in the comfortable position there, then as
+        `trying` does."""
+        if not len(people):
+            return
+        place = at_setting(self.place, setting)
+        asked = renewed(place, self.asked)
+        who = self.who.rows(people)
+        before = [situation.rows(people) for situation in self.comfortable]
+        wanted = comfortable_situations(place, who, _taken_again(self.place, place, before))
+        best = self.found.rows(people)
+        fixed = _margins_anywhere(wanted, asked)
+        everything = np.ones(len(asked), dtype=np.bool_)
+        score = self.score[people]
+        search = _Search(
+            place,
+            asked,
+            self.members,
+            who,
+            wanted,
+            best,
+            score,
+            fixed,
+            everything,
+            setting,
+            SETTING_WORTH,
+        )
+        _try_positions(search, np.arange(len(people)), search.comfortable)
+        trying(search)
+        self.found.take(people, best)
+
+    def _refine_at_best(self) -> None:
+        """Try the neighbours of the best position at its setting, where that is not the nominal
+        one."""
+        left = self.left
+        nominal = nominal_setting(self.place)
+        for setting in np.unique(self.found.setting[left], axis=0):
+            if not np.array_equal(setting, nominal):
+                mine = (self.found.setting[left] == setting).all(axis=1)
+                self._tried_at(setting, left[mine], _refine)
+
+
+def _margins_anywhere(wanted: Sequence[Situation], asked: Sequence[Asked]) -> Margins:
+    """The margins of the requirements that are the same in every position, NaN of the others."""
+    people = len(wanted[0])
+    same = np.flatnonzero(~_movable(asked))
+    found = no_margins(people, asked)
+    if len(same):
+        found.put(np.arange(people), same, margins_of(wanted, [asked[r] for r in same.tolist()]))
+    return found
+
+
+def _of(margins: Margins, people: Ints, columns: Bools) -> Margins:
+    """The margins of some people (N,) in some requirements (R,)."""
+    at = np.ix_(people, np.flatnonzero(columns))
+    return Margins(margins.margin[at], margins.words[at], margins.toward[at])
+
+
+def _taken_again(
+    place: Workplace, other: Workplace, situations: Sequence[Situation]
+) -> Sequence[Taken]:
+    """The places that people have taken in a workplace, where they take the same ones in another;
+    else nothing."""
+    for case in range(len(place.cases)):
+        one, two = (content_key("seating", seating_of(each, case)) for each in (place, other))
+        if one != two:
+            return ()
+    return [situation.taken for situation in situations]

@@ -6,12 +6,14 @@ import numpy as np
 
 from workbench.model.accommodation import MET
 from workbench.model.arrays import Floats
+from workbench.model.workplace import Workplace
 from workbench.posture.seating.driving import DrivingPosture
 from workbench.posture.seating.seat import Seated
-from workbench.study.positions import Tried
+from workbench.study.positions import Fitted, Tried
+from workbench.study.settings import adjustments_of, setting_text
 from workbench.study.situation import Situation
 
-__all__ = ["move_words", "shortfalls"]
+__all__ = ["move_words", "setting_words", "shortfalls"]
 
 REPORTED = 1e-3
 """A miss [m] that is reported."""
@@ -71,6 +73,28 @@ def _limb_off(limb: str, control: str, miss: Floats, limit: tuple[str, ...]) -> 
     return [f"the {limb} stays {1000 * miss[0]:.0f} mm from {control}{why}"]
 
 
+def setting_words(situation: Situation, place: Workplace, found: Fitted) -> list[str]:
+    """That a person has set something otherwise than a workplace had it, and why.
+
+    situation: of the case that decides where the seat is wanted; found: of this one person.
+    """
+    set_so = [
+        setting_text(one, value)
+        for one, value in zip(adjustments_of(place), found.setting[0].tolist(), strict=True)
+        if value != one.at
+    ]
+    if not set_so:
+        return []
+    lead = f"{situation.place.role}, {situation.work.name}"
+    return [f"{lead}: {' and '.join(set_so)}: so {_why(found.tried)}"]
+
+
+def _why(found: Tried) -> str:
+    """Why the first person is where he or she is."""
+    met = float(np.nanmin(found.margin[0])) >= -MET
+    return "everything asked of the person is met" if met else "least is missing"
+
+
 def move_words(situation: Situation, found: Tried, comfortable: Floats) -> list[str]:
     """That the seat of a person has left the comfortable position (2,) [m], and why."""
     ahead, above = (found.seat[0] - comfortable).tolist()
@@ -81,8 +105,6 @@ def move_words(situation: Situation, found: Tried, comfortable: Floats) -> list[
         for size, words in ((ahead, ("forward", "back")), (above, ("up", "down")))
         if abs(size) >= 5e-4
     ]
-    met = float(np.nanmin(found.margin[0])) >= -MET
-    why = "everything asked of the person is met" if met else "least is missing"
     lead = f"{situation.place.role}, {situation.work.name}"
     where = f"{' and '.join(way)} of the most comfortable position"
-    return [f"{lead}: the seat is {where}: there {why}"]
+    return [f"{lead}: the seat is {where}: there {_why(found)}"]

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 
@@ -280,8 +280,8 @@ def take_places(seating: Seating, who: Occupants, positions: Floats | None = Non
         (B, 2) [m] forward and up, where the seat of each stands. None: where it is comfortable
         within its travel.
     """
-    if seating.seat is None or positions is None:
-        return _taken(seating, who)
+    if seating.seat is None or positions is None or seating.driving is not None:
+        return _taken(seating, who, positions)
     parts = []
     order = []
     distinct, which = np.unique(positions, axis=0, return_inverse=True)
@@ -294,8 +294,9 @@ def take_places(seating: Seating, who: Occupants, positions: Floats | None = Non
     return parts[0] if len(parts) == 1 else _join_taken(parts).rows(back)
 
 
-def _taken(seating: Seating, who: Occupants) -> Taken:
-    """People with the seat where it is comfortable within the travel of the seating."""
+def _taken(seating: Seating, who: Occupants, positions: Floats | None = None) -> Taken:
+    """People with the seat where it is comfortable within the travel of the seating; drivers with it
+    in positions (B, 2) [m] where these are given."""
     body = who.body
     poses = _pose_of_each(seating, body)
     if seating.seat is None:
@@ -316,6 +317,7 @@ def _taken(seating: Seating, who: Occupants) -> Taken:
         feet=seating.pedals.at,
         eye=seating.eye,
         numbers=(who.first + who.numbers).tolist(),
+        positions=positions,
     )
     return Taken(driven.poses, driven)
 
@@ -425,8 +427,13 @@ def _with_hand(situation: Situation, name: str, control: Control) -> Situation:
 def without_seat(place: Workplace) -> Environment:
     """The surroundings without the own seat: a thigh presses the cushion down, it does not stop
     there."""
-    environment = place.environment
-    gone = np.isin(environment.parts, place.moving_parts)
+    return _hiding(place.environment, place.moving_parts)
+
+
+@lru_cache(maxsize=8)
+def _hiding(environment: Environment, parts: tuple[str, ...]) -> Environment:
+    """The surroundings without some parts, once for each, so that they are indexed once."""
+    gone = np.isin(environment.parts, parts)
     return replace(environment, hidden=environment.hidden | gone)
 
 

@@ -53,6 +53,7 @@ def workplace_of(
         seat=role.seat,
         stand=role.stand,
         beside=tuple(beside),
+        adjusts=role.adjusts,
     )
 
 

@@ -58,7 +58,8 @@ class PeopleRow(Row):
     margin_mm: null where it does not apply, negative where it is not met; reason: index into
     `reasons`, -1 where nothing limits; seat_mm: forward and up in the position that the margins are
     of; comfortable_mm: in the comfortable one; window_mm: least and greatest forward, least and
-    greatest up of the positions tried that fit, null where the comfortable one fits or none does; stature_mm: null where it is not
+    greatest up of the positions tried that fit, null where the comfortable one fits or none does;
+    settings: by adjustment, with its unit in the name, where it is set; stature_mm: null where it is not
     known; limiting: the measure that leaves the person out, "" for whom all is met.
 
     certain: whether `served` holds wherever the true surface of the body lies within its fit error,
@@ -76,6 +77,7 @@ class PeopleRow(Row):
     seat_mm: list[tuple[float, float]]
     comfortable_mm: list[tuple[float, float]]
     window_mm: list[tuple[float, float, float, float] | None]
+    settings: dict[str, list[float]]
     margin_mm: list[list[float | None]]
     margin_from_mm: list[list[float | None]]
     margin_to_mm: list[list[float | None]]

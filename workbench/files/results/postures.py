@@ -152,7 +152,8 @@ class PosturesRows(Row):
     """People in postures: who they are, their contacts, reaches and envelopes.
 
     parts: the columns of the persons' clearances; row: the size of the person where several sizes
-    take a role one at a time, else null.
+    take a role one at a time, else null. settings: by adjustment, with its unit in the name, where
+    it is set.
     """
 
     row: str | None
@@ -162,3 +163,4 @@ class PosturesRows(Row):
     contacts: list[ContactRow]
     reaches: list[ReachRow] = []
     envelopes: list[EnvelopeRow] = []
+    settings: dict[str, float] = {}

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from workbench.files.study.schema import PositionFile
 from workbench.files.study.work import Work
 
 __all__ = ["limit_faults"]
@@ -11,11 +10,6 @@ __all__ = ["limit_faults"]
 def limit_faults(work: Work) -> None:
     """Report what cannot be run yet, and what can be asked instead."""
     roles = {name: role for name, role in work.parts.roles.items() if role is not None}
-    for name, role in roles.items():
-        key = ("people", name)
-        if isinstance(role.position, PositionFile) and role.position.tilt:
-            what = "a seat cannot be tilted yet; leave 'tilt' out, or turn the seat's mesh"
-            work.fault((*key, "position", "tilt"), what)
     crowd = work.parts.crowd
     if crowd is not None:
         _crowd_faults(work, crowd)

@@ -4,7 +4,7 @@ once."""
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from workbench.errors import InputError, one_of
@@ -23,9 +23,11 @@ from workbench.files.study.limits import limit_faults
 from workbench.files.study.parts import read_parts
 from workbench.files.study.roles import LoadedRole, load_roles, place_faults
 from workbench.files.study.schema import ActionFile, ChangeFile, PositionFile, RoleFile, StudyFile
+from workbench.files.study.settings import Sitter, adjusts_of, stated_settings
 from workbench.files.study.work import Key, Work
 from workbench.files.yaml_text import Document, read_yaml
 from workbench.model.accommodation import Change, IntervalRule, MapTask
+from workbench.model.adjusting import adjusted
 from workbench.model.criterion import Criterion
 from workbench.model.envelope import ReachTask
 from workbench.model.environment import Environment
@@ -404,12 +406,17 @@ def _study(
     """The study of a file that has no fault."""
     room = known.room
     assert room is not None
+    stated = stated_settings(file.people, room)
+    adjusts = adjusts_of(_sitters(work, file), room, stated)
     return Study(
         name=file.study,
         title=file.title or file.study,
         description=file.description,
-        environment=room,
-        roles=tuple(_role(work, name, known.roles[name]) for name in file.people),
+        environment=adjusted(room, stated),
+        roles=tuple(
+            replace(_role(work, name, known.roles[name]), adjusts=adjusts.get(name, ()))
+            for name in file.people
+        ),
         cases=tuple(
             Case(case.name, tuple(actions[row, name] for name in file.people))
             for row, case in enumerate(file.cases)
@@ -425,6 +432,18 @@ def _study(
         contact_forces=_forces(file, known),
         warnings=(*room.warnings, *study_doubts(room, known.roles, actions)),
     )
+
+
+def _sitters(work: Work, file: StudyFile) -> list[Sitter]:
+    """The roles that act on controls from a seat, in the order in which they take it: a population
+    comes last."""
+    found = []
+    for name in sorted(file.people, key=lambda name: file.people[name].population is not None):
+        role = _acting(work, name, file.people[name])
+        if role.file.seat is not None and role.predicts:
+            driver = any(action.driver is not None for action in role.actions)
+            found.append(Sitter(name, role.file.seat, role.free, driver))
+    return found
 
 
 def _maps(work: Work, file: StudyFile) -> tuple[MapTask, ...]:

@@ -14,6 +14,7 @@ from workbench.files.populations import load_population_model
 from workbench.files.postures import PosturesFile, load_postures, posture_path
 from workbench.files.study.people import all_of, drawn_of, model_of, people_files, rows_of
 from workbench.files.study.schema import PopulationFile, PositionFile, RoleFile, SizeFile
+from workbench.files.study.settings import setting_faults
 from workbench.files.study.work import Key, Work
 from workbench.model.body import Body, segment_words
 from workbench.model.encumbrance import Encumbrance
@@ -195,6 +196,8 @@ def place_faults(work: Work, roles: dict[str, LoadedRole], room: Environment | N
             key = ("people", name, "at", "segment")
             what = f"unknown segment {segment!r}"
             work.check_name(key, segment, body.segments, what, words=segment_words(body))
+    if room is not None:
+        setting_faults(work, files, room)
 
 
 def _taken_faults(work: Work, files: dict[str, RoleFile]) -> None:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+import math
+from typing import Annotated, Any, Literal, NamedTuple
 
 from pydantic import (
     BeforeValidator,
     Discriminator,
     Field,
+    PlainValidator,
     Tag,
     ValidationInfo,
     WithJsonSchema,
@@ -45,6 +47,7 @@ __all__ = [
     "PredictedFile",
     "RoleFile",
     "RulesFile",
+    "SettingFile",
     "SharesFile",
     "SignalsFile",
     "SimulatedFile",
@@ -184,10 +187,37 @@ class PositionFile(FileModel):
     tilt: Annotated[float, Field(ge=-90, le=90)] = 0.0
 
 
+class SettingFile(NamedTuple):
+    """Where an adjustment is set, before it is known whether it slides or turns: as an angle [rad],
+    NaN of a length with a unit, and as a length [m]."""
+
+    angle: float
+    length: float
+
+
+def _setting(value: Any, info: ValidationInfo) -> SettingFile:
+    """A setting: a number of the file's unit or of degrees, or a length with its unit."""
+    length = plausible(length_in_metres(value, info))
+    return SettingFile(math.nan if isinstance(value, str) else math.radians(value), length)
+
+
+Setting = Annotated[
+    tuple[float, float],
+    PlainValidator(_setting),
+    WithJsonSchema(
+        {
+            "anyOf": [{"type": "number"}, {"type": "string"}],
+            "description": "where it is set: of a slide a length, of a turn degrees",
+        }
+    ),
+]
+
+
 class RoleFile(FileModel):
     """Somebody who takes part in every case: a body, its size or sizes, and its place.
 
     At most one of `size`, `sizes` and `population`, at most one of `seat`, `at` and `stand`.
+    adjust: where adjustments of the environment are set, by their names.
     """
 
     body: str
@@ -207,6 +237,7 @@ class RoleFile(FileModel):
         ]
         | None
     ) = None
+    adjust: dict[Name, Setting] = {}
 
     @model_validator(mode="after")
     def _one_of_each(self) -> RoleFile:
@@ -219,6 +250,8 @@ class RoleFile(FileModel):
                 )
         if self.position is not None and self.seat is None:
             raise ValueError("'position' is that of a seat: give 'seat' too")
+        if self.adjust and self.seat is None:
+            raise ValueError("'adjust' is done from a seat: give 'seat' too")
         return self
 
 

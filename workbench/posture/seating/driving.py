@@ -77,6 +77,7 @@ def driving_posture(
     eye: float | None = None,
     seed: int | None = None,
     numbers: Sequence[int] = (),
+    positions: Floats | None = None,
 ) -> DrivingPosture:
     """Find the driving postures of B drivers, in a seat that faces along +x.
 
@@ -103,6 +104,8 @@ def driving_posture(
         The angles are drawn about their means; the means if None.
     numbers
         B numbers by which the angles of each are drawn; 0 to B - 1 if empty.
+    positions
+        (B, 2) [m] forward and up, where the seat of each is held. Anywhere in its travel if None.
 
     Raises
     ------
@@ -118,13 +121,15 @@ def driving_posture(
     if not len(who) == len(drawn) == count:
         got = f"{len(who)} and {len(drawn)}"
         raise UsageError(f"drivers, numbers: expected {count} of each for {count} poses, got {got}")
-    case = _Case(seat, package, feet, eye, seed)
+    travel = np.array([seat.travel_forward, seat.travel_up])
+    ends = np.tile(travel, (count, 1, 1)) if positions is None else np.stack([positions] * 2, -1)
     parts = []
     for first in range(0, count, PEOPLE_PER_SEAT_BATCH):
         some = slice(first, first + PEOPLE_PER_SEAT_BATCH)
         own = Poses(poses.rotations[some], poses.reference, poses.world_from_reference[some])
+        case = _Case(seat, package, feet, eye, seed, ends[some])
         parts.append(_at_wheel(people[some], own, case, who[some], drawn[some]))
-    return _driving(parts, case, poses.person)
+    return _driving(parts, _Case(seat, package, feet, eye, seed, ends), poses.person)
 
 
 def _driving(parts: Sequence[_Drivers], case: _Case, person: Ints | None) -> DrivingPosture:
@@ -134,7 +139,7 @@ def _driving(parts: Sequence[_Drivers], case: _Case, person: Ints | None) -> Dri
     poses = join_poses([part.poses for part in parts])
     count = len(forward)
     feet = list(parts[0].miss)
-    (rear, front), (low, high) = case.seat.travel_forward, case.seat.travel_up
+    (rear, front), (low, high) = case.forward, case.up
     shift = np.stack([forward, np.zeros(count), up], axis=1)
     return DrivingPosture(
         poses=replace(poses, person=person),
@@ -158,13 +163,24 @@ def _driving(parts: Sequence[_Drivers], case: _Case, person: Ints | None) -> Dri
 @dataclass(frozen=True, eq=False)
 class _Case:
     """What drivers share: the seat, the package, where the feet go [m], the height of the eyes [m],
-    the seed."""
+    the seed; and the travel (B, 2, 2) [m] of each: forward and up, the least and the greatest."""
 
     seat: Seat
     package: Package
     feet: Mapping[str, tuple[float, float, float]]
     eye: float | None
     seed: int | None
+    travel: Floats
+
+    @property
+    def forward(self) -> tuple[Floats, Floats]:
+        """The least and the greatest travel forward (B,) [m]."""
+        return self.travel[:, 0, 0], self.travel[:, 0, 1]
+
+    @property
+    def up(self) -> tuple[Floats, Floats]:
+        """The least and the greatest travel up (B,) [m]."""
+        return self.travel[:, 1, 0], self.travel[:, 1, 1]
 
 
 @dataclass(frozen=True, eq=False)
@@ -214,10 +230,10 @@ def _at_wheel(
         )
     if min([case.seed or 0, *numbers]) < 0:
         raise UsageError(f"seed, person: expected 0 or more, got {case.seed} and {min(numbers)}")
-    low, high = seat.travel_up
+    low, high = case.up
     soles = {foot: soles_on(body, foot, at, case.package) for foot, at in case.feet.items()}
     crew = _Crew(body, drivers, numbers, [spine_of(one) for one in body], soles, poses)
-    up = np.full(len(body), min(max(0.0, low), high) if case.eye is None else low)
+    up = np.clip(0.0, low, high) if case.eye is None else low
     rows = _seated(crew, case, up)
     for _ in range(LIFTS if case.eye is not None else 0):
         lift = np.clip(up + (case.eye or 0.0) - rows.eye[:, 2], low, high)
@@ -243,7 +259,7 @@ def _seated(crew: _Crew, case: _Case, up: Floats) -> _Drivers:
     aft, above = np.array([h_point_offset(driver) for driver in crew.drivers]).T
     height = z + up - above
     wanted = hips_from_pedal(crew.soles["right foot"], height, angles) - aft - x
-    forward = np.clip(wanted, *case.seat.travel_forward)
+    forward = np.clip(wanted, *case.forward)
     hips = np.stack([x + forward + aft, np.full(len(up), y), height], axis=1)
     seated = _placed(crew, tilts, hips)
     sphere = [body.sphere_names.index(f"{side} eye") for side in ("left", "right")]

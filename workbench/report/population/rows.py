@@ -152,11 +152,22 @@ def _people(result: PopulationFound) -> PeopleRow:
         window_mm=[
             _row(window) if math.isfinite(window[0]) else None for window in result.window.tolist()
         ],
+        settings={
+            one.column: column
+            for one, column in zip(result.adjustments, _settings(result).T.tolist(), strict=True)
+        },
         margin_mm=_cells(result.margin),
         margin_from_mm=_cells(np.where(result.of_surface, result.low, np.nan)),
         margin_to_mm=_cells(np.where(result.of_surface, result.high, np.nan)),
         reason=result.reason.tolist(),
     )
+
+
+def _settings(result: PopulationFound) -> Floats:
+    """(P, A) where each adjustment is set, in the unit in which it is shown."""
+    units = np.array([one.shown_unit for one in result.adjustments])
+    settings: Floats = np.round(result.setting / units, 3) + 0.0
+    return settings
 
 
 def _hard(result: PopulationFound, row: int) -> HardRow:
@@ -249,6 +260,7 @@ def people_table(result: PopulationFound) -> tuple[list[str], Iterable[list[obje
         "fits_forward_to_mm",
         "fits_up_from_mm",
         "fits_up_to_mm",
+        *(one.column for one in result.adjustments),
         *(f"{name} [mm]" for name in names),
         *(f"{name}: limited by" for name in names),
         *(f"{name}: {end} [mm]" for name in surface for end in ("from", "to")),
@@ -265,6 +277,7 @@ def _people_lines(result: PopulationFound) -> Iterator[list[object]]:
     # a reason of -1 is the last of these words: none
     words = np.array([*result.reasons, ""], dtype=object)[result.reason].tolist()
     seat = _cells(np.hstack([result.seat, result.comfortable, result.window]))
+    settings = _settings(result).tolist()
     margins = _cells(result.margin)
     surface = result.of_surface
     ends = np.stack([result.low[:, surface], result.high[:, surface]], axis=2)
@@ -279,6 +292,7 @@ def _people_lines(result: PopulationFound) -> Iterator[list[object]]:
             certain[p],
             result.limiting[p],
             *seat[p],
+            *settings[p],
             *margins[p],
             *words[p],
             *bounds[p],

@@ -34,6 +34,7 @@ from workbench.report.population.charts import (
     whisker,
 )
 from workbench.report.population.words import (
+    adjusted_words,
     certain_shares,
     certainty_words,
     elsewhere_words,
@@ -44,6 +45,7 @@ from workbench.report.population.words import (
     plain,
     reason_words,
     requirement_sentence,
+    settable_words,
 )
 from workbench.report.templates import template
 
@@ -84,6 +86,7 @@ def population_section(result: PopulationFound, say: Callable[[str], None]) -> M
         elsewhere=elsewhere_words(result),
         certainty=certainty_words(result),
         bounded=bool(result.known.all() and result.of_surface.any()),
+        adjusted=adjusted_words(result),
         criteria=_criteria(result),
         requirements=_requirements(result, ends),
         margin_axis=Markup(margin_axis(ends)),
@@ -110,9 +113,11 @@ def population_words(result: PopulationFound, role: str) -> str:
     worn = f", wearing {', '.join(clothes)}" if clothes else ""
     seat = result.place.seat
     where = f" in the seat “{plain(seat)}”" if seat is not None else ""
+    settable = settable_words(result, "and")
+    how = f" at once, in some setting of {settable}" if settable else ""
     return (
         f"{role}: {people:,} people ({result.people.source}){where}, "
-        f"{asked} requirement{'s' if asked > 1 else ''}. A person fits who meets them all. Each "
+        f"{asked} requirement{'s' if asked > 1 else ''}. A person fits who meets them all{how}. Each "
         f"body is {family}{body.name}, scaled to that person’s measures: "
         f"{len(body.sphere_names):,} spheres{detail}{worn}."
     )

@@ -3,6 +3,7 @@ same every time."""
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Container
 from dataclasses import dataclass
 
@@ -14,8 +15,10 @@ from workbench.model.arrays import Bools, Floats
 from workbench.model.measures import MASS
 from workbench.model.population import SEXES
 from workbench.model.population_found import PopulationFound
+from workbench.study.settings import setting_text
 
 __all__ = [
+    "adjusted_words",
     "certain_shares",
     "certainty_words",
     "elsewhere_words",
@@ -30,9 +33,12 @@ __all__ = [
     "population_headline",
     "reason_words",
     "requirement_sentence",
+    "settable_words",
 ]
 
 _NOUNS = {"female": ("woman", "her", "women"), "male": ("man", "his", "men")}
+_MOST_SETTINGS = 4
+"""Settings that are listed in a sentence."""
 _FEW = 20  # people of one sex: below, shares among them say little
 
 
@@ -176,6 +182,50 @@ def elsewhere_words(result: PopulationFound) -> str:
     )
 
 
+def adjusted_words(result: PopulationFound) -> str:
+    """How many people fit only with something set otherwise than nominally, and how; "" where
+    nothing can be set."""
+    if not result.adjustments:
+        return ""
+    what = settable_words(result, "or")
+    count = int(result.adjusted.sum())
+    if not count:
+        return f"Nobody fits only because of a setting of {what}: whoever fits does so at the nominal setting."
+    weight = result.people.weight
+    share = percent(float(weight @ result.adjusted) / float(weight.sum()), len(weight))
+    who = f"{count:,} people ({share}) fit" if count > 1 else f"One person ({share}) fits"
+    return f"{who} only with {what} set otherwise than nominally: {_settings_list(result)}."
+
+
+def settable_words(result: PopulationFound, last: str) -> str:
+    """What the people may set: "wheel tilt or wheel telescope", "" where nothing.
+
+    last: the word before the last of several.
+    """
+    names = [plain(one.name) for one in result.adjustments]
+    return f"{', '.join(names[:-1])} {last} {names[-1]}" if len(names) > 1 else "".join(names)
+
+
+def _settings_list(result: PopulationFound) -> str:
+    """The settings of those who need one, the most frequent first, with the number of people where
+    there are several."""
+    found = Counter(setting_words(result, row) for row in np.flatnonzero(result.adjusted).tolist())
+    if len(found) == 1:
+        return next(iter(found))
+    shown = [f"{words} ({count})" for words, count in found.most_common(_MOST_SETTINGS)]
+    more = len(found) - len(shown)
+    if more:
+        shown.append(f"and {more} other{'s' if more > 1 else ''}")
+    return "; ".join(shown)
+
+
+def setting_words(result: PopulationFound, row: int) -> str:
+    """What a person has set otherwise than nominally: "wheel tilt at −4.0 degrees", "" where
+    nothing."""
+    values = zip(result.adjustments, result.setting[row].tolist(), strict=True)
+    return ", ".join(setting_text(one, value) for one, value in values if value != one.at)
+
+
 def requirement_sentence(result: PopulationFound) -> str:
     """Which requirement is met least by itself, and which would gain most if it were dropped."""
     if result.served.all():
@@ -251,7 +301,8 @@ def person_sentence(result: PopulationFound, row: int) -> str:
     more = len(short) - 1
     if more:
         text += f" {more} more requirement{'s are' if more > 1 else ' is'} not met."
-    return text
+    setting = setting_words(result, row)
+    return text + (f" This is where least is missing: with {setting}." if setting else "")
 
 
 def person_name(label: str) -> str:

@@ -55,6 +55,9 @@ def postures_rows(found: PosturesFound) -> PosturesRows:
         contacts=contacts,
         reaches=reach_rows(found),
         envelopes=envelope_rows(found),
+        settings={
+            one.column: micro(one.at / one.shown_unit) for one in found.environment.adjustments
+        },
     )
 
 

@@ -105,6 +105,7 @@ def accommodation(
         comfortable=found.comfortable,
         window=found.window,
         sets=found.sets,
+        setting=found.setting,
         limiting=_limiting(question, body, found),
         shares=_shares(study, people, found),
         single=share_single(met, people.weight),
@@ -209,7 +210,7 @@ def _around(
         return []
     row = hardest[0] if hardest else 0
     situation = found_situations(question, bodies[row], row, found)[0]
-    environment = seats_moved(question.place, situation)
+    environment = seats_moved(situation.place, situation)
     return list(enclosure_warnings(f"person {row + 1}", situation.placed, environment))
 
 

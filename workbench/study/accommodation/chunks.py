@@ -56,8 +56,9 @@ class Chunk:
     """What became of B people and R requirements, as numbers.
 
     margin (B, R), between low and high (B, R) where the surface of the body truly is, see
-    `margins.Bounds`: all NaN where that was not asked; reason (B, R): index into `words`, -1 where there is none; toward (B, R, 3); seat,
-    comfortable (B, 2), window (B, 4), sets (B, K): see `positions.Fitted`.
+    `margins.Bounds`: all NaN where that was not asked; reason (B, R): index into `words`, -1 where
+    there is none; toward (B, R, 3); seat, comfortable (B, 2), window (B, 4), sets (B, K), setting
+    (B, A): see `positions.Fitted`.
     """
 
     margin: Floats
@@ -69,6 +70,7 @@ class Chunk:
     comfortable: Floats
     window: Floats
     sets: Bools
+    setting: Floats
     words: tuple[str, ...]
 
 
@@ -196,6 +198,7 @@ class _Files:
             "comfortable": chunk.comfortable,
             "window": chunk.window,
             "sets": chunk.sets,
+            "setting": chunk.setting,
             "words": np.array(chunk.words, dtype=str),
         }
         try:
@@ -364,6 +367,7 @@ def _as_numbers(fitted: Fitted, bounds: Bounds) -> Chunk:
         comfortable=fitted.comfortable,
         window=fitted.window,
         sets=fitted.sets,
+        setting=fitted.setting,
         words=words,
     )
 
@@ -386,5 +390,6 @@ def joined_chunks(chunks: Sequence[Chunk]) -> Chunk:
         comfortable=np.concatenate([chunk.comfortable for chunk in chunks]),
         window=np.concatenate([chunk.window for chunk in chunks]),
         sets=np.concatenate([chunk.sets for chunk in chunks]),
+        setting=np.concatenate([chunk.setting for chunk in chunks]),
         words=words,
     )

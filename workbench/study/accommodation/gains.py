@@ -12,14 +12,13 @@ import numpy as np
 
 from workbench.model.accommodation import Change, Gain, met_of
 from workbench.model.arrays import Bools, Floats
-from workbench.model.workplace import Workplace
 from workbench.study.accommodation.changes import borne_by, changed
 from workbench.study.accommodation.chunks import Chunk, Question, joined_chunks, result_chunks
 from workbench.study.accommodation.population_bodies import PopulationBodies
 from workbench.study.accommodation.proposals import growth, proposals
 from workbench.study.accommodation.shares import share_single
-from workbench.study.checks.margins import Asked
 from workbench.study.positions import Before
+from workbench.study.settings import nominal_setting, renewed
 
 __all__ = ["MOST_GAINS", "MOST_TRIES", "gains_of"]
 
@@ -73,9 +72,9 @@ def _gain(question: Question, found: Chunk, run: Run, change: Change, at: int | 
     other = replace(
         question,
         place=place,
-        asked=tuple(_renewed(place, one) for one in asked),
+        asked=renewed(place, asked),
         members=np.zeros((len(asked), 0), dtype=np.bool_),
-        before=_before(asked, found, rows),
+        before=_before(question, found, rows),
         bounded=False,
     )
     return _compared(question, found, run(other).margin, change, at if at is not None else rows)
@@ -109,23 +108,15 @@ def _compared(
     )
 
 
-def _before(asked: Sequence[Asked], found: Chunk, rows: Sequence[int]) -> Before | None:
+def _before(question: Question, found: Chunk, rows: Sequence[int]) -> Before | None:
     """How people came out without a change that bears on these requirements, None where it bears
     on all of them."""
-    if len(rows) == len(asked):
+    if len(rows) == len(question.asked):
         return None
-    stays = met_of(found.margin).all(axis=1) & (found.seat == found.comfortable).all(axis=1)
+    nominal = nominal_setting(question.place)
+    there = (found.seat == found.comfortable).all(axis=1) & (found.setting == nominal).all(axis=1)
+    stays = met_of(found.margin).all(axis=1) & there
     return Before(found.margin, stays, tuple(rows))
-
-
-def _renewed(place: Workplace, one: Asked) -> Asked:
-    """The requirement with its control where the changed environment has it."""
-    if one.control is None:
-        return one
-    now = next(
-        control for control in place.environment.controls if control.name == one.control.name
-    )
-    return replace(one, control=now)
 
 
 def _joint(met: Bools, weight: Floats) -> float:

@@ -21,6 +21,7 @@ from workbench.study.checks.margins import Asked
 from workbench.study.checks.parts import nearest_pair
 from workbench.study.checks.seat_travel import worse_foot
 from workbench.study.positions import comfortable_situations, in_positions
+from workbench.study.settings import at_setting, renewed
 from workbench.study.situation import (
     Occupants,
     Situation,
@@ -49,11 +50,12 @@ def hardest_rows(margin: Floats) -> tuple[int, ...]:
 
 
 def found_situations(question: Question, body: Body, row: int, found: Chunk) -> list[Situation]:
-    """A person in each case, in the position of the seat that the margins are of."""
-    place = question.place
+    """A person in each case, in the position of the seat and the setting that the margins are of."""
+    place = at_setting(question.place, found.setting[row])
     who = Occupants(body, question.people, np.array([row]))
     comfortable = comfortable_situations(place, who)
-    if np.array_equal(found.seat[row], found.comfortable[row]):
+    stays = np.array_equal(found.seat[row], found.comfortable[row])
+    if stays and place is question.place:
         return comfortable
     return in_positions(place, who, found.seat[row : row + 1], comfortable)
 
@@ -66,8 +68,9 @@ def shown_people(
         r = int(np.nanargmin(found.margin[row]))
         one = question.asked[r]
         situation = found_situations(question, bodies[row], row, found)[one.case]
-        look = _look(situation, one)
-        environment = seats_moved(question.place, situation)
+        (there,) = renewed(situation.place, [one])
+        look = _look(situation, there)
+        environment = seats_moved(situation.place, situation)
         yield Shown(row, r, look.placed, environment, look.limb, look.target, look.tip)
 
 
