@@ -127,7 +127,7 @@ RULES = (
         "reach, five measures, from 10",
         (
             "thumb_tip_reach",
-            "functional_leg_length",
+            "buttock_popliteal_length",
             "eye_height_sitting",
             "overhead_fingertip_reach_sitting",
             "hand_length",
@@ -139,7 +139,7 @@ RULES = (
         "cockpit, reach from 5, clearance up to 95",
         (
             "thumb_tip_reach",
-            "functional_leg_length",
+            "buttock_popliteal_length",
             "eye_height_sitting",
             "sitting_height",
             "buttock_knee_length",

@@ -301,20 +301,20 @@ def test_a_share_between_the_certain_and_the_possible_one_is_undecided_and_says_
     (verdict,) = written[1]["verdicts"]
     assert verdict["passed"] and verdict["doubtful"]
     assert verdict["sentence"].endswith(
-        "60 % are asked for. That is undecided by the body's own fit: 56 % meet them wherever its "
-        "true surface lies, 100 % if it lies where it suits."
+        "60 % are asked for. That is undecided by the body's own fit: 31 % meet them wherever its "
+        "true surface lies, 94 % if it lies where it suits."
     )
 
 
 def test_the_page_says_who_is_undecided_and_by_how_much_surfaces_are_known(written):
     folder, result = written
     page = (folder / "report.html").read_text()
-    assert result["headline"].startswith("94 % of the population fits (95 % interval 72 to 99 %,")
-    undecided = "16 people), 50 % for certain; 44 % are undecided by the body's own fit."
+    assert result["headline"].startswith("75 % of the population fits (95 % interval 51 to 90 %,")
+    undecided = "16 people), 31 % for certain; 62 % are undecided by the body's own fit."
     assert undecided in result["headline"]
     everybody = result["population"]["shares"][0]
-    assert (everybody["certain"], everybody["possible"]) == (0.5, 0.9375)
-    assert "7 people (44" in page and "All of them count as fitting here; another position" in page
+    assert (everybody["certain"], everybody["possible"]) == (0.3125, 0.9375)
+    assert "10 people (62" in page and "7 of them count as fitting here; another position" in page
 
 
 def group(share, certain, possible, count=1000):

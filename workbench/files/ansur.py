@@ -31,6 +31,7 @@ _SUBJECT = "subjectid"
 _SEX = "gender"
 _MILLIMETRES = 0.001
 _DIGITS = 9
+_LARGEST = 1e6
 _UNITS = {"weightkg": 0.1, "interpupillarybreadth": 0.0001}
 _SITTING = {
     "acromial_height_sitting": "acromialheight",
@@ -154,7 +155,10 @@ def _measured(
         first, *others = parts
         # in whole millimetres first, then the nearest double, so that equal people stay equal
         recorded = raw[first] - raw[others[0]] + raw[others[1]] if others else raw[first]
-        values[measure] = np.round(recorded * _unit(first, unit), _DIGITS)
+        sizes = recorded * _unit(first, unit)
+        # absurd values are refused below, and may be too large to be rounded
+        sane = np.abs(sizes) < _LARGEST
+        values[measure] = np.where(sane, np.round(np.where(sane, sizes, 0.0), _DIGITS), sizes)
         known = np.any([bad.get(part, np.isnan(raw[part])) for part in parts], axis=0)
         absurd = _absurd(measure, values[measure])
         bad["+".join(parts)] = known | absurd
