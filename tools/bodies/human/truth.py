@@ -3,7 +3,6 @@ segments."""
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,6 +18,7 @@ from workbench.body.fitting.verify import gap_bound
 from workbench.body.scaling.seated import seated
 from workbench.body.surface import Surface
 from workbench.geometry.nearest import morton_order
+from workbench.geometry.polygon import point_winding
 from workbench.model.body import Body
 
 __all__ = ["BENT", "Skinned", "allowances", "bent_gaps", "fit_errors", "inside_skin"]
@@ -180,34 +180,11 @@ def inside_skin(surface: Surface, points: Floats) -> NDArray[np.bool_]:
 
 @njit(cache=True, parallel=True)
 def _winding(points, corner):  # type: ignore[no-untyped-def]
-    """How often a closed mesh (T, 3, 3) winds round points (n, 3): the sum of the solid angles of
-    its triangles over 4 pi (van Oosterom & Strackee, IEEE Trans. Biomed. Eng. 30, 1983)."""
+    """How often a closed mesh (T, 3, 3) winds round points (n, 3)."""
     found = np.zeros(len(points))
     for i in prange(len(points)):
-        total = 0.0
         x, y, z = points[i]
-        for t in range(len(corner)):
-            ax = corner[t, 0, 0] - x
-            ay = corner[t, 0, 1] - y
-            az = corner[t, 0, 2] - z
-            bx = corner[t, 1, 0] - x
-            by = corner[t, 1, 1] - y
-            bz = corner[t, 1, 2] - z
-            cx = corner[t, 2, 0] - x
-            cy = corner[t, 2, 1] - y
-            cz = corner[t, 2, 2] - z
-            a = math.sqrt(ax * ax + ay * ay + az * az)
-            b = math.sqrt(bx * bx + by * by + bz * bz)
-            c = math.sqrt(cx * cx + cy * cy + cz * cz)
-            volume = ax * (by * cz - bz * cy) - ay * (bx * cz - bz * cx) + az * (bx * cy - by * cx)
-            below = (
-                a * b * c
-                + (ax * bx + ay * by + az * bz) * c
-                + (bx * cx + by * cy + bz * cz) * a
-                + (cx * ax + cy * ay + cz * az) * b
-            )
-            total += 2.0 * math.atan2(volume, below)
-        found[i] = total / (4.0 * math.pi)
+        found[i] = point_winding(x, y, z, corner, 0, len(corner))
     return found
 
 
