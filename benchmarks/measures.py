@@ -67,7 +67,9 @@ def held_out(
     known = people.rows(mine[::2])
     other = mine[1::2]
     rows = people.measures[other[:: max(1, len(other) // count)][:count]]
-    model = fit_population(_with_both(people, known, sex), name="half")
+    others = np.flatnonzero(people.sex != SEXES.index(sex))
+    both = people.rows(np.sort(np.concatenate([mine[::2], others])))  # a population has both sexes
+    model = fit_population(both, name="half")
     template = wb.load_body(TYPICAL[sex])
     columns = [people.names.index(name) for name in given]
     wanted = [name for name in MEASURES if name in people.names and name not in given]
@@ -98,14 +100,6 @@ def _made(
     template: wb.Body, model: PopulationModel, sex: str, values: dict[str, float], detail: str
 ) -> wb.Body:
     return wb.person_body(template, model, sex=sex, measures=values, detail=detail).body
-
-
-def _with_both(people: Population, known: Population, sex: str) -> Population:
-    """The known people of one sex, with all of the other: a population has both."""
-    others = np.flatnonzero(people.sex != SEXES.index(sex))
-    mine = np.flatnonzero(people.sex == SEXES.index(sex))[::2]
-    del known
-    return people.rows(np.sort(np.concatenate([mine, others])))
 
 
 def _regression(known: Floats, columns: list[int]):  # type: ignore[no-untyped-def]

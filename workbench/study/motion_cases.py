@@ -8,8 +8,6 @@ import numpy as np
 
 from workbench.body.forward import place
 from workbench.body.parts import moved
-from workbench.body.scaling.seated import seated
-from workbench.body.wear import wear
 from workbench.errors import InputError, UsageError
 from workbench.files.crash.simulations import load_simulation, with_airbags
 from workbench.files.motions.number_rows import FrameRange
@@ -24,7 +22,7 @@ from workbench.model.study import Case, RecordedMotion, Role, SimulatedMotion, S
 from workbench.posture.seating.seating import seat_shift
 from workbench.study.crash.belts import with_belts
 from workbench.study.motions import MotionOptions, load_motion
-from workbench.study.persons import sized_body
+from workbench.study.persons import role_body
 from workbench.study.simulation import bearing, run_simulation
 from workbench.study.subject import subject_body
 
@@ -54,9 +52,7 @@ def motion_cases(study: Study) -> tuple[MotionCase, ...]:
 def _role_motions(study: Study, row: int, size: str) -> list[MotionCase]:
     """The motions of one role of a study, which is of this size where there are several."""
     role = study.roles[row]
-    body, notes = sized_body(role.body, role.size, role.detail)
-    body = wear(seated(body) if role.seat is not None else body, role.clothes)
-    notes = tuple(f"{role.name}: {note}" for note in notes)
+    body, notes = role_body(role)
     subject = study.motions[0].actions[row]
     if isinstance(subject, RecordedMotion) and subject.subject:
         body, lengths = subject_body(body, subject.file, options=_options(subject))

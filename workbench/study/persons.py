@@ -12,14 +12,17 @@ from workbench.body.people.percentile import percentile_values
 from workbench.body.people.scores import Scores, scores_of
 from workbench.body.scaling.measure import MEASURES
 from workbench.body.scaling.scale import morph_to, scale
+from workbench.body.scaling.seated import seated
+from workbench.body.wear import wear
 from workbench.errors import InputError, one_of
 from workbench.model.body import Body
 from workbench.model.growth import Growth
 from workbench.model.measures import WORDS, check_plausible
 from workbench.model.person import Size
 from workbench.model.population import PopulationModel
+from workbench.model.study import Role
 
-__all__ = ["RARE", "SizedBody", "person_body", "sized_body"]
+__all__ = ["RARE", "SizedBody", "person_body", "role_body"]
 
 Measures = Mapping[str, float]
 
@@ -131,7 +134,7 @@ def _child(
     )
 
 
-def sized_body(body: Body, size: Size | None, detail: str | None) -> tuple[Body, tuple[str, ...]]:
+def _sized_body(body: Body, size: Size | None, detail: str | None) -> tuple[Body, tuple[str, ...]]:
     """A body at a level of detail, to a size where there is one, and what is improbable about
     it."""
     body = morph_to(body, detail)
@@ -139,6 +142,15 @@ def sized_body(body: Body, size: Size | None, detail: str | None) -> tuple[Body,
         return body, ()
     made = person_body(body, size.population, sex=size.sex, measures=size.measures, age=size.age)
     return made.body, made.warnings
+
+
+def role_body(role: Role) -> tuple[Body, tuple[str, ...]]:
+    """The body of the one person who takes a role, at its size, seated where it has a seat, and
+    dressed; and what is improbable about the size."""
+    body, notes = _sized_body(role.body, role.size, role.detail)
+    if role.seat is not None:
+        body = seated(body)
+    return wear(body, role.clothes), tuple(f"{role.name}: {note}" for note in notes)
 
 
 def _median(model: PopulationModel, sex: str) -> float:

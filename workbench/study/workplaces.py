@@ -7,8 +7,6 @@ from collections.abc import Sequence
 import numpy as np
 
 from workbench.body.people.draw import draw_people
-from workbench.body.scaling.seated import seated
-from workbench.body.wear import wear
 from workbench.model.criterion import Criterion
 from workbench.model.environment import Environment
 from workbench.model.population import Population, sex_index
@@ -21,7 +19,7 @@ from workbench.model.study import (
     Study,
 )
 from workbench.model.workplace import Beside, WorkCase, Workplace
-from workbench.study.persons import sized_body
+from workbench.study.persons import role_body
 from workbench.study.situation import Occupants
 
 __all__ = ["occupant", "population_of", "workplace_of"]
@@ -87,7 +85,7 @@ def occupant(role: Role, number: int) -> tuple[Occupants, list[str]]:
     number
         By which a driver's posture is drawn.
     """
-    body, notes = sized_body(role.body, role.size, role.detail)
+    body, notes = role_body(role)
     size = role.size
     given = dict(size.measures) if size is not None else {}
     one = Population(
@@ -98,10 +96,7 @@ def occupant(role: Role, number: int) -> tuple[Occupants, list[str]]:
         source=role.name,
         labels=(role.name,),
     )
-    if role.seat is not None:
-        body = seated(body)
-    who = Occupants(wear(body, role.clothes), one, np.zeros(1, dtype=np.int64), number)
-    return who, [f"{role.name}: {note}" for note in notes]
+    return Occupants(body, one, np.zeros(1, dtype=np.int64), number), list(notes)
 
 
 def population_of(role: Role) -> Population:

@@ -61,16 +61,20 @@ class SeatedFlesh:
         radii: Floats = np.array(shape.radius)
         own = shape.centre[..., some, :]
         radius = shape.radius[..., some]
-        # in a thigh's frame the middle plane lies where the hip joint's two places put it
-        place = shape.in_child[..., self.hip, 1] - shape.in_parent[..., self.hip, 1]
-        middle = np.where(self.thigh, place, 0.0)
         lost = self.thinner * radius
-        aside = self.broader * (own[..., 1] - middle + self.side * radius)
+        beside = own[..., 1] - _middle(shape, self.hip, self.thigh)
+        aside = self.broader * (beside + self.side * radius)
         moved[..., some, 1] += aside + self.side * lost
         # a thigh hangs in its own frame: its front comes to lie on top
         moved[..., some, 0] += (1.0 - _SINKS) / (1.0 + _SINKS) * lost
         radii[..., some] -= lost
         return replace(shape, centre=moved, radius=radii)
+
+
+def _middle(shape: Shape, hip: Ints, thigh: Bools) -> Floats:
+    """(..., F) [m] where the middle plane lies along y in the frames of pelvis and thighs."""
+    place = shape.in_child[..., hip, 1] - shape.in_parent[..., hip, 1]
+    return np.where(thigh, place, 0.0)
 
 
 def seated_flesh(body: Body, shape: Shape) -> SeatedFlesh | None:
@@ -92,8 +96,7 @@ def seated_flesh(body: Body, shape: Shape) -> SeatedFlesh | None:
     hip = np.concatenate([np.full(len(part.sphere), part.hip) for part in parts])
     thigh = np.concatenate([np.full(len(part.sphere), part.thigh) for part in parts])
     weight = np.concatenate([part.weight for part in parts], axis=-1)
-    place = shape.in_child[..., hip, 1] - shape.in_parent[..., hip, 1]
-    aside = shape.centre[..., sphere, 1] - np.where(thigh, place, 0.0)
+    aside = shape.centre[..., sphere, 1] - _middle(shape, hip, thigh)
     factors = body.seated_factors if shape.radius.ndim > 1 else body.seated_factors[0]
     return SeatedFlesh(
         sphere=sphere,
