@@ -280,23 +280,6 @@ def take_places(seating: Seating, who: Occupants, positions: Floats | None = Non
         (B, 2) [m] forward and up, where the seat of each stands. None: where it is comfortable
         within its travel.
     """
-    if seating.seat is None or positions is None or seating.driving is not None:
-        return _taken(seating, who, positions)
-    parts = []
-    order = []
-    distinct, which = np.unique(positions, axis=0, return_inverse=True)
-    for k, (forward, up) in enumerate(distinct.tolist()):
-        rows = np.flatnonzero(which.ravel() == k)
-        held = replace(seating, seat=seating.seat.held(forward, up))
-        parts.append(_taken(held, who.rows(rows)))
-        order.append(rows)
-    back = np.argsort(np.concatenate(order), kind="stable")
-    return parts[0] if len(parts) == 1 else _join_taken(parts).rows(back)
-
-
-def _taken(seating: Seating, who: Occupants, positions: Floats | None = None) -> Taken:
-    """People with the seat where it is comfortable within the travel of the seating; drivers with it
-    in positions (B, 2) [m] where these are given."""
     body = who.body
     poses = _pose_of_each(seating, body)
     if seating.seat is None:
@@ -304,7 +287,9 @@ def _taken(seating: Seating, who: Occupants, positions: Floats | None = None) ->
             poses = _standing(body, poses, seating.stand)
         return Taken(poses, None)
     if seating.driving is None:
-        found = seat(body, poses, seating.seat, eye=seating.eye, pedals=seating.pedals)
+        found = seat(
+            body, poses, seating.seat, eye=seating.eye, pedals=seating.pedals, held=positions
+        )
         return Taken(found.poses, found)
     assert seating.package is not None and seating.pedals is not None
     driven = driving_posture(
