@@ -38,7 +38,7 @@ from workbench.model.content import content_key
 from workbench.model.environment import Seat
 from workbench.model.workplace import Workplace
 from workbench.study.checks.margins import Asked, Margins, no_margins
-from workbench.study.checks.table import CHECKS, REACHING, SAME_EVERYWHERE, margins_of
+from workbench.study.checks.table import CHECKS, REACHING, SAME_EVERYWHERE, margins_of, needs_hands
 from workbench.study.settings import (
     at_setting,
     nominal_setting,
@@ -403,16 +403,16 @@ def _judge(search: _Search, people: Ints, positions: Floats) -> None:
 def _stages(search: _Search, people: Ints, level: int) -> list[Bools]:
     """The requirements (R,) of a level of cost, in the order in which they are asked of people (N,).
 
-    Of reaches, the dearest, those come first that somebody misses in his best position: nine in
-    ten positions that are no better are given up by these.
+    What needs the hands on their controls comes last. Of reaches, the dearest, those come first
+    that somebody misses in his best position: nine in ten positions that are no better are given
+    up by these.
     """
     cost = np.array([CHECKS[one.requirement.check].cost for one in search.asked])
     every = (cost == level) & _movable(search.asked)
-    stages = [every]
+    last = np.array([needs_hands(search.wanted[one.case], one) for one in search.asked])
     if level == REACHING:
-        missed = (search.best.tried.margin[people] < -MET).any(axis=0)
-        stages = [every & missed, every & ~missed]
-    return [stage for stage in stages if stage.any()]
+        last = np.all(~(search.best.tried.margin[people] < -MET), axis=0)
+    return [stage for stage in (every & ~last, every & last) if stage.any()]
 
 
 def _hopeful(search: _Search, people: Ints, margin: Floats, known: Bools) -> Ints:

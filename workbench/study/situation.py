@@ -16,7 +16,7 @@ import numpy as np
 from workbench.body.forward import place
 from workbench.body.parts import moved
 from workbench.contact.collide import nearest, self_clearance
-from workbench.model.arrays import Floats, Ints
+from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.body import Body, stack_bodies
 from workbench.model.contacts import Clearance
 from workbench.model.driving import DrivingAims, Package
@@ -40,6 +40,7 @@ __all__ = [
     "feet_of",
     "in_place",
     "join_situations",
+    "moved_by_hands",
     "package_of",
     "position_of",
     "seating_of",
@@ -373,6 +374,26 @@ def with_hands(situation: Situation) -> Situation:
         if hand in HANDS:
             situation = _with_hand(situation, hand, controls[name])
     return situation
+
+
+def moved_by_hands(situation: Situation) -> Bools:
+    """(S,) the spheres that are elsewhere with the hands on the controls that they hold: those
+    beyond the joints that this turns, and those that share in the turns of these joints."""
+    body = situation.body
+    aims = situation.work.aims
+    turned = np.zeros(len(body.joints), dtype=np.bool_)
+    controls = {control.name: control for control in situation.environment.controls}
+    for hand, name in aims.controls.items() if aims is not None else ():
+        if hand in HANDS:
+            control = controls[name]
+            turned[list(limb(body, hand, grip=control.grip, zone=control.zone).free)] = True
+    moved = np.zeros(len(body.segments), dtype=np.bool_)
+    for n in range(1, len(body.segments)):
+        moved[n] = moved[body.parent[n]] or turned[n - 1]  # joint n - 1 bears segment n
+    shared = turned[body.blend_joint] & (body.blend_joint >= 0)
+    twisted = turned[body.topology.twist_joint] & (body.topology.twist_joint >= 0)
+    found: Bools = (moved | twisted)[body.sphere_segment] | shared
+    return found
 
 
 def _with_hand(situation: Situation, name: str, control: Control) -> Situation:
