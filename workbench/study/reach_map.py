@@ -2,11 +2,10 @@
 reach them.
 
 Nobody solves for every point. Points are taken from coarse to fine, each the one farthest from all
-before. The first are asked about until none is farther than COARSE from one of them; of the others
-only those that are not surrounded by points which are all reached, or all missed: the edge of what
-somebody reaches is found to the last point, and only a patch smaller than COARSE far from that edge
-could be overlooked. People are taken in the order of how far they must stretch, so that those asked
-together have their edges near to one another.
+before. Each person is asked about the first until none is farther than COARSE from one of them; of
+the others only about those that are not surrounded by points which he reaches all, or misses all:
+the edge of what he reaches is found to the last point, and only a patch smaller than COARSE far from
+that edge could be overlooked.
 
 Obstacles do not count: the map says how far arms are long enough and joints free enough.
 """
@@ -18,17 +17,17 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import ArrayLike
 
-from workbench.body.forward import segment_frames
 from workbench.errors import UsageError
 from workbench.model.accommodation import MAP_POINTS, MapTask, ReachMap
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.body import Body
 from workbench.model.environment import Environment
 from workbench.model.poses import Poses, row_for_each
-from workbench.posture.reaching.limbs import HANDS, Limb, limb
+from workbench.model.spool import pieces
+from workbench.posture.reaching.limbs import HANDS, limb
 from workbench.posture.reaching.reach import reach
 
-__all__ = ["from_coarse_to_fine", "groups", "part_points", "reach_map", "who_reaches"]
+__all__ = ["from_coarse_to_fine", "part_points", "reach_map", "who_reaches"]
 
 COARSE = 0.04
 """How far [m] a point may be from one that everybody is asked about."""
@@ -39,8 +38,8 @@ AROUND = 2.0
 point is farther than from one of them."""
 FEWEST = 3
 """How many known points surround another one at least."""
-GROUP = 128
-"""People asked together."""
+TOGETHER = 16_384
+"""People and points that are asked about at a time, which bounds the memory."""
 
 
 def reach_map(
@@ -100,47 +99,28 @@ def who_reaches(
         np.zeros((len(poses), len(points)), dtype=np.bool_) if settled is None else settled.copy()
     )
     order, far = from_coarse_to_fine(points)
-    for at in groups(body, poses, points, name):
-        own = Poses(poses.rotations[at], poses.reference, poses.world_from_reference[at])
-        some = body[at]
-        arm = limb(some, name, grip=grip, zone=zone)
+    arm = limb(body, name, grip=grip, zone=zone)
 
-        def ask(rows: Ints, some: Body = some, own: Poses = own, arm: Limb = arm) -> Bools:
-            return reach(some, own, points[rows], limb=arm, threads=threads).reached
+    def ask(who: Ints, at: Ints) -> Bools:
+        found = np.zeros(len(who), dtype=np.bool_)
+        for some in pieces(len(who), size=TOGETHER):
+            each = Poses(
+                poses.rotations[who[some]],
+                poses.reference,
+                poses.world_from_reference[who[some]],
+                person=who[some],
+            )
+            target = points[at[some]][:, None]
+            found[some] = reach(body, each, target, limb=arm, threads=threads).reached[:, 0]
+        return found
 
-        reached[at] = _asked(points, order, far, reached[at], ask)
-    return reached
-
-
-def groups(body: Body, poses: Poses, points: Floats, name: str) -> list[Ints]:
-    """The numbers of B people in groups of GROUP or fewer who stretch about as far for the points
-    with a limb."""
-    order = np.argsort(_stretches(body, poses, points, name), kind="stable")
-    return np.array_split(order, max(1, -(-len(poses) // GROUP)))
-
-
-def _stretches(body: Body, poses: Poses, points: Floats, name: str) -> Floats:
-    """(B,) [m] how far the middle of the points (M, 3) is from the shoulder or hip of a limb,
-    beyond its length."""
-    foot = name.endswith("foot")
-    first, end = (
-        body.joint(name[0].upper() + joint) for joint in (("H", "A") if foot else ("S", "W"))
-    )
-    world = segment_frames(body, poses, first + 1)
-    root = np.einsum("bij,bj->bi", world[:, :, :3], body.joint_in_child[:, first]) + world[:, :, 3]
-    links = range(first + 1, end + 1)
-    length = sum(
-        np.linalg.norm(body.joint_in_parent[:, j] - body.joint_in_child[:, j - 1], axis=1)
-        for j in links
-    )
-    beyond: Floats = np.linalg.norm(points.mean(axis=0) - root, axis=1) - length
-    return beyond
+    return _asked(points, order, far, reached, ask)
 
 
 def _asked(
-    points: Floats, rows: Ints, far: Floats, settled: Bools, ask: Callable[[Ints], Bools]
+    points: Floats, rows: Ints, far: Floats, settled: Bools, ask: Callable[[Ints, Ints], Bools]
 ) -> Bools:
-    """(B, M) who reaches which points: `ask` says it of some points (K,) for everybody (B, K)."""
+    """(B, M) who reaches which points: `ask` says it of some people (K,) for a point (K,) each."""
     known = settled.astype(np.int8)  # 1 reached, -1 missed, 0 not known
     done = 0
     count = int(np.argmax(far <= COARSE)) + 1 if far[-1] <= COARSE else len(rows)
@@ -160,11 +140,9 @@ def _asked(
             alike = np.where(votes[1] == 0, 1, np.where(votes[0] == 0, -1, 0))
             guess = np.where(votes[0] + votes[1] < FEWEST, 0, alike).astype(np.int8)
             known[:, new] = np.where(known[:, new] == 0, guess, known[:, new])
-        open_ = new[(known[:, new] == 0).any(axis=0)]
-        if len(open_):
-            found = np.where(ask(open_), 1, -1).astype(np.int8)
-            # who else is asked must not matter: what a person's own neighbours say stays
-            known[:, open_] = np.where(known[:, open_] == 0, found, known[:, open_])
+        who, at = np.nonzero(known[:, new] == 0)
+        if len(who):
+            known[who, new[at]] = np.where(ask(who, new[at]), 1, -1)
         done = count
         count = min(FINER * count, len(rows))
     return np.asarray(known == 1)

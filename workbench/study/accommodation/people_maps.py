@@ -20,10 +20,12 @@ from workbench.posture.seating.sides import leftward, middle
 from workbench.study.accommodation.chunks import Question, taken_places
 from workbench.study.accommodation.population_bodies import PopulationBodies
 from workbench.study.executors import completed
-from workbench.study.reach_map import groups, part_points, who_reaches
+from workbench.study.reach_map import part_points, who_reaches
 
 __all__ = ["people_maps"]
 
+TOGETHER = 128
+"""People whose map is one piece of work."""
 _SHOULDERS = 0.6
 """How far [m] over the seat reference point somebody looks at a part from, to tell which of its
 sides count."""
@@ -60,7 +62,7 @@ def _reached_share(
     chunks = taken_places(question.place, question.people, bodies, executor=executor)
     poses = join_poses([taken[task.case].poses for taken in chunks])
     body = bodies[: len(bodies)]
-    parts = groups(body, poses, points, names[0])
+    parts = np.array_split(np.arange(len(poses)), max(1, -(-len(poses) // TOGETHER)))
     jobs = completed(
         reached_weight,
         range(len(parts)),
