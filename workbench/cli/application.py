@@ -23,7 +23,7 @@ from workbench.cli.compare import compare
 from workbench.cli.fit import body_fit
 from workbench.cli.motion import motion_app
 from workbench.cli.people import people_app
-from workbench.cli.progress import Progress, emit, tell
+from workbench.cli.progress import Progress, emit, emit_verdict, tell
 from workbench.cli.render import render
 from workbench.cli.simulate import simulate
 from workbench.errors import InputError, UsageError, WorkbenchError, one_of
@@ -43,6 +43,7 @@ INTERRUPTED = 130
 app = App(
     name="workbench",
     version=__version__,
+    version_flags=["--version", "-V"],
     help="Human factors with sphere bodies: reach, clearance and collision studies from files.",
     help_epilogue="Exit codes: 0 fine, 1 a criterion failed, 2 usage, 3 bad input, 4 an optional part is missing, "
     "70 an internal error, 130 stopped by Ctrl-C.",
@@ -55,6 +56,7 @@ motion_app.command(simulate)
 app.command(motion_app)
 app.command(render)
 app.command(compare)
+app.register_install_completion_command(help="Complete commands and options in this shell.")
 
 Json = Annotated[bool, Parameter(name="--json", negative="", help="print data as JSON on stdout")]
 
@@ -135,9 +137,10 @@ def _was_interrupted(error: BaseException | None) -> bool:
 def run(
     study: str,
     *,
-    out: Path | None = None,
+    out: Annotated[Path | None, Parameter(name=["--out", "-o"])] = None,
     film: bool = False,
     cluster: str | None = None,
+    quiet: Annotated[bool, Parameter(name=["--quiet", "-q"], negative="")] = False,
     as_json: Json = False,
 ) -> int:
     """Run a study and write its report.
@@ -152,6 +155,8 @@ def run(
         a film with the report of a motion
     cluster
         of a population: a Dask scheduler's address that does the work (tcp://host:8786), or local
+    quiet
+        print nothing but warnings and errors: the exit code says whether all criteria hold
     """
     from workbench.files.output_folder import check_folder
     from workbench.files.study.reader import load_study
@@ -180,9 +185,9 @@ def run(
         tell(f"warning: {warning}")
     if as_json:
         emit(_dumped(rows))
-    else:
+    elif not quiet:
         for line in report_lines(result, rows):
-            emit(line)
+            emit_verdict(line)
         emit(rows.headline)
         emit(folder / "report.html")
     return 0 if result.passed else 1
@@ -260,7 +265,8 @@ def schema(kind: str) -> int:
     Parameters
     ----------
     kind
-        body, postures, environment, study, population, growth, encumbrance or result
+        body, comparison, encumbrance, environment, growth, population, postures, result, rules,
+        simulation or study
     """
     from workbench.files.kinds import json_schemas
 

@@ -1,14 +1,22 @@
-"""What a command prints: data, talk, and while it works a spinner on a terminal."""
+"""What a command prints: data, talk, and while it works a spinner with the time on a terminal."""
 
 from __future__ import annotations
 
+import os
+import shutil
 import sys
+import textwrap
 from collections.abc import Callable
 from typing import Any
 
 from workbench.errors import printable
 
-__all__ = ["Progress", "emit", "tell"]
+__all__ = ["Progress", "emit", "emit_verdict", "tell"]
+
+_INKS = {"passed": "32", "FAILED": "1;31"}
+"""Codes of colours on a terminal: green, and bold red."""
+_INDENT = 8
+"""Columns by which the lines of a verdict that go on are set in: as wide as its first word."""
 
 
 def emit(data: object) -> None:
@@ -22,24 +30,52 @@ def tell(text: str) -> None:
     print(printable(text), file=sys.stderr, flush=True)
 
 
+def emit_verdict(line: str) -> None:
+    """Print a line that begins with "passed" or "FAILED" to stdout.
+
+    On a terminal it is broken between words, and the first word is coloured; not where NO_COLOR is
+    set.
+    """
+    if not sys.stdout.isatty():
+        emit(line)
+        return
+    width = max(shutil.get_terminal_size().columns, 2 * _INDENT)
+    hang = " " * _INDENT
+    text = textwrap.fill(
+        printable(line),
+        width,
+        subsequent_indent=hang,
+        break_long_words=False,
+        break_on_hyphens=False,
+    )
+    word, space, rest = text.partition(" ")
+    if word in _INKS and not os.environ.get("NO_COLOR"):
+        word = f"\x1b[{_INKS[word]}m{word}\x1b[0m"
+    print(word + space + rest)
+
+
 class Progress:
-    """`with Progress() as say: say("reading")`: one line that changes, on a terminal only."""
+    """`with Progress() as say: say("reading")`: one line that changes, with the time that has gone
+    by, on a terminal only."""
 
     def __enter__(self) -> Callable[[str], None]:
-        self.status: Any = None
+        self.line: Any = None
         if sys.stderr.isatty():
             from rich.console import Console
+            from rich.progress import Progress as Line
+            from rich.progress import SpinnerColumn, TextColumn, TimeElapsedColumn
 
-            self.status = Console(stderr=True).status("starting")
-            self.status.start()
+            words = TextColumn("{task.description}", markup=False)  # names are no markup
+            columns = (SpinnerColumn(), words, TimeElapsedColumn())
+            self.line = Line(*columns, console=Console(stderr=True), transient=True)
+            self.task = self.line.add_task("starting", total=None)
+            self.line.start()
         return self._say
 
     def _say(self, text: str) -> None:
-        if self.status is not None:
-            from rich.text import Text
-
-            self.status.update(Text(printable(text)))  # a plain str would be read as markup
+        if self.line is not None:
+            self.line.update(self.task, description=printable(text))
 
     def __exit__(self, *_: object) -> None:
-        if self.status is not None:
-            self.status.stop()
+        if self.line is not None:
+            self.line.stop()

@@ -55,7 +55,8 @@ def staged(path: Path) -> Iterator[Path]:
     """
     with write_errors(path):
         _refuse(path)
-        path.parent.mkdir(parents=True, exist_ok=True)
+        if not path.parent.is_dir():
+            raise InputError(f"{path}: there is no folder {path.parent}; make it first")
         partial = _partial(path)
         with locked(partial, path):
             complete = False
