@@ -72,10 +72,10 @@ def _pressed(situation: Situation, seated: Seated) -> list[str]:
         return []
     seat = situation.place.own_seat
     assert seat is not None and seat.front is not None
+    gives = seat.front.gives
     return [
-        f"the thighs press {1000 * (seat.front.gives + deeper):.0f} mm deep into the front of "
-        f"{seat.cushion.part}, which gives {1000 * seat.front.gives:.0f} mm: no place of the seat "
-        f"tried rests them"
+        f"the thighs press {1000 * (gives + deeper):.0f} mm deep into the front of "
+        f"{seat.cushion.part}, which gives {1000 * gives:.0f} mm"
     ]
 
 
