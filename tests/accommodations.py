@@ -210,7 +210,8 @@ def shown_of(body, row, requirement, requirements):
     file, _ = load_postures(posture_path("bubbleman"), body)
     name = "seated" if "seated" in file.postures else next(iter(file.postures))
     pose = posture_pose(body, file, name)
-    placed = wb.place(body, wb.seat(body, pose, environment.seat("left")).poses)
+    poses = wb.seat(body, pose, environment.seat("left")).poses
+    placed = wb.place(body, poses)
     here = requirements[requirement]
     control = next((c for c in environment.controls if c.name == here.target), None)
     segment = body.segments.index("RHN")
@@ -218,6 +219,8 @@ def shown_of(body, row, requirement, requirements):
     return Shown(
         row,
         requirement,
+        "flying",
+        poses,
         placed,
         environment,
         "right hand" if here.check == "reach" else "right knee",

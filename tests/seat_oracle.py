@@ -43,18 +43,42 @@ def seat_slowly(body, poses, seat, *, eye, pedals):
     missed = np.sum([np.where(m > SHORT, m, 0.0) for m in miss.values()], axis=0) * np.ones(
         len(forward)
     )
-    best = np.lexsort((np.abs(forward), ease.round(3), missed.round(4)))[0]
     at = up if eye is None else before
+    pressed = thighs_too_deep(
+        wb.place(body, poses, window=["LUL", "RUL"]), seat, (forward, at), pedals
+    )
+    best = np.lexsort((np.abs(forward), ease.round(3), pressed.round(3), missed.round(4)))[0]
     return {
         "forward": forward[best],
         "up": at[best],
         "eye": eyes[best],
         "discomfort": ease[best],
+        "pressed": pressed[best],
         "rotations": poses.rotations[best],
         "miss": {foot: m[best] for foot, m in miss.items()},
         "limit": {foot: words[best] for foot, words in limit.items()},
         "every": (forward, missed, ease),
     }
+
+
+def thighs_too_deep(placed, seat, travel, pedals):
+    """(P,) how much deeper the thighs press into the front of the cushion than it gives, sphere by
+    sphere and face by face."""
+    body = placed.body
+    thighs = [{"left foot": "LUL", "right foot": "RUL"}[foot] for foot in pedals.at]
+    cushion, _, left = seat_planes(seat)
+    found = np.zeros(len(placed.centres))
+    for p, (forward, up) in enumerate(zip(*travel, strict=True)):
+        at = np.array(seat.srp) + forward * np.array([left[1], -left[0], 0.0])
+        at = at + up * np.array([0.0, 0.0, 1.0])
+        for s in range(len(body.sphere_segment)):
+            if body.segments[body.sphere_segment[s]] not in thighs:
+                continue
+            away = placed.centres[p, s] - at
+            along = away @ np.cross(left, cushion)
+            height = max(a * along + b * (away @ cushion) - c for a, b, c in seat.front.faces)
+            found[p] = max(found[p], body.radius[0, s] - height - seat.front.gives)
+    return found
 
 
 def stepped(body, poses, seat, travel, pedals):

@@ -201,11 +201,45 @@ def ran(name, folder, *, people):
     return {path.name: path.read_bytes() for path in (folder / "out").iterdir()}
 
 
+SAID = {
+    "contact": ("sphere", "polygon"),
+    "clearance": ("sphere", "polygon"),
+    "seated": ("sphere", "polygon"),
+    "excursion": ("sphere",),
+    "self_contact": ("sphere", "other_sphere"),
+    "between_people": ("sphere", "other_sphere", "other_person"),
+}
+"""What a finding of a check must say besides person, limb and value."""
+
+
+def unsaid(result):
+    """What findings of a result do not say: criterion and key."""
+    limbs = tuple(wb.load_body("adult_male").segment_names)
+    found = []
+    for verdict in result["verdicts"]:
+        if verdict["check"] not in SAID or verdict["interval"]:  # a share of people has no limb
+            continue
+        for finding in filter(None, [verdict["worst"], *verdict["breaches"]]):
+            keys = [key for key in SAID[verdict["check"]] if finding[key] is None]
+            keys += [] if finding["subject"].startswith(limbs) else ["subject"]
+            if "polygon" in SAID[verdict["check"]]:
+                keys += [] if f"polygon {finding['polygon']}" in finding["target"] else ["target"]
+            elif "other_sphere" in SAID[verdict["check"]]:
+                keys += [] if finding["target"].startswith(limbs) else ["target"]
+            found += [(verdict["name"], key) for key in [*keys, *_empty(finding)]]
+    return found
+
+
+def _empty(finding):
+    return [key for key in ("case", "person", "sentence") if not finding[key]]
+
+
 @pytest.mark.parametrize("name", STUDIES)
 def test_every_study_runs_and_writes_a_result_of_its_schema(name, tmp_path):
     files = ran(name, tmp_path, people=4)
     result = json.loads(files["result.json"])
     Draft202012Validator(json_schemas()["result"]).validate(result)
+    assert not unsaid(result)
     assert files["report.html"].startswith(b"<!doctype html>")
 
 

@@ -137,6 +137,11 @@ def test_volume_times_density_is_the_mass_of_the_whole_and_near_the_table_for_se
     assert max(map(abs, off.values())) < 0.15, off
 
 
+def test_bubbleman_is_too_slim_for_his_mass_by_the_volume_that_is_stated():
+    density = loaded("bubbleman").mass[0].sum() / volumes("bubbleman").sum()
+    assert density == pytest.approx(1170, abs=10)
+
+
 @pytest.mark.parametrize(
     ("name", "kilograms"),
     [("adult_male", 84.6), ("adult_female", 66.8), ("child_6", 23.4), ("child_3", 15.5)],

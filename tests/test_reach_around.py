@@ -4,6 +4,7 @@ asked."""
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -260,3 +261,55 @@ def test_many_targets_deep_in_the_panel_are_reached(hard, trainer):
         *hard, trainer, deeper(trainer, "push"), {"name": "right hand", "grip": "push", "zone": 2}
     )
     assert found.reached.sum() >= DEEP_REACHED
+
+
+@pytest.fixture(scope="module")
+def belted():
+    """A table's edge inside the trunk of who sits at it: a trunk that moves never gets out of it."""
+    return environment_of(box_part("edge", [0.14, 0.2, 0.40], [0.20, 0.36, 0.9]))
+
+
+@pytest.mark.parametrize("grip", ["push", "pinch", "grasp"])
+@pytest.mark.parametrize("around", ["nothing", "trainer", "belted"])
+def test_a_freer_zone_reaches_whatever_a_tighter_one_does(
+    people, seated, trainer, belted, grip, around
+):
+    environment = {"nothing": None, "trainer": trainer, "belted": belted}[around]
+    targets = np.random.default_rng(8).uniform([0.1, -0.1, 0.3], [0.7, 0.7, 1.2], (12, 3))
+    found = [
+        reach(
+            people,
+            seated,
+            targets,
+            limb=limb(people, "left hand", grip=grip, zone=zone),
+            environment=environment,
+        )
+        for zone in (1, 2, 3)
+    ]
+    for held, free in pairwise(found):
+        assert np.all(free.reached[held.reached])
+        tip = free.tip[free.reached]
+        np.testing.assert_allclose(tip, free.target[free.reached], atol=1e-4)
+
+
+def test_what_a_tighter_zone_reaches_is_shown_in_its_posture(people, seated, belted):
+    """Before, a trunk that touches something reached nothing in zone 3."""
+    target = np.array([[0.4, 0.5, 0.7]])
+    tight, free = (
+        reach(
+            people,
+            seated,
+            target,
+            limb=limb(people, "left hand", zone=zone),
+            environment=belted,
+        )
+        for zone in (1, 3)
+    )
+    assert np.all(tight.reached)
+    assert np.all(free.reached)
+    arm = limb(people, "left hand", zone=3)
+    for b, body in enumerate(people):
+        own = wb.place(body, replace(free.poses, person=None).rows(slice(b, b + 1)))
+        frame = own.world_from_segment[0, arm.end]
+        tip = frame[:, :3] @ arm.tip[b] + frame[:, 3]
+        np.testing.assert_allclose(tip, target[0], atol=1e-4)

@@ -9,8 +9,10 @@ import numpy as np
 import pytest
 
 import workbench as wb
+from tests.accommodations import smaller_study
 from tests.conftest import ROOT
 from workbench.cli import main
+from workbench.report.folder import write_report
 
 STUDY = f"""study: elsewhere
 length: mm
@@ -99,3 +101,54 @@ def test_a_posture_of_a_result_can_be_taken_on(made, checked):
     again = wb.pose(found.body, held["angles_deg"], reference=held["reference"])
     same = np.abs(np.sum(again.rotations[0] * found.poses.rotations[0], axis=1))
     assert np.abs(same - 1).max() < 1e-12
+
+
+@pytest.fixture(scope="module")
+def crowd(tmp_path_factory):
+    """A population's study, what a run finds of it, and the folder with its result."""
+    folder = tmp_path_factory.mktemp("crowd")
+    study = smaller_study("car_driver", folder, people=20)
+    result = wb.run(wb.load_study(study))
+    write_report(result, folder / "out")
+    return result.population, folder / "out"
+
+
+def test_the_people_shown_of_a_population_are_drawn_as_they_were_found(crowd):
+    """Before, a result of a population held nobody's posture, and could not be drawn."""
+    found, folder = crowd
+    assert found.shown
+    labels = [
+        row["person"]
+        for row in json.loads((folder / "result.json").read_text())["population"]["hardest"]
+    ]
+    for number, shown in enumerate(found.shown):
+        scene = wb.scene_of(str(folder), case=labels[number])
+        assert len(scene.bodies) == 1
+        drawn = scene.bodies[0].placed
+        np.testing.assert_allclose(drawn.body.radius, shown.placed.body.radius, atol=1e-9)
+        np.testing.assert_allclose(drawn.centres, shown.placed.centres, atol=2e-6)
+        np.testing.assert_allclose(
+            scene.environment.vertices, shown.environment.vertices, atol=2e-6
+        )
+
+
+def test_the_people_shown_hold_their_postures_in_tables(crowd):
+    found, folder = crowd
+    hard = json.loads((folder / "result.json").read_text())["population"]["hardest"]
+    with (folder / "placements.csv").open() as file:
+        placements = list(csv.DictReader(file))
+    assert [row["person"] for row in placements] == [row["person"] for row in hard]
+    for row, one in zip(placements, hard, strict=True):
+        assert [float(row[f"{k}_mm"]) for k in "xyz"] == one["posture"]["position_mm"]
+        at = 1000 * found.seat[one["row"]]
+        seat = [float(row["seat_forward_mm"]), float(row["seat_up_mm"])]
+        assert seat == pytest.approx(at, abs=1e-3)
+    with (folder / "postures.csv").open() as file:
+        angles = list(csv.DictReader(file))
+    assert {row["person"] for row in angles} == {row["person"] for row in hard}
+
+
+def test_a_person_who_is_not_shown_is_refused_with_those_who_are(crowd):
+    _, folder = crowd
+    with pytest.raises(wb.InputError, match=r"shows no person 'nobody'"):
+        wb.scene_of(str(folder), case="nobody")

@@ -215,7 +215,7 @@ def test_breaches_csv_is_the_breaches_of_the_json(folder, data):
             cell(v["name"]),
             *(cell(b[f]) for f in fields),
             *(cell(c) for c in b["point_mm"] or [None] * 3),
-            cell(b["surface_known_to"]),
+            *(cell(b[f]) for f in ("surface_known_to", "sphere", "polygon", "other_sphere")),
         ]
         for v in data["verdicts"]
         for b in v["breaches"]

@@ -70,6 +70,7 @@ def test_everybody_sits_as_trying_all_places_slowly_finds(people, seat):
         assert found.up[b] == pytest.approx(one["up"], abs=2e-4)
         np.testing.assert_allclose(found.eye[b], one["eye"], atol=3e-4)
         assert found.discomfort[b] == pytest.approx(one["discomfort"], abs=0.03)
+        assert found.pressed[b] == pytest.approx(max(one["pressed"], 0.0), abs=3e-4)
         for foot in TRAINER.at:
             assert found.miss[foot][b] == pytest.approx(one["miss"][foot], abs=1e-4)
             assert found.limit[foot][b] == one["limit"][foot]

@@ -30,9 +30,11 @@ HEADER = """\
 # Segments, joints, numbers and mnemonics: Badler, O'Rourke & Toltzis, Proc. IEEE 67(10), 1979, tables 1 and 2.
 # Size: ANSUR II (NATICK/TR-15/007), median man. Masses: de Leva 1996, the shoulder masses taken from the upper trunk.
 # Joint stops: Barter, Emanuel & Truett 1957 and later surveys. Licence: CC0-1.0.
+# The mass is the survey's, the spheres are drawn by hand and too slim for it: 72 litres, 1,170 kg/m3 where people have
+# 985 to 1,065. Thighs have 1,480, feet 1,400, hands 1,560, chest 1,310; where girth or depth counts, take adult_male.
 # Made from tools/bodies/bubbleman_sections.yaml: change that, then run `python tools/bodies/make_bubbleman.py`.
 body: bubbleman
-description: adult man of median size
+description: adult man of median size, drawn by hand; a tenth too slim for his mass
 source: shape drawn by hand to the median man of ANSUR II (NATICK/TR-15/007); masses after de Leva 1996
 licence: CC0-1.0
 length: mm

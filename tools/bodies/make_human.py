@@ -38,7 +38,7 @@ from human.stretched import GROUPS, Changed, carried_into, changed, skin_change,
 from human.template import Template, made_template, rigs_of
 from human.transfer import Rig
 from human.trimmed import joined, skin_with, trimmed, with_spheres
-from human.truth import Skinned, allowances, fit_errors
+from human.truth import Skinned, allowances, bent_gaps, fit_errors
 from human.write import BODY_SEGMENTS, archive, body_text
 from numpy.typing import NDArray
 
@@ -217,6 +217,7 @@ def write_all(made: Made, basis: Basis, *, report: bool, folder: Path = BODIES) 
         texts[name] = (head, tables)
         if report:
             _tell(basis, (name, known), (z, values[name]), errors)
+            _tell_bent(basis, name, z, skin)
     _archive(made, basis, found, errors, folder)
     for name, (head, tables) in texts.items():
         head |= {"basis": "human_basis.npz", "basis_at": [float(v) for v in found[name]]}
@@ -360,6 +361,17 @@ def _tell(
             if n[0] != "R"
         ]
         print(f"  {level}: skin outside/inside [mm]: " + ", ".join(bounds))
+
+
+def _tell_bent(basis: Basis, name: str, z: Floats, skin: Skinned) -> None:
+    """Print how far the skin stands out from the spheres beside each joint, bent and straight."""
+    for level in basis.levels:
+        gaps = bent_gaps(skin, basis.at("joint", z), _tried(basis, z, name, level))
+        told = [
+            f"{joint} {1000 * gap.bent:.1f}/{1000 * gap.straight:.1f}"
+            for joint, gap in gaps.items()
+        ]
+        print(f"  {level}: skin outside beside a joint, bent/straight [mm]: " + ", ".join(told))
 
 
 if __name__ == "__main__":

@@ -5,7 +5,7 @@ Nothing is computed again: what was checked is drawn.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 
@@ -15,10 +15,11 @@ from workbench.body.parts import moved
 from workbench.draw.scene import Mark
 from workbench.draw.source import Source, chosen_cases, people_source, split_names
 from workbench.draw.study_scene import study_source
-from workbench.errors import InputError
+from workbench.errors import InputError, one_of
 from workbench.files.catalogue import find, is_file, roots
 from workbench.files.results.motions import MotionRows
-from workbench.files.results.postures import PersonRow, PosturesRows
+from workbench.files.results.population import PopulationRows
+from workbench.files.results.postures import PersonRow, PostureRow, PosturesRows
 from workbench.files.results.result import FindingRow, ResultFile, load_result
 from workbench.files.study.reader import load_study
 from workbench.model.adjusting import adjusted
@@ -30,6 +31,7 @@ from workbench.model.posing import join_poses, pose
 from workbench.model.quaternions import matrices
 from workbench.model.study import Study
 from workbench.posture.seating.seating import seat_shift
+from workbench.study.accommodation.accommodation import body_of_person
 from workbench.study.provenance import hashes
 from workbench.study.workplaces import occupant
 
@@ -40,14 +42,15 @@ def result_source(path: Path, case: str | None = None, study: str | None = None)
     """Build what is to be drawn of a result: a case of its study, with its findings marked.
 
     Breaches are marked by number; otherwise the nearest distances are marked. A motion shows its
-    contacts by number.
+    contacts by number. A population shows one of the people hardest to serve.
 
     Parameters
     ----------
     path
         A result.json or the folder that holds it.
     case
-        Name of the case. If None: the case that failed, or came nearest to failing.
+        Name of the case, or of a person of a population. If None: the case that failed, or came
+        nearest to failing; the person hardest to serve.
     study
         The file of the study, or its name. If None it is sought by its content: beside the result,
         in the folders above, where the program runs, and in the catalogue.
@@ -72,7 +75,9 @@ def result_source(path: Path, case: str | None = None, study: str | None = None)
     if result.postures:
         names = case or _worst_case(result)
         return _with_findings(_held_source(loaded, result.postures[0], names), result)
-    raise InputError(f"{path}: a result of a population has no case to draw; see its report")
+    if result.population is not None:
+        return _hardest_source(path, loaded, result.population, case)
+    raise InputError(f"{path}: this result holds nothing to draw; see its report")
 
 
 def _study_path(path: Path, result: ResultFile, digest: str, given: str | None) -> Path:
@@ -118,7 +123,7 @@ def _held_source(study: Study, rows: PosturesRows, case: str) -> Source:
     names = tuple(rows.cases)
     chosen = chosen_cases(single.name, names, case)
     at = [names.index(name) for name in chosen]
-    environment = _with_settings(single.environment, rows)
+    environment = _with_settings(single.environment, rows.settings)
     persons = []
     for number, role in enumerate(single.roles):
         held = next((row for row in rows.people if row.name == role.name), None)
@@ -129,19 +134,44 @@ def _held_source(study: Study, rows: PosturesRows, case: str) -> Source:
     return people_source(single.title, environment, tuple(persons), chosen)
 
 
-def _with_settings(environment: Environment, rows: PosturesRows) -> Environment:
-    """The surroundings with everything that can be adjusted as it was set."""
+def _hardest_source(path: Path, study: Study, rows: PopulationRows, name: str | None) -> Source:
+    """One of the people hardest to serve as the result holds them: the named one, or the first."""
+    shown = {one.person: one for one in rows.hardest if one.posture is not None}
+    if not shown:
+        raise InputError(f"{path}: this result shows nobody; see its report")
+    hard = shown[next(iter(shown))] if name is None else shown.get(name)
+    if hard is None or hard.posture is None:
+        raise InputError(f"{path}: shows no person {name!r}; {one_of(name or '', list(shown))}")
+    body = body_of_person(study, hard.row)
+    settings = {column: values[hard.row] for column, values in rows.people.settings.items()}
+    environment = _with_settings(study.environment, settings)
+    if rows.seat is not None:
+        environment = _seat_at(environment, rows.seat, rows.people.seat_mm[hard.row])
+    person = Person(rows.role, body, _posture(body, hard.posture))
+    source = people_source(
+        f"{study.title}: person {hard.person}", environment, (person,), (hard.posture.case,)
+    )
+    lack = f"{hard.requirement}: {hard.margin_mm:.1f} mm to spare"
+    return replace(source, notes=(*source.notes, f"person {hard.person}, {lack}"))
+
+
+def _with_settings(environment: Environment, settings: Mapping[str, float]) -> Environment:
+    """The surroundings with everything that can be adjusted as it was set, by column."""
     setting = {
-        one.name: rows.settings[one.column] * one.shown_unit
+        one.name: settings[one.column] * one.shown_unit
         for one in environment.adjustments
-        if one.column in rows.settings
+        if one.column in settings
     }
     return adjusted(environment, setting)
 
 
 def _pose(body: Body, person: PersonRow, case: int) -> Poses:
     """The pose that a person holds in a case."""
-    held = person.postures[case]
+    return _posture(body, person.postures[case])
+
+
+def _posture(body: Body, held: PostureRow) -> Poses:
+    """A pose of a body as a result holds it."""
     return pose(
         body,
         held.angles_deg,
@@ -161,8 +191,13 @@ def _with_seat(environment: Environment, person: PersonRow) -> Environment:
     """The surroundings with the seat of a person where it stood."""
     if person.seat is None or person.seat_mm is None:
         return environment
-    seat = environment.seat(person.seat)
-    forward, up = (value / 1000.0 for value in person.seat_mm)
+    return _seat_at(environment, person.seat, person.seat_mm)
+
+
+def _seat_at(environment: Environment, name: str, at_mm: tuple[float, float]) -> Environment:
+    """The surroundings with a seat forward and up of where it stands at rest."""
+    seat = environment.seat(name)
+    forward, up = (value / 1000.0 for value in at_mm)
     return moved(environment, seat.moves, seat_shift(seat, forward, up))
 
 

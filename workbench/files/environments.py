@@ -16,6 +16,7 @@ from workbench.files.environment_adjustments import (
     adjustments_of,
     matching_parts,
 )
+from workbench.files.environment_cushions import cushion_front
 from workbench.files.environment_doubts import environment_doubts, part_box
 from workbench.files.environment_schema import (
     EnvironmentFile,
@@ -259,17 +260,21 @@ def _complete(
     rules: of each part; notes: sentences about the meshes.
     """
     controls = file.controls.items()
-    seats = tuple(_seat(name, seat, environment.parts) for name, seat in file.seats.items())
+    allowances = (
+        *_allowances(rules),
+        *_resting(file, environment.parts),
+        *_gripped(environment, file, rules),
+    )
+    hard = [_seat(name, seat, environment.parts) for name, seat in file.seats.items()]
+    seats = tuple(
+        replace(seat, front=cushion_front(environment, seat, allowances)) for seat in hard
+    )
     complete = replace(
         environment,
         description=file.description,
         hidden=np.array([rule.hidden for rule in rules], dtype=np.bool_),
         see_through=np.array([rule.see_through for rule in rules], dtype=np.bool_),
-        allowances=(
-            *_allowances(rules),
-            *_resting(file, environment.parts),
-            *_gripped(environment, file, rules),
-        ),
+        allowances=allowances,
         seats=seats,
         points=dict(file.points),
         controls=tuple(Control(name, c.at, c.grip, c.zone, c.part) for name, c in controls),

@@ -158,13 +158,21 @@ class Clearance:
     point: Floats
     facing: Ints
 
+    def met(self, where: tuple[int, int, int]) -> tuple[int, int]:
+        """What is nearest to the body's sphere at (pose, segment, other), -1 where it is not of that
+        kind: the polygon of the part, by its number in the part, and the other limb's sphere."""
+        target = int(self.target[where])
+        if isinstance(self.other, Environment):
+            return target - int(self.other.part_start[where[2]]), -1
+        return -1, target
+
     def name(self, where: tuple[int, int, int]) -> str:
         """The body's side in words at (pose, segment, other)."""
         return _side(self.body, int(self.sphere[where]), int(self.facing[where]))
 
     def other_name(self, where: tuple[int, int, int]) -> str:
         """The other side in words: part and polygon, or segment and sphere."""
-        target = int(self.target[where])
+        polygon, sphere = self.met(where)
         if isinstance(self.other, Environment):
-            return f"{self.other.parts[where[2]]}, polygon {target - int(self.other.part_start[where[2]])}"
-        return _side(self.other, target, -1)
+            return f"{self.other.parts[where[2]]}, polygon {polygon}"
+        return _side(self.other, sphere, -1)

@@ -46,12 +46,26 @@ class Rest:
 
 
 @dataclass(frozen=True)
+class CushionFront:
+    """The front half of a cushion in section, down to its front edge: what thighs rest on.
+
+    faces (along, above, offset): outward unit normals in the section, whose axes are the cushion's
+    length and its normal, and the distance of each face from the seat reference point [m].
+    gives [m]: how deep thighs may press in.
+    """
+
+    faces: tuple[tuple[float, float, float], ...]
+    gives: float
+
+
+@dataclass(frozen=True)
 class Seat:
     """A seat: back and cushion planes meet in the seat reference point `srp` [m] on the centre
     line.
 
     back_angle: aft of vertical; cushion_angle: front edge up; yaw: heading about +z; all [rad].
     travel_forward, travel_up: (least, greatest) [m]; moves: the parts that go along with the seat.
+    front: of its cushion, None where thighs may hang as they will.
     """
 
     name: str
@@ -64,6 +78,7 @@ class Seat:
     travel_forward: tuple[float, float]
     travel_up: tuple[float, float]
     moves: tuple[str, ...]
+    front: CushionFront | None = None
 
     def held(self, forward: float, up: float) -> Seat:
         """The seat in one position [m], without travel."""

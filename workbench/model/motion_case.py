@@ -83,8 +83,9 @@ class MotionCase:
 
 @dataclass(frozen=True)
 class Meeting:
-    """One contact of the motion. who, side: in words ("forehead" of the head, "front"); other: the
-    part or segment.
+    """One contact of the motion. who: the sphere that meets first in words ("head, forehead
+    (front)"); deep: the one that is deepest; other: the part or segment. sphere, polygon,
+    other_sphere: the numbers of what is deepest, of a polygon in its part; -1 where there is none.
 
     enter, deepest, leave [s]; began, lasts: in contact already at the first, still at the last
     frame. depth, allowed [m]; speed, normal, tangential [m/s]: of the sphere as it meets the part,
@@ -107,6 +108,10 @@ class Meeting:
     tangential: float
     point: tuple[float, float, float]
     own: bool
+    deep: str
+    sphere: int
+    polygon: int
+    other_sphere: int
     force: float | None = None
 
 

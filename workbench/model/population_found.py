@@ -19,7 +19,7 @@ from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.body import Body
 from workbench.model.environment import Adjustment, Environment
 from workbench.model.population import Population
-from workbench.model.poses import Placed
+from workbench.model.poses import Placed, Poses
 from workbench.model.study import Study
 from workbench.model.workplace import Workplace
 
@@ -30,8 +30,8 @@ __all__ = ["PopulationFound", "Shown"]
 class Shown:
     """One of the hardest people as found at the worst requirement, to be drawn.
 
-    row: of the person; requirement: index of the worst; placed: the body in one pose, in the
-    attempt where it is a reach; environment: with the seat where this person sits. limb: "right
+    row: of the person; requirement: index of the worst; case: the name of the case; body, poses:
+    the person in one pose, in the attempt where it is a reach; placed: the same; environment: with the seat where this person sits. limb: "right
     hand" of a reach, else what comes too near ("right shin"), "" where nothing is to be named.
     target, tip (3,) [m] in the world: where the limb was to go and where it got, or the two nearest
     points of a clearance; None where there is nothing to point at.
@@ -39,6 +39,8 @@ class Shown:
 
     row: int
     requirement: int
+    case: str
+    poses: Poses
     placed: Placed
     environment: Environment
     limb: str = ""

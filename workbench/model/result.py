@@ -65,6 +65,10 @@ class Finding:
         "m", "rad", "g", "share" (0 to 1), or "" of a number without a unit.
     time
         When [s], NaN of a posture.
+    sphere, polygon, other_sphere
+        The sphere of the body that is nearest or farthest, and what is nearest to it: the polygon
+        of the part (by its number in the part), or the sphere of the other limb; -1 where there is
+        none.
     """
 
     case: str
@@ -78,6 +82,9 @@ class Finding:
     surface_known_to: float = math.nan
     unit: str = "m"
     time: float = math.nan
+    sphere: int = -1
+    polygon: int = -1
+    other_sphere: int = -1
 
     @property
     def margin(self) -> float:

@@ -98,6 +98,9 @@ def _finding_row(verdict: Verdict, finding: Finding) -> FindingRow:
         time_ms=_thousand(finding.time),
         point_mm=_point(finding),
         surface_known_to=_thousand(finding.surface_known_to),
+        sphere=_number(finding.sphere),
+        polygon=_number(finding.polygon),
+        other_sphere=_number(finding.other_sphere),
         sentence=sentence,
     )
 
@@ -105,6 +108,11 @@ def _finding_row(verdict: Verdict, finding: Finding) -> FindingRow:
 def _thousand(value: float) -> float | None:
     """A length [m] or time [s] in mm or ms; None where it is not finite."""
     return micro(1000 * value) if math.isfinite(value) else None
+
+
+def _number(index: int) -> int | None:
+    """A number that is counted from 0; None where there is none."""
+    return index if index >= 0 else None
 
 
 def _point(finding: Finding) -> tuple[float, float, float] | None:

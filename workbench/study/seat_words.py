@@ -27,7 +27,7 @@ def shortfalls(situation: Situation) -> list[str]:
     aims = situation.work.aims
     if seated is None or aims is None:
         return []
-    lines = [*_eyes_off(situation, seated), *_travel_off(seated)]
+    lines = [*_eyes_off(situation, seated), *_travel_off(seated), *_pressed(situation, seated)]
     for foot, miss in seated.miss.items():
         lines += _limb_off(foot, aims.controls[foot], miss, seated.limit[foot])
     for hand, miss in situation.hand_miss.items():
@@ -63,6 +63,20 @@ def _travel_off(seated: Seated) -> list[str]:
         return []
     way = "forward" if beyond > 0 else "back"
     return [f"the seat would go {1000 * abs(beyond):.0f} mm farther {way} than its travel lets it"]
+
+
+def _pressed(situation: Situation, seated: Seated) -> list[str]:
+    """How much deeper the thighs press into the front of the cushion than it gives."""
+    deeper = float(seated.pressed[0])
+    if deeper <= REPORTED:
+        return []
+    seat = situation.place.own_seat
+    assert seat is not None and seat.front is not None
+    gives = seat.front.gives
+    return [
+        f"the thighs press {1000 * (gives + deeper):.0f} mm deep into the front of "
+        f"{seat.cushion.part}, which gives {1000 * gives:.0f} mm"
+    ]
 
 
 def _limb_off(limb: str, control: str, miss: Floats, limit: tuple[str, ...]) -> list[str]:

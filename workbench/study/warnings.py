@@ -129,15 +129,18 @@ def seat_verdicts(
         stated = -rest.surface.depth
         for one in _touched(environment, person, rest):
             if abs(one.gap - stated) > SEAT_LOST:
+                polygon, _ = person.clearance.met(one.where)
                 lost.append(
                     Finding(
                         case=cases[one.where[0]],
                         person=person.name,
                         other_person="",
-                        subject="the sitter",
-                        target=rest.surface.part,
+                        subject=person.clearance.name(one.where),
+                        target=person.clearance.other_name(one.where),
                         value=one.gap,
                         limit=stated,
+                        sphere=int(person.clearance.sphere[one.where]),
+                        polygon=polygon,
                     )
                 )
     if not lost:

@@ -20,8 +20,9 @@ from workbench.body.surface import Surface
 from workbench.geometry.nearest import morton_order
 from workbench.geometry.polygon import point_winding
 from workbench.model.body import Body
+from workbench.model.poses import Placed
 
-__all__ = ["BENT", "Skinned", "allowances", "bent_gaps", "fit_errors", "inside_skin"]
+__all__ = ["BENT", "BentGap", "Skinned", "allowances", "bent_gaps", "fit_errors", "inside_skin"]
 
 Floats = NDArray[np.float64]
 SEATED = {f"{side}{joint}": {"flexion": 90.0} for side in "LR" for joint in "HKE"}
@@ -217,35 +218,62 @@ def _without(body: Body) -> Body:
     return replace(body, allowance=np.zeros_like(body.allowance))
 
 
-def bent_gaps(surface: Surface, share: Floats, joints: Floats, body: Body) -> dict[str, Floats]:
-    """Largest and mean distance [m] between the linearly skinned surface and the spheres within 120
-    mm of bent joints.
+@dataclass(frozen=True, eq=False)
+class BentGap:
+    """How far [m] the skin near a joint stands out from the spheres at most: bent, and straight."""
 
-    surface: the skin in the zero pose; share (P, N); joints (J, 3) of this body. One joint bent at
-    a time.
+    bent: float
+    straight: float
+
+
+def bent_gaps(skin: Skinned, joints: Floats, body: Body) -> dict[str, BentGap]:
+    """By joint how far the linearly skinned surface within 120 mm of it (at a stature of 1.75 m)
+    stands out from the spheres, with that joint alone bent far.
+
+    Parameters
+    ----------
+    skin
+        In the zero pose.
+    joints
+        (J, 3) [m] of this body.
+    body
+        Its spheres.
     """
+    straight = wb.place(body, wb.pose(body, {}))
     result = {}
-    scale = np.ptp(surface.vertices[:, 2]) / 1.75
     for name, (motion, angle) in BENT.items():
         placed = wb.place(body, wb.pose(body, {name: {motion: angle}}))
         at = placed.world_from_segment[0]
-        order = [SEGMENTS.index(n) for n in body.segments]
-        rest = wb.place(body, wb.pose(body, {})).world_from_segment[0]
+        rest = straight.world_from_segment[0]
         turn = np.einsum("nij,nkj->nik", at[:, :, :3], rest[:, :, :3])
         shift = at[:, :, 3] - np.einsum("nij,nj->ni", turn, rest[:, :, 3])
-        weight = share[:, order]
-        moved = np.einsum("pn,nij,pj->pi", weight, turn, surface.vertices) + weight @ shift
-        bent = Surface(moved, surface.faces)
-        pair = [SEGMENTS.index(n) for n in BETWEEN[name].split()]
-        near = sorted({m for n in pair for m in neighbours(n)})
-        samples = random_samples(bent, 60_000, seed=4)
-        place = joints[JOINTS.index(name)]
+        weight = skin.share[:, [SEGMENTS.index(n) for n in body.segments]]
+        vertices = skin.surface.vertices
+        moved = np.einsum("pn,nij,pj->pi", weight, turn, vertices) + weight @ shift
         parent = body.segments.index(BETWEEN[name].split()[0])
-        place = turn[parent] @ place + shift[parent]
-        mine = share[surface.faces[samples.face]].mean(axis=1).argmax(axis=1)
-        keep = (np.linalg.norm(samples.point - place, axis=1) < 0.12 * scale) & np.isin(mine, pair)
-        segment = np.array([order[n] for n in body.sphere_segment])
-        own = np.isin(segment, near)
-        gap = union_field(samples.point[keep], placed.centres[0][own], body.radius[0, own])[0]
-        result[name] = np.array([gap.max(), np.abs(gap).mean(), -gap.min()])
+        joint = joints[JOINTS.index(name)]
+        bent_at = turn[parent] @ joint + shift[parent]
+        bent_skin = Surface(moved, skin.surface.faces)
+        result[name] = BentGap(
+            _stands_out(bent_skin, skin.share, (name, bent_at), placed),
+            _stands_out(skin.surface, skin.share, (name, joint), straight),
+        )
     return result
+
+
+def _stands_out(
+    surface: Surface, share: Floats, joint: tuple[str, Floats], placed: Placed
+) -> float:
+    """How far [m] a skin stands out from the spheres of the segments about a joint at a point."""
+    name, point = joint
+    body = placed.body
+    pair = [SEGMENTS.index(n) for n in BETWEEN[name].split()]
+    near = sorted({m for n in pair for m in neighbours(n)})
+    scale = np.ptp(surface.vertices[:, 2]) / 1.75
+    samples = random_samples(surface, 60_000, seed=4)
+    mine = share[surface.faces[samples.face]].mean(axis=1).argmax(axis=1)
+    keep = (np.linalg.norm(samples.point - point, axis=1) < 0.12 * scale) & np.isin(mine, pair)
+    order = np.array([SEGMENTS.index(n) for n in body.segments])
+    own = np.isin(order[body.sphere_segment], near)
+    gap = union_field(samples.point[keep], placed.centres[0][own], body.radius[0, own])[0]
+    return float(gap.max())

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from workbench.files.results.postures import PostureRow
 from workbench.files.results.row import Row
 
 __all__ = [
@@ -85,7 +86,12 @@ class PeopleRow(Row):
 
 
 class HardRow(Row):
-    """One of the people hardest to serve, at the requirement that is missed by most."""
+    """One of the people hardest to serve, at the requirement that is missed by most.
+
+    row: of everybody, counted from 0; posture: as the picture shows the person, in the attempt
+    where it is a reach, in the position of the seat and the setting that stand in that row; null
+    where nobody is shown.
+    """
 
     person: str
     sex: str
@@ -93,6 +99,8 @@ class HardRow(Row):
     margin_mm: float
     reason: str
     limiting: str
+    row: int
+    posture: PostureRow | None
 
 
 class GainRow(Row):

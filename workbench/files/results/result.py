@@ -25,7 +25,9 @@ class FindingRow(Row):
 
     margin: what is to spare, negative where the criterion is not met. time_ms: null of a posture.
     surface_known_to: how far the true surface may lie from the spheres toward turning the outcome,
-    in mm; null where the body does not say.
+    in mm; null where the body does not say. sphere, polygon, other_sphere: the numbers of the
+    sphere that is nearest or farthest, and of what it meets: a polygon of the part, or a sphere of
+    the other limb.
     """
 
     case: str
@@ -41,6 +43,9 @@ class FindingRow(Row):
     point_mm: tuple[float, float, float] | None
     surface_known_to: float | None
     sentence: str
+    sphere: int | None = None
+    polygon: int | None = None
+    other_sphere: int | None = None
 
 
 class VerdictRow(Row):

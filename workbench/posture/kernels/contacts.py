@@ -41,6 +41,7 @@ __all__ = [
     "Limbs",
     "Obstacles",
     "Space",
+    "depth_behind",
     "forget",
     "limb_contacts",
     "new_space",
@@ -500,3 +501,30 @@ def row_heights(limbs, b, held, base, p, ways, counts, angles, space, out):  # t
             if counts[w, limbs.segment[s]]:
                 high = dot(vector(ways[w]), vector(space.centres[0, s]))
                 out[p, w] = min(out[p, w], high - limbs.radius[b, s])
+
+
+@inner
+def depth_behind(limbs, b, held, base, p, faces, offset, angles, space):  # type: ignore[no-untyped-def]
+    """Return how deep [m] the spheres of body b go into a convex solid; negative where all are
+    outside.
+
+    A sphere that is outside beside an edge counts as nearer than it is.
+
+    Parameters
+    ----------
+    limbs, b, held, base, p, angles, space
+        As of `row_heights`.
+    faces : (F, 3)
+        Outward unit normals.
+    offset : (F,)
+        Heights of the faces along them [m].
+    """
+    _placed(limbs, b, held, base, p, angles, 0, space)
+    deepest = -np.inf
+    for s in range(limbs.centre.shape[2]):
+        outside = -np.inf
+        for f in range(len(faces)):
+            high = dot(vector(faces[f]), vector(space.centres[0, s]))
+            outside = max(outside, high - offset[f])
+        deepest = max(deepest, limbs.radius[b, s] - outside)
+    return deepest

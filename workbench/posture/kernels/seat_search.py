@@ -1,7 +1,10 @@
 """Place of the seat, among those of its travel, where each person is best off.
 
 The search goes downhill from place to place: first by how far the feet miss their pedals, then by
-discomfort. Where that ends short of what is wished, more places are scanned.
+how much deeper the thighs press into the cushion than it gives, then by discomfort. Where that ends
+short of what is wished, more places are scanned. Thighs are not downhill from everywhere, since
+they rise as a heel comes off the floor: where they press on any place of the way, places are tried
+outward as long as one farther on may rest them, or be easier.
 """
 
 from __future__ import annotations
@@ -11,13 +14,14 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.compiled import inner, njit
+from workbench.compiled import inlined, inner, njit
 from workbench.posture.kernels.sitting import (
     FINAL,
     FOOT_DISCOMFORT,
     HEELS_DOWN,
     HEELS_UP,
     MISSED,
+    PRESSED,
     ROW,
     TOTAL_DISCOMFORT,
     TRIAL,
@@ -40,12 +44,15 @@ SCAN_NONE = 0
 SCAN_EVERY = 1
 SCAN_PEDALS = 2
 SCAN_HEELS = 3
+SCAN_THIGHS = 4
 """What is scanned after the walk downhill: nothing; every place; outward while feet none of which is
-as wished do not grow worse; outward while lifting the heels may pay."""
+as wished do not grow worse; outward while lifting the heels may pay; outward while thighs press at
+the best place, or a place farther on may be easier."""
 MISS_UNIT = 1e4
+PRESS_UNIT = 1e3
 DISCOMFORT_UNIT = 1e3
-"""Misses are compared to 1 / MISS_UNIT [m], discomfort to 1 / DISCOMFORT_UNIT, so that rounding does
-not choose a place."""
+"""Misses are compared to 1 / MISS_UNIT [m], the press of thighs to 1 / PRESS_UNIT [m], discomfort to
+1 / DISCOMFORT_UNIT, so that rounding does not choose a place."""
 
 
 class SeatPlaces(NamedTuple):
@@ -101,10 +108,15 @@ def _new_search(sit, legs, places, joints):  # type: ignore[no-untyped-def]
 def _better(table, grid, i, j):  # type: ignore[no-untyped-def]
     """Whether place i is better than place j.
 
-    It misses less; or is easier; or is nearer to where the seat stands at rest; or comes first.
+    It misses less; or presses the thighs less; or is easier; or is nearer to where the seat stands
+    at rest; or comes first.
     """
     one = np.floor(MISS_UNIT * table[i, MISSED] + 0.5)
     other = np.floor(MISS_UNIT * table[j, MISSED] + 0.5)
+    if one != other:
+        return one < other
+    one = np.floor(PRESS_UNIT * table[i, PRESSED] + 0.5)
+    other = np.floor(PRESS_UNIT * table[j, PRESSED] + 0.5)
     if one != other:
         return one < other
     one = np.floor(DISCOMFORT_UNIT * table[i, TOTAL_DISCOMFORT] + 0.5)
@@ -189,6 +201,20 @@ def _lifting_may_pay(sit, legs, b, grid, i, first, best, search):  # type: ignor
 
 
 @inner
+def _farther_may_rest(sit, legs, b, grid, i, first, best, side, search):  # type: ignore[no-untyped-def]
+    """Whether a place beyond place i may be better than the best one: thighs press there, or it is
+    easier here, or grows so, or lifting heels may pay."""
+    table = search.table
+    _, lifting = _lifting_may_pay(sit, legs, b, grid, i, first, best, search)
+    return (
+        lifting
+        or PRESS_UNIT * table[best, PRESSED] >= 0.5
+        or table[i, TOTAL_DISCOMFORT] < table[best, TOTAL_DISCOMFORT]
+        or table[i, TOTAL_DISCOMFORT] < table[i - side, TOTAL_DISCOMFORT]
+    )
+
+
+@inner
 def _scan_side(sit, legs, b, grid, first, best, side, mode, search):  # type: ignore[no-untyped-def]
     """Try places outward from place `first` on one side (-1 or 1); returns the best place."""
     table = search.table
@@ -204,6 +230,8 @@ def _scan_side(sit, legs, b, grid, first, best, side, mode, search):  # type: ig
             wanted, more = _lifting_may_pay(sit, legs, b, grid, i, first, best, search)
         if wanted and table[i, VISITED] == 0.0:
             best = _try_place(sit, legs, b, grid, i, best, search)
+        if mode == SCAN_THIGHS:
+            more = _farther_may_rest(sit, legs, b, grid, i, first, best, side, search)
         if mode == SCAN_PEDALS:
             more = (
                 table[i, HEELS_DOWN] > 0.0
@@ -214,11 +242,22 @@ def _scan_side(sit, legs, b, grid, first, best, side, mode, search):  # type: ig
     return best
 
 
+@inlined
+def _pressed_somewhere(table):  # type: ignore[no-untyped-def]
+    """Whether thighs press on any place that was tried."""
+    for i in range(table.shape[0]):
+        if table[i, VISITED] > 0.0 and PRESS_UNIT * table[i, PRESSED] >= 0.5:
+            return True
+    return False
+
+
 @inner
-def _scan_mode(legs, place, every):  # type: ignore[no-untyped-def]
+def _scan_mode(legs, place, every, pressed):  # type: ignore[no-untyped-def]
     """What is to be scanned after a walk that ended at a place (ROW,)."""
     if every:
         return SCAN_EVERY
+    if pressed:
+        return SCAN_THIGHS
     if place[MISSED] > 0.0 or place[HEELS_DOWN] < legs.feet:
         return SCAN_PEDALS
     # to lift a heel can only pay where a foot on the floor costs more than a heel in the air
@@ -237,7 +276,7 @@ def _seat_person(sit, legs, grid, first, every, out, b, search):  # type: ignore
     settle(sit, legs, b, grid[first], TRIAL, now, search.workspace, search.table[first])
     copy_row(now.all, search.best)
     best = _walk(sit, legs, b, grid, first, search)
-    mode = _scan_mode(legs, search.table[best], every)
+    mode = _scan_mode(legs, search.table[best], every, _pressed_somewhere(search.table))
     if mode != SCAN_NONE:
         copy_row(search.best, search.begun)
         walked = best

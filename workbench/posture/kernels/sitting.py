@@ -15,7 +15,13 @@ from numpy.typing import NDArray
 
 from workbench.body.kernels.rotation import swing_twist_quaternion
 from workbench.compiled import inlined, inner, njit
-from workbench.posture.kernels.contacts import Limbs, Space, new_space, row_heights
+from workbench.posture.kernels.contacts import (
+    Limbs,
+    Space,
+    depth_behind,
+    new_space,
+    row_heights,
+)
 from workbench.posture.kernels.descent import REACHED
 from workbench.posture.kernels.inverse import (
     DESCENT_STEPS,
@@ -35,6 +41,7 @@ __all__ = [
     "HEELS_DOWN",
     "HEELS_UP",
     "MISSED",
+    "PRESSED",
     "ROW",
     "TOTAL_DISCOMFORT",
     "TRIAL",
@@ -67,9 +74,11 @@ TOTAL_DISCOMFORT = 1
 HEELS_DOWN = 2
 VISITED = 3
 FOOT_DISCOMFORT = 4
-ROW = 6
+PRESSED = 6
+ROW = 7
 """Columns of what is found at a place: the misses of the feet [m], discomfort, how many feet are as
-wished, 1 once visited, and the discomfort of each foot; and the number of columns."""
+wished, 1 once visited, the discomfort of each foot, and how much deeper [m] the thighs press into
+the cushion than it gives; and the number of columns."""
 
 
 class Effort(NamedTuple):
@@ -116,6 +125,15 @@ class Sitting(NamedTuple):
     eye: Floats
     """(B,) [m] height of the lower torso that brings the eyes to theirs, NaN if none is asked
     for."""
+    thighs: Limbs
+    """The thighs, which lie on the front of the cushion."""
+    front: Floats
+    """(F, 3) outward unit normals of the cushion's front, no rows where thighs hang as they
+    will."""
+    at_front: Floats
+    """(F,) [m] heights of these faces with the seat not moved."""
+    gives: float
+    """How deep [m] thighs may press into the front."""
 
 
 class Legs(NamedTuple):
@@ -183,6 +201,10 @@ class SeatWorkspace(NamedTuple):
     """No planes."""
     chain: ChainWorkspace
     space: Space
+    thighs: Space
+    """Of the thighs."""
+    offset: Floats
+    """(F,) [m] heights of the faces of the cushion's front where the seat stands."""
 
 
 @njit(cache=True)
@@ -225,6 +247,8 @@ def new_seat_workspace(sit, legs, joints):  # type: ignore[no-untyped-def]
         Planes(np.zeros(0, np.int64), np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0)),
         chain,
         new_space(sit.limbs, joints),
+        new_space(sit.thighs, joints),
+        np.zeros(len(sit.front)),
     )
 
 
@@ -289,6 +313,29 @@ def _sit(sit, b, forward, sitter, workspace):  # type: ignore[no-untyped-def]
         for r in range(4):
             sitter.base[r, i, 3] = at
     return moved
+
+
+@inner
+def _pressed(sit, b, forward, sitter, workspace):  # type: ignore[no-untyped-def]
+    """How much deeper [m] the thighs of person b press into the cushion than it gives."""
+    if len(sit.front) == 0:
+        return 0.0
+    for f in range(len(sit.front)):
+        n = sit.front[f]
+        along = n[0] * sit.ahead[0] + n[1] * sit.ahead[1] + n[2] * sit.ahead[2]
+        workspace.offset[f] = sit.at_front[f] + forward * along + sitter.up[0] * n[2]
+    depth = depth_behind(
+        sit.thighs,
+        b,
+        sitter.rotations,
+        sitter.base,
+        0,
+        sit.front,
+        workspace.offset,
+        workspace.angles,
+        workspace.thighs,
+    )
+    return max(0.0, depth - sit.gives)
 
 
 @inner
@@ -425,6 +472,7 @@ def settle(sit, legs, b, forward, effort, sitter, workspace, row):  # type: igno
         Filled with what was found at this place.
     """
     _sit(sit, b, forward, sitter, workspace)
+    row[PRESSED] = 0.0
     for _ in range(effort.turns):
         row[MISSED] = 0.0
         row[TOTAL_DISCOMFORT] = 0.0
@@ -437,4 +485,6 @@ def settle(sit, legs, b, forward, effort, sitter, workspace, row):  # type: igno
             row[FOOT_DISCOMFORT + foot] = discomfort
             row[HEELS_DOWN] += 1.0 if down or legs.floor == 0 else 0.0
         if _sit(sit, b, forward, sitter, workspace) < effort.tolerance:
-            return
+            break
+    if effort.heels_down:
+        row[PRESSED] = _pressed(sit, b, forward, sitter, workspace)

@@ -20,7 +20,7 @@ from workbench.model.body import Body
 from workbench.model.kept import kept_with_body
 from workbench.model.vocabulary import DIRECTIONS
 
-__all__ = ["FEET", "GRIPS", "HANDS", "ZONES", "Limb", "limb"]
+__all__ = ["FEET", "GRIPS", "HANDS", "ZONES", "Limb", "limb", "tighter"]
 
 HANDS = ("left hand", "right hand")
 FEET = ("left foot", "right foot")
@@ -54,6 +54,8 @@ class Limb:
     solid: Bools
     """(B, S) the spheres that may meet obstacles. The fingers of a hand that reaches are not among
     them: the body holds them straight, where a person bends them out of the way."""
+    zone: int = 1
+    """The harness zone of a hand; 1 of what no harness holds."""
 
     def __post_init__(self) -> None:
         for name, dtype in (("tip", np.float64), ("pointing", np.float64), ("solid", np.bool_)):
@@ -93,6 +95,16 @@ def limb(body: Body, name: str, *, grip: str | None = None, zone: int = 1) -> Li
     return _limb(body, name, grip, zone)
 
 
+def tighter(body: Body, own: Limb) -> Limb | None:
+    """Return a limb of a body as the next tighter harness zone leaves it; None in zone 1."""
+    if own.zone == 1:
+        return None
+    name, grip = own.name.split(", ")
+    held = limb(body, name, grip=grip, zone=own.zone - 1)
+    same = np.array_equal(held.tip, own.tip) and np.array_equal(held.pointing, own.pointing)
+    return held if same else replace(held, tip=own.tip, pointing=own.pointing)
+
+
 @kept_with_body
 def _limb(body: Body, name: str, grip: str | None, zone: int) -> Limb:
     """The limb, made once a body."""
@@ -124,7 +136,8 @@ def _limb(body: Body, name: str, grip: str | None, zone: int) -> Limb:
     if kind == "hand":
         hand = body.sphere_segment == end
         solid[:, hand] = ~_beyond_knuckle(body, end)[:, hand]
-    return Limb(f"{name}, {grip}", base, end, free, tip, pointing, moving, solid)
+    held_by = zone if kind == "hand" else 1
+    return Limb(f"{name}, {grip}", base, end, free, tip, pointing, moving, solid, held_by)
 
 
 def _beyond_knuckle(body: Body, hand: int) -> Bools:

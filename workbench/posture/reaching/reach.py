@@ -35,7 +35,7 @@ from workbench.posture.reaching.chains import (
     tips_of,
 )
 from workbench.posture.reaching.guides import Guides, Guiding, guides_of
-from workbench.posture.reaching.limbs import Limb
+from workbench.posture.reaching.limbs import Limb, tighter
 from workbench.posture.reaching.obstacles import Room, cleared
 from workbench.posture.reaching.outward import Lead, no_lead, outward
 
@@ -78,7 +78,9 @@ def reach(
     """Solve the inverse kinematics of one limb for B people with T targets each.
 
     Each reach depends on the person, the posture, the target and the obstacles alone. So the same
-    person gets the same answer alone, in any order, and in any crowd.
+    person gets the same answer alone, in any order, and in any crowd. A hand in a freer harness
+    zone never reaches less: what it misses is tried in the tighter zones, with the trunk as the
+    posture has it.
 
     Parameters
     ----------
@@ -227,8 +229,24 @@ def _crowd(
     return _Crowd(body, limb, held, person, goals, ways, displacement)
 
 
+@dataclass(frozen=True, eq=False)
+class _Solved:
+    """What P reaches have come to, a row each: the targets of the first person first."""
+
+    task: Task
+    found: Found
+    doubt: Ints
+    reached: Bools
+    extension: Floats
+
+
 def _crowd_reach(crowd: _Crowd, ask: _Ask) -> Reach:
     """The reaches of a crowd, obstacles and extension included."""
+    return _answer(crowd, _solved_crowd(crowd, ask), ask.environment)
+
+
+def _solved_crowd(crowd: _Crowd, ask: _Ask) -> _Solved:
+    """What the reaches of a crowd come to, in tighter zones where the limb misses in its own."""
     task = _task(crowd, ask)
     whose = np.repeat(np.arange(len(crowd.held)), crowd.goals.shape[1])
     start = _start(task, crowd, ask, whose)
@@ -244,13 +262,55 @@ def _crowd_reach(crowd: _Crowd, ask: _Ask) -> Reach:
         found, doubt = cleared(task, found, room)
     reached = (found.numbers[:, 0] <= REACHED) & (found.overlap <= 0)
     extension = np.zeros(len(task))
+    own = _Solved(task, found, doubt, reached, extension)
+    _take_tighter(own, crowd, ask, whose)
     rows = np.flatnonzero(reached)
     if ask.most > 0 and len(rows):
         some = rows_of(task, rows)
         root = _roots(task, crowd.held)[whose[rows]]
         lead = no_lead(some) if guided is None else guided.beyond(rows, start[rows], ask.most)
-        extension[rows] = _extension(some, found.rows(rows), root, lead, ask)
-    return _answer(task, crowd, found, doubt, reached, extension, ask.environment)
+        beyond = _extension(some, found.rows(rows), root, lead, ask)
+        extension[rows] = np.maximum(extension[rows], beyond)
+    return own
+
+
+def _take_tighter(own: _Solved, crowd: _Crowd, ask: _Ask, whose: Ints) -> None:
+    """Put in what the limb reaches in tighter zones where it misses in its own."""
+    held = tighter(crowd.body, crowd.limb)
+    missed = np.flatnonzero(~own.reached)
+    if held is None or not len(missed):
+        return
+    there = _solved_crowd(
+        _held_crowd(crowd, held, whose[missed], missed), _of_rows(ask, whose, missed)
+    )
+    got = np.flatnonzero(there.reached)
+    rows = missed[got]
+    columns = [own.task.joints.index(joint) for joint in there.task.joints]
+    angles = angles_of(own.task.body, crowd.held)[whose[rows]][:, own.task.joints]
+    angles[:, columns] = there.found.angles[got]
+    own.found.angles[rows] = angles
+    own.found.numbers[rows] = there.found.numbers[got]
+    own.found.held[rows] = 0.0  # multipliers of another chain
+    own.found.overlap[rows] = there.found.overlap[got]
+    own.found.part[rows] = there.found.part[got]
+    own.doubt[rows] = there.doubt[got]
+    own.reached[rows] = True
+    own.extension[rows] = there.extension[got]
+
+
+def _held_crowd(crowd: _Crowd, held: Limb, whose: Ints, rows: Ints) -> _Crowd:
+    """A crowd of one person for each of some reaches of a crowd, with the limb in another zone."""
+    world = segment_frames(crowd.body, crowd.held, held.base)
+    poses = Poses(crowd.held.rotations, held.base, world, person=crowd.person).rows(whose)
+    goals, ways = (values.reshape(-1, 1, 3)[rows] for values in (crowd.goals, crowd.ways))
+    return replace(crowd, limb=held, held=poses, person=crowd.person[whose], goals=goals, ways=ways)
+
+
+def _of_rows(ask: _Ask, whose: Ints, rows: Ints) -> _Ask:
+    """What is asked of a person for each of some reaches."""
+    if ask.initial is None or len(ask.initial) == 1:
+        return ask
+    return replace(ask, initial=ask.initial.rows(whose[rows]))
 
 
 def _extension(task: Task, found: Found, root: Floats, lead: Lead, ask: _Ask) -> Floats:
@@ -322,16 +382,11 @@ def _roots(task: Task, held: Poses) -> Floats:
     return apply(world[:, :, :3], task.body.joint_in_child[person, joint]) + world[:, :, 3]
 
 
-def _answer(
-    task: Task,
-    crowd: _Crowd,
-    found: Found,
-    doubt: Ints,
-    reached: Bools,
-    extension: Floats,
-    environment: Environment | None,
-) -> Reach:
+def _answer(crowd: _Crowd, solved_rows: _Solved, environment: Environment | None) -> Reach:
     """The answers of the rows (P,), a row (T,) for each person."""
+    task = solved_rows.task
+    found = solved_rows.found
+    reached = solved_rows.reached
     link = task.link
     shape = crowd.goals.shape[:2]
     tip = tips_of(task, found.angles)[:, :3]
@@ -356,11 +411,11 @@ def _answer(
         miss=miss.reshape(shape),
         overlap=found.overlap.reshape(shape),
         discomfort=discomfort.reshape(shape),
-        extension=extension.reshape(shape),
+        extension=solved_rows.extension.reshape(shape),
         joint=joint.reshape(shape),
         axis=axis.reshape(shape),
         side=side.reshape(shape),
         part=np.where(reached, -1, found.part).reshape(shape),
-        doubt=doubt.reshape(shape),
+        doubt=solved_rows.doubt.reshape(shape),
         parts=environment.parts if environment is not None else (),
     )

@@ -39,6 +39,7 @@ from workbench.posture.seating.driving_legs import Sole, hips_from_pedal, soles_
 from workbench.posture.seating.seat import PEOPLE_PER_SEAT_BATCH, Seated
 from workbench.posture.seating.spine import SPINE, Spine, spine_of, spine_tilts
 from workbench.posture.seating.stepping import limits_of
+from workbench.posture.seating.thighs import pressed_thighs
 
 __all__ = ["DrivingPosture", "driving_posture"]
 
@@ -153,6 +154,7 @@ def _driving(parts: Sequence[_Drivers], case: _Case, person: Ints | None) -> Dri
         spare_travel=np.stack([wanted - rear, front - wanted, up - low, high - up], axis=1),
         discomfort=np.zeros(count),
         tried=np.ones(count, dtype=np.int64),
+        pressed=np.concatenate([part.pressed for part in parts]),
         wanted=wanted,
         hips=np.concatenate([part.hips for part in parts]),
         h_point=np.array(case.package.h_point) + shift,
@@ -187,7 +189,7 @@ class _Case:
 class _Drivers:
     """B drivers at the wheel: poses; travel (B, 3) [m]: forward, up, and forward without an end of
     travel; eye, hips (B, 3) [m]; expected (B, 8) [rad]; by foot the miss (B,) [m] and what limits
-    it."""
+    it; pressed (B,) [m] as of `Seated`."""
 
     poses: Poses
     travel: Floats
@@ -196,6 +198,7 @@ class _Drivers:
     expected: Floats
     miss: dict[str, Floats]
     limit: dict[str, tuple[str, ...]]
+    pressed: Floats
 
 
 @dataclass(frozen=True, eq=False)
@@ -242,7 +245,9 @@ def _at_wheel(
             break
         up = np.where(off, lift, up)
         rows = _seated(crew, case, up)
-    return _stepped(crew, rows)
+    done = _stepped(crew, rows)
+    shift = np.insert(done.travel[:, :2], 1, 0.0, axis=1)
+    return replace(done, pressed=pressed_thighs(body, done.poses, seat, shift, case.feet))
 
 
 def _seated(crew: _Crew, case: _Case, up: Floats) -> _Drivers:
@@ -268,7 +273,8 @@ def _seated(crew: _Crew, case: _Case, up: Floats) -> _Drivers:
         np.einsum("bij,bj->bi", head[:, :, :3], body.centre[:, sphere].mean(axis=1)) + head[:, :, 3]
     )
     expected = np.array([one.mean for one in angles])
-    return _Drivers(seated, np.stack([forward, up, wanted], axis=1), eye, hips, expected, {}, {})
+    travel = np.stack([forward, up, wanted], axis=1)
+    return _Drivers(seated, travel, eye, hips, expected, {}, {}, np.zeros(len(up)))
 
 
 def _placed(crew: _Crew, tilts: Floats, hips: Floats) -> Poses:

@@ -3,6 +3,7 @@ for the kernel."""
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,6 +19,7 @@ from workbench.posture.kernels.sitting import Sitting
 from workbench.posture.reaching.limbs import Limb
 from workbench.posture.reaching.packing import packed_limbs
 from workbench.posture.seating.seating import seat_attitude, seat_planes
+from workbench.posture.seating.thighs import front_faces, thighs_of
 
 __all__ = ["Lap", "at_rest", "lap_of", "sitting_of"]
 
@@ -68,8 +70,11 @@ def lap_of(body: Body, poses: Poses, seat: Seat, *, segment: int, eye: float | N
     )
 
 
-def sitting_of(body: Body, poses: Poses, seat: Seat, lap: Lap, rise: Floats) -> Sitting:
-    """How bodies sit on a seat that may travel up by rise (B, 2) [m], least and greatest.
+def sitting_of(
+    body: Body, poses: Poses, seat: Seat, lap: Lap, rise: Floats, *, feet: Collection[str] = ()
+) -> Sitting:
+    """How bodies sit on a seat that may travel up by rise (B, 2) [m], least and greatest, with some
+    feet on pedals.
 
     InputError where no segment with spheres rests there.
     """
@@ -93,6 +98,9 @@ def sitting_of(body: Body, poses: Poses, seat: Seat, lap: Lap, rise: Floats) -> 
         axis=1,
     )
     segments = tuple(np.flatnonzero(moving).tolist()) or (segment,)
+    thighs = thighs_of(body, feet)
+    front = front_faces(seat)
+    faces = len(front.normal) if thighs else 0
     return Sitting(
         limbs=packed_limbs(body, _rests(body, segment, segments)),
         counts=counts,
@@ -104,6 +112,10 @@ def sitting_of(body: Body, poses: Poses, seat: Seat, lap: Lap, rise: Floats) -> 
         ahead=np.array([centre[1], -centre[0], 0.0]),
         rise=rise,
         eye=lap.wanted,
+        thighs=packed_limbs(body, _rests(body, segment, thighs or (segment,))),
+        front=front.normal[:faces],
+        at_front=front.offset[:faces],
+        gives=front.gives,
     )
 
 

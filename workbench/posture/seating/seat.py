@@ -2,8 +2,8 @@
 
 The order is that of cockpit assessments (Zehner & Kennedy's): the lowest seat that still brings the
 eyes to the height asked for, then fore and aft where both feet reach their pedals, heels on the
-floor, most comfortably. What the seat cannot give is told, not hidden: eyes stay below, feet stop
-short.
+floor, thighs on the cushion and not through its front edge, most comfortably. What the seat cannot
+give is told, not hidden: eyes stay below, feet stop short, thighs press in too deep.
 """
 
 from __future__ import annotations
@@ -32,6 +32,7 @@ from workbench.posture.seating.stepping import (
     legs_of,
     limits_of,
 )
+from workbench.posture.seating.thighs import pressed_thighs
 from workbench.threads import in_pieces
 
 __all__ = ["PEOPLE_PER_SEAT_BATCH", "Seated", "seat"]
@@ -68,6 +69,8 @@ class Seated:
     """(B,) of both legs; 0 for drivers."""
     tried: Ints
     """(B,) how many places of the seat were tried."""
+    pressed: Floats
+    """(B,) [m] how much deeper the thighs press into the front of the cushion than it gives."""
 
     def __len__(self) -> int:
         return len(self.forward)
@@ -86,6 +89,7 @@ class Seated:
             spare_travel=self.spare_travel[keep],
             discomfort=self.discomfort[keep],
             tried=self.tried[keep],
+            pressed=self.pressed[keep],
         )
 
 
@@ -135,8 +139,9 @@ def seat(
     rest, or as near to that as its travel allows.
 
     With pedals, the seat stands at one of the places 10 mm apart along its travel: where the feet
-    miss least, then most comfortably, then nearest to where it stands at rest. These are looked for
-    downhill from a guess. The same person is seated alike alone and in any company.
+    miss least, then where the thighs press no deeper into the front of the cushion than it gives,
+    then most comfortably, then nearest to where it stands at rest. These are looked for downhill
+    from a guess. The same person is seated alike alone and in any company.
 
     Parameters
     ----------
@@ -194,7 +199,7 @@ def _some_people(body: Body, poses: Poses, ask: _Ask, may: _Travel) -> Seated:
     seat = ask.seat
     segment = body.segment("LT") if ask.pedals.at else poses.reference
     lap = lap_of(body, poses, seat, segment=segment, eye=ask.eye)
-    sitting = sitting_of(body, poses, seat, lap, may.up)
+    sitting = sitting_of(body, poses, seat, lap, may.up, feet=ask.pedals.at)
     tasks = foot_tasks(body, poses, ask.pedals, sitting.ahead)
     rest = partial(at_rest, body, lap, sitting)
     found = (
@@ -209,11 +214,13 @@ def _some_people(body: Body, poses: Poses, ask: _Ask, may: _Travel) -> Seated:
     forward, up = found.travel.T
     rear, front = may.forward.T
     low, high = may.up.T
+    placed = Poses(found.rotations, poses.reference, world)
+    shift = np.outer(forward, sitting.ahead) + np.outer(up, [0.0, 0.0, 1.0])
     return Seated(
-        poses=Poses(found.rotations, poses.reference, world),
+        poses=placed,
         forward=forward,
         up=up,
-        shift=np.outer(forward, sitting.ahead) + np.outer(up, [0.0, 0.0, 1.0]),
+        shift=shift,
         eye=eye,
         eye_off=eye[:, 2] - ask.eye if ask.eye is not None else np.zeros(len(eye)),
         miss={foot: found.numbers[:, k, 0] for k, foot in enumerate(ask.pedals.at)},
@@ -223,6 +230,7 @@ def _some_people(body: Body, poses: Poses, ask: _Ask, may: _Travel) -> Seated:
         spare_travel=np.stack([forward - rear, front - forward, up - low, high - up], axis=1),
         discomfort=found.row[:, TOTAL_DISCOMFORT],
         tried=found.row[:, VISITED].astype(np.int64),
+        pressed=pressed_thighs(body, placed, seat, shift, ask.pedals.at),
     )
 
 
@@ -292,4 +300,5 @@ def join_seated(parts: Sequence[Seated]) -> Seated:
         spare_travel=whole("spare_travel"),
         discomfort=whole("discomfort"),
         tried=np.concatenate([part.tried for part in parts]),
+        pressed=whole("pressed"),
     )

@@ -29,6 +29,7 @@ from workbench.report.population.words import (
     gain_sentence,
     no_gain_words,
 )
+from workbench.report.postures.posture_rows import Held, held_tables, posture_row
 from workbench.report.tables import csv_text
 
 __all__ = ["people_table", "population_lines", "population_rows", "population_tables"]
@@ -173,6 +174,7 @@ def _settings(result: PopulationFound) -> Floats:
 def _hard(result: PopulationFound, row: int) -> HardRow:
     r = int(np.nanargmin(result.margin[row]))
     reason = int(result.reason[row, r])
+    shown = next((one for one in result.shown if one.row == row), None)
     return HardRow(
         person=_labels(result)[row],
         sex=SEXES[int(result.people.sex[row])],
@@ -180,6 +182,10 @@ def _hard(result: PopulationFound, row: int) -> HardRow:
         margin_mm=_mm(float(result.margin[row, r])),
         reason=result.reasons[reason] if reason >= 0 else "",
         limiting=result.limiting[row],
+        row=row,
+        posture=None
+        if shown is None
+        else posture_row(shown.placed.body, shown.poses, shown.case, "found"),
     )
 
 
@@ -230,7 +236,18 @@ def population_tables(result: PopulationFound, rows: PopulationRows) -> dict[str
         "requirements.csv": csv_text(["requirement", *_REQUIREMENTS, *_LEVELS], requirements),
         "gains.csv": _fields_table(_GAINS, rows.gains),
         "people.csv": csv_text(*people_table(result)),
+        **_shown_tables(rows),
     }
+
+
+def _shown_tables(rows: PopulationRows) -> dict[str, str]:
+    """The postures of the people who are shown; no table where nobody is."""
+    held = [
+        Held([hard.posture.case, hard.person], rows.people.seat_mm[hard.row], hard.posture)
+        for hard in rows.hardest
+        if hard.posture is not None
+    ]
+    return held_tables(["case", "person"], held) if held else {}
 
 
 def _fields_table(columns: Mapping[str, str], rows: Iterable[object]) -> str:

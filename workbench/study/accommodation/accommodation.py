@@ -23,7 +23,11 @@ from workbench.study.accommodation.gains import gains_of
 from workbench.study.accommodation.hardest import found_situations, hardest_rows, shown_people
 from workbench.study.accommodation.limiting import bearing_on, limiting_measures
 from workbench.study.accommodation.people_maps import people_maps
-from workbench.study.accommodation.population_bodies import PopulationBodies, fit_population
+from workbench.study.accommodation.population_bodies import (
+    CHUNK_SIZE,
+    PopulationBodies,
+    fit_population,
+)
 from workbench.study.accommodation.shares import (
     group_shares,
     left_out_alone,
@@ -39,7 +43,7 @@ from workbench.study.situation import seats_moved
 from workbench.study.warnings import enclosure_warnings
 from workbench.study.workplaces import population_of, workplace_of
 
-__all__ = ["accommodation", "population_question"]
+__all__ = ["accommodation", "body_of_person", "population_question"]
 
 Say = Callable[[str], None]
 EXPECTED = 10.0
@@ -139,6 +143,26 @@ def population_question(study: Study, beside: Present | None = None) -> Question
     if not asked:
         raise InputError(f"{study.name}: no criterion asks for anything")
     return Question(place, asked, sets_of(asked, study.share_criteria), population_of(role))
+
+
+def body_of_person(study: Study, row: int) -> Body:
+    """Return the body of one person of a study's population, dressed, and seated where all are.
+
+    Raises
+    ------
+    InputError
+        Where there is no such person, or no body for the person's measures.
+    """
+    role = _crowd(study)[1]
+    people = population_of(role)
+    if not 0 <= row < len(people):
+        raise InputError(f"{study.name}: no person {row + 1} of {len(people)}")
+    body = morph_to(role.body, role.detail)
+    sits = role.seat is not None
+    # neighbours of one chunk start each other's search: the whole chunk gives the same body
+    first = row - row % CHUNK_SIZE
+    chunk = people.rows(np.arange(first, min(first + CHUNK_SIZE, len(people))))
+    return fit_population(body, chunk, role.clothes, sits=sits)[row - first]
 
 
 def _crowd(study: Study) -> tuple[int, Role]:

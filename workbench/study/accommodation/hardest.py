@@ -12,7 +12,7 @@ from workbench.model.accommodation import MET
 from workbench.model.arrays import Floats, xyz
 from workbench.model.body import Body
 from workbench.model.population_found import Shown
-from workbench.model.poses import Placed
+from workbench.model.poses import Placed, Poses
 from workbench.posture.reaching.limbs import FEET, HANDS, Limb, limb
 from workbench.posture.reaching.reach import reach
 from workbench.study.accommodation.chunks import Chunk, Question
@@ -71,15 +71,25 @@ def shown_people(
         (there,) = renewed(situation.place, [one])
         look = _look(situation, there)
         environment = seats_moved(situation.place, situation)
-        yield Shown(row, r, look.placed, environment, look.limb, look.target, look.tip)
+        yield Shown(
+            row=row,
+            requirement=r,
+            case=situation.work.name,
+            poses=look.poses,
+            placed=place_body(situation.body, look.poses),
+            environment=environment,
+            limb=look.limb,
+            target=look.target,
+            tip=look.tip,
+        )
 
 
 @dataclass(frozen=True, eq=False)
 class _Look:
-    """What to look at: a body in one pose; what comes too near or does not get there, "" where
+    """What to look at: one pose of a person; what comes too near or does not get there, "" where
     nothing is to be named; and the two points that are to be near or apart."""
 
-    placed: Placed
+    poses: Poses
     limb: str = ""
     target: tuple[float, float, float] | None = None
     tip: tuple[float, float, float] | None = None
@@ -97,7 +107,7 @@ def _look(resting: Situation, one: Asked) -> _Look:
         return _eyes(situation)
     if check in ("pedals", "preferred_seat"):
         return _foot(situation)
-    return _Look(situation.placed)
+    return _Look(situation.poses)
 
 
 def _nearest(situation: Situation, one: Asked) -> _Look:
@@ -107,17 +117,17 @@ def _nearest(situation: Situation, one: Asked) -> _Look:
     found = nearest_pair(situation, one.criterion)
     sphere = int(found.sphere[0, 0])
     if sphere < 0:
-        return _Look(placed)
+        return _Look(situation.poses)
     segment = body.segment_names[int(body.sphere_segment[sphere])]
-    return _Look(placed, segment, xyz(found.point[0, 0]), xyz(placed.centres[0, sphere]))
+    return _Look(situation.poses, segment, xyz(found.point[0, 0]), xyz(placed.centres[0, sphere]))
 
 
 def _eyes(situation: Situation) -> _Look:
     """The eyes and the point that they are meant for."""
     if situation.eyes is None or situation.seated is None:
-        return _Look(situation.placed)
+        return _Look(situation.poses)
     point = situation.environment.points[situation.eyes]
-    return _Look(situation.placed, "eyes", point, xyz(situation.seated.eye[0]))
+    return _Look(situation.poses, "eyes", point, xyz(situation.seated.eye[0]))
 
 
 def _foot(situation: Situation) -> _Look:
@@ -126,11 +136,11 @@ def _foot(situation: Situation) -> _Look:
     aims = situation.work.aims
     placed = situation.placed
     if seated is None or aims is None or not seated.miss:
-        return _Look(placed)
+        return _Look(situation.poses)
     foot = worse_foot(seated)
     controls = {control.name: control for control in situation.environment.controls}
     tip = _tip(placed, limb(situation.body, foot, grip="ball"))
-    return _Look(placed, foot, controls[aims.controls[foot]].at, xyz(tip))
+    return _Look(situation.poses, foot, controls[aims.controls[foot]].at, xyz(tip))
 
 
 def _reaching(situation: Situation, one: Asked) -> _Look:
@@ -158,7 +168,7 @@ def _reaching(situation: Situation, one: Asked) -> _Look:
     _, name, best = min(tries, key=lambda entry: entry[:2])
     body = place_body(situation.body, best.poses)
     tip = _tip(body, limb(situation.body, name, grip=grip, zone=zone))
-    return _Look(body, name, one.control.at, xyz(tip))
+    return _Look(best.poses, name, one.control.at, xyz(tip))
 
 
 def _tip(placed: Placed, chain: Limb) -> Floats:

@@ -124,6 +124,7 @@ def _nearest(criterion: Criterion, one: MotionCase, other: MotionCase) -> Findin
         distance = np.where(keep, near.distance, np.inf)
         frame, row, column = np.unravel_index(int(np.argmin(distance)), distance.shape)
         where = (int(frame), int(row), int(column))
+        polygon, other_sphere = near.met(where)
         found.append(
             Finding(
                 case=one.case,
@@ -135,6 +136,9 @@ def _nearest(criterion: Criterion, one: MotionCase, other: MotionCase) -> Findin
                 limit=criterion.at_least,
                 point=tuple(near.point[where].tolist()),
                 time=float(times[where[0]]),
+                sphere=int(near.sphere[where]),
+                polygon=polygon,
+                other_sphere=other_sphere,
             )
         )
     return min(found, key=lambda finding: finding.margin)

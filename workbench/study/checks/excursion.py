@@ -67,6 +67,7 @@ def findings(situation: Situation, criterion: Criterion) -> Iterator[Finding]:
         value=-value,
         limit=-criterion.at_most,
         surface_known_to=far - value if value <= criterion.at_most else value - near,
+        sphere=int(spheres[farthest]),
     )
 
 
@@ -84,13 +85,15 @@ def moments(found: MotionFound, criterion: Criterion) -> Iterator[Finding]:
     body = found.study.body
     farthest = found.excursions[criterion.name]
     segment = body.segment_names[int(body.sphere_segment[farthest.sphere])]
+    name = body.sphere_names[farthest.sphere]
     yield Finding(
         case=found.study.case,
         person=found.study.person,
         other_person="",
-        subject=body.sphere_names[farthest.sphere] or segment,
+        subject=f"{segment}, {name}" if name else segment,
         target="the origin",
         value=-farthest.value,
         limit=-criterion.at_most,
         time=float(found.study.motion.clock[farthest.frame]),
+        sphere=farthest.sphere,
     )

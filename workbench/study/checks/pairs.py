@@ -53,6 +53,7 @@ def pair_findings(asked: NearPairs, case: str) -> Iterator[Finding]:
     for at in dict.fromkeys([least, in_doubt, *breaches]):
         row, column = (int(k) for k in np.unravel_index(at, margin.shape))
         where = (0, row, column)
+        polygon, other_sphere = near.met(where)
         yield Finding(
             case=case,
             person=asked.person,
@@ -63,6 +64,9 @@ def pair_findings(asked: NearPairs, case: str) -> Iterator[Finding]:
             limit=float(asked.limit[row, column]),
             point=tuple(near.point[where].tolist()),
             surface_known_to=float(known[0 if margin[row, column] >= 0 else 1, row, column]),
+            sphere=int(near.sphere[where]),
+            polygon=polygon,
+            other_sphere=other_sphere,
         )
 
 

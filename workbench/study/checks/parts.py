@@ -175,6 +175,7 @@ def _subpart_findings(situation: Situation, criterion: Criterion) -> Iterator[Fi
         sphere = int(found.sphere[row, 0])
         polygon = int(found.polygon[row, 0])
         segment = body.segment_names[int(body.sphere_segment[sphere])]
+        part, number = _plane(environment, polygon)
         distance = float(found.distance[row, 0])
         met = distance >= _limit(criterion)
         known = distance - low[row, 0] if met else high[row, 0] - distance
@@ -183,12 +184,20 @@ def _subpart_findings(situation: Situation, criterion: Criterion) -> Iterator[Fi
             person=situation.place.role,
             other_person="",
             subject=f"{segment} ({body.sphere_names[sphere]})",
-            target=environment.parts[int(environment.polygon_part[polygon])],
+            target=f"{part}, polygon {number}",
             value=distance,
             limit=_limit(criterion),
             point=tuple(found.point[row, 0].tolist()),
             surface_known_to=float(known),
+            sphere=sphere,
+            polygon=number,
         )
+
+
+def _plane(environment: Environment, polygon: int) -> tuple[str, int]:
+    """The part of a polygon, and its number in that part."""
+    part = int(environment.polygon_part[polygon])
+    return environment.parts[part], polygon - int(environment.part_start[part])
 
 
 def clearance_moments(found: MotionFound, criterion: Criterion) -> list[Finding]:
@@ -206,17 +215,20 @@ def clearance_moments(found: MotionFound, criterion: Criterion) -> list[Finding]
         least = float(near.distance[frame, 0])
         if not np.isfinite(least) or (best and least >= best[0].value):
             continue
-        segment = int(body.sphere_segment[near.sphere[frame, 0]])
-        part = int(environment.polygon_part[near.polygon[frame, 0]])
+        sphere = int(near.sphere[frame, 0])
+        part, number = _plane(environment, int(near.polygon[frame, 0]))
         moment = Finding(
             case=study.case,
             person=study.person,
             other_person="",
-            subject=body.segment_names[segment],
-            target=environment.parts[part],
+            subject=body.segment_names[int(body.sphere_segment[sphere])],
+            target=f"{part}, polygon {number}",
             value=least,
             limit=_limit(criterion),
+            point=tuple(near.point[frame, 0].tolist()),
             time=float(study.motion.clock[frames.start + frame]),
+            sphere=sphere,
+            polygon=number,
         )
         best = [moment]
     return best
@@ -247,10 +259,13 @@ def meeting_finding(found: MotionFound, meeting: Meeting, at_most: float) -> Fin
         case=found.study.case,
         person=found.study.person,
         other_person="",
-        subject=meeting.who,
-        target=meeting.other,
+        subject=meeting.deep,
+        target=meeting.other if meeting.own else f"{meeting.other}, polygon {meeting.polygon}",
         value=-meeting.depth,
         limit=-(meeting.allowed + at_most),
         point=meeting.point,
         time=meeting.deepest,
+        sphere=meeting.sphere,
+        polygon=meeting.polygon,
+        other_sphere=meeting.other_sphere,
     )

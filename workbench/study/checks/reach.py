@@ -8,7 +8,7 @@ entered there. The limb on the side of the control is asked first, the other whe
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, fields
 
 import numpy as np
 from numpy.typing import NDArray
@@ -221,8 +221,6 @@ def _root(body: Body, poses: Poses, limb: str) -> Floats:
 def control_reaches(situation: Situation) -> Iterator[ControlReach]:
     """Every control that a criterion asks one person for in a case, in the zones 1 to 3.
 
-    What is reached in one zone is reached in the next, which leaves the limb free to do the same.
-
     InputError where a body lacks the landmarks of a grip.
     """
     place = situation.place
@@ -244,16 +242,9 @@ def _zones(
     situation: Situation, controls: Sequence[Control], criterion: Criterion
 ) -> Iterator[ControlReach]:
     """How the controls of one grip are reached in all zones."""
-    tighter: dict[str, ControlReach] = {}
     for zone in ZONES:
         rows = {row.control: row for row in _zone_reaches(situation, controls, zone, criterion)}
-        for control in controls:
-            row = rows[control.name]
-            before = tighter.get(control.name)
-            if before is not None and before.reached and not row.reached:
-                row = replace(before, zone=zone)
-            tighter[control.name] = row
-            yield row
+        yield from (rows[control.name] for control in controls)
 
 
 def _zone_reaches(

@@ -113,6 +113,7 @@ def _meeting(
     began, lasts = some.cut_short
     at = deep if deep.sphere[where] >= 0 else begun
     x, y, z = (float(v) for v in at.point[where])
+    polygon, other_sphere = at.met(where)
     return Meeting(
         segment=study.body.segments[where[1]],
         who=at.name(where) if began[k] or begun.sphere[where] < 0 else begun.name(where),
@@ -129,4 +130,8 @@ def _meeting(
         tangential=float(speeds[2]),
         point=(x, y, z),
         own=some.part[k] < 0,
+        deep=at.name(where),
+        sphere=int(at.sphere[where]),
+        polygon=polygon,
+        other_sphere=other_sphere,
     )
