@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, field
 from itertools import repeat
 from typing import NamedTuple
 
@@ -103,7 +102,7 @@ def scale(
     """
     _refuse(measures)
     space = shape_space(morph_to(body, detail))
-    return rebuilt(space, *_fitted(space, measures, others or {}, space.neutral))
+    return rebuilt(space, *_fitted(space, measures, others or {}))
 
 
 def scale_many(
@@ -113,10 +112,8 @@ def scale_many(
     others: Iterable[Measures] | None = None,
     detail: str | None = None,
 ) -> Iterator[Body | InputError]:
-    """Fit a body to the measures of many people, one at a time in their order.
-
-    Each search starts from the parameters of the most similar person before, which saves steps. The
-    result agrees with that of `scale` to within the tolerance of both.
+    """Fit a body to the measures of many people, one at a time in their order: each as `scale`
+    does, whoever the others are.
 
     Parameters
     ----------
@@ -135,39 +132,13 @@ def scale_many(
         The error, not raised, where there is no such body.
     """
     space = shape_space(morph_to(body, detail))
-    known: dict[tuple[str, ...], _Solved] = {}
     each_others: Iterable[Measures | None] = others if others is not None else repeat(None)
     for measures, soft in zip(people, each_others, strict=False):
-        solved = known.setdefault(tuple(measures), _Solved())
         try:
             _refuse(measures)
-            start = solved.nearest(measures, space.neutral)
-            values, manikin = _fitted(space, measures, soft or {}, start)
-            yield rebuilt(space, values, manikin)
+            yield rebuilt(space, *_fitted(space, measures, soft or {}))
         except InputError as error:
             yield error
-            continue
-        solved.add(measures, values)
-
-
-@dataclass
-class _Solved:
-    """People with the same given measures whose parameters are known."""
-
-    measures: list[list[float]] = field(default_factory=list)
-    parameters: list[Floats] = field(default_factory=list)
-
-    def add(self, measures: Measures, parameters: Floats) -> None:
-        """Add a person."""
-        self.measures.append(list(measures.values()))
-        self.parameters.append(parameters)
-
-    def nearest(self, measures: Measures, default: Floats) -> Floats:
-        """The parameters of the person with the nearest measures, `default` if there is none."""
-        if not self.measures:
-            return default
-        difference = np.array(self.measures) - list(measures.values())
-        return self.parameters[int(np.argmin((difference**2).sum(axis=1)))]
 
 
 def morph_to(body: Body, detail: str | None) -> Body:
@@ -201,17 +172,17 @@ def _refuse(measures: Measures) -> None:
         raise InputError(errors)
 
 
-def _fitted(space: ShapeSpace, measures: Measures, others: Measures, start: Floats) -> _Fit:
-    """Find the least change that gives the measures; `others` should be near.
+def _fitted(space: ShapeSpace, measures: Measures, others: Measures) -> _Fit:
+    """Find the least change of the neutral shape that gives the measures; `others` should be near.
 
-    start (K,): parameters from which the search starts.
+    The search starts there for everybody: a person's body does not depend on who came before.
     """
     soft = {name: value for name, value in others.items() if name not in measures}
     if wrong := [name for name, value in soft.items() if not (math.isfinite(value) and value > 0)]:
         raise InputError(
             f"others: {wrong[0]}: expected a positive length, got {1000 * soft[wrong[0]]:g} mm"
         )
-    miss, fit = _search(space, measures, soft, start, _DIRECT_STEPS)
+    miss, fit = _search(space, measures, soft, space.neutral, _DIRECT_STEPS)
     if miss > _EXACT:
         # close what is left from there, although the sum of both is not quite the least change
         closed_miss, closed = _search(space, measures, None, fit.values, _CLOSING_STEPS)
