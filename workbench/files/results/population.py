@@ -90,7 +90,7 @@ class HardRow(Row):
 
     row: of everybody, counted from 0; posture: as the picture shows the person, in the attempt
     where it is a reach, in the position of the seat and the setting that stand in that row; null
-    where nobody is shown, and both in results from before they were kept.
+    where nobody is shown. -1 and null in results from before they were kept.
     """
 
     person: str
@@ -99,7 +99,7 @@ class HardRow(Row):
     margin_mm: float
     reason: str
     limiting: str
-    row: int | None = None
+    row: int = -1
     posture: PostureRow | None = None
 
 

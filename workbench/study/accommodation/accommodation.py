@@ -24,7 +24,6 @@ from workbench.study.accommodation.hardest import found_situations, hardest_rows
 from workbench.study.accommodation.limiting import bearing_on, limiting_measures
 from workbench.study.accommodation.people_maps import people_maps
 from workbench.study.accommodation.population_bodies import (
-    CHUNK_SIZE,
     PopulationBodies,
     fit_population,
 )
@@ -159,10 +158,7 @@ def body_of_person(study: Study, row: int) -> Body:
         raise InputError(f"{study.name}: no person {row + 1} of {len(people)}")
     body = morph_to(role.body, role.detail)
     sits = role.seat is not None
-    # neighbours of one chunk start each other's search: the whole chunk gives the same body
-    first = row - row % CHUNK_SIZE
-    chunk = people.rows(np.arange(first, min(first + CHUNK_SIZE, len(people))))
-    return fit_population(body, chunk, role.clothes, sits=sits)[row - first]
+    return fit_population(body, people.rows(np.array([row])), role.clothes, sits=sits)[0]
 
 
 def _crowd(study: Study) -> tuple[int, Role]:
