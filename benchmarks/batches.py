@@ -18,7 +18,7 @@ import workbench as wb
 from benchmarks.cases import Case, seated_in
 from benchmarks.clearance import by_segment
 from benchmarks.table import Row
-from benchmarks.timing import one_core, process_cost
+from benchmarks.timing import microseconds, one_core, process_cost
 from workbench.model.poses import Poses
 
 __all__ = ["batch_rows", "in_one_call", "in_pieces_of_the_caller", "main"]
@@ -34,7 +34,7 @@ def in_pieces_of_the_caller(case: Case, count: int) -> int:
     somewhere than permitted."""
     hits = 0
     for first in range(0, count, PIECE):
-        poses = _repeated(case.poses, min(PIECE, count - first))
+        poses = _repeated(case.poses, min(PIECE, count - first), first=first)
         hits += _hits(case, poses)
     return hits
 
@@ -44,9 +44,9 @@ def in_one_call(case: Case, count: int) -> int:
     return _hits(case, _repeated(case.poses, count))
 
 
-def _repeated(poses: Poses, count: int) -> Poses:
-    """So many poses: the given ones over and over."""
-    return poses.rows(np.arange(count) % len(poses))
+def _repeated(poses: Poses, count: int, *, first: int = 0) -> Poses:
+    """So many poses from the `first` on: the given ones over and over."""
+    return poses.rows(np.arange(first, first + count) % len(poses))
 
 
 def _hits(case: Case, poses: Poses) -> int:
@@ -65,6 +65,7 @@ def batch_rows(count: int) -> Iterator[Row]:
     """Yield time and memory of a million poses in the trainer by segment, in pieces (of `count`
     poses, the time of which is theirs) and in one call."""
     name = f"{POSES} poses in the trainer"
+    yield from _placed_rows(count)
     found = _measured("pieces", count)
     said = f"{PIECE} a piece" + ("" if count == POSES else f", {count} poses in all")
     yield Row("time, in pieces of the caller", name, found["each"], "us a pose", said)
@@ -77,6 +78,15 @@ def batch_rows(count: int) -> Iterator[Row]:
     for figure in ("any", "by segment"):
         why = "not possible: nothing here runs on one"
         yield Row(f"{figure}, on a graphics card", where, None, "us a pose", why)
+
+
+def _placed_rows(count: int) -> Iterator[Row]:
+    """What placing a body takes in a small batch and in one of `count` poses."""
+    case = seated_in("trainer", "399")
+    many = _repeated(case.poses, count)
+    for poses in (case.poses, many):
+        took = microseconds(lambda poses=poses: wb.place(case.placed.body, poses), len(poses))  # type: ignore[misc]
+        yield Row("placed", f"{len(poses)} poses, 399 spheres", took, "us a pose")
 
 
 def _answer_memory() -> float:

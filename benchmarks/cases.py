@@ -128,8 +128,9 @@ def _fly(document: dict[str, Any], role: dict[str, str]) -> None:
 
 def _drive(document: dict[str, Any], role: dict[str, str]) -> None:
     del document["shares"], document["changes"]
-    document["people"]["driver"].pop("population")
-    document["people"]["driver"] |= role
+    driver = document["people"]["driver"]
+    del driver["population"], driver["clothes"]  # shoes would be spheres too
+    driver |= role
     document["cases"][0]["people"]["driver"]["driver"]["sex"] = "male"
 
 

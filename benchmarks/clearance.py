@@ -51,13 +51,14 @@ def brute_force(points: Floats, corners: Floats) -> Floats:
     side = np.roll(corners, -1, axis=1) - corners
     square = np.maximum((side**2).sum(-1), 1e-300)
     normal = np.cross(side[:, 0], side[:, 1])
-    area = np.maximum((normal**2).sum(-1), 1e-300)
+    flat = (normal**2).sum(-1) > 1e-30  # a needle or a point is its edges
+    area = np.where(flat, (normal**2).sum(-1), 1.0)
     out = np.empty(len(points))
     for i, x in enumerate(points):
         away = x - corners
         along = np.clip((away * side).sum(-1) / square, 0, 1)
         edges = ((away - along[..., None] * side) ** 2).sum(-1).min(axis=1)
-        over = np.all((np.cross(side, away) * normal[:, None]).sum(-1) >= 0, axis=1)
+        over = np.all((np.cross(side, away) * normal[:, None]).sum(-1) >= 0, axis=1) & flat
         height = (away[:, 0] * normal).sum(-1) ** 2 / area
         out[i] = np.sqrt(np.where(over, np.minimum(height, edges), edges).min())
     return out

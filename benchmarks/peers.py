@@ -13,7 +13,7 @@ every part is open for them and, beside them, for this project.
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from typing import Any
 
@@ -36,7 +36,9 @@ TOUCH = -1e-9
 FAR = 1e3
 """[m] As far as the libraries look where they have no limit."""
 PIECES = 4
-"""Into how many the poses are cut: engines take turns after each."""
+"""Into how many the poses are cut at most: engines take turns after each."""
+SHORTEST = 64
+"""Poses of a piece at least: with fewer this project makes no use of its grids."""
 
 
 def _least(placed: Placed, gaps: Floats) -> Floats:
@@ -378,15 +380,16 @@ def prepared(case: Case) -> tuple[dict[str, dict[str, Ask]], dict[str, str]]:
     return engines, missing
 
 
-def peer_rows(case: Case) -> Iterator[Row]:
+def peer_rows(case: Case, kinds: Sequence[str] = QUESTIONS) -> Iterator[Row]:
     """Yield what this project and the others take for the same, in turn, and how many times ours
     that is."""
     case = opened(case)
+    cuts = max(min(PIECES, len(case.placed) // SHORTEST), 1)
     name = f"{case.name}, all open"
     engines, missing = prepared(case)
-    edges = np.linspace(0, len(case.placed), PIECES + 1).astype(int).tolist()
+    edges = np.linspace(0, len(case.placed), cuts + 1).astype(int).tolist()
     pieces = [slice(a, b) for a, b in itertools.pairwise(edges)]
-    for kind in QUESTIONS:
+    for kind in kinds:
         some = {engine: asks[kind] for engine, asks in engines.items() if kind in asks}
         turns = in_turn(some, pieces)
         ours = turns[OURS]

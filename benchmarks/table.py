@@ -116,8 +116,11 @@ class Section:
         return "\n".join([f"## {self.title}", self.words, "", head, *map(str, self.rows)])
 
 
-def page(sections: Sequence[Section]) -> str:
-    """Return the page of some sections: the machine, what is not met, and the figures."""
+def page(sections: Sequence[Section], *, whole: bool = True) -> str:
+    """Return the page of some sections: the machine, what is not met, and the figures.
+
+    whole: whether these are all, so that a goal without a figure is one that nothing was taken for.
+    """
     rows = [row for section in sections for row in section.rows]
     judged = [row for row in rows if row.goal is not None]
     missed = [row for row in judged if row.missed]
@@ -129,6 +132,10 @@ def page(sections: Sequence[Section]) -> str:
         value = f"none ({row.note})" if row.value is None else f"{row.value:.3g} {row.unit}"
         bound = row.verdict.removesuffix(" / missed")
         lines.append(f"- {row.figure}, {row.case}: {value}; {bound} was aimed at")
+    taken = {(row.figure, row.case) for row in rows}
+    idle = [", ".join(key) for key in GOALS if whole and key not in taken]
+    if idle:
+        lines += ["", f"No figure was taken for: {'; '.join(idle)}."]
     return "\n".join([*lines, *(f"\n{section}" for section in sections), ""])
 
 

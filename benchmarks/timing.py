@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import subprocess
 import sys
@@ -117,22 +118,28 @@ class Cost:
     out: str
 
 
+WATCH = """
+import json, resource, subprocess, sys, time
+begin = time.perf_counter()
+with open(sys.argv[1], "w", encoding="utf-8") as out:
+    done = subprocess.run([sys.executable, *sys.argv[2:]], stdout=out, stderr=subprocess.STDOUT)
+used = resource.getrusage(resource.RUSAGE_CHILDREN)
+wall = time.perf_counter() - begin
+print(json.dumps([used.ru_utime + used.ru_stime, wall, used.ru_maxrss, done.returncode]))
+"""
+"""Runs a process from a small one: the system counts the memory of whoever starts a process as its
+own."""
+
+
 def process_cost(arguments: Sequence[str], environment: Mapping[str, str], out: Path) -> Cost:
     """Run Python with some arguments in a new process, its output in a file, and return its cost."""
-    begin = time.perf_counter()
-    with out.open("w", encoding="utf-8") as file:
-        process = subprocess.Popen(
-            [sys.executable, *arguments],
-            env={**os.environ, **environment},
-            stdout=file,
-            stderr=subprocess.STDOUT,
-        )
-        _, status, usage = os.wait4(process.pid, 0)
-    process.returncode = os.waitstatus_to_exitcode(status)
-    return Cost(
-        cpu=usage.ru_utime + usage.ru_stime,
-        wall=time.perf_counter() - begin,
-        memory=usage.ru_maxrss * (1 if sys.platform == "darwin" else 1024) / 1e9,
-        code=process.returncode,
-        out=out.read_text(encoding="utf-8"),
+    done = subprocess.run(
+        [sys.executable, "-c", WATCH, str(out), *arguments],
+        env={**os.environ, **environment},
+        capture_output=True,
+        text=True,
+        check=True,
     )
+    cpu, wall, memory, code = json.loads(done.stdout)
+    unit = 1 if sys.platform == "darwin" else 1024
+    return Cost(cpu, wall, memory * unit / 1e9, code, out.read_text(encoding="utf-8"))
