@@ -46,22 +46,33 @@ def collides_by_segment(case: Case) -> Bools:
 
 
 def brute_force(points: Floats, corners: Floats) -> Floats:
-    """(n,) distance of points (n, 3) to the nearest of triangles (T, 3, 3), one point at a time,
-    nothing clever."""
+    """(n,) distance of points (n, 3) to the nearest of triangles (T, 3, 3), one point at a time.
+
+    Nothing clever: only triangles whose ball about their middle lies farther off than the nearest
+    middle are left out.
+    """
+    middle = corners.mean(axis=1)
+    around = np.linalg.norm(corners - middle[:, None], axis=2).max(axis=1)
+    out = np.empty(len(points))
+    for i, x in enumerate(points):
+        far = np.linalg.norm(x - middle, axis=1)
+        out[i] = _distance(x, corners[far - around <= far.min() + 1e-9])
+    return out
+
+
+def _distance(x: Floats, corners: Floats) -> float:
+    """Distance of a point to the nearest of triangles: their edges, and their planes over them."""
     side = np.roll(corners, -1, axis=1) - corners
     square = np.maximum((side**2).sum(-1), 1e-300)
     normal = np.cross(side[:, 0], side[:, 1])
-    flat = (normal**2).sum(-1) > 1e-30  # a needle or a point is its edges
-    area = np.where(flat, (normal**2).sum(-1), 1.0)
-    out = np.empty(len(points))
-    for i, x in enumerate(points):
-        away = x - corners
-        along = np.clip((away * side).sum(-1) / square, 0, 1)
-        edges = ((away - along[..., None] * side) ** 2).sum(-1).min(axis=1)
-        over = np.all((np.cross(side, away) * normal[:, None]).sum(-1) >= 0, axis=1) & flat
-        height = (away[:, 0] * normal).sum(-1) ** 2 / area
-        out[i] = np.sqrt(np.where(over, np.minimum(height, edges), edges).min())
-    return out
+    area = (normal**2).sum(-1)
+    away = x - corners
+    along = np.clip((away * side).sum(-1) / square, 0, 1)
+    edges = ((away - along[..., None] * side) ** 2).sum(-1).min(axis=1)
+    over = np.all((np.cross(side, away) * normal[:, None]).sum(-1) >= 0, axis=1)
+    over &= area > 1e-30  # a needle or a point is its edges
+    height = (away[:, 0] * normal).sum(-1) ** 2 / np.maximum(area, 1e-300)
+    return float(np.sqrt(np.where(over, np.minimum(height, edges), edges).min()))
 
 
 def winding(x: Floats, corners: Floats) -> float:
