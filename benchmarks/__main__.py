@@ -3,7 +3,7 @@
     python -m benchmarks [SECTION ...] [--all] [--quick] [--write]
 
 Sections: places, meshes, pose, index, peers, batches, people, commands; all of them where none is
-named. It takes about a quarter of an hour on an idle machine of two cores. --all asks everybody and
+named. It takes some twenty minutes on an idle machine of two cores. --all asks everybody and
 every pose, where else fewer are asked and the row says so: more than an hour. --quick takes the
 least of everything, to see that all of it works. --write puts the page into docs/benchmarks.md and
 wants all sections.
@@ -167,11 +167,14 @@ def _options() -> argparse.Namespace:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("section", nargs="*", choices=[*TOPICS, []], metavar="SECTION")
+    parser.add_argument("section", nargs="*", metavar="SECTION", help=", ".join(TOPICS))
     parser.add_argument("--all", action="store_true", help="everybody, every pose")
     parser.add_argument("--quick", action="store_true", help="the least of everything")
     parser.add_argument("--write", action="store_true", help="write docs/benchmarks.md")
     options = parser.parse_args()
+    unknown = [name for name in options.section if name not in TOPICS]
+    if unknown:
+        parser.error(f"no section {', '.join(unknown)}; valid: {', '.join(TOPICS)}")
     if options.write and (options.section or options.quick):
         parser.error("--write wants all sections, and not --quick")
     return options
