@@ -1,70 +1,78 @@
-"""Collision and clearance against other libraries, on one workload: CPU time a pose on one core,
-answers checked.
-
-    python -m benchmarks.clearance [--sizes 2k 50k 500k] [--no-peers] [--write]
-
-Every figure is the median of repeated runs in one process held to one core. Peers that are not
-installed are left out with a note. --write puts the table into docs/benchmarks.md.
-"""
+"""What collision and clearance cost: in the product's places, in made cockpits, for one pose, and
+of an index. Every answer is checked on a sample against brute force."""
 
 from __future__ import annotations
 
-import argparse
-import datetime
+import itertools
 import os
-import platform
-import subprocess
-import sys
 import tempfile
-import time
-from collections.abc import Callable, Iterator
-from importlib import metadata
-from pathlib import Path
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
+from time import process_time
+from unittest.mock import patch
 
 import numpy as np
 
 import workbench as wb
-from benchmarks.peers import PEERS, NoAnswerError
-from benchmarks.workload import SIZES, cockpit, dense_body, seated_poses
-from workbench.contact.batches import grouped_clearance
-from workbench.contact.collide import collides, self_clearance
-from workbench.contact.fields import field_of, packed_faces
-from workbench.model.arrays import Floats
-from workbench.model.environment import Environment
-from workbench.model.poses import Placed
+from benchmarks.cases import Case, in_cockpit, in_real_vehicle, seated_in
+from benchmarks.table import Row
+from benchmarks.timing import microseconds
+from workbench.contact.collide import clearance_of_groups, collides, contacts, nearest
+from workbench.model.arrays import Bools, Floats
 
-POSES = 1000
-Row = tuple[str, str, str, float, str]
+__all__ = [
+    "by_segment",
+    "checked",
+    "collides_by_segment",
+    "index_rows",
+    "mesh_rows",
+    "one_pose_rows",
+    "place_rows",
+]
+
+PLACES = ("trainer", "compact_car")
+NAMED = 100
+"""Poses that are asked about with names, since that takes longest."""
 
 
-def microseconds(work: Callable[[], object], poses: int, *, repeat: int = 7) -> float:
-    """Median CPU time of a pose [us]; the first run, which compiles and builds, is not counted."""
-    work()
-    times = []
-    for _ in range(repeat):
-        begin = time.process_time()
-        work()
-        times.append(time.process_time() - begin)
-    return 1e6 * float(np.median(times)) / poses
+def by_segment(case: Case) -> Floats:
+    """(P, N, G) [m] clearance of each segment from each group of parts that permit the same."""
+    return clearance_of_groups(case.placed, case.environment, case.groups)
+
+
+def collides_by_segment(case: Case) -> Bools:
+    """(P,) whether any segment is deeper than it may be, by the clearances."""
+    return np.asarray((by_segment(case) + case.allowed < -1e-9).any(axis=(1, 2)))
 
 
 def brute_force(points: Floats, corners: Floats) -> Floats:
-    """(n,) distance of points (n, 3) to the nearest of triangles (T, 3, 3), one point at a time,
-    nothing clever."""
-    a = corners
+    """(n,) distance of points (n, 3) to the nearest of triangles (T, 3, 3), one point at a time.
+
+    Nothing clever: only triangles whose ball about their middle lies farther off than the nearest
+    middle are left out.
+    """
+    middle = corners.mean(axis=1)
+    around = np.linalg.norm(corners - middle[:, None], axis=2).max(axis=1)
+    out = np.empty(len(points))
+    for i, x in enumerate(points):
+        far = np.linalg.norm(x - middle, axis=1)
+        out[i] = _distance(x, corners[far - around <= far.min() + 1e-9])
+    return out
+
+
+def _distance(x: Floats, corners: Floats) -> float:
+    """Distance of a point to the nearest of triangles: their edges, and their planes over them."""
     side = np.roll(corners, -1, axis=1) - corners
     square = np.maximum((side**2).sum(-1), 1e-300)
     normal = np.cross(side[:, 0], side[:, 1])
-    area = np.maximum((normal**2).sum(-1), 1e-300)
-    out = np.empty(len(points))
-    for i, x in enumerate(points):
-        away = x - a
-        along = np.clip((away * side).sum(-1) / square, 0, 1)
-        edges = ((away - along[..., None] * side) ** 2).sum(-1).min(axis=1)
-        over = np.all((np.cross(side, away) * normal[:, None]).sum(-1) >= 0, axis=1)
-        height = (away[:, 0] * normal).sum(-1) ** 2 / area
-        out[i] = np.sqrt(np.where(over, np.minimum(height, edges), edges).min())
-    return out
+    area = (normal**2).sum(-1)
+    away = x - corners
+    along = np.clip((away * side).sum(-1) / square, 0, 1)
+    edges = ((away - along[..., None] * side) ** 2).sum(-1).min(axis=1)
+    over = np.all((np.cross(side, away) * normal[:, None]).sum(-1) >= 0, axis=1)
+    over &= area > 1e-30  # a needle or a point is its edges
+    height = (away[:, 0] * normal).sum(-1) ** 2 / np.maximum(area, 1e-300)
+    return float(np.sqrt(np.where(over, np.minimum(height, edges), edges).min()))
 
 
 def winding(x: Floats, corners: Floats) -> float:
@@ -75,255 +83,166 @@ def winding(x: Floats, corners: Floats) -> float:
     return float(np.arctan2((a * np.cross(b, c)).sum(1), below).sum() / (2 * np.pi))
 
 
-def by_segment(placed: Placed, environment: Environment, *, threads: int | None = None) -> Floats:
-    """(P, N) [m] clearance of each segment to the nearest of all parts."""
-    parts = tuple(range(len(environment.parts)))
-    return grouped_clearance(placed, environment, (parts,), threads=threads)[0][:, :, 0]
+def _inside(x: Floats, corners: Floats) -> bool:
+    """Whether a point is inside of triangles; outside of their box it is not."""
+    boxed = np.all((x >= corners.min(axis=(0, 1))) & (x <= corners.max(axis=(0, 1))))
+    return bool(boxed and abs(winding(x, corners)) > 0.5)
 
 
-def checked(placed: Placed, environment: Environment, *, sample: int = 12) -> float:
-    """Greatest error [m] of `by_segment` against brute force over a seeded sample of poses and
-    segments."""
-    distance = by_segment(placed, environment)
-    body = placed.body
-    assert np.array_equal(collides(placed, environment), (distance < -1e-9).any(axis=1))
+def segment_gap(case: Case, pose: int, segment: int, parts: Sequence[int]) -> float:
+    """Clearance [m] of one segment from the nearest of some parts, by brute force."""
+    environment = case.environment
+    body = case.placed.body
+    rows = body.spheres(segment)
     corners = environment.vertices[environment.triangles]
     ends = environment.triangle_start[environment.part_start]
-    rng = np.random.default_rng(3)
-    worst = 0.0
-    touching = np.argwhere(distance < 0)
-    picked = [
-        *rng.choice(touching, sample // 2),
-        *rng.choice(np.argwhere(np.isfinite(distance)), sample // 2),
-    ]
-    for p, n in picked:
-        centres = placed.centres[p, body.spheres(n)]
-        least = np.inf
-        for k in range(len(environment.parts)):
-            part = corners[ends[k] : ends[k + 1]]
-            gap = brute_force(centres, part)
-            if environment.solid[k]:
-                gap *= [-1.0 if abs(winding(c, part)) > 0.5 else 1.0 for c in centres]
-            least = min(least, float((gap - body.radius[0, body.spheres(n)]).min()))
-        worst = max(worst, abs(least - distance[p, n]))
-    return worst
-
-
-def ours(size: str, placed: Placed) -> Iterator[Row]:
-    """This project's figures for one environment and body."""
-    environment = cockpit(size)
-    count = str(len(placed.body.sphere_names))
-    hits = collides(placed, environment)
-    yield (
-        "any",
-        size,
-        count,
-        microseconds(lambda: collides(placed, environment), POSES),
-        f"{hits.mean():.0%} collide",
-    )
-    took = microseconds(lambda: by_segment(placed, environment), POSES)
-    yield "by segment", size, count, took, f"error {1e3 * checked(placed, environment):.0e} mm"
-    rows = len(wb.contacts(placed, environment))
-    took = microseconds(lambda: wb.contacts(placed, environment), POSES, repeat=3)
-    yield "contacts", size, count, took, f"{rows / POSES:.0f} a pose"
-    few = Placed(placed.body, placed.world_from_segment[:100], placed.centres[:100], placed.window)
-    took = microseconds(lambda: wb.clearance(few, environment), 100, repeat=3)
-    yield "by segment and part", size, count, took, f"{len(environment.parts)} parts"
-
-
-def of_the_body(placed: Placed) -> Iterator[Row]:
-    """Figures that need no environment."""
-    body = placed.body
-    count = str(len(body.sphere_names))
-    poses = seated_poses(body, 500)
-    took = microseconds(lambda: wb.place(body, poses), len(poses))
-    yield "forward kinematics and spheres", "", count, took, ""
-    yield (
-        "self clearance",
-        "",
-        count,
-        microseconds(lambda: self_clearance(placed), POSES, repeat=3),
-        "all pairs",
-    )
-
-
-def built(size: str) -> Iterator[Row]:
-    """CPU milliseconds for the index of all parts together, its memory, and for reading it from
-    disk."""
-    environment = cockpit(size)
-    groups = (tuple(range(len(environment.parts))),)
-    for name in ("index made, ms", "index read, ms"):
-        packed_faces(environment)
-        field_of.cache_clear()
-        begin = time.process_time()
-        field = field_of(environment, groups)
-        took = time.process_time() - begin
-        memory = sum(values.nbytes for values in (*field, *packed_faces(environment))) / 1e6
-        yield name, size, "", 1e3 * took, f"{memory:.0f} MB, {len(environment.triangles)} triangles"
-
-
-def on_two_cores(placed: Placed) -> Iterator[Row]:
-    """How much faster two threads are than one by the clock, which means little where others use
-    the machine, and how much CPU time they take together, which should be that of one: what is more
-    is theirs, the rest is the machine's."""
-    environment = cockpit("50k")
-    many = Placed(
-        placed.body,
-        *(np.repeat(values, 8, axis=0) for values in (placed.world_from_segment, placed.centres)),
-        placed.window,
-    )
-    for name, ask, bodies in (("any", collides, many), ("by segment", by_segment, placed)):
-        clock = {1: np.inf, 2: np.inf}
-        spent = {1: np.inf, 2: np.inf}
-        for _ in range(9):
-            for threads in (1, 2):
-                begin = time.perf_counter()
-                began = time.process_time()
-                ask(bodies, environment, threads=threads)
-                clock[threads] = min(clock[threads], time.perf_counter() - begin)
-                spent[threads] = min(spent[threads], time.process_time() - began)
-        note = f"{clock[1] / clock[2]:.2f} times one by the clock, {spent[2] / spent[1]:.2f} times its CPU time"
-        note += f", load {os.getloadavg()[0]:.1f}"
-        yield (
-            f"{name}, two cores",
-            "50k",
-            str(len(placed.body.sphere_names)),
-            1e6 * clock[2] / len(bodies),
-            note,
-        )
-
-
-COLD = """
-import time
-begin = time.process_time()
-import workbench as wb
-body = wb.load_body("bubbleman")
-import benchmarks.workload as w
-placed = wb.place(body, w.seated_poses(body, 100))
-middle = time.process_time()
-environment = w.cockpit("50k")
-made = time.process_time()
-wb.collides(placed, environment)
-end = time.process_time()
-print(end - begin - (made - middle))
-"""
-
-
-def cold() -> Iterator[Row]:
-    """CPU time to the first answer in a new process, all imports in it, without the making of the
-    mesh; caches warm."""
-    for _ in range(2):
-        done = subprocess.run(
-            [sys.executable, "-c", COLD], capture_output=True, text=True, check=True
-        )
-    yield (
-        "first answer in a new process, ms",
-        "50k",
-        "399",
-        1e3 * float(done.stdout),
-        "CPU time, caches warm",
-    )
-
-
-def theirs(size: str, placed: Placed) -> Iterator[Row]:
-    """The peers' figures on as many poses as take a few seconds; their answers beside ours."""
-    environment = cockpit(size)
-    hit = collides(placed, environment)
-    distance = by_segment(placed, environment)
-    for name, prepare in PEERS.items():
-        try:
-            ask = prepare(environment, placed)
-        except ImportError as error:
-            yield name, size, str(len(placed.body.sphere_names)), float("nan"), f"skipped: {error}"
+    least = np.inf
+    for k in parts:
+        part = corners[ends[k] : ends[k + 1]]
+        if not len(part):
             continue
-        for kind, wanted in (("any", hit), ("by segment", distance)):
-            try:
-                ask(kind, 0)
-            except NoAnswerError as error:
-                yield (
-                    f"{name}: {kind}",
-                    size,
-                    str(len(placed.body.sphere_names)),
-                    float("nan"),
-                    str(error),
-                )
-                continue
-            spent = 0.0
-            answers = []
-            while spent < 3.0 and len(answers) < POSES:
-                begin = time.process_time()
-                answer = ask(kind, len(answers))
-                spent += time.process_time() - begin
-                answers.append(answer())
-            told = agreement(kind, np.array(answers), wanted[: len(answers)])
-            yield (
-                f"{name}: {kind}",
-                size,
-                str(len(placed.body.sphere_names)),
-                1e6 * spent / len(answers),
-                told,
-            )
+        centres = case.placed.centres[pose, rows]
+        gap = brute_force(centres, part)
+        if environment.solid[k]:
+            gap *= [-1.0 if _inside(c, part) else 1.0 for c in centres]
+        least = min(least, float((gap - body.radius[0, rows]).min()))
+    return least
 
 
-def agreement(kind: str, answers: Floats, wanted: Floats) -> str:
-    """How far a peer's answers are ours, where nothing is inside a solid (no peer here knows
-    solids)."""
-    if kind == "any":
-        wrong = int(np.sum(answers != wanted))
-        return f"{np.mean(answers == wanted):.1%} of {len(answers)} agree" + (
-            f", {wrong} wrong" if wrong else ""
-        )
-    clear = np.isfinite(wanted) & (wanted > 0)
-    return f"{1e3 * np.abs(answers[clear] - wanted[clear]).max(initial=0.0):.0e} mm where clear, {len(answers)} poses"
+def checked(case: Case, *, sample: int = 6) -> float:
+    """Return the greatest error [m] of `by_segment` against brute force over a seeded sample, half
+    of it where something touches.
 
-
-def table(rows: list[Row]) -> str:
-    """The rows as a Markdown table."""
-    lines = ["| figure | triangles | spheres | us a pose | |", "|---|---|---|---|---|"]
-    for name, size, count, took, note in rows:
-        lines.append(f"| {name} | {size} | {count} | {took:.3g} | {note} |")
-    return "\n".join(lines)
-
-
-def machine() -> str:
-    """Where and with what the figures were taken."""
-    names = ("numpy", "numba", *PEERS)
-    found = {d.metadata["Name"].lower(): d.version for d in metadata.distributions()}
-    versions = ", ".join(f"{name} {found[name]}" for name in names if name in found)
-    info = Path("/proc/cpuinfo")
-    lines = info.read_text().splitlines() if info.exists() else []
-    model = next(
-        (line.split(": ")[1] for line in lines if line.startswith("model name")),
-        platform.processor(),
+    Raises
+    ------
+    ValueError
+        If `collides` says something else than the clearances.
+    """
+    distance = by_segment(case)
+    hit = collides(case.placed, case.environment)
+    if not np.array_equal(hit, (distance + case.allowed < -1e-9).any(axis=(1, 2))):
+        raise ValueError(f"{case.name}: `collides` and the clearances do not agree")
+    rng = np.random.default_rng(3)
+    known = np.argwhere(np.isfinite(distance))
+    touching = np.argwhere(distance < 0)
+    some = [rng.choice(known, min(sample, len(known)), replace=False)]
+    if len(touching):
+        some = [some[0][: sample - sample // 2], rng.choice(touching, sample // 2)]
+    return max(
+        abs(segment_gap(case, p, n, case.groups[g]) - distance[p, n, g])
+        for p, n, g in np.concatenate(some)
     )
-    python = f"Python {platform.python_version()}, {versions}"
-    return f"{datetime.date.today()}, {model}, one of {os.cpu_count()} cores, load {os.getloadavg()[0]:.1f}, {python}"
 
 
-def main() -> None:
-    """Take the figures and print one table."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--sizes", nargs="+", choices=SIZES, default=list(SIZES))
-    parser.add_argument("--no-peers", action="store_true")
-    parser.add_argument("--write", action="store_true", help="write docs/benchmarks.md")
-    asked = parser.parse_args()
-    cores = os.sched_getaffinity(0)
-    os.sched_setaffinity(0, {max(cores)})
-    body = wb.load_body("bubbleman")
-    bodies = [wb.place(b, seated_poses(b, POSES, spread=1.15)) for b in (body, dense_body(body))]
-    os.environ.setdefault("WORKBENCH_CACHE", tempfile.mkdtemp())
-    rows: list[Row] = [row for placed in bodies for row in of_the_body(placed)]
-    for size in asked.sizes:
-        rows += list(built(size)) + [row for placed in bodies for row in ours(size, placed)]
-        if size == "50k" and not asked.no_peers:
-            rows += [row for placed in bodies for row in theirs(size, placed)]
-    os.sched_setaffinity(0, cores)
-    rows += [*on_two_cores(bodies[1]), *cold()]
-    text = f"# Benchmarks\n\n{machine()}.\nMade by `python -m benchmarks.clearance --write`.\n\n{table(rows)}\n"
-    print(text)
-    if asked.write:
-        (Path(__file__).parents[1] / "docs" / "benchmarks.md").write_text(text)
+def place_rows(counts: Sequence[str], *, poses: int) -> Iterator[Row]:
+    """Yield what is asked of somebody seated in the product's places, in permitted contact with
+    solids, and in a real vehicle."""
+    for place in PLACES:
+        for count in counts:
+            yield from _seated_rows(seated_in(place, count, poses))
+    real = in_real_vehicle("957", poses)
+    if real is None:
+        yield Row("by segment", "real vehicle", None, "us", "its mesh is not among the inputs")
+    else:
+        yield from _seated_rows(real)
 
 
-if __name__ == "__main__":
-    main()
+def _seated_rows(case: Case) -> Iterator[Row]:
+    poses = len(case.placed)
+    hits = collides(case.placed, case.environment)
+    solid = int(case.environment.solid.sum())
+    words = (
+        f"{len(case.environment.triangles)} triangles, {len(case.environment.parts)} parts, {solid} "
+        f"solid, {len(case.groups)} groups; error {1e3 * checked(case):.0e} mm"
+    )
+    took = microseconds(lambda: by_segment(case), poses)
+    yield Row("by segment, permitted contact", case.name, took, "us a pose", words)
+    took = microseconds(lambda: collides(case.placed, case.environment), poses)
+    yield Row("any", case.name, took, "us a pose", f"{hits.mean():.0%} are deeper than permitted")
+    if not hits.all():
+        free = case.few(np.flatnonzero(~hits))
+        took = microseconds(lambda: collides(free.placed, free.environment), len(free.placed))
+        yield Row("any, of the others", case.name, took, "us a pose", f"{len(free.placed)} poses")
+    few = case.few(slice(0, NAMED))
+    took = microseconds(lambda: nearest(few.placed, few.environment), len(few.placed))
+    pairs = len(case.placed.body.segments) * len(case.environment.parts)
+    words = f"{pairs} pairs, each with its sphere, polygon, point and side"
+    yield Row("by segment and part, with names", case.name, took, "us a pose", words)
+
+
+def mesh_rows(sizes: Sequence[str], counts: Sequence[str], *, poses: int) -> Iterator[Row]:
+    """Yield what is asked of somebody in cockpits of curved and of flat faces, and how that grows
+    with the mesh."""
+    for kind in ("curved", "flat"):
+        took: dict[tuple[str, str], float] = {}
+        for size in sizes:
+            for count in counts:
+                case = in_cockpit(kind, size, count, poses)
+                rows = list(_mesh_rows(case))
+                yield from rows
+                took[size, count] = rows[0].value or 0.0
+        for count in counts:
+            if ("2k", count) in took and ("500k", count) in took:
+                ratio = took["500k", count] / took["2k", count]
+                figure = "growth by segment, 2k to 500k"
+                yield Row(figure, f"{kind}, {count} spheres", ratio, "times")
+
+
+def _mesh_rows(case: Case) -> Iterator[Row]:
+    poses = len(case.placed)
+    polygons = len(case.environment.normal)
+    words = f"{len(case.environment.triangles)} triangles, {polygons} polygons; "
+    words += f"error {1e3 * checked(case):.0e} mm"
+    took = microseconds(lambda: by_segment(case), poses)
+    yield Row("by segment", case.name, took, "us a pose", words)
+    hits = collides(case.placed, case.environment)
+    took = microseconds(lambda: collides(case.placed, case.environment), poses)
+    yield Row("any", case.name, took, "us a pose", f"{hits.mean():.0%} collide")
+    found = len(contacts(case.placed, case.environment))
+    took = microseconds(lambda: contacts(case.placed, case.environment), poses)
+    yield Row("contacts", case.name, took, "us a pose", f"{found / poses:.0f} a pose")
+
+
+def one_pose_rows(place: str, count: str, *, poses: int) -> Iterator[Row]:
+    """Yield what one call about one pose takes, the Python around it included. No two calls in turn
+    are about the same pose."""
+    case = seated_in(place, count, poses)
+    body = case.placed.body
+    around = case.environment
+    turn = itertools.cycle([case.few(slice(p, p + 1)) for p in range(poses)])
+    work: dict[str, Callable[[Case], object]] = {
+        "placed, one pose": lambda one: wb.place(body, one.poses),
+        "clearance of all parts, one pose": lambda one: wb.clearance(
+            wb.place(body, one.poses), around
+        ),
+        "clearance with names, one pose": lambda one: nearest(one.placed, around),
+        "contacts, one pose": lambda one: wb.contacts(one.placed, around),
+        "contacts with the body itself, one pose": lambda one: wb.self_contacts(one.placed),
+        "any, one pose": lambda one: wb.collides(one.placed, around),
+        "stops, one pose": lambda one: wb.stops(body, one.poses),
+    }
+    for figure, ask in work.items():
+        took = microseconds(lambda ask=ask: ask(next(turn)))  # type: ignore[misc]
+        yield Row(figure, case.name, 1e-3 * took, "ms a pose")
+
+
+def index_rows(cases: Sequence[Case]) -> Iterator[Row]:
+    """Yield what it takes to make the index that `by segment` asks, and to read it from disk: a
+    first call less a second one."""
+    for case in cases:
+        name = case.name.split(",")[0]
+        words = f"{len(case.environment.triangles)} triangles"
+        with (
+            tempfile.TemporaryDirectory() as folder,
+            patch.dict(os.environ, {"WORKBENCH_CACHE": folder}),
+        ):
+            for figure in ("index made", "index read"):
+                fresh = replace(case, environment=replace(case.environment))
+                first = _once(fresh)
+                yield Row(figure, name, max(first - _once(fresh), 0.0), "s", words)
+
+
+def _once(case: Case) -> float:
+    begin = process_time()
+    by_segment(case)
+    return process_time() - begin

@@ -1,10 +1,11 @@
-"""One deterministic workload: a cockpit of curved panels and instruments, bubbleman, seeded seated
-poses.
+"""Two deterministic cockpits, of curved and of flat faces, and seeded seated poses of bubbleman in
+them.
 
-The cockpit is about 1.8 x 1.3 x 1.9 m. Everything in it is curved, so that merging coplanar
-triangles saves nothing and the count of polygons is the count of triangles. Panels and instruments
-are open surfaces, as CAD mostly is; the seat pan, the stick and a few boxes of equipment are closed
-solids.
+They are about 1.8 x 1.3 x 1.9 m. In the curved one merging coplanar triangles saves nothing: the
+count of polygons is the count of triangles. Panels and instruments are open surfaces, as CAD mostly
+is; the seat pan, the stick and a few boxes of equipment are closed solids. The flat one has plates
+with cut-outs, brackets, boxes and faceted knobs, meshed finely as a mesh generator does it: most
+triangles merge into polygons with many corners along straight edges.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
+from numpy.typing import NDArray
 
 import workbench as wb
 from workbench.files.meshes.assembly import build_environment
@@ -23,10 +25,12 @@ from workbench.model.body import Body
 from workbench.model.environment import Environment
 from workbench.model.poses import Poses
 
-__all__ = ["SIZES", "cockpit", "dense_body", "seated_poses"]
+__all__ = ["SIZES", "cockpit", "dense_body", "flat_cockpit", "seated_poses"]
 
 SIZES = {"2k": 0.105, "50k": 0.553, "500k": 1.76}
-"""How fine the surfaces are cut for about so many triangles."""
+"""How fine the curved surfaces are cut for about so many triangles."""
+FLAT_SIZES = {"2k": 0.05, "50k": 0.48, "500k": 1.55}
+"""How fine the flat ones are."""
 
 
 def _sheet(points: Floats) -> tuple[Floats, Ints]:
@@ -149,6 +153,158 @@ def cockpit(size: str) -> Environment:
         parts.append(RawPart(f"{name}_knobs", np.concatenate([v for v, _ in sheets]), faces))
     solid: list[bool | str] = [part.name in SOLIDS for part in parts]
     return build_environment(f"cockpit_{size}", parts, solid=solid)[0]
+
+
+PLATE = 0.003
+"""[m] The thickness of a plate."""
+BRACKET = np.array([[0, 0], [30, 0], [30, 3], [3, 3], [3, 30], [0, 30]]) / 1000
+"""[m] The profile of a bracket."""
+INNER_CORNER = np.array([0.0015, 0.0015])
+"""[m] A point of the profile that sees all of its corners."""
+
+
+@lru_cache(maxsize=4)
+def flat_cockpit(size: str) -> Environment:
+    """Return the cockpit of flat faces of about `size` triangles, a key of FLAT_SIZES."""
+    fine = FLAT_SIZES[size]
+    rng = np.random.default_rng(21)
+    parts = []
+    for name, (corner, along, up, _, cut) in PANELS.items():
+        frame = np.array([corner, along, up], dtype=np.float64)
+        parts.append(RawPart(name, *_plate(frame, _cuts(cut, fine), rng)))
+    for name, (centre, half, _) in SOLIDS.items():
+        parts.append(RawPart(name, *_box(np.array(centre), np.array(half), fine)))
+    for name, many in (("left_wall", 30), ("right_wall", 30), ("floor", 20)):
+        parts.append(RawPart(f"{name}_brackets", *_brackets(name, _share(many, fine), fine, rng)))
+    for name, many in (("instrument_panel", 48), ("left_console", 24), ("right_console", 24)):
+        parts.append(RawPart(f"{name}_knobs", *_flat_knobs(name, _share(many, fine), rng)))
+    solid: list[bool | str] = [part.name in SOLIDS for part in parts]
+    return build_environment(f"flat_{size}", parts, solid=solid)[0]
+
+
+def _share(many: int, fine: float) -> int:
+    """How many of so many brackets or knobs there are."""
+    return max(3, round(many * min(fine, 1.0)))
+
+
+def _plate(frame: Floats, cut: tuple[int, int], rng: np.random.Generator) -> tuple[Floats, Ints]:
+    """A closed plate of a grid of cells with rectangles cut out: vertices and triangles.
+
+    frame (3, 3): its corner, its long side and its short one [m].
+    """
+    a, b = cut
+    kept = np.ones((a, b), dtype=np.bool_)
+    for u, v, wide, high in rng.uniform([0.1, 0.1, 0.04, 0.1], [0.8, 0.7, 0.1, 0.2], (8, 4)):
+        kept[int(u * a) : int((u + wide) * a), int(v * b) : int((v + high) * b)] = False
+    corner, along, up = frame
+    u, v = np.meshgrid(np.linspace(0, 1, a + 1), np.linspace(0, 1, b + 1), indexing="ij")
+    front = corner + u[..., None] * along + v[..., None] * up
+    normal = np.cross(along, up) / np.linalg.norm(np.cross(along, up))
+    points = np.concatenate([front.reshape(-1, 3), front.reshape(-1, 3) + PLATE * normal])
+    return points, _skin(kept)
+
+
+def _skin(kept: NDArray[np.bool_]) -> Ints:
+    """Triangles (T, 3) around the cells (a, b) that are kept of a plate: both faces, and the rims
+    along whatever is not kept."""
+    a, b = kept.shape
+    index = np.arange((a + 1) * (b + 1)).reshape(a + 1, b + 1)
+    back = index.size
+    ring = [index[:-1, :-1], index[1:, :-1], index[1:, 1:], index[:-1, 1:]]
+    around = np.pad(kept, 1)
+    beyond = [around[1:-1, :-2], around[2:, 1:-1], around[1:-1, 2:], around[:-2, 1:-1]]
+    faces = [_quads([corner[kept] for corner in reversed(ring)])]
+    faces.append(_quads([corner[kept] + back for corner in ring]))
+    for side in range(4):
+        rim = kept & ~beyond[side]
+        one = ring[side][rim]
+        two = ring[(side + 1) % 4][rim]
+        faces.append(_quads([one, two, two + back, one + back]))
+    return np.concatenate(faces)
+
+
+def _quads(ring: list[Ints]) -> Ints:
+    """Two triangles (2 Q, 3) for each quadrilateral; ring: its corners, (Q,) each."""
+    a, b, c, d = ring
+    return np.concatenate([np.stack([a, b, c], axis=-1), np.stack([a, c, d], axis=-1)])
+
+
+def _box(centre: Floats, half: Floats, fine: float) -> tuple[Floats, Ints]:
+    """A closed box whose faces are cut into triangles: vertices and triangles."""
+    square = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) * half[:2]
+    cuts = _cuts((24, 24), fine)
+    corners = [
+        (1 - t) * square[k] + t * square[(k + 1) % 4]
+        for k in range(4)
+        for t in np.arange(cuts[0]) / cuts[0]
+    ]
+    points, faces = _prism(np.array(corners), 2 * half[2], cuts[1])
+    return points - [0, 0, half[2]] + centre, faces
+
+
+def _prism(
+    profile: Floats, height: float, cuts: int, *, middle: Floats | None = None
+) -> tuple[Floats, Ints]:
+    """A closed prism over a profile (m, 2), upward from z = 0: vertices and outward triangles.
+
+    middle (2,): a point that sees all corners of the profile, their mean if None.
+    """
+    many = len(profile)
+    z = np.repeat(np.linspace(0.0, height, cuts + 1), many)[:, None]
+    sides = np.concatenate([np.tile(profile, (cuts + 1, 1)), z], axis=1)
+    middle = profile.mean(axis=0) if middle is None else middle
+    points = np.concatenate([sides, [[*middle, 0.0], [*middle, height]]])
+    index = np.arange(len(sides)).reshape(cuts + 1, many)
+    right = np.roll(index, -1, axis=1)
+    walls = _quads([values.ravel() for values in (index[:-1], right[:-1], right[1:], index[1:])])
+    low = np.full(many, len(sides))
+    caps = [
+        np.stack([low, right[0], index[0]], axis=-1),
+        np.stack([low + 1, index[-1], right[-1]], axis=-1),
+    ]
+    return points, np.concatenate([walls, *caps])
+
+
+def _brackets(name: str, many: int, fine: float, rng: np.random.Generator) -> tuple[Floats, Ints]:
+    """Brackets of an angle profile that stand about on the inner side of a panel, along its short
+    side."""
+    corner, along, up = (np.array(values) for values in PANELS[name][:3])
+    one, two, three = _frame(up, np.cross(along, up))
+    found = []
+    for u, v, length in rng.uniform([0.02, 0.02, 0.05], [0.95, 0.6, 0.3], (many, 3)):
+        points, faces = _prism(BRACKET, length, _cuts((1, 30), fine)[1], middle=INNER_CORNER)
+        foot = corner + u * along + v * up
+        found.append((foot + points @ np.array([three, -two, one]), faces))
+    return _joined(found)
+
+
+def _flat_knobs(name: str, many: int, rng: np.random.Generator) -> tuple[Floats, Ints]:
+    """Knobs of 24 sides on a panel."""
+    corner, along, up = (np.array(values) for values in PANELS[name][:3])
+    toward = -1.0 if name == "instrument_panel" else 1.0
+    one, two, three = _frame(toward * np.cross(along, up), up)
+    turn = 2 * np.pi * np.arange(24) / 24
+    found = []
+    for u, v, radius in rng.uniform([0.04, 0.08, 0.006], [0.96, 0.92, 0.02], (many, 3)):
+        profile = radius * np.stack([np.cos(turn), np.sin(turn)], axis=1)
+        points, faces = _prism(profile, 2 * radius, 1)
+        found.append((corner + u * along + v * up + points @ np.array([two, three, one]), faces))
+    return _joined(found)
+
+
+def _frame(axis: Floats, other: Floats) -> tuple[Floats, Floats, Floats]:
+    """Three unit vectors at right angles: along an axis, toward another vector, and across both."""
+    one = axis / np.linalg.norm(axis)
+    two = other - (other @ one) * one
+    two /= np.linalg.norm(two)
+    return one, two, np.cross(one, two)
+
+
+def _joined(found: list[tuple[Floats, Ints]]) -> tuple[Floats, Ints]:
+    """Several meshes as one."""
+    first = np.cumsum([0, *(len(points) for points, _ in found)])
+    faces = [faces + start for (_, faces), start in zip(found, first, strict=False)]
+    return np.concatenate([points for points, _ in found]), np.concatenate(faces)
 
 
 def dense_body(body: Body, spheres: int = 1500) -> Body:
