@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tracemalloc
 from dataclasses import replace
 
 import numpy as np
@@ -14,6 +15,7 @@ from tests import oracles
 from tests.conftest import BOX, BOX_FACES, box_part, environment_of
 from tests.test_blend import random_blend
 from workbench import collides
+from workbench.contact import many_poses
 from workbench.contact.batches import grouped_clearance
 from workbench.contact.collide import _plain, allowed_depth, clearance_of_groups, nearest
 from workbench.contact.crowd import crowd_of
@@ -100,6 +102,41 @@ def compared(body, poses, environment):
     """Fast and oracle's clearance of the same poses; a pose more than the fast path needs."""
     placed = wb.place(body, poses)
     return placed, wb.clearance(placed, environment), oracles.clearance(placed, environment)
+
+
+def with_rules(environment):
+    """The environment with overlap allowed in its first part, more for one segment."""
+    rules = (Allowance(0, ("LOWER", "UPPER"), 0.05), Allowance(0, ("all",), 0.01))
+    return replace(environment, allowances=rules)
+
+
+@pytest.mark.parametrize("kind", ZOO)
+def test_room_is_the_least_clearance_with_what_is_allowed_added(one_arm, random_arm, kind):
+    soft = with_rules(ZOO[kind](5))
+    placed = wb.place(one_arm, random_arm(200, 8))
+    wanted = (_plain(placed, soft)[0] + allowed_depth(one_arm, soft)).min(axis=2)
+    assert np.array_equal(wb.room(placed, soft, grid=True), wanted, equal_nan=True)
+    assert np.array_equal(wb.room(placed, soft, grid=False), wanted, equal_nan=True)
+
+
+def test_room_of_many_poses_is_that_of_each(one_arm, random_arm, monkeypatch):
+    soft = with_rules(ZOO["pierced"](5))
+    poses = random_arm(300, 9)
+    wanted = wb.room(wb.place(one_arm, poses), soft)
+    monkeypatch.setattr(many_poses, "BLOCK", 70)
+    assert np.array_equal(wb.room_of_poses(one_arm, poses, soft), wanted, equal_nan=True)
+
+
+def test_room_of_many_poses_holds_one_block_of_them(one_arm, random_arm):
+    poses = random_arm(20_000, 9)
+    environment = ZOO["boxes"](5)
+    wb.room_of_poses(one_arm, poses.rows(slice(100)), environment)
+    tracemalloc.start()
+    found = wb.room_of_poses(one_arm, poses, environment)
+    most = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    whole = 20_000 * 8 * (3 * len(one_arm.sphere_names) + 12 * len(one_arm.segments))
+    assert most - found.nbytes < 0.5 * whole
 
 
 def check_against_oracle(body, poses, environment):

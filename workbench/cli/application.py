@@ -156,7 +156,6 @@ def run(
     from workbench.files.output_folder import check_folder
     from workbench.files.study.reader import load_study
     from workbench.report.folder import report_lines, write_report
-    from workbench.study.accommodation.chunks import forget_chunks
     from workbench.study.run import check_run
     from workbench.study.run import run as run_study
 
@@ -173,7 +172,10 @@ def run(
         keep = place.with_name(f".{place.name}.chunks")
         result = run_study(loaded, keep=keep, say=say, cluster=cluster)
         rows = write_report(result, folder, film=film, progress=say, tell=kept.append)
-        forget_chunks(keep)
+        if loaded.crowd is not None:
+            from workbench.study.accommodation.chunks import forget_chunks
+
+            forget_chunks(keep)
     for warning in (*kept, *rows.warnings):
         tell(f"warning: {warning}")
     if as_json:

@@ -15,6 +15,7 @@ from workbench.contact.kernels.groups import (
     SegmentAnswers,
     group_clearance,
     group_collides,
+    group_room,
     may_touch,
     witness_points,
 )
@@ -30,6 +31,7 @@ __all__ = [
     "Groups",
     "grouped_clearance",
     "grouped_collides",
+    "grouped_room",
     "paired_clearance",
     "pays",
     "touching",
@@ -59,6 +61,7 @@ def _space(crowd: Crowd, groups: Groups) -> GroupSpace:
         lows=np.empty(max(len(crowd.middle), pairs)),
         low=np.empty(len(crowd.member)),
         pair=np.empty(pairs, dtype=np.int64),
+        key=np.empty(len(groups)),
     )
 
 
@@ -106,6 +109,31 @@ def grouped_clearance(
 
     def work(begin: int, end: int) -> None:
         group_clearance(*bodies, *index, out, _space(crowd, groups), begin, end)
+
+    bodies = placed.centres, placed.world_from_segment
+    in_pieces(work, len(placed), PIECE, threads=threads)
+    return out
+
+
+def grouped_room(
+    placed: Placed,
+    environment: Environment,
+    groups: Groups,
+    allowed: Floats,
+    *,
+    threads: int | None = None,
+) -> SegmentAnswers:
+    """Least signed distance plus the overlap that is allowed (N, G) [m] of every segment over all
+    groups, with the sphere and the polygon (P, N, 1)."""
+    crowd = crowd_of(placed)
+    field = field_of(environment, groups)
+    solids = packed_faces(environment), packed_shells(environment)
+    index = (crowd, *solids, field, np.ascontiguousarray(allowed))
+    shape = (len(placed), len(placed.window), 1)
+    out = SegmentAnswers(np.full(shape, np.inf), np.full(shape, -1), np.full(shape, -1))
+
+    def work(begin: int, end: int) -> None:
+        group_room(*bodies, *index, out, _space(crowd, groups), begin, end)
 
     bodies = placed.centres, placed.world_from_segment
     in_pieces(work, len(placed), PIECE, threads=threads)

@@ -9,6 +9,7 @@ from workbench.contact.batches import (
     Groups,
     grouped_clearance,
     grouped_collides,
+    grouped_room,
     paired_clearance,
     pays,
     touching,
@@ -37,6 +38,7 @@ __all__ = [
     "collides",
     "contacts",
     "nearest",
+    "room",
     "self_clearance",
     "self_contacts",
 ]
@@ -176,6 +178,24 @@ def clearance_of_groups(
             distance[:, :, g] = apart[:, :, list(parts)].min(axis=2, initial=np.inf)
     distance[:, ~placed.window] = np.nan
     return distance
+
+
+@by_person
+def room(placed: Placed, environment: Environment, *, grid: bool | None = None) -> Floats:
+    """Least signed clearance (P, N) [m] of every segment from all parts, the overlap that each part
+    allows added: below zero is a fault.
+
+    Infinite for segments without spheres, NaN outside the logical window. grid: as of
+    `clearance_of_groups`.
+    """
+    groups, depth = allowed_groups(placed.body, environment)
+    if pays(placed) if grid is None else grid:
+        found: Floats = grouped_room(placed, environment, groups, depth).distance[:, :, 0]
+    else:
+        apart = _plain(placed, environment)[0] + allowed_depth(placed.body, environment)
+        found = apart.min(axis=2, initial=np.inf)
+    found[:, ~placed.window] = np.nan
+    return found
 
 
 def clearance_of_rows(

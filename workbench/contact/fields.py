@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.contact.cells import pack_cells
+from workbench.contact.cells import pack_cells, with_solids
 from workbench.contact.index_cache import kept
 from workbench.contact.kernels.field import Field, fill_rows
 from workbench.contact.kernels.heads import heads_of
@@ -224,8 +224,14 @@ def _made(environment: Environment, groups: Groups) -> Field:
         solid_root=bases[count:],
         solid_span=span[count:],
         solid_rank=solids.ranks,
+        held=np.zeros(0, dtype=np.int32),
+        set_start=np.zeros(2, dtype=np.int64),
+        set_solid=np.zeros(0, dtype=np.int64),
+        set_sure=np.zeros(0, dtype=np.int64),
     )
-    _fill(field, faces, _shells(environment))
+    shells = _shells(environment)
+    field = with_solids(field, faces, shells)
+    _fill(field, faces, shells)
     return field
 
 
@@ -243,7 +249,7 @@ def _fill(field: Field, faces: Faces, shells: Shells) -> None:
         if field.root[group] >= 0:
             rows = int(field.shape[g, 0] * field.shape[g, 1])
             in_pieces(work, rows, max(rows // 32, 64))
-    pack_cells(field, square, shells)
+    pack_cells(field, square)
 
 
 def _rounding(environment: Environment) -> float:

@@ -223,7 +223,7 @@ def _raster(source: Source, options: DisplayOptions) -> bytes:
     pictures = [picture(scene, camera, options) for scene, camera in _panels(source, options)]
     image = pictures[0] if len(pictures) == 1 else strip_image(pictures, _captions(source))
     out = io.BytesIO()
-    image.save(out, "PNG", optimize=True)
+    image.save(out, "PNG")
     return out.getvalue()
 
 

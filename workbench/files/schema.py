@@ -52,7 +52,9 @@ _LONGEST = 1e4
 class FileModel(BaseModel):
     """A strict model: no unknown keys, no guessing of types, frozen."""
 
-    model_config = ConfigDict(extra="forbid", strict=True, frozen=True, allow_inf_nan=False)
+    model_config = ConfigDict(
+        extra="forbid", strict=True, frozen=True, allow_inf_nan=False, defer_build=True
+    )
 
 
 def to_metres(text: str) -> float:

@@ -11,6 +11,7 @@ from workbench.errors import InputError, UsageError
 from workbench.model.arguments import check_fields
 from workbench.model.arrays import Bools, Floats, Ints, frozen
 from workbench.model.body import Body
+from workbench.model.quaternions import cross
 from workbench.model.spool import Spool, pieces
 
 __all__ = [
@@ -249,7 +250,7 @@ def rotation_fault(matrices: Floats) -> str:
     if off.any():
         row = int(np.argmax(off))
         return f"expected rotations (3, 3), got a matrix in row {row} whose rows are not unit vectors at right angles"
-    turned = np.einsum("pi,pi->p", np.cross(matrices[:, 0], matrices[:, 1]), matrices[:, 2]) < 0
+    turned = np.einsum("pi,pi->p", cross(matrices[:, 0], matrices[:, 1]), matrices[:, 2]) < 0
     if turned.any():
         return f"expected rotations (3, 3), got a mirrored one (determinant -1) in row {int(np.argmax(turned))}"
     return ""

@@ -8,6 +8,7 @@ from workbench.model.arrays import Floats
 
 __all__ = [
     "conjugate",
+    "cross",
     "exponential",
     "from_matrices",
     "matrices",
@@ -25,26 +26,45 @@ def conjugate(q: Floats) -> Floats:
     return inverse
 
 
+def cross(a: Floats, b: Floats) -> Floats:
+    """Cross products (..., 3): what `numpy.cross` gives, in a third of its time for few vectors."""
+    ax, ay, az = a[..., 0], a[..., 1], a[..., 2]
+    bx, by, bz = b[..., 0], b[..., 1], b[..., 2]
+    return np.stack([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx], axis=-1)
+
+
 def rotate(q: Floats, v: Floats) -> Floats:
     """Vectors (..., 3) turned by quaternions (..., 4)."""
-    cross = np.cross(q[..., 1:], v)
-    return v + 2.0 * (q[..., :1] * cross + np.cross(q[..., 1:], cross))
+    once = cross(q[..., 1:], v)
+    return v + 2.0 * (q[..., :1] * once + cross(q[..., 1:], once))
 
 
 def matrices(q: Floats) -> Floats:
-    """Rotation matrices (..., 3, 3) of unit quaternions (..., 4)."""
-    columns = [rotate(q, np.broadcast_to(e, (*q.shape[:-1], 3))) for e in np.eye(3)]
-    return np.stack(columns, axis=-1)
+    """Rotation matrices (..., 3, 3) of unit quaternions (..., 4).
+
+    R = I + 2 w [v] + 2 [v] [v], [v] being the matrix of v x.
+    """
+    w, x, y, z = (q[..., k] for k in range(4))
+    found = np.empty((*q.shape[:-1], 3, 3))
+    found[..., 0, 0] = 1.0 - 2.0 * (y * y + z * z)
+    found[..., 1, 1] = 1.0 - 2.0 * (x * x + z * z)
+    found[..., 2, 2] = 1.0 - 2.0 * (x * x + y * y)
+    found[..., 0, 1] = 2.0 * (x * y - w * z)
+    found[..., 1, 0] = 2.0 * (x * y + w * z)
+    found[..., 0, 2] = 2.0 * (x * z + w * y)
+    found[..., 2, 0] = 2.0 * (x * z - w * y)
+    found[..., 1, 2] = 2.0 * (y * z - w * x)
+    found[..., 2, 1] = 2.0 * (y * z + w * x)
+    return found
 
 
 def shortest(a: Floats, b: Floats) -> Floats:
     """The smallest rotations (..., 4) that take unit vectors a to b; a half turn where they are
     opposite."""
-    cross = np.cross(a, b)
     dot = np.sum(a * b, axis=-1, keepdims=True)
-    q = np.concatenate([1.0 + dot, cross], axis=-1)
+    q = np.concatenate([1.0 + dot, cross(a, b)], axis=-1)
     length = np.linalg.norm(q, axis=-1, keepdims=True)
-    spare = np.cross(a, np.eye(3)[np.argmin(np.abs(a), axis=-1)])
+    spare = cross(a, np.eye(3)[np.argmin(np.abs(a), axis=-1)])
     spare = spare / np.linalg.norm(spare, axis=-1, keepdims=True)
     opposite = np.concatenate([np.zeros_like(dot), spare], axis=-1)
     return np.where(length > 1e-9, q / np.maximum(length, 1e-300), opposite)
@@ -104,7 +124,7 @@ def slerp(a: Floats, b: Floats, share: Floats) -> Floats:
 def multiply(a: Floats, b: Floats) -> Floats:
     """Products (..., 4) of quaternions: first b, then a."""
     w = a[..., :1] * b[..., :1] - np.sum(a[..., 1:] * b[..., 1:], axis=-1, keepdims=True)
-    v = a[..., :1] * b[..., 1:] + b[..., :1] * a[..., 1:] + np.cross(a[..., 1:], b[..., 1:])
+    v = a[..., :1] * b[..., 1:] + b[..., :1] * a[..., 1:] + cross(a[..., 1:], b[..., 1:])
     return np.concatenate([w, v], axis=-1)
 
 

@@ -15,6 +15,7 @@ References
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -94,8 +95,9 @@ def stops(body: Body, poses: Poses) -> StopMargins:
     of_joint = [
         _Nearest(margin[:, j], axis[:, j], side[:, j], legal[:, j]) for j in range(count[1])
     ]
-    for j in _joints_of_kind(body, StopKind.CONE):
-        _cone(angles[:, j, :2], limits[:, j, :2], of_joint[j])
+    cones = _joints_of_kind(body, StopKind.CONE)
+    _cones(angles[:, cones, :2], limits[:, cones, :2], [of_joint[j] for j in cones])
+    for j in cones:
         _twist(angles[:, j, 2], limits[:, j, 2], of_joint[j])
     for j in _joints_of_kind(body, StopKind.HINGE):
         _hinge(angles[:, j], limits[:, j], float(body.stops.play[j]), of_joint[j])
@@ -193,13 +195,19 @@ def _clamped(body: Body, angles: Floats, limits: Floats) -> Floats:
     return legal
 
 
-def _cone(swing: Floats, limits: Floats, result: _Nearest) -> None:
-    """Measure swings (P, 2) against their four half-angles (P, 2, 2)."""
-    point, distance, normal = nearest_on_cone(swing, limits)
-    result.margin[:] = distance
-    result.axis[:] = np.argmax(np.abs(normal), axis=1)
-    result.side[:] = np.take_along_axis(normal, result.axis[:, None], axis=1)[:, 0] < 0
-    result.legal[:, :2] = np.where(distance[:, None] < 0, point, swing)
+def _cones(swing: Floats, limits: Floats, results: Sequence[_Nearest]) -> None:
+    """Measure swings (P, C, 2) of C joints against their four half-angles (P, C, 2, 2)."""
+    every = (len(swing), len(results))
+    found = nearest_on_cone(swing.reshape(-1, 2), limits.reshape(-1, 2, 2))
+    point, distance, normal = (values.reshape(*every, *values.shape[1:]) for values in found)
+    axis = np.argmax(np.abs(normal), axis=2)
+    side = np.take_along_axis(normal, axis[..., None], axis=2)[..., 0] < 0
+    legal = np.where(distance[..., None] < 0, point, swing)
+    for c, result in enumerate(results):
+        result.margin[:] = distance[:, c]
+        result.axis[:] = axis[:, c]
+        result.side[:] = side[:, c]
+        result.legal[:, :2] = legal[:, c]
 
 
 def _hinge(angles: Floats, limits: Floats, play: float, result: _Nearest) -> None:

@@ -11,10 +11,7 @@ from workbench.files.output_folder import write_folder
 from workbench.files.parquet import has_parquet, parquet_bytes
 from workbench.files.results.result import ResultFile, dump_json
 from workbench.model.result import Result
-from workbench.report.motions.pictures import motion_film
-from workbench.report.motions.rows import motion_tables
 from workbench.report.page import page
-from workbench.report.population.rows import population_lines, population_tables
 from workbench.report.postures.envelopes.rows import envelope_solids
 from workbench.report.postures.rows import postures_tables
 from workbench.report.result_rows import result_file
@@ -61,6 +58,8 @@ def write_report(
     files: dict[str, Content] = {"result.json": dump_json(rows), **_tables(result, rows)}
     name = ""
     if film:
+        from workbench.report.motions.pictures import motion_film  # not loaded for other studies
+
         name, content = motion_film([m.study for m in result.motions], progress=progress)
         files[name] = content
     files["report.html"] = page(result, rows, files=list(files), film=name, progress=progress)
@@ -75,8 +74,12 @@ def _tables(result: Result, rows: ResultFile) -> dict[str, Content]:
         files |= postures_tables(rows.postures)
         files |= envelope_solids(result.postures)
     if result.motions:
+        from workbench.report.motions.rows import motion_tables  # not loaded for other studies
+
         files |= motion_tables(result.motions, rows)
     if result.population is not None and rows.population is not None:
+        from workbench.report.population.rows import population_tables
+
         tables = population_tables(result.population, rows.population)
         files |= tables
         if has_parquet():
@@ -87,7 +90,11 @@ def _tables(result: Result, rows: ResultFile) -> dict[str, Content]:
 def report_lines(result: Result, rows: ResultFile) -> list[str]:
     """What the command line says before the headline: what leaves people out, and a line for each
     verdict."""
-    lines = population_lines(result.population) if result.population is not None else []
+    lines = []
+    if result.population is not None:
+        from workbench.report.population.rows import population_lines
+
+        lines = population_lines(result.population)
     several = len(rows.motions) > 1
     for verdict in rows.verdicts:
         about = (verdict.name, verdict.row, verdict.motion if several else None)

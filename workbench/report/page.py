@@ -9,8 +9,6 @@ from markupsafe import Markup
 from workbench.files.results.result import ResultFile, VerdictRow
 from workbench.model.environment import Environment
 from workbench.model.result import Result
-from workbench.report.motions.section import motion_words, motions_section
-from workbench.report.population.section import population_section, population_words
 from workbench.report.postures.section import postures_section
 from workbench.report.templates import template
 from workbench.report.words import adjusted_line, part_count
@@ -67,8 +65,13 @@ def _people(result: Result, rows: ResultFile) -> list[str]:
         lines += [f"{lead}{person.name}: {person.description}" for person in found.people]
     for there in result.postures:
         lines += adjusted_line(there.environment, there.row)
-    lines += list(dict.fromkeys(motion_words(motion) for motion in rows.motions))
+    if rows.motions:
+        from workbench.report.motions.section import motion_words  # not loaded for other studies
+
+        lines += list(dict.fromkeys(motion_words(motion) for motion in rows.motions))
     if result.population is not None and rows.population is not None:
+        from workbench.report.population.section import population_words
+
         lines.append(population_words(result.population, rows.population.role))
         if not result.postures:
             lines += adjusted_line(result.population.place.environment)
@@ -86,7 +89,11 @@ def _sections(result: Result, rows: ResultFile, film: str, say: Say) -> list[Mar
     for postures, some in zip(result.postures, rows.postures, strict=True):
         found.append(postures_section(postures, some, say))
     if result.motions:
+        from workbench.report.motions.section import motions_section  # not loaded for other studies
+
         found.append(motions_section(result, rows, film=film, say=say))
     if result.population is not None:
+        from workbench.report.population.section import population_section
+
         found.append(population_section(result.population, say))
     return found

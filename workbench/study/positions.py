@@ -38,7 +38,7 @@ from workbench.model.content import content_key
 from workbench.model.environment import Seat
 from workbench.model.workplace import Workplace
 from workbench.study.checks.margins import Asked, Margins, no_margins
-from workbench.study.checks.table import CHECKS, REACHING, SAME_EVERYWHERE, margins_of
+from workbench.study.checks.table import CHECKS, REACHING, SAME_EVERYWHERE, margins_of, needs_hands
 from workbench.study.settings import (
     at_setting,
     nominal_setting,
@@ -385,27 +385,34 @@ def _judge(search: _Search, people: Ints, positions: Floats) -> None:
     wanted = [situation.rows(people) for situation in search.wanted]
     situations = in_positions(search.place, search.who.rows(people), positions, wanted)
     left = np.arange(len(people))
-    for stage in _stages(search.asked):
-        if not stage.any():
-            continue
-        asked = [search.asked[r] for r in np.flatnonzero(stage).tolist()]
-        some = situations
-        if len(left) < len(people):
-            some = [situation.rows(left) for situation in situations]
-        found.put(left, np.flatnonzero(stage), margins_of(some, asked))
-        known = known | stage
-        left = left[_hopeful(search, people[left], found.margin[left], known)]
-        if not len(left):
-            return
+    for level in range(REACHING + 1):
+        for stage in _stages(search, people[left], level):
+            asked = [search.asked[r] for r in np.flatnonzero(stage).tolist()]
+            some = situations
+            if len(left) < len(people):
+                some = [situation.rows(left) for situation in situations]
+            found.put(left, np.flatnonzero(stage), margins_of(some, asked))
+            known = known | stage
+            left = left[_hopeful(search, people[left], found.margin[left], known)]
+            if not len(left):
+                return
     whole = Tried(found.margin, found.words, found.toward, position_of(situations[0]))
     _keep(search, people[left], whole.rows(left))
 
 
-def _stages(asked: Sequence[Asked]) -> list[Bools]:
-    """The requirements (R,) that are asked one after the other, the cheapest first."""
-    cost = np.array([CHECKS[one.requirement.check].cost for one in asked])
-    movable = _movable(asked)
-    return [(cost == level) & movable for level in range(REACHING + 1)]
+def _stages(search: _Search, people: Ints, level: int) -> list[Bools]:
+    """The requirements (R,) of a level of cost, in the order in which they are asked of people (N,).
+
+    What needs the hands on their controls comes last. Of reaches, the dearest, those come first
+    that somebody misses in his best position: nine in ten positions that are no better are given
+    up by these.
+    """
+    cost = np.array([CHECKS[one.requirement.check].cost for one in search.asked])
+    every = (cost == level) & _movable(search.asked)
+    last = np.array([needs_hands(search.wanted[one.case], one) for one in search.asked])
+    if level == REACHING:
+        last = np.all(~(search.best.tried.margin[people] < -MET), axis=0)
+    return [stage for stage in (every & ~last, every & last) if stage.any()]
 
 
 def _hopeful(search: _Search, people: Ints, margin: Floats, known: Bools) -> Ints:

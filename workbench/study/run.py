@@ -11,12 +11,7 @@ from workbench.model.motion_case import Agreement, MotionCase
 from workbench.model.population_found import PopulationFound
 from workbench.model.result import MotionFound, PosturesFound, Result, Verdict
 from workbench.model.study import Study
-from workbench.study.accommodation.accommodation import accommodation
-from workbench.study.accommodation.share_verdicts import share_verdicts
 from workbench.study.checks.table import between_verdict
-from workbench.study.crash.crash import motion_found, motions_agree
-from workbench.study.executors import dask_executor
-from workbench.study.motion_cases import motion_cases
 from workbench.study.people import people_found, present_people
 from workbench.study.provenance import hashes, people_hash, versions
 
@@ -73,7 +68,7 @@ def _people(study: Study) -> Result:
     for size, single in study.by_size() if study.postures else ():
         there = present_people(single)
         postures.append(_of_size(people_found(single, there), size))
-    motions = tuple(motion_found(case) for case in motion_cases(study)) if study.motions else ()
+    motions = _motions(study) if study.motions else ()
     verdicts = [verdict for posture in postures for verdict in posture.verdicts]
     verdicts += [verdict for motion in motions for verdict in motion.verdicts]
     verdicts += _between(study, [motion.study for motion in motions])
@@ -88,6 +83,14 @@ def _people(study: Study) -> Result:
         motions=motions,
         agreements=_agreements(study, motions),
     )
+
+
+def _motions(study: Study) -> tuple[MotionFound, ...]:
+    """The motions of a study, each found by itself."""
+    from workbench.study.crash.crash import motion_found  # not loaded for other studies
+    from workbench.study.motion_cases import motion_cases
+
+    return tuple(motion_found(case) for case in motion_cases(study))
 
 
 def _between(study: Study, motions: Sequence[MotionCase]) -> Iterator[Verdict]:
@@ -109,6 +112,8 @@ def _agreements(study: Study, motions: Sequence[MotionFound]) -> tuple[Agreement
     """How near the second of two motions that are compared is to the first, of the first role."""
     if study.compare is None:
         return ()
+    from workbench.study.crash.crash import motions_agree  # not loaded for other studies
+
     role = study.roles[0].name
     one, two = (
         next(m.study for m in motions if (m.study.case, m.study.person) == (name, role))
@@ -130,6 +135,11 @@ def _warnings(sections: Sequence[tuple[str, tuple[str, ...]]]) -> list[str]:
 
 def _population(study: Study, keep: Path | None, say: Say, cluster: str | None) -> Result:
     """A population, by this machine or by a cluster; and who is beside it."""
+    # not loaded for other studies
+    from workbench.study.accommodation.accommodation import accommodation
+    from workbench.study.accommodation.share_verdicts import share_verdicts
+    from workbench.study.executors import dask_executor
+
     there = present_people(study) if len(study.roles) > 1 else None
     beside = () if there is None else (people_found(study, there),)
     if cluster is None:

@@ -16,7 +16,7 @@ import numpy as np
 from workbench.body.forward import place
 from workbench.body.parts import moved
 from workbench.contact.collide import nearest, self_clearance
-from workbench.model.arrays import Floats, Ints
+from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.body import Body, stack_bodies
 from workbench.model.contacts import Clearance
 from workbench.model.driving import DrivingAims, Package
@@ -40,6 +40,7 @@ __all__ = [
     "feet_of",
     "in_place",
     "join_situations",
+    "moved_by_hands",
     "package_of",
     "position_of",
     "seating_of",
@@ -280,23 +281,6 @@ def take_places(seating: Seating, who: Occupants, positions: Floats | None = Non
         (B, 2) [m] forward and up, where the seat of each stands. None: where it is comfortable
         within its travel.
     """
-    if seating.seat is None or positions is None or seating.driving is not None:
-        return _taken(seating, who, positions)
-    parts = []
-    order = []
-    distinct, which = np.unique(positions, axis=0, return_inverse=True)
-    for k, (forward, up) in enumerate(distinct.tolist()):
-        rows = np.flatnonzero(which.ravel() == k)
-        held = replace(seating, seat=seating.seat.held(forward, up))
-        parts.append(_taken(held, who.rows(rows)))
-        order.append(rows)
-    back = np.argsort(np.concatenate(order), kind="stable")
-    return parts[0] if len(parts) == 1 else _join_taken(parts).rows(back)
-
-
-def _taken(seating: Seating, who: Occupants, positions: Floats | None = None) -> Taken:
-    """People with the seat where it is comfortable within the travel of the seating; drivers with it
-    in positions (B, 2) [m] where these are given."""
     body = who.body
     poses = _pose_of_each(seating, body)
     if seating.seat is None:
@@ -304,7 +288,9 @@ def _taken(seating: Seating, who: Occupants, positions: Floats | None = None) ->
             poses = _standing(body, poses, seating.stand)
         return Taken(poses, None)
     if seating.driving is None:
-        found = seat(body, poses, seating.seat, eye=seating.eye, pedals=seating.pedals)
+        found = seat(
+            body, poses, seating.seat, eye=seating.eye, pedals=seating.pedals, held=positions
+        )
         return Taken(found.poses, found)
     assert seating.package is not None and seating.pedals is not None
     driven = driving_posture(
@@ -388,6 +374,26 @@ def with_hands(situation: Situation) -> Situation:
         if hand in HANDS:
             situation = _with_hand(situation, hand, controls[name])
     return situation
+
+
+def moved_by_hands(situation: Situation) -> Bools:
+    """(S,) the spheres that are elsewhere with the hands on the controls that they hold: those
+    beyond the joints that this turns, and those that share in the turns of these joints."""
+    body = situation.body
+    aims = situation.work.aims
+    turned = np.zeros(len(body.joints), dtype=np.bool_)
+    controls = {control.name: control for control in situation.environment.controls}
+    for hand, name in aims.controls.items() if aims is not None else ():
+        if hand in HANDS:
+            control = controls[name]
+            turned[list(limb(body, hand, grip=control.grip, zone=control.zone).free)] = True
+    moved = np.zeros(len(body.segments), dtype=np.bool_)
+    for n in range(1, len(body.segments)):
+        moved[n] = moved[body.parent[n]] or turned[n - 1]  # joint n - 1 bears segment n
+    shared = turned[body.blend_joint] & (body.blend_joint >= 0)
+    twisted = turned[body.topology.twist_joint] & (body.topology.twist_joint >= 0)
+    found: Bools = (moved | twisted)[body.sphere_segment] | shared
+    return found
 
 
 def _with_hand(situation: Situation, name: str, control: Control) -> Situation:

@@ -12,8 +12,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.linalg import LinAlgError, cho_factor, cho_solve
-from scipy.special import gammaincc
 
 from workbench.body.people.scores import Scores
 from workbench.errors import InputError
@@ -110,6 +108,8 @@ def improbability(scores: Scores, given: Mapping[str, ArrayLike]) -> Improbabili
     InputError
         If a measure is unknown, a value not positive, or a given measure follows from the others.
     """
+    from scipy.special import gammaincc  # takes a sixth of a second to load
+
     columns, values = _given(scores, given)
     z = scores.to_scores(values, columns)
     precision = _solve(scores, columns, np.eye(len(columns)))
@@ -139,6 +139,8 @@ def _given(scores: Scores, given: Mapping[str, ArrayLike]) -> tuple[list[int], F
 
 def _solve(scores: Scores, columns: list[int], right: Any) -> Floats:
     """R_gg^-1 times `right` (K, n), by Cholesky's factorization."""
+    from scipy.linalg import LinAlgError, cho_factor, cho_solve  # takes a sixth of a second to load
+
     if not columns:
         return np.empty((0, np.shape(right)[1]))
     try:

@@ -30,8 +30,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-from scipy.linalg import cho_factor, cho_solve
-from scipy.special import ndtr
 
 from workbench.body.people.conditional import condition
 from workbench.body.people.fit import fit_population
@@ -161,6 +159,8 @@ def _synthetic_people(
     stream: np.random.SeedSequence,
 ) -> Floats:
     """(number, M) measures [m; kg] of synthetic people of one sex."""
+    from scipy.special import ndtr  # takes a sixth of a second to load
+
     scores = scores_of(model, sex)
     every = range(len(scores.names))
     noise = np.random.Generator(np.random.PCG64(stream)).standard_normal((number, len(every)))
@@ -205,6 +205,8 @@ def _lending(
     scores: Scores, lenders: Population, own: Floats, given: Mapping[str, float]
 ) -> Floats:
     """(N,) weight with which each measured person, of scores `own` (N, M), is picked."""
+    from scipy.linalg import cho_factor, cho_solve  # takes a sixth of a second to load
+
     weight = lenders.weight
     columns = scores.columns(given)
     if not columns:

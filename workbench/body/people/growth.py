@@ -19,7 +19,6 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.special import ndtr, ndtri
 
 from workbench.errors import InputError
 from workbench.model.arrays import Floats
@@ -61,6 +60,8 @@ def growth_values(growth: Growth, sex: str, percentiles: ArrayLike, *, age: floa
     InputError
         If a percentile or the age is out of the range of the charts.
     """
+    from scipy.special import ndtri  # takes a sixth of a second to load
+
     levels = np.atleast_1d(np.asarray(percentiles, dtype=np.float64))
     wrong = levels[~((levels >= _MIN_PERCENTILE) & (levels <= _MAX_PERCENTILE))]
     if wrong.size:
@@ -101,6 +102,8 @@ def growth_percentile(
     InputError
         If a value is not positive, or measure or age are not in the charts.
     """
+    from scipy.special import ndtr  # takes a sixth of a second to load
+
     x = np.asarray(values, dtype=np.float64)
     if not np.all((x > 0) & np.isfinite(x)):
         raise InputError(f"{measure}: positive values are needed, got {values!r}")

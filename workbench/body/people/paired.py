@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.special import bdtr
 
 from workbench.body.people.share import checked_weights, effective_count, wilson_interval
 from workbench.errors import InputError
@@ -157,6 +156,8 @@ def _outcome_correlation(table: _FourfoldTable, people: float) -> float:
 
 def _mcnemar_p_value(gainers: int, losers: int) -> float:
     """Two-sided p-value: twice the lesser tail of a fair coin, thrown once for each who changed."""
+    from scipy.special import bdtr  # takes a sixth of a second to load
+
     changed = gainers + losers
     if not changed:
         return 1.0

@@ -11,7 +11,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.special import ndtri
 
 from workbench.errors import InputError
 from workbench.model.arrays import Floats
@@ -102,6 +101,8 @@ def normal_scores(people: Population) -> Floats:
 
     A value's score is the normal quantile of its middle rank. Equal values share theirs.
     """
+    from scipy.special import ndtri  # takes a sixth of a second to load
+
     scores = np.empty_like(people.measures)
     for k, column in enumerate(people.measures.T):
         _, each = np.unique(column, return_inverse=True)
@@ -111,6 +112,8 @@ def normal_scores(people: Population) -> Floats:
 
 
 def _model_scores(model: PopulationModel, sex: str) -> Scores:
+    from scipy.special import ndtri  # takes a sixth of a second to load
+
     row = sex_index(sex, model.sexes)
     edge = 0.5 / float(model.count[row])  # the least of n people is the middle of the lowest n-th
     scores = ndtri(np.clip(model.levels, edge, 1 - edge))

@@ -1,14 +1,15 @@
-"""Cells of a grid that the surface of a solid may run through: elsewhere a whole cell is inside or
-outside."""
+"""Cells of a grid and a solid: those that its surface may run through, and those that lie inside
+as a whole."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from workbench.compiled import inner, njit
+from workbench.contact.kernels.inside import inside_part
 from workbench.geometry.polygon import RECORD
 
-__all__ = ["mark_solids"]
+__all__ = ["mark_solid"]
 
 HAIR = 1e-3
 """Widening of what is marked as a part of a cell's edge, more than any rounding of a point's
@@ -18,20 +19,22 @@ ROUNDING = 1e-6
 
 
 @inner
-def _mark(cells, field, g, low, high):  # type: ignore[no-untyped-def]
-    """Set the cells (nx, ny, nz) of grid g that a box low..high (3,) meets."""
+def _mark(cells, first, field, g, low, high):  # type: ignore[no-untyped-def]
+    """Set those of the cells (nx, ny, nz) of grid g, from cell first (3,) on, that a box low..high
+    (3,) meets."""
     nx, ny, nz = cells.shape
     per = field.grid[g, 4]
-    spare = HAIR + ROUNDING * max(nx, ny, nz) + field.grid[g, 6] * per
+    most = max(field.shape[g, 0], field.shape[g, 1], field.shape[g, 2])
+    spare = HAIR + ROUNDING * most + field.grid[g, 6] * per
     a = (
-        (low[0] - field.grid[g, 0]) * per,
-        (low[1] - field.grid[g, 1]) * per,
-        (low[2] - field.grid[g, 2]) * per,
+        (low[0] - field.grid[g, 0]) * per - first[0],
+        (low[1] - field.grid[g, 1]) * per - first[1],
+        (low[2] - field.grid[g, 2]) * per - first[2],
     )
     b = (
-        (high[0] - field.grid[g, 0]) * per,
-        (high[1] - field.grid[g, 1]) * per,
-        (high[2] - field.grid[g, 2]) * per,
+        (high[0] - field.grid[g, 0]) * per - first[0],
+        (high[1] - field.grid[g, 1]) * per - first[1],
+        (high[2] - field.grid[g, 2]) * per - first[2],
     )
     for i in range(max(int(np.floor(a[0] - spare)), 0), min(int(np.floor(b[0] + spare)) + 1, nx)):
         for j in range(
@@ -44,21 +47,55 @@ def _mark(cells, field, g, low, high):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, nogil=True)
-def mark_solids(cells, field, shells, g):  # type: ignore[no-untyped-def]
-    """Set those of the cells (nx, ny, nz) of grid g, that of group g itself, that a polygon of a
-    solid of the group may run through; all within the box of a solid that is not closed, since a
-    winding number changes anywhere."""
+def _mark_surface(touched, first, field, g, s):  # type: ignore[no-untyped-def]
+    """Set the cells that a polygon of solid s may run through."""
     low = np.empty(3)
     high = np.empty(3)
-    for s in range(field.solid_start[g], field.solid_start[g + 1]):
-        if shells.closed[field.solid_part[s]] == 0:
-            _mark(cells, field, g, field.solid_span[s, :3], field.solid_span[s, 3:])
-            continue
-        for rank in range(field.solid_rank[s, 0], field.solid_rank[s, 1]):
-            low[:] = np.inf
-            high[:] = -np.inf
-            for e in range(field.begin[rank] + RECORD, field.begin[rank + 1], 6):
-                for axis in range(3):
-                    low[axis] = min(low[axis], field.record[e + axis])
-                    high[axis] = max(high[axis], field.record[e + axis])
-            _mark(cells, field, g, low, high)
+    for rank in range(field.solid_rank[s, 0], field.solid_rank[s, 1]):
+        low[:] = np.inf
+        high[:] = -np.inf
+        for e in range(field.begin[rank] + RECORD, field.begin[rank + 1], 6):
+            for axis in range(3):
+                low[axis] = min(low[axis], field.record[e + axis])
+                high[axis] = max(high[axis], field.record[e + axis])
+        _mark(touched, first, field, g, low, high)
+
+
+@njit(cache=True, nogil=True)
+def mark_solid(touched, inside, first, faces, shells, field, g, s, stack):  # type: ignore[no-untyped-def]
+    """Tell the cells of a block of grid g, that of group g itself, apart by solid s.
+
+    Parameters
+    ----------
+    touched, inside : (nx, ny, nz)
+        Set where the surface of the solid may run through a cell, and where a cell lies inside it
+        as a whole. All cells are touched where the solid is not closed, since a winding number
+        changes anywhere then.
+    first : (3,)
+        The first cell of the block.
+    faces, shells, field : Faces, Shells, Field
+        The environment.
+    stack : (64,)
+        Working space.
+    """
+    if shells.closed[field.solid_part[s]] == 0:
+        _mark(touched, first, field, g, field.solid_span[s, :3], field.solid_span[s, 3:])
+        return
+    _mark_surface(touched, first, field, g, s)
+    h = field.grid[g, 3]
+    nx, ny, nz = touched.shape
+    for i in range(nx):
+        x = field.grid[g, 0] + (first[0] + i + 0.5) * h
+        for j in range(ny):
+            y = field.grid[g, 1] + (first[1] + j + 0.5) * h
+            known = False
+            sunk = False
+            for k in range(nz):
+                if touched[i, j, k]:
+                    known = False
+                    continue
+                if not known:  # as the cell before, where no surface lies between them
+                    z = field.grid[g, 2] + (first[2] + k + 0.5) * h
+                    sunk = inside_part(x, y, z, faces, shells, field.solid_part[s], stack)
+                    known = True
+                inside[i, j, k] = sunk

@@ -93,6 +93,15 @@ class Field(NamedTuple):
     """(., 6) its low and high [m]."""
     solid_rank: NDArray[np.int64]
     """(., 2) first and last of its ranks."""
+    held: NDArray[np.int32]
+    """(.,) number of the set of solids that may hold points of the cell that begins at each node, 0
+    for none."""
+    set_start: NDArray[np.int64]
+    """(H + 1,) where each set begins."""
+    set_solid: NDArray[np.int64]
+    """(.,) the solids of each set, by their places in the arrays above."""
+    set_sure: NDArray[np.int64]
+    """(.,) 1 where all of the cell lies inside the solid."""
 
 
 @inlined
@@ -161,6 +170,19 @@ def _grid_bound(x, y, z, field, g):  # type: ignore[no-untyped-def]
 
 
 @inlined
+def _solids_at(x, y, z, field, g):  # type: ignore[no-untyped-def]
+    """The set of solids that may hold a point: where it begins and ends."""
+    per = field.grid[g, 4]
+    ny = field.shape[g, 1]
+    nz = field.shape[g, 2]
+    i = _clamped((x - field.grid[g, 0]) * per, field.shape[g, 0])[1]
+    j = _clamped((y - field.grid[g, 1]) * per, ny)[1]
+    k = _clamped((z - field.grid[g, 2]) * per, nz)[1]
+    n = field.held[field.shape[g, 3] + (i * ny + j) * nz + k]
+    return field.set_start[n], field.set_start[n + 1]
+
+
+@inlined
 def square_bound(x, y, z, field, g):  # type: ignore[no-untyped-def]
     """A lower bound of the squared distance of a point to a group, and True where it surely is
     outside all solids."""
@@ -169,8 +191,9 @@ def square_bound(x, y, z, field, g):  # type: ignore[no-untyped-def]
         low = max(low, _grid_bound(x, y, z, field, field.wide[g])[0])
     if sure == 0:
         sure = 1
-        for s in range(field.solid_start[g], field.solid_start[g + 1]):
-            if not _beyond(x, y, z, field.solid_span, s):
+        first, last = _solids_at(x, y, z, field, g)
+        for m in range(first, last):
+            if field.set_sure[m] or not _beyond(x, y, z, field.solid_span, field.set_solid[m]):
                 sure = 0
     return low, sure > 0
 
@@ -300,28 +323,44 @@ def reaches(x, y, z, r, field, g, allowed, stack, gaps):  # type: ignore[no-unty
 
 @inner
 def deepest(x, y, z, faces, shells, field, g, stack, gaps):  # type: ignore[no-untyped-def]
-    """Depth of a point in the solids of a group and the nearest polygon (rank) of the one it is
-    deepest in, or -1."""
+    """Depth of a point of the grid in the solids of a group and the nearest polygon (rank) of the
+    one it is deepest in, or -1."""
     depth = -1.0
     rank = -1
-    for s in range(field.solid_start[g], field.solid_start[g + 1]):
+    near = near_polygon(x, y, z, field, g)
+    first, last = _solids_at(x, y, z, field, g)
+    for m in range(first, last):
+        s = field.set_solid[m]
         if _beyond(x, y, z, field.solid_span, s):
             continue
-        if inside_part(x, y, z, faces, shells, field.solid_part[s], stack):
-            square, f = nearest_in(x, y, z, field, field.solid_root[s], -1, np.inf, stack, gaps)
+        if field.set_sure[m] or inside_part(x, y, z, faces, shells, field.solid_part[s], stack):
+            own = field.solid_rank[s, 0] <= near < field.solid_rank[s, 1]
+            hint = near if own else -1
+            square, f = nearest_in(x, y, z, field, field.solid_root[s], hint, np.inf, stack, gaps)
             if math.sqrt(square) > depth:
                 depth = math.sqrt(square)
                 rank = f
     return depth, rank
 
 
+@inner
+def _is_inside(x, y, z, faces, shells, field, g, stack):  # type: ignore[no-untyped-def]
+    """Whether a point is inside any solid of a group."""
+    for s in range(field.solid_start[g], field.solid_start[g + 1]):
+        if inside_part(x, y, z, faces, shells, field.solid_part[s], stack):
+            return True
+    return False
+
+
 @inlined
 def deepest_may_be(x, y, z, field, g, rank, way):  # type: ignore[no-untyped-def]
     """No less than the depth of a point in the solids of a group, `way` being the distance to the
     polygon of a rank."""
-    for s in range(field.solid_start[g], field.solid_start[g + 1]):
+    first, last = _solids_at(x, y, z, field, g)
+    for m in range(first, last):
+        s = field.set_solid[m]
         mine = field.solid_rank[s, 0] <= rank < field.solid_rank[s, 1]
-        if not mine and not _beyond(x, y, z, field.solid_span, s):
+        if not mine and (field.set_sure[m] or not _beyond(x, y, z, field.solid_span, s)):
             return np.inf
     return way * (1.0 + 1e-12)
 
@@ -349,7 +388,7 @@ def fill_rows(faces, shells, field, square, g, group, stack, gaps, begin, end): 
             gap, hint = nearest_in(x, y, z, field, field.root[group], hint, np.inf, stack, gaps)
             # where no surface can lie between two nodes they are on the same side
             if solids and free - field.grid[g, 6] <= h * (1.0 + 1e-6):
-                sunk = deepest(x, y, z, faces, shells, field, g, stack, gaps)[1] >= 0
+                sunk = _is_inside(x, y, z, faces, shells, field, g, stack)
             free = math.sqrt(gap)
             low = np.float32(max(free - field.grid[g, 6], 0.0) ** 2 * (1.0 - 2e-7))
             at = field.shape[g, 3] + row * nz + k

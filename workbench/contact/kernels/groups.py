@@ -36,9 +36,14 @@ __all__ = [
     "cluster_hub",
     "group_clearance",
     "group_collides",
+    "group_room",
     "may_touch",
     "witness_points",
 ]
+
+
+HAIR = 1e-12
+"""More [m] than the rounding of a room less what is allowed."""
 
 
 class Crowd(NamedTuple):
@@ -87,6 +92,8 @@ class GroupSpace(NamedTuple):
     """(S,) lower bound [m] of each sphere."""
     pair: NDArray[np.int64]
     """(N G,) segments and groups that may collide, as n G + g."""
+    key: NDArray[np.float64]
+    """(G,) lower bound [m] of the room that a segment has from each group."""
 
 
 @inlined
@@ -194,9 +201,10 @@ def _bound_clusters(centres, world, p, crowd, n, field, g, lows):  # type: ignor
 
 
 @inlined
-def _bound_spheres(centres, world, p, crowd, n, field, g, space):  # type: ignore[no-untyped-def]
-    """Write lower bounds [m] of the distances of those spheres that may be the nearest into
-    space.low, infinite for the others; returns an upper bound of the least.
+def _bound_spheres(centres, world, p, crowd, n, field, g, most, space):  # type: ignore[no-untyped-def]
+    """Write lower bounds [m] of the distances of those spheres that may be the nearest, and no
+    farther than `most`, into space.low, infinite for the others; returns an upper bound of the
+    least.
 
     Clusters are opened from the nearest on, until the next is farther than that.
     """
@@ -204,7 +212,6 @@ def _bound_spheres(centres, world, p, crowd, n, field, g, space):  # type: ignor
     b = crowd.start[n + 1]
     for i in range(crowd.first[a], crowd.first[b]):
         space.low[i] = np.inf
-    most = np.inf
     for _ in range(a, b):
         c = _least(space.lows, a, b)
         if space.lows[c] > most:
@@ -221,14 +228,15 @@ def _bound_spheres(centres, world, p, crowd, n, field, g, space):  # type: ignor
 
 
 @inlined
-def _segment(centres, world, p, crowd, n, faces, shells, field, g, space):  # type: ignore[no-untyped-def]
-    """Least signed distance [m] of segment n to a group, with the sphere and the polygon.
+def _segment(centres, world, p, crowd, n, faces, shells, field, g, most, space):  # type: ignore[no-untyped-def]
+    """Least signed distance [m] of segment n to a group, with the sphere and the polygon; infinite,
+    -1 and -1 where it is more than `most`.
 
     Spheres are measured from the one with the least bound on, until the next bound is more than the
     least distance.
     """
     _bound_clusters(centres, world, p, crowd, n, field, g, space.lows)
-    most = _bound_spheres(centres, world, p, crowd, n, field, g, space)
+    most = _bound_spheres(centres, world, p, crowd, n, field, g, most, space)
     begin = crowd.first[crowd.start[n]]
     end = crowd.first[crowd.start[n + 1]]
     low = space.low
@@ -261,10 +269,54 @@ def group_clearance(centres, world, crowd, faces, shells, field, out, space, beg
             for g in range(len(field.root)):
                 if field.root[g] < 0:
                     continue
-                d, s, f = _segment(centres, world, p, crowd, n, faces, shells, field, g, space)
+                d, s, f = _segment(
+                    centres, world, p, crowd, n, faces, shells, field, g, np.inf, space
+                )
                 out.distance[p, n, g] = d
                 out.sphere[p, n, g] = s
                 out.polygon[p, n, g] = int(field.record[field.begin[f] + 8])
+
+
+@inlined
+def _bound_groups(world, p, crowd, n, field, allowed, key):  # type: ignore[no-untyped-def]
+    """Write lower bounds [m] of the room of segment n from each group into key, infinite for empty
+    ones: by the sphere around the segment."""
+    x, y, z = carried(world, p, n, crowd.around[n, 0], crowd.around[n, 1], crowd.around[n, 2])
+    for g in range(len(key)):
+        key[g] = np.inf
+        if field.root[g] >= 0:
+            key[g] = _cluster_bound(x, y, z, crowd.big[n], field, g) + allowed[n, g]
+
+
+@batch_loop
+def group_room(centres, world, crowd, faces, shells, field, allowed, out, space, begin, end):  # type: ignore[no-untyped-def]
+    """Least signed clearance of every segment, the overlap that is allowed added, over all groups,
+    for the poses begin..end.
+
+    centres (P, S, 3), world (P, N, 3, 4), allowed (N, G) [m]; out: SegmentAnswers of one group,
+    filled where shown; space: GroupSpace. Groups are asked from the least bound on, each for what
+    is nearer than the nearest so far.
+    """
+    for p in range(begin, end):
+        for n in range(len(crowd.shown)):
+            if crowd.shown[n] == 0 or crowd.start[n] == crowd.start[n + 1]:
+                continue
+            _bound_groups(world, p, crowd, n, field, allowed, space.key)
+            best = np.inf
+            for _ in range(len(field.root)):
+                g = _least(space.key, 0, len(field.root))
+                if space.key[g] > best or space.key[g] == np.inf:
+                    break
+                space.key[g] = np.inf
+                most = best - allowed[n, g] + HAIR
+                d, s, f = _segment(
+                    centres, world, p, crowd, n, faces, shells, field, g, most, space
+                )
+                if s >= 0 and d + allowed[n, g] < best:
+                    best = d + allowed[n, g]
+                    out.distance[p, n, 0] = best
+                    out.sphere[p, n, 0] = s
+                    out.polygon[p, n, 0] = int(field.record[field.begin[f] + 8])
 
 
 @njit(cache=True, nogil=True)

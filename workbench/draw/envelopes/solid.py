@@ -48,7 +48,7 @@ def envelope_view(envelope: Envelope, scene: Scene, view: str, *, size: int = 52
     """
     camera = _camera(envelope, scene, view, size)
     image = io.BytesIO()
-    disks(scene, camera).save(image, "PNG", optimize=True)
+    disks(scene, camera).save(image, "PNG")
     text = base64.b64encode(image.getvalue()).decode("ascii")
     return (
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {size} {size}" width="{size}" role="img" '

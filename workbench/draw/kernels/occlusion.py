@@ -45,6 +45,8 @@ _MAX_SPANS = 24
 after it, give fewer."""
 _MIN_GAP = 1e-9
 """[rad] or share of a line: a gap between two intervals no wider than this is rounding."""
+_HAIR = 1e-6
+"""Widening [pixels] of what is sought in the grid, more than any rounding of a point's cell."""
 _EMPTY = (0.0, -1.0)
 """An interval that holds nothing: its end lies before its start."""
 
@@ -214,12 +216,12 @@ def _find_triangles(query: _Query, number: int, occluders: Occluders, search: _S
     last_query = search.last_query
     triangles = search.found
     found = 0
-    top = max(int(query.top // size), 0)
-    bottom = min(int(query.bottom // size), occluders.rows - 1)
+    top = max(int((query.top - _HAIR) // size), 0)
+    bottom = min(int((query.bottom + _HAIR) // size), occluders.rows - 1)
     for row in range(top, bottom + 1):
-        left, right = _row_extent(query, row * size, (row + 1) * size)
-        first = row * occluders.columns + max(int(left // size), 0)
-        last = row * occluders.columns + min(int(right // size), occluders.columns - 1)
+        left, right = _row_extent(query, row * size - _HAIR, (row + 1) * size + _HAIR)
+        first = row * occluders.columns + max(int((left - _HAIR) // size), 0)
+        last = row * occluders.columns + min(int((right + _HAIR) // size), occluders.columns - 1)
         for cell in range(first, last + 1):
             for k in range(start[cell], start[cell + 1]):
                 triangle = members[k]
@@ -416,6 +418,12 @@ def _arc_pieces(rims: Floats, angle: Floats, occluders: Occluders) -> Floats:
         for k in range(_find_triangles(_arc_query(ellipse), i, occluders, search)):
             cuts = _hidden_spans(ellipse, start, width, planes, triangles[k], spans, spare)
             hidden = with_room(hidden, count + cuts)
+            whole = cuts == 1 and spans[0, 0] <= 0.0 and spans[0, 1] >= width
+            if whole:  # no other triangle can add to it
+                hidden[0, 0] = start
+                hidden[0, 1] = start + width
+                count = 1
+                break
             for s in range(cuts):
                 hidden[count, 0] = start + spans[s, 0]
                 hidden[count, 1] = start + spans[s, 1]
@@ -489,9 +497,11 @@ def _line_pieces(ends: Floats, occluders: Occluders) -> Floats:
         q = _triple(ends, i, 1)
         for k in range(_find_triangles(_line_query(p, q), i, occluders, search)):
             first, last = _hidden_share(p, q, planes, triangles[k])
-            if last > first:
-                hidden = with_room(hidden, count + 1)
-                count = _put_span(hidden, count, first, last)
+            hidden = with_room(hidden, count + 1)
+            if first <= 0.0 and last >= 1.0:  # wholly: no other triangle can add to it
+                count = _put_span(hidden, 0, first, last)
+                break
+            count = _put_span(hidden, count, first, last)
         pieces = with_room(pieces, found + 2 * count + 2)
         found = _put_pieces(i, hidden, count, 0.0, 1.0, pieces, found)
     return pieces[:found]

@@ -61,7 +61,7 @@ HIDDEN = ("veiled", "hidden_line")
 _DEPTH_BIAS = 1e-3
 """Depth [m] by which a polygon must lie in front of a rim or an edge to hide it, so that one that
 touches it does not."""
-_CELL_SIZE = 24.0
+_CELL_SIZE = 6.0
 """Width [pixels] of the cells of the grid in which occluders are found."""
 
 
@@ -153,6 +153,8 @@ def build_occluders(environment: Environment, camera: Camera, cut: float) -> Occ
     seen = to_view(camera, environment.vertices)[environment.triangles[opaque]]
     seen, _ = clip_triangles(seen, TO_VIEWER, min(cut, camera.closest))
     corners = _to_projective(camera, seen)
+    # the nearest first: what they hide as a whole asks no other
+    corners = corners[np.argsort(-corners[:, :, 2].max(axis=1), kind="stable")]
     boxes = _picture_boxes(camera, corners)
     columns = math.ceil(camera.width / _CELL_SIZE)
     rows = math.ceil(camera.height / _CELL_SIZE)

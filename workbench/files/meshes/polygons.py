@@ -13,7 +13,8 @@ import numpy as np
 
 from workbench.files.meshes.enclosing_circles import enclosing_circles
 from workbench.files.meshes.planes import FacePlanes, face_planes
-from workbench.files.meshes.winding import component_labels, edge_keys
+from workbench.files.meshes.winding import edge_keys
+from workbench.geometry.components import component_labels
 from workbench.model.arrays import Bools, Floats, Ints
 
 __all__ = ["PLANE_TOLERANCE", "Polygons", "merge_coplanar"]

@@ -23,7 +23,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from workbench.files.meshes.winding import HalfEdges, component_labels
+from workbench.files.meshes.winding import HalfEdges
+from workbench.geometry.components import component_labels
 from workbench.model.arrays import Bools, Floats, Ints
 
 __all__ = ["OrientedShells", "orient_shells", "shell_labels"]

@@ -17,12 +17,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from workbench.geometry.components import component_labels
 from workbench.model.arrays import Bools, Ints
 
 __all__ = [
     "HalfEdges",
     "Winding",
-    "component_labels",
     "consistent_winding",
     "edge_keys",
     "half_edges",
@@ -138,12 +138,3 @@ def _winding_from_cover(as_wound: Ints, turned: Ints) -> Winding:
     most_differ = 2 * np.bincount(patch, differs) > np.bincount(patch)
     against: Bools = (differs != most_differ[patch]) & ~one_sided
     return Winding(patch, against, len(np.unique(patch[one_sided])))
-
-
-def component_labels(one: Ints, other: Ints, count: int) -> Ints:
-    """Return the connected component (count,) of each node of a graph with edges one[i]-other[i]."""
-    from scipy.sparse import coo_array  # takes a third of a second to load
-    from scipy.sparse.csgraph import connected_components
-
-    graph = coo_array((np.ones(len(one), dtype=np.int8), (one, other)), shape=(count, count))
-    return connected_components(graph, directed=False)[1].astype(np.int64)

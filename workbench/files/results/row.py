@@ -10,4 +10,4 @@ __all__ = ["Row"]
 class Row(BaseModel):
     """A row that has the keys of its class and no others."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, defer_build=True)

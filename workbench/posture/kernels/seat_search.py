@@ -271,8 +271,8 @@ def seat_rows(sit, legs, grid, first, every, out, begin, end):  # type: ignore[n
     ----------
     sit, legs : Sitting, Legs
         B people.
-    grid : (G,)
-        Places of the seat [m], forward.
+    grid : (B, G)
+        Places of each person's seat [m], forward.
     first : (B,)
         Index of the place where each person's search begins.
     every : bool
@@ -282,6 +282,6 @@ def seat_rows(sit, legs, grid, first, every, out, begin, end):  # type: ignore[n
     begin, end : int
         People to seat.
     """
-    search = _new_search(sit, legs, len(grid), out.rotations.shape[1])
+    search = _new_search(sit, legs, grid.shape[1], out.rotations.shape[1])
     for b in range(begin, end):
-        _seat_person(sit, legs, grid, first[b], every, out, b, search)
+        _seat_person(sit, legs, grid[b], first[b], every, out, b, search)

@@ -112,7 +112,7 @@ class Sitting(NamedTuple):
     ahead: Floats
     """(3,) unit direction in which the seat travels."""
     rise: Floats
-    """(2,) [m] the seat's travel up: lowest and highest."""
+    """(B, 2) [m] the seat's travel up: lowest and highest."""
     eye: Floats
     """(B,) [m] height of the lower torso that brings the eyes to theirs, NaN if none is asked
     for."""
@@ -247,9 +247,9 @@ def copy_matrix(values, out):  # type: ignore[no-untyped-def]
 def _level_seat(sit, b, low, rear, sitter):  # type: ignore[no-untyped-def]
     """Raise the seat by as much as brings the eyes to their height, within its travel [m]."""
     z = sit.solve[2, 0] * low + sit.solve[2, 1] * rear + sit.solve[2, 2] * sit.level[b, 2]
-    up = min(max(0.0, sit.rise[0]), sit.rise[1])
+    up = min(max(0.0, sit.rise[b, 0]), sit.rise[b, 1])
     if not math.isnan(sit.eye[b]):
-        up = min(max(sit.eye[b] - z, sit.rise[0]), sit.rise[1])
+        up = min(max(sit.eye[b] - z, sit.rise[b, 0]), sit.rise[b, 1])
     sitter.up[0] = up
 
 

@@ -13,10 +13,12 @@ from workbench.model.body import Body
 from workbench.model.kept import kept_with_body
 from workbench.posture.reaching.limbs import Limb, limb
 
-__all__ = ["SEAT_SPACING", "Pedals", "pointed_foot", "positions"]
+__all__ = ["DECIMALS", "SEAT_SPACING", "Pedals", "pointed_foot", "positions"]
 
 SEAT_SPACING = 0.01
 """Spacing [m] of the seat positions that are tried."""
+DECIMALS = 9
+"""Of positions [m], so that one that is reached by steps is the one that is stated."""
 
 
 @dataclass(frozen=True)
@@ -33,7 +35,7 @@ def positions(travel: tuple[float, float]) -> Floats:
     low, high = travel
     grid = np.arange(np.ceil(low / SEAT_SPACING), np.floor(high / SEAT_SPACING) + 1) * SEAT_SPACING
     ends = [low, min(max(0.0, low), high), high]
-    positions: Floats = np.unique(np.round(np.concatenate([ends, grid]), 9))
+    positions: Floats = np.unique(np.round(np.concatenate([ends, grid]), DECIMALS))
     return positions
 
 

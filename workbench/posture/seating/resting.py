@@ -68,8 +68,11 @@ def lap_of(body: Body, poses: Poses, seat: Seat, *, segment: int, eye: float | N
     )
 
 
-def sitting_of(body: Body, poses: Poses, seat: Seat, lap: Lap) -> Sitting:
-    """How bodies sit on a seat. InputError where no segment with spheres rests there."""
+def sitting_of(body: Body, poses: Poses, seat: Seat, lap: Lap, rise: Floats) -> Sitting:
+    """How bodies sit on a seat that may travel up by rise (B, 2) [m], least and greatest.
+
+    InputError where no segment with spheres rests there.
+    """
     segment = lap.segment
     lean = lap.lean
     cushion, back, centre = seat_planes(seat)
@@ -99,7 +102,7 @@ def sitting_of(body: Body, poses: Poses, seat: Seat, lap: Lap) -> Sitting:
         level=level,
         solve=np.linalg.inv(np.stack([cushion, back, centre])),
         ahead=np.array([centre[1], -centre[0], 0.0]),
-        rise=np.array(seat.travel_up, dtype=np.float64),
+        rise=rise,
         eye=lap.wanted,
     )
 
@@ -112,10 +115,8 @@ def at_rest(body: Body, lap: Lap, sitting: Sitting, rotations: Floats) -> tuple[
     off = sitting.level.copy()
     off[:, :2] -= np.minimum(heights, sitting.fixed)
     at: Floats = off @ sitting.solve.T
-    low, high = sitting.rise
-    up = np.where(
-        np.isnan(sitting.eye), min(max(0.0, low), high), np.clip(sitting.eye - at[:, 2], low, high)
-    )
+    wanted = np.where(np.isnan(sitting.eye), 0.0, sitting.eye - at[:, 2])
+    up = np.clip(wanted, *sitting.rise.T)
     at[:, 2] += up
     return at, up
 

@@ -22,7 +22,7 @@ from workbench.model.posing import join_poses
 from workbench.posture.kernels.seat_search import SeatPlaces, seat_rows
 from workbench.posture.kernels.sitting import ROW, TOTAL_DISCOMFORT, VISITED, Sitting
 from workbench.posture.reaching.chains import Task
-from workbench.posture.seating.posture import Pedals, positions
+from workbench.posture.seating.posture import DECIMALS, Pedals, positions
 from workbench.posture.seating.resting import at_rest, lap_of, sitting_of
 from workbench.posture.seating.seating import seat_attitude
 from workbench.posture.seating.stepping import (
@@ -105,6 +105,18 @@ class _Ask:
     threads: int | None
 
 
+@dataclass(frozen=True, eq=False)
+class _Travel:
+    """Where the seats of B people may stand [m]."""
+
+    forward: Floats
+    """(B, 2) from the rear to the front."""
+    up: Floats
+    """(B, 2) from the lowest to the highest."""
+    grid: Floats
+    """(B, G) the places forward that are tried."""
+
+
 def seat(
     body: Body,
     poses: Poses,
@@ -112,6 +124,7 @@ def seat(
     *,
     eye: float | None = None,
     pedals: Pedals | None = None,
+    held: Floats | None = None,
     every: bool = False,
     threads: int | None = None,
 ) -> Seated:
@@ -136,6 +149,9 @@ def seat(
         Height [m] that the eyes are to reach; the seat is as low as gives it. Any height if None.
     pedals
         Where the balls of the feet go, and the floor that the heels stand on.
+    held
+        (P, 2) [m] where the seat of each pose stands, forward and up. Anywhere within its travel
+        if None.
     every
         Whether every place is tried. This takes many times as long and comes to the same.
     threads
@@ -155,29 +171,44 @@ def seat(
     for first in range(0, len(poses), PEOPLE_PER_SEAT_BATCH):
         some = slice(first, first + PEOPLE_PER_SEAT_BATCH)
         own = Poses(poses.rotations[some], poses.reference, poses.world_from_reference[some])
-        found.append(_some_people(people[some], own, ask))
+        travel = _travel_of(seat, len(own), None if held is None else held[some])
+        found.append(_some_people(people[some], own, ask, travel))
     seated = found[0] if len(found) == 1 else join_seated(found)
     return replace(seated, poses=replace(seated.poses, time=poses.time, person=poses.person))
 
 
-def _some_people(body: Body, poses: Poses, ask: _Ask) -> Seated:
+def _travel_of(seat: Seat, people: int, held: Floats | None) -> _Travel:
+    """The travel of a seat for each of so many people; one place each where it is held (B, 2)."""
+    if held is None:
+        travel = np.array([seat.travel_forward, seat.travel_up], dtype=np.float64)
+        forward, up, grid = (
+            np.repeat(values[None], people, axis=0)
+            for values in (*travel, positions(seat.travel_forward))
+        )
+        return _Travel(forward, up, grid)
+    forward, up = (np.repeat(values[:, None], 2, axis=1) for values in held.T)
+    return _Travel(forward, up, np.round(held[:, :1], DECIMALS))
+
+
+def _some_people(body: Body, poses: Poses, ask: _Ask, may: _Travel) -> Seated:
     seat = ask.seat
     segment = body.segment("LT") if ask.pedals.at else poses.reference
     lap = lap_of(body, poses, seat, segment=segment, eye=ask.eye)
-    sitting = sitting_of(body, poses, seat, lap)
+    sitting = sitting_of(body, poses, seat, lap, may.up)
     tasks = foot_tasks(body, poses, ask.pedals, sitting.ahead)
     rest = partial(at_rest, body, lap, sitting)
     found = (
-        _stepped(sitting, tasks, poses.rotations, ask, rest)
+        _stepped(sitting, tasks, poses.rotations, ask, may.grid, rest)
         if tasks
-        else _resting(sitting, poses.rotations, ask, rest)
+        else _resting(sitting, poses.rotations, may, rest)
     )
     eye = found.lap + lap.eyes
     world = np.zeros((len(poses), 3, 4))
     world[:, :, :3] = seat_attitude(seat)
     world[:, :, 3] = found.lap - lap.lean[:, :, 3]
-    (rear, front), (low, high) = seat.travel_forward, seat.travel_up
     forward, up = found.travel.T
+    rear, front = may.forward.T
+    low, high = may.up.T
     return Seated(
         poses=Poses(found.rotations, poses.reference, world),
         forward=forward,
@@ -208,11 +239,11 @@ class _Found:
 
 
 def _stepped(
-    sitting: Sitting, tasks: list[Task], rotations: Floats, ask: _Ask, rest: _Rest
+    sitting: Sitting, tasks: list[Task], rotations: Floats, ask: _Ask, grid: Floats, rest: _Rest
 ) -> _Found:
-    """People with their feet on pedals, each from a guess at the place of the seat."""
+    """People with their feet on pedals, each from a guess at the place of the seat on its grid (B,
+    G)."""
     legs = legs_of(tasks, ask.pedals)
-    grid = positions(ask.seat.travel_forward)
     count = len(rotations)
     turned = comfortable(tasks, rotations)
     lap = sitting.lap.copy()
@@ -230,12 +261,12 @@ def _stepped(
     return _Found(turned, lap[:, :, 3].copy(), travel, numbers, row)
 
 
-def _resting(sitting: Sitting, rotations: Floats, ask: _Ask, rest: _Rest) -> _Found:
+def _resting(sitting: Sitting, rotations: Floats, may: _Travel, rest: _Rest) -> _Found:
     """People without pedals: the seat stays where it is, or as near to that as its travel lets
     it."""
-    count, (rear, front) = len(rotations), ask.seat.travel_forward
+    count = len(rotations)
     at, up = rest(rotations)
-    forward = np.full(count, min(max(0.0, rear), front))
+    forward = np.clip(0.0, *may.forward.T)
     lap = at + forward[:, None] * sitting.ahead
     row = np.zeros((count, ROW))
     row[:, VISITED] = 1.0

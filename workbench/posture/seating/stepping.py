@@ -8,7 +8,7 @@ from workbench.model.arrays import Floats, Ints
 from workbench.model.body import Body
 from workbench.model.poses import Poses
 from workbench.model.posing import motion_of
-from workbench.model.quaternions import exponential, multiply, swing_twist
+from workbench.model.quaternions import cross, exponential, multiply, swing_twist
 from workbench.model.reach import limit_words
 from workbench.posture.kernels.sitting import Legs
 from workbench.posture.reaching.chains import (
@@ -138,7 +138,7 @@ def first_places(tasks: list[Task], lap: Floats, grid: Floats, ahead: Floats) ->
     lap
         (B, 3, 4) the lower torso with the seat not moved [m].
     grid
-        (G,) positions of the seat, forward [m].
+        (B, G) positions of each seat, forward [m].
     ahead
         (3,) unit direction in which the seat travels.
 
@@ -147,7 +147,7 @@ def first_places(tasks: list[Task], lap: Floats, grid: Floats, ahead: Floats) ->
     Ints
         (B,) indices of positions.
     """
-    total = np.zeros((len(lap), len(grid)))
+    total = np.zeros(grid.shape)
     for task in tasks:
         total += _planar_discomfort(task, lap, grid, ahead)
     found: Ints = total.argmin(axis=1)
@@ -159,8 +159,8 @@ def _planar_discomfort(task: Task, lap: Floats, grid: Floats, ahead: Floats) -> 
     link = task.link
     ankle, turn = _ankle_of_goal(task, ahead)
     hip = np.einsum("bij,bj->bi", lap[:, :, :3], link.at_parent[:, 0]) + lap[:, :, 3]
-    way = (ankle - hip)[:, None] - grid[None, :, None] * ahead
-    level = np.sqrt((way @ ahead) ** 2 + (way @ np.cross(UP, ahead)) ** 2)
+    way = (ankle - hip)[:, None] - grid[:, :, None] * ahead
+    level = np.sqrt((way @ ahead) ** 2 + (way @ cross(UP, ahead)) ** 2)
     thigh = np.linalg.norm(link.at_parent[:, 1] - link.at_child[:, 0], axis=1)[:, None]
     shank = np.linalg.norm(link.at_parent[:, 2] - link.at_child[:, 1], axis=1)[:, None]
     leg = leg_triangle(thigh, shank, np.hypot(level, way[..., 2]))

@@ -174,7 +174,7 @@ def _resting(result: PosturesFound, case: int) -> tuple[Mark, ...]:
 
 def _png(scene: Scene, camera: Any) -> str:
     out = io.BytesIO()
-    disks(scene, camera).save(out, "PNG", optimize=True)
+    disks(scene, camera).save(out, "PNG")
     return "data:image/png;base64," + base64.b64encode(out.getvalue()).decode("ascii")
 
 

@@ -17,7 +17,7 @@ from workbench.body.forward import place
 from workbench.contact.clearance_pairs import ClearancePair, PairClearance, clearance_of_pairs
 from workbench.contact.collide import allowed_depth
 from workbench.model.accommodation import MET
-from workbench.model.arrays import Floats
+from workbench.model.arrays import Bools, Floats
 from workbench.model.body import Body
 from workbench.model.criterion import Criterion
 from workbench.model.environment import Environment
@@ -39,6 +39,7 @@ __all__ = [
     "meeting_finding",
     "nearest_pair",
     "no_contact",
+    "spheres_asked",
 ]
 
 
@@ -112,6 +113,11 @@ def _pair(body: Body, environment: Environment, criterion: Criterion) -> Clearan
         spheres = np.isin(np.array(body.segments)[body.sphere_segment], criterion.segments)
     parts = np.isin(environment.parts, criterion.parts)
     return ClearancePair(spheres, parts, criterion.check == "contact")
+
+
+def spheres_asked(situation: Situation, criterion: Criterion) -> Bools:
+    """(S,) the spheres that a clearance or a contact is about."""
+    return _pair(situation.body, situation.environment, criterion).spheres
 
 
 def _limit(criterion: Criterion) -> float:

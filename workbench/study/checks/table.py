@@ -14,6 +14,7 @@ from typing import TypeVar
 import numpy as np
 
 from workbench.errors import UsageError
+from workbench.model.arrays import Bools
 from workbench.model.criterion import Criterion
 from workbench.model.motion_case import MotionCase
 from workbench.model.result import Finding, MotionFound, Verdict
@@ -29,7 +30,7 @@ from workbench.study.checks import (
     view,
 )
 from workbench.study.checks.margins import Asked, Bounds, Margins, no_bounds, no_margins
-from workbench.study.situation import Situation, with_hands
+from workbench.study.situation import Situation, moved_by_hands, with_hands
 
 __all__ = [
     "AFTER_SEATING",
@@ -42,6 +43,7 @@ __all__ = [
     "findings_of",
     "margins_of",
     "motion_verdict",
+    "needs_hands",
     "verdict",
 ]
 
@@ -78,6 +80,9 @@ class Check:
         true ones lie. None of what does not depend on the body's surface.
     nothing
         Why a motion without moments passes; "" where it does not.
+    spheres
+        Of one case: the spheres (S,) that the margins of a criterion depend on. None where they may
+        depend on the whole posture.
     """
 
     cost: int
@@ -86,6 +91,7 @@ class Check:
     moments: Callable[[MotionFound, Criterion], Iterable[Finding]] | None = None
     bounds: Callable[[Situation, Sequence[Asked]], Bounds] | None = None
     nothing: Callable[[Criterion], str] = lambda criterion: ""
+    spheres: Callable[[Situation, Criterion], Bools] | None = None
 
 
 CHECKS = {
@@ -94,7 +100,12 @@ CHECKS = {
     "pedals": Check(AFTER_SEATING, seat_travel.pedal_margins, seat_travel.pedal_findings),
     "preferred_seat": Check(AFTER_SEATING, seat_travel.seat_margins, seat_travel.seat_findings),
     "clearance": Check(
-        IN_POSTURE, parts.margins, parts.findings, parts.clearance_moments, parts.bounds
+        IN_POSTURE,
+        parts.margins,
+        parts.findings,
+        parts.clearance_moments,
+        parts.bounds,
+        spheres=parts.spheres_asked,
     ),
     "contact": Check(
         IN_POSTURE,
@@ -103,6 +114,7 @@ CHECKS = {
         parts.contact_moments,
         parts.bounds,
         parts.no_contact,
+        parts.spheres_asked,
     ),
     "self_contact": Check(
         IN_POSTURE,
@@ -144,12 +156,35 @@ def margins_of(situations: Sequence[Situation], asked: Sequence[Asked]) -> Margi
     everybody = np.arange(len(situations[0]))
     for number, situation in enumerate(situations):
         rows = [r for r, one in enumerate(asked) if one.case == number]
-        if any(CHECKS[asked[r].requirement.check].cost == IN_POSTURE for r in rows):
-            situation = with_hands(situation)
-        for margins, columns in _by_function(asked, rows, lambda check: check.margins):
-            some = [asked[r] for r in columns]
-            found.put(everybody, np.array(columns), margins(situation, some))
+        for there, some in _posed(situation, asked, rows):
+            for margins, columns in _by_function(asked, some, lambda check: check.margins):
+                those = [asked[r] for r in columns]
+                found.put(everybody, np.array(columns), margins(there, those))
     return found
+
+
+def _posed(
+    situation: Situation, asked: Sequence[Asked], rows: Sequence[int]
+) -> Iterator[tuple[Situation, list[int]]]:
+    """Some requirements with the situation in which they are asked: the hands at rest, or where
+    they belong."""
+    held = [r for r in rows if needs_hands(situation, asked[r])]
+    rest = [r for r in rows if r not in held]
+    if rest:
+        yield situation, rest
+    if held:
+        yield with_hands(situation), held
+
+
+def needs_hands(situation: Situation, one: Asked) -> bool:
+    """Whether the margin of a requirement depends on where the hands are: else it is the same while
+    they rest, and no hand has to be brought to its control for it."""
+    check = CHECKS[one.requirement.check]
+    if check.cost != IN_POSTURE:
+        return False
+    if check.spheres is None:
+        return True
+    return bool(np.any(check.spheres(situation, one.criterion) & moved_by_hands(situation)))
 
 
 def bounds_of(situations: Sequence[Situation], asked: Sequence[Asked]) -> Bounds:
@@ -165,11 +200,10 @@ def bounds_of(situations: Sequence[Situation], asked: Sequence[Asked]) -> Bounds
     everybody = np.arange(len(situations[0]))
     for number, situation in enumerate(situations):
         rows = [r for r, one in enumerate(asked) if one.case == number]
-        groups = list(_by_function(asked, rows, lambda check: check.bounds))
-        posed = with_hands(situation) if groups else situation
-        for bounds, columns in groups:
-            some = [asked[r] for r in columns]
-            found.put(everybody, np.array(columns), bounds(posed, some))
+        for there, some in _posed(situation, asked, rows):
+            for bounds, columns in _by_function(asked, some, lambda check: check.bounds):
+                those = [asked[r] for r in columns]
+                found.put(everybody, np.array(columns), bounds(there, those))
     return found
 
 

@@ -14,6 +14,7 @@ from workbench.contact.collide import (
     allowed_groups,
     clearance_of_groups,
     clearance_of_rows,
+    room,
 )
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.body import Body
@@ -57,7 +58,7 @@ def frames_of(study: MotionCase) -> Frames:
     motion = study.motion
     environment = study.environment
     groups, allowed = allowed_groups(body, environment)
-    room = Spool(len(body.segments))
+    clear = Spool(len(body.segments))
     paths = [Spool(3) for _ in study.points]
     laws = _Laws.of(study, groups)
     gaps = Spool(len(laws.pairs) + 1)  # a spool of nothing is none
@@ -66,9 +67,13 @@ def frames_of(study: MotionCase) -> Frames:
     steps = _Steps(body)
     for rows in pieces(len(motion), size=BLOCK):
         placed = place(body, motion.rows(rows))
-        apart = clearance_of_groups(placed, environment, groups, grid=grid)
-        room.add((apart + allowed).min(axis=2, initial=np.inf))
-        gaps.add(np.pad(laws.gaps(placed, environment, apart), ((0, 0), (0, 1))))
+        if len(laws.pairs):
+            apart = clearance_of_groups(placed, environment, groups, grid=grid)
+            clear.add((apart + allowed).min(axis=2, initial=np.inf))
+            gaps.add(np.pad(laws.gaps(placed, environment, apart), ((0, 0), (0, 1))))
+        else:
+            clear.add(room(placed, environment, grid=grid))
+            gaps.add(np.zeros((len(placed), 1)))
         for path, point in zip(paths, study.points, strict=True):
             world = placed.world_from_segment[:, point.segment]
             path.add(np.einsum("pij,j->pi", world[:, :, :3], np.array(point.at)) + world[:, :, 3])
@@ -81,7 +86,7 @@ def frames_of(study: MotionCase) -> Frames:
                 )
         steps.take(placed, rows.start)
     return Frames(
-        room.done(),
+        clear.done(),
         tuple(path.done() for path in paths),
         farthest,
         gaps.done()[:, :-1],
