@@ -35,7 +35,12 @@ def hits_of(case: Case, count: int) -> int:
 
 
 def _repeated(poses: Poses, count: int) -> Poses:
-    return poses.rows(np.arange(count) % len(poses))
+    rows = np.arange(count) % len(poses)
+    rotations = poses.rotations[rows]
+    world = poses.world_from_reference[rows]
+    for values in (rotations, world):  # nobody else holds them: they need not be copied
+        values.flags.writeable = False
+    return Poses(rotations, poses.reference, world)
 
 
 def batch_rows(count: int) -> Iterator[Row]:
