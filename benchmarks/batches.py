@@ -9,71 +9,47 @@ import json
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 
 import workbench as wb
 from benchmarks.cases import Case, seated_in
-from benchmarks.clearance import by_segment
 from benchmarks.table import Row
 from benchmarks.timing import microseconds, one_core, process_cost
 from workbench.model.poses import Poses
 
-__all__ = ["batch_rows", "in_one_call", "in_pieces_of_the_caller", "main"]
+__all__ = ["POSES", "batch_rows", "hits_of", "main"]
 
 POSES = 1_000_000
-PIECE = 4096
-MOST = 2.0
-"""[GB] that a batch may take."""
+PLACED = 100_000
+"""Poses that are placed at once at most."""
 
 
-def in_pieces_of_the_caller(case: Case, count: int) -> int:
-    """Place `count` poses and ask by segment, in pieces that the caller cuts; how many are deeper
-    somewhere than permitted."""
-    hits = 0
-    for first in range(0, count, PIECE):
-        poses = _repeated(case.poses, min(PIECE, count - first), first=first)
-        hits += _hits(case, poses)
-    return hits
+def hits_of(case: Case, count: int) -> int:
+    """Ask for the room of all segments in `count` poses, those of the case over and over; in how
+    many something is deeper than permitted."""
+    found = wb.room_of_poses(case.placed.body, _repeated(case.poses, count), case.environment)
+    return int((found < -1e-9).any(axis=1).sum())
 
 
-def in_one_call(case: Case, count: int) -> int:
-    """The same with all poses in one call."""
-    return _hits(case, _repeated(case.poses, count))
-
-
-def _repeated(poses: Poses, count: int, *, first: int = 0) -> Poses:
-    """So many poses from the `first` on: the given ones over and over."""
-    return poses.rows(np.arange(first, first + count) % len(poses))
-
-
-def _hits(case: Case, poses: Poses) -> int:
-    body = case.placed.body
-    some = Case(case.name, poses, wb.place(body, poses), case.environment)
-    return int((by_segment(some) + case.allowed < -1e-9).any(axis=(1, 2)).sum())
-
-
-WAYS: dict[str, Callable[[Case, int], int]] = {
-    "pieces": in_pieces_of_the_caller,
-    "call": in_one_call,
-}
+def _repeated(poses: Poses, count: int) -> Poses:
+    rows = np.arange(count) % len(poses)
+    rotations = poses.rotations[rows]
+    world = poses.world_from_reference[rows]
+    for values in (rotations, world):  # nobody else holds them: they need not be copied
+        values.flags.writeable = False
+    return Poses(rotations, poses.reference, world)
 
 
 def batch_rows(count: int) -> Iterator[Row]:
-    """Yield time and memory of a million poses in the trainer by segment, in pieces (of `count`
-    poses, the time of which is theirs) and in one call."""
-    name = f"{POSES} poses in the trainer"
-    yield from _placed_rows(count)
-    found = _measured("pieces", count)
-    said = f"{PIECE} a piece" + ("" if count == POSES else f", {count} poses in all")
-    yield Row("time, in pieces of the caller", name, found["each"], "us a pose", said)
-    yield Row("memory, in pieces of the caller", name, found["memory"], "GB", said)
-    found = _measured("call", POSES) if _fits() else {}
-    why = "" if found else _why()
-    yield Row("time, in one call", name, found.get("each"), "us a pose", why)
-    yield Row("memory, in one call", name, found.get("memory"), "GB", why)
+    """Yield time and memory of so many poses in the trainer by segment in one call."""
+    yield from _placed_rows(min(count, PLACED))
+    name = f"{count} poses in the trainer"
+    found = _measured(count)
+    yield Row("time, in one call", name, found["each"], "us a pose")
+    yield Row("memory, in one call", name, found["memory"], "GB", "poses and answers included")
     where = f"{POSES} poses, 50k, 1500 spheres"
     for figure in ("any", "by segment"):
         why = "not possible: nothing here runs on one"
@@ -89,41 +65,26 @@ def _placed_rows(count: int) -> Iterator[Row]:
         yield Row("placed", f"{len(poses)} poses, 399 spheres", took, "us a pose")
 
 
-def _answer_memory() -> float:
-    """[GB] of the placed bodies and the answers of one call about POSES."""
-    case = seated_in("trainer", "957", 1)
-    arrays = [case.placed.centres, case.placed.world_from_segment, by_segment(case)]
-    return POSES * sum(values.nbytes for values in arrays) / 1e9
-
-
-def _fits() -> bool:
-    return _answer_memory() < MOST
-
-
-def _why() -> str:
-    return f"not possible: placed bodies and answers alone are {_answer_memory():.0f} GB"
-
-
-def _measured(way: str, count: int) -> dict[str, float]:
-    """Time [us] a pose and the most memory [GB] of a process that goes one of the WAYS."""
+def _measured(count: int) -> dict[str, float]:
+    """Time [us] a pose and the most memory [GB] of a process that asks about so many."""
     with tempfile.TemporaryDirectory() as folder:
-        arguments = ["-m", "benchmarks.batches", way, str(count)]
+        arguments = ["-m", "benchmarks.batches", str(count)]
         cost = process_cost(arguments, {}, Path(folder) / "said.txt")
     if cost.code:
-        raise ValueError(f"{way}, {count} poses: ended with {cost.code}:\n{cost.out}")
+        raise ValueError(f"{count} poses: ended with {cost.code}:\n{cost.out}")
     return {"each": json.loads(cost.out.splitlines()[-1])["each"], "memory": cost.memory}
 
 
-def main(way: str, count: int) -> None:
-    """Print the time a pose of one of the WAYS as JSON, on one core and warm."""
+def main(count: int) -> None:
+    """Print the time a pose as JSON, on one core and warm."""
     case = seated_in("trainer", "957")
     with one_core():
-        WAYS["pieces"](case, 256)
+        hits_of(case, 256)
         begin = time.process_time()
-        hits = WAYS[way](case, count)
+        hits = hits_of(case, count)
         spent = time.process_time() - begin
     print(json.dumps({"each": 1e6 * spent / count, "hits": hits}))
 
 
 if __name__ == "__main__":
-    main(sys.argv[1], int(sys.argv[2]))
+    main(int(sys.argv[1]))

@@ -104,13 +104,11 @@ def test_another_library_agrees(name, small):
         assert found[known] == pytest.approx(wanted[known], abs=1e-6)
 
 
-def test_large_batches_come_out_alike_in_pieces_and_in_one_call(monkeypatch):
+def test_a_large_batch_comes_out_as_its_poses():
     case = in_cockpit("curved", "2k", "399", 5)
-    monkeypatch.setattr(batches, "PIECE", 4)
     once = int(wb.collides(case.placed, case.environment).sum())
     first = int(wb.collides(case.few(slice(0, 2)).placed, case.environment).sum())
-    for way in batches.WAYS.values():
-        assert way(case, 12) == 2 * once + first
+    assert batches.hits_of(case, 12) == 2 * once + first
 
 
 def test_margins_of_the_people_are_those_of_the_study():
