@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from workbench.contact.borders import straightened
 from workbench.contact.cells import pack_cells, with_solids
 from workbench.contact.index_cache import kept
 from workbench.contact.kernels.field import Field, fill_rows
@@ -73,8 +74,8 @@ def _faces(environment: Environment) -> Faces:
 def _records(environment: Environment, order: Ints) -> tuple[Floats, Ints]:
     """The polygons as records in an order, and where each begins (F + 1,)."""
     off, radius = _thickness(environment)
-    sides = np.diff(environment.edge_start)
-    count = sides[order]
+    ends, start = straightened(environment)
+    count = np.diff(start)[order]
     begin = np.concatenate([[0], np.cumsum(RECORD + 6 * count)])
     record = np.empty(int(begin[-1]))
     head = [
@@ -88,12 +89,11 @@ def _records(environment: Environment, order: Ints) -> tuple[Floats, Ints]:
     for column, values in enumerate(head):
         record[begin[:-1] + column] = values
     within = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)
-    edge = np.repeat(environment.edge_start[order], count) + within
+    edge = np.repeat(start[order], count) + within
     place = np.repeat(begin[:-1] + RECORD, count) + 6 * within
     for axis in range(3):
         for end in range(2):
-            corner = environment.edges[edge, end]
-            record[place + 3 * end + axis] = environment.vertices[corner, axis]
+            record[place + 3 * end + axis] = ends[edge, end, axis]
     return record, begin
 
 
