@@ -15,6 +15,7 @@ import pytest
 
 from tests.one_arm_cab import IN_PIECES, STUDY, changed, lines_of, write_cab
 from workbench.cli import main
+from workbench.cli.progress import emit_verdict
 from workbench.files import output_folder
 from workbench.files.yaml_text import read_yaml
 
@@ -281,7 +282,7 @@ def test_body_list_and_show_speak_text_and_json(capsys, cab, monkeypatch):
 )
 def test_render_draws_a_body_an_environment_and_a_case(capsys, cab, tmp_path, source, more):
     for display, ending, head in (("disks", "png", b"\x89PNG"), ("circles", "svg", b"<svg")):
-        out = tmp_path / f"new/picture.{ending}"
+        out = tmp_path / f"picture.{ending}"
         wanted = [
             "render",
             cab.parents[1] / source,
@@ -296,6 +297,43 @@ def test_render_draws_a_body_an_environment_and_a_case(capsys, cab, tmp_path, so
         assert answer(capsys, *wanted) == (0, f"{out}\n", "")
         assert out.read_bytes().startswith(head)
     assert len(list((tmp_path / "new").iterdir())) == 2
+
+
+def test_render_makes_no_folder_in_silence(capsys, cab, tmp_path):
+    out = tmp_path / "new/picture.png"
+    code, said, told = answer(
+        capsys, "render", cab.parents[1] / "bodies/one_arm.yaml", "--out", out
+    )
+    assert (code, said) == (3, "")
+    assert told == f"{out}: there is no folder {out.parent}; make it first\n"
+    assert not out.parent.exists()
+
+
+def test_run_says_nothing_where_it_is_asked_to_be_quiet(capsys, cab, tmp_path):
+    study = cab.parents[1] / "studies/cab_study.yaml"
+    code, said, _ = answer(capsys, "run", study, "-o", tmp_path / "out", "-q")
+    assert code in (0, 1) and said == ""
+    assert (tmp_path / "out/report.html").is_file()
+
+
+class _Terminal(io.StringIO):
+    """Text that says it goes to a terminal."""
+
+    def isatty(self):
+        return True
+
+
+@pytest.mark.parametrize(("plain", "lead"), [("", "\x1b[1;31mFAILED\x1b[0m"), ("1", "FAILED")])
+def test_verdicts_are_coloured_and_broken_between_words_on_a_terminal(monkeypatch, plain, lead):
+    shown = _Terminal()
+    monkeypatch.setattr(sys, "stdout", shown)
+    monkeypatch.setenv("NO_COLOR", plain)
+    monkeypatch.setenv("COLUMNS", "40")
+    emit_verdict("FAILED  knees: " + "left_lower_leg is 12.3 mm into panel. " * 3)
+    lines = shown.getvalue().splitlines()
+    assert lines[0].startswith(f"{lead}  knees:") and len(lines) > 2
+    assert all(line.startswith("        ") and len(line) <= 40 for line in lines[1:])
+    assert "".join(lines).count("left_lower_leg") == 3  # no word is broken
 
 
 def test_render_leaves_nothing_where_it_cannot_write(capsys, cab, tmp_path):
