@@ -8,7 +8,7 @@ import { Viewer } from "./viewer.js";
 import { boundsOf, setFrame } from "./wire.js";
 
 const BAD = [200, 32, 26];
-const GOOD = [27, 102, 192];
+const GOOD = [46, 124, 214];
 const HELP =
   "Drag turns, shift and drag moves, wheel zooms once clicked. Arrows turn, + and - zoom, 1 to 6 views, 0 fits, " +
   "F looks at what was clicked, H hides it, I shows it alone, X walls, C section, [ ] other cases, space plays, Esc undoes.";
@@ -59,7 +59,9 @@ export class Panel {
     for (const name of Object.keys(VIEWS)) this.button(name, () => this.view(name));
     this.button("fit", () => this.viewer.fit());
     this.bar.append(element("span", { className: "space" }));
-    this.wallButton = this.button("see-through walls", () => this.toggleWalls(), true);
+    if (this.scene.place) {
+      this.wallButton = this.button("see-through walls", () => this.toggleWalls(), true);
+    }
     this.sectionButton = this.button("section", () => this.toggleSection(), false);
     if (this.scene.place || this.scene.bodies.length > 1) {
       this.listButton = this.button("parts", () => this.toggleList(), false);
@@ -79,7 +81,7 @@ export class Panel {
 
   toggleWalls() {
     this.viewer.walls = !this.viewer.walls;
-    this.wallButton.setAttribute("aria-pressed", !this.viewer.walls);
+    this.wallButton?.setAttribute("aria-pressed", !this.viewer.walls);
     this.viewer.draw();
   }
 
@@ -152,6 +154,7 @@ export class Panel {
     this.time.oninput = () => {
       this.stop();
       this.at(Number(this.time.value));
+      this.viewer.moved();
     };
     this.stage.after(this.filmBar);
   }
@@ -166,7 +169,7 @@ export class Panel {
     const there = this.lasting();
     const lines = this.scene.marks.filter((mark, k) => mark.to && there[k]);
     this.viewer.setMarks(lines.map((mark) => ({ ...mark, colour: mark.failing ? BAD : GOOD })));
-    this.viewer.moved();
+    if (this.playing) this.viewer.moved();
   }
 
   stop() {

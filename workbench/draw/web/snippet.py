@@ -41,6 +41,8 @@ MODULES = (
     "page",
 )
 """The modules of the script, each after those that it imports."""
+_FRAME = 520
+"""Height of an inline frame [pixels]."""
 STILL = 520
 """Width and height of a still picture [pixels]."""
 _IMPORT = re.compile(r"^import .*?;\n", re.MULTILINE | re.DOTALL)
@@ -130,22 +132,43 @@ def place_html(index: int, *, still: str, alt: str, caption: str = "") -> str:
     )
 
 
-def standalone(view: WebView, *, still: str = "", caption: str = "") -> str:
-    """Return a whole page with one turnable picture, the same bytes for the same view.
+def standalone(*views: WebView, still: str = "", caption: str = "") -> str:
+    """Return a whole page with turnable pictures, the same bytes for the same views.
 
     Parameters
     ----------
-    view
-        What is shown.
+    views
+        What is shown, one below the other.
     still, caption
-        As of `place_html`.
+        As of `place_html`, of the first one.
     """
     packing = Packing()
-    place = place_html(packing.add(view), still=still, alt=view.title, caption=caption)
+    first = place_html(packing.add(views[0]), still=still, alt=views[0].title, caption=caption)
+    others = [
+        place_html(packing.add(view), still="", alt=view.title, caption=view.title)
+        for view in views[1:]
+    ]
     return (
         '<!doctype html>\n<html lang="en"><head><meta charset="utf-8">'
         f'<meta http-equiv="Content-Security-Policy" content="{escape(policy())}">'
         '<meta name="viewport" content="width=device-width, initial-scale=1">'
-        f"<title>{escape(view.title)}</title><style>{_PAGE_STYLE}{style()}</style></head>"
-        f"<body>{place}\n{scripts_html(packing)}</body></html>\n"
+        f"<title>{escape(views[0].title)}</title><style>{_PAGE_STYLE}{style()}</style></head>"
+        f"<body>{first}{''.join(others)}\n{scripts_html(packing)}</body></html>\n"
+    )
+
+
+def frame_html(*views: WebView) -> str:
+    """Return turnable pictures as an inline frame, for a notebook: what runs in it can reach
+    nothing outside of it.
+
+    Parameters
+    ----------
+    views
+        What is shown, one below the other.
+    """
+    page = standalone(*views, caption=views[0].title)
+    title = escape(views[0].title)
+    return (
+        f'<iframe sandbox="allow-scripts" title="{title}" width="100%" height="{_FRAME}"'
+        f' style="border: 0" srcdoc="{escape(page)}"></iframe>'
     )

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from markupsafe import Markup
 
+from workbench.draw.web.motion_view import motion_view
 from workbench.files.results.motions import MeetingRow, MotionRows
 from workbench.files.results.result import ResultFile
 from workbench.model.arrays import Floats
@@ -16,7 +17,6 @@ from workbench.model.result import MotionFound, Result
 from workbench.motion.signals import GRAVITY
 from workbench.report.motions.charts import clearance_curves, curves, timeline
 from workbench.report.motions.pictures import FILM_CAPTION, motion_strips
-from workbench.report.motions.views import motion_view
 from workbench.report.motions.words import agreement_sentence, breach_sentence, meeting_sentence
 from workbench.report.templates import template
 from workbench.report.turnable import Look, PageViews, look

@@ -14,12 +14,12 @@ from workbench.draw.envelopes.sections import LEGEND
 from workbench.draw.scene import Mark, Scene, SceneBody
 from workbench.draw.source import PEOPLE_COLOURS
 from workbench.draw.views import four_views
-from workbench.files.results.postures import PosturesRows, ReachRow
+from workbench.draw.web.case_view import case_view
+from workbench.files.results.postures import ContactRow, PosturesRows, ReachRow
 from workbench.model.result import Finding, PersonFound, PosturesFound
 from workbench.report.postures.drawing import clearance_drawing
 from workbench.report.postures.envelopes.pictures import envelope_pictures
 from workbench.report.postures.reach_rows import doubt_sentence
-from workbench.report.postures.views import case_view
 from workbench.report.templates import template
 from workbench.report.turnable import Look, PageViews, look, still_picture
 from workbench.report.words import finding_sentence
@@ -30,6 +30,9 @@ NEAR = 0.12
 PICTURE = 520
 DRAWING = 720
 MOST_MARKS = 12
+_MOST_OVERLAPS = 8
+_ASKED_BY = {"contact": "environment", "self_contact": "self", "between_people": "between_people"}
+"""The kind of contacts that each check asks about."""
 _Breach = tuple[str, Finding]
 """A finding that does not meet its criterion, and the check of the criterion."""
 
@@ -49,7 +52,7 @@ def postures_section(
     cases = []
     for index, name in enumerate(result.cases):
         say(f"pictures of {name}")
-        cases.append(_case(result, index, views))
+        cases.append(_case(result, index, views) | {"overlaps": _unasked(result, rows, name)})
     shown = {case["name"]: case["view"] for case in cases}
     html = template("postures/section.html.j2").render(
         rows=rows,
@@ -65,6 +68,8 @@ def postures_section(
         doubts=doubt_sentence([row.doubt for row in rows.reaches]),
         envelopes=[envelope_pictures(result, e) for e in result.envelopes],
         legend=LEGEND,
+        most_overlaps=_MOST_OVERLAPS,
+        contact_look=lambda view, row: look(view, row.point_mm),
         contacts=[
             (row, look(shown[row.case], row.point_mm) if row.excess_mm > 0 else Look())
             for row in rows.contacts
@@ -100,6 +105,18 @@ def _zone_cell(row: ReachRow) -> dict[str, str]:
         return {"text": str(row.limb), "kind": "far"}
     text = f"{row.miss_mm:.0f} mm short: {row.limit}"
     return {"text": text, "kind": "hit" if row.zone >= row.own_zone else "close"}
+
+
+def _unasked(result: PosturesFound, rows: PosturesRows, case: str) -> list[ContactRow]:
+    """The overlaps of a case beyond what is allowed that no criterion asks about, deepest first."""
+    checks = {verdict.criterion.check for verdict in result.verdicts}
+    kinds = {kind for check, kind in _ASKED_BY.items() if check not in checks}
+    found = [
+        row
+        for row in rows.contacts
+        if row.case == case and row.kind in kinds and row.excess_mm > 0.05
+    ]
+    return sorted(found, key=lambda row: -row.excess_mm)
 
 
 def _case(result: PosturesFound, case: int, views: PageViews) -> dict[str, Any]:
