@@ -133,9 +133,9 @@ export class Panel {
       const label = this.labels[k];
       label.hidden = !seen;
       if (!seen) return;
-      const x = (0.5 + 0.5 * seen[0]) * width;
-      let y = (0.5 - 0.5 * seen[1]) * height - (mark.to ? 16 : 0);
       const wide = 4 * mark.text.length + 10;
+      const x = Math.max(wide, Math.min(width - wide, (0.5 + 0.5 * seen[0]) * width));
+      let y = (0.5 - 0.5 * seen[1]) * height - (mark.to ? 16 : 0);
       const overlaps = (one) => Math.abs(one.x - x) < one.wide + wide && Math.abs(one.y - y) < 22;
       while (taken.some(overlaps)) y -= 4;
       taken.push({ x, y, wide });

@@ -25,7 +25,7 @@ __all__ = ["motion_words", "motions_section"]
 
 _POSITIONS = 5
 _COLOURS = ("warm", "blue")
-_CAPTION = "The motion: scrub or play. Red spheres are deeper in something than is allowed."
+_CAPTION = "scrub or play; red spheres are deeper in something than is allowed"
 _MOST_LINES = 14
 _MOST_FORCES = 6
 _FIGURES = ("peak", "3 ms", "HIC15", "HIC36", "delta-v")
@@ -58,8 +58,8 @@ def motions_section(
         film=film,
         film_caption=FILM_CAPTION,
         strips=[
-            (views.place(index, still="", alt=caption, caption=_CAPTION), Markup(strip), caption)
-            for index, (strip, caption) in zip(indices, strips, strict=True)
+            (_place(views, index, m), Markup(strip), caption)
+            for m, index, (strip, caption) in zip(found, indices, strips, strict=True)
         ],
         motions=[
             _motion(m, row, index)
@@ -72,6 +72,12 @@ def motions_section(
         agreed=agreement_sentence(result.agreements, compared[1]) if rows.agreement else "",
     )
     return Markup(html)
+
+
+def _place(views: PageViews, index: int, motion: MotionFound) -> Markup:
+    name = motion.study.name or motion.study.case
+    words = f"{name}: the still pictures of this motion are below"
+    return views.place(index, still="", alt=words, caption=f"{name}: {_CAPTION}")
 
 
 def motion_words(rows: MotionRows) -> str:

@@ -16,7 +16,7 @@ from workbench.draw.camera import Camera, project
 from workbench.draw.reach_map import BANDS, LEVELS, map_controls, reach_map_svg
 from workbench.draw.scene import Mark, Scene, SceneBody
 from workbench.draw.views import four_views
-from workbench.draw.web.views import scene_view
+from workbench.draw.web.views import WebMark, scene_view
 from workbench.model.accommodation import Gain, GroupShare, ReachMap
 from workbench.model.arrays import Bools, Floats
 from workbench.model.encumbrance import Encumbrance
@@ -49,6 +49,7 @@ from workbench.report.population.words import (
 )
 from workbench.report.templates import template
 from workbench.report.turnable import PageViews, still_picture
+from workbench.report.words import millimetres
 
 __all__ = ["population_section", "population_words"]
 
@@ -347,7 +348,8 @@ def _picture(result: PopulationFound, found: Shown, views: PageViews) -> dict[st
     cameras = four_views(scene, width=_PICTURE, height=_PICTURE)
     view, camera = max(cameras, key=lambda pair: (_length(pair[1], found), pair[0] == "left"))
     alt = f"{name}: {lack} are lacking, seen {_FROM[view]}"
-    shown = replace(scene_view(scene, [person_label(result, found.row)]), title=alt)
+    marks = _lacking(found, lack, reach=requirement.check == "reach")
+    shown = replace(scene_view(scene, [person_label(result, found.row)]), title=alt, marks=marks)
     index = views.add(shown)
     still = still_picture(scene, camera)
     caption = f"{name}: {lack} are lacking"
@@ -361,6 +363,25 @@ def _marks(found: Shown, lack: str, reach: bool) -> tuple[Mark, ...]:
     to = found.tip if found.tip != found.target else None
     kind = "missed" if reach else "clearance" if to else "contact"
     return (Mark(found.target, lack, kind, to),)
+
+
+def _lacking(found: Shown, lack: str, *, reach: bool) -> tuple[WebMark, ...]:
+    """What is lacking as a line to scale: how far a limb stays from its target, or from the surface
+    of the body to what is too near."""
+    if found.target is None:
+        return ()
+    if found.tip is None or found.tip == found.target:
+        return (WebMark(found.target, f"{lack} lacking", failing=True),)
+    if reach:
+        return (WebMark(found.tip, f"{lack} short", found.target, failing=True),)
+    target = np.array(found.target)
+    way = np.array(found.tip) - target
+    apart = float(np.linalg.norm(way))
+    sphere = int(np.argmin(np.linalg.norm(found.placed.centres[0] - found.tip, axis=1)))
+    room = apart - float(found.placed.body.radius[found.placed.person[0], sphere])
+    x, y, z = (target + way * (room / apart)).tolist()
+    words = f"{millimetres(room)}, {lack} lacking"
+    return (WebMark((x, y, z), words, found.target, failing=True),)
 
 
 def _length(camera: Camera, found: Shown) -> float:
