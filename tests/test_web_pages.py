@@ -245,3 +245,42 @@ def test_a_report_of_many_views_keeps_few_contexts(chromium, view, tmp_path):
         page.locator("#view-0").scroll_into_view_if_needed()
         page.wait_for_selector("#view-0 canvas")
         assert page.faults == []
+
+
+def test_two_fingers_zoom_and_one_turns(chromium, view, tmp_path):
+    touch = """(points) => {
+        const canvas = document.querySelector('.turn canvas');
+        canvas.setPointerCapture = () => {};
+        for (const [type, id, x, y] of points) {
+            const made = { pointerId: id, clientX: x, clientY: y, pointerType: 'touch', buttons: 1 };
+            canvas.dispatchEvent(new PointerEvent(type, made));
+        }
+    }"""
+    pinch = [("pointerdown", 1, 400, 300), ("pointerdown", 2, 500, 300)]
+    pinch += [("pointermove", 2, 550, 300), ("pointerup", 1, 400, 300), ("pointerup", 2, 550, 300)]
+    turn = [("pointerdown", 1, 400, 300), ("pointermove", 1, 500, 300), ("pointerup", 1, 500, 300)]
+    path = tmp_path / "arm.html"
+    path.write_text(standalone(replace(view, environment=None)))
+    with opened(chromium, path) as page:
+        before = pixels(page, PICTURE)
+        page.evaluate(touch, pinch)
+        nearer = pixels(page, PICTURE)
+        assert count(nearer, red=False) > 1.4 * count(before, red=False)
+        page.evaluate(touch, turn)
+        assert pixels(page, PICTURE).tobytes() != nearer.tobytes()
+        assert page.faults == []
+
+
+def test_a_section_takes_the_labels_along_that_it_cuts_away(chromium, alone):
+    with opened(chromium, alone) as page:
+        pixels(page, PICTURE)
+        label = page.locator(".over span").first
+        section = page.get_by_role("button", name="section")
+        for view, there in (("front", True), ("back", False)):
+            page.get_by_role("button", name=view, exact=True).click()
+            section.click()
+            page.wait_for_timeout(500)
+            assert label.is_visible() == there
+            section.click()
+        page.wait_for_timeout(500)
+        assert label.is_visible()

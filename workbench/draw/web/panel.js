@@ -1,6 +1,6 @@
 // One turnable picture with what belongs to it: buttons, names, labels, list of parts, time.
 
-import { VIEWS } from "./camera.js";
+import { VIEWS, vec } from "./camera.js";
 import { element, partList } from "./list.js";
 import { clearest, named, pick } from "./pick.js";
 import { Touch } from "./touch.js";
@@ -100,7 +100,7 @@ export class Panel {
       viewer.section = [...normal, -normal[axis] * through[axis]];
     } else viewer.section = null;
     this.sectionButton.setAttribute("aria-pressed", on);
-    viewer.draw();
+    this.at(this.scene.frame);
   }
 
   toggleList() {
@@ -117,10 +117,14 @@ export class Panel {
     return made;
   }
 
-  // Marks of a motion are there while they last.
+  // Marks of a motion are there while they last; none is where the section has cut all away.
   lasting() {
     const time = this.scene.times ? this.scene.times[this.scene.frame] : 0;
-    return this.scene.marks.map((mark) => !mark.span || (time >= mark.span[0] && time <= mark.span[1]));
+    const plane = this.viewer.section;
+    return this.scene.marks.map(({ span, from }) => {
+      if (plane && vec.dot(plane, from) + plane[3] > 0) return false;
+      return !span || (time >= span[0] && time <= span[1]);
+    });
   }
 
   placeLabels() {
