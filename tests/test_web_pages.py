@@ -284,3 +284,15 @@ def test_a_section_takes_the_labels_along_that_it_cuts_away(chromium, alone):
             section.click()
         page.wait_for_timeout(500)
         assert label.is_visible()
+
+
+def test_what_is_looked_at_has_a_ring_around_it_in_the_middle(chromium, report):
+    with opened(chromium, report) as page:
+        page.evaluate("document.querySelectorAll('details').forEach((one) => { one.open = true; })")
+        page.locator("td.hit a.look").first.click()
+        ring = page.locator(".over .ring:visible")
+        ring.wait_for()
+        box = page.locator(".turn canvas").first.bounding_box()
+        found = ring.bounding_box()
+        assert found["x"] + found["width"] / 2 == pytest.approx(box["x"] + box["width"] / 2, abs=2)
+        assert " to " in page.locator(".said", has_text="mm").first.text_content()

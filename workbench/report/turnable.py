@@ -32,14 +32,18 @@ class Look:
     """Coordinates [mm] with spaces between."""
     time: str = ""
     """[ms] in a motion, "" in a posture."""
+    said: str = ""
+    """What stands below the view then; the words of the link where it is ""."""
 
     def link(self, words: str) -> Markup:
         """The words, as a link that makes the view look there where there is one."""
         if self.view < 0:
             return escape(words)
-        time = f' data-time="{self.time}"' if self.time else ""
+        more = Markup(' data-time="{}"').format(self.time) if self.time else Markup("")
+        if self.said:
+            more += Markup(' data-said="{}"').format(self.said)
         return Markup('<a class="look" href="#view-{}" data-at="{}"{}>{}</a>').format(
-            self.view, self.at, Markup(time), words
+            self.view, self.at, more, words
         )
 
 
@@ -71,12 +75,15 @@ class PageViews:
         return look(found[0], worst.point_mm, worst.time_ms) if found else Look()
 
 
-def look(view: int, point: Sequence[float], time: float | None = None) -> Look:
-    """A place [mm] in a view, and when [ms]; nowhere where it is not finite."""
+def look(view: int, point: Sequence[float], time: float | None = None, *, said: str = "") -> Look:
+    """A place [mm] in a view, and when [ms]; nowhere where it is not finite.
+
+    said: what stands below the view then, the words of the link where it is "".
+    """
     if not all(map(math.isfinite, point)):
         return Look()
     when = "" if time is None or not math.isfinite(time) else f"{time:.3f}"
-    return Look(view, " ".join(f"{value + 0.0:.1f}" for value in point), when)
+    return Look(view, " ".join(f"{value + 0.0:.1f}" for value in point), when, said)
 
 
 def still_picture(scene: Scene, camera: Camera) -> str:

@@ -52,7 +52,7 @@ async function begin() {
     event.preventDefault();
     place.scrollIntoView({ block: "center" });
     panel.lookAt(link.dataset.at.split(" ").map((value) => Number(value) / 1000), link.dataset.time);
-    panel.say(link.textContent);
+    panel.say(link.dataset.said || link.textContent);
   });
   document.addEventListener("case", (event) => {
     const here = places.findIndex((place) => place === event.target);

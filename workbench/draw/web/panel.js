@@ -1,6 +1,7 @@
 // One turnable picture with what belongs to it: buttons, names, labels, list of parts, time.
 
-import { VIEWS, vec } from "./camera.js";
+import { VIEWS } from "./camera.js";
+import { Labels } from "./labels.js";
 import { element, partList } from "./list.js";
 import { clearest, named, pick } from "./pick.js";
 import { Touch } from "./touch.js";
@@ -36,12 +37,12 @@ export class Panel {
       this.end();
       throw error;
     }
-    this.labels = scene.marks.map((mark) => this.label(mark));
+    this.labels = new Labels(this);
     this.over.append(this.tip);
     this.buttons();
     if (scene.times) this.film();
     this.touch = new Touch(this);
-    this.viewer.addEventListener("frame", () => this.placeLabels());
+    this.viewer.addEventListener("frame", () => this.labels.place());
     this.viewer.theme(dark);
     this.at(0);
     this.reset();
@@ -110,44 +111,6 @@ export class Panel {
     this.listButton.setAttribute("aria-pressed", Boolean(this.list));
   }
 
-  label(mark) {
-    const kind = `${mark.failing ? "bad" : ""}${mark.to ? "" : " point"}`;
-    const made = element("span", { className: kind, textContent: mark.text, hidden: true });
-    this.over.append(made);
-    return made;
-  }
-
-  // Marks of a motion are there while they last; none is where the section has cut all away.
-  lasting() {
-    const time = this.scene.times ? this.scene.times[this.scene.frame] : 0;
-    const plane = this.viewer.section;
-    return this.scene.marks.map(({ span, from }) => {
-      if (plane && vec.dot(plane, from) + plane[3] > 0) return false;
-      return !span || (time >= span[0] && time <= span[1]);
-    });
-  }
-
-  placeLabels() {
-    const { clientWidth: width, clientHeight: height } = this.viewer.canvas;
-    const there = this.lasting();
-    const taken = [];
-    this.scene.marks.forEach((mark, k) => {
-      const middle = mark.to ? mark.from.map((value, i) => (value + mark.to[i]) / 2) : mark.from;
-      const seen = there[k] && mark.text && this.viewer.camera.project(middle);
-      const label = this.labels[k];
-      label.hidden = !seen;
-      if (!seen) return;
-      const wide = 4 * mark.text.length + 10;
-      const x = Math.max(wide, Math.min(width - wide, (0.5 + 0.5 * seen[0]) * width));
-      let y = (0.5 - 0.5 * seen[1]) * height - (mark.to ? 16 : 0);
-      const overlaps = (one) => Math.abs(one.x - x) < one.wide + wide && Math.abs(one.y - y) < 22;
-      while (taken.some(overlaps)) y -= 4;
-      taken.push({ x, y, wide });
-      label.style.left = `${x}px`;
-      label.style.top = `${y}px`;
-    });
-  }
-
   film() {
     const last = this.scene.times.length - 1;
     this.time = element("input", { type: "range", min: 0, max: last, value: 0 });
@@ -170,7 +133,7 @@ export class Panel {
       this.clock.textContent = `${this.scene.times[frame].toFixed(0)} ms`;
       this.time.setAttribute("aria-valuetext", this.clock.textContent);
     }
-    const there = this.lasting();
+    const there = this.labels.there();
     const lines = this.scene.marks.filter((mark, k) => mark.to && there[k]);
     this.viewer.setMarks(lines.map((mark) => ({ ...mark, colour: mark.failing ? BAD : GOOD })));
     if (this.playing) this.viewer.moved();
@@ -230,6 +193,7 @@ export class Panel {
     const solid = (k) => viewer.shown.part(k) && !this.scene.place.parts[k].glass;
     const shown = { body: viewer.shown.body, part: solid };
     const { azimuth, height } = clearest(this.scene, viewer.camera, point, shown, viewer.section);
+    this.labels.aim = point;
     Object.assign(viewer.camera, { at: point, azimuth, height, far: 1.1 });
     viewer.draw();
   }

@@ -36,6 +36,7 @@ MODULES = (
     "card",
     "viewer",
     "list",
+    "labels",
     "touch",
     "panel",
     "page",

@@ -138,6 +138,7 @@ export class Touch {
     panel.viewer.hiddenParts.clear();
     panel.viewer.hiddenBodies.clear();
     panel.chosen = null;
+    panel.labels.aim = null;
     if (panel.viewer.section) panel.toggleSection();
     panel.say(panel.words);
     panel.viewer.partsChanged();

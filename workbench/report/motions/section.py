@@ -91,7 +91,12 @@ def _motion(motion: MotionFound, rows: MotionRows, view: int) -> dict[str, Any]:
     return {
         "rows": rows,
         "contacts": [
-            (row, look(view, row.point_mm, row.deepest_ms) if _is_deep(row) else Look())
+            (
+                row,
+                look(view, row.point_mm, row.deepest_ms, said=row.sentence)
+                if _is_deep(row)
+                else Look(),
+            )
             for row in rows.contacts
         ],
         "story": story,

@@ -22,7 +22,7 @@ from workbench.report.postures.envelopes.pictures import envelope_pictures
 from workbench.report.postures.reach_rows import doubt_sentence
 from workbench.report.templates import template
 from workbench.report.turnable import Look, PageViews, look, still_picture
-from workbench.report.words import finding_sentence
+from workbench.report.words import finding_sentence, millimetres
 
 __all__ = ["postures_section"]
 
@@ -64,7 +64,7 @@ def postures_section(
             for case in range(len(result.cases))
         ],
         stops=[_stops(result, index) for index in range(len(result.people))],
-        reaches=_reaches(rows),
+        reaches=_reaches(result, rows, cases[0]["view"] if cases else -1),
         doubts=doubt_sentence([row.doubt for row in rows.reaches]),
         envelopes=[envelope_pictures(result, e) for e in result.envelopes],
         legend=LEGEND,
@@ -78,8 +78,10 @@ def postures_section(
     return Markup(html)
 
 
-def _reaches(rows: PosturesRows) -> list[dict[str, Any]]:
-    """For each person a line for each control, with a cell for each zone."""
+def _reaches(result: PosturesFound, rows: PosturesRows, view: int) -> list[dict[str, Any]]:
+    """For each person a line for each control, with a cell for each zone; view: of the first case,
+    whose posture they begin from."""
+    at = {control.name: np.array(control.at) for control in result.environment.controls}
     found: dict[str, dict[str, list[ReachRow]]] = {}
     for row in rows.reaches:
         found.setdefault(row.person, {}).setdefault(row.control, []).append(row)
@@ -90,7 +92,12 @@ def _reaches(rows: PosturesRows) -> list[dict[str, Any]]:
                 {
                     "control": control,
                     "zone": zones[0].own_zone,
-                    "cells": [_zone_cell(row) for row in zones],
+                    "cells": [
+                        _zone_cell(
+                            row, look(view, (1000.0 * at[control]).tolist(), said=_short(row))
+                        )
+                        for row in zones
+                    ],
                 }
                 for control, zones in controls.items()
             ],
@@ -99,12 +106,20 @@ def _reaches(rows: PosturesRows) -> list[dict[str, Any]]:
     ]
 
 
-def _zone_cell(row: ReachRow) -> dict[str, str]:
-    """Whether a control is reached in a zone, by which limb or by how much not."""
+def _short(row: ReachRow) -> str:
+    """ "small woman: flaps, zone 2: 41 mm short"."""
+    control = row.control.replace("_", " ")
+    return f"{row.person}: {control}, zone {row.zone}: {row.miss_mm:.0f} mm short"
+
+
+def _zone_cell(row: ReachRow, place: Look) -> dict[str, Any]:
+    """Whether a control is reached in a zone, by which limb or by how much not; then with a link to
+    where the control is."""
     if row.reached:
-        return {"text": str(row.limb), "kind": "far"}
+        return {"text": str(row.limb), "kind": "far", "look": Look()}
     text = f"{row.miss_mm:.0f} mm short: {row.limit}"
-    return {"text": text, "kind": "hit" if row.zone >= row.own_zone else "close"}
+    kind = "hit" if row.zone >= row.own_zone else "close"
+    return {"text": text, "kind": kind, "look": place}
 
 
 def _unasked(result: PosturesFound, rows: PosturesRows, case: str) -> list[ContactRow]:
@@ -220,8 +235,16 @@ def _matrix(result: PosturesFound, person: PersonFound, case: int, view: int) ->
     least = np.where(np.isfinite(distance), distance, np.inf).min(axis=0)
     parts = [k for k in np.argsort(least, kind="stable").tolist() if least[k] < NEAR]
     points = 1000.0 * person.clearance.point[case]
+
+    def said(n: int, k: int) -> str:
+        part = environment.parts[k].replace("_", " ")
+        return f"{person.name}: {body.segment_names[n]} to {part}, {millimetres(distance[n, k])}"
+
     cells = {
-        k: [_cell(distance[n, k], allowed[n, k], look(view, points[n, k])) for n in columns]
+        k: [
+            _cell(distance[n, k], allowed[n, k], look(view, points[n, k], said=said(n, k)))
+            for n in columns
+        ]
         for k in parts
     }
     return {
