@@ -296,3 +296,17 @@ def test_what_is_looked_at_has_a_ring_around_it_in_the_middle(chromium, report):
         found = ring.bounding_box()
         assert found["x"] + found["width"] / 2 == pytest.approx(box["x"] + box["width"] / 2, abs=2)
         assert " to " in page.locator(".said", has_text="mm").first.text_content()
+
+
+def test_a_ghost_lets_through_what_is_behind_it(chromium, view, tmp_path):
+    shown = []
+    for ghost in (False, True):
+        body = replace(view.bodies[0], ghost=ghost, failing=(), colour=(40, 60, 200))
+        specks = np.full_like(body.radius, 1e-4)  # around all of it, so that both are as large
+        base = replace(view.bodies[0], radius=specks, centres=2.0 * body.centres)
+        path = tmp_path / f"{ghost}.html"
+        path.write_text(standalone(WebView("g", (base, body))))
+        with opened(chromium, path) as page:
+            colour = np.asarray(pixels(page, PICTURE), dtype=np.int64)
+            shown.append(int(np.sum(np.abs(colour - PAPER))))
+    assert 0.3 * shown[0] < shown[1] < 0.8 * shown[0]
