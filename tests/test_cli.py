@@ -296,7 +296,10 @@ def test_render_draws_a_body_an_environment_and_a_case(capsys, cab, tmp_path, so
         ]
         assert answer(capsys, *wanted) == (0, f"{out}\n", "")
         assert out.read_bytes().startswith(head)
-    assert len(list((tmp_path / "new").iterdir())) == 2
+    assert sorted(path.name for path in tmp_path.glob("picture.*")) == [
+        "picture.png",
+        "picture.svg",
+    ]
 
 
 def test_render_makes_no_folder_in_silence(capsys, cab, tmp_path):

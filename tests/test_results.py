@@ -275,7 +275,7 @@ def test_the_page_needs_nothing_from_outside(page, folder):
     bare = re.sub(r'xmlns(:\w+)?="[^"]*"|data:image/png;base64,[\w+/=]+', "", page)
     assert not re.findall(r"https?://|(?<![:\w])//\w|@import|url\((?!#)", bare)
     for tag, attrs in Page(page).tags:
-        assert tag not in ("script", "link", "iframe", "object", "embed", "base")
+        assert tag not in ("link", "iframe", "object", "embed", "base")
         assert not [name for name in attrs if name.startswith("on")]
         if tag == "a" and "download" in attrs:  # the files that lie beside it
             assert (folder / attrs["href"]).is_file()
@@ -289,9 +289,7 @@ def test_every_picture_says_what_it_shows(page, data):
     pictures = [attrs for tag, attrs in read.tags if tag == "img"]
     drawings = [attrs for tag, attrs in read.tags if tag == "svg"]
     assert len(pictures) == 4 * len(data["cases"])
-    assert (
-        len(pictures) < len(drawings) <= 5 * len(data["cases"])
-    )  # one more where something is near
+    assert len(drawings) <= len(data["cases"])  # one where something is near
     assert len({attrs["alt"] for attrs in pictures}) == len(pictures)
     assert all(attrs["alt"].startswith(tuple(data["cases"])) for attrs in pictures)
     assert len(re.findall(r"<svg[^>]* role=\"img\"[^>]*>\s*<title>[^<]+</title>", page)) == len(
@@ -310,7 +308,7 @@ def test_pictures_are_png_of_the_stated_size_and_drawings_are_xml(page):
 
 def test_names_from_files_are_text_in_the_page_never_markup(page, data):
     assert data["cases"][0] == '=down "&" <script>'
-    assert "<script" not in page
+    assert page.count("<script") == 2  # the data of the turnable pictures, and what turns them
     assert "=down &#34;&amp;&#34; &lt;script&gt;" in page
     assert '=down "&" <script>' in Page(page).text
 

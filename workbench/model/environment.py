@@ -11,6 +11,7 @@ import numpy as np
 from workbench.errors import InputError, one_of
 from workbench.model.arguments import check_fields
 from workbench.model.arrays import ArrayKind, Bools, Floats, Ints, freeze_fields
+from workbench.model.shown import shown_html
 
 __all__ = ["Adjustment", "Allowance", "Control", "Environment", "Quality", "Rest", "Seat"]
 
@@ -189,6 +190,9 @@ class Environment:
 
     def __repr__(self) -> str:
         return f"Environment({self.name}: {len(self.parts)} parts, {len(self.normal)} polygons)"
+
+    def _repr_html_(self) -> str | None:
+        return shown_html(self)
 
     def __post_init__(self) -> None:
         check_fields(self)

@@ -12,6 +12,7 @@ from workbench.model.arguments import check_fields
 from workbench.model.arrays import Bools, Floats, Ints, frozen
 from workbench.model.body import Body
 from workbench.model.quaternions import cross
+from workbench.model.shown import shown_html
 from workbench.model.spool import Spool, pieces
 
 __all__ = [
@@ -106,6 +107,9 @@ class Placed:
 
     def __repr__(self) -> str:
         return f"Placed({len(self)} poses of {self.body!r})"
+
+    def _repr_html_(self) -> str | None:
+        return shown_html(self)
 
     def __post_init__(self) -> None:
         check_fields(self)

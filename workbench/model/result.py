@@ -28,6 +28,7 @@ from workbench.model.motion_case import (
 )
 from workbench.model.population_found import PopulationFound
 from workbench.model.poses import Placed, Poses
+from workbench.model.shown import shown_html
 from workbench.model.study import Role, Study
 
 __all__ = [
@@ -294,6 +295,9 @@ class Result:
     motions: tuple[MotionFound, ...] = ()
     agreements: tuple[Agreement, ...] = ()
     population: PopulationFound | None = None
+
+    def _repr_html_(self) -> str | None:
+        return shown_html(self)
 
     @property
     def passed(self) -> bool:

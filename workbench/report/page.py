@@ -6,11 +6,13 @@ from collections.abc import Callable, Sequence
 
 from markupsafe import Markup
 
+from workbench.draw.web.snippet import policy, scripts_html, style
 from workbench.files.results.result import ResultFile, VerdictRow
 from workbench.model.environment import Environment
 from workbench.model.result import Result
 from workbench.report.postures.section import postures_section
 from workbench.report.templates import template
+from workbench.report.turnable import PageViews
 from workbench.report.words import adjusted_line, part_count
 
 __all__ = ["page"]
@@ -38,14 +40,21 @@ def page(
         Called with words on how far it is.
     """
     say = progress or (lambda words: None)
+    views = PageViews()
+    sections = _sections(result, rows, film, say, views)
+    verdicts = _by_criterion(rows.verdicts)
     return template("page.html.j2").render(
+        policy=policy(media=bool(film)),
+        view_style=Markup(style()),
+        view_scripts=Markup(scripts_html(views.packing)),
+        looks=[views.of_verdict(verdict) for verdict in verdicts],
         rows=rows,
         description=result.study.description,
         parts=part_count(_environment(result)),
         people=_people(result, rows),
-        verdicts=_by_criterion(rows.verdicts),
+        verdicts=verdicts,
         about=len({(verdict.row, verdict.motion) for verdict in rows.verdicts}) > 1,
-        sections=_sections(result, rows, film, say),
+        sections=sections,
         files=files,
     )
 
@@ -84,16 +93,19 @@ def _by_criterion(verdicts: Sequence[VerdictRow]) -> list[VerdictRow]:
     return sorted(verdicts, key=lambda verdict: order.index(verdict.name))
 
 
-def _sections(result: Result, rows: ResultFile, film: str, say: Say) -> list[Markup]:
+def _sections(
+    result: Result, rows: ResultFile, film: str, say: Say, views: PageViews
+) -> list[Markup]:
+    """The sections of the page, whose turnable pictures are added to `views`."""
     found = []
     for postures, some in zip(result.postures, rows.postures, strict=True):
-        found.append(postures_section(postures, some, say))
+        found.append(postures_section(postures, some, say, views))
     if result.motions:
         from workbench.report.motions.section import motions_section  # not loaded for other studies
 
-        found.append(motions_section(result, rows, film=film, say=say))
+        found.append(motions_section(result, rows, film=film, say=say, views=views))
     if result.population is not None:
         from workbench.report.population.section import population_section
 
-        found.append(population_section(result.population, say))
+        found.append(population_section(result.population, say, views))
     return found

@@ -29,7 +29,7 @@ from workbench.draw.visibility import DepthBuffers, triangle_polygons, triangles
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.environment import Environment
 
-__all__ = ["FEATURE_ANGLE", "Lines", "drawn_edges", "visible_lines"]
+__all__ = ["FEATURE_ANGLE", "Lines", "drawn_edges", "feature_edges", "visible_lines"]
 
 FEATURE_ANGLE = np.radians(25.0)
 """Angle [rad] between two polygons from which their common edge is sharp."""
@@ -104,6 +104,19 @@ def drawn_edges(
         ends = np.concatenate([ends, section])
         see_through = np.append(see_through, environment.see_through[part])
     return view_to_pixels(camera, ends), see_through
+
+
+def feature_edges(environment: Environment) -> tuple[Ints, Ints]:
+    """Return the open and sharp edges of the parts that are not hidden.
+
+    Returns
+    -------
+    tuple[Ints, Ints]
+        Vertices (M, 2) of each edge, and its part (M,).
+    """
+    edges = _edge_topology(environment)
+    part = environment.polygon_part[edges.first[edges.sharp]]
+    return edges.corners[edges.sharp], part
 
 
 @lru_cache(maxsize=8)

@@ -8,26 +8,31 @@ from typing import Any
 import numpy as np
 from markupsafe import Markup
 
-from workbench.files.results.motions import MotionRows
+from workbench.draw.web.motion_view import motion_view
+from workbench.files.results.motions import MeetingRow, MotionRows
 from workbench.files.results.result import ResultFile
 from workbench.model.arrays import Floats
+from workbench.model.motion_case import Meeting
 from workbench.model.result import MotionFound, Result
 from workbench.motion.signals import GRAVITY
 from workbench.report.motions.charts import clearance_curves, curves, timeline
 from workbench.report.motions.pictures import FILM_CAPTION, motion_strips
 from workbench.report.motions.words import agreement_sentence, breach_sentence, meeting_sentence
 from workbench.report.templates import template
+from workbench.report.turnable import Look, PageViews, look
 
 __all__ = ["motion_words", "motions_section"]
 
 _POSITIONS = 5
+_COLOURS = ("warm", "blue")
+_CAPTION = "scrub or play; red spheres are deeper in something than is allowed"
 _MOST_LINES = 14
 _MOST_FORCES = 6
 _FIGURES = ("peak", "3 ms", "HIC15", "HIC36", "delta-v")
 
 
 def motions_section(
-    result: Result, rows: ResultFile, *, film: str, say: Callable[[str], None]
+    result: Result, rows: ResultFile, *, film: str, say: Callable[[str], None], views: PageViews
 ) -> Markup:
     """The part of the page about the motions of a result.
 
@@ -37,19 +42,29 @@ def motions_section(
         The name of a film's file, "" where there is none.
     say
         Called with words on how far it is.
+    views
+        The turnable pictures of the page; one is added for each motion.
     """
     say("pictures of the motion")
     found = result.motions
     known = {figure.name for m in rows.motions for s in m.signals for figure in s.figures}
     compared = [found[case].study.name for case in result.study.compare or ()]
+    strips = motion_strips([m.study for m in found], _moments(found))
+    indices = [
+        views.add(motion_view(m, _COLOURS[k % len(_COLOURS)]), case=m.study.name or m.study.case)
+        for k, m in enumerate(found)
+    ]
     html = template("motions/section.html.j2").render(
         film=film,
         film_caption=FILM_CAPTION,
         strips=[
-            (Markup(strip), caption)
-            for strip, caption in motion_strips([m.study for m in found], _moments(found))
+            (_place(views, index, m), Markup(strip), caption)
+            for m, index, (strip, caption) in zip(found, indices, strips, strict=True)
         ],
-        motions=[_motion(m, row) for m, row in zip(found, rows.motions, strict=True)],
+        motions=[
+            _motion(m, row, index)
+            for m, row, index in zip(found, rows.motions, indices, strict=True)
+        ],
         signals=[(m.name, signal) for m in rows.motions for signal in m.signals],
         figures=[name for name in _FIGURES if name in known],
         agreement=rows.agreement,
@@ -59,16 +74,31 @@ def motions_section(
     return Markup(html)
 
 
+def _place(views: PageViews, index: int, motion: MotionFound) -> Markup:
+    name = motion.study.name or motion.study.case
+    words = f"{name}: the still pictures of this motion are below"
+    return views.place(index, still="", alt=words, caption=f"{name}: {_CAPTION}")
+
+
 def motion_words(rows: MotionRows) -> str:
     """Who moves, for how long: "pilot: bubbleman, 121 frames from 0.0 to 120.0 ms"."""
     start, end = rows.span_ms
     return f"{rows.person}: {rows.body}, {rows.frames} frames from {start:.1f} to {end:.1f} ms"
 
 
-def _motion(motion: MotionFound, rows: MotionRows) -> dict[str, Any]:
-    story, more = _story(motion)
+def _motion(motion: MotionFound, rows: MotionRows, view: int) -> dict[str, Any]:
+    story, more = _story(motion, view)
     return {
         "rows": rows,
+        "contacts": [
+            (
+                row,
+                look(view, row.point_mm, row.deepest_ms, said=row.sentence)
+                if _is_deep(row)
+                else Look(),
+            )
+            for row in rows.contacts
+        ],
         "story": story,
         "more": more,
         "timeline": Markup(timeline(motion)),
@@ -89,18 +119,28 @@ def _acceleration(motion: MotionFound) -> str:
     return curves(motion.signals[0].time, lines, unit="g", title="Resultant acceleration")
 
 
-def _story(result: MotionFound) -> tuple[list[str], int]:
+def _is_deep(row: MeetingRow) -> bool:
+    return row.depth_mm > row.allowed_mm
+
+
+def _story(result: MotionFound, view: int) -> tuple[list[Markup], int]:
     """Contacts beyond what is allowed and stops passed, in the order of time; the deepest where
     there are too many."""
     names = dict(zip(result.study.body.joints, result.study.body.joint_names, strict=True))
     told = [
-        (m.enter, m.depth - m.allowed, meeting_sentence(m))
+        (m.enter, m.depth - m.allowed, meeting_sentence(m), _look(view, m))
         for m in result.meetings
         if m.depth > m.allowed
     ]
-    told += [(b.begin, b.worst * 0.1, breach_sentence(b, names)) for b in result.breaches]
+    told += [(b.begin, b.worst * 0.1, breach_sentence(b, names), Look()) for b in result.breaches]
     kept = sorted(told, key=lambda row: -row[1])[:_MOST_LINES]
-    return [text for _, _, text in sorted(kept)], len(told) - len(kept)
+    ordered = sorted(kept, key=lambda row: row[:3])
+    return [place.link(text) for _, _, text, place in ordered], len(told) - len(kept)
+
+
+def _look(view: int, meeting: Meeting) -> Look:
+    """Where and when a contact is deepest."""
+    return look(view, [1000.0 * value for value in meeting.point], 1000.0 * meeting.deepest)
 
 
 def _moments(motions: Sequence[MotionFound]) -> Floats:

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import base64
-import io
 from collections import Counter
 from collections.abc import Callable
+from dataclasses import replace
 from itertools import pairwise
 from typing import Any
 
@@ -14,10 +13,10 @@ from markupsafe import Markup
 
 from workbench.body.people.share import TENTHS_FROM, percent, percent_number
 from workbench.draw.camera import Camera, project
-from workbench.draw.disks import disks
 from workbench.draw.reach_map import BANDS, LEVELS, map_controls, reach_map_svg
 from workbench.draw.scene import Mark, Scene, SceneBody
 from workbench.draw.views import four_views
+from workbench.draw.web.views import WebMark, scene_view
 from workbench.model.accommodation import Gain, GroupShare, ReachMap
 from workbench.model.arrays import Bools, Floats
 from workbench.model.encumbrance import Encumbrance
@@ -41,6 +40,7 @@ from workbench.report.population.words import (
     gain_sentence,
     millimetres_short,
     no_gain_words,
+    person_label,
     person_sentence,
     plain,
     reason_words,
@@ -48,6 +48,8 @@ from workbench.report.population.words import (
     settable_words,
 )
 from workbench.report.templates import template
+from workbench.report.turnable import PageViews, still_picture
+from workbench.report.words import millimetres
 
 __all__ = ["population_section", "population_words"]
 
@@ -62,10 +64,17 @@ _FROM = {
 _NUMBERS = ("no", "one", "two", "three", "four", "five")
 
 
-def population_section(result: PopulationFound, say: Callable[[str], None]) -> Markup:
+def population_section(
+    result: PopulationFound, say: Callable[[str], None], views: PageViews
+) -> Markup:
     """The part of the page about a population: who fits, who does not, by what and by how much.
 
-    say: called with words on how far it is.
+    Parameters
+    ----------
+    say
+        Called with words on how far it is.
+    views
+        The turnable pictures of the page; one is added for each of the hardest people.
     """
     say("pictures of the hardest people")
     ends = margin_range(result.spread)
@@ -95,7 +104,7 @@ def population_section(result: PopulationFound, say: Callable[[str], None]) -> M
         gains=[_gain(gain, len(result.served)) for gain in result.gains],
         no_gain=no_gain_words(result),
         cases=_NUMBERS[hardest] if hardest < len(_NUMBERS) else str(hardest),
-        hardest=[_person(result, row) for row in result.hardest],
+        hardest=[_person(result, row, views) for row in result.hardest],
         maps=[_map(result, found) for found in result.maps],
         key=_key(),
     )
@@ -317,14 +326,14 @@ def _gain(gain: Gain, count: int) -> dict[str, Any]:
     return {"sentence": gain_sentence(gain, count), "rate": " and ".join(rates), "helps": helps}
 
 
-def _person(result: PopulationFound, row: int) -> dict[str, Any]:
+def _person(result: PopulationFound, row: int, views: PageViews) -> dict[str, Any]:
     """One of the hardest: a sentence and, where the body is at hand, its picture."""
     found = next((s for s in result.shown if s.row == row), None)
-    picture = _picture(result, found) if found is not None else {}
+    picture = _picture(result, found, views) if found is not None else {}
     return {"sentence": person_sentence(result, row), **picture}
 
 
-def _picture(result: PopulationFound, found: Shown) -> dict[str, str]:
+def _picture(result: PopulationFound, found: Shown, views: PageViews) -> dict[str, str]:
     """The body in the cockpit as found, from where the line from tip to target shows longest."""
     lack = f"{millimetres_short(-float(result.margin[found.row, found.requirement]))} mm"
     requirement = result.requirements[found.requirement]
@@ -336,17 +345,15 @@ def _picture(result: PopulationFound, found: Shown) -> dict[str, str]:
         name,
         "as found at the worst",
     )
-    views = four_views(scene, width=_PICTURE, height=_PICTURE)
-    view, camera = max(views, key=lambda pair: (_length(pair[1], found), pair[0] == "left"))
-    out = io.BytesIO()
-    # to look for the smallest file takes longer than to draw it, and saves a tenth
-    disks(scene, camera).save(out, "PNG")
-    text = "data:image/png;base64," + base64.b64encode(out.getvalue()).decode("ascii")
-    return {
-        "png": text,
-        "view": _FROM[view],
-        "alt": f"{name}: {lack} are lacking, seen {_FROM[view]}",
-    }
+    cameras = four_views(scene, width=_PICTURE, height=_PICTURE)
+    view, camera = max(cameras, key=lambda pair: (_length(pair[1], found), pair[0] == "left"))
+    alt = f"{name}: {lack} are lacking, seen {_FROM[view]}"
+    marks = _lacking(found, lack, reach=requirement.check == "reach")
+    shown = replace(scene_view(scene, [person_label(result, found.row)]), title=alt, marks=marks)
+    index = views.add(shown)
+    still = still_picture(scene, camera)
+    caption = f"{name}: {lack} are lacking"
+    return {"turnable": views.place(index, still=still, alt=alt, caption=caption)}
 
 
 def _marks(found: Shown, lack: str, reach: bool) -> tuple[Mark, ...]:
@@ -356,6 +363,25 @@ def _marks(found: Shown, lack: str, reach: bool) -> tuple[Mark, ...]:
     to = found.tip if found.tip != found.target else None
     kind = "missed" if reach else "clearance" if to else "contact"
     return (Mark(found.target, lack, kind, to),)
+
+
+def _lacking(found: Shown, lack: str, *, reach: bool) -> tuple[WebMark, ...]:
+    """What is lacking as a line to scale: how far a limb stays from its target, or from the surface
+    of the body to what is too near."""
+    if found.target is None:
+        return ()
+    if found.tip is None or found.tip == found.target:
+        return (WebMark(found.target, f"{lack} lacking", failing=True),)
+    if reach:
+        return (WebMark(found.tip, f"{lack} short", found.target, failing=True),)
+    target = np.array(found.target)
+    way = np.array(found.tip) - target
+    apart = float(np.linalg.norm(way))
+    sphere = int(np.argmin(np.linalg.norm(found.placed.centres[0] - found.tip, axis=1)))
+    room = apart - float(found.placed.body.radius[found.placed.person[0], sphere])
+    x, y, z = (target + way * (room / apart)).tolist()
+    words = f"{millimetres(room)}, {lack} lacking"
+    return (WebMark((x, y, z), words, found.target, failing=True),)
 
 
 def _length(camera: Camera, found: Shown) -> float:

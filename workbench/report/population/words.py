@@ -291,8 +291,7 @@ def person_sentence(result: PopulationFound, row: int) -> str:
     tall = ""
     if "stature" in people.names:
         tall = f" of {1000 * people.column('stature')[row]:,.0f} mm"
-    label = person_name(people.labels[row] if people.labels else str(row + 1))
-    text = f"A {noun}{tall} ({label}): "
+    text = f"A {noun}{tall} ({person_label(result, row)}): "
     short = np.flatnonzero(~result.met[row])
     if not len(short):
         return text + "everything is met."
@@ -303,6 +302,12 @@ def person_sentence(result: PopulationFound, row: int) -> str:
         text += f" {more} more requirement{'s are' if more > 1 else ' is'} not met."
     setting = setting_words(result, row)
     return text + (f" This is where least is missing: with {setting}." if setting else "")
+
+
+def person_label(result: PopulationFound, row: int) -> str:
+    """What one of the people is called: "female 31", "person 31" where there are no labels."""
+    labels = result.people.labels
+    return person_name(labels[row] if labels else str(row + 1))
 
 
 def person_name(label: str) -> str:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import base64
-import io
 import math
 from collections.abc import Callable
 from typing import Any
@@ -12,19 +10,19 @@ import numpy as np
 from markupsafe import Markup
 
 from workbench.contact.collide import allowed_depth
-from workbench.draw.disks import disks
 from workbench.draw.envelopes.sections import LEGEND
-from workbench.draw.lines.circles import circles
 from workbench.draw.scene import Mark, Scene, SceneBody
 from workbench.draw.source import PEOPLE_COLOURS
 from workbench.draw.views import four_views
-from workbench.files.results.postures import PosturesRows, ReachRow
+from workbench.draw.web.case_view import case_view
+from workbench.files.results.postures import ContactRow, PosturesRows, ReachRow
 from workbench.model.result import Finding, PersonFound, PosturesFound
 from workbench.report.postures.drawing import clearance_drawing
 from workbench.report.postures.envelopes.pictures import envelope_pictures
 from workbench.report.postures.reach_rows import doubt_sentence
 from workbench.report.templates import template
-from workbench.report.words import finding_sentence
+from workbench.report.turnable import Look, PageViews, look, still_picture
+from workbench.report.words import finding_sentence, millimetres
 
 __all__ = ["postures_section"]
 
@@ -32,41 +30,58 @@ NEAR = 0.12
 PICTURE = 520
 DRAWING = 720
 MOST_MARKS = 12
+_MOST_OVERLAPS = 8
+_ASKED_BY = {"contact": "environment", "self_contact": "self", "between_people": "between_people"}
+"""The kind of contacts that each check asks about."""
 _Breach = tuple[str, Finding]
 """A finding that does not meet its criterion, and the check of the criterion."""
 
 
 def postures_section(
-    result: PosturesFound, rows: PosturesRows, say: Callable[[str], None]
+    result: PosturesFound, rows: PosturesRows, say: Callable[[str], None], views: PageViews
 ) -> Markup:
     """The part of the page about people in postures.
 
-    say: called with words on how far it is.
+    Parameters
+    ----------
+    say
+        Called with words on how far it is.
+    views
+        The turnable pictures of the page; one is added for each case.
     """
     cases = []
     for index, name in enumerate(result.cases):
         say(f"pictures of {name}")
-        cases.append(_case(result, index))
+        cases.append(_case(result, index, views) | {"overlaps": _unasked(result, rows, name)})
+    shown = {case["name"]: case["view"] for case in cases}
     html = template("postures/section.html.j2").render(
         rows=rows,
         cases=cases,
         names=result.cases,
         matrices=[
-            _matrix(result, person, case)
+            _matrix(result, person, case, cases[case]["view"])
             for person in result.people
             for case in range(len(result.cases))
         ],
         stops=[_stops(result, index) for index in range(len(result.people))],
-        reaches=_reaches(rows),
+        reaches=_reaches(result, rows, cases[0]["view"] if cases else -1),
         doubts=doubt_sentence([row.doubt for row in rows.reaches]),
         envelopes=[envelope_pictures(result, e) for e in result.envelopes],
         legend=LEGEND,
+        most_overlaps=_MOST_OVERLAPS,
+        contact_look=lambda view, row: look(view, row.point_mm),
+        contacts=[
+            (row, look(shown[row.case], row.point_mm) if row.excess_mm > 0 else Look())
+            for row in rows.contacts
+        ],
     )
     return Markup(html)
 
 
-def _reaches(rows: PosturesRows) -> list[dict[str, Any]]:
-    """For each person a line for each control, with a cell for each zone."""
+def _reaches(result: PosturesFound, rows: PosturesRows, view: int) -> list[dict[str, Any]]:
+    """For each person a line for each control, with a cell for each zone; view: of the first case,
+    whose posture they begin from."""
+    at = {control.name: np.array(control.at) for control in result.environment.controls}
     found: dict[str, dict[str, list[ReachRow]]] = {}
     for row in rows.reaches:
         found.setdefault(row.person, {}).setdefault(row.control, []).append(row)
@@ -77,7 +92,12 @@ def _reaches(rows: PosturesRows) -> list[dict[str, Any]]:
                 {
                     "control": control,
                     "zone": zones[0].own_zone,
-                    "cells": [_zone_cell(row) for row in zones],
+                    "cells": [
+                        _zone_cell(
+                            row, look(view, (1000.0 * at[control]).tolist(), said=_short(row))
+                        )
+                        for row in zones
+                    ],
                 }
                 for control, zones in controls.items()
             ],
@@ -86,32 +106,60 @@ def _reaches(rows: PosturesRows) -> list[dict[str, Any]]:
     ]
 
 
-def _zone_cell(row: ReachRow) -> dict[str, str]:
-    """Whether a control is reached in a zone, by which limb or by how much not."""
+def _short(row: ReachRow) -> str:
+    """ "small woman: flaps, zone 2: 41 mm short"."""
+    control = row.control.replace("_", " ")
+    return f"{row.person}: {control}, zone {row.zone}: {row.miss_mm:.0f} mm short"
+
+
+def _zone_cell(row: ReachRow, place: Look) -> dict[str, Any]:
+    """Whether a control is reached in a zone, by which limb or by how much not; then with a link to
+    where the control is."""
     if row.reached:
-        return {"text": str(row.limb), "kind": "far"}
+        return {"text": str(row.limb), "kind": "far", "look": Look()}
     text = f"{row.miss_mm:.0f} mm short: {row.limit}"
-    return {"text": text, "kind": "hit" if row.zone >= row.own_zone else "close"}
+    kind = "hit" if row.zone >= row.own_zone else "close"
+    return {"text": text, "kind": kind, "look": place}
 
 
-def _case(result: PosturesFound, case: int) -> dict[str, Any]:
+def _unasked(result: PosturesFound, rows: PosturesRows, case: str) -> list[ContactRow]:
+    """The overlaps of a case beyond what is allowed that no criterion asks about, deepest first."""
+    checks = {verdict.criterion.check for verdict in result.verdicts}
+    kinds = {kind for check, kind in _ASKED_BY.items() if check not in checks}
+    found = [
+        row
+        for row in rows.contacts
+        if row.case == case and row.kind in kinds and row.excess_mm > 0.05
+    ]
+    return sorted(found, key=lambda row: -row.excess_mm)
+
+
+def _case(result: PosturesFound, case: int, views: PageViews) -> dict[str, Any]:
     """Pictures and numbered findings of one case."""
     shown, rest = _shown(result, case)
-    scene = _scene(result, case, [finding for _, finding in shown])
-    views = [
-        {
-            "name": name.replace("_", " "),
-            "png": _png(scene, camera),
-            "svg": Markup(circles(scene, camera)),
-        }
+    findings = [finding for _, finding in shown]
+    scene = _scene(result, case, findings)
+    stills = {
+        name: still_picture(scene, camera)
         for name, camera in four_views(scene, width=PICTURE, height=PICTURE)
-    ]
+    }
+    view = case_view(result, case, findings, within=NEAR)
+    name = result.cases[case]
+    index = views.add(view, case=name, row=result.row)
+    words = f"{view.title}; red spheres overlap what they may not, blue lines are clearances"
+    still = stills.pop("three_quarter")
     return {
-        "name": result.cases[case],
+        "name": name,
+        "view": index,
+        "turnable": views.place(
+            index, still=still, alt=f"{name}, three quarter view", caption=words
+        ),
         "people": [f"{p.name}: {p.postures[case].replace('_', ' ')}" for p in result.people],
-        "views": views,
+        "stills": [(name.replace("_", " "), png) for name, png in stills.items()],
         "drawing": clearance_drawing(scene, result.people, case, within=NEAR, size=DRAWING),
-        "marked": [f"{finding_sentence(check, f)} {_place(f)}" for check, f in shown],
+        "marked": [
+            (f"{finding_sentence(check, f)} {_place(f)}", _look(index, f)) for check, f in shown
+        ],
         "unmarked": [finding_sentence(check, f) for check, f in rest],
     }
 
@@ -134,6 +182,10 @@ def _shown(result: PosturesFound, case: int) -> tuple[list[_Breach], list[_Breac
             first.setdefault(pair, (check, finding))
     shown = list(first.values())[:MOST_MARKS]
     return shown, [breach for breach in breaches if breach not in shown]
+
+
+def _look(view: int, finding: Finding) -> Look:
+    return look(view, [1000.0 * value for value in finding.point or ()])
 
 
 def _place(finding: Finding) -> str:
@@ -172,13 +224,7 @@ def _resting(result: PosturesFound, case: int) -> tuple[Mark, ...]:
     return tuple(marks)
 
 
-def _png(scene: Scene, camera: Any) -> str:
-    out = io.BytesIO()
-    disks(scene, camera).save(out, "PNG")
-    return "data:image/png;base64," + base64.b64encode(out.getvalue()).decode("ascii")
-
-
-def _matrix(result: PosturesFound, person: PersonFound, case: int) -> dict[str, Any]:
+def _matrix(result: PosturesFound, person: PersonFound, case: int, view: int) -> dict[str, Any]:
     """Clearance of one person in one case: the parts that are near, nearest first; segments that
     have spheres."""
     body = person.placed.body
@@ -188,7 +234,19 @@ def _matrix(result: PosturesFound, person: PersonFound, case: int) -> dict[str, 
     columns = np.flatnonzero(np.diff(body.start) > 0).tolist()
     least = np.where(np.isfinite(distance), distance, np.inf).min(axis=0)
     parts = [k for k in np.argsort(least, kind="stable").tolist() if least[k] < NEAR]
-    cells = {k: [_cell(distance[n, k], allowed[n, k]) for n in columns] for k in parts}
+    points = 1000.0 * person.clearance.point[case]
+
+    def said(n: int, k: int) -> str:
+        part = environment.parts[k].replace("_", " ")
+        return f"{person.name}: {body.segment_names[n]} to {part}, {millimetres(distance[n, k])}"
+
+    cells = {
+        k: [
+            _cell(distance[n, k], allowed[n, k], look(view, points[n, k], said=said(n, k)))
+            for n in columns
+        ]
+        for k in parts
+    }
     return {
         "person": person.name,
         "case": result.cases[case],
@@ -198,9 +256,11 @@ def _matrix(result: PosturesFound, person: PersonFound, case: int) -> dict[str, 
     }
 
 
-def _cell(distance: float, allowed: float) -> dict[str, str]:
+def _cell(distance: float, allowed: float, place: Look) -> dict[str, Any]:
+    """The distance of a segment to a part; a link to the place where it is beyond what is
+    allowed."""
     if not math.isfinite(distance):
-        return {"text": "", "kind": "none"}
+        return {"text": "", "kind": "none", "look": Look()}
     kind = "far"
     if distance < -allowed - 1e-9:
         kind = "hit"
@@ -215,6 +275,7 @@ def _cell(distance: float, allowed: float) -> dict[str, str]:
         if abs(distance) < 5e-4
         else f"{distance * 1000:.0f}",
         "kind": kind,
+        "look": place if kind == "hit" else Look(),
     }
 
 

@@ -21,7 +21,7 @@ from workbench.model.poses import Placed
 from workbench.model.simulation import Belt, BeltPoint
 from workbench.model.spool import pieces
 
-__all__ = ["belt_tensions", "with_belts"]
+__all__ = ["belt_line", "belt_tensions", "with_belts"]
 
 _LIFT = 0.004
 """[m] A ribbon lies so far off the spheres."""
@@ -72,7 +72,15 @@ def _tension(belt: Belt, length: Floats) -> ForceCurve:
     return ForceCurve("", belt.name, tension_history(belt.law, length - length[0] - belt.slack))
 
 
-def _ribbon(belt: Belt, placed: Placed, pose: int) -> RawPart:
+def belt_line(belt: Belt, placed: Placed, pose: int) -> Floats:
+    """Return the middle line (M, 3) [m] of a belt in one pose; M is the same in all poses."""
+    line, _ = _middle(belt, placed, pose)
+    return line
+
+
+def _middle(belt: Belt, placed: Placed, pose: int) -> tuple[Floats, Floats]:
+    """The middle line (M, 3) [m] of a belt, and the way (M, 3) out of the body at its points; 0 at
+    anchors."""
     world = placed.world_from_segment[pose]
     points = []
     outward = []
@@ -83,8 +91,12 @@ def _ribbon(belt: Belt, placed: Placed, pose: int) -> RawPart:
             frame[:, :3] @ at + frame[:, 3] + _LIFT * out / max(float(np.linalg.norm(out)), 1e-12)
         )
         outward.append(out)
-    line = np.array(points)
-    side = _sides(line, np.array(outward))
+    return np.array(points), np.array(outward)
+
+
+def _ribbon(belt: Belt, placed: Placed, pose: int) -> RawPart:
+    line, outward = _middle(belt, placed, pose)
+    side = _sides(line, outward)
     edges = np.concatenate([line + 0.5 * belt.width * side, line - 0.5 * belt.width * side])
     count = len(line)
     k = np.arange(count - 1)

@@ -1,0 +1,78 @@
+"""A browser for tests of pages: Chromium by Playwright, and the Node that Playwright brings along."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import shutil
+from pathlib import Path
+
+import pytest
+from PIL import Image
+
+__all__ = ["CHROMIUM", "launched", "node", "opened", "pixels", "started"]
+
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
+"""Path of the browser; None where none is installed."""
+SOFTWARE = ("--no-sandbox", "--enable-unsafe-swiftshader")
+
+
+def node():
+    """Path of the Node in Playwright's package; skips where it is absent."""
+    playwright = pytest.importorskip("playwright", reason="playwright is not installed")
+    path = Path(next(iter(playwright.__path__))) / "driver" / "node"
+    if not path.is_file():
+        pytest.skip("playwright brings no Node along here")
+    return path
+
+
+def started():
+    """Playwright, to be started once for all tests of a module; skips where it is absent."""
+    api = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
+    if CHROMIUM is None:
+        pytest.skip("chromium is not installed")
+    return api.sync_playwright()
+
+
+@contextlib.contextmanager
+def launched(playwright, *arguments):
+    """A running Chromium with software WebGL."""
+    running = playwright.chromium.launch(
+        executable_path=CHROMIUM, args=[*SOFTWARE, *arguments], timeout=120_000
+    )
+    try:
+        yield running
+    finally:
+        running.close()
+
+
+@contextlib.contextmanager
+def opened(running, path, *, width=1000, dark=False, touch=False):
+    """A page of a file with what went wrong in it: `faults` and `requests` are lists on it."""
+    page = running.new_page(
+        viewport={"width": width, "height": 760},
+        color_scheme="dark" if dark else "light",
+        has_touch=touch,
+    )
+    page.set_default_timeout(60_000)
+    page.faults = []
+    page.requests = []
+    page.on("pageerror", lambda error: page.faults.append(str(error)))
+    page.on("console", lambda said: page.faults.append(said.text) if said.type == "error" else None)
+    page.on("request", lambda asked: page.requests.append(asked.url))
+    page.add_init_script(
+        "window.violations = [];"
+        "addEventListener('securitypolicyviolation', (e) => violations.push(e.violatedDirective));"
+    )
+    page.goto(path.as_uri())
+    try:
+        yield page
+    finally:
+        page.close()
+
+
+def pixels(page, selector="canvas"):
+    """The picture of an element (height, width, 3) as it is on the screen, at rest."""
+    page.wait_for_timeout(900)
+    data = page.locator(selector).first.screenshot()
+    return Image.open(io.BytesIO(data)).convert("RGB")

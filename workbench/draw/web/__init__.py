@@ -1,0 +1,1 @@
+"""Turnable pictures for browsers: scenes packed into pages, and the script that shows them."""

@@ -1,0 +1,105 @@
+"""The turnable picture of a motion: the body in frames that can be scrubbed, its belts, contacts
+while they last."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from workbench.body.forward import place
+from workbench.draw.web.views import WebBody, WebMark, WebView, body_view
+from workbench.model.arrays import Floats
+from workbench.model.motion_case import MotionCase
+from workbench.model.moving import poses_at
+from workbench.model.poses import Placed
+from workbench.model.result import MotionFound
+from workbench.study.crash.belts import belt_line
+
+__all__ = ["motion_view"]
+
+_MOST_PLACES = 42_000
+"""Spheres times frames of a motion on a page: 43 frames of 980 spheres are about 100 kB."""
+_FRAMES = (2, 61)
+"""Least and most frames."""
+_MOST_MARKS = 12
+_CORD = 0.009
+"""Radius [m] of the cord as which a belt is shown."""
+_BELT_COLOUR = (70, 84, 104)
+
+
+def motion_view(motion: MotionFound, colour: str) -> WebView:
+    """Return the turnable picture of a motion, at evenly spaced times.
+
+    Parameters
+    ----------
+    motion
+        The motion and its contacts. Those deeper than allowed are marked, and their spheres are
+        red, while they last.
+    colour
+        Colour family of the body.
+    """
+    study = motion.study
+    clock = study.motion.clock
+    count = int(np.clip(_MOST_PLACES // max(len(study.body.sphere_names), 1), *_FRAMES))
+    if len(clock) < 2:
+        times = clock
+        placed = place(study.body, study.motion)
+    else:
+        times = np.linspace(clock[0], clock[-1], min(count, max(len(clock), 2)))
+        placed = place(study.body, poses_at(study.motion, times))
+    body = body_view(
+        placed, study.person, colour, frames=slice(0, len(times)), touching=_touching(motion)
+    )
+    belts = tuple(_cord(study, placed, k) for k in range(len(study.belts)))
+    title = f"{study.person}, {study.name}" if study.name else study.person
+    return WebView(title, (body, *belts), study.cabin, _marks(motion), tuple(times.tolist()))
+
+
+def _touching(motion: MotionFound) -> tuple[tuple[int, float, float], ...]:
+    """The spheres that are deeper in something than is allowed, and from when to when [s]."""
+    found = motion.episodes
+    rows = np.flatnonzero((-found.distance > found.allowed) & (found.sphere >= 0))
+    return tuple(
+        (int(found.sphere[row]), float(found.enter[row]), float(found.leave[row])) for row in rows
+    )
+
+
+def _marks(motion: MotionFound) -> tuple[WebMark, ...]:
+    """Where and while the deepest contacts last, with their depth beyond what is allowed."""
+    deep = sorted(
+        (meeting for meeting in motion.meetings if meeting.depth > meeting.allowed),
+        key=lambda meeting: meeting.allowed - meeting.depth,
+    )
+    return tuple(
+        WebMark(
+            meeting.point,
+            f"{1000 * (meeting.depth - meeting.allowed):.0f} mm",
+            failing=True,
+            span=(meeting.enter, meeting.leave),
+        )
+        for meeting in deep[:_MOST_MARKS]
+    )
+
+
+def _cord(study: MotionCase, placed: Placed, k: int) -> WebBody:
+    """A belt as a cord of spheres along its middle line, evenly spaced in every frame."""
+    belt = study.belts[k]
+    lines = [belt_line(belt, placed, pose) for pose in range(len(placed))]
+    longest = max(float(np.linalg.norm(np.diff(line, axis=0), axis=1).sum()) for line in lines)
+    count = max(2, int(np.ceil(1.5 * longest / _CORD)))
+    centres = np.array([_evenly(line, count) for line in lines])
+    return WebBody(
+        belt.name.replace("_", " "),
+        _BELT_COLOUR,
+        np.full(count, _CORD),
+        centres,
+        np.zeros(count, dtype=np.int64),
+        ("belt",),
+        ("",) * count,
+    )
+
+
+def _evenly(line: Floats, count: int) -> Floats:
+    """(count, 3) [m] evenly spaced points along a line (M, 3)."""
+    way = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1)))
+    at = np.linspace(0.0, way[-1], count)
+    return np.column_stack([np.interp(at, way, column) for column in line.T])

@@ -1,0 +1,219 @@
+"""Pack scenes for the browser: numbered arrays and a JSON header, deflated, the same bytes twice.
+
+A page holds several views, and many arrays are in several of them: an environment in every case, a
+body in every posture. A `Packing` keeps each array once, by its bytes. The block is
+
+1. four bytes, little-endian: the length of the header;
+2. the header, JSON: `arrays` (how each is written) and `views` (which name arrays by index);
+3. the arrays, one after the other.
+
+Lengths are whole numbers of tenths of a millimetre from an origin: an error of 0.05 mm at most, a
+tenth of what spheres are known to. What is small (radii) is written in hundredths. Arrays are
+written as differences from the value `stride` places before (of a motion: from the frame before),
+low bytes first and high bytes behind, which deflates to about a third.
+"""
+
+from __future__ import annotations
+
+import base64
+import json
+import zlib
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from workbench.draw.lines.edges import feature_edges
+from workbench.draw.web.views import WebBody, WebMark, WebView
+from workbench.errors import InputError
+from workbench.model.arrays import Floats, Ints
+from workbench.model.environment import Environment
+
+__all__ = ["FINE", "TENTH", "Packing"]
+
+TENTH = 1e-4
+"""Step [m] of lengths."""
+FINE = 1e-5
+"""Step [m] of lengths that all lie within 0.3 m of each other."""
+_PLAIN_PART = (176, 184, 193)
+_SEAT_PART = (158, 146, 134)
+_CONTROL_PART = (96, 116, 138)
+_GLASS_PART = (150, 190, 205)
+
+
+@dataclass(frozen=True)
+class _Array:
+    """How an array is written: the entry of the header, and the bytes."""
+
+    entry: dict[str, Any]
+    data: bytes
+
+
+@dataclass(eq=False)
+class Packing:
+    """The arrays and views of a page, as they are added."""
+
+    arrays: list[_Array] = field(default_factory=list)
+    views: list[dict[str, Any]] = field(default_factory=list)
+    _known: dict[tuple[str, bytes], int] = field(default_factory=dict)
+    _places: dict[int, tuple[Environment, dict[str, Any]]] = field(default_factory=dict)
+
+    def add(self, view: WebView) -> int:
+        """Add a view and return its index.
+
+        Raises
+        ------
+        InputError
+            If a coordinate is not finite.
+        """
+        place = None if view.environment is None else self._place(view.environment)
+        packed = {
+            "title": view.title,
+            "from": view.look_from,
+            "place": place,
+            "bodies": [self._body(body) for body in view.bodies],
+            "marks": [_mark(mark) for mark in view.marks],
+            "times": None if view.times is None else _milliseconds(view.times),
+        }
+        self.views.append(packed)
+        return len(self.views) - 1
+
+    def block(self) -> bytes:
+        """Return the deflated bytes of all views."""
+        entries = [array.entry for array in self.arrays]
+        text = {"arrays": entries, "views": self.views}
+        header = json.dumps(text, ensure_ascii=False, separators=(",", ":")).encode()
+        data = b"".join(array.data for array in self.arrays)
+        maker = zlib.compressobj(9, zlib.DEFLATED, -15)
+        whole = len(header).to_bytes(4, "little") + header + data
+        return maker.compress(whole) + maker.flush()
+
+    def text(self) -> str:
+        """Return the block as base64 text, for a page."""
+        return base64.b64encode(self.block()).decode("ascii")
+
+    def _place(self, environment: Environment) -> dict[str, Any]:
+        """Pack what is seen of an environment: hidden parts are left out."""
+        known = self._places.get(id(environment))
+        if known is not None:
+            return known[1]
+        faces, face_part = _shown_triangles(environment)
+        edges, edge_part = feature_edges(environment)
+        count = len(environment.vertices)
+        keys = np.concatenate(
+            [
+                (face_part[:, None] * count + faces).ravel(),
+                (edge_part[:, None] * count + edges).ravel(),
+            ]
+        )
+        kept, index = np.unique(keys, return_inverse=True)
+        parts = np.flatnonzero(~environment.hidden)
+        renumbered = np.zeros(len(environment.parts), dtype=np.int64)
+        renumbered[parts] = np.arange(len(parts))
+        packed = {
+            "vertices": self._lengths(environment.vertices[kept % max(count, 1)], 3),
+            "part": self._whole(renumbered[kept // max(count, 1)]),
+            "triangles": self._whole(index[: faces.size]),
+            "edges": self._whole(index[faces.size :]),
+            "parts": [_part(environment, int(k)) for k in parts],
+        }
+        self._places[id(environment)] = environment, packed  # held, so that no other takes its id
+        return packed
+
+    def _body(self, body: WebBody) -> dict[str, Any]:
+        names = [[k, name] for k, name in enumerate(body.spheres) if name]
+        return {
+            "name": body.name,
+            "colour": list(body.colour),
+            "ghost": body.ghost,
+            "radius": self._lengths(body.radius, 1),
+            "centres": self._lengths(body.centres.reshape(-1, 3), 3 * len(body.radius)),
+            "segment": self._whole(body.segment),
+            "segments": list(body.segments),
+            "spheres": names,
+            "failing": sorted(body.failing),
+            "touching": [[s, *_milliseconds(span)] for s, *span in body.touching],
+        }
+
+    def _lengths(self, values: Floats, stride: int) -> int:
+        """Pack coordinates (M, 3) or radii (M,) [m]; returns the index of the array.
+
+        Parameters
+        ----------
+        stride
+            How many numbers before it the value stands from which the difference is written.
+        """
+        if not np.all(np.isfinite(values)):
+            raise InputError("picture: coordinates must be finite")
+        columns = np.atleast_2d(values.T).T
+        low = columns.min(axis=0) if len(columns) else np.zeros(columns.shape[1])
+        high = columns.max(axis=0) if len(columns) else low
+        origin = np.round((low + high) / 2.0, 4)
+        half = float(np.max(high - low, initial=0.0)) / 2.0 + TENTH
+        step = FINE if half < 32_000 * FINE else TENTH
+        kind = "<i2" if half < 32_000 * step else "<i4"
+        steps = np.round((columns - origin) / step).astype(kind).ravel()
+        return self._keep(steps, stride, {"step": step, "origin": [float(x) for x in origin]})
+
+    def _whole(self, values: Ints) -> int:
+        """Pack whole numbers that are not negative; returns the index of the array."""
+        most = int(np.max(values, initial=0))
+        kind = "<u1" if most < 1 << 8 else "<u2" if most < 1 << 16 else "<u4"
+        return self._keep(values.astype(kind).ravel(), 1, {})
+
+    def _keep(self, values: NDArray[Any], stride: int, more: dict[str, Any]) -> int:
+        """Write an array as differences, byte by byte; one that is there already is not written
+        again."""
+        differences = values.copy()
+        differences[stride:] -= values[:-stride]  # wraps around, and back when it is added up
+        width = values.dtype.itemsize
+        data = differences.view(np.uint8).reshape(-1, width).T.tobytes()
+        kind = values.dtype.str.lstrip("<|")
+        entry = {"kind": kind, "count": len(values), "stride": stride, **more}
+        key = json.dumps(entry), data
+        if key not in self._known:
+            self._known[key] = len(self.arrays)
+            self.arrays.append(_Array(entry, data))
+        return self._known[key]
+
+
+def _shown_triangles(environment: Environment) -> tuple[Ints, Ints]:
+    """Return the triangles (T, 3) of the parts that are not hidden, and the part (T,) of each."""
+    polygon = np.repeat(np.arange(len(environment.normal)), np.diff(environment.triangle_start))
+    part = environment.polygon_part[polygon]
+    shown = ~environment.hidden[part]
+    return environment.triangles[shown], part[shown]
+
+
+def _part(environment: Environment, k: int) -> dict[str, Any]:
+    """Name and colour of a part: glass, what is handled and what goes with a seat differ."""
+    name = environment.parts[k]
+    colour = _PLAIN_PART
+    if environment.see_through[k]:
+        colour = _GLASS_PART
+    elif any(control.part == name for control in environment.controls):
+        colour = _CONTROL_PART
+    elif any(name in seat.moves for seat in environment.seats):
+        colour = _SEAT_PART
+    return {"name": name, "colour": list(colour), "glass": bool(environment.see_through[k])}
+
+
+def _mark(mark: WebMark) -> dict[str, Any]:
+    """A mark with its points rounded to a hundredth of a millimetre."""
+    return {
+        "from": _rounded(mark.point),
+        "to": None if mark.to is None else _rounded(mark.to),
+        "text": mark.text,
+        "failing": mark.failing,
+        "span": None if mark.span is None else _milliseconds(mark.span),
+    }
+
+
+def _milliseconds(times: Sequence[float]) -> list[float]:
+    return [round(1e3 * time, 3) + 0.0 for time in times]
+
+
+def _rounded(point: Sequence[float]) -> list[float]:
+    return [round(float(value), 5) + 0.0 for value in point]

@@ -1,0 +1,213 @@
+// One turnable picture with what belongs to it: buttons, names, labels, list of parts, time.
+
+import { VIEWS } from "./camera.js";
+import { Labels } from "./labels.js";
+import { element, partList } from "./list.js";
+import { clearest, named, pick } from "./pick.js";
+import { Touch } from "./touch.js";
+import { Viewer } from "./viewer.js";
+import { boundsOf, setFrame } from "./wire.js";
+
+const BAD = [200, 32, 26];
+const GOOD = [46, 124, 214];
+const HELP =
+  "Drag turns, shift and drag moves, wheel zooms once clicked. Arrows turn, + and - zoom, 1 to 6 views, 0 fits, " +
+  "F looks at what was clicked, H hides it, I shows it alone, X walls, C section, [ ] other cases, space plays, Esc undoes.";
+
+export class Panel {
+  constructor(place, scene, dark) {
+    this.place = place;
+    this.scene = scene;
+    this.still = place.querySelector(".still");
+    this.said = place.querySelector(".said");
+    this.words = this.said.textContent;
+    const canvas = element("canvas", { tabIndex: 0 });
+    canvas.setAttribute("role", "img");
+    canvas.setAttribute("aria-label", `${scene.title}; can be turned with the arrow keys`);
+    this.over = element("div", { className: "over" });
+    this.tip = element("span", { className: "tip", hidden: true });
+    this.stage = element("div", { className: "stage" }, canvas, this.over);
+    this.bar = element("div", { className: "bar" });
+    this.still.before(this.bar, this.stage);
+    this.still.hidden = true;
+    this.still.style.display = "none";
+    try {
+      this.viewer = new Viewer(canvas, scene);
+    } catch (error) {
+      this.end();
+      throw error;
+    }
+    this.labels = new Labels(this);
+    this.over.append(this.tip);
+    this.buttons();
+    if (scene.times) this.film();
+    this.touch = new Touch(this);
+    this.viewer.addEventListener("frame", () => this.labels.place());
+    this.viewer.theme(dark);
+    this.at(0);
+    this.reset();
+    this.said.setAttribute("aria-live", "polite");
+  }
+
+  button(words, act, pressed) {
+    const made = element("button", { type: "button", textContent: words, onclick: act });
+    if (pressed !== undefined) made.setAttribute("aria-pressed", pressed);
+    this.bar.append(made);
+    return made;
+  }
+
+  buttons() {
+    for (const name of Object.keys(VIEWS)) this.button(name, () => this.view(name));
+    this.button("fit", () => this.viewer.fit());
+    this.bar.append(element("span", { className: "space" }));
+    if (this.scene.place) {
+      this.wallButton = this.button("see-through walls", () => this.toggleWalls(), true);
+    }
+    this.sectionButton = this.button("section", () => this.toggleSection(), false);
+    if (this.scene.place || this.scene.bodies.length > 1) {
+      this.listButton = this.button("parts", () => this.toggleList(), false);
+    }
+    this.button("?", () => this.say(HELP));
+  }
+
+  view(name) {
+    this.viewer.camera.look(...VIEWS[name]);
+    this.viewer.fit();
+  }
+
+  reset() {
+    this.viewer.camera.look(...VIEWS[this.scene.from || "corner"]);
+    this.viewer.fit();
+  }
+
+  toggleWalls() {
+    this.viewer.walls = !this.viewer.walls;
+    this.wallButton?.setAttribute("aria-pressed", !this.viewer.walls);
+    this.viewer.draw();
+  }
+
+  // A section square to the axis that points most toward the eye, through what was clicked last or
+  // the middle of the bodies; what is on the eye's side goes.
+  toggleSection() {
+    const { viewer } = this;
+    const on = !viewer.section;
+    if (on) {
+      const [low, high] = boundsOf(this.scene);
+      const through = this.chosen ? this.chosen.point : [0, 1, 2].map((i) => (low[i] + high[i]) / 2);
+      const { z } = viewer.camera.axes();
+      const axis = z.map(Math.abs).indexOf(Math.max(...z.map(Math.abs)));
+      const normal = [0, 0, 0];
+      normal[axis] = Math.sign(z[axis]);
+      viewer.section = [...normal, -normal[axis] * through[axis]];
+    } else viewer.section = null;
+    this.sectionButton.setAttribute("aria-pressed", on);
+    this.at(this.scene.frame);
+  }
+
+  toggleList() {
+    if (this.list) this.list.remove();
+    this.list = this.list ? null : partList(this.viewer, this.scene);
+    if (this.list) this.stage.append(this.list);
+    this.listButton.setAttribute("aria-pressed", Boolean(this.list));
+  }
+
+  film() {
+    const last = this.scene.times.length - 1;
+    this.time = element("input", { type: "range", min: 0, max: last, value: 0 });
+    this.time.setAttribute("aria-label", "time");
+    this.clock = element("output");
+    this.play = element("button", { type: "button", textContent: "play", onclick: () => this.toggle() });
+    this.filmBar = element("div", { className: "film" }, this.play, this.time, this.clock);
+    this.time.oninput = () => {
+      this.stop();
+      this.at(Number(this.time.value));
+      this.viewer.moved();
+    };
+    this.stage.after(this.filmBar);
+  }
+
+  at(frame) {
+    setFrame(this.scene, frame);
+    if (this.time) {
+      this.time.value = frame;
+      this.clock.textContent = `${this.scene.times[frame].toFixed(0)} ms`;
+      this.time.setAttribute("aria-valuetext", this.clock.textContent);
+    }
+    const there = this.labels.there();
+    const lines = this.scene.marks.filter((mark, k) => mark.to && there[k]);
+    this.viewer.setMarks(lines.map((mark) => ({ ...mark, colour: mark.failing ? BAD : GOOD })));
+    if (this.playing) this.viewer.moved();
+  }
+
+  stop() {
+    cancelAnimationFrame(this.playing);
+    this.playing = 0;
+    if (this.play) this.play.textContent = "play";
+  }
+
+  // Once through in four seconds, from where it stands or from the beginning.
+  toggle() {
+    if (!this.time || this.playing) return this.stop();
+    const last = this.scene.times.length - 1;
+    const from = this.scene.frame < last ? this.scene.frame : 0;
+    let start = 0;
+    const step = (now) => {
+      start = start || now;
+      const frame = Math.min(last, from + Math.floor(((now - start) / 4000) * last));
+      if (frame !== this.scene.frame) this.at(frame);
+      if (frame === last) this.stop();
+      else this.playing = requestAnimationFrame(step);
+    };
+    this.play.textContent = "pause";
+    this.playing = requestAnimationFrame(step);
+  }
+
+  under(x, y) {
+    const { viewer, scene } = this;
+    const box = viewer.canvas.getBoundingClientRect();
+    const ray = viewer.camera.ray((2 * (x - box.left)) / box.width - 1, 1 - (2 * (y - box.top)) / box.height);
+    return pick(scene, ray, viewer.shown, viewer.section);
+  }
+
+  hover(x, y) {
+    const hit = this.under(x, y);
+    this.tip.hidden = !hit;
+    if (!hit) return;
+    const box = this.viewer.canvas.getBoundingClientRect();
+    this.tip.textContent = named(this.scene, hit);
+    this.tip.style.left = `${x - box.left}px`;
+    this.tip.style.top = `${y - box.top}px`;
+  }
+
+  choose(x, y) {
+    this.chosen = this.under(x, y);
+    this.say(this.chosen ? named(this.scene, this.chosen) : this.words);
+  }
+
+  lookAt(point, time) {
+    const { viewer } = this;
+    if (time && this.scene.times) {
+      const late = this.scene.times.findIndex((each) => each >= Number(time) - 1e-6);
+      this.at(late < 0 ? this.scene.times.length - 1 : late);
+    }
+    const solid = (k) => viewer.shown.part(k) && !this.scene.place.parts[k].glass;
+    const shown = { body: viewer.shown.body, part: solid };
+    const { azimuth, height } = clearest(this.scene, viewer.camera, point, shown, viewer.section);
+    this.labels.aim = point;
+    Object.assign(viewer.camera, { at: point, azimuth, height, far: 1.1 });
+    viewer.draw();
+  }
+
+  say(words) {
+    this.said.textContent = words;
+  }
+
+  end() {
+    this.stop();
+    this.viewer?.end();
+    for (const made of [this.bar, this.stage, this.filmBar]) made?.remove();
+    this.still.hidden = false;
+    this.still.style.display = "";
+    this.said.textContent = this.words;
+  }
+}

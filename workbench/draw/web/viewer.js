@@ -1,0 +1,147 @@
+// A turnable picture of bodies made of spheres in a place made of polygons: raw WebGL2.
+// It knows arrays, not pages: report, notebook and bench hand it a scene (see wire.js).
+
+import { Camera } from "./camera.js";
+import { Card } from "./card.js";
+import { boundsOf } from "./wire.js";
+
+const REST = 150; // milliseconds without a change after which the picture is drawn in full
+const ROUGH = 0.4; // size while something moves, where a program draws and no graphics card
+const SLOW = 40; // milliseconds of a first frame from which it counts as such
+const LOOKS = {
+  light: { paper: [0.957, 0.964, 0.972], ink: [0.2, 0.24, 0.3, 0.8], part: 1 },
+  dark: { paper: [0.075, 0.09, 0.115], ink: [0.02, 0.03, 0.04, 0.9], part: 0.62 },
+};
+const DEFAULTS = { alpha: false, stencil: true, powerPreference: "high-performance" };
+
+let slow = null; // whether GL is software, found once a page
+
+function isSoftware() {
+  if (slow !== null) return slow;
+  const gl = document.createElement("canvas").getContext("webgl2");
+  if (!gl) return (slow = false);
+  const info = gl.getExtension("WEBGL_debug_renderer_info");
+  const name = gl.getParameter(info ? info.UNMASKED_RENDERER_WEBGL : gl.RENDERER);
+  slow = /swiftshader|llvmpipe|software|basic render/i.test(name);
+  gl.getExtension("WEBGL_lose_context")?.loseContext();
+  return slow;
+}
+
+export class Viewer extends EventTarget {
+  constructor(canvas, scene) {
+    super();
+    this.canvas = canvas;
+    this.scene = scene;
+    this.camera = new Camera();
+    this.look = LOOKS.light;
+    this.section = null;
+    this.walls = false; // whether walls before a body are opaque
+    this.scale = 1;
+    this.hiddenBodies = new Set();
+    this.hiddenParts = new Set();
+    this.gl = canvas.getContext("webgl2", { ...DEFAULTS, antialias: !isSoftware() });
+    if (!this.gl) throw new Error("this browser has no WebGL 2 here");
+    canvas.addEventListener("webglcontextlost", (event) => {
+      event.preventDefault();
+      this.lost = true;
+    });
+    canvas.addEventListener("webglcontextrestored", () => {
+      this.lost = false;
+      this.card.build();
+      this.card.setMarks(this.lines);
+      this.partsChanged();
+    });
+    this.card = new Card(this.gl, scene);
+    this.lines = [];
+    this.partsChanged();
+    this.watch = new ResizeObserver(() => this.draw());
+    this.watch.observe(canvas);
+  }
+
+  shown = { body: (k) => !this.hiddenBodies.has(k), part: (k) => !this.hiddenParts.has(k) };
+
+  theme(dark) {
+    this.look = dark ? LOOKS.dark : LOOKS.light;
+    this.partsChanged();
+  }
+
+  // A part was hidden, shown or moved, or the theme changed.
+  partsChanged() {
+    if (!this.lost) this.card.setParts(this.shown, this.look.part);
+    this.draw();
+  }
+
+  // Lines from point to point: [{ from, to, colour }].
+  setMarks(lines) {
+    this.lines = lines;
+    if (!this.lost) this.card.setMarks(lines);
+    this.draw();
+  }
+
+  // Half the width of a line in pixels of the canvas.
+  get strokes() {
+    return 1.1 * this.scale * (window.devicePixelRatio || 1);
+  }
+
+  fit() {
+    this.resize();
+    this.camera.fit(boundsOf(this.scene));
+    this.draw();
+  }
+
+  // Draw soon; roughly while something moves and GL is slow, in full when it has come to rest.
+  draw() {
+    clearTimeout(this.resting);
+    if (slow && this.moving) {
+      this.scale = ROUGH;
+      this.resting = setTimeout(() => {
+        this.moving = false;
+        this.scale = 1;
+        this.draw();
+      }, REST);
+    }
+    if (this.asked) return;
+    this.asked = requestAnimationFrame(() => {
+      this.asked = 0;
+      this.render();
+    });
+  }
+
+  moved() {
+    this.moving = true;
+    this.draw();
+  }
+
+  resize() {
+    const { canvas } = this;
+    const ratio = (window.devicePixelRatio || 1) * this.scale;
+    const width = Math.max(1, Math.round(canvas.clientWidth * ratio));
+    const height = Math.max(1, Math.round(canvas.clientHeight * ratio));
+    if (canvas.width !== width || canvas.height !== height) Object.assign(canvas, { width, height });
+    this.camera.aspect = (canvas.clientWidth || 1) / (canvas.clientHeight || 1);
+  }
+
+  render() {
+    if (this.lost || this.gone) return;
+    const { gl } = this;
+    this.resize();
+    const start = performance.now();
+    this.card.paint(this);
+    if (slow === false && !this.timed) {
+      gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(4)); // waits for the frame
+      slow = performance.now() - start > SLOW && this.frames > 0;
+      this.timed = this.frames > 0;
+    }
+    this.frames = (this.frames || 0) + 1;
+    this.dispatchEvent(new Event("frame"));
+  }
+
+  // Give the context back: a browser keeps few of them.
+  end() {
+    this.gone = true;
+    this.watch.disconnect();
+    cancelAnimationFrame(this.asked);
+    clearTimeout(this.resting);
+    this.gl.getExtension("WEBGL_lose_context")?.loseContext();
+  }
+}
