@@ -103,6 +103,17 @@ def test_a_joint_turns_to_a_tenth_of_a_degree_and_says_when_its_stop_is_passed(t
     assert same.arrangement.people[0] is trainer.start.people[0]
 
 
+@pytest.mark.parametrize("joint", ["LS", "RW", "NP", "LH", "RK", "W", "LA"])
+def test_who_is_placed_from_another_state_sits_as_anew(trainer, placement, joint):
+    body = trainer.body(0)
+    after = turned(trainer, placement, "pilot", joint, 0, 30.0).arrangement
+    anew = placed_people(trainer, after).people[0]
+    again = placed_people(trainer, after, before=placement).people[0]
+    assert np.array_equal(again.placed.centres, anew.placed.centres)
+    assert np.any(again.poses.rotations[0, body.joint(joint)] != 0.0)
+    assert np.array_equal(again.shift, anew.shift)
+
+
 @pytest.mark.parametrize(
     ("person", "joint", "axis", "degrees", "words"),
     [

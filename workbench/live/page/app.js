@@ -2,7 +2,9 @@
 // written as text.
 
 const at = (id) => document.getElementById(id);
-const state = { socket: null, number: 0, hello: null, answer: null, person: 0, held: null };
+// Answers go to all pages: numbers of different pages must differ.
+const firstNumber = () => Math.floor(Math.random() * 2 ** 40);
+const state = { socket: null, number: firstNumber(), hello: null, answer: null, person: 0, held: null, letGo: false };
 
 /* ---- the socket: one question on its way, and of each subject the newest that waits ---- */
 
@@ -12,6 +14,7 @@ const waiting = new Map();
 function ask(verb, given = {}) {
   const subject = [verb, given.person, given.joint, given.axis, given.limb].join(" ");
   const before = waiting.get(subject);
+  waiting.delete(subject); // what is asked last goes last
   if (before && before.done === true && given.done === false) waiting.set(`${subject} done`, before);
   waiting.set(subject, { do: verb, ...given });
   next();
@@ -162,11 +165,12 @@ function slider(words, unit, send) {
   const value = element("output");
   input.oninput = () => {
     state.held = input;
+    state.letGo = false;
     value.textContent = `${Number(input.value).toFixed(1)} ${unit}`;
     send(Number(input.value), false);
   };
   input.onchange = () => {
-    state.held = null;
+    state.letGo = true; // shown anew once the answer to this is there
     send(Number(input.value), true);
   };
   row.append(name, input, value);
@@ -224,6 +228,7 @@ function buildPosture() {
 
 function showPosture() {
   const now = state.answer.people[state.person];
+  if (state.letGo && !waiting.size && !onItsWay) state.held = null;
   sliders.forEach((show) => show(now));
   const limb = at("limb-name");
   const names = Object.keys(now.tips);

@@ -12,7 +12,7 @@ from workbench.body.forward import place
 from workbench.contact.arranged import Arranged, moved_environment
 from workbench.model.arrays import Floats
 from workbench.model.body import Body
-from workbench.model.environment import Environment
+from workbench.model.environment import Environment, Seat
 from workbench.model.poses import Placed, Poses
 from workbench.model.study import GivenPosture
 from workbench.study.bench.state import (
@@ -23,7 +23,14 @@ from workbench.study.bench.state import (
     arranged_study,
 )
 from workbench.study.people import Present, present_people
-from workbench.study.situation import Seating, Situation, situated, take_places, with_hands
+from workbench.study.situation import (
+    Seating,
+    Situation,
+    moved_by,
+    situated,
+    take_places,
+    with_hands,
+)
 from workbench.study.workplaces import workplace_of
 
 __all__ = ["PlacedPerson", "Placement", "placed_people"]
@@ -102,21 +109,37 @@ def placed_people(
                 there = present_people(arranged_study(opened, arrangement), opened.occupants)
             people.append(_of_situation(person, there.situations[row][arrangement.case]))
         else:
-            people.append(_placed(opened, arrangement, row, people))
+            people.append(_placed(opened, arrangement, row, people, known))
     shifts = np.array([person.shift for person in people])
     return Placement(arrangement, tuple(people), arranged_parts(opened, shifts))
 
 
 def _placed(
-    opened: OpenStudy, arrangement: Arrangement, row: int, before: Sequence[PlacedPerson]
+    opened: OpenStudy,
+    arrangement: Arrangement,
+    row: int,
+    before: Sequence[PlacedPerson],
+    known: PlacedPerson | None,
 ) -> PlacedPerson:
-    """A person whose seat is held, or who has none."""
+    """A person whose seat is held, or who has none.
+
+    Parameters
+    ----------
+    before
+        The people who are placed already.
+    known
+        The same person in another state, None where there is none.
+    """
     person = arrangement.people[row]
     action = person.actions[arrangement.case]
     if not isinstance(action, GivenPosture):
         return _of_situation(person, _predicted(opened, arrangement, row, before))
     role = opened.study.roles[row]
     seat = opened.seat(row)
+    if known is not None and seat is not None and _rests_alike(seat, known, person, action.poses):
+        world = known.poses.world_from_reference
+        poses = Poses(action.poses.rotations, known.poses.reference, world)
+        return replace(known, state=person, case=arrangement.case, poses=poses)
     held = None if seat is None else seat.held(person.forward, person.up)
     who = opened.occupants[role.name][0]
     taken = take_places(Seating(held, role.stand, action.poses), who)
@@ -130,6 +153,21 @@ def _placed(
         up=person.up,
         shift=shift,
     )
+
+
+def _rests_alike(seat: Seat, known: PlacedPerson, person: PersonState, poses: Poses) -> bool:
+    """Whether a person rests in the seat as before: only joints are turned otherwise that move
+    nothing of what rests there."""
+    if (person.forward, person.up) != (known.forward, known.up):
+        return False
+    old = known.state.actions[known.case]
+    if not isinstance(old, GivenPosture) or poses.reference != old.poses.reference:
+        return False
+    body = known.body
+    turned = np.any(poses.rotations[0] != old.poses.rotations[0], axis=1)
+    names = {*seat.cushion.segments, *seat.back.segments, body.segments[poses.reference]}
+    rests = np.isin(body.segments, list(names)) | ("all" in names)
+    return not np.any(moved_by(body, turned) & rests[body.sphere_segment])
 
 
 def _predicted(
