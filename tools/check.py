@@ -41,7 +41,7 @@ LAYERS = [
     {"crash"},
     {"study"},
     {"draw"},
-    {"report"},
+    {"report", "live"},
     {"cli"},
 ]
 """Rooms from the lowest to the highest; those of one row never see each other."""
@@ -66,6 +66,8 @@ HOMES = {
     "distributed": {"study/executors.py"},
     "threadpoolctl": {"study/accommodation/population_bodies.py"},
     "duckdb": {"files/parquet.py"},
+    "starlette": {"live"},
+    "uvicorn": {"live"},
 }
 """The files or rooms that may import a library."""
 DRAWERS = {"utils", "helpers", "common", "misc"}
@@ -77,8 +79,9 @@ FORWARDS = {
     "contact/by_person.py",
 }
 """Files whose functions may take `**kwargs`: one option for each measure, and decorators."""
-CATCHES = {"cli/application.py"}
-"""Files that may catch every exception: an exit code and one line for what nobody expects."""
+CATCHES = {"cli/application.py", "live/desk.py"}
+"""Files that may catch every exception: an exit code and one line for what nobody expects; a
+question that fails, which must not end the bench."""
 TEXTS = {".py", ".md", ".yaml", ".toml", ".cff", ".j2"}
 PLACES = ("/wo" + "rk/", "/ro" + "ot/", "is" + "sue #", "sess" + "ion ends")
 

@@ -21,6 +21,7 @@ from workbench import __version__
 from workbench.cli.body import body_app
 from workbench.cli.compare import compare
 from workbench.cli.fit import body_fit
+from workbench.cli.live import live
 from workbench.cli.motion import motion_app
 from workbench.cli.people import people_app
 from workbench.cli.progress import Progress, emit, emit_verdict, tell
@@ -56,6 +57,7 @@ motion_app.command(simulate)
 app.command(motion_app)
 app.command(render)
 app.command(compare)
+app.command(live)
 app.register_install_completion_command(help="Complete commands and options in this shell.")
 
 Json = Annotated[bool, Parameter(name="--json", negative="", help="print data as JSON on stdout")]

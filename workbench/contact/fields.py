@@ -112,7 +112,7 @@ def _shells(environment: Environment) -> Shells:
     return Shells(environment.triangle_start, np.array(closed, dtype=np.int64))
 
 
-@lru_cache(maxsize=4)
+@lru_cache(maxsize=16)
 def field_of(environment: Environment, groups: Groups) -> Field:
     """Make grids and trees of groups of parts, on all cores.
 

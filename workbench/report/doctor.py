@@ -31,6 +31,8 @@ NEEDED = (
 OPTIONAL = {
     "cascadio": "STEP files: pip install 'bubbleman-workbench[step]'",
     "mujoco": "simulated crashes: pip install 'bubbleman-workbench[dynamics]'",
+    "starlette": "the live bench: pip install 'bubbleman-workbench[live]'",
+    "uvicorn": "the live bench: pip install 'bubbleman-workbench[live]'",
     "imageio-ffmpeg": "MP4 films: pip install 'bubbleman-workbench[film]'",
 }
 

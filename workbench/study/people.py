@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 
@@ -67,12 +67,20 @@ class Present:
         ]
 
 
-def present_people(study: Study) -> Present:
+def present_people(
+    study: Study, occupants: Mapping[str, tuple[Occupants, list[str]]] | None = None
+) -> Present:
     """Let the single people of a study take their places.
 
     They are seated in the order of the roles; a later one heeds those before. The hands go on their
     controls when everybody sits.
+
+    Parameters
+    ----------
+    occupants
+        By role, what `occupant` returns of it, where it is known already.
     """
+    known = occupants or {}
     environment = study.environment
     roles: list[Role] = []
     seated: list[list[Situation]] = []
@@ -82,7 +90,7 @@ def present_people(study: Study) -> Present:
             continue
         before = Present(environment, tuple(roles), tuple(map(tuple, seated)), ())
         beside = before.beside() if _minds_others(study, role) else []
-        who, notes = occupant(role, row)
+        who, notes = known[role.name] if role.name in known else occupant(role, row)
         workplace = workplace_of(study, row, environment, beside)
         found, moves = _take_place(workplace, who, role)
         environment = seats_moved(found[0].place, found[0])

@@ -40,6 +40,7 @@ __all__ = [
     "feet_of",
     "in_place",
     "join_situations",
+    "moved_by",
     "moved_by_hands",
     "package_of",
     "position_of",
@@ -387,6 +388,12 @@ def moved_by_hands(situation: Situation) -> Bools:
         if hand in HANDS:
             control = controls[name]
             turned[list(limb(body, hand, grip=control.grip, zone=control.zone).free)] = True
+    return moved_by(body, turned)
+
+
+def moved_by(body: Body, turned: Bools) -> Bools:
+    """(S,) the spheres that are elsewhere, seen from the root of the body, once some joints (J,)
+    are turned: those beyond them, and those that share in their turns."""
     moved = np.zeros(len(body.segments), dtype=np.bool_)
     for n in range(1, len(body.segments)):
         moved[n] = moved[body.parent[n]] or turned[n - 1]  # joint n - 1 bears segment n

@@ -1,0 +1,287 @@
+"""The bench: states, edits and answers of an open study, and what is saved of them."""
+
+from __future__ import annotations
+
+import shutil
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import workbench as wb
+from tests.conftest import ROOT
+from workbench.body.parts import moved
+from workbench.contact.arranged import Arranged, moved_environment, room_of_segments
+from workbench.contact.collide import allowed_depth, nearest
+from workbench.errors import InputError
+from workbench.files.study.saving import read_text
+from workbench.study.bench.answers import answer, judged, near_pairs
+from workbench.study.bench.edits import LimbTarget, looking_at, reached, seated, turned
+from workbench.study.bench.history import TOGETHER, Entry, History
+from workbench.study.bench.placing import placed_people
+from workbench.study.bench.saving import changes_of, save
+from workbench.study.bench.state import Arrangement, arranged_study, open_study
+
+
+@pytest.fixture(scope="module")
+def trainer():
+    return open_study(wb.load_study("trainer_clearance"))
+
+
+@pytest.fixture(scope="module")
+def placement(trainer):
+    return placed_people(trainer, trainer.start)
+
+
+def verdict_words(verdicts):
+    """What a reader sees of verdicts: to 0.01 mm or degrees."""
+    rows = []
+    for one in verdicts:
+        worst = one.worst
+        said = worst and (worst.case, worst.person, worst.other_person, worst.subject, worst.target)
+        value = worst and round(float(worst.value), 5)
+        rows.append((one.criterion.name, one.passed, len(one.breaches), said, value))
+    return rows
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_parts_displaced_are_the_parts_moved(trainer, placement, seed):
+    shifts = np.random.default_rng(seed).uniform(-0.1, 0.1, (2, 3))
+    arranged = Arranged(trainer.study.environment, trainer.movers, shifts)
+    environment = moved_environment(arranged)
+    person = placement.people[0]
+    found = room_of_segments(person.placed, arranged)
+    plain = nearest(person.placed, environment)
+    room = (plain.distance + allowed_depth(person.body, environment))[0].min(axis=1)
+    near = np.isfinite(room)
+    assert np.array_equal(np.isfinite(found.room[0]), near) and near.sum() > 10
+    assert np.abs(found.room[0, near] - room[near]).max() < 1e-12
+    person_of = person.placed.body
+    sphere, point = found.sphere[0, near], found.point[0, near]
+    away = np.linalg.norm(point - person.placed.centres[0, sphere], axis=1)
+    allowed = found.room[0, near] - (away - person_of.radius[0, sphere])
+    assert allowed.min() > -1e-9  # the point is in the world; in a solid the sphere may be inside
+
+
+def test_verdicts_at_opening_are_those_of_a_run(trainer):
+    run = wb.run(wb.load_study("trainer_clearance"))
+    found = judged(trainer, trainer.start).found.verdicts
+    assert verdict_words(found) == verdict_words(run.verdicts)
+
+
+def test_the_worst_pair_at_hand_is_that_of_the_clearances(trainer, placement):
+    near = near_pairs(answer(placement))
+    assert [pair.room for pair in near] == sorted(pair.room for pair in near)
+    environment = trainer.study.environment
+    person = placement.people[0]
+    plain = nearest(person.placed, environment).distance + allowed_depth(person.body, environment)
+    least = min(pair.room for pair in near if pair.person == "pilot" and not pair.other_person)
+    assert least == pytest.approx(float(np.nanmin(plain)), abs=1e-12)
+
+
+def test_an_answer_that_builds_on_another_is_the_same(trainer, placement):
+    first = answer(placement)
+    after = turned(trainer, placement, "pilot", "RE", 0, 60.0).arrangement
+    there = placed_people(trainer, after, before=placement)
+    assert there.people[1] is placement.people[1]
+    anew = answer(placed_people(trainer, after))
+    again = answer(there, first)
+    assert again.people[1] is first.people[1]
+    assert near_pairs(again) == near_pairs(anew)
+
+
+def test_a_joint_turns_to_a_tenth_of_a_degree_and_says_when_its_stop_is_passed(trainer, placement):
+    body = trainer.body(0)
+    edit = turned(trainer, placement, "pilot", "RE", 0, 61.2345)
+    found = answer(placed_people(trainer, edit.arrangement)).people[0]
+    assert np.degrees(found.angles[body.joint("RE"), 0]) == pytest.approx(61.2, abs=1e-9)
+    assert edit.words == ""
+    far = turned(trainer, placement, "pilot", "RE", 0, 170.0)
+    assert "beyond the stop of flexion" in far.words
+    same = turned(trainer, placement, "pilot", "RE", 0, 75.04)
+    assert same.arrangement.people[0] is trainer.start.people[0]
+
+
+@pytest.mark.parametrize("joint", ["LS", "RW", "NP", "LH", "RK", "W", "LA"])
+def test_who_is_placed_from_another_state_sits_as_anew(trainer, placement, joint):
+    body = trainer.body(0)
+    after = turned(trainer, placement, "pilot", joint, 0, 30.0).arrangement
+    anew = placed_people(trainer, after).people[0]
+    again = placed_people(trainer, after, before=placement).people[0]
+    assert np.array_equal(again.placed.centres, anew.placed.centres)
+    assert np.any(again.poses.rotations[0, body.joint(joint)] != 0.0)
+    assert np.array_equal(again.shift, anew.shift)
+
+
+@pytest.mark.parametrize(
+    ("person", "joint", "axis", "degrees", "words"),
+    [
+        ("nobody", "RE", 0, 10.0, "nobody is called 'nobody'"),
+        ("pilot", "XX", 0, 10.0, "no joint 'XX'"),
+        ("pilot", "RE", 3, 10.0, "axes 0, 1 and 2"),
+        ("pilot", "RE", 0, 1e9, "-180 to 180 degrees"),
+        ("pilot", "RE", 0, float("nan"), "-180 to 180 degrees"),
+    ],
+)
+def test_a_joint_that_cannot_be_turned_says_why(
+    trainer, placement, person, joint, axis, degrees, words
+):
+    with pytest.raises(InputError, match=words):
+        turned(trainer, placement, person, joint, axis, degrees)
+
+
+def test_a_hand_goes_to_a_target_and_says_how_far_it_misses(trainer, placement):
+    tip = answer(placement).people[0].tips["right hand"]
+    goal = tuple((tip + np.array([0.0, 0.05, 0.02])).tolist())
+    edit = reached(trainer, placement, "pilot", LimbTarget("right hand", goal))
+    assert edit.words == ""
+    got = answer(placed_people(trainer, edit.arrangement)).people[0].tips["right hand"]
+    assert np.linalg.norm(got - goal) < 3e-3  # angles stand in tenths of a degree
+    far = reached(trainer, placement, "pilot", LimbTarget("right hand", (3.0, 0.0, 1.0)))
+    assert "mm from the target, limited by" in far.words or "mm from the target" in far.words
+
+
+def test_a_hand_takes_hold_of_a_control(trainer, placement):
+    edit = reached(trainer, placement, "pilot", LimbTarget("right hand", control="throttle"))
+    assert edit.words == "right hand on throttle"
+    with pytest.raises(InputError, match="no control 'thrott'; did you mean 'throttle'"):
+        reached(trainer, placement, "pilot", LimbTarget("right hand", control="thrott"))
+
+
+def test_a_seat_stays_within_its_travel(trainer):
+    edit = seated(trainer, trainer.start, "pilot", 0.01004, 0.0)
+    assert edit.arrangement.people[0].forward == pytest.approx(0.01, abs=1e-12)
+    there = placed_people(trainer, edit.arrangement)
+    environment = moved_environment(there.parts)
+    seat = trainer.seat(0)
+    shift = there.people[0].shift
+    expected = moved(trainer.study.environment, seat.moves, shift)
+    assert np.array_equal(environment.vertices, expected.vertices)
+    with pytest.raises(InputError, match="the travel of seat left is"):
+        seated(trainer, trainer.start, "pilot", 5.0, 0.0)
+
+
+def test_another_case_is_looked_at(trainer):
+    edit = looking_at(trainer, trainer.start, "looking left")
+    assert edit.arrangement.case == 1 and edit.arrangement.people == trainer.start.people
+    with pytest.raises(InputError, match="no case 'looking'"):
+        looking_at(trainer, trainer.start, "looking")
+
+
+def test_history_undoes_and_redoes_and_joins_one_drag():
+    states = [Arrangement((), case) for case in range(5)]
+    history = History.of(states[0])
+    history = history.added(Entry(states[1], "elbow", "RE", 10.0))
+    history = history.added(Entry(states[2], "elbow", "RE", 10.0 + TOGETHER / 2))
+    history = history.added(Entry(states[3], "elbow", "RE", 12.0 + TOGETHER))
+    assert [one.arrangement for one in history.entries] == [states[0], states[2], states[3]]
+    back = history.undone()
+    assert back.shown.arrangement is states[2] and back.redone().shown is history.shown
+    assert back.undone().undone().shown.arrangement is states[0]
+    other = back.added(Entry(states[4], "seat", "seat", 20.0))
+    assert not other.can_redo and other.shown.arrangement is states[4]
+
+
+def test_history_forgets_the_oldest_states():
+    history = History.of(Arrangement(()))
+    for number in range(600):
+        history = history.added(Entry(Arrangement((), number), "turn"))
+    assert len(history.entries) == 500 and history.shown.arrangement.case == 599
+
+
+EDITS = st.one_of(
+    st.tuples(
+        st.just("turn"),
+        st.sampled_from(["pilot", "instructor"]),
+        st.sampled_from(["LS", "RE", "NP", "LH", "RK", "RW"]),
+        st.integers(0, 2),
+        st.floats(-40, 90),
+    ),
+    st.tuples(
+        st.just("seat"),
+        st.sampled_from(["pilot", "instructor"]),
+        st.floats(-0.05, 0.05),
+        st.just(0.0),
+        st.none(),
+    ),
+    st.tuples(
+        st.just("hand"), st.just("pilot"), st.just("throttle"), st.just("right hand"), st.none()
+    ),
+    st.tuples(st.just("case"), st.sampled_from(["cruise", "looking left"]), *[st.none()] * 3),
+)
+
+
+def edited(opened, arrangement, edit):
+    """A state after an edit; the same where the edit is refused."""
+    verb, who, *more = edit
+    try:
+        if verb == "case":
+            return looking_at(opened, arrangement, who).arrangement
+        if verb == "seat":
+            return seated(opened, arrangement, who, *more[:2]).arrangement
+        there = placed_people(opened, arrangement)
+        if verb == "turn":
+            return turned(opened, there, who, *more).arrangement
+        return reached(opened, there, who, LimbTarget(more[1], control=more[0])).arrangement
+    except InputError:
+        return arrangement
+
+
+@settings(max_examples=5)
+@given(st.lists(EDITS, min_size=1, max_size=5))
+def test_random_edits_saved_are_what_a_run_then_finds(trainer, tmp_path_factory, edits):
+    folder = tmp_path_factory.mktemp("saved")
+    path = folder / "trainer_clearance.yaml"
+    shutil.copy(ROOT / "studies" / "trainer_clearance.yaml", path)
+    text = read_text(path)
+    arrangement = trainer.start
+    for edit in edits:
+        arrangement = edited(trainer, arrangement, edit)
+    after = save(trainer, text, arrangement)
+    assert after.data == path.read_bytes()
+    run = wb.run(wb.load_study(path))
+    assert verdict_words(judged(trainer, arrangement).found.verdicts) == verdict_words(run.verdicts)
+    assert list(folder.iterdir()) == [path]
+    again = save(trainer, text, trainer.start, disk=after)
+    assert again.data == text.data == path.read_bytes()
+
+
+def test_a_file_that_changed_meanwhile_is_not_written_over(trainer, placement, tmp_path):
+    path = tmp_path / "a.yaml"
+    shutil.copy(ROOT / "studies" / "trainer_clearance.yaml", path)
+    text = read_text(path)
+    path.write_text(path.read_text() + "# by an editor\n")
+    state = turned(trainer, placement, "pilot", "RE", 0, 60.0).arrangement
+    with pytest.raises(InputError, match="has changed on the disk"):
+        save(trainer, text, state)
+    assert path.read_text().endswith("# by an editor\n")
+    saved = save(trainer, text, state, over=True)
+    assert b"by an editor" not in saved.data and saved.data == path.read_bytes()
+    with pytest.raises(InputError, match="is there already"):
+        save(trainer, text, state, to=path)
+
+
+def test_a_predicted_posture_becomes_a_given_one_in_its_seat(tmp_path):
+    opened = open_study(wb.load_study("trainer_reach"))
+    there = placed_people(opened, opened.start)
+    edit = turned(opened, there, "small woman", "RE", 0, 50.0)
+    person = edit.arrangement.people[0]
+    assert not person.free and person.forward == pytest.approx(there.people[0].forward, abs=6e-5)
+    path = tmp_path / "reach.yaml"
+    shutil.copy(ROOT / "studies" / "trainer_reach.yaml", path)
+    save(opened, read_text(path), edit.arrangement)
+    study = wb.load_study(path)
+    assert not study.roles[0].free and study.roles[1].free
+    assert not list(changes_of(open_study(study), open_study(study).start))
+    text = path.read_text()
+    assert "small woman: {posture: driving, angles: {" in text and "large man: {predicted:" in text
+
+
+def test_a_study_of_motions_alone_cannot_be_opened():
+    with pytest.raises(InputError, match="every case is a motion"):
+        open_study(wb.load_study("trainer_crash"))
+
+
+def test_the_study_of_the_opened_state_is_the_study_itself(trainer):
+    assert arranged_study(trainer, trainer.start) is trainer.study

@@ -1,0 +1,456 @@
+"""The live bench: who may reach its server, what it takes, and what it answers."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import socket
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+
+from tests.conftest import ROOT
+from workbench.cli import main
+from workbench.errors import InputError
+from workbench.live.protocol import LONGEST, SUBPROTOCOL, packed, parsed, unpacked
+from workbench.live.waiting import MOST_WAITING, Waiting
+
+pytest.importorskip("starlette", reason="the extra `live` is not installed")
+pytest.importorskip("httpx2", reason="Starlette's test client needs httpx2")
+pytest.importorskip("uvicorn", reason="the extra `live` is not installed")
+
+from starlette.testclient import TestClient
+from starlette.websockets import WebSocketDisconnect
+
+from workbench.live.desk import Desk
+from workbench.live.server import live_application
+
+PORT = 8123
+TOKEN = "a-secret-of-the-tests"
+HOST = f"127.0.0.1:{PORT}"
+SOCKET = f"ws://{HOST}/ws"
+PAGES = ("/", "/page/app.js", "/page/style.css", "/favicon.ico")
+FILES = ("app.js", "index.html", "style.css", "icon.svg")
+
+
+@pytest.fixture(scope="module")
+def study(tmp_path_factory):
+    path = tmp_path_factory.mktemp("bench") / "trainer.yaml"
+    shutil.copy(ROOT / "studies" / "trainer_clearance.yaml", path)
+    return path
+
+
+@pytest.fixture(scope="module")
+def desk(study):
+    return Desk(str(study))
+
+
+@pytest.fixture
+def client(desk):
+    desk.open()
+    with client_of(desk) as found:
+        yield found
+
+
+def client_of(desk, host=HOST):
+    app = live_application(desk, port=PORT, token=TOKEN)
+    return TestClient(app, base_url=f"http://{host}", follow_redirects=False)
+
+
+def entered(client):
+    assert client.get(f"/?token={TOKEN}").status_code == 303
+    return client
+
+
+def page_of(client, **headers):
+    given = {"origin": f"http://{HOST}", **headers}
+    return client.websocket_connect(SOCKET, subprotocols=[SUBPROTOCOL], headers=given)
+
+
+def frames_until(page, kind, most=30):
+    for _ in range(most):
+        head, arrays = unpacked(page.receive_bytes())
+        if head["kind"] == kind:
+            return head, arrays
+    raise AssertionError(f"no {kind} among {most} frames")
+
+
+def asked(page, verb, **given):
+    """The answer to a question, or the fault."""
+    page.send_text(json.dumps({"n": 7, "do": verb, **given}))
+    for _ in range(30):
+        head, _ = unpacked(page.receive_bytes())
+        if head.get("answers") == 7:
+            return head
+    raise AssertionError(f"no answer to {verb}")
+
+
+# --- who may reach it -------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("path", PAGES)
+def test_nobody_gets_anything_without_the_cookie(client, path):
+    assert client.get(path).status_code == 403
+
+
+@pytest.mark.parametrize("path", PAGES)
+def test_with_the_cookie_every_file_of_the_page_is_served(client, path):
+    entered(client)
+    found = client.get(path)
+    assert found.status_code == 200 and found.content
+
+
+@pytest.mark.parametrize(
+    "host", ["evil.example", "127.0.0.1:1", "localhost", f"127.0.0.1.evil:{PORT}"]
+)
+@pytest.mark.parametrize("path", [*PAGES, f"/?token={TOKEN}"])
+def test_a_foreign_host_is_refused_even_with_the_cookie(client, host, path):
+    entered(client)
+    assert client.get(path, headers={"host": host}).status_code == 421
+
+
+def test_the_token_becomes_a_cookie_and_leaves_the_address(client):
+    found = client.get(f"/?token={TOKEN}")
+    assert found.headers["location"] == "/"
+    cookie = found.headers["set-cookie"]
+    assert f"workbench-{PORT}=" in cookie
+    assert all(word in cookie for word in ("HttpOnly", "SameSite=Strict", "Path=/"))
+
+
+@pytest.mark.parametrize("token", ["", "wrong", TOKEN + "x", TOKEN[:-1], "%00"])
+def test_a_wrong_token_is_refused(client, token):
+    found = client.get(f"/?token={token}")
+    assert found.status_code == 403 and "set-cookie" not in found.headers
+
+
+def test_the_cookie_of_another_port_opens_nothing(client):
+    client.cookies.set("workbench-9999", TOKEN)
+    assert client.get("/").status_code == 403
+
+
+@pytest.mark.parametrize(
+    "path", [*PAGES, "/nowhere", "/page/../server.py", "/page/%2e%2e%2fserver.py"]
+)
+def test_every_answer_carries_the_policy(client, path):
+    for who in (client, entered(client)):
+        headers = who.get(path).headers
+        assert "script-src 'self'" in headers["content-security-policy"]
+        assert "unsafe" not in headers["content-security-policy"]
+        assert headers["cache-control"] == "no-store"
+        assert headers["x-content-type-options"] == "nosniff"
+        assert headers["cross-origin-resource-policy"] == "same-origin"
+
+
+@pytest.mark.parametrize("path", ["/nowhere", "/page/server.py", "/page/%2e%2e%2fserver.py"])
+def test_files_that_are_no_part_of_the_page_are_not_served(client, path):
+    assert entered(client).get(path).status_code == 404
+
+
+@pytest.mark.parametrize("method", ["POST", "PUT", "DELETE", "OPTIONS"])
+def test_nothing_but_get_is_served(client, method):
+    assert entered(client).request(method, "/").status_code == 405
+
+
+@pytest.mark.parametrize(
+    "headers",
+    [
+        {"origin": "http://evil.example"},
+        {"origin": "null"},
+        {"origin": f"https://{HOST}"},
+        {"origin": f"http://{HOST}", "host": "evil.example"},
+    ],
+)
+def test_a_socket_of_a_foreign_page_is_refused(client, headers):
+    entered(client)
+    with pytest.raises(WebSocketDisconnect), page_of(client, **headers):
+        pass
+
+
+def test_a_socket_without_the_cookie_is_refused(client):
+    with pytest.raises(WebSocketDisconnect), page_of(client):
+        pass
+
+
+def test_a_page_of_another_version_is_told_to_reload(client):
+    entered(client)
+    headers = {"origin": f"http://{HOST}"}
+    with (
+        pytest.raises(WebSocketDisconnect) as closed,
+        client.websocket_connect(SOCKET, subprotocols=["workbench-0"], headers=headers),
+    ):
+        pass
+    assert closed.value.code == 4400
+
+
+def test_the_page_asks_for_nothing_from_elsewhere_and_holds_no_script():
+    folder = ROOT / "workbench" / "live" / "page"
+    assert sorted(path.name for path in folder.iterdir()) == sorted(FILES)
+    text = (folder / "index.html").read_text()
+    assert "http" not in text and "<script src=" in text and "style=" not in text
+    script = (folder / "app.js").read_text()
+    assert "innerHTML" not in script and "eval" not in script
+
+
+# --- what it takes ----------------------------------------------------------------------------------
+
+TURN = {"n": 1, "do": "joint", "person": "pilot", "joint": "RE", "axis": 0, "degrees": 60}
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("", "a message is JSON"),
+        ("[]", "a JSON object"),
+        ("[" * 20_000, "a message is JSON"),
+        ('{"do": "fly"}', "nothing is called 'fly'"),
+        ('{"n": 1}', "nothing is called 'None'"),
+        ('{"do": ["joint"]}', "nothing is called"),
+        ('{"n": -1, "do": "undo"}', "n: a whole number"),
+        ('{"n": true, "do": "undo"}', "n: a whole number"),
+        ('{"do": "undo", "by": 1}', "undo takes no 'by'"),
+        (json.dumps({**TURN, "degrees": float("nan")}), "NaN is no number"),
+        (json.dumps({**TURN, "degrees": float("inf")}), "Infinity is no number"),
+        (json.dumps({**TURN, "degrees": 1}).replace(": 1,", ": 1e999,", 1), "too large"),
+        (json.dumps({**TURN, "degrees": "60"}), "expected a number of degrees"),
+        (json.dumps({**TURN, "degrees": True}), "expected a number of degrees"),
+        (json.dumps({**TURN, "axis": 3}), "expected 0, 1 or 2"),
+        (json.dumps({**TURN, "axis": True}), "expected 0, 1 or 2"),
+        (json.dumps({**TURN, "person": "x" * 500}), "expected the name of a person"),
+        ('{"do": "seat", "person": "pilot", "forward": 0}', "'up' is missing"),
+        (
+            '{"do": "hand", "person": "pilot", "limb": "tail", "target": [0, 0, 0]}',
+            "expected a hand or foot",
+        ),
+        (
+            '{"do": "hand", "person": "p", "limb": "left hand", "target": [0, 0]}',
+            "expected three numbers of metres",
+        ),
+        ("x" * (LONGEST + 1), "at most 65536 bytes"),
+    ],
+)
+def test_a_message_that_is_wrong_says_why(text, words):
+    with pytest.raises(InputError, match=words):
+        parsed(text)
+
+
+def test_a_message_that_is_right_is_complete():
+    question = parsed(json.dumps(TURN))
+    assert question.given == {**{k: TURN[k] for k in TURN if k not in ("n", "do")}, "done": True}
+    assert question.subject == parsed(json.dumps({**TURN, "degrees": 1, "done": False})).subject
+
+
+def test_arrays_come_out_as_they_were_packed():
+    one = np.arange(7, dtype=np.float32)
+    other = np.array([1, 65535], dtype=np.uint16)
+    head, arrays = unpacked(packed({"kind": "a – b"}, [("one", one), ("other", other)]))
+    assert head == {"kind": "a – b"}
+    assert np.array_equal(arrays["one"], one) and np.array_equal(arrays["other"], other)
+
+
+def test_the_newest_of_a_drag_waits_and_its_end_is_never_lost():
+    waiting = Waiting()
+    for degrees, done in ((1, False), (2, False), (3, True), (4, False), (5, False)):
+        waiting.put("a", parsed(json.dumps({**TURN, "degrees": degrees, "done": done})))
+    waiting.put("b", parsed(json.dumps({**TURN, "degrees": 9, "done": False})))
+    waiting.forget("b")
+    assert [waiting.take()[1].given["degrees"] for _ in range(len(waiting))] == [3, 5]
+
+
+def test_too_many_questions_are_refused():
+    waiting = Waiting()
+    for _ in range(MOST_WAITING):
+        waiting.put("a", parsed('{"do": "undo"}'))
+    with pytest.raises(InputError, match="wait already"):
+        waiting.put("a", parsed('{"do": "undo"}'))
+
+
+# --- what it answers --------------------------------------------------------------------------------
+
+
+def test_a_page_is_greeted_and_gets_the_state_and_the_verdicts(client):
+    with page_of(entered(client)) as page:
+        hello, _ = frames_until(page, "hello")
+        assert hello["title"] == "Two median men in the trainer" and hello["saves"]
+        head, arrays = frames_until(page, "answer")
+        assert arrays["centres0"].size == 3 * hello["people"][0]["spheres"]
+        assert arrays["room0"].size == len(hello["people"][0]["segments"])
+        assert head["case"] == "cruise" and not head["undo"] and not head["unsaved"]
+        verdicts, _ = frames_until(page, "verdicts")
+        assert verdicts["passed"] and len(verdicts["rows"]) == 6
+
+
+def test_a_turned_joint_is_answered_undone_and_judged(client):
+    with page_of(entered(client)) as page:
+        frames_until(page, "verdicts")
+        head = asked(page, "joint", person="pilot", joint="RE", axis=0, degrees=140.0)
+        assert head["undo"] and head["unsaved"] and head["generation"] > 1
+        elbow = next(k for k, j in enumerate(hello_joints(page, client)) if j == "RE")
+        assert head["people"][0]["angles"][elbow][0] == 140.0
+        verdicts, _ = frames_until(page, "verdicts")
+        assert verdicts["generation"] == head["generation"]
+        back = asked(page, "undo")
+        assert not back["unsaved"] and back["redo"]
+        assert asked(page, "redo")["people"][0]["angles"][elbow][0] == 140.0
+
+
+def hello_joints(page, client):
+    with page_of(client) as other:
+        hello, _ = frames_until(other, "hello")
+    return [joint["joint"] for joint in hello["people"][0]["joints"]]
+
+
+FAULTS = [
+    (
+        {"do": "joint", "person": "x", "joint": "RE", "axis": 0, "degrees": 1},
+        "nobody is called 'x'",
+    ),
+    ({"do": "joint", "person": "pilot", "joint": "RE", "axis": 0, "degrees": 1e9}, "-180 to 180"),
+    ({"do": "hand", "person": "pilot", "limb": "left hand", "target": [1e9, 0, 0]}, "within 10 m"),
+    ({"do": "hand", "person": "pilot", "limb": "left hand"}, "a target or a control is needed"),
+    ({"do": "hand", "person": "pilot", "limb": "left hand", "control": "x"}, "no control 'x'"),
+    ({"do": "seat", "person": "pilot", "forward": 9, "up": 0}, "the travel of seat left is"),
+    ({"do": "case", "name": "flight"}, "no case 'flight'"),
+    ({"do": "save", "to": "../a.yaml"}, "a name such as"),
+    ({"do": "save", "to": ".hidden.yaml"}, "a name such as"),
+]
+
+
+@pytest.mark.parametrize(("message", "words"), FAULTS)
+def test_what_cannot_be_done_is_reported_and_changes_nothing(client, desk, message, words):
+    with page_of(entered(client)) as page:
+        frames_until(page, "answer")
+        before = desk.live.people, desk.generation
+        fault = asked(page, message.pop("do"), **message)
+        assert fault["kind"] == "fault" and words in fault["words"]
+        assert (desk.live.people, desk.generation) == before
+
+
+@pytest.mark.parametrize("text", ["no JSON", '{"do": "fly"}', "x" * (LONGEST + 1), '{"do": NaN}'])
+def test_a_wrong_message_is_reported_and_the_socket_stays(client, text):
+    with page_of(entered(client)) as page:
+        page.send_text(text)
+        assert frames_until(page, "fault")[0]["words"]
+        page.send_bytes(b"\xff\xfe")
+        assert "JSON" in frames_until(page, "fault")[0]["words"]
+        assert asked(page, "undo")["kind"] == "answer"
+
+
+def test_two_pages_see_the_same(client):
+    entered(client)
+    with page_of(client) as one, page_of(client) as other:
+        frames_until(one, "answer")
+        frames_until(other, "answer")
+        asked(one, "seat", person="pilot", forward=0.01, up=0.0)
+        for _ in range(30):
+            head, _ = frames_until(other, "answer")
+            if head["unsaved"]:
+                break
+        assert head["people"][0]["forward"] == 0.01
+        assert head["people"][0]["shift"][0] == pytest.approx(0.01, abs=1e-5)
+
+
+def test_a_page_that_closes_in_the_midst_of_an_answer_leaves_the_bench_as_it_was(client, desk):
+    entered(client)
+    with page_of(client) as page:
+        for degrees in range(20, 60):
+            text = {**TURN, "degrees": degrees, "done": degrees == 59}
+            page.send_text(json.dumps(text))
+    with page_of(client) as page:
+        frames_until(page, "answer")
+        head = asked(page, "case", name="looking left")
+        assert head["case"] == "looking left"
+        turned = [hello["angles"] for hello in head["people"]]
+        assert len(turned) == 2 and len(desk.history.entries) <= 2
+
+
+def test_a_study_is_saved_with_its_comments_and_undone_to_its_bytes(client, study):
+    before = study.read_bytes()
+    try:
+        with page_of(entered(client)) as page:
+            asked(page, "joint", person="pilot", joint="RE", axis=0, degrees=60.0)
+            saved, _ = save_of(page)
+            assert saved["file"] == study.name
+            after = study.read_text()
+            assert "{posture: flying, angles: {RE: {flexion: 60}}}" in after
+            assert after.count("#") == before.decode().count("#")
+            asked(page, "undo")
+            save_of(page)
+            assert study.read_bytes() == before
+    finally:
+        study.write_bytes(before)
+
+
+def save_of(page):
+    page.send_text(json.dumps({"n": 3, "do": "save"}))
+    return frames_until(page, "saved")
+
+
+def test_a_file_that_an_editor_changes_is_read_again_or_asked_about(study, desk):
+    before = study.read_bytes()
+    desk.open()
+    try:
+        study.write_text(before.decode().replace("RE: {flexion: 75}", "RE: {flexion: 70}"))
+        assert desk.watched().changed and not desk.watched().everybody
+        desk.do(parsed(json.dumps(TURN)))
+        study.write_bytes(before)
+        (fault,) = desk.watched().everybody
+        assert unpacked(fault)[0]["ask"] == "over"
+        assert desk.watched().everybody == []
+        (refused,) = desk.do(parsed('{"do": "save"}')).asker
+        assert "has changed on the disk" in unpacked(refused)[0]["words"]
+        desk.do(parsed('{"do": "reload"}'))
+        assert not desk.unsaved
+    finally:
+        study.write_bytes(before)
+
+
+def test_a_study_of_the_catalogue_is_not_written(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    desk = Desk("trainer_clearance")
+    desk.do(parsed(json.dumps(TURN)))
+    (fault,) = desk.do(parsed('{"do": "save"}')).asker
+    assert "save it under another name" in unpacked(fault)[0]["words"]
+    desk.do(parsed('{"do": "save", "to": "mine.yaml"}'))
+    assert "RE: {flexion: 60}" in (tmp_path / "mine.yaml").read_text() and not desk.unsaved
+    reading = Desk("mine.yaml", read_only=True)
+    (fault,) = reading.do(parsed('{"do": "save", "to": "other.yaml"}')).asker
+    assert "read only" in unpacked(fault)[0]["words"]
+
+
+def test_the_command_serves_to_this_machine_alone_until_it_is_stopped(study):
+    command = [sys.executable, "-m", "workbench", "live", str(study), "--no-browser", "--read-only"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as running:
+        try:
+            address = running.stdout.readline().strip()
+            port = int(address.split(":")[2].split("/")[0])
+            assert address.startswith("http://127.0.0.1:")
+            for _ in range(100):
+                try:
+                    with socket.create_connection(("127.0.0.1", port), timeout=1) as open_socket:
+                        open_socket.sendall(b"GET / HTTP/1.1\r\nHost: evil.example\r\n\r\n")
+                        assert open_socket.recv(20).startswith(b"HTTP/1.1 421")
+                    break
+                except ConnectionRefusedError:
+                    time.sleep(0.1)
+        finally:
+            running.terminate()
+            running.wait(20)
+
+
+@pytest.mark.parametrize("port", ["70000", "-1"])
+def test_the_command_refuses_a_port_that_there_is_not(study, port, capsys):
+    assert main(["live", str(study), "--port", port]) == 2
+
+
+def test_the_command_says_what_is_missing(study):
+    code = (
+        "import sys\nsys.modules['starlette'] = None\n"
+        "from workbench.cli import main\nsys.exit(main(['live', sys.argv[1]]))"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code, str(study)], capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 4 and "bubbleman-workbench[live]" in done.stderr

@@ -1,0 +1,58 @@
+"""`workbench live STUDY`: a study in the browser, answered while it is changed."""
+
+from __future__ import annotations
+
+import webbrowser
+from typing import Annotated
+
+from cyclopts import Parameter
+
+from workbench.cli.progress import Progress, emit, tell
+from workbench.errors import UsageError
+
+__all__ = ["live"]
+
+
+def live(
+    study: str,
+    *,
+    port: int = 0,
+    browser: Annotated[bool, Parameter(negative="--no-browser")] = True,
+    read_only: Annotated[bool, Parameter(negative="")] = False,
+    size: str = "",
+) -> int:
+    """Open a study in the browser: turn joints, bring hands to controls, move seats, and see at
+    once what comes near to what and which criteria hold.
+
+    It is served to this machine alone, until Ctrl-C. From another machine use ssh -L.
+
+    Parameters
+    ----------
+    study
+        a study file, or the name of one that comes with the workbench, which is not written over
+    port
+        the port to serve at; a free one where not given
+    browser
+        open the address in the browser
+    read_only
+        save nothing
+    size
+        of a role that several sizes take one at a time, the one that is shown
+    """
+    if not 0 <= port <= 65535:
+        raise UsageError(f"--port: a number from 0 to 65535 is needed, got {port}")
+    from workbench.live.desk import Desk
+    from workbench.live.server import serve
+
+    with Progress() as say:
+        say(f"reading {study}")
+        desk = Desk(study, size=size, read_only=read_only)
+
+    def ready(address: str) -> None:
+        emit(address)
+        tell("The bench is served to this machine alone, until Ctrl-C.")
+        if browser:
+            webbrowser.open(address)
+
+    serve(desk, port=port, ready=ready)
+    return 0

@@ -1,0 +1,187 @@
+"""Clearance in an environment some of whose parts are displaced, such as seats along their rails.
+
+To displace a part is to make another environment, whose distance index is made anew. Here the
+bodies are displaced instead: against the parts of a mover they stand where they would stand in that
+mover's own frame. The index of the environment at rest serves every displacement.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+
+from workbench.body.parts import moved
+from workbench.contact.batches import grouped_clearance, witnesses
+from workbench.contact.collide import allowed_groups
+from workbench.contact.fields import Groups
+from workbench.model.arrays import Floats, Ints, frozen
+from workbench.model.body import Body, check_one
+from workbench.model.environment import Environment
+from workbench.model.poses import Placed
+
+__all__ = ["Arranged", "SegmentRoom", "moved_environment", "room_of_segments"]
+
+
+@dataclass(frozen=True, eq=False)
+class Arranged:
+    """An environment with groups of parts displaced.
+
+    Parameters
+    ----------
+    environment
+        With all parts at rest.
+    movers
+        M groups of parts, by index, that move together; no part is in two of them.
+    displacement
+        (M, 3) [m] of each.
+    """
+
+    environment: Environment
+    movers: Groups
+    displacement: Floats
+
+    def __post_init__(self) -> None:
+        given = frozen(
+            self.displacement, np.float64, (len(self.movers), 3), "arranged.displacement"
+        )
+        object.__setattr__(self, "displacement", given)
+
+    @property
+    def by_part(self) -> Floats:
+        """(K, 3) [m] the displacement of each part."""
+        found = np.zeros((len(self.environment.parts), 3))
+        for parts, shift in zip(self.movers, self.displacement, strict=True):
+            found[list(parts)] = shift
+        return found
+
+
+@dataclass(frozen=True, eq=False)
+class SegmentRoom:
+    """What comes nearest to each of the N segments of P poses.
+
+    Parameters
+    ----------
+    room
+        (P, N) [m] the least signed distance, with the overlap that a part allows added; infinite
+        where nothing is near.
+    sphere, polygon
+        (P, N) which are nearest, -1 where there are none.
+    point
+        (P, N, 3) [m] the polygon's nearest point, NaN where there is none.
+    """
+
+    room: Floats
+    sphere: Ints
+    polygon: Ints
+    point: Floats
+
+
+@dataclass(frozen=True, eq=False)
+class _Frame:
+    """Groups of parts that move together, the overlap (N, G) [m] that they allow, and which mover
+    they are, -1 for those at rest."""
+
+    mover: int
+    groups: Groups
+    allowed: Floats
+
+
+def room_of_segments(placed: Placed, arranged: Arranged) -> SegmentRoom:
+    """Compute the room that each segment has beyond the overlap that parts allow.
+
+    Parameters
+    ----------
+    placed
+        P poses of a body of one row.
+    arranged
+        The environment. Hidden parts take no part.
+
+    Returns
+    -------
+    SegmentRoom
+        The same as of the environment whose parts are displaced, to rounding.
+    """
+    check_one(placed.body)
+    environment = arranged.environment
+    rooms: list[SegmentRoom] = []
+    for frame in _frames(placed.body, environment, arranged.movers):
+        shift = arranged.displacement[frame.mover] if frame.mover >= 0 else np.zeros(3)
+        rooms.append(_room_in_frame(_displaced(placed, -shift), environment, frame, shift))
+    return _least(rooms, placed)
+
+
+def _room_in_frame(
+    view: Placed, environment: Environment, frame: _Frame, shift: Floats
+) -> SegmentRoom:
+    """The room from the parts of one frame, for bodies placed in this frame."""
+    distance, sphere, polygon = grouped_clearance(view, environment, frame.groups)
+    room = distance + frame.allowed
+    best = np.argmin(room, axis=2)[..., None]
+    nearest_sphere = np.take_along_axis(sphere, best, axis=2)
+    nearest_polygon = np.take_along_axis(polygon, best, axis=2)
+    point = witnesses(view, environment, (nearest_sphere, nearest_polygon))
+    return SegmentRoom(
+        np.take_along_axis(room, best, axis=2)[..., 0],
+        nearest_sphere[..., 0],
+        nearest_polygon[..., 0],
+        point[:, :, 0] + shift,
+    )
+
+
+def _least(rooms: list[SegmentRoom], placed: Placed) -> SegmentRoom:
+    """The least of the rooms in several frames; where nothing is there, infinite ones."""
+    shape = (len(placed), len(placed.window))
+    if not rooms:
+        none = np.full(shape, -1)
+        return SegmentRoom(np.full(shape, np.inf), none, none, np.full((*shape, 3), np.nan))
+    least = np.argmin([one.room for one in rooms], axis=0)
+    rows, columns = np.indices(shape)
+
+    def chosen(name: str) -> Floats:
+        every = np.stack([getattr(one, name) for one in rooms])
+        picked: Floats = every[least, rows, columns]
+        return picked
+
+    return SegmentRoom(
+        chosen("room"), chosen("sphere").astype(int), chosen("polygon").astype(int), chosen("point")
+    )
+
+
+def _displaced(placed: Placed, shift: Floats) -> Placed:
+    """Bodies displaced by (3,) [m]."""
+    if not shift.any():
+        return placed
+    world = placed.world_from_segment.copy()
+    world[..., 3] += shift
+    return Placed(placed.body, world, placed.centres + shift, placed.window, placed.person)
+
+
+@lru_cache(maxsize=16)
+def _frames(body: Body, environment: Environment, movers: Groups) -> tuple[_Frame, ...]:
+    """The parts by what they move with and by the overlap they allow; movers without shown parts
+    are left out."""
+    groups, allowed = allowed_groups(body, environment)
+    mover = np.full(len(environment.parts), -1)
+    for m, parts in enumerate(movers):
+        mover[list(parts)] = m
+    return tuple(_split(groups, allowed, mover))
+
+
+def _split(groups: Groups, allowed: Floats, mover: Ints) -> Iterator[_Frame]:
+    for m in range(-1, int(mover.max(initial=-1)) + 1):
+        own = [tuple(k for k in group if mover[k] == m) for group in groups]
+        columns = [g for g, parts in enumerate(own) if parts]
+        if columns:
+            yield _Frame(m, tuple(own[g] for g in columns), allowed[:, columns])
+
+
+def moved_environment(arranged: Arranged) -> Environment:
+    """Make the environment with the parts where they are displaced to: its index is made anew."""
+    environment = arranged.environment
+    for parts, shift in zip(arranged.movers, arranged.displacement, strict=True):
+        if shift.any():
+            environment = moved(environment, [environment.parts[k] for k in parts], shift)
+    return environment

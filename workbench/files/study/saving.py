@@ -1,0 +1,126 @@
+"""Save a study's changed text: it replaces the file only after it was read and found to say what it
+should."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from collections.abc import Callable
+from hashlib import sha256
+from pathlib import Path
+
+from workbench.errors import InputError
+from workbench.files.output_file import write_errors
+from workbench.files.study.reader import load_study
+from workbench.model.study import Study
+
+__all__ = ["StudyText", "read_text", "save_text"]
+
+
+class StudyText:
+    """The text of a study's file as it was read.
+
+    Parameters
+    ----------
+    path
+        The file; a link is followed.
+    data
+        Its bytes.
+    """
+
+    def __init__(self, path: Path, data: bytes) -> None:
+        self.path = path.resolve()
+        self.data = data
+        try:
+            self.text = data.decode("utf-8")
+        except UnicodeDecodeError:
+            raise InputError(f"{path}: not a text file in UTF-8") from None
+
+    @property
+    def digest(self) -> str:
+        """A hash of the bytes."""
+        return sha256(self.data).hexdigest()
+
+    def changed_on_disk(self) -> bool:
+        """Whether the file holds other bytes now, or is gone."""
+        try:
+            return self.path.read_bytes() != self.data
+        except OSError:
+            return True
+
+
+def read_text(path: Path) -> StudyText:
+    """Read the text of a study's file. InputError where it cannot be read."""
+    try:
+        return StudyText(path, path.read_bytes())
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({error.strerror or error})") from None
+
+
+def save_text(
+    before: StudyText,
+    text: str,
+    check: Callable[[Study], None],
+    *,
+    over: bool = False,
+    to: Path | None = None,
+) -> StudyText:
+    """Replace a study's file by another text, in one step.
+
+    Parameters
+    ----------
+    before
+        As it was read.
+    text
+        What it is to say.
+    check
+        Is given the study of the new text; raises InputError where this is not what was meant.
+    over
+        Whether a file that has changed since it was read is replaced too.
+    to
+        Another file, which must not be there; the same if None.
+
+    Returns
+    -------
+    StudyText
+        As it was written.
+
+    Raises
+    ------
+    InputError
+        If the file has changed, cannot be written, or the new text says something else.
+    """
+    path = before.path if to is None else to.resolve()
+    if to is not None and path.exists():
+        raise InputError(f"{to}: is there already; name another file")
+    if to is None and not over and before.changed_on_disk():
+        raise InputError(
+            f"{path}: has changed on the disk since it was opened; reload it, or save over it"
+        )
+    data = text.encode("utf-8")
+    with write_errors(path):
+        partial = _written(path, data)
+        try:
+            check(load_study(partial))
+            if path.exists():
+                partial.chmod(path.stat().st_mode & 0o777)
+            partial.replace(path)
+        finally:
+            partial.unlink(missing_ok=True)
+    return StudyText(path, data)
+
+
+def _written(path: Path, data: bytes) -> Path:
+    """A hidden file beside a path that holds some bytes."""
+    with tempfile.NamedTemporaryFile(
+        dir=path.parent, prefix=f".{path.stem}-", suffix=".yaml", delete=False
+    ) as file:
+        name = Path(file.name)
+        try:
+            file.write(data)
+            file.flush()
+            os.fsync(file.fileno())
+        except OSError:
+            name.unlink(missing_ok=True)
+            raise
+    return name

@@ -1,0 +1,1 @@
+"""The live bench: a study in the browser, answered while it is changed."""

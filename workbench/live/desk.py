@@ -1,0 +1,327 @@
+"""The desk: one open study, what was done to it, and the answers to what is asked about it.
+
+Everything but `judgement` is called by one thread alone.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from workbench.errors import InputError, WorkbenchError, printable
+from workbench.files.catalogue import find
+from workbench.files.study.reader import load_study
+from workbench.files.study.saving import read_text
+from workbench.files.study.splice import SharedValueError
+from workbench.live.frames import answer_frame, hello_frame, verdict_frame
+from workbench.live.protocol import Question, packed
+from workbench.study.bench.answers import Answer, Judged, answer, judged
+from workbench.study.bench.edits import Edit, LimbTarget, looking_at, reached, seated, turned
+from workbench.study.bench.history import Entry, History
+from workbench.study.bench.placing import placed_people
+from workbench.study.bench.saving import save
+from workbench.study.bench.state import Arrangement, OpenStudy, open_study
+from workbench.study.people import Present
+
+__all__ = ["Desk", "Judgement", "Replies"]
+
+
+@dataclass
+class Replies:
+    """Frames for everybody, frames for who asked alone, and whether the study is another now."""
+
+    everybody: list[bytes] = field(default_factory=list)
+    asker: list[bytes] = field(default_factory=list)
+    changed: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class Judgement:
+    """What is to be judged: a state and its number."""
+
+    opened: OpenStudy
+    arrangement: Arrangement
+    generation: int
+
+    def made(self) -> tuple[Judgement, Judged]:
+        """Judge the state, in any thread."""
+        return self, judged(self.opened, self.arrangement)
+
+
+class Desk:
+    """One open study.
+
+    Parameters
+    ----------
+    source
+        A study's file, or the name of one of the catalogue, which is not written.
+    size
+        Which of several sizes is shown, the first if "".
+    read_only
+        Whether nothing is saved.
+    clock
+        Time [s] that rises.
+    """
+
+    def __init__(
+        self,
+        source: str,
+        *,
+        size: str = "",
+        read_only: bool = False,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        self.path = find("studies", source)
+        self.catalogued = Path(source).suffix not in (".yaml", ".yml")
+        self.read_only = read_only
+        self.size = size
+        self.clock = clock
+        self.generation = 0
+        self._verbs: Mapping[str, Callable[[Question], Replies]] = {
+            "joint": self._joint,
+            "hand": self._hand,
+            "seat": self._seat,
+            "case": self._case,
+            "undo": self._undo,
+            "redo": self._redo,
+            "save": self._save,
+            "reload": self._reload,
+        }
+        self.open()
+
+    def open(self) -> None:
+        """Read the study from its file; what was done to it before is forgotten."""
+        text = read_text(self.path)
+        opened = open_study(load_study(str(self.path)), self.size)
+        self.text = text
+        self.disk = text
+        self.opened = opened
+        self.live = opened.start
+        self.saved = opened.start
+        self.history = History.of(opened.start)
+        self.there: Present | None = None
+        self.shown: Answer | None = None
+        self.verdicts: bytes | None = None
+        self.seen_change = False
+        self.generation += 1
+
+    @property
+    def may_save(self) -> bool:
+        """Whether the study's own file may be written."""
+        return not (self.read_only or self.catalogued)
+
+    @property
+    def unsaved(self) -> bool:
+        """Whether the state differs from the file."""
+        return self.live.people != self.saved.people
+
+    @property
+    def ready(self) -> bool:
+        """Whether a first answer is there; it may take a minute on a machine that has none of the
+        compiled code yet."""
+        return self.shown is not None
+
+    def greeting(self) -> list[bytes]:
+        """What a page needs that was just opened, as far as it is known at once."""
+        frames = [hello_frame(self.opened, self.path.name, saves=self.may_save)]
+        if not self.ready:
+            frames.append(packed({"kind": "busy", "what": "the first answer is being made"}))
+        return frames
+
+    def state(self) -> list[bytes]:
+        """The answer to the state as it is, and the verdicts that are known of it."""
+        frames = [self._answered(0, "")]
+        return frames if self.verdicts is None else [*frames, self.verdicts]
+
+    def do(self, question: Question) -> Replies:
+        """Do what is asked. What cannot be done leaves everything as it was, and is reported to who
+        asked."""
+        try:
+            return self._verbs[question.verb](question)
+        except SharedValueError as error:
+            return Replies(asker=[fault_frame(question, str(error), ask="sharing")])
+        except WorkbenchError as error:
+            return Replies(asker=[fault_frame(question, str(error))])
+        except Exception as error:  # noqa: BLE001 (one question that fails must not end the bench)
+            words = f"internal error: {type(error).__name__}: {error}"
+            return Replies(asker=[fault_frame(question, words)])
+
+    def judgement(self) -> Judgement:
+        """What is to be judged now."""
+        return Judgement(self.opened, self.live, self.generation)
+
+    def take(self, judgement: Judgement, found: Judged) -> list[bytes]:
+        """Take what was judged; frames for everybody, none where the state is another by now."""
+        if judgement.generation != self.generation:
+            return []
+        self.there = found.there
+        self.verdicts = verdict_frame(found, self.generation)
+        free = any(person.free for person in self.live.people)
+        return [self._answered(0, ""), self.verdicts] if free else [self.verdicts]
+
+    def watched(self) -> Replies:
+        """Look whether the file has changed on the disk: then it is read again, unless something is
+        not saved."""
+        if self.seen_change or not self.disk.changed_on_disk():
+            return Replies()
+        if not self.unsaved:
+            try:
+                return self._reloaded("the file has changed and was read again")
+            except InputError as error:
+                self.seen_change = True
+                return Replies(everybody=[fault_frame(None, str(error))])
+        self.seen_change = True
+        words = f"{self.path.name} has changed on the disk: reload it, or save over it"
+        return Replies(everybody=[fault_frame(None, words, ask="over")])
+
+    def _answered(self, number: int, words: str) -> bytes:
+        """The frame of the state as it is."""
+        begin = time.perf_counter()
+        before = self.shown
+        placement = placed_people(
+            self.opened,
+            self.live,
+            there=self.there,
+            before=before.placement if before is not None else None,
+        )
+        self.shown = answer(placement, before)
+        head = {
+            "answers": number,
+            "generation": self.generation,
+            "words": words,
+            "undo": self.history.can_undo,
+            "redo": self.history.can_redo,
+            "unsaved": self.unsaved,
+        }
+        return answer_frame(self.shown, self.opened, head, begin)
+
+    def _edited(self, question: Question, edit: Edit, label: str) -> Replies:
+        """Take a state that an edit came to."""
+        same = edit.arrangement.people == self.live.people
+        self.live = edit.arrangement
+        if not same:
+            self.generation += 1
+            self.verdicts = None
+        if question.done and self.live.people != self.history.shown.arrangement.people:
+            subject = " ".join(str(part) for part in question.subject)
+            self.history = self.history.added(Entry(self.live, label, subject, self.clock()))
+        return Replies([self._answered(question.number, edit.words)], changed=not same)
+
+    def _joint(self, question: Question) -> Replies:
+        given = question.given
+        edit = turned(
+            self.opened,
+            self._placement().placement,
+            given["person"],
+            given["joint"],
+            given["axis"],
+            given["degrees"],
+        )
+        return self._edited(question, edit, f"{given['person']}: {given['joint']}")
+
+    def _hand(self, question: Question) -> Replies:
+        given = question.given
+        target = given["target"]
+        wanted = LimbTarget(
+            limb=given["limb"],
+            at=None if target is None else (target[0], target[1], target[2]),
+            control=given["control"],
+            grip=given["grip"],
+            zone=given["zone"],
+            obstacles=given["obstacles"],
+        )
+        placement = self._placement().placement
+        edit = reached(self.opened, placement, given["person"], wanted)
+        return self._edited(question, edit, f"{given['person']}: {given['limb']}")
+
+    def _seat(self, question: Question) -> Replies:
+        given = question.given
+        edit = seated(self.opened, self.live, given["person"], given["forward"], given["up"])
+        return self._edited(question, edit, f"{given['person']}: seat")
+
+    def _case(self, question: Question) -> Replies:
+        edit = looking_at(self.opened, self.live, question.given["name"])
+        self.live = edit.arrangement
+        return Replies([self._answered(question.number, "")])
+
+    def _undo(self, question: Question) -> Replies:
+        if self.live.people == self.history.shown.arrangement.people:
+            self.history = self.history.undone()
+        return self._to_shown(question)
+
+    def _redo(self, question: Question) -> Replies:
+        self.history = self.history.redone()
+        return self._to_shown(question)
+
+    def _to_shown(self, question: Question) -> Replies:
+        self.live = self.history.shown.arrangement
+        self.generation += 1
+        self.verdicts = None
+        return Replies([self._answered(question.number, "")], changed=True)
+
+    def _save(self, question: Question) -> Replies:
+        to = self._new_file(question.given["to"])
+        if to is None and not self.may_save:
+            why = "a study of the catalogue" if self.catalogued else "opened to be read only"
+            raise InputError(f"{self.path.name} is {why}: save it under another name")
+        self.disk = save(
+            self.opened,
+            self.text,
+            self.live,
+            disk=self.disk,
+            sharing=question.given["sharing"],
+            over=question.given["over"],
+            to=to,
+        )
+        if to is not None:
+            self.path = self.disk.path
+            self.catalogued = False
+        self.saved = self.live
+        self.seen_change = False
+        head = {"kind": "saved", "answers": question.number, "file": self.path.name}
+        return Replies([packed(head), self._answered(0, f"saved {self.path.name}")])
+
+    def _new_file(self, name: str) -> Path | None:
+        """The file of the working folder that a name is of; None where none is given."""
+        if not name:
+            return None
+        if self.read_only:
+            raise InputError("the bench was started to read only")
+        hidden = name.startswith(".") or printable(name) != name
+        if hidden or Path(name).name != name or "\\" in name or not name.endswith(".yaml"):
+            raise InputError(f"a name such as {self.path.stem}_2.yaml is needed, got {name!r}")
+        return Path.cwd() / name
+
+    def _reload(self, question: Question) -> Replies:
+        return self._reloaded("read again", question.number)
+
+    def _reloaded(self, words: str, number: int = 0) -> Replies:
+        self.open()
+        return Replies([*self.greeting(), self._answered(number, words)], changed=True)
+
+    def _placement(self) -> Answer:
+        """The answer to the state as it is, made where it is not there yet."""
+        if self.shown is None or self.shown.placement.arrangement is not self.live:
+            self._answered(0, "")
+        assert self.shown is not None
+        return self.shown
+
+
+def fault_frame(question: Question | None, words: str, ask: str = "") -> bytes:
+    """The frame of what could not be done.
+
+    Parameters
+    ----------
+    question
+        What was asked, None where it could not be read.
+    words
+        What is wrong.
+    ask
+        What the page is to ask its user: "sharing" or "over".
+    """
+    number = question.number if question is not None else 0
+    where = question.verb if question is not None else ""
+    words = printable(words)
+    return packed({"kind": "fault", "answers": number, "where": where, "words": words, "ask": ask})

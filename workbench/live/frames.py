@@ -1,0 +1,196 @@
+"""What the bench sends: a study as it is opened, the answer to a state, and verdicts."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from workbench.live.protocol import packed
+from workbench.model.arrays import Floats
+from workbench.model.body import Body
+from workbench.model.result import Verdict
+from workbench.study.bench.answers import Answer, Judged, NearPair, near_pairs
+from workbench.study.bench.state import OpenStudy
+
+__all__ = ["answer_frame", "hello_frame", "verdict_frame"]
+
+NO_PART = 0xFFFF
+
+
+def hello_frame(opened: OpenStudy, file: str, *, saves: bool) -> bytes:
+    """Pack what stays as long as a study is open: people with their joints and seats, cases,
+    controls, parts."""
+    study = opened.study
+    people = [
+        {"role": role.name, "seat": _seat(opened, row), **_body(opened.body(row))}
+        for row, role in enumerate(study.roles)
+    ]
+    controls = [
+        {"name": one.name, "at": list(one.at), "grip": one.grip, "zone": one.zone}
+        for one in study.environment.controls
+    ]
+    return packed(
+        {
+            "kind": "hello",
+            "file": file,
+            "title": study.title,
+            "saves": saves,
+            "notes": list(opened.notes),
+            "cases": list(opened.cases),
+            "people": people,
+            "controls": controls,
+            "parts": list(study.environment.parts),
+        }
+    )
+
+
+def _seat(opened: OpenStudy, row: int) -> dict[str, Any] | None:
+    """The seat of a role with its travel [m]."""
+    seat = opened.seat(row)
+    if seat is None:
+        return None
+    return {
+        "name": seat.name,
+        "forward": list(seat.travel_forward),
+        "up": list(seat.travel_up),
+        "parts": list(seat.moves),
+    }
+
+
+def _body(body: Body) -> dict[str, Any]:
+    """The segments and joints of a body; axes that do not turn have no motions."""
+    stops = body.stops
+    joints = []
+    for j, joint in enumerate(body.joints):
+        locked = [bool(stops.kind[j]) and stops.limits[j, axis].max() < 1e-6 for axis in range(3)]
+        axes = [
+            None
+            if locked[axis]
+            else [motion.replace("_", " ") for motion in stops.motions[j][axis]]
+            for axis in range(3)
+        ]
+        joints.append({"joint": joint, "name": body.joint_names[j], "axes": axes})
+    return {
+        "body": body.name,
+        "segments": list(body.segment_names),
+        "spheres": len(body.sphere_names),
+        "joints": joints,
+    }
+
+
+def answer_frame(found: Answer, opened: OpenStudy, head: Mapping[str, Any], begin: float) -> bytes:
+    """Pack the answer to a state.
+
+    Parameters
+    ----------
+    head
+        What the desk says about it.
+    begin
+        When it was begun [s], by `time.perf_counter`.
+    """
+    part_of = opened.study.environment.polygon_part
+    people = []
+    arrays = []
+    for row, one in enumerate(found.people):
+        person = one.person
+        people.append(
+            {
+                "role": person.state.role,
+                "free": person.state.free,
+                "forward": round(person.forward, 6),
+                "up": round(person.up, 6),
+                "shift": _rounded(person.shift),
+                "angles": _degrees(one.angles),
+                "limits": _degrees(one.limits),
+                "tips": {name: _rounded(tip) for name, tip in one.tips.items()},
+            }
+        )
+        polygon = one.near.polygon[0]
+        part = np.where(polygon >= 0, part_of[np.maximum(polygon, 0)], NO_PART)
+        arrays += [
+            (f"centres{row}", person.placed.centres[0].astype(np.float32)),
+            (f"radius{row}", person.body.radius[0].astype(np.float32)),
+            (f"room{row}", one.near.room[0].astype(np.float32)),
+            (f"sphere{row}", one.near.sphere[0].astype(np.int32)),
+            (f"part{row}", part.astype(np.uint16)),
+        ]
+    sent = {
+        "kind": "answer",
+        **head,
+        "case": opened.cases[found.placement.arrangement.case],
+        "people": people,
+        "near": [_near(pair) for pair in near_pairs(found)],
+        "ms": round(1e3 * (time.perf_counter() - begin), 1),
+    }
+    return packed(sent, arrays)
+
+
+def _near(pair: NearPair) -> dict[str, Any]:
+    """A near pair, its room in mm."""
+    return {
+        "mm": round(1e3 * pair.room, 2),
+        "person": pair.person,
+        "subject": pair.subject,
+        "other": pair.other_person,
+        "target": pair.target,
+        "point": [round(value, 5) for value in pair.point],
+    }
+
+
+def verdict_frame(judged: Judged, generation: int) -> bytes:
+    """Pack the verdicts of a state, the worst first."""
+    rows = [_verdict(one) for one in judged.found.verdicts]
+    rows.sort(key=lambda row: (row["passed"], row["margin"] is not None, row["margin"] or 0.0))
+    passed = all(row["passed"] for row in rows)
+    return packed(
+        {
+            "kind": "verdicts",
+            "generation": generation,
+            "passed": passed,
+            "rows": rows,
+            "warnings": list(judged.found.warnings),
+        }
+    )
+
+
+def _verdict(verdict: Verdict) -> dict[str, Any]:
+    """A verdict in words, its margin in mm or degrees."""
+    worst = verdict.worst
+    row: dict[str, Any] = {
+        "name": verdict.criterion.name,
+        "check": verdict.criterion.check,
+        "passed": verdict.passed,
+        "breaches": len(verdict.breaches),
+        "margin": None,
+        "unit": "",
+        "words": "nothing was found to look at",
+        "case": "",
+        "point": None,
+    }
+    if worst is None:
+        return row
+    scale, unit = {"m": (1e3, "mm"), "rad": (float(np.degrees(1.0)), "°")}.get(
+        worst.unit, (1.0, worst.unit)
+    )
+    lead = worst.person + (f" and {worst.other_person}" if worst.other_person else "")
+    margin = scale * worst.margin
+    return row | {
+        "margin": round(margin, 2) if np.isfinite(margin) else None,
+        "unit": unit,
+        "words": f"{lead}: {worst.subject} – {worst.target}",
+        "case": worst.case,
+        "point": None if worst.point is None else [round(value, 5) for value in worst.point],
+    }
+
+
+def _degrees(angles: Floats) -> Any:
+    """Angles in degrees, to a hundredth; those without a stop half a turn."""
+    shown = np.degrees(np.nan_to_num(angles, posinf=np.pi, neginf=-np.pi))
+    return np.round(np.clip(shown, -360.0, 360.0), 2).tolist()
+
+
+def _rounded(values: Floats) -> list[float]:
+    return [round(float(value), 5) for value in values]

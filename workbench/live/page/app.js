@@ -1,0 +1,284 @@
+// The page of the bench: verdicts, nearest pairs and native controls. Names from files are only ever
+// written as text.
+
+const at = (id) => document.getElementById(id);
+// Answers go to all pages: numbers of different pages must differ.
+const firstNumber = () => Math.floor(Math.random() * 2 ** 40);
+const state = { socket: null, number: firstNumber(), hello: null, answer: null, person: 0, held: null, letGo: false };
+
+/* ---- the socket: one question on its way, and of each subject the newest that waits ---- */
+
+let onItsWay = 0;
+const waiting = new Map();
+
+function ask(verb, given = {}) {
+  const subject = [verb, given.person, given.joint, given.axis, given.limb].join(" ");
+  const before = waiting.get(subject);
+  waiting.delete(subject); // what is asked last goes last
+  if (before && before.done === true && given.done === false) waiting.set(`${subject} done`, before);
+  waiting.set(subject, { do: verb, ...given });
+  next();
+}
+
+function next() {
+  if (onItsWay || !waiting.size || state.socket?.readyState !== WebSocket.OPEN) return;
+  const [subject, question] = waiting.entries().next().value;
+  waiting.delete(subject);
+  state.number += 1;
+  onItsWay = state.number;
+  state.socket.send(JSON.stringify({ n: state.number, ...question }));
+}
+
+function connect() {
+  const socket = new WebSocket(`ws://${location.host}/ws`, "workbench-1");
+  socket.binaryType = "arraybuffer";
+  socket.onmessage = (event) => take(unpack(event.data));
+  socket.onopen = () => say("");
+  socket.onclose = (event) => {
+    onItsWay = 0;
+    say(event.reason || "the bench does not answer; trying again", true);
+    if (event.code !== 4400) setTimeout(connect, 1000);
+  };
+  state.socket = socket;
+}
+
+// Length of the header, the header, then arrays at places counted from its end.
+export function unpack(buffer) {
+  const length = new DataView(buffer).getUint32(0, true);
+  const head = JSON.parse(new TextDecoder().decode(new Uint8Array(buffer, 4, length)));
+  const kinds = { f4: Float32Array, f8: Float64Array, i4: Int32Array, u2: Uint16Array, u4: Uint32Array };
+  const arrays = {};
+  for (const [name, kind, count, place] of head.arrays) {
+    arrays[name] = new kinds[kind](buffer, 4 + length + place, count);
+  }
+  return { head, arrays };
+}
+
+function take({ head }) {
+  if (head.answers && head.answers === onItsWay) onItsWay = 0;
+  const what = { hello: takeHello, answer: takeAnswer, verdicts: takeVerdicts, fault: takeFault };
+  if (what[head.kind]) what[head.kind](head);
+  if (head.kind === "busy") say(head.what);
+  next();
+}
+
+/* ---- writing ---- */
+
+function say(words, fault = false) {
+  at("status").textContent = words;
+  at("status").classList.toggle("fault", fault);
+}
+
+function element(name, words = "", more = {}) {
+  const made = document.createElement(name);
+  made.textContent = words;
+  return Object.assign(made, more);
+}
+
+function options(select, names, chosen) {
+  select.replaceChildren(...names.map((name) => element("option", name, { value: name })));
+  if (chosen !== undefined) select.value = chosen;
+}
+
+function takeHello(head) {
+  state.hello = head;
+  state.person = Math.min(state.person, head.people.length - 1);
+  document.title = head.title;
+  at("title").textContent = head.title;
+  options(at("case"), head.cases);
+  options(at("person"), head.people.map((one) => one.role), head.people[state.person].role);
+  options(at("limb-control"), ["", ...head.controls.map((one) => one.name)]);
+  at("save").textContent = head.saves ? "Save" : "Save as…";
+  if (head.notes.length) say(head.notes.join("; "));
+  buildPosture();
+}
+
+function takeAnswer(head) {
+  const first = state.answer === null;
+  state.answer = head;
+  at("undo").disabled = !head.undo;
+  at("redo").disabled = !head.redo;
+  at("save").disabled = !head.unsaved;
+  at("case").value = head.case;
+  at("took").textContent = `answered in ${head.ms} ms`;
+  document.title = (head.unsaved ? "● " : "") + state.hello.title;
+  if (head.words || head.answers || first) say(head.words);
+  at("near").replaceChildren(...head.near.map(nearRow));
+  at("verdicts").classList.add("waiting");
+  showPosture();
+}
+
+function nearRow(pair) {
+  const row = element("tr");
+  const target = pair.other ? `${pair.other}: ${pair.target}` : pair.target;
+  row.append(
+    element("td", pair.mm.toFixed(1), { className: `number ${pair.mm < 0 ? "failed" : ""}` }),
+    element("td", `${pair.person}: ${pair.subject}`),
+    element("td", target),
+  );
+  return row;
+}
+
+function takeVerdicts(head) {
+  const failed = head.rows.filter((row) => !row.passed).length;
+  at("failed").textContent = failed ? `(${failed} failed)` : "(all passed)";
+  at("verdicts").classList.remove("waiting");
+  at("verdicts").replaceChildren(...head.rows.map(verdictRow));
+}
+
+function verdictRow(verdict) {
+  const row = element("tr");
+  const margin = verdict.margin === null ? "" : `${verdict.margin.toFixed(1)} ${verdict.unit}`;
+  const where = verdict.case ? `${verdict.words} (${verdict.case})` : verdict.words;
+  row.append(
+    element("td", verdict.passed ? "✓ passed" : "✗ FAILED", { className: verdict.passed ? "passed" : "failed" }),
+    element("td", verdict.name),
+    element("td", margin, { className: "number" }),
+    element("td", where),
+  );
+  return row;
+}
+
+function takeFault(head) {
+  say(head.words, true);
+  const choices = {
+    sharing: [["change all", { sharing: "all" }], ["this one only", { sharing: "one" }]],
+    over: [["save over it", { over: true }], ["reload", null]],
+  }[head.ask];
+  at("choices").hidden = !choices;
+  at("choices").replaceChildren(
+    ...(choices ?? []).map(([words, given]) =>
+      element("button", words, { onclick: () => (given ? save(given) : ask("reload")) }),
+    ),
+  );
+}
+
+/* ---- the posture of the person who is chosen ---- */
+
+const sliders = [];
+
+function slider(words, unit, send) {
+  const row = element("label", "", { className: "slider" });
+  const name = element("span", words);
+  const input = element("input", "", { type: "range", step: "0.1" });
+  input.setAttribute("aria-label", words);
+  const value = element("output");
+  input.oninput = () => {
+    state.held = input;
+    state.letGo = false;
+    value.textContent = `${Number(input.value).toFixed(1)} ${unit}`;
+    send(Number(input.value), false);
+  };
+  input.onchange = () => {
+    state.letGo = true; // shown anew once the answer to this is there
+    send(Number(input.value), true);
+  };
+  row.append(name, input, value);
+  const show = (number, low, high, from = low, to = high) => {
+    if (state.held === input) return;
+    input.min = Math.min(from, number);
+    input.max = Math.max(to, number);
+    input.value = number;
+    value.textContent = `${number.toFixed(1)} ${unit}`;
+    const beyond = Math.max(number - high, low - number);
+    row.classList.toggle("beyond", beyond > 0.05);
+    const over = beyond > 0.05 ? `; ${beyond.toFixed(1)} beyond the stop` : "";
+    input.setAttribute("aria-valuetext", `${number.toFixed(1)} ${unit}${over}`);
+  };
+  return { row, show };
+}
+
+function buildPosture() {
+  const person = state.hello.people[state.person];
+  sliders.length = 0;
+  at("seat").replaceChildren();
+  at("joints").replaceChildren();
+  if (person.seat) {
+    ["forward", "up"].forEach((way) => {
+      const made = slider(`seat ${way}`, "mm", (mm, done) => {
+        const now = state.answer.people[state.person];
+        ask("seat", { person: person.role, forward: now.forward, up: now.up, [way]: mm / 1000, done });
+      });
+      sliders.push((now) => {
+        const [low, high] = person.seat[way].map((metres) => 1000 * metres);
+        made.show(1000 * now[way], low, high);
+      });
+      at("seat").append(made.row);
+    });
+  }
+  person.joints.forEach((joint, j) => {
+    if (!joint.axes.some(Boolean)) return;
+    const group = element("fieldset");
+    group.append(element("legend", joint.name));
+    joint.axes.forEach((motions, axis) => {
+      if (!motions) return;
+      const made = slider(`${motions[0]} / ${motions[1]}`, "°", (degrees, done) =>
+        ask("joint", { person: person.role, joint: joint.joint, axis, degrees, done }),
+      );
+      sliders.push((now) => {
+        const [up, down] = now.limits[j][axis];
+        made.show(now.angles[j][axis], -down, up, Math.max(-180, -down - 10), Math.min(180, up + 10));
+      });
+      group.append(made.row);
+    });
+    at("joints").append(group);
+  });
+  if (state.answer) showPosture();
+}
+
+function showPosture() {
+  const now = state.answer.people[state.person];
+  if (state.letGo && !waiting.size && !onItsWay) state.held = null;
+  sliders.forEach((show) => show(now));
+  const limb = at("limb-name");
+  const names = Object.keys(now.tips);
+  at("limb").hidden = !names.length;
+  if ([...limb.options].map((one) => one.value).join() !== names.join()) options(limb, names);
+  if (!at("limb").contains(document.activeElement)) showTip();
+}
+
+function showTip() {
+  const tip = state.answer?.people[state.person].tips[at("limb-name").value];
+  ["x", "y", "z"].forEach((name, k) => tip && (at(`limb-${name}`).value = (1000 * tip[k]).toFixed(1)));
+}
+
+at("limb-name").onchange = showTip;
+at("limb").onsubmit = (event) => {
+  event.preventDefault();
+  const control = at("limb-control").value;
+  const goal = control
+    ? { control }
+    : { target: ["x", "y", "z"].map((name) => Number(at(`limb-${name}`).value) / 1000) };
+  const person = state.hello.people[state.person].role;
+  ask("hand", { person, limb: at("limb-name").value, obstacles: at("limb-obstacles").checked, ...goal });
+};
+
+/* ---- commands ---- */
+
+function save(given = {}) {
+  at("choices").hidden = true;
+  const to = state.hello.saves ? null : prompt("Save under which name?", `my_${state.hello.file}`);
+  if (!state.hello.saves && !to) return;
+  ask("save", to ? { to, ...given } : given);
+}
+
+at("case").onchange = () => ask("case", { name: at("case").value });
+at("person").onchange = () => {
+  state.person = at("person").selectedIndex;
+  buildPosture();
+};
+at("undo").onclick = () => ask("undo");
+at("redo").onclick = () => ask("redo");
+at("save").onclick = () => save();
+addEventListener("keydown", (event) => {
+  if (!event.ctrlKey && !event.metaKey) return;
+  const key = event.key.toLowerCase();
+  const verb = { z: event.shiftKey ? "redo" : "undo", y: "redo", s: "save" }[key];
+  if (!verb) return;
+  event.preventDefault();
+  if (verb === "save") save();
+  else ask(verb);
+});
+addEventListener("beforeunload", (event) => state.answer?.unsaved && event.preventDefault());
+
+connect();

@@ -1,0 +1,226 @@
+"""The messages of the bench: what a page may ask, checked by a table, and how answers are packed.
+
+A question is a JSON object with a number `n`, a verb `do` and what the verb takes. An answer is
+binary: the length of its header (four bytes, little-endian), the header as JSON, and arrays at the
+places that the header's `arrays` names: name, type, count and the byte at which each begins.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import struct
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from workbench.errors import InputError, one_of
+from workbench.posture.reaching.limbs import FEET, GRIPS, HANDS, ZONES
+
+__all__ = ["LONGEST", "SUBPROTOCOL", "VERBS", "Question", "packed", "parsed", "unpacked"]
+
+LONGEST = 65_536
+"""Bytes of a question."""
+SUBPROTOCOL = "workbench-1"
+LONGEST_TEXT = 400
+ALIGN = 8
+"""Arrays begin at multiples of so many bytes."""
+LARGEST = 2**53
+"""Whole numbers beyond are not the same in every language."""
+
+
+@dataclass(frozen=True)
+class Question:
+    """A question that was checked.
+
+    Parameters
+    ----------
+    number
+        By which the answer names it.
+    verb
+        One of VERBS.
+    given
+        What the verb takes, and nothing else.
+    """
+
+    number: int
+    verb: str
+    given: Mapping[str, Any]
+
+    @property
+    def done(self) -> bool:
+        """Whether it ends what it is about; one on the way of a drag does not."""
+        return bool(self.given.get("done", True))
+
+    @property
+    def subject(self) -> tuple[Any, ...]:
+        """What it is about: a newer question of the same subject replaces one that waits."""
+        names = ("person", "joint", "axis", "limb")
+        return (self.verb, *(self.given.get(name) for name in names))
+
+
+def _text(value: Any) -> bool:
+    return isinstance(value, str) and 0 < len(value) <= LONGEST_TEXT
+
+
+def _flag(value: Any) -> bool:
+    return isinstance(value, bool)
+
+
+def _number(value: Any) -> bool:
+    return isinstance(value, (int, float)) and not _flag(value) and abs(value) < LARGEST
+
+
+def _point(value: Any) -> bool:
+    return isinstance(value, list) and len(value) == 3 and all(map(_number, value))
+
+
+def _any_of(*valid: object) -> Callable[[Any], bool]:
+    def check(value: Any) -> bool:
+        return not _flag(value) and isinstance(value, (str, int)) and value in valid
+
+    return check
+
+
+@dataclass(frozen=True)
+class _Taken:
+    """Something that a verb takes: what it must be, in words and as a check; and what holds where
+    it is not given, `needed` where it must be."""
+
+    words: str
+    check: Callable[[Any], bool]
+    default: Any = None
+    needed: bool = True
+
+
+_PERSON = _Taken("the name of a person", _text)
+_DONE = _Taken("true or false", _flag, True, needed=False)
+_METRES = _Taken("a number of metres", _number)
+_GRIPS = tuple(grip for grips in GRIPS.values() for grip in grips)
+
+VERBS: Mapping[str, Mapping[str, _Taken]] = {
+    "joint": {
+        "person": _PERSON,
+        "joint": _Taken("the mnemonic of a joint", _text),
+        "axis": _Taken("0, 1 or 2", _any_of(0, 1, 2)),
+        "degrees": _Taken("a number of degrees", _number),
+        "done": _DONE,
+    },
+    "hand": {
+        "person": _PERSON,
+        "limb": _Taken("a hand or foot", _any_of(*HANDS, *FEET)),
+        "target": _Taken("three numbers of metres", _point, needed=False),
+        "control": _Taken("the name of a control", _text, "", needed=False),
+        "grip": _Taken("a grip", _any_of(*_GRIPS), needed=False),
+        "zone": _Taken("1, 2 or 3", _any_of(*ZONES), 1, needed=False),
+        "obstacles": _Taken("true or false", _flag, False, needed=False),
+        "done": _DONE,
+    },
+    "seat": {"person": _PERSON, "forward": _METRES, "up": _METRES, "done": _DONE},
+    "case": {"name": _Taken("the name of a case", _text)},
+    "undo": {},
+    "redo": {},
+    "save": {
+        "sharing": _Taken("ask, all or one", _any_of("ask", "all", "one"), "ask", needed=False),
+        "over": _Taken("true or false", _flag, False, needed=False),
+        "to": _Taken("the name of a file", _text, "", needed=False),
+    },
+    "reload": {},
+}
+"""What a page may ask, and what each verb takes."""
+
+
+def parsed(text: str | bytes) -> Question:
+    """Check a question.
+
+    Raises
+    ------
+    InputError
+        If it is too long, no JSON object, asks for what is not there, lacks something or has too
+        much, or if a value is not of its kind: no number is infinite or NaN.
+    """
+    data = text.encode("utf-8", "surrogatepass") if isinstance(text, str) else text
+    if len(data) > LONGEST:
+        raise InputError(f"a message has at most {LONGEST} bytes, got {len(data)}")
+    message = _object(data)
+    number = message.pop("n", 0)
+    if not isinstance(number, int) or _flag(number) or not 0 <= number < LARGEST:
+        raise InputError("n: a whole number from 0 on is needed")
+    verb = message.pop("do", None)
+    if not isinstance(verb, str) or verb not in VERBS:
+        raise InputError(f"do: nothing is called {str(verb)[:40]!r}; {one_of(str(verb), VERBS)}")
+    return Question(number, verb, _given(verb, message))
+
+
+def _object(data: bytes) -> dict[str, Any]:
+    """The JSON object that some bytes are."""
+    try:
+        message = json.loads(data, parse_constant=_no_number, parse_float=_finite)
+    except (ValueError, RecursionError) as error:
+        raise InputError(f"a message is JSON: {str(error)[:200]}") from None
+    if not isinstance(message, dict):
+        raise InputError("a message is a JSON object")
+    return message
+
+
+def _no_number(text: str) -> float:
+    raise ValueError(f"{text} is no number")
+
+
+def _finite(text: str) -> float:
+    value = float(text)
+    if not math.isfinite(value):
+        raise ValueError(f"{text[:40]} is too large")
+    return value
+
+
+def _given(verb: str, message: Mapping[str, Any]) -> dict[str, Any]:
+    """What a verb takes, with what holds where something is not given."""
+    taken = VERBS[verb]
+    for key in message:
+        if key not in taken:
+            raise InputError(f"{verb} takes no {key[:40]!r}; {one_of(key, taken)}")
+    found = {}
+    for key, row in taken.items():
+        value = message.get(key)
+        if value is None:
+            if row.needed:
+                raise InputError(f"{verb}: {key!r} is missing: expected {row.words}")
+            found[key] = row.default
+        elif not row.check(value):
+            raise InputError(f"{verb}: {key}: expected {row.words}, got {str(value)[:40]!r}")
+        else:
+            found[key] = value
+    return found
+
+
+def packed(head: Mapping[str, Any], arrays: Sequence[tuple[str, NDArray[Any]]] = ()) -> bytes:
+    """Pack an answer: a header that JSON can write, and named arrays.
+
+    Places of arrays are counted from the end of the header, which is padded with spaces.
+    """
+    rows: list[tuple[str, str, int, int]] = []
+    parts: list[bytes] = []
+    at = 0
+    for name, values in arrays:
+        data = np.ascontiguousarray(values).tobytes()
+        rows.append((name, values.dtype.str[1:], int(values.size), at))
+        parts.append(data + bytes(-len(data) % ALIGN))
+        at += len(parts[-1])
+    text = json.dumps({**head, "arrays": rows}, allow_nan=False, separators=(",", ":")).encode()
+    text += b" " * (-(4 + len(text)) % ALIGN)
+    return b"".join([struct.pack("<I", len(text)), text, *parts])
+
+
+def unpacked(data: bytes) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
+    """Unpack an answer into its header and its arrays, each flat."""
+    (length,) = struct.unpack_from("<I", data)
+    head = json.loads(data[4 : 4 + length])
+    arrays = {
+        name: np.frombuffer(data, np.dtype(f"<{kind}"), count, 4 + length + at)
+        for name, kind, count, at in head.pop("arrays")
+    }
+    return head, arrays

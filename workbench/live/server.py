@@ -1,0 +1,242 @@
+"""The server of the bench: its page, and the socket over which the page asks.
+
+The loop of the server calls no engine. One thread does what is asked, in order; another judges the
+state once it rests.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import secrets
+import socket
+from collections.abc import AsyncIterator, Callable
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import asynccontextmanager
+from functools import partial
+from importlib.resources import files
+from typing import Any, TypeVar
+
+from workbench.errors import InputError, MissingPartError
+from workbench.live.desk import Desk, Replies, fault_frame
+from workbench.live.guard import Application, Guard
+from workbench.live.protocol import LONGEST, SUBPROTOCOL, parsed
+from workbench.live.waiting import Waiting
+
+try:
+    import uvicorn
+    from starlette.applications import Starlette
+    from starlette.requests import Request
+    from starlette.responses import Response
+    from starlette.routing import Route, WebSocketRoute
+    from starlette.websockets import WebSocket, WebSocketDisconnect
+except ImportError:
+    raise MissingPartError(
+        "the bench needs starlette, uvicorn and websockets: pip install 'bubbleman-workbench[live]'"
+    ) from None
+
+__all__ = ["live_application", "serve"]
+
+IDLE = 0.12
+"""Time [s] without a change after which a state is judged."""
+WATCH = 1.0
+"""Time [s] between looks at the study's file."""
+SLOWEST = 10.0
+"""Time [s] after which a page that takes no answers is given up."""
+PAGE = {
+    "index.html": "text/html; charset=utf-8",
+    "style.css": "text/css; charset=utf-8",
+    "app.js": "text/javascript; charset=utf-8",
+    "icon.svg": "image/svg+xml",
+}
+"""The files of the page and their types."""
+Found = TypeVar("Found")
+
+
+class Hub:
+    """The pages that are open on one desk."""
+
+    def __init__(self, desk: Desk) -> None:
+        self.desk = desk
+        self.sockets: set[WebSocket] = set()
+        self.waiting: Waiting[WebSocket] = Waiting()
+        self.asked = asyncio.Event()
+        self.changed = asyncio.Event()
+        self.work = ThreadPoolExecutor(1, "desk")
+        self.judging = ThreadPoolExecutor(1, "judge")
+
+    async def at_desk(self, function: Callable[..., Found], *arguments: Any) -> Found:
+        """Call a function in the thread of the desk."""
+        loop = asyncio.get_running_loop()
+        return await loop.run_in_executor(self.work, partial(function, *arguments))
+
+    async def answer(self) -> None:
+        """Answer what is asked, one question after the other."""
+        while True:
+            await self.asked.wait()
+            if not len(self.waiting):
+                self.asked.clear()
+                continue
+            asker, question = self.waiting.take()
+            await self.send(await self.at_desk(self.desk.do, question), asker)
+
+    async def judge(self) -> None:
+        """Judge each state that rests."""
+        while True:
+            await self.changed.wait()
+            self.changed.clear()
+            await asyncio.sleep(IDLE)
+            if self.changed.is_set():
+                continue
+            asked = await self.at_desk(self.desk.judgement)
+            loop = asyncio.get_running_loop()
+            try:
+                found = await loop.run_in_executor(self.judging, asked.made)
+                frames = await self.at_desk(self.desk.take, *found)
+            except InputError as error:
+                frames = [fault_frame(None, f"no verdicts: {error}")]
+            await self.send(Replies(everybody=frames))
+
+    async def watch(self) -> None:
+        """Look at the study's file from time to time."""
+        while True:
+            await asyncio.sleep(WATCH)
+            await self.send(await self.at_desk(self.desk.watched))
+
+    async def send(self, replies: Replies, asker: WebSocket | None = None) -> None:
+        """Send frames to all pages, and to the one that asked."""
+        for page in list(self.sockets):
+            own = replies.asker if page is asker else []
+            for frame in (*replies.everybody, *own):
+                await self.send_one(page, frame)
+        if replies.changed:
+            self.changed.set()
+
+    async def send_one(self, page: WebSocket, frame: bytes) -> None:
+        """Send a frame; a page that has gone, or takes none, is forgotten."""
+        if page not in self.sockets:
+            return
+        try:
+            await asyncio.wait_for(page.send_bytes(frame), SLOWEST)
+        except (WebSocketDisconnect, RuntimeError, TimeoutError):
+            self.sockets.discard(page)
+
+    async def meet(self, page: WebSocket) -> None:
+        """Serve one page as long as it is open."""
+        if SUBPROTOCOL not in page.scope.get("subprotocols", ()):
+            await page.close(4400, "reload the page: it is of another version")
+            return
+        await page.accept(SUBPROTOCOL)
+        self.sockets.add(page)
+        try:
+            for frame in await self.at_desk(self.desk.greeting):
+                await self.send_one(page, frame)
+            for frame in await self.at_desk(self.desk.state):
+                await self.send_one(page, frame)
+            self.changed.set()
+            while True:
+                await self.listen(page)
+        except (WebSocketDisconnect, RuntimeError):
+            return
+        finally:
+            self.sockets.discard(page)
+            self.waiting.forget(page)
+
+    async def listen(self, page: WebSocket) -> None:
+        """Take one question of a page."""
+        message = await page.receive()
+        if message["type"] == "websocket.disconnect":
+            raise WebSocketDisconnect(message.get("code", 1000))
+        text = message.get("text")
+        try:
+            question = parsed(text if text is not None else message.get("bytes") or b"")
+            self.waiting.put(page, question)
+        except InputError as error:
+            await self.send_one(page, fault_frame(None, str(error)))
+            return
+        self.asked.set()
+
+
+def live_application(desk: Desk, *, port: int, token: str) -> Application:
+    """Build the application that serves a desk, with the guard around it.
+
+    Parameters
+    ----------
+    port
+        At which it is served.
+    token
+        The secret of its address.
+    """
+    hub = Hub(desk)
+    folder = files("workbench.live") / "page"
+    pages = {name: (folder / name).read_bytes() for name in PAGE}
+
+    async def page(request: Request) -> Response:
+        name = request.path_params.get("name", "index.html")
+        if name not in pages:
+            return Response("There is no such file.", 404, media_type="text/plain")
+        return Response(pages[name], media_type=PAGE[name])
+
+    async def icon(request: Request) -> Response:
+        return Response(pages["icon.svg"], media_type=PAGE["icon.svg"])
+
+    async def ask(opened: WebSocket) -> None:
+        await hub.meet(opened)
+
+    @asynccontextmanager
+    async def running(app: Starlette) -> AsyncIterator[None]:
+        tasks = [asyncio.create_task(one()) for one in (hub.answer, hub.judge, hub.watch)]
+        try:
+            yield
+        finally:
+            for task in tasks:
+                task.cancel()
+            await asyncio.gather(*tasks, return_exceptions=True)
+            hub.work.shutdown(wait=False, cancel_futures=True)
+            hub.judging.shutdown(wait=False, cancel_futures=True)
+
+    routes = [
+        Route("/", page),
+        Route("/favicon.ico", icon),
+        Route("/page/{name}", page),
+        WebSocketRoute("/ws", ask),
+    ]
+    return Guard(Starlette(routes=routes, lifespan=running), port=port, token=token)
+
+
+def serve(desk: Desk, *, port: int = 0, ready: Callable[[str], None]) -> None:
+    """Serve a desk at 127.0.0.1 until the program is stopped.
+
+    Parameters
+    ----------
+    port
+        At which it is served; one that is free if 0.
+    ready
+        Is given the address to open, with its token.
+
+    Raises
+    ------
+    InputError
+        If the port is taken.
+    """
+    with socket.socket(socket.AF_INET, socket.SOCK_STREAM) as bound:
+        if os.name == "posix":  # elsewhere it lets two programs have one port
+            bound.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            bound.bind(("127.0.0.1", port))
+        except (OSError, OverflowError) as error:
+            raise InputError(f"port {port} cannot be had: {error}") from None
+        taken = int(bound.getsockname()[1])
+        token = secrets.token_urlsafe(32)
+        settings = uvicorn.Config(
+            live_application(desk, port=taken, token=token),
+            log_level="warning",
+            access_log=False,
+            lifespan="on",
+            ws="websockets-sansio",
+            ws_max_size=2 * LONGEST,
+            server_header=False,
+            timeout_graceful_shutdown=2,
+        )
+        ready(f"http://127.0.0.1:{taken}/?token={token}")
+        uvicorn.Server(settings).run(sockets=[bound])

@@ -1,0 +1,222 @@
+"""What a state of an open study comes to: at once what is nearest to what, and the verdicts.
+
+The verdicts are those of a run: the same functions find and judge them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+
+from workbench.contact.arranged import SegmentRoom, room_of_segments
+from workbench.contact.collide import body_clearance, self_clearance
+from workbench.model.arrays import Floats
+from workbench.model.body import Body
+from workbench.model.contacts import Clearance
+from workbench.model.result import PosturesFound
+from workbench.posture.reaching.limbs import FEET, HANDS, limb
+from workbench.posture.stops import stop_limits
+from workbench.study.bench.placing import PlacedPerson, Placement
+from workbench.study.bench.state import Arrangement, OpenStudy, arranged_study, given_angles
+from workbench.study.people import Present, people_found, present_people
+
+__all__ = ["Answer", "Judged", "NearPair", "PersonAnswer", "answer", "judged", "near_pairs"]
+
+
+@dataclass(frozen=True)
+class NearPair:
+    """Two things that are near each other, or overlap.
+
+    Parameters
+    ----------
+    room
+        [m] the distance, with the overlap that is allowed added: negative is a fault.
+    person, subject
+        The role and its side in words.
+    other_person, target
+        The other side; the role is "" of a part.
+    point
+        (3,) [m] on the other side.
+    """
+
+    room: float
+    person: str
+    subject: str
+    other_person: str
+    target: str
+    point: tuple[float, float, float]
+
+
+@dataclass(frozen=True, eq=False)
+class PersonAnswer:
+    """What is found of one person.
+
+    Parameters
+    ----------
+    person
+        Where the person is.
+    near
+        (1, N) what comes nearest to each segment.
+    own
+        (1, N, N) the nearest pairs of segments of the same body.
+    angles
+        (J, 3) [rad].
+    limits
+        (J, 3, 2) [rad] how far each angle may go up and down.
+    tips
+        (3,) [m] by limb, the points that arrive.
+    """
+
+    person: PlacedPerson
+    near: SegmentRoom
+    own: Clearance
+    angles: Floats
+    limits: Floats
+    tips: dict[str, Floats]
+
+
+@dataclass(frozen=True, eq=False)
+class Answer:
+    """What is found of a state: of each person, and between each two of them."""
+
+    placement: Placement
+    people: tuple[PersonAnswer, ...]
+    between: tuple[NearPair, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Judged:
+    """What a run finds of a state, and where its people are."""
+
+    arrangement: Arrangement
+    there: Present
+    found: PosturesFound
+
+
+def answer(placement: Placement, before: Answer | None = None) -> Answer:
+    """Find what is near to what in a placement.
+
+    Parameters
+    ----------
+    before
+        The answer to another state: of who is in the same place, with all seats where they were,
+        nothing is looked for again.
+    """
+    still = before is not None and np.array_equal(
+        before.placement.parts.displacement, placement.parts.displacement
+    )
+    people: list[PersonAnswer] = []
+    for row, person in enumerate(placement.people):
+        known = before.people[row] if before is not None else None
+        if known is not None and still and known.person is person:
+            people.append(known)
+        else:
+            people.append(_of_person(person, placement))
+    return Answer(placement, tuple(people), tuple(_between(placement.people)))
+
+
+def _of_person(person: PlacedPerson, placement: Placement) -> PersonAnswer:
+    body = person.body
+    angles = given_angles(body, person.poses)
+    return PersonAnswer(
+        person=person,
+        near=room_of_segments(person.placed, placement.parts),
+        own=self_clearance(person.placed),
+        angles=angles,
+        limits=stop_limits(body, angles[None])[0],
+        tips=_tips(person),
+    )
+
+
+def _tips(person: PlacedPerson) -> dict[str, Floats]:
+    """Where the hands and feet of a human body are: the points that arrive by their first grips."""
+    found = {}
+    names = set(person.body.segments)
+    for name in (*HANDS, *FEET):
+        side = name[0].upper()
+        if {f"{side}HN", f"{side}F", "UT", "LT"} <= names:
+            one = limb(person.body, name)
+            world = person.placed.world_from_segment[0, one.end]
+            found[name] = world[:, :3] @ one.tip[0] + world[:, 3]
+    return found
+
+
+def _between(people: Sequence[PlacedPerson]) -> Iterator[NearPair]:
+    """The nearest segments of each two people."""
+    for one, other in combinations(people, 2):
+        near = body_clearance(one.placed, other.placed)
+        distance = np.where(np.isnan(near.distance), np.inf, near.distance)
+        where = tuple(int(k) for k in np.unravel_index(int(distance.argmin()), distance.shape))
+        yield NearPair(
+            room=float(distance[where]),
+            person=one.state.role,
+            subject=near.name((where[0], where[1], where[2])),
+            other_person=other.state.role,
+            target=near.other_name((where[0], where[1], where[2])),
+            point=_point(near.point[where]),
+        )
+
+
+def near_pairs(found: Answer, most: int = 14) -> list[NearPair]:
+    """The nearest pairs of an answer, the worst first: of each segment and what is nearest to it, of
+    each body and itself, and of each two people."""
+    rows = list(found.between)
+    for one in found.people:
+        rows += _near_parts(one, found.placement)
+        rows += _near_self(one)
+    return sorted(rows, key=lambda pair: pair.room)[:most]
+
+
+def _near_parts(found: PersonAnswer, placement: Placement) -> Iterator[NearPair]:
+    body = found.person.body
+    environment = placement.parts.environment
+    room = found.near.room[0]
+    part_of = environment.polygon_part
+    for n in np.flatnonzero(np.isfinite(room)).tolist():
+        sphere = int(found.near.sphere[0, n])
+        part = int(part_of[found.near.polygon[0, n]])
+        yield NearPair(
+            room=float(room[n]),
+            person=found.person.state.role,
+            subject=_sphere_words(body, sphere),
+            other_person="",
+            target=environment.parts[part],
+            point=_point(found.near.point[0, n]),
+        )
+
+
+def _near_self(found: PersonAnswer) -> Iterator[NearPair]:
+    body = found.person.body
+    room = found.own.distance[0] + body.allowance[0]
+    room = np.where(np.isfinite(room), room, np.inf)
+    row, column = (int(k) for k in np.unravel_index(int(room.argmin()), room.shape))
+    if np.isfinite(room[row, column]):
+        yield NearPair(
+            room=float(room[row, column]),
+            person=found.person.state.role,
+            subject=_sphere_words(body, int(found.own.sphere[0, row, column])),
+            other_person=found.person.state.role,
+            target=_sphere_words(body, int(found.own.target[0, row, column])),
+            point=_point(found.own.point[0, row, column]),
+        )
+
+
+def _sphere_words(body: Body, sphere: int) -> str:
+    name = body.sphere_names[sphere]
+    segment = body.segment_names[int(body.sphere_segment[sphere])]
+    return f"{segment}, {name}" if name else segment
+
+
+def _point(values: Floats) -> tuple[float, float, float]:
+    x, y, z = values.tolist()
+    return x, y, z
+
+
+def judged(opened: OpenStudy, arrangement: Arrangement) -> Judged:
+    """Judge a state as a run of its study does, in all cases."""
+    study = arranged_study(opened, arrangement)
+    there = present_people(study, opened.occupants)
+    return Judged(arrangement, there, people_found(study, there))

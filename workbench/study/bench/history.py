@@ -1,0 +1,73 @@
+"""The history of an open study: its states in their order, and which of them is shown."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+from workbench.study.bench.state import Arrangement
+
+__all__ = ["MOST_STATES", "TOGETHER", "Entry", "History"]
+
+MOST_STATES = 500
+"""States that are kept; the oldest give way."""
+TOGETHER = 1.0
+"""Time [s] within which changes of the same thing are one entry."""
+
+
+@dataclass(frozen=True, eq=False)
+class Entry:
+    """A state, how it came about in words, what was changed, and when [s]."""
+
+    arrangement: Arrangement
+    label: str
+    subject: str = ""
+    time: float = float("-inf")
+
+
+@dataclass(frozen=True, eq=False)
+class History:
+    """States in their order, the first of them as opened, and the index of the one that is shown."""
+
+    entries: tuple[Entry, ...]
+    at: int = 0
+
+    @classmethod
+    def of(cls, arrangement: Arrangement) -> History:
+        """Begin a history with the state as opened."""
+        return cls((Entry(arrangement, "opened"),))
+
+    @property
+    def shown(self) -> Entry:
+        """The entry that is shown."""
+        return self.entries[self.at]
+
+    @property
+    def can_undo(self) -> bool:
+        """Whether a state comes before the one that is shown."""
+        return self.at > 0
+
+    @property
+    def can_redo(self) -> bool:
+        """Whether a state was undone."""
+        return self.at < len(self.entries) - 1
+
+    def added(self, entry: Entry) -> History:
+        """Add a state behind the one that is shown; what was undone is forgotten.
+
+        A change of the same subject within `TOGETHER` of the one before takes its place.
+        """
+        before = self.shown
+        kept = self.entries[: self.at + 1]
+        together = bool(entry.subject) and entry.subject == before.subject
+        if self.at > 0 and together and entry.time - before.time < TOGETHER:
+            kept = kept[:-1]
+        kept = (*kept, entry)[-MOST_STATES:]
+        return History(kept, len(kept) - 1)
+
+    def undone(self) -> History:
+        """Show the state before; the same where there is none."""
+        return replace(self, at=max(self.at - 1, 0))
+
+    def redone(self) -> History:
+        """Show the state that was undone last; the same where there is none."""
+        return replace(self, at=min(self.at + 1, len(self.entries) - 1))

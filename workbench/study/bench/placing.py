@@ -1,0 +1,203 @@
+"""Where the people of a state are in the case that is looked at."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from workbench.body.forward import place
+from workbench.contact.arranged import Arranged, moved_environment
+from workbench.model.arrays import Floats
+from workbench.model.body import Body
+from workbench.model.environment import Environment, Seat
+from workbench.model.poses import Placed, Poses
+from workbench.model.study import GivenPosture
+from workbench.study.bench.state import (
+    Arrangement,
+    OpenStudy,
+    PersonState,
+    arranged_parts,
+    arranged_study,
+)
+from workbench.study.people import Present, present_people
+from workbench.study.situation import (
+    Seating,
+    Situation,
+    moved_by,
+    situated,
+    take_places,
+    with_hands,
+)
+from workbench.study.workplaces import workplace_of
+
+__all__ = ["PlacedPerson", "Placement", "placed_people"]
+
+
+@dataclass(frozen=True, eq=False)
+class PlacedPerson:
+    """One person where he or she is.
+
+    Parameters
+    ----------
+    state
+        The person's state that this is of.
+    body
+        One row.
+    poses
+        (1,) in the world.
+    forward, up
+        [m] where the seat stands.
+    shift
+        (3,) [m] by how much the parts that move with the seat are displaced.
+    """
+
+    state: PersonState
+    case: int
+    body: Body
+    poses: Poses
+    forward: float
+    up: float
+    shift: Floats
+
+    @cached_property
+    def placed(self) -> Placed:
+        """The body in the world."""
+        return place(self.body, self.poses)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Placement:
+    """A state, its people where they are in its case, and the environment with their seats there."""
+
+    arrangement: Arrangement
+    people: tuple[PlacedPerson, ...]
+    parts: Arranged
+
+    def __repr__(self) -> str:
+        return f"Placement({self.arrangement!r})"
+
+
+def placed_people(
+    opened: OpenStudy,
+    arrangement: Arrangement,
+    *,
+    there: Present | None = None,
+    before: Placement | None = None,
+) -> Placement:
+    """Put the people of a state where they are.
+
+    Parameters
+    ----------
+    there
+        Where people with a free seat have gone; looked for where None is given, which may take
+        seconds.
+    before
+        A placement of another state: who is the same there is not placed again.
+    """
+    people: list[PlacedPerson] = []
+    for row, person in enumerate(arrangement.people):
+        known = before.people[row] if before is not None else None
+        same = known is not None and known.state is person and known.case == arrangement.case
+        if same and known is not None and not person.free:
+            people.append(known)
+            continue
+        if person.free:
+            if there is None:
+                there = present_people(arranged_study(opened, arrangement), opened.occupants)
+            people.append(_of_situation(person, there.situations[row][arrangement.case]))
+        else:
+            people.append(_placed(opened, arrangement, row, people, known))
+    shifts = np.array([person.shift for person in people])
+    return Placement(arrangement, tuple(people), arranged_parts(opened, shifts))
+
+
+def _placed(
+    opened: OpenStudy,
+    arrangement: Arrangement,
+    row: int,
+    before: Sequence[PlacedPerson],
+    known: PlacedPerson | None,
+) -> PlacedPerson:
+    """A person whose seat is held, or who has none.
+
+    Parameters
+    ----------
+    before
+        The people who are placed already.
+    known
+        The same person in another state, None where there is none.
+    """
+    person = arrangement.people[row]
+    action = person.actions[arrangement.case]
+    if not isinstance(action, GivenPosture):
+        return _of_situation(person, _predicted(opened, arrangement, row, before))
+    role = opened.study.roles[row]
+    seat = opened.seat(row)
+    if known is not None and seat is not None and _rests_alike(seat, known, person, action.poses):
+        world = known.poses.world_from_reference
+        poses = Poses(action.poses.rotations, known.poses.reference, world)
+        return replace(known, state=person, case=arrangement.case, poses=poses)
+    held = None if seat is None else seat.held(person.forward, person.up)
+    who = opened.occupants[role.name][0]
+    taken = take_places(Seating(held, role.stand, action.poses), who)
+    shift = np.zeros(3) if taken.seated is None else taken.seated.shift[0]
+    return PlacedPerson(
+        state=person,
+        case=arrangement.case,
+        body=who.body,
+        poses=taken.poses,
+        forward=person.forward,
+        up=person.up,
+        shift=shift,
+    )
+
+
+def _rests_alike(seat: Seat, known: PlacedPerson, person: PersonState, poses: Poses) -> bool:
+    """Whether a person rests in the seat as before: only joints are turned otherwise that move
+    nothing of what rests there."""
+    if (person.forward, person.up) != (known.forward, known.up):
+        return False
+    old = known.state.actions[known.case]
+    if not isinstance(old, GivenPosture) or poses.reference != old.poses.reference:
+        return False
+    body = known.body
+    turned = np.any(poses.rotations[0] != old.poses.rotations[0], axis=1)
+    names = {*seat.cushion.segments, *seat.back.segments, body.segments[poses.reference]}
+    rests = np.isin(body.segments, list(names)) | ("all" in names)
+    return not np.any(moved_by(body, turned) & rests[body.sphere_segment])
+
+
+def _predicted(
+    opened: OpenStudy, arrangement: Arrangement, row: int, before: Sequence[PlacedPerson]
+) -> Situation:
+    """A person whose posture is predicted in a seat that is held; hands keep clear of the seats of
+    those before."""
+    study = arranged_study(opened, arrangement)
+    place_there = workplace_of(study, row, _surroundings(opened, before))
+    who = opened.occupants[study.roles[row].name][0]
+    return with_hands(situated(place_there, arrangement.case, who))
+
+
+def _surroundings(opened: OpenStudy, before: Sequence[PlacedPerson]) -> Environment:
+    """The environment with the seats of some people where they have put them."""
+    shifts = np.zeros((len(opened.movers), 3))
+    for row, person in enumerate(before):
+        shifts[row] = person.shift
+    return moved_environment(arranged_parts(opened, shifts))
+
+
+def _of_situation(person: PersonState, situation: Situation) -> PlacedPerson:
+    """A person as a situation has the person."""
+    seated = situation.seated
+    return PlacedPerson(
+        state=person,
+        case=situation.case,
+        body=situation.body,
+        poses=replace(situation.poses, person=None),
+        forward=person.forward if seated is None else float(seated.forward[0]),
+        up=person.up if seated is None else float(seated.up[0]),
+        shift=np.zeros(3) if seated is None else seated.shift[0],
+    )

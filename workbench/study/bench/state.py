@@ -1,0 +1,243 @@
+"""A study that is open for changes, and what its people do in it.
+
+An `Arrangement` is the whole state: who sits where and in which posture, case by case. It is frozen
+and shares with others what is the same in both, so that a history of states is a list of them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from workbench.contact.arranged import Arranged
+from workbench.errors import InputError
+from workbench.model.arrays import Floats
+from workbench.model.body import Body
+from workbench.model.environment import Seat
+from workbench.model.poses import Poses
+from workbench.model.posing import angles_of
+from workbench.model.study import Action, Case, Role, Study
+from workbench.posture.seating.seating import seat_planes
+from workbench.study.situation import Occupants
+from workbench.study.workplaces import occupant
+
+__all__ = [
+    "Arrangement",
+    "OpenStudy",
+    "PersonState",
+    "arranged_parts",
+    "arranged_study",
+    "given_angles",
+    "open_study",
+    "seat_shift",
+]
+
+
+@dataclass(frozen=True, eq=False)
+class PersonState:
+    """Where a person's seat stands, and what the person does.
+
+    Parameters
+    ----------
+    role
+        The name of the role.
+    free
+        Whether the seat goes where the person wants it; then `forward` and `up` mean nothing.
+    forward, up
+        [m] the position of the seat.
+    actions
+        What is done in each case that is a posture.
+    """
+
+    role: str
+    free: bool
+    forward: float
+    up: float
+    actions: tuple[Action, ...]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Arrangement:
+    """The people of a study, in the order of the roles, and the index of the case that is looked
+    at, among those that are postures."""
+
+    people: tuple[PersonState, ...]
+    case: int = 0
+
+    def __repr__(self) -> str:
+        return f"Arrangement({', '.join(one.role for one in self.people)}; case {self.case})"
+
+    def row(self, role: str) -> int:
+        """The index of a role; InputError with those that there are."""
+        names = [person.role for person in self.people]
+        if role not in names:
+            raise InputError(f"nobody is called {role!r}; valid: {', '.join(names)}")
+        return names.index(role)
+
+    def with_person(self, row: int, person: PersonState) -> Arrangement:
+        """The same with one person changed."""
+        people = list(self.people)
+        people[row] = person
+        return replace(self, people=tuple(people))
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class OpenStudy:
+    """A study that is open for changes.
+
+    Parameters
+    ----------
+    study
+        With one person in each role, without motions.
+    occupants
+        Who takes each role, and what is improbable about the size.
+    case_rows
+        The number of each case in the file.
+    notes
+        What is shown otherwise than the study says.
+    """
+
+    study: Study
+    occupants: Mapping[str, tuple[Occupants, list[str]]]
+    case_rows: tuple[int, ...]
+    notes: tuple[str, ...]
+
+    def __repr__(self) -> str:
+        return f"OpenStudy({self.study.name})"
+
+    @property
+    def cases(self) -> tuple[str, ...]:
+        """The names of the cases that are postures."""
+        return tuple(case.name for case in self.study.cases)
+
+    @cached_property
+    def start(self) -> Arrangement:
+        """The arrangement as the study's file has it."""
+        people = (
+            PersonState(
+                role=role.name,
+                free=role.free,
+                forward=role.forward,
+                up=role.up,
+                actions=tuple(case.actions[row] for case in self.study.cases),
+            )
+            for row, role in enumerate(self.study.roles)
+        )
+        return Arrangement(tuple(people))
+
+    def body(self, row: int) -> Body:
+        """The body of a role, at its size and dressed."""
+        return self.occupants[self.study.roles[row].name][0].body
+
+    def seat(self, row: int) -> Seat | None:
+        """The seat of a role with its travel, None for people without one."""
+        name = self.study.roles[row].seat
+        return None if name is None else self.study.environment.seat(name)
+
+    @cached_property
+    def movers(self) -> tuple[tuple[int, ...], ...]:
+        """The parts that move with the seat of each role, by index."""
+        environment = self.study.environment
+        found = []
+        for row in range(len(self.study.roles)):
+            seat = self.seat(row)
+            names = () if seat is None else seat.moves
+            found.append(tuple(environment.part(name) for name in names))
+        return tuple(found)
+
+
+def open_study(study: Study, size: str = "") -> OpenStudy:
+    """Open a study for changes.
+
+    Parameters
+    ----------
+    study
+        As `load_study` returns it.
+    size
+        Of a role that several sizes take one at a time, the one that is shown; the first if "".
+
+    Raises
+    ------
+    InputError
+        If the study has no case that is a posture, or no such size.
+    """
+    if not study.postures:
+        raise InputError(
+            f"{study.name}: every case is a motion; the bench shows postures, so add a case with one"
+        )
+    notes: list[str] = []
+    single = _one_size(study, size, notes)
+    roles = tuple(_one_person(role, notes) for role in single.roles)
+    single = replace(
+        single,
+        roles=roles,
+        cases=single.postures,
+        reach_envelopes=(),
+        reach_maps=(),
+        compare=None,
+    )
+    occupants = {role.name: occupant(role, row) for row, role in enumerate(roles)}
+    case_rows = tuple(row for row, case in enumerate(study.cases) if not case.moves)
+    return OpenStudy(single, occupants, case_rows, tuple(notes))
+
+
+def _one_size(study: Study, size: str, notes: list[str]) -> Study:
+    """A study with one of the sizes that take a role one at a time."""
+    sizes = dict(study.by_size())
+    if size and size not in sizes:
+        valid = ", ".join(name for name in sizes if name) or "none"
+        raise InputError(f"no size {size!r}; valid: {valid}")
+    chosen = size or next(iter(sizes))
+    if len(sizes) > 1:
+        notes.append(f"one of {len(sizes)} sizes is shown: {chosen}")
+    return sizes[chosen]
+
+
+def _one_person(role: Role, notes: list[str]) -> Role:
+    """A role with one person in it: of a population the body as its file has it."""
+    if role.population is None:
+        return role
+    notes.append(
+        f"{role.name}: one person is shown, {role.body.name} as its file has it; "
+        "the population is that of `workbench run`"
+    )
+    return replace(role, population=None)
+
+
+def arranged_study(opened: OpenStudy, arrangement: Arrangement) -> Study:
+    """Build the study that an arrangement is: what its file says once it is saved."""
+    study = opened.study
+    if arrangement.people == opened.start.people:
+        return study
+    roles = tuple(
+        replace(role, free=person.free, forward=person.forward, up=person.up)
+        for role, person in zip(study.roles, arrangement.people, strict=True)
+    )
+    cases = tuple(
+        Case(case.name, tuple(person.actions[number] for person in arrangement.people))
+        for number, case in enumerate(study.cases)
+    )
+    return replace(study, roles=roles, cases=cases)
+
+
+def arranged_parts(opened: OpenStudy, shifts: Floats) -> Arranged:
+    """Build the environment with the seats displaced by shifts (R, 3) [m], role by role."""
+    return Arranged(opened.study.environment, opened.movers, shifts)
+
+
+def seat_shift(seat: Seat | None, forward: float, up: float) -> Floats:
+    """(3,) [m] by how much the parts that move with a seat are displaced in a position [m]."""
+    if seat is None:
+        return np.zeros(3)
+    centre = seat_planes(seat)[2]
+    ahead = np.array([centre[1], -centre[0], 0.0])
+    return np.asarray(forward * ahead + np.array([0.0, 0.0, up]))
+
+
+def given_angles(body: Body, poses: Poses) -> Floats:
+    """(J, 3) [rad] the joint angles of one pose."""
+    found: Floats = angles_of(body, poses)[0]
+    return found
