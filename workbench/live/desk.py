@@ -8,8 +8,11 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from itertools import cycle
 from pathlib import Path
 
+from workbench.draw.web.packing import Packing
+from workbench.draw.web.views import PEOPLE, WebView, body_view
 from workbench.errors import InputError, WorkbenchError, printable
 from workbench.files.catalogue import find
 from workbench.files.study.reader import load_study
@@ -142,6 +145,17 @@ class Desk:
         except WorkbenchError as error:
             frames = [fault_frame(None, str(error))]
         return frames if self.verdicts is None else [*frames, self.verdicts]
+
+    def scene(self) -> str:
+        """The picture as it is now, packed as on a page of a report: the place, and the people."""
+        shown = self._placement()
+        bodies = tuple(
+            body_view(one.person.placed, one.person.state.role, colour)
+            for one, colour in zip(shown.people, cycle(PEOPLE), strict=False)
+        )
+        packing = Packing()
+        packing.add(WebView(self.opened.study.title, bodies, self.opened.study.environment))
+        return packing.text()
 
     def do(self, question: Question) -> Replies:
         """Do what is asked. What cannot be done leaves everything as it was, and is reported to who

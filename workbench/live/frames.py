@@ -103,6 +103,7 @@ def answer_frame(found: Answer, opened: OpenStudy, head: Mapping[str, Any], begi
                 "forward": round(person.forward, 6),
                 "up": round(person.up, 6),
                 "shift": _rounded(person.shift),
+                "parts": [] if (seat := opened.seat(row)) is None else list(seat.moves),
                 "angles": _degrees(one.angles),
                 "limits": _degrees(one.limits),
                 "tips": {name: _rounded(tip) for name, tip in one.tips.items()},

@@ -17,7 +17,8 @@ from functools import partial
 from importlib.resources import files
 from typing import Any, TypeVar
 
-from workbench.errors import InputError, MissingPartError
+from workbench.draw.web.snippet import MODULES
+from workbench.errors import InputError, MissingPartError, WorkbenchError
 from workbench.live.desk import Desk, Replies, fault_frame
 from workbench.live.guard import Application, Guard
 from workbench.live.protocol import LONGEST, SUBPROTOCOL, parsed
@@ -48,9 +49,13 @@ PAGE = {
     "style.css": "text/css; charset=utf-8",
     "app.js": "text/javascript; charset=utf-8",
     "connection.js": "text/javascript; charset=utf-8",
+    "picture.js": "text/javascript; charset=utf-8",
     "icon.svg": "image/svg+xml",
 }
 """The files of the page and their types."""
+VIEW = {f"{name}.js": "text/javascript; charset=utf-8" for name in MODULES if name != "page"}
+VIEW["view.css"] = "text/css; charset=utf-8"
+"""The files of the viewer that the reports have too, and their types."""
 Found = TypeVar("Found")
 
 
@@ -167,12 +172,25 @@ def live_application(desk: Desk, *, port: int, token: str) -> Application:
     hub = Hub(desk)
     folder = files("workbench.live") / "page"
     pages = {name: (folder / name).read_bytes() for name in PAGE}
+    viewer = {name: (files("workbench.draw.web") / name).read_bytes() for name in VIEW}
 
     async def page(request: Request) -> Response:
         name = request.path_params.get("name", "index.html")
         if name not in pages:
             return Response("There is no such file.", 404, media_type="text/plain")
         return Response(pages[name], media_type=PAGE[name])
+
+    async def view(request: Request) -> Response:
+        name = request.path_params["name"]
+        if name not in viewer:
+            return Response("There is no such file.", 404, media_type="text/plain")
+        return Response(viewer[name], media_type=VIEW[name])
+
+    async def scene(request: Request) -> Response:
+        try:
+            return Response(await hub.at_desk(desk.scene), media_type="text/plain")
+        except WorkbenchError as error:
+            return Response(str(error), 409, media_type="text/plain")
 
     async def icon(request: Request) -> Response:
         return Response(pages["icon.svg"], media_type=PAGE["icon.svg"])
@@ -196,6 +214,8 @@ def live_application(desk: Desk, *, port: int, token: str) -> Application:
         Route("/", page),
         Route("/favicon.ico", icon),
         Route("/page/{name}", page),
+        Route("/view/{name}", view),
+        Route("/scene", scene),
         WebSocketRoute("/ws", ask),
     ]
     return Guard(Starlette(routes=routes, lifespan=running), port=port, token=token)

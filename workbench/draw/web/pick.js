@@ -2,6 +2,8 @@
 
 import { vec } from "./camera.js";
 
+const STILL = [0, 0, 0];
+
 // The nearest hit of a scene, or null. `shown` says which parts and bodies count; `section` is a
 // plane [a, b, c, d] beyond which (a x + b y + c z + d > 0) nothing is there.
 export function pick(scene, ray, shown, section) {
@@ -53,6 +55,7 @@ function nearestFace(place, ray, shown, section, least) {
     const a = 3 * t[i];
     const b = 3 * t[i + 1];
     const c = 3 * t[i + 2];
+    const [mx, my, mz] = place.parts[part[t[i]]].shift || STILL; // a part that was moved
     const e1 = [v[b] - v[a], v[b + 1] - v[a + 1], v[b + 2] - v[a + 2]];
     const e2 = [v[c] - v[a], v[c + 1] - v[a + 1], v[c + 2] - v[a + 2]];
     const px = wy * e2[2] - wz * e2[1];
@@ -60,9 +63,9 @@ function nearestFace(place, ray, shown, section, least) {
     const pz = wx * e2[1] - wy * e2[0];
     const det = e1[0] * px + e1[1] * py + e1[2] * pz;
     if (Math.abs(det) < 1e-12) continue;
-    const sx = ray.from[0] - v[a];
-    const sy = ray.from[1] - v[a + 1];
-    const sz = ray.from[2] - v[a + 2];
+    const sx = ray.from[0] - mx - v[a];
+    const sy = ray.from[1] - my - v[a + 1];
+    const sz = ray.from[2] - mz - v[a + 2];
     const u = (sx * px + sy * py + sz * pz) / det;
     if (u < 0 || u > 1) continue;
     const qx = sy * e1[2] - sz * e1[1];

@@ -1,15 +1,20 @@
-// The page of the bench: verdicts, nearest pairs and native controls. Names from files are only ever
+// The page of the bench: picture, verdicts, nearest pairs and native controls. Names from files are only ever
 // written as text.
 
 import { ask, connect, waits } from "./connection.js";
+import { Picture } from "./picture.js";
 
 const at = (id) => document.getElementById(id);
 const state = { hello: null, answer: null, person: 0, held: null, letGo: false };
+const picture = new Picture(document.querySelector("#picture .turn"), say);
 
-function take({ head }) {
+function take(found) {
+  const { head } = found;
   const what = { hello: takeHello, answer: takeAnswer, verdicts: takeVerdicts, fault: takeFault };
   if (what[head.kind]) what[head.kind](head);
   if (head.kind === "busy") say(head.what);
+  if (head.kind === "hello") picture.open();
+  if (head.kind === "answer") picture.show(found);
 }
 
 /* ---- writing ---- */
@@ -58,12 +63,20 @@ function takeAnswer(head) {
   showPosture();
 }
 
+// A cell whose words look at a place of the picture.
+function lookCell(words, point) {
+  const cell = element("td", point ? "" : words);
+  const look = () => picture.lookAt(point, words);
+  if (point) cell.append(element("button", words, { type: "button", className: "look", onclick: look }));
+  return cell;
+}
+
 function nearRow(pair) {
   const row = element("tr");
   const target = pair.other ? `${pair.other}: ${pair.target}` : pair.target;
   row.append(
     element("td", pair.mm.toFixed(1), { className: `number ${pair.mm < 0 ? "failed" : ""}` }),
-    element("td", `${pair.person}: ${pair.subject}`),
+    lookCell(`${pair.person}: ${pair.subject}`, pair.point),
     element("td", target),
   );
   return row;
@@ -84,7 +97,7 @@ function verdictRow(verdict) {
     element("td", verdict.passed ? "✓ passed" : "✗ FAILED", { className: verdict.passed ? "passed" : "failed" }),
     element("td", verdict.name),
     element("td", margin, { className: "number" }),
-    element("td", where),
+    lookCell(where, verdict.point),
   );
   return row;
 }

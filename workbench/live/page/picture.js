@@ -1,0 +1,63 @@
+// The picture of the bench: the viewer of the reports, moved by the answers.
+
+import { Panel } from "/view/panel.js";
+import { readPage, sceneOf } from "/view/wire.js";
+
+const RED = [222, 36, 30];
+const TOUCHES = -1e-6; // room [m] below which a sphere is deeper somewhere than it may be
+
+export class Picture {
+  // place: the element that the picture takes; say: is told why there is none.
+  constructor(place, say) {
+    Object.assign(this, { place, say, panel: null, answer: null, fetched: 0 });
+    matchMedia("(prefers-color-scheme: dark)").onchange = (event) => this.panel?.viewer.theme(event.matches);
+  }
+
+  // Fetch what stands still: the place, and the people at their sizes.
+  async open() {
+    const mine = ++this.fetched;
+    try {
+      const reply = await fetch("/scene");
+      if (!reply.ok) throw new Error(await reply.text());
+      const page = await readPage(await reply.text());
+      if (mine !== this.fetched) return; // another study has been opened since
+      const before = this.panel?.viewer.camera;
+      this.panel?.end();
+      this.panel = null;
+      this.panel = new Panel(this.place, sceneOf(page, 0), matchMedia("(prefers-color-scheme: dark)").matches);
+      if (before) Object.assign(this.panel.viewer.camera, before);
+      if (this.answer) this.show(this.answer);
+    } catch (error) {
+      this.say(`no picture: ${error.message}`);
+    }
+  }
+
+  // Put people and seats where an answer has them; red is what is deeper than it may be.
+  show(answer) {
+    this.answer = answer;
+    if (!this.panel) return;
+    const { scene, viewer } = this.panel;
+    answer.head.people.forEach((person, k) => {
+      const body = scene.bodies[k];
+      body.centres = body.frames = answer.arrays[`centres${k}`];
+      const tint = new Uint8Array(4 * body.radius.length);
+      for (let s = 0; s < body.radius.length; s++) tint.set([...body.colour, 255], 4 * s);
+      const sphere = answer.arrays[`sphere${k}`];
+      answer.arrays[`room${k}`].forEach((room, n) => {
+        if (room < TOUCHES && sphere[n] >= 0) tint.set([...RED, 255], 4 * sphere[n]);
+      });
+      body.tint = tint;
+      for (const part of scene.place?.parts ?? []) {
+        if (person.parts.includes(part.name)) part.shift = person.shift;
+      }
+    });
+    scene.frame += 1; // another one for each answer: the card takes it up
+    viewer.moving = true;
+    viewer.partsChanged();
+  }
+
+  lookAt(point, words) {
+    this.panel?.lookAt(point);
+    this.panel?.say(words);
+  }
+}
