@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import base64
 import json
 import shutil
 import socket
 import subprocess
 import sys
 import time
+import zlib
 
 import numpy as np
 import pytest
@@ -32,8 +34,18 @@ PORT = 8123
 TOKEN = "a-secret-of-the-tests"
 HOST = f"127.0.0.1:{PORT}"
 SOCKET = f"ws://{HOST}/ws"
-PAGES = ("/", "/page/app.js", "/page/connection.js", "/page/style.css", "/favicon.ico")
-FILES = ("app.js", "connection.js", "index.html", "style.css", "icon.svg")
+PAGES = (
+    "/",
+    "/page/app.js",
+    "/page/connection.js",
+    "/page/picture.js",
+    "/page/style.css",
+    "/view/panel.js",
+    "/view/view.css",
+    "/scene",
+    "/favicon.ico",
+)
+FILES = ("app.js", "connection.js", "picture.js", "index.html", "style.css", "icon.svg")
 
 
 @pytest.fixture(scope="module")
@@ -86,6 +98,29 @@ def asked(page, verb, **given):
         if head.get("answers") == 7:
             return head
     raise AssertionError(f"no answer to {verb}")
+
+
+# --- the picture ---------------------------------------------------------------------------------
+
+
+def test_the_picture_holds_the_place_and_the_people_as_they_are(client, desk):
+    entered(client)
+    block = zlib.decompress(base64.b64decode(client.get("/scene").text), -15)
+    length = int.from_bytes(block[:4], "little")
+    (view,) = json.loads(block[4 : 4 + length])["views"]
+    environment = desk.opened.study.environment
+    shown = [
+        name for name, gone in zip(environment.parts, environment.hidden, strict=True) if not gone
+    ]
+    assert [part["name"] for part in view["place"]["parts"]] == shown
+    with page_of(client) as page:
+        head, arrays = frames_until(page, "answer")
+    assert [body["name"] for body in view["bodies"]] == [one["role"] for one in head["people"]]
+    moved = {name for one in head["people"] for name in one["parts"]}
+    assert moved == {name for seat in environment.seats for name in seat.moves}
+    for k, body in enumerate(view["bodies"]):
+        assert len(arrays[f"centres{k}"]) == 3 * len(arrays[f"radius{k}"])
+        assert len(body["segments"]) == len(arrays[f"room{k}"])
 
 
 # --- who may reach it -------------------------------------------------------------------------------
