@@ -32,8 +32,8 @@ PORT = 8123
 TOKEN = "a-secret-of-the-tests"
 HOST = f"127.0.0.1:{PORT}"
 SOCKET = f"ws://{HOST}/ws"
-PAGES = ("/", "/page/app.js", "/page/style.css", "/favicon.ico")
-FILES = ("app.js", "index.html", "style.css", "icon.svg")
+PAGES = ("/", "/page/app.js", "/page/connection.js", "/page/style.css", "/favicon.ico")
+FILES = ("app.js", "connection.js", "index.html", "style.css", "icon.svg")
 
 
 @pytest.fixture(scope="module")
@@ -190,8 +190,28 @@ def test_the_page_asks_for_nothing_from_elsewhere_and_holds_no_script():
     assert sorted(path.name for path in folder.iterdir()) == sorted(FILES)
     text = (folder / "index.html").read_text()
     assert "http" not in text and "<script src=" in text and "style=" not in text
-    script = (folder / "app.js").read_text()
-    assert "innerHTML" not in script and "eval" not in script
+    for script in folder.glob("*.js"):
+        lines = script.read_text()
+        assert "innerHTML" not in lines and "eval" not in lines
+        assert lines.count("\n") <= 250
+
+
+@pytest.mark.skipif(shutil.which("node") is None, reason="there is no Node to read the scripts")
+@pytest.mark.parametrize("name", ["app.js", "connection.js"])
+def test_the_scripts_are_read_by_node(name):
+    text = (ROOT / "workbench" / "live" / "page" / name).read_text()
+    command = ["node", "--check", "--input-type=module", "-"]
+    done = subprocess.run(command, input=text, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+
+
+def test_a_state_that_cannot_be_judged_is_reported(desk):
+    desk.open()
+    asked = desk.judgement()
+    (frame,) = desk.take(asked, "there is a reason")
+    assert unpacked(frame)[0]["words"] == "no verdicts: there is a reason"
+    desk.do(parsed(json.dumps(TURN)))
+    assert desk.take(asked, "there is a reason") == []
 
 
 # --- what it takes ----------------------------------------------------------------------------------

@@ -7,7 +7,7 @@ mover's own frame. The index of the environment at rest serves every displacemen
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -22,7 +22,14 @@ from workbench.model.body import Body, check_one
 from workbench.model.environment import Environment
 from workbench.model.poses import Placed
 
-__all__ = ["Arranged", "SegmentRoom", "moved_environment", "room_of_segments"]
+__all__ = [
+    "Arranged",
+    "FrameRooms",
+    "SegmentRoom",
+    "moved_environment",
+    "room_of_segments",
+    "rooms_by_mover",
+]
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,8 +96,27 @@ class _Frame:
     allowed: Floats
 
 
-def room_of_segments(placed: Placed, arranged: Arranged) -> SegmentRoom:
-    """Compute the room that each segment has beyond the overlap that parts allow.
+@dataclass(frozen=True, eq=False)
+class FrameRooms:
+    """The room of bodies from the parts of each mover, and from those at rest.
+
+    Parameters
+    ----------
+    placed, arranged
+        What they are of.
+    rooms
+        By mover, -1 for the parts at rest; movers without shown parts are left out.
+    """
+
+    placed: Placed
+    arranged: Arranged
+    rooms: Mapping[int, SegmentRoom]
+
+
+def rooms_by_mover(
+    placed: Placed, arranged: Arranged, before: FrameRooms | None = None
+) -> FrameRooms:
+    """Compute the room that each segment has beyond the overlap that parts allow, mover by mover.
 
     Parameters
     ----------
@@ -98,19 +124,41 @@ def room_of_segments(placed: Placed, arranged: Arranged) -> SegmentRoom:
         P poses of a body of one row.
     arranged
         The environment. Hidden parts take no part.
+    before
+        An earlier answer: of the same bodies, what has not been displaced since is not asked again.
+    """
+    check_one(placed.body)
+    environment = arranged.environment
+    known = _still(placed, arranged, before)
+    rooms = {}
+    for frame in _frames(placed.body, environment, arranged.movers):
+        shift = arranged.displacement[frame.mover] if frame.mover >= 0 else np.zeros(3)
+        rooms[frame.mover] = known.get(frame.mover) or _room_in_frame(
+            _displaced(placed, -shift), environment, frame, shift
+        )
+    return FrameRooms(placed, arranged, rooms)
+
+
+def _still(placed: Placed, arranged: Arranged, before: FrameRooms | None) -> dict[int, SegmentRoom]:
+    """The rooms of an earlier answer that hold still."""
+    if before is None or before.placed is not placed:
+        return {}
+    old = before.arranged
+    if old.environment is not arranged.environment or old.movers != arranged.movers:
+        return {}
+    same = np.all(old.displacement == arranged.displacement, axis=1)
+    return {mover: room for mover, room in before.rooms.items() if mover < 0 or same[mover]}
+
+
+def room_of_segments(found: FrameRooms) -> SegmentRoom:
+    """Take the least room of each segment from any part.
 
     Returns
     -------
     SegmentRoom
         The same as of the environment whose parts are displaced, to rounding.
     """
-    check_one(placed.body)
-    environment = arranged.environment
-    rooms: list[SegmentRoom] = []
-    for frame in _frames(placed.body, environment, arranged.movers):
-        shift = arranged.displacement[frame.mover] if frame.mover >= 0 else np.zeros(3)
-        rooms.append(_room_in_frame(_displaced(placed, -shift), environment, frame, shift))
-    return _least(rooms, placed)
+    return _least(list(found.rooms.values()), found.placed)
 
 
 def _room_in_frame(

@@ -45,9 +45,14 @@ class Judgement:
     arrangement: Arrangement
     generation: int
 
-    def made(self) -> tuple[Judgement, Judged]:
-        """Judge the state, in any thread."""
-        return self, judged(self.opened, self.arrangement)
+    def made(self) -> Judged | str:
+        """Judge the state, in any thread; why it cannot be judged, in words."""
+        try:
+            return judged(self.opened, self.arrangement)
+        except WorkbenchError as error:
+            return str(error)
+        except Exception as error:  # noqa: BLE001 (one state that fails must not end the bench)
+            return _internal(error)
 
 
 class Desk:
@@ -132,7 +137,10 @@ class Desk:
 
     def state(self) -> list[bytes]:
         """The answer to the state as it is, and the verdicts that are known of it."""
-        frames = [self._answered(0, "")]
+        try:
+            frames = [self._answered(0, "")]
+        except WorkbenchError as error:
+            frames = [fault_frame(None, str(error))]
         return frames if self.verdicts is None else [*frames, self.verdicts]
 
     def do(self, question: Question) -> Replies:
@@ -145,17 +153,18 @@ class Desk:
         except WorkbenchError as error:
             return Replies(asker=[fault_frame(question, str(error))])
         except Exception as error:  # noqa: BLE001 (one question that fails must not end the bench)
-            words = f"internal error: {type(error).__name__}: {error}"
-            return Replies(asker=[fault_frame(question, words)])
+            return Replies(asker=[fault_frame(question, _internal(error))])
 
     def judgement(self) -> Judgement:
         """What is to be judged now."""
         return Judgement(self.opened, self.live, self.generation)
 
-    def take(self, judgement: Judgement, found: Judged) -> list[bytes]:
+    def take(self, judgement: Judgement, found: Judged | str) -> list[bytes]:
         """Take what was judged; frames for everybody, none where the state is another by now."""
         if judgement.generation != self.generation:
             return []
+        if isinstance(found, str):
+            return [fault_frame(None, f"no verdicts: {found}")]
         self.there = found.there
         self.verdicts = verdict_frame(found, self.generation)
         free = any(person.free for person in self.live.people)
@@ -307,6 +316,11 @@ class Desk:
             self._answered(0, "")
         assert self.shown is not None
         return self.shown
+
+
+def _internal(error: Exception) -> str:
+    """An error that nobody expects, in words."""
+    return f"internal error: {type(error).__name__}: {error}"
 
 
 def fault_frame(question: Question | None, words: str, ask: str = "") -> bytes:

@@ -47,6 +47,7 @@ PAGE = {
     "index.html": "text/html; charset=utf-8",
     "style.css": "text/css; charset=utf-8",
     "app.js": "text/javascript; charset=utf-8",
+    "connection.js": "text/javascript; charset=utf-8",
     "icon.svg": "image/svg+xml",
 }
 """The files of the page and their types."""
@@ -90,12 +91,8 @@ class Hub:
                 continue
             asked = await self.at_desk(self.desk.judgement)
             loop = asyncio.get_running_loop()
-            try:
-                found = await loop.run_in_executor(self.judging, asked.made)
-                frames = await self.at_desk(self.desk.take, *found)
-            except InputError as error:
-                frames = [fault_frame(None, f"no verdicts: {error}")]
-            await self.send(Replies(everybody=frames))
+            found = await loop.run_in_executor(self.judging, asked.made)
+            await self.send(Replies(everybody=await self.at_desk(self.desk.take, asked, found)))
 
     async def watch(self) -> None:
         """Look at the study's file from time to time."""

@@ -1,65 +1,15 @@
 // The page of the bench: verdicts, nearest pairs and native controls. Names from files are only ever
 // written as text.
 
+import { ask, connect, waits } from "./connection.js";
+
 const at = (id) => document.getElementById(id);
-// Answers go to all pages: numbers of different pages must differ.
-const firstNumber = () => Math.floor(Math.random() * 2 ** 40);
-const state = { socket: null, number: firstNumber(), hello: null, answer: null, person: 0, held: null, letGo: false };
-
-/* ---- the socket: one question on its way, and of each subject the newest that waits ---- */
-
-let onItsWay = 0;
-const waiting = new Map();
-
-function ask(verb, given = {}) {
-  const subject = [verb, given.person, given.joint, given.axis, given.limb].join(" ");
-  const before = waiting.get(subject);
-  waiting.delete(subject); // what is asked last goes last
-  if (before && before.done === true && given.done === false) waiting.set(`${subject} done`, before);
-  waiting.set(subject, { do: verb, ...given });
-  next();
-}
-
-function next() {
-  if (onItsWay || !waiting.size || state.socket?.readyState !== WebSocket.OPEN) return;
-  const [subject, question] = waiting.entries().next().value;
-  waiting.delete(subject);
-  state.number += 1;
-  onItsWay = state.number;
-  state.socket.send(JSON.stringify({ n: state.number, ...question }));
-}
-
-function connect() {
-  const socket = new WebSocket(`ws://${location.host}/ws`, "workbench-1");
-  socket.binaryType = "arraybuffer";
-  socket.onmessage = (event) => take(unpack(event.data));
-  socket.onopen = () => say("");
-  socket.onclose = (event) => {
-    onItsWay = 0;
-    say(event.reason || "the bench does not answer; trying again", true);
-    if (event.code !== 4400) setTimeout(connect, 1000);
-  };
-  state.socket = socket;
-}
-
-// Length of the header, the header, then arrays at places counted from its end.
-export function unpack(buffer) {
-  const length = new DataView(buffer).getUint32(0, true);
-  const head = JSON.parse(new TextDecoder().decode(new Uint8Array(buffer, 4, length)));
-  const kinds = { f4: Float32Array, f8: Float64Array, i4: Int32Array, u2: Uint16Array, u4: Uint32Array };
-  const arrays = {};
-  for (const [name, kind, count, place] of head.arrays) {
-    arrays[name] = new kinds[kind](buffer, 4 + length + place, count);
-  }
-  return { head, arrays };
-}
+const state = { hello: null, answer: null, person: 0, held: null, letGo: false };
 
 function take({ head }) {
-  if (head.answers && head.answers === onItsWay) onItsWay = 0;
   const what = { hello: takeHello, answer: takeAnswer, verdicts: takeVerdicts, fault: takeFault };
   if (what[head.kind]) what[head.kind](head);
   if (head.kind === "busy") say(head.what);
-  next();
 }
 
 /* ---- writing ---- */
@@ -228,7 +178,7 @@ function buildPosture() {
 
 function showPosture() {
   const now = state.answer.people[state.person];
-  if (state.letGo && !waiting.size && !onItsWay) state.held = null;
+  if (state.letGo && !waits()) state.held = null;
   sliders.forEach((show) => show(now));
   const limb = at("limb-name");
   const names = Object.keys(now.tips);
@@ -281,4 +231,4 @@ addEventListener("keydown", (event) => {
 });
 addEventListener("beforeunload", (event) => state.answer?.unsaved && event.preventDefault());
 
-connect();
+connect(take, say);

@@ -6,12 +6,17 @@ The verdicts are those of a run: the same functions find and judge them.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
 
 import numpy as np
 
-from workbench.contact.arranged import SegmentRoom, room_of_segments
+from workbench.contact.arranged import (
+    FrameRooms,
+    SegmentRoom,
+    room_of_segments,
+    rooms_by_mover,
+)
 from workbench.contact.collide import body_clearance, self_clearance
 from workbench.model.arrays import Floats
 from workbench.model.body import Body
@@ -58,8 +63,8 @@ class PersonAnswer:
     ----------
     person
         Where the person is.
-    near
-        (1, N) what comes nearest to each segment.
+    rooms, near
+        What comes nearest to each segment: mover by mover, and (1, N) of all parts.
     own
         (1, N, N) the nearest pairs of segments of the same body.
     angles
@@ -71,6 +76,7 @@ class PersonAnswer:
     """
 
     person: PlacedPerson
+    rooms: FrameRooms
     near: SegmentRoom
     own: Clearance
     angles: Floats
@@ -102,28 +108,29 @@ def answer(placement: Placement, before: Answer | None = None) -> Answer:
     Parameters
     ----------
     before
-        The answer to another state: of who is in the same place, with all seats where they were,
-        nothing is looked for again.
+        The answer to another state: of who is in the same place, only what has moved is asked again.
     """
-    still = before is not None and np.array_equal(
-        before.placement.parts.displacement, placement.parts.displacement
-    )
-    people: list[PersonAnswer] = []
+    people = []
     for row, person in enumerate(placement.people):
         known = before.people[row] if before is not None else None
-        if known is not None and still and known.person is person:
-            people.append(known)
-        else:
-            people.append(_of_person(person, placement))
+        same = known is not None and known.person is person
+        people.append(_of_person(person, placement, known if same else None))
     return Answer(placement, tuple(people), tuple(_between(placement.people)))
 
 
-def _of_person(person: PlacedPerson, placement: Placement) -> PersonAnswer:
+def _of_person(
+    person: PlacedPerson, placement: Placement, known: PersonAnswer | None
+) -> PersonAnswer:
+    """What is found of a person; what is `known` of the same person in the same place."""
+    rooms = rooms_by_mover(person.placed, placement.parts, known.rooms if known else None)
+    if known is not None:
+        return replace(known, rooms=rooms, near=room_of_segments(rooms))
     body = person.body
     angles = given_angles(body, person.poses)
     return PersonAnswer(
         person=person,
-        near=room_of_segments(person.placed, placement.parts),
+        rooms=rooms,
+        near=room_of_segments(rooms),
         own=self_clearance(person.placed),
         angles=angles,
         limits=stop_limits(body, angles[None])[0],
@@ -165,23 +172,25 @@ def near_pairs(found: Answer, most: int = 14) -> list[NearPair]:
     each body and itself, and of each two people."""
     rows = list(found.between)
     for one in found.people:
-        rows += _near_parts(one, found.placement)
+        rows += _near_parts(one, found.placement, most)
         rows += _near_self(one)
     return sorted(rows, key=lambda pair: pair.room)[:most]
 
 
-def _near_parts(found: PersonAnswer, placement: Placement) -> Iterator[NearPair]:
+def _near_parts(found: PersonAnswer, placement: Placement, most: int) -> Iterator[NearPair]:
+    """The pairs of the segments that have the least room."""
     body = found.person.body
     environment = placement.parts.environment
     room = found.near.room[0]
-    part_of = environment.polygon_part
-    for n in np.flatnonzero(np.isfinite(room)).tolist():
-        sphere = int(found.near.sphere[0, n])
-        part = int(part_of[found.near.polygon[0, n]])
+    for n in np.argsort(room, kind="stable")[:most].tolist():
+        if not np.isfinite(room[n]):
+            return
+        polygon = int(found.near.polygon[0, n])
+        part = int(np.searchsorted(environment.part_start, polygon, side="right")) - 1
         yield NearPair(
             room=float(room[n]),
             person=found.person.state.role,
-            subject=_sphere_words(body, sphere),
+            subject=_sphere_words(body, int(found.near.sphere[0, n])),
             other_person="",
             target=environment.parts[part],
             point=_point(found.near.point[0, n]),
@@ -206,7 +215,8 @@ def _near_self(found: PersonAnswer) -> Iterator[NearPair]:
 
 def _sphere_words(body: Body, sphere: int) -> str:
     name = body.sphere_names[sphere]
-    segment = body.segment_names[int(body.sphere_segment[sphere])]
+    at = int(np.searchsorted(body.start, sphere, side="right")) - 1
+    segment = body.segment_names[at]
     return f"{segment}, {name}" if name else segment
 
 

@@ -1,0 +1,65 @@
+// The socket of the bench: one question on its way, and of each subject the newest that waits.
+
+// Answers go to all pages: numbers of different pages must differ.
+let number = Math.floor(Math.random() * 2 ** 40);
+let onItsWay = 0;
+let socket = null;
+const waiting = new Map();
+
+// Ask for something; a newer question of the same subject replaces one that waits, but for one that
+// ends a drag.
+export function ask(verb, given = {}) {
+  const subject = [verb, given.person, given.joint, given.axis, given.limb].join(" ");
+  const before = waiting.get(subject);
+  waiting.delete(subject); // what is asked last goes last
+  if (before && before.done === true && given.done === false) waiting.set(`${subject} done`, before);
+  waiting.set(subject, { do: verb, ...given });
+  next();
+}
+
+// Whether a question is on its way or waits.
+export const waits = () => Boolean(onItsWay || waiting.size);
+
+function next() {
+  if (onItsWay || !waiting.size || socket?.readyState !== WebSocket.OPEN) return;
+  const [subject, question] = waiting.entries().next().value;
+  waiting.delete(subject);
+  number += 1;
+  onItsWay = number;
+  socket.send(JSON.stringify({ n: number, ...question }));
+}
+
+// Connect, and again whenever the connection is lost. take: is given what arrives; say: is told how
+// the connection is, and whether that is a fault.
+export function connect(take, say) {
+  socket = new WebSocket(`ws://${location.host}/ws`, "workbench-1");
+  socket.binaryType = "arraybuffer";
+  socket.onopen = () => {
+    say("");
+    next();
+  };
+  socket.onmessage = (event) => {
+    const found = unpack(event.data);
+    if (found.head.answers === onItsWay) onItsWay = 0;
+    take(found);
+    next();
+  };
+  socket.onclose = (event) => {
+    onItsWay = 0;
+    say(event.reason || "the bench does not answer; trying again", true);
+    if (event.code !== 4400) setTimeout(() => connect(take, say), 1000);
+  };
+}
+
+const KINDS = { f4: Float32Array, f8: Float64Array, i4: Int32Array, u2: Uint16Array, u4: Uint32Array };
+
+// Length of the header, the header, then arrays at places counted from its end.
+export function unpack(buffer) {
+  const length = new DataView(buffer).getUint32(0, true);
+  const head = JSON.parse(new TextDecoder().decode(new Uint8Array(buffer, 4, length)));
+  const arrays = {};
+  for (const [name, kind, count, place] of head.arrays) {
+    arrays[name] = new KINDS[kind](buffer, 4 + length + place, count);
+  }
+  return { head, arrays };
+}
