@@ -127,6 +127,8 @@ def arm_cases(one_arm):
             "threads": 1,
         },
         "clearance": {"placed": placed, "environment": room},
+        "room": {"placed": placed, "environment": room, "grid": True},
+        "room_of_poses": {"body": one_arm, "poses": rest, "environment": room},
         "stack_bodies": ([one_arm, one_arm],),
         "collides": {
             "placed": placed,
