@@ -14,7 +14,7 @@ from functools import lru_cache
 import numpy as np
 
 from workbench.body.parts import moved
-from workbench.contact.batches import grouped_clearance, witnesses
+from workbench.contact.batches import grouped_room, witnesses
 from workbench.contact.collide import allowed_groups
 from workbench.contact.fields import Groups
 from workbench.model.arrays import Floats, Ints, frozen
@@ -165,18 +165,9 @@ def _room_in_frame(
     view: Placed, environment: Environment, frame: _Frame, shift: Floats
 ) -> SegmentRoom:
     """The room from the parts of one frame, for bodies placed in this frame."""
-    distance, sphere, polygon = grouped_clearance(view, environment, frame.groups)
-    room = distance + frame.allowed
-    best = np.argmin(room, axis=2)[..., None]
-    nearest_sphere = np.take_along_axis(sphere, best, axis=2)
-    nearest_polygon = np.take_along_axis(polygon, best, axis=2)
-    point = witnesses(view, environment, (nearest_sphere, nearest_polygon))
-    return SegmentRoom(
-        np.take_along_axis(room, best, axis=2)[..., 0],
-        nearest_sphere[..., 0],
-        nearest_polygon[..., 0],
-        point[:, :, 0] + shift,
-    )
+    room, sphere, polygon = grouped_room(view, environment, frame.groups, frame.allowed)
+    point = witnesses(view, environment, (sphere, polygon))
+    return SegmentRoom(room[..., 0], sphere[..., 0], polygon[..., 0], point[:, :, 0] + shift)
 
 
 def _least(rooms: list[SegmentRoom], placed: Placed) -> SegmentRoom:

@@ -28,9 +28,9 @@ BESIDE = 2
 
 
 def scale_of(square: Single) -> float:
-    """The power of two that codes are to be multiplied by so that the greatest of squares (., in
-    size) has one."""
-    return float(np.ldexp(1.0, int(np.frexp(np.abs(square).max(initial=0.0))[1]) + 95))
+    """The power of two that codes are to be multiplied by so that the greatest of squares (.,) has
+    one."""
+    return float(np.ldexp(1.0, int(np.frexp(square.max(initial=0.0))[1]) + 95))
 
 
 def with_solids(field: Field, faces: Faces, shells: Shells) -> Field:
@@ -79,7 +79,7 @@ def _marked(
 
 
 def pack_cells(field: Field, square: Single) -> None:
-    """Fill field.scale and field.cell by the signed squares of the nodes, and have the slack hold
+    """Fill field.scale and field.cell by the squares of the nodes, and have the slack hold
     what that adds."""
     for g, (nx, ny, nz, first) in enumerate(field.shape.tolist()):
         some = slice(first, first + nx * ny * nz)
@@ -96,8 +96,8 @@ def pack_cells(field: Field, square: Single) -> None:
 
 
 def _codes(nodes: Single, scale: float) -> NDArray[np.uint32]:
-    """Squares of distances, in size, as codes of 16 bits: five of exponent, MANTISSA below."""
-    code = (np.abs(nodes) * np.float32(1.0 / scale)).view(np.uint32) >> np.uint32(12)
+    """Squares of distances as codes of 16 bits: five of exponent, MANTISSA below."""
+    code = (nodes * np.float32(1.0 / scale)).view(np.uint32) >> np.uint32(12)
     code[code < 1 << MANTISSA] = 0  # too small for the exponent
     return code
 

@@ -229,13 +229,12 @@ def _made(environment: Environment, groups: Groups) -> Field:
         set_solid=np.zeros(0, dtype=np.int64),
         set_sure=np.zeros(0, dtype=np.int64),
     )
-    shells = _shells(environment)
-    field = with_solids(field, faces, shells)
-    _fill(field, faces, shells)
+    field = with_solids(field, faces, _shells(environment))
+    _fill(field)
     return field
 
 
-def _fill(field: Field, faces: Faces, shells: Shells) -> None:
+def _fill(field: Field) -> None:
     """Fill the nodes and cells of all grids, on all cores."""
     square = np.zeros(len(field.near), dtype=np.float32)
     for g in range(len(field.grid)):
@@ -244,7 +243,7 @@ def _fill(field: Field, faces: Faces, shells: Shells) -> None:
         def work(begin: int, end: int, g: int = g, group: int = group) -> None:
             stack = np.empty(DEEP, dtype=np.int64)
             gaps = np.empty(DEEP + EIGHT, dtype=np.float32)
-            fill_rows(faces, shells, field, square, g, group, stack, gaps, begin, end)
+            fill_rows(field, square, g, group, stack, gaps, begin, end)
 
         if field.root[group] >= 0:
             rows = int(field.shape[g, 0] * field.shape[g, 1])

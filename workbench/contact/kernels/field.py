@@ -343,15 +343,6 @@ def deepest(x, y, z, faces, shells, field, g, stack, gaps):  # type: ignore[no-u
     return depth, rank
 
 
-@inner
-def _is_inside(x, y, z, faces, shells, field, g, stack):  # type: ignore[no-untyped-def]
-    """Whether a point is inside any solid of a group."""
-    for s in range(field.solid_start[g], field.solid_start[g + 1]):
-        if inside_part(x, y, z, faces, shells, field.solid_part[s], stack):
-            return True
-    return False
-
-
 @inlined
 def deepest_may_be(x, y, z, field, g, rank, way):  # type: ignore[no-untyped-def]
     """No less than the depth of a point in the solids of a group, `way` being the distance to the
@@ -366,31 +357,25 @@ def deepest_may_be(x, y, z, field, g, rank, way):  # type: ignore[no-untyped-def
 
 
 @batch_loop
-def fill_rows(faces, shells, field, square, g, group, stack, gaps, begin, end):  # type: ignore[no-untyped-def]
+def fill_rows(field, square, g, group, stack, gaps, begin, end):  # type: ignore[no-untyped-def]
     """Fill the rows begin..end of grid g, of a group; a row is a line of nodes along z. Rows may
     fill at once.
 
-    square: d^2 of each node, negative inside a solid, rounded down and less by how far polygons
-    leave their planes. stack (DEEP,), gaps (DEEP + EIGHT,): working space.
+    square: d^2 of each node, rounded down and less by how far polygons leave their planes. stack
+    (DEEP,), gaps (DEEP + EIGHT,): working space.
     """
     ny = field.shape[g, 1]
     nz = field.shape[g, 2]
     h = field.grid[g, 3]
-    solids = g == group and field.solid_start[g + 1] > field.solid_start[g]
     for row in range(begin, end):
         x = field.grid[g, 0] + (row // ny) * h
         y = field.grid[g, 1] + (row % ny) * h
         hint = -1
-        sunk = False
-        free = -1.0
         for k in range(nz):
             z = field.grid[g, 2] + k * h
             gap, hint = nearest_in(x, y, z, field, field.root[group], hint, np.inf, stack, gaps)
-            # where no surface can lie between two nodes they are on the same side
-            if solids and free - field.grid[g, 6] <= h * (1.0 + 1e-6):
-                sunk = _is_inside(x, y, z, faces, shells, field, g, stack)
             free = math.sqrt(gap)
             low = np.float32(max(free - field.grid[g, 6], 0.0) ** 2 * (1.0 - 2e-7))
             at = field.shape[g, 3] + row * nz + k
-            square[at] = -low if sunk else low
+            square[at] = low
             field.near[at] = hint
