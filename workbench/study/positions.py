@@ -27,7 +27,7 @@ was tried, is not found.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -37,8 +37,17 @@ from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.content import content_key
 from workbench.model.environment import Seat
 from workbench.model.workplace import Workplace
+from workbench.posture.seating.posture import DECIMALS
 from workbench.study.checks.margins import Asked, Margins, no_margins
-from workbench.study.checks.table import CHECKS, REACHING, SAME_EVERYWHERE, margins_of, needs_hands
+from workbench.study.checks.table import (
+    AFTER_SEATING,
+    CHECKS,
+    IN_POSTURE,
+    REACHING,
+    SAME_EVERYWHERE,
+    margins_of,
+    needs_hands,
+)
 from workbench.study.settings import (
     at_setting,
     nominal_setting,
@@ -222,7 +231,7 @@ class _Search:
 
     wanted: the cases in the comfortable position of the setting; fixed: what became of them there; counted (R,): the requirements by which positions are compared; score (B,) [m]: the least
     margin of these in the best position; setting (A,) [m or rad]; worth [m]: what a position that
-    does not fit must be better by.
+    does not fit must be better by; judged: the people (by index) in positions [m] that were judged.
     """
 
     place: Workplace
@@ -236,6 +245,7 @@ class _Search:
     counted: Bools
     setting: Floats
     worth: float = 0.0
+    judged: set[tuple[int, float, float]] = field(default_factory=set)
 
     @cached_property
     def comfortable(self) -> Floats:
@@ -365,12 +375,30 @@ def _scan(search: _Search, positions: Floats) -> None:
 def _try_positions(search: _Search, people: Ints, positions: Floats) -> None:
     """Judge people (N,) of the search in positions (N, 2), one each, and keep what is better.
 
-    They are judged in batches: a call costs more than a person.
+    Nobody is judged twice in a position: neighbours meet at the ends of the travel. The others are
+    judged in batches: a call costs more than a person.
     """
+    new = _not_judged(search, people, positions)
+    people = people[new]
+    positions = positions[new]
     order = np.lexsort(positions.T[::-1])
     for first in range(0, len(order), MOST_ROWS):
         some = order[first : first + MOST_ROWS]
         _judge(search, people[some], positions[some])
+
+
+def _not_judged(search: _Search, people: Ints, positions: Floats) -> Ints:
+    """The rows of people (N,) in positions (N, 2) that were not judged yet; now they count as
+    judged."""
+    new = []
+    for row, (person, (forward, up)) in enumerate(
+        zip(people.tolist(), positions.tolist(), strict=True)
+    ):
+        key = (person, round(forward, DECIMALS), round(up, DECIMALS))
+        if key not in search.judged:
+            search.judged.add(key)
+            new.append(row)
+    return np.array(new, dtype=np.int64)
 
 
 def _judge(search: _Search, people: Ints, positions: Floats) -> None:
@@ -385,34 +413,43 @@ def _judge(search: _Search, people: Ints, positions: Floats) -> None:
     wanted = [situation.rows(people) for situation in search.wanted]
     situations = in_positions(search.place, search.who.rows(people), positions, wanted)
     left = np.arange(len(people))
-    for level in range(REACHING + 1):
-        for stage in _stages(search, people[left], level):
-            asked = [search.asked[r] for r in np.flatnonzero(stage).tolist()]
-            some = situations
-            if len(left) < len(people):
-                some = [situation.rows(left) for situation in situations]
-            found.put(left, np.flatnonzero(stage), margins_of(some, asked))
-            known = known | stage
-            left = left[_hopeful(search, people[left], found.margin[left], known)]
-            if not len(left):
-                return
+    for stage in _stages(search, people):
+        asked = [search.asked[r] for r in np.flatnonzero(stage).tolist()]
+        some = situations
+        if len(left) < len(people):
+            some = [situation.rows(left) for situation in situations]
+        found.put(left, np.flatnonzero(stage), margins_of(some, asked))
+        known = known | stage
+        left = left[_hopeful(search, people[left], found.margin[left], known)]
+        if not len(left):
+            return
     whole = Tried(found.margin, found.words, found.toward, position_of(situations[0]))
     _keep(search, people[left], whole.rows(left))
 
 
-def _stages(search: _Search, people: Ints, level: int) -> list[Bools]:
-    """The requirements (R,) of a level of cost, in the order in which they are asked of people (N,).
+def _stages(search: _Search, people: Ints) -> list[Bools]:
+    """The requirements (R,) in the order in which they are asked of people (N,), those together
+    that cost alike.
 
-    What needs the hands on their controls comes last. Of reaches, the dearest, those come first
-    that somebody misses in his best position: nine in ten positions that are no better are given
-    up by these.
+    First comes what seating alone answers, then what is asked of the posture with the hands at
+    rest. For the others hands are brought to their controls, or limbs reach for some: of these,
+    those come first that somebody misses in his best position. Nine in ten positions that are no
+    better are given up by these.
     """
     cost = np.array([CHECKS[one.requirement.check].cost for one in search.asked])
-    every = (cost == level) & _movable(search.asked)
-    last = np.array([needs_hands(search.wanted[one.case], one) for one in search.asked])
-    if level == REACHING:
-        last = np.all(~(search.best.tried.margin[people] < -MET), axis=0)
-    return [stage for stage in (every & ~last, every & last) if stage.any()]
+    held = np.array([needs_hands(search.wanted[one.case], one) for one in search.asked])
+    missed = np.any(search.best.tried.margin[people] < -MET, axis=0)
+    dear = held | (cost == REACHING)
+    stages = [
+        cost == AFTER_SEATING,
+        (cost == IN_POSTURE) & ~dear,
+        dear & missed & ~held,
+        dear & missed & held,
+        dear & ~missed & held,
+        dear & ~missed & ~held,
+    ]
+    movable = _movable(search.asked)
+    return [stage & movable for stage in stages if np.any(stage & movable)]
 
 
 def _hopeful(search: _Search, people: Ints, margin: Floats, known: Bools) -> Ints:

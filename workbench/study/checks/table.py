@@ -35,6 +35,7 @@ from workbench.study.situation import Situation, moved_by_hands, with_hands
 __all__ = [
     "AFTER_SEATING",
     "CHECKS",
+    "IN_POSTURE",
     "LENGTH_TOLERANCE",
     "REACHING",
     "SAME_EVERYWHERE",
