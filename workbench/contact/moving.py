@@ -115,7 +115,9 @@ def ways(mover: Mover, pair: Ints, sphere: Ints, begin: Floats, end: Floats) -> 
     """(M,) [m] how far the centre of each sphere may be from its chord between two times of its
     pose pair."""
     way = np.empty(len(pair))
-    strays(mover.turns, mover.levers, pair, sphere, begin, end, way)
+    # in order in memory: the kernels are compiled for that, and anew for any other order
+    columns = [np.ascontiguousarray(column) for column in (pair, sphere, begin, end)]
+    strays(mover.turns, mover.levers, *columns, way)
     return way
 
 
@@ -171,10 +173,11 @@ def _placed_between(mover: Mover, pair: Ints, time: Floats, shown: Bools) -> Flo
         turned,
         world,
     )
-    chain_transforms(turned[:, :joints], mover.chain, 0, world)
+    rotations = np.ascontiguousarray(turned[:, :joints])
+    chain_transforms(rotations, mover.chain, 0, world)
     centres = np.empty((len(pair), len(body.sphere_names), 3))
     skin = mover.skin._replace(shown=shown.astype(np.int64))
-    place_spheres(turned[:, :joints], world, skin, centres)
+    place_spheres(rotations, world, skin, centres)
     return centres
 
 

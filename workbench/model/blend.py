@@ -34,7 +34,8 @@ def blend_point(body: Body) -> Floats:
     joint = np.maximum(body.blend_joint, 0)
     above = body.joint_in_child[:, joint]
     point = np.where(distal(body)[:, None], above, body.joint_in_parent[:, joint])
-    return np.where(body.blend_joint[:, None] >= 0, point, 0.0)
+    # in order in memory: the kernels are compiled for that, and anew for any other order
+    return np.ascontiguousarray(np.where(body.blend_joint[:, None] >= 0, point, 0.0))
 
 
 def twist_shared(body: Body | Topology) -> Bools:
