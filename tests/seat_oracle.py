@@ -26,7 +26,32 @@ def eye_points(placed):
 
 def seat_slowly(body, poses, seat, *, eye, pedals):
     """Forward, up [m], eye (3,), misses [m], limits in words, discomfort, rotations (J, 4) of one
-    sitter."""
+    sitter: the best of all places with the heels on the floor where that can be, and of those where
+    the thighs press too deep so with the heels in the air."""
+    down = every_place(body, poses, seat, eye=eye, pedals=pedals, heels=True)
+    ways = [(down, p) for p in range(len(down["forward"]))]
+    if pedals.floor is not None and down["pressed"].max() >= 5e-4:
+        air = every_place(body, poses, seat, eye=eye, pedals=pedals, heels=False)
+        ways += [(air, p) for p in np.flatnonzero(down["pressed"] >= 5e-4)]
+
+    def worth(way):
+        found, p = way
+        return (
+            round(found["missed"][p], 4),
+            round(max(found["pressed"][p], 0.0), 3),
+            round(found["discomfort"][p], 3),
+            abs(found["forward"][p]),
+        )
+
+    found, p = min(ways, key=worth)
+    one = {name: values[p] for name, values in found.items() if name not in ("miss", "limit")}
+    for name in ("miss", "limit"):
+        one[name] = {foot: values[p] for foot, values in found[name].items()}
+    return one
+
+
+def every_place(body, poses, seat, *, eye, pedals, heels):
+    """What `seat_slowly` returns of the best, for each place of the seat."""
     forward = positions(seat.travel_forward)
     up = np.full(len(forward), min(max(0.0, seat.travel_up[0]), seat.travel_up[1]))
     poses = wb.Poses(
@@ -35,7 +60,7 @@ def seat_slowly(body, poses, seat, *, eye, pedals):
         np.repeat(poses.world_from_reference, len(forward), axis=0),
     )
     for _ in range(1 + LIFTS * (eye is not None)):
-        poses, miss, limit, ease = stepped(body, poses, seat, (forward, up), pedals)
+        poses, miss, limit, ease = stepped(body, poses, seat, (forward, up), pedals, heels)
         eyes = eye_points(wb.place(body, poses, window=["H"]))
         if eye is not None:
             before = up
@@ -47,17 +72,16 @@ def seat_slowly(body, poses, seat, *, eye, pedals):
     pressed = thighs_too_deep(
         wb.place(body, poses, window=["LUL", "RUL"]), seat, (forward, at), pedals
     )
-    best = np.lexsort((np.abs(forward), ease.round(3), pressed.round(3), missed.round(4)))[0]
     return {
-        "forward": forward[best],
-        "up": at[best],
-        "eye": eyes[best],
-        "discomfort": ease[best],
-        "pressed": pressed[best],
-        "rotations": poses.rotations[best],
-        "miss": {foot: m[best] for foot, m in miss.items()},
-        "limit": {foot: words[best] for foot, words in limit.items()},
-        "every": (forward, missed, ease),
+        "forward": forward,
+        "up": at,
+        "eye": eyes,
+        "missed": missed,
+        "discomfort": ease,
+        "pressed": pressed,
+        "rotations": poses.rotations,
+        "miss": miss,
+        "limit": limit,
     }
 
 
@@ -81,7 +105,7 @@ def thighs_too_deep(placed, seat, travel, pedals):
     return found
 
 
-def stepped(body, poses, seat, travel, pedals):
+def stepped(body, poses, seat, travel, pedals, heels):
     """Sitters (P) with the seat at these places, feet on the pedals: poses, misses, limits,
     discomfort (P,)."""
     side = seat_planes(seat)[2]
@@ -94,7 +118,7 @@ def stepped(body, poses, seat, travel, pedals):
         total = np.zeros(len(poses))
         for foot, at in pedals.at.items():
             poses, miss[foot], limit[foot], ease = on_pedal(
-                body, poses, (foot, at, ahead), pedals.floor
+                body, poses, (foot, at, ahead), pedals.floor, heels
             )
             total = total + ease
         poses = sat(body, poses, seat, shift)
@@ -124,7 +148,7 @@ def least_height(placed, normal, rest):
     return (placed.centres[:, rows] @ normal - body.radius[0, rows]).min(axis=1)
 
 
-def on_pedal(body, poses, pedal, floor):
+def on_pedal(body, poses, pedal, floor, heels):
     name, at, ahead = pedal
     ball = limb(body, name, grip="ball")
     heel = limb(body, name, grip="heel")
@@ -138,7 +162,7 @@ def on_pedal(body, poses, pedal, floor):
         rise = float(np.clip((at[2] - floor) / np.linalg.norm(ball.tip - heel.tip), -0.95, 0.95))
         along = np.sqrt(1.0 - rise * rise) * ahead + rise * np.array([0.0, 0.0, 1.0])
         heeled = reach(body, poses, targets, limb=pointed_foot(body, name), direction=along)
-        down = heeled.reached[:, 0]
+        down = heeled.reached[:, 0] & heels
         rotations = np.where(down[:, None, None], heeled.poses.rotations, rotations)
         miss = np.where(down, heeled.miss[:, 0], miss)
         ease = np.where(down, heeled.discomfort[:, 0], ease + HEEL_IN_AIR)

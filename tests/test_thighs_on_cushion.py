@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -90,3 +91,29 @@ def test_a_leg_without_a_pedal_hangs_as_its_posture_has_it(bubbleman):
     seat = wb.load_environment("trainer").seat("left")
     poses = wb.pose(bubbleman, {}, reference="LT")
     assert wb.seat(bubbleman, poses, seat, eye=EYE).pressed[0] == 0.0
+
+
+def test_heels_come_off_the_floor_where_thighs_press_too_deep_with_them_down(crowd):
+    """The knees rise with the heels: seats held where thighs pressed by up to 120 mm."""
+    body = crowd.bodies[:]
+    held = np.tile([0.09, 0.0333], (len(body), 1))
+    floored = replace(TRAINER, floor=None)
+    found = wb.seat(body, poses_of(body), crowd.seat, pedals=TRAINER, held=held)
+    free = wb.seat(body, poses_of(body), crowd.seat, pedals=floored, held=held)
+    assert np.all(found.pressed <= free.pressed + 1e-3)
+    assert np.all(max_miss(found) <= max_miss(free) + 2e-4)
+
+
+def test_feet_that_reach_their_pedals_only_through_the_cushion_do_not_meet_pedals(tmp_path):
+    path = tmp_path / "sits.yaml"
+    text = STUDY.format(body=f"adult_female, size: {SHORT}", sex="female")
+    text = text.replace("seat: left}", "seat: left, position: {forward: -20, up: 45}}")
+    head, _, _ = text.partition("criteria:")
+    path.write_text(head + "criteria:\n  - {name: pedals, check: pedals, at_most: 60}\n")
+    result = wb.run(wb.load_study(path))
+    said = " ".join(result.warnings)
+    deeper = float(re.search(r"thighs press (\d+) mm", said)[1]) - 1000 * GIVEN
+    missed = max(float(mm) for mm in re.findall(r"foot stays (\d+) mm", said))
+    worst = result.verdicts[0].worst
+    assert deeper > 10 and not result.verdicts[0].passed
+    assert 1000 * worst.value == pytest.approx(-(missed + deeper), abs=1.5)

@@ -4,7 +4,8 @@ The search goes downhill from place to place: first by how far the feet miss the
 how much deeper the thighs press into the cushion than it gives, then by discomfort. Where that ends
 short of what is wished, more places are scanned. Thighs are not downhill from everywhere, since
 they rise as a heel comes off the floor: where they press on any place of the way, places are tried
-outward as long as one farther on may rest them, or be easier.
+outward as long as one farther on may rest them, or be easier. Where they press with the heels on
+the floor, the heels come off it if that helps.
 """
 
 from __future__ import annotations
@@ -17,14 +18,17 @@ from numpy.typing import NDArray
 from workbench.compiled import inlined, inner, njit
 from workbench.posture.kernels.sitting import (
     FINAL,
+    FINAL_HEELS_UP,
     FOOT_DISCOMFORT,
     HEELS_DOWN,
     HEELS_UP,
+    LIFTED,
     MISSED,
     PRESSED,
     ROW,
     TOTAL_DISCOMFORT,
     TRIAL,
+    TRIAL_HEELS_UP,
     VISITED,
     SeatWorkspace,
     Sitter,
@@ -105,24 +109,28 @@ def _new_search(sit, legs, places, joints):  # type: ignore[no-untyped-def]
 
 
 @inner
-def _better(table, grid, i, j):  # type: ignore[no-untyped-def]
-    """Whether place i is better than place j.
+def _order(one, other):  # type: ignore[no-untyped-def]
+    """Less than 0 where a row of the table is better than another, more where it is worse.
 
-    It misses less; or presses the thighs less; or is easier; or is nearer to where the seat stands
-    at rest; or comes first.
+    It misses less; or presses the thighs less; or is easier.
     """
-    one = np.floor(MISS_UNIT * table[i, MISSED] + 0.5)
-    other = np.floor(MISS_UNIT * table[j, MISSED] + 0.5)
-    if one != other:
-        return one < other
-    one = np.floor(PRESS_UNIT * table[i, PRESSED] + 0.5)
-    other = np.floor(PRESS_UNIT * table[j, PRESSED] + 0.5)
-    if one != other:
-        return one < other
-    one = np.floor(DISCOMFORT_UNIT * table[i, TOTAL_DISCOMFORT] + 0.5)
-    other = np.floor(DISCOMFORT_UNIT * table[j, TOTAL_DISCOMFORT] + 0.5)
-    if one != other:
-        return one < other
+    order = np.floor(MISS_UNIT * one[MISSED] + 0.5) - np.floor(MISS_UNIT * other[MISSED] + 0.5)
+    if order == 0.0:
+        order = np.floor(PRESS_UNIT * one[PRESSED] + 0.5)
+        order -= np.floor(PRESS_UNIT * other[PRESSED] + 0.5)
+    if order == 0.0:
+        order = np.floor(DISCOMFORT_UNIT * one[TOTAL_DISCOMFORT] + 0.5)
+        order -= np.floor(DISCOMFORT_UNIT * other[TOTAL_DISCOMFORT] + 0.5)
+    return order
+
+
+@inner
+def _better(table, grid, i, j):  # type: ignore[no-untyped-def]
+    """Whether place i is better than place j: by its row; or nearer to where the seat stands at
+    rest; or first."""
+    order = _order(table[i], table[j])
+    if order != 0.0:
+        return order < 0.0
     if abs(grid[i]) != abs(grid[j]):
         return abs(grid[i]) < abs(grid[j])
     return i < j
@@ -268,11 +276,35 @@ def _scan_mode(legs, place, every, pressed):  # type: ignore[no-untyped-def]
 
 
 @inner
+def _lift_heels(sit, legs, b, grid, best, search):  # type: ignore[no-untyped-def]
+    """Try person b with both heels in the air at the places where the thighs press with a heel on
+    the floor: the knees rise with the heels. Returns the best place."""
+    table = search.table
+    raised = search.lifted[1]
+    copy_row(search.best, search.begun)
+    for i in range(len(grid)):
+        presses = table[i, VISITED] > 0.0 and PRESS_UNIT * table[i, PRESSED] >= 0.5
+        # a place with all heels in the air is never easier than what these cost
+        easier = table[best, TOTAL_DISCOMFORT] > legs.feet * legs.in_air
+        pressed = PRESS_UNIT * table[best, PRESSED] >= 0.5
+        if presses and table[i, HEELS_DOWN] > 0.0 and (pressed or easier):
+            copy_row(search.begun, search.high.all)
+            settle(sit, legs, b, grid[i], TRIAL_HEELS_UP, search.high, search.workspace, raised)
+            if _order(raised, table[best]) < 0.0:
+                copy_row(raised, table[i])
+                table[i, LIFTED] = 1.0
+                copy_row(search.high.all, search.best)
+                best = i
+    return best
+
+
+@inner
 def _seat_person(sit, legs, grid, first, every, out, b, search):  # type: ignore[no-untyped-def]
     """Seat person b: walk downhill, scan where need be, settle at the best place."""
     now = search.now
     begin_sitter(sit, legs, b, out.rotations, now, search.workspace)
     search.table[:, VISITED] = 0.0
+    search.table[:, LIFTED] = 0.0
     settle(sit, legs, b, grid[first], TRIAL, now, search.workspace, search.table[first])
     copy_row(now.all, search.best)
     best = _walk(sit, legs, b, grid, first, search)
@@ -282,8 +314,11 @@ def _seat_person(sit, legs, grid, first, every, out, b, search):  # type: ignore
         walked = best
         for side in (-1, 1):
             best = _scan_side(sit, legs, b, grid, walked, best, side, mode, search)
+    if legs.floor > 0:
+        best = _lift_heels(sit, legs, b, grid, best, search)
     copy_row(search.best, now.all)
-    settle(sit, legs, b, grid[best], FINAL, now, search.workspace, out.row[b])
+    effort = FINAL_HEELS_UP if search.table[best, LIFTED] > 0.0 else FINAL
+    settle(sit, legs, b, grid[best], effort, now, search.workspace, out.row[b])
     _write_place(legs, b, grid[best], out, search)
 
 

@@ -37,14 +37,17 @@ from workbench.posture.kernels.linkage import Linkage
 
 __all__ = [
     "FINAL",
+    "FINAL_HEELS_UP",
     "FOOT_DISCOMFORT",
     "HEELS_DOWN",
     "HEELS_UP",
+    "LIFTED",
     "MISSED",
     "PRESSED",
     "ROW",
     "TOTAL_DISCOMFORT",
     "TRIAL",
+    "TRIAL_HEELS_UP",
     "VISITED",
     "Effort",
     "Legs",
@@ -75,10 +78,11 @@ HEELS_DOWN = 2
 VISITED = 3
 FOOT_DISCOMFORT = 4
 PRESSED = 6
-ROW = 7
+LIFTED = 7
+ROW = 8
 """Columns of what is found at a place: the misses of the feet [m], discomfort, how many feet are as
-wished, 1 once visited, the discomfort of each foot, and how much deeper [m] the thighs press into
-the cushion than it gives; and the number of columns."""
+wished, 1 once visited, the discomfort of each foot, how much deeper [m] the thighs press into the
+cushion than it gives, and 1 where the heels are in the air for that; and the number of columns."""
 
 
 class Effort(NamedTuple):
@@ -90,13 +94,19 @@ class Effort(NamedTuple):
     """Change [m] of the hips from turn to turn below which they are at rest."""
     heels_down: bool
     """Whether the heels are to be on the floor."""
+    thighs: bool
+    """Whether it is found how deep the thighs press into the cushion."""
 
 
-TRIAL = Effort(6, 1e-5, True)
+TRIAL = Effort(6, 1e-5, True, True)
 """For a place on trial."""
-FINAL = Effort(16, 1e-7, True)
+FINAL = Effort(16, 1e-7, True, True)
 """For the place that is taken."""
-HEELS_UP = Effort(2, 1e-3, False)
+FINAL_HEELS_UP = Effort(16, 1e-7, False, True)
+"""For the place that is taken, with both heels in the air."""
+TRIAL_HEELS_UP = Effort(6, 1e-5, False, True)
+"""For a place on trial, with both heels in the air."""
+HEELS_UP = Effort(2, 1e-3, False, False)
 """For an estimate with both heels in the air."""
 
 
@@ -486,5 +496,5 @@ def settle(sit, legs, b, forward, effort, sitter, workspace, row):  # type: igno
             row[HEELS_DOWN] += 1.0 if down or legs.floor == 0 else 0.0
         if _sit(sit, b, forward, sitter, workspace) < effort.tolerance:
             break
-    if effort.heels_down:
+    if effort.thighs:
         row[PRESSED] = _pressed(sit, b, forward, sitter, workspace)

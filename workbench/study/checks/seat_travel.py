@@ -1,8 +1,9 @@
 """Pedals and the place of the seat, as seating came out.
 
-The margin of pedals is how much farther the worse foot may stay from its pedal. The margin of the
-preferred seat is the travel that is left to its nearer end where the seat is wanted, less what is
-asked for.
+The margin of pedals is how much farther the worse foot may stay from its pedal. Feet that come
+there only with the thighs deeper in the front of the cushion than it gives stay as far short as the
+thighs are too deep. The margin of the preferred seat is the travel that is left to its nearer end
+where the seat is wanted, less what is asked for.
 """
 
 from __future__ import annotations
@@ -29,10 +30,12 @@ __all__ = [
 
 SEAT_BACK = "the seat stops too far back"
 SEAT_FORWARD = "the seat stops too far forward"
+THIGHS = "thighs on the front of the cushion"
 
 
 def pedal_margins(situation: Situation, asked: Sequence[Asked]) -> Margins:
-    """How much farther everybody's worse foot may stay from its pedal."""
+    """How much farther everybody's worse foot may stay from its pedal, with the thighs no deeper in
+    the front of the cushion than it gives."""
     found = no_margins(len(situation), asked)
     seat = situation.seated
     if seat is None or not seat.miss:
@@ -41,10 +44,11 @@ def pedal_margins(situation: Situation, asked: Sequence[Asked]) -> Margins:
     miss = np.stack([seat.miss[foot] for foot in feet])
     worst = miss.argmax(axis=0)
     for r, one in enumerate(asked):
-        found.margin[:, r] = one.criterion.at_most - miss.max(axis=0)
+        found.margin[:, r] = one.criterion.at_most - (miss.max(axis=0) + seat.pressed)
         for b in np.flatnonzero(found.margin[:, r] < -MET):
             foot = feet[int(worst[b])]
-            found.words[b, r] = f"{foot}, {seat.limit[foot][b]}"
+            limit = seat.limit[foot][b] or THIGHS
+            found.words[b, r] = f"{foot}, {limit}"
     return found
 
 
@@ -54,20 +58,22 @@ def worse_foot(seat: Seated) -> str:
 
 
 def pedal_findings(situation: Situation, criterion: Criterion) -> Iterator[Finding]:
-    """How far the worse foot stays from its pedal."""
+    """How far the worse foot stays from its pedal, with the thighs no deeper in the front of the
+    cushion than it gives."""
     seat = situation.seated
     aims = situation.work.aims
     if seat is None or aims is None or not seat.miss:
         return
     foot = worse_foot(seat)
-    limit = seat.limit[foot][0]
+    pressed = float(seat.pressed[0])
+    limit = seat.limit[foot][0] or (THIGHS if pressed > MET else "")
     yield Finding(
         case=situation.work.name,
         person=situation.place.role,
         other_person="",
         subject=f"the {foot}",
         target=aims.controls[foot] + (f", limited by {limit}" if limit else ""),
-        value=-float(seat.miss[foot][0]),
+        value=-(float(seat.miss[foot][0]) + pressed),
         limit=-criterion.at_most,
     )
 
