@@ -23,7 +23,6 @@ from workbench.model.environment import Seat
 from workbench.model.poses import Poses, row_for_each
 from workbench.model.posing import angles_of, attitude_matrix, compose, join_poses, motion_of
 from workbench.posture.reaching.chains import (
-    AGAIN,
     REACHED,
     TURN_LEVER,
     cold,
@@ -47,6 +46,11 @@ LIFTS = 4
 LIFTED = 1e-4
 """Rounds of lifting the seat for the view, as the posture changes with the height, and how little
 [m] ends them."""
+SOLE_AGAIN = 0
+BALL_AGAIN = 2
+"""Seeds to begin again from where a leg does not bring the sole, or then the ball, to its pedal from
+its comfort modes. In 60 drivers of the car at all places of the seat no seed brought one of 5,000
+legs there, or nearer, that had not come from comfort."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -315,13 +319,13 @@ def _stepped(crew: _Crew, rows: _Drivers) -> _Drivers:
             goal=goal,
         )
         start = cold(task, angles_of(task.body, seated)[:, task.joints])
-        found = solved(task, start, AGAIN)
+        found = solved(task, start, SOLE_AGAIN)
         off = np.flatnonzero(found.numbers[:, 0] > REACHED)
         rotations = posed(task, found.angles)
         numbers = found.numbers.copy()
         if len(off):
             free = replace(rows_of(task, off), goal=goals_of(sole.at[off]))
-            found = solved(free, start[off], AGAIN)
+            found = solved(free, start[off], BALL_AGAIN)
             rotations[off] = posed(free, found.angles)
             numbers[off] = found.numbers
         seated = Poses(rotations, seated.reference, seated.world_from_reference)
