@@ -83,7 +83,7 @@ def legs_of(tasks: list[Task], pedals: Pedals) -> Legs:
     return Legs(
         links=(two[0].link, two[1].link),
         goal=goal,
-        start=np.stack([cold(task, _angles(task)) for task in two], axis=1),
+        start=np.ascontiguousarray(np.stack([cold(task, _angles(task)) for task in two], axis=1)),
         seeds=(two[0].seeds, two[1].seeds),
         again=np.array([HEEL_AGAIN, AGAIN, 0]),
         joints=np.array([task.joints for task in two]),
