@@ -360,8 +360,23 @@ _Compiler.lowering = _EntryLowering
 _InnerCompiler.lowering = _InnerLowering
 
 
-class _Inner(CPUDispatcher):  # type: ignore[misc]
-    """A compiled function: what compiled callers see."""
+class _Called(CPUDispatcher):  # type: ignore[misc]
+    """A compiled function that compiled code calls, and Python never does."""
+
+    def compile(self, sig: Any) -> Any:
+        """Compile for one tuple of types, unless that is done.
+
+        Numba would begin two clocks here, and tell each clock of all callers about every step.
+        """
+        given, _ = normalize_signature(sig)
+        if given not in self.overloads:
+            with self._compiling_counter:
+                self.add_overload(self._compiler.compile(given, None))
+        return self.overloads[given].entry_point
+
+
+class _Inner(_Called):
+    """A kernel: what compiled callers see."""
 
     def compile(self, sig: Any) -> Any:
         """Compile for one tuple of types; a number that stands in the call counts as any other."""
@@ -424,7 +439,7 @@ def _library_function(*function: Any, **options: Any) -> Any:
     options |= {"nopython": True, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 
     def compiled(py_func: Any) -> CPUDispatcher:
-        return CPUDispatcher(py_func, {}, options, _LibraryCompiler)
+        return _Called(py_func, {}, options, _LibraryCompiler)
 
     return compiled(*function) if function else compiled
 

@@ -46,10 +46,10 @@ class _RecordType(ir.IdentifiedStructType):  # type: ignore[misc]
 
     _size = 0
 
-    def size(self, target_data: Any) -> int:
+    def get_abi_size(self, target_data: Any, context: ir.Context | None = None) -> int:
         """Its size [B] in memory."""
         if not self._size:
-            self._size = self.get_abi_size(target_data, context=_CONTEXT)
+            self._size = super().get_abi_size(target_data, context=_CONTEXT)
         return self._size
 
 
@@ -189,8 +189,8 @@ def _write(context: Any, builder: Any, value: Any, place: Any) -> None:
     if source is None:
         builder.store(value, place)
         return
-    one = ir.Constant(_SIZE, 1)
-    cgutils.raw_memcpy(builder, place, source, one, value.type.size(context.target_data), align=8)
+    size = context.get_abi_sizeof(value.type)
+    cgutils.raw_memcpy(builder, place, source, ir.Constant(_SIZE, 1), size, align=8)
 
 
 class _Builder(ir.IRBuilder):  # type: ignore[misc]
@@ -280,6 +280,10 @@ class RecordLowering(Lower):  # type: ignore[misc]
         """Find the variables that need no place of their own."""
         super().pre_lower()
         self.settled = set() if self.context.enable_nrt else _settled(self.blocks)
+
+    def alloca_lltype(self, name: str, lltype: Any, datamodel: Any = None) -> Any:
+        """Make a place for a variable. Numba would work out its size, for a debugger."""
+        return cgutils.alloca_once(self.builder, lltype, name=name)
 
     def storevar(self, value: Any, name: str, argidx: int | None = None) -> None:
         """Assign to a variable."""
