@@ -21,6 +21,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
+from functools import cached_property
 from typing import Any, ClassVar
 
 from llvmlite import ir
@@ -276,10 +277,10 @@ class RecordLowering(Lower):  # type: ignore[misc]
             self.builder = _Builder(self.entry_block)
             self.call_helper = self.call_conv.init_call_helper(self.builder)
 
-    def pre_lower(self) -> None:
-        """Find the variables that need no place of their own."""
-        super().pre_lower()
-        self.settled = set() if self.context.enable_nrt else _settled(self.blocks)
+    @cached_property
+    def settled(self) -> set[str]:
+        """The variables that need no place of their own."""
+        return _settled(self.blocks)
 
     def alloca_lltype(self, name: str, lltype: Any, datamodel: Any = None) -> Any:
         """Make a place for a variable. Numba would work out its size, for a debugger."""
