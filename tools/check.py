@@ -30,6 +30,7 @@ ROOT = Path(__file__).resolve().parents[1]
 PACKAGE = ROOT / "workbench"
 LAYERS = [
     {"errors"},
+    {"compiled_records"},
     {"compiled", "threads"},
     {"model"},
     {"geometry"},
@@ -45,9 +46,10 @@ LAYERS = [
     {"cli"},
 ]
 """Rooms from the lowest to the highest; those of one row never see each other."""
+COMPILERS = {"compiled.py", "compiled_records.py", "geometry/lanes.py", "geometry/quads.py"}
 HOMES = {
-    "numba": {"compiled.py", "geometry/lanes.py", "geometry/quads.py"},
-    "llvmlite": {"compiled.py", "geometry/lanes.py", "geometry/quads.py"},
+    "numba": COMPILERS,
+    "llvmlite": COMPILERS,
     "trimesh": {"files/meshes/scene.py", "files/environment_doubts.py"},
     "collada": {"files/meshes/dae.py"},
     "pydantic": {"files"},

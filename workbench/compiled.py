@@ -3,10 +3,12 @@
 Numba takes a function through typing, LLVM's passes and machine code wherever it is called from,
 and again inside each caller, because callees are linked into callers. Here a function has two
 forms. `Kernel` is the entry that Python calls: it is compiled in full. Its form for compiled
-callers goes no further than LLVM code. The entry optimises and translates that code once.
+callers goes no further than LLVM code, as it was written. The entry links, optimises and
+translates the code of all that it reaches, once.
 
 What else keeps the first run of a command short:
 
+- Tuples that hold arrays are passed by reference (`compiled_records.py`).
 - A function is compiled once for arrays that may be written to and for read-only ones, and once
   for a number that stands in a call and for any other.
 - How a call of one of numba's own functions was resolved is remembered (`_Typing`), and what is
@@ -39,8 +41,10 @@ from typing import Any, ClassVar
 import llvmlite
 import numba
 import numpy as np
+from llvmlite.binding import parse_assembly
 from numba.core import ir, types
 from numba.core.caching import FunctionCache, IndexDataCacheFile
+from numba.core.cgutils import normalize_ir_text
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import CompilerBase, DefaultPassBuilder, Flags
 from numba.core.compiler_machinery import register_pass
@@ -62,10 +66,12 @@ from numba.core.untyped_passes import (
     WithLifting,
 )
 
+from workbench.compiled_records import RecordLowering, RecordTarget, with_records
+
 __all__ = ["PACKAGE", "Kernel", "batch_loop", "code_stamp", "inlined", "inner", "njit"]
 
 PACKAGE = Path(__file__).parent
-WHOLE_FILES = ("compiled.py", "geometry/lanes.py", "geometry/quads.py")
+WHOLE_FILES = ("compiled.py", "compiled_records.py", "geometry/lanes.py", "geometry/quads.py")
 """Files of which every byte counts: they change how all others are compiled."""
 FOREIGN = {"builtins", "math", "operator", "numpy", "numba", "llvmlite"}
 """Packages whose functions are named in a stamp, not described."""
@@ -175,6 +181,7 @@ class _Compiler(CompilerBase):  # type: ignore[misc]
         super().__init__(*arguments)
         self.state.flags = _Flags(self.state.flags)
         self.state.typingctx = _Typing(self.state.typingctx)
+        self.state.targetctx = RecordTarget(self.state.targetctx)
 
     def define_pipelines(self) -> list[Any]:
         """The passes that these functions need, in one list."""
@@ -243,6 +250,7 @@ class _EntryLowering(NativeLowering):  # type: ignore[misc]
     """Lower into a library that makes machine code."""
 
     _name = "entry_lowering"
+    lowering_class = RecordLowering
 
     def run_pass(self, state: Any) -> bool:
         """Lower one function."""
@@ -251,7 +259,23 @@ class _EntryLowering(NativeLowering):  # type: ignore[misc]
         return bool(super().run_pass(state))
 
 
-class _EntryLibrary(JITCodeLibrary):  # type: ignore[misc]
+class _Library(JITCodeLibrary):  # type: ignore[misc]
+    """LLVM code of functions that are given records."""
+
+    def add_ir_module(self, module: Any) -> None:
+        """Add a module; what is linked in the end is verified there."""
+        code = parse_assembly(with_records(normalize_ir_text(str(module))))
+        code.name = module.name
+        self.add_llvm_module(code)
+
+    def _optimize_functions(self, module: Any) -> None:
+        """Leave it to the optimisation of the whole."""
+        module.data_layout = self._codegen._data_layout
+
+
+class _EntryLibrary(_Library):
+    """LLVM code and machine code of a function with all that it calls."""
+
     def add_ir_module(self, module: Any) -> None:
         """Add the function, or the wrapper that takes apart what Python hands over.
 
@@ -264,9 +288,11 @@ class _EntryLibrary(JITCodeLibrary):  # type: ignore[misc]
                 function.attributes.add("noinline")
         super().add_ir_module(module)
 
-    def _optimize_functions(self, module: Any) -> None:
-        """Leave it to the optimisation of the whole."""
-        module.data_layout = self._codegen._data_layout
+    def finalize(self) -> None:
+        """Link all that is called, directly or not."""
+        for library in _reached(self._linking_libraries):
+            self.add_linking_library(library)
+        super().finalize()
 
     def _optimize_final_module(self) -> None:
         """Optimise once: numba does it twice where references are counted."""
@@ -274,12 +300,17 @@ class _EntryLibrary(JITCodeLibrary):  # type: ignore[misc]
         manager.run(self._final_module, builder)
 
 
-def _optimise(library: Any, module: Any) -> None:
-    module.data_layout = library._codegen._data_layout
-    manager, builder = library._codegen._function_pass_manager()
-    for function in module.functions:
-        if not function.is_declaration:
-            manager.run(function, builder)
+def _reached(libraries: list[Any]) -> list[Any]:
+    """Libraries and those that they call, directly or not, each once."""
+    found = dict.fromkeys(libraries)
+    waiting = list(found)
+    while waiting:
+        library = waiting.pop()
+        if isinstance(library, _InnerLibrary):
+            new = [called for called in library._linking_libraries if called not in found]
+            found.update(dict.fromkeys(new))
+            waiting += new
+    return list(found)
 
 
 @register_pass(mutates_CFG=True, analysis_only=False)
@@ -287,6 +318,7 @@ class _InnerLowering(NativeLowering):  # type: ignore[misc]
     """Lower into a library that callers link."""
 
     _name = "inner_lowering"
+    lowering_class = RecordLowering
 
     def run_pass(self, state: Any) -> bool:
         """Lower one function."""
@@ -294,8 +326,8 @@ class _InnerLowering(NativeLowering):  # type: ignore[misc]
         return bool(super().run_pass(state))
 
 
-class _InnerLibrary(JITCodeLibrary):  # type: ignore[misc]
-    """LLVM code of one function and its callees, without machine code."""
+class _InnerLibrary(_Library):
+    """LLVM code of one function, without its callees and without machine code."""
 
     @property
     def codegen(self) -> _NoEnvironment:
@@ -307,18 +339,15 @@ class _InnerLibrary(JITCodeLibrary):  # type: ignore[misc]
         self._ensure_finalized()
         return 0
 
-    def _optimize_functions(self, module: Any) -> None:
-        """Optimise what is defined here."""
-        _optimise(self, module)
-
-    def _optimize_final_module(self) -> None:
-        """Leave the code to the entry that links it."""
-
-    def _finalize_specific(self) -> None:
-        """Make no machine code."""
-
-    def _finalize_final_module(self) -> None:
+    def finalize(self) -> None:
+        """Link nothing: the entry links each function that it reaches, once."""
+        for library in self._linking_libraries:
+            self._reload_init.update(library._reload_init)
         self._finalize_dynamic_globals()
+        for function in self._final_module.functions:
+            if not function.is_declaration:
+                function.linkage = "linkonce_odr"
+        self._shared_module = self._final_module
         self._finalized = True
 
 
@@ -331,8 +360,23 @@ _Compiler.lowering = _EntryLowering
 _InnerCompiler.lowering = _InnerLowering
 
 
-class _Inner(CPUDispatcher):  # type: ignore[misc]
-    """A compiled function: what compiled callers see."""
+class _Called(CPUDispatcher):  # type: ignore[misc]
+    """A compiled function that compiled code calls, and Python never does."""
+
+    def compile(self, sig: Any) -> Any:
+        """Compile for one tuple of types, unless that is done.
+
+        Numba would begin two clocks here, and tell each clock of all callers about every step.
+        """
+        given, _ = normalize_signature(sig)
+        if given not in self.overloads:
+            with self._compiling_counter:
+                self.add_overload(self._compiler.compile(given, None))
+        return self.overloads[given].entry_point
+
+
+class _Inner(_Called):
+    """A kernel: what compiled callers see."""
 
     def compile(self, sig: Any) -> Any:
         """Compile for one tuple of types; a number that stands in the call counts as any other."""
@@ -395,7 +439,7 @@ def _library_function(*function: Any, **options: Any) -> Any:
     options |= {"nopython": True, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 
     def compiled(py_func: Any) -> CPUDispatcher:
-        return CPUDispatcher(py_func, {}, options, _LibraryCompiler)
+        return _Called(py_func, {}, options, _LibraryCompiler)
 
     return compiled(*function) if function else compiled
 

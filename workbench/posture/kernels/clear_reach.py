@@ -577,8 +577,15 @@ def clear_reaches(link, limbs, who, held, problem, room, seeds, out, begin, end)
     link, limbs: of B bodies; who (P,): the body of each row; held (P, J, 4); problem: base (P, 3,
     4) and goal (P, 12); room: the parts; seeds: postures to begin at; out: the Outcome.
     """
-    base, goal = problem
     desk = _new_desk(link, limbs, held.shape[1], len(seeds.angles))
+    _clear_rows(link, limbs, who, held, problem, room, seeds, out, (begin, end), desk)
+
+
+@inner
+def _clear_rows(link, limbs, who, held, problem, room, seeds, out, rows, desk):  # type: ignore[no-untyped-def]
+    """Keep the rows rows[0]..rows[1] of P clear, each by itself."""
+    base, goal = problem
+    begin, end = rows
     last = np.int64(-1)
     for p in range(begin, end):
         if who[p] != last:

@@ -456,9 +456,16 @@ def limb_contacts(limbs, who, held, base, angles, room, reach, out, begin, end):
     begin, end : int
         Rows to look at.
     """
+    space = new_space(limbs, held.shape[1])
+    _row_contacts(limbs, who, held, base, angles, room, reach, out, (begin, end), space)
+
+
+@inner
+def _row_contacts(limbs, who, held, base, angles, room, reach, out, rows, space):  # type: ignore[no-untyped-def]
+    """Find contacts and planes of the rows rows[0]..rows[1] - 1 of P."""
     planes, many, part, overlap = out
     near, clear = reach
-    space = new_space(limbs, held.shape[1])
+    begin, end = rows
     for p in range(begin, end):
         b = who[p]
         forget(space)

@@ -357,5 +357,12 @@ def seat_rows(sit, legs, grid, first, every, out, begin, end):  # type: ignore[n
         People to seat.
     """
     search = _new_search(sit, legs, grid.shape[1], out.rotations.shape[1])
+    _seat_rows(sit, legs, grid, first, every, out, (begin, end), search)
+
+
+@inner
+def _seat_rows(sit, legs, grid, first, every, out, rows, search):  # type: ignore[no-untyped-def]
+    """Seat the people rows[0]..rows[1] - 1 of B."""
+    begin, end = rows
     for b in range(begin, end):
         _seat_person(sit, legs, grid[b], first[b], every, out, b, search)

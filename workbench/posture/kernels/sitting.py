@@ -217,11 +217,21 @@ class SeatWorkspace(NamedTuple):
     """(F,) [m] heights of the faces of the cushion's front where the seat stands."""
 
 
+@inner
+def _leg_sizes(legs):  # type: ignore[no-untyped-def]
+    """Return how many joints a leg has, and the most free angles, stops and seeds of either."""
+    left, right = legs.links
+    free = max(left.mode.shape[0], right.mode.shape[0])
+    stops = max(left.rows.shape[0], right.rows.shape[0])
+    seeds = max(legs.seeds[0].angles.shape[0], legs.seeds[1].angles.shape[0])
+    return left.axes.shape[0], free, stops, seeds
+
+
 @njit(cache=True)
 def new_sitter(legs, joints):  # type: ignore[no-untyped-def]
     """Make an empty sitter for bodies of so many joints."""
     links = legs.start.shape[2]
-    stops = max(legs.links[0].rows.shape[0], legs.links[1].rows.shape[0])
+    _, _, stops, _ = _leg_sizes(legs)
     ends = np.cumsum(np.array([48, 12 * links, 32, 4 * (6 + stops), 4, 2, 4 * joints, 1, 8]))
     every = np.zeros(ends[-1])
     return Sitter(
@@ -241,13 +251,8 @@ def new_sitter(legs, joints):  # type: ignore[no-untyped-def]
 @njit(cache=True)
 def new_seat_workspace(sit, legs, joints):  # type: ignore[no-untyped-def]
     """Make working arrays for bodies of so many joints."""
-    left, right = legs.links
-    chain = new_chain_workspace(
-        left.axes.shape[0],
-        max(left.mode.shape[0], right.mode.shape[0]),
-        max(left.rows.shape[0], right.rows.shape[0]),
-        max(legs.seeds[0].angles.shape[0], legs.seeds[1].angles.shape[0]),
-    )
+    links, free, stops, seeds = _leg_sizes(legs)
+    chain = new_chain_workspace(links, free, stops, seeds)
     return SeatWorkspace(
         np.zeros((4, 12)),
         np.zeros((1, 3, 4)),
