@@ -72,4 +72,8 @@ class Making:
             for name in names
             if name in self.files
         ]
-        return Markup(' <span class="files">{}</span>').format(Markup(" ").join(links)) if links else Markup("")
+        return (
+            Markup(' <span class="files">{}</span>').format(Markup(" ").join(links))
+            if links
+            else Markup("")
+        )
