@@ -25,6 +25,8 @@ CLOSE = 340
 """Width and height of a close-up [pixels]."""
 _COLOURS = 160
 _CLOSE_COLOURS = 128
+_METHOD = 1
+"""Of choosing the colours of a picture: that which covers all, so that marks keep theirs."""
 _AROUND = 0.22
 """How much a close-up shows on each side of its point [m]."""
 CloseUp = Callable[[FindingRow], str]
@@ -174,5 +176,6 @@ def close_up(scene: Scene, point: Sequence[float], label: str) -> str:
 def _address(scene: Scene, camera: Camera, colours: int) -> str:
     """The picture of a scene as an address that holds it."""
     out = io.BytesIO()
-    disks(scene, camera, mode="shaded").quantize(colours).save(out, "PNG", optimize=True)
+    image = disks(scene, camera, mode="shaded").quantize(colours, method=_METHOD)
+    image.save(out, "PNG", optimize=True)
     return "data:image/png;base64," + base64.b64encode(out.getvalue()).decode("ascii")

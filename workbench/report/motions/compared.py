@@ -29,9 +29,7 @@ def compared_section(rows: ResultFile) -> Section:
             }
         )
     lines.sort(key=lambda line: not line["differs"])
-    html = template("motions/compared.html.j2").render(
-        names=names, lines=lines, words=differs_sentence(rows)
-    )
+    html = template("motions/compared.html.j2").render(names=names, lines=lines)
     return Section("compared", "compared", "What differs", Markup(html))
 
 

@@ -59,13 +59,21 @@ def _person(found: PersonFound, row: PersonRow, cases: tuple[str, ...]) -> dict[
         "measures": [_measure(size, name) for name in size.measures] if size is not None else [],
         "source": size.population.name if size is not None else "",
         "seat": row.seat,
-        "seat_mm": row.seat_mm,
+        "seat_at": _seat_words(row),
         "postures": [
             (case, posture.name.replace("_", " "), _eyes(found, index))
             for index, (case, posture) in enumerate(zip(cases, row.postures, strict=True))
         ],
         "angles": _angles(row, dict(zip(body.joints, body.joint_names, strict=True))),
     }
+
+
+def _seat_words(row: PersonRow) -> str:
+    """Where the seat is in its travel."""
+    forward, up = (round(value) + 0 for value in row.seat_mm or (0.0, 0.0))
+    if not forward and not up:
+        return "in its reference position"
+    return f"{forward:+d} mm forward and {up:+d} mm up of its reference position"
 
 
 def _measure(size: Size, name: str) -> tuple[str, str, str]:
