@@ -157,7 +157,9 @@ def chromium():
 @pytest.fixture(scope="module")
 def bare(tmp_path_factory):
     """A page with a table of twelve rows, a curve, and the script."""
-    rows = "".join(f"<tr><th>part {chr(97 + k % 5)}</th><td>{7 * k % 12} mm</td></tr>" for k in range(12))
+    rows = "".join(
+        f"<tr><th>part {chr(97 + k % 5)}</th><td>{7 * k % 12} mm</td></tr>" for k in range(12)
+    )
     table = f"<table class=data><thead><tr><th>Part<th>Depth</thead><tbody>{rows}</tbody></table>"
     line = np.array([0.0, 10.0, 20.0])
     curve = curves(line / 100, [("head", 5 * line)], unit="mm", title="a curve")

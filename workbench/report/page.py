@@ -13,7 +13,7 @@ from workbench.model.result import Result
 from workbench.report.criteria import criteria_sections, deciding_sentence
 from workbench.report.page_script import page_script, page_script_html
 from workbench.report.postures.section import overlap_lines, postures_sections
-from workbench.report.section import ORDER, Making, Section
+from workbench.report.section import ORDER, Making, Section, data_section, provenance_section
 from workbench.report.templates import template
 from workbench.report.turnable import PageViews
 from workbench.report.words import adjusted_line, part_count
@@ -172,15 +172,6 @@ def _sections(result: Result, rows: ResultFile, making: Making) -> list[Section]
         where = ", ".join(word for word in making.views.wanted or () if word)
         title = f"In the round: {where or 'the hardest case'}"
         found.append(Section("view", "view", title, making.views.lead))
-    return [*found, *_last(rows, making)]
-
-
-def _last(rows: ResultFile, making: Making) -> list[Section]:
-    """The files beside the page, and where the result comes from."""
-    sections = []
     if making.files:
-        listed = [(name, _HOLDS.get(name, "")) for name in making.files]
-        html = template("data.html.j2").render(files=listed)
-        sections.append(Section("tables", "data", "Data", Markup(html)))
-    html = template("provenance.html.j2").render(provenance=rows.provenance)
-    return [*sections, Section("method", "provenance", "Provenance", Markup(html), folded=True)]
+        found.append(data_section([(name, _HOLDS.get(name, "")) for name in making.files]))
+    return [*found, provenance_section(rows.provenance)]

@@ -2,14 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 from markupsafe import Markup
 
+from workbench.report.templates import template
 from workbench.report.turnable import PageViews
 
-__all__ = ["ORDER", "Making", "Section"]
+__all__ = [
+    "ORDER",
+    "Making",
+    "Section",
+    "SectionWriter",
+    "data_section",
+    "provenance_section",
+]
 
 ORDER = (
     "compared",
@@ -77,3 +86,46 @@ class Making:
             if links
             else Markup("")
         )
+
+
+@dataclass(frozen=True, eq=False)
+class SectionWriter:
+    """Writes sections by the templates of one folder.
+
+    Parameters
+    ----------
+    folder
+        The folder. A section's template is its name without a number at the end.
+    shared
+        What all templates are given.
+    anchor_end, title_end
+        What the anchors and the headings end with.
+    """
+
+    folder: str
+    shared: Mapping[str, Any]
+    anchor_end: str = ""
+    title_end: str = ""
+
+    def section(self, place: str, name: str, title: str, values: Mapping[str, Any]) -> Section:
+        """Write a section, see `Section`.
+
+        Parameters
+        ----------
+        values
+            What its template is given beside `shared`.
+        """
+        file = f"{self.folder}/{name.rstrip('0123456789-')}.html.j2"
+        html = Markup(template(file).render({**self.shared, **values}))
+        return Section(place, f"{name}{self.anchor_end}", f"{title}{self.title_end}", html)
+
+
+def data_section(files: Sequence[tuple[str, str]]) -> Section:
+    """The files beside a page. files: their names, and what is in them."""
+    return Section("tables", "data", "Data", Markup(template("data.html.j2").render(files=files)))
+
+
+def provenance_section(provenance: Mapping[str, Mapping[str, str]]) -> Section:
+    """Hashes of the inputs and versions of what computed."""
+    html = Markup(template("provenance.html.j2").render(provenance=provenance))
+    return Section("method", "provenance", "Provenance", html, folded=True)

@@ -27,13 +27,24 @@ from workbench.report.comparison.words import (
 from workbench.report.page_script import page_script, page_script_html
 from workbench.report.population.charts import change_whisker, changes_axis
 from workbench.report.population.words import plain
-from workbench.report.section import Section
+from workbench.report.section import (
+    Section,
+    SectionWriter,
+    data_section,
+    provenance_section,
+)
 from workbench.report.tables import csv_text
 from workbench.report.templates import template
 
 __all__ = ["comparison_file", "comparison_page", "comparison_tables", "write_comparison"]
 
 _MOST = 40  # people on the page
+_FILES = (
+    (MARK, "everything on this page, with all decimals"),
+    ("people.csv", "everybody, with every margin before and after"),
+    ("requirements.csv", "each requirement with its shares"),
+)
+"""The files beside the page, and what is in them."""
 _CHANGES = {
     (False, True): "gained",
     (True, False): "lost",
@@ -181,46 +192,34 @@ def _sections(found: Comparison, rows: ComparisonFile) -> list[Section]:
     changed = [pair for pair in found.pairs if pair.gainers or pair.losers]
     changed.sort(key=lambda pair: -abs(pair.difference))
 
-    def section(
-        name: str, title: str, file: str, *, folded: bool = False, **values: Any
-    ) -> Section:
-        html = template(file).render(axis=Markup(changes_axis(reach)), **values)
-        return Section("questions", name, title, Markup(html), folded=folded)
-
-    shares = "comparison/shares.html.j2"
-    values = {
+    writer = SectionWriter("comparison", {"axis": Markup(changes_axis(reach))})
+    groups = {
         "pairs": [_shown(pair, reach) for pair in found.groups],
         "what": "Group",
         "caption": "Groups of people: the share that meets everything at once, before and after",
         "same": 0,
     }
-    sections = [section("together", "All requirements together", shares, **values)]
-    values = {
+    pairs = {
         "pairs": [_shown(pair, reach) for pair in changed],
         "what": "Requirement",
         "caption": "Requirements that are met by other people after than before",
         "same": len(found.pairs) - len(changed),
     }
-    sections.append(section("requirements", "By requirement", shares, **values))
-    for word, change in (("gain", "gained"), ("lose", "lost")):
+    sections = [
+        writer.section("questions", "shares-1", "All requirements together", groups),
+        writer.section("questions", "shares-2", "By requirement", pairs),
+    ]
+    for k, (word, change) in enumerate((("gain", "gained"), ("lose", "lost")), start=1):
         sentences = [row.sentence for row in rows.changed if row.change == change]
         values = {"sentences": sentences[:_MOST], "count": len(sentences), "most": _MOST}
-        sections.append(section(change, f"Who {word}s", "comparison/changed.html.j2", **values))
-    files = [
-        (MARK, "everything on this page, with all decimals"),
-        ("people.csv", "everybody, with every margin before and after"),
-        ("requirements.csv", "each requirement with its shares"),
+        sections.append(writer.section("people", f"changed-{k}", f"Who {word}s", values))
+    method = {"confidence": f"{100 * rows.confidence:g}"}
+    return [
+        *sections,
+        data_section(_FILES),
+        writer.section("method", "method", "Method and its limits", method),
+        *([provenance_section(rows.provenance)] if rows.provenance else []),
     ]
-    sections.append(section("data", "Data", "data.html.j2", files=files))
-    method = "comparison/method.html.j2"
-    confidence = f"{100 * rows.confidence:g}"
-    sections.append(section("method", "Method and its limits", method, confidence=confidence))
-    if rows.provenance:
-        values = {"provenance": rows.provenance}
-        sections.append(
-            section("provenance", "Provenance", "provenance.html.j2", folded=True, **values)
-        )
-    return sections
 
 
 def _shown(pair: PairedShare, reach: float) -> dict[str, Any]:

@@ -27,7 +27,7 @@ from workbench.report.motions.words import (
     happening,
     meeting_sentence,
 )
-from workbench.report.section import Making, Section
+from workbench.report.section import Making, Section, SectionWriter
 from workbench.report.templates import template
 from workbench.report.turnable import Look, PageViews, close_up, look, still_picture
 from workbench.report.words import milliseconds
@@ -83,29 +83,30 @@ def motions_sections(result: Result, rows: ResultFile, making: Making) -> list[S
 def _tables(result: Result, rows: ResultFile, making: Making) -> Iterator[Section]:
     """The sections of signals, of how far two motions are apart, of contacts and joint stops."""
 
-    def section(name: str, title: str, **values: Any) -> Section:
-        html = template(f"motions/{name}.html.j2").render(rows=rows, making=making, **values)
-        return Section("tables", f"motion-{name}", title, Markup(html))
-
+    writer = SectionWriter("motions", {"rows": rows, "making": making})
     known = {figure.name for m in rows.motions for s in m.signals for figure in s.figures}
     signals = [(m.name, signal) for m in rows.motions for signal in m.signals]
     if signals:
         figures = [name for name in _FIGURES if name in known]
-        yield section("signals", "Signals", signals=signals, figures=figures)
+        values = {"signals": signals, "figures": figures}
+        yield writer.section("tables", "signals", "Signals", values)
     if rows.agreement:
         one, two = (result.motions[case].study.name for case in result.study.compare or (0, 1))
         words = agreement_sentence(result.agreements, two)
-        yield section("agreement", f"{one[:1].upper()}{one[1:]} against {two}", agreed=words)
+        title = f"{one[:1].upper()}{one[1:]} against {two}"
+        yield writer.section("tables", "agreement", title, {"agreed": words})
     contacts = [
         (m.name, row, _table_look(making.views, m, row)) for m in rows.motions for row in m.contacts
     ]
     if contacts:
         forces = any(row.force_n is not None for _, row, _ in contacts)
         counts = [_count_words(m) for m in rows.motions]
-        yield section("contacts", "Contacts", contacts=contacts, forces=forces, counts=counts)
+        values = {"contacts": contacts, "forces": forces, "counts": counts}
+        yield writer.section("tables", "motion-contacts", "Contacts", values)
     stops = [(m.name, row) for m in rows.motions for row in m.stops]
     if stops:
-        yield section("stops", "Joints past their stops", stops=stops)
+        title = "Joints past their stops"
+        yield writer.section("tables", "motion-stops", title, {"stops": stops})
 
 
 def _table_look(views: PageViews, motion: MotionRows, row: MeetingRow) -> Look:

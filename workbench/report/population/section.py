@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import pairwise
 from typing import Any
@@ -47,8 +47,7 @@ from workbench.report.population.words import (
     requirement_sentence,
     settable_words,
 )
-from workbench.report.section import Making, Section
-from workbench.report.templates import template
+from workbench.report.section import Making, Section, SectionWriter
 from workbench.report.turnable import PageViews, still_picture
 from workbench.report.words import millimetres
 
@@ -84,77 +83,65 @@ def population_sections(result: PopulationFound, making: Making) -> list[Section
     bounded = bool(result.known.all() and result.of_surface.any())
     requirements = _requirements(result, ends)
 
-    def section(place: str, name: str, title: str, **values: Any) -> Section:
-        file = f"population/{name.rstrip('0123456789-')}.html.j2"
-        html = template(file).render(making=making, bounded=bounded, **values)
-        return Section(place, name, title, Markup(html))
-
+    writer = SectionWriter("population", {"making": making, "bounded": bounded})
+    margins = {"rows": requirements, "axis": Markup(margin_axis(ends))}
+    women = len(set(result.people.sex.tolist())) == 2
+    every = {"requirements": requirements, "women": women}
     return [
-        *_changes(result, section),
-        *_who(result, requirements, making, section),
-        section(
-            "questions", "margins", "Margins", rows=requirements, axis=Markup(margin_axis(ends))
-        ),
-        section("people", "crowd", "The people of the population", **_crowd(result)),
-        section(
-            "tables",
-            "requirements",
-            "All requirements",
-            requirements=requirements,
-            women=len(set(result.people.sex.tolist())) == 2,
-        ),
-        section("method", "method", "Method and its limits", **_method(result)),
+        *_changes(result, writer),
+        *_who(result, requirements, making, writer),
+        writer.section("questions", "margins", "Margins", margins),
+        writer.section("people", "crowd", "The people of the population", _crowd(result)),
+        writer.section("tables", "requirements", "All requirements", every),
+        writer.section("method", "method", "Method and its limits", _method(result)),
     ]
 
 
-def _changes(result: PopulationFound, section: Callable[..., Section]) -> Iterator[Section]:
+def _changes(result: PopulationFound, writer: SectionWriter) -> Iterator[Section]:
     """The section of changes that were tried, the greatest gain first."""
     gains = [_gain(gain, len(result.served)) for gain in result.gains]
     no_gain = no_gain_words(result)
     if gains or no_gain:
         helpful = any(gain["helps"] for gain in gains) or not gains
         title = "Changes that would gain" if helpful else "Changes tried"
-        yield section("changes", "changes", title, gains=gains, no_gain=no_gain)
+        yield writer.section("changes", "changes", title, {"gains": gains, "no_gain": no_gain})
 
 
 def _who(
     result: PopulationFound,
     requirements: Sequence[Mapping[str, Any]],
     making: Making,
-    section: Callable[..., Section],
+    writer: SectionWriter,
 ) -> Iterator[Section]:
     """The sections of who fits, what leaves people out, limiting measures, the hardest people and
     reach maps."""
     least = max(0.0, np.floor(20 * (min(g.low for g in result.shares) - 0.02)) / 20)
-    yield section(
-        "questions",
-        "fit",
-        "Who fits",
-        groups=[_group(group, least) for group in result.shares],
-        axis=Markup(share_axis(least)),
-        confidence=f"{100 * result.study.shares.confidence:g}",
-        notes=[elsewhere_words(result), certainty_words(result), adjusted_words(result)],
-    )
-    yield section(
-        "questions",
-        "left-out",
-        "What leaves people out",
-        worst=requirement_sentence(result),
-        criteria=_criteria(result),
-        requirements=requirements,
-    )
+    fit = {
+        "groups": [_group(group, least) for group in result.shares],
+        "axis": Markup(share_axis(least)),
+        "confidence": f"{100 * result.study.shares.confidence:g}",
+        "notes": [elsewhere_words(result), certainty_words(result), adjusted_words(result)],
+    }
+    yield writer.section("questions", "fit", "Who fits", fit)
+    left = {
+        "worst": requirement_sentence(result),
+        "criteria": _criteria(result),
+        "requirements": requirements,
+    }
+    yield writer.section("questions", "left-out", "What leaves people out", left)
     if measures := _measures(result):
-        yield section("questions", "limiting", "Limiting dimensions", measures=measures)
+        values = {"measures": measures}
+        yield writer.section("questions", "limiting", "Limiting dimensions", values)
     if result.hardest:
         count = len(result.hardest)
         words = _NUMBERS[count] if count < len(_NUMBERS) else str(count)
         title = f"The {words} hardest cases" if count > 1 else "The hardest case"
         people = [_person(result, row, making.views) for row in result.hardest]
-        yield section("questions", "hardest", title, hardest=people)
+        yield writer.section("questions", "hardest", title, {"hardest": people})
     for k, found in enumerate(result.maps, start=1):
         map_ = _map(result, found)
         title = f"Who reaches the {map_['part']}"
-        yield section("questions", f"map-{k}", title, m=map_, key=_key())
+        yield writer.section("questions", f"map-{k}", title, {"m": map_, "key": _key()})
 
 
 def _crowd(result: PopulationFound) -> dict[str, Any]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
 from typing import Any
 
@@ -24,8 +24,7 @@ from workbench.report.postures.drawing import clearance_drawing
 from workbench.report.postures.envelopes.pictures import envelope_pictures
 from workbench.report.postures.people import people_sections
 from workbench.report.postures.reach_rows import doubt_sentence
-from workbench.report.section import Making, Section
-from workbench.report.templates import template
+from workbench.report.section import Making, Section, SectionWriter
 from workbench.report.turnable import Look, PageViews, close_up, look, still_picture
 from workbench.report.words import (
     contact_sentence,
@@ -67,16 +66,12 @@ def postures_sections(
     size = f": {rows.row}" if rows.row else ""
     end = f"-{number + 1}" if number else ""
 
-    def section(place: str, name: str, title: str, **values: Any) -> Section:
-        file = f"postures/{name.rstrip('0123456789-')}.html.j2"
-        html = template(file).render(rows=rows, making=making, **values)
-        return Section(place, f"{name}{end}", f"{title}{size}", Markup(html))
-
-    found = [section("questions", "cases", "Cases", cases=cases)]
+    writer = SectionWriter("postures", {"rows": rows, "making": making}, end, size)
+    found = [writer.section("questions", "cases", "Cases", {"cases": cases})]
     if rows.reaches:
         doubts = doubt_sentence([row.doubt for row in rows.reaches])
-        people = _reaches(result, rows, view)
-        found.append(section("questions", "reach", "Reach", reaches=people, doubts=doubts))
+        values = {"reaches": _reaches(result, rows, view), "doubts": doubts}
+        found.append(writer.section("questions", "reach", "Reach", values))
     for k, envelope in enumerate(result.envelopes):
         title = f"Reach envelope: {envelope.person}, {envelope.limb}, zone {envelope.zone}"
         values = {
@@ -84,11 +79,11 @@ def postures_sections(
             "pictures": envelope_pictures(result, envelope),
             "legend": LEGEND,
         }
-        found.append(section("questions", f"envelope-{k + 1}", title, **values))
+        found.append(writer.section("questions", f"envelope-{k + 1}", title, values))
     return [
         *found,
         *people_sections(result, rows, making, end=end),
-        *_tables(result, rows, cases, section),
+        *_tables(result, rows, cases, writer),
     ]
 
 
@@ -96,7 +91,7 @@ def _tables(
     result: PosturesFound,
     rows: PosturesRows,
     cases: Sequence[Mapping[str, Any]],
-    section: Callable[..., Section],
+    writer: SectionWriter,
 ) -> Iterator[Section]:
     """The sections of clearances, joint stops and contacts."""
     matrices = [
@@ -104,15 +99,16 @@ def _tables(
         for person in result.people
         for case in range(len(result.cases))
     ]
-    yield section("tables", "clearance", "Clearance", matrices=matrices)
+    yield writer.section("tables", "clearance", "Clearance", {"matrices": matrices})
     stops = [_stops(result, index) for index in range(len(result.people))]
-    yield section("tables", "stops", "Joint stops", names=result.cases, stops=stops)
+    values = {"names": result.cases, "stops": stops}
+    yield writer.section("tables", "stops", "Joint stops", values)
     shown = {case["name"]: case["view"] for case in cases}
     contacts = [
         (row, look(shown[row.case], row.point_mm) if row.excess_mm > 0 else Look())
         for row in rows.contacts
     ]
-    yield section("tables", "contacts", "Contacts", contacts=contacts)
+    yield writer.section("tables", "contacts", "Contacts", {"contacts": contacts})
 
 
 def overlap_lines(result: PosturesFound, views: PageViews) -> list[Markup]:
