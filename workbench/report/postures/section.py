@@ -70,8 +70,8 @@ def postures_sections(
     found = [writer.section("questions", "cases", "Cases", {"cases": cases})]
     if rows.reaches:
         doubts = doubt_sentence([row.doubt for row in rows.reaches])
-        values = {"reaches": _reaches(result, rows, view), "doubts": doubts}
-        found.append(writer.section("questions", "reach", "Reach", values))
+        reached = {"reaches": _reaches(result, rows, view), "doubts": doubts}
+        found.append(writer.section("questions", "reach", "Reach", reached))
     for k, envelope in enumerate(result.envelopes):
         title = f"Reach envelope: {envelope.person}, {envelope.limb}, zone {envelope.zone}"
         values = {
