@@ -10,7 +10,10 @@ from workbench.draw.web.snippet import policy, scripts_html, style
 from workbench.files.results.result import ResultFile, VerdictRow
 from workbench.model.environment import Environment
 from workbench.model.result import Result
-from workbench.report.postures.section import postures_section
+from workbench.report.criteria import criteria_sections, deciding_sentence
+from workbench.report.page_script import page_script, page_script_html
+from workbench.report.postures.section import overlap_lines, postures_sections
+from workbench.report.section import ORDER, Making, Section, data_section, provenance_section
 from workbench.report.templates import template
 from workbench.report.turnable import PageViews
 from workbench.report.words import adjusted_line, part_count
@@ -18,6 +21,29 @@ from workbench.report.words import adjusted_line, part_count
 __all__ = ["page"]
 
 Say = Callable[[str], None]
+_HOLDS = {
+    "result.json": "everything on this page, with all decimals",
+    "verdicts.csv": "each criterion with what decides it",
+    "breaches.csv": "every place where a criterion is broken",
+    "contacts.csv": "every contact, with the numbers of spheres and polygons",
+    "clearance.csv": "distances",
+    "stops.csv": "joint stops",
+    "postures.csv": "joint angles",
+    "placements.csv": "where bodies and seats are",
+    "reaches.csv": "who reaches what in which zone",
+    "envelopes.csv": "reach envelopes, a row a ray",
+    "envelope_levels.csv": "level sections of envelopes",
+    "figures.csv": "figures of signals",
+    "signals.csv": "position, speed and acceleration over time",
+    "forces.csv": "forces over time",
+    "agreement.csv": "how far two motions are apart",
+    "people.csv": "everybody, with every margin",
+    "people.parquet": "the same, for large tables",
+    "requirements.csv": "each requirement with its shares",
+    "shares.csv": "the groups and their shares",
+    "gains.csv": "changes that were tried",
+}
+"""What is in the files beside a page."""
 
 
 def page(
@@ -39,24 +65,59 @@ def page(
     progress
         Called with words on how far it is.
     """
-    say = progress or (lambda words: None)
-    views = PageViews()
-    sections = _sections(result, rows, film, say, views)
-    verdicts = _by_criterion(rows.verdicts)
+    views = PageViews(wanted=_lead(rows))
+    making = Making(views, files, film, progress or (lambda words: None))
+    sections = _sections(result, rows, making)
     return template("page.html.j2").render(
-        policy=policy(media=bool(film)),
+        policy=policy(page_script(), media=bool(film)),
         view_style=Markup(style()),
         view_scripts=Markup(scripts_html(views.packing)),
-        looks=[views.of_verdict(verdict) for verdict in verdicts],
+        page_script=Markup(page_script_html()),
         rows=rows,
+        lead=_differs(rows),
+        share=_share(rows),
+        deciding=deciding_sentence(rows.verdicts),
         description=result.study.description,
         parts=part_count(_environment(result)),
         people=_people(result, rows),
-        verdicts=verdicts,
-        about=len({(verdict.row, verdict.motion) for verdict in rows.verdicts}) > 1,
-        sections=sections,
-        files=files,
+        sections=sorted(sections, key=lambda section: ORDER.index(section.place)),
     )
+
+
+def _differs(rows: ResultFile) -> str:
+    """What differs between the motions of a study, "" where there are not several."""
+    if len(rows.motions) < 2:
+        return ""
+    from workbench.report.motions.compared import differs_sentence  # not loaded for other studies
+
+    return differs_sentence(rows)
+
+
+def _lead(rows: ResultFile) -> tuple[str, str] | None:
+    """The row and the case of the picture at the top: where the first criterion fails that has a
+    place, else the first case; None where neither postures nor motions are looked at."""
+    for verdict in rows.verdicts:
+        if not verdict.passed and verdict.worst is not None and verdict.worst.point_mm:
+            return _view_of(verdict, rows)
+    if rows.postures:
+        return rows.postures[0].row or "", rows.postures[0].cases[0]
+    return ("", rows.motions[0].name or rows.motions[0].case) if rows.motions else None
+
+
+def _view_of(verdict: VerdictRow, rows: ResultFile) -> tuple[str, str]:
+    """The row and the case or motion whose picture shows a verdict."""
+    names = {motion.name or motion.case for motion in rows.motions}
+    if verdict.motion in names:
+        return "", verdict.motion or ""
+    return verdict.row or "", verdict.worst.case if verdict.worst else ""
+
+
+def _share(rows: ResultFile) -> str:
+    """ "27 of 30 people fit" of a population, "" where there is none."""
+    if rows.population is None:
+        return ""
+    served = rows.population.people.served
+    return f"{sum(served):,} of {len(served):,} people fit"
 
 
 def _environment(result: Result) -> Environment:
@@ -87,25 +148,30 @@ def _people(result: Result, rows: ResultFile) -> list[str]:
     return lines
 
 
-def _by_criterion(verdicts: Sequence[VerdictRow]) -> list[VerdictRow]:
-    """The verdicts in the order of the criteria, those of all motions on one criterion together."""
-    order = list(dict.fromkeys(verdict.name for verdict in verdicts))
-    return sorted(verdicts, key=lambda verdict: order.index(verdict.name))
-
-
-def _sections(
-    result: Result, rows: ResultFile, film: str, say: Say, views: PageViews
-) -> list[Markup]:
-    """The sections of the page, whose turnable pictures are added to `views`."""
+def _sections(result: Result, rows: ResultFile, making: Making) -> list[Section]:
+    """The sections of the page, those of one place in the order in which they stand there."""
     found = []
-    for postures, some in zip(result.postures, rows.postures, strict=True):
-        found.append(postures_section(postures, some, say, views))
+    overlaps = []
+    for k, (postures, some) in enumerate(zip(result.postures, rows.postures, strict=True)):
+        found += postures_sections(postures, some, making, number=k)
+        overlaps += overlap_lines(postures, making.views)
     if result.motions:
-        from workbench.report.motions.section import motions_section  # not loaded for other studies
+        from workbench.report.motions.section import (  # not loaded for other studies
+            motions_sections,
+            unasked_lines,
+        )
 
-        found.append(motions_section(result, rows, film=film, say=say, views=views))
+        found += motions_sections(result, rows, making)
+        overlaps += unasked_lines(result, making.views)
     if result.population is not None:
-        from workbench.report.population.section import population_section
+        from workbench.report.population.section import population_sections
 
-        found.append(population_section(result.population, say, views))
-    return found
+        found += population_sections(result.population, making)
+    found += criteria_sections(rows, making, overlaps)
+    if making.views.lead:
+        where = ", ".join(word for word in making.views.wanted or () if word)
+        title = f"In the round: {where or 'the hardest case'}"
+        found.append(Section("view", "view", title, making.views.lead))
+    if making.files:
+        found.append(data_section([(name, _HOLDS.get(name, "")) for name in making.files]))
+    return [*found, provenance_section(rows.provenance)]

@@ -34,6 +34,7 @@ from workbench.study.requirements import asked_of
 from workbench.study.seat_words import move_words, setting_words, shortfalls
 from workbench.study.settings import at_setting
 from workbench.study.situation import Occupants, Situation, position_of, seats_moved, with_hands
+from workbench.study.unasked import overlap_warnings, unasked_overlaps
 from workbench.study.warnings import result_warnings, seat_verdicts
 from workbench.study.workplaces import occupant, workplace_of
 
@@ -162,6 +163,11 @@ def people_found(study: Study, there: Present) -> PosturesFound:
     )
     cases = tuple(case.name for case in study.postures)
     placed = {person.name: person.placed for person in people}
+    between = {
+        (one, other): body_contacts(placed[one], placed[other])
+        for one, other in combinations(placed, 2)
+    }
+    overlaps = unasked_overlaps(study.criteria, cases, people, between)
     return PosturesFound(
         study=study,
         cases=cases,
@@ -171,15 +177,13 @@ def people_found(study: Study, there: Present) -> PosturesFound:
             *_verdicts(study, there, reaches, cases),
         ),
         people=people,
-        between={
-            (one, other): body_contacts(placed[one], placed[other])
-            for one, other in combinations(placed, 2)
-        },
+        between=between,
         warnings=(
             *there.words,
             *piece_warnings((person.name, person.body) for person in people),
             *(buried_controls(environment) if reaches else ()),
             *result_warnings(environment, cases, people),
+            *overlap_warnings(overlaps),
         ),
         reaches=reaches,
         envelopes=tuple(envelopes(study, there.situations)),

@@ -77,19 +77,21 @@ def style() -> str:
     return (files("workbench.draw.web") / "view.css").read_text(encoding="utf-8")
 
 
-def policy(*, media: bool = False) -> str:
-    """Return the content security policy of a page with this script and no other.
+def policy(*scripts: str, media: bool = False) -> str:
+    """Return the content security policy of a page with this script and those given, and no other.
 
     Parameters
     ----------
+    scripts
+        Other scripts of the page, each as it stands between its tags.
     media
         Whether the page shows a film that lies beside it.
     """
-    digest = base64.b64encode(hashlib.sha256(script().encode()).digest()).decode("ascii")
+    hashes = " ".join(f"'sha256-{_digest(text)}'" for text in (script(), *scripts))
     beside = " 'self' file:" if media else ""
     rules = [
         "default-src 'none'",
-        f"script-src 'sha256-{digest}'",
+        f"script-src {hashes}",
         "style-src 'unsafe-inline'",
         f"img-src data:{beside}",
         *(["media-src 'self' file:"] if media else []),
@@ -97,6 +99,11 @@ def policy(*, media: bool = False) -> str:
         "form-action 'none'",
     ]
     return "; ".join(rules)
+
+
+def _digest(text: str) -> str:
+    """The hash of a script as a policy names it."""
+    return base64.b64encode(hashlib.sha256(text.encode()).digest()).decode("ascii")
 
 
 def scripts_html(packing: Packing) -> str:

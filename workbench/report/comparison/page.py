@@ -11,6 +11,7 @@ import numpy as np
 from markupsafe import Markup
 
 from workbench.body.people.share import percent
+from workbench.draw.web.snippet import policy
 from workbench.files.output_file import Content
 from workbench.files.output_folder import write_folder
 from workbench.files.results.comparison import MARK, ChangedPersonRow, ComparisonFile, PairRow
@@ -23,14 +24,27 @@ from workbench.report.comparison.words import (
     comparison_headline,
     difference_words,
 )
+from workbench.report.page_script import page_script, page_script_html
 from workbench.report.population.charts import change_whisker, changes_axis
 from workbench.report.population.words import plain
+from workbench.report.section import (
+    Section,
+    SectionWriter,
+    data_section,
+    provenance_section,
+)
 from workbench.report.tables import csv_text
 from workbench.report.templates import template
 
 __all__ = ["comparison_file", "comparison_page", "comparison_tables", "write_comparison"]
 
 _MOST = 40  # people on the page
+_FILES = (
+    (MARK, "everything on this page, with all decimals"),
+    ("people.csv", "everybody, with every margin before and after"),
+    ("requirements.csv", "each requirement with its shares"),
+)
+"""The files beside the page, and what is in them."""
 _CHANGES = {
     (False, True): "gained",
     (True, False): "lost",
@@ -159,30 +173,53 @@ def _yes(value: object) -> str:
 
 def comparison_page(found: Comparison, rows: ComparisonFile) -> str:
     """The HTML text of a comparison; the same bytes for the same two results."""
-    ends = [abs(v) for pair in (*found.groups, *found.pairs) for v in (pair.low, pair.high)]
-    reach = max([*ends, 0.01])
-    changed = [pair for pair in found.pairs if pair.gainers or pair.losers]
-    changed.sort(key=lambda pair: -abs(pair.difference))
     return template("comparison/page.html.j2").render(
+        policy=policy(page_script()),
+        page_script=Markup(page_script_html()),
         rows=rows,
-        groups=[_shown(pair, reach) for pair in found.groups],
-        pairs=[_shown(pair, reach) for pair in changed],
-        same=len(found.pairs) - len(changed),
-        axis=Markup(changes_axis(reach)),
-        confidence=f"{100 * rows.confidence:g}",
+        sections=_sections(found, rows),
         only=[
             ("before", [plain(n) for n in found.only_before]),
             ("after", [plain(n) for n in found.only_after]),
         ],
-        lists=[_listed(rows, "gain", "gained"), _listed(rows, "lose", "lost")],
-        most=_MOST,
     )
 
 
-def _listed(rows: ComparisonFile, word: str, change: str) -> tuple[str, int, list[str]]:
-    """The people of one change: a word for it, how many they are, and the first sentences."""
-    sentences = [row.sentence for row in rows.changed if row.change == change]
-    return word, len(sentences), sentences[:_MOST]
+def _sections(found: Comparison, rows: ComparisonFile) -> list[Section]:
+    """The sections of the page in their order."""
+    ends = [abs(v) for pair in (*found.groups, *found.pairs) for v in (pair.low, pair.high)]
+    reach = max([*ends, 0.01])
+    changed = [pair for pair in found.pairs if pair.gainers or pair.losers]
+    changed.sort(key=lambda pair: -abs(pair.difference))
+
+    writer = SectionWriter("comparison", {"axis": Markup(changes_axis(reach))})
+    groups = {
+        "pairs": [_shown(pair, reach) for pair in found.groups],
+        "what": "Group",
+        "caption": "Groups of people: the share that meets everything at once, before and after",
+        "same": 0,
+    }
+    pairs = {
+        "pairs": [_shown(pair, reach) for pair in changed],
+        "what": "Requirement",
+        "caption": "Requirements that are met by other people after than before",
+        "same": len(found.pairs) - len(changed),
+    }
+    sections = [
+        writer.section("questions", "shares-1", "All requirements together", groups),
+        writer.section("questions", "shares-2", "By requirement", pairs),
+    ]
+    for k, (word, change) in enumerate((("gain", "gained"), ("lose", "lost")), start=1):
+        sentences = [row.sentence for row in rows.changed if row.change == change]
+        values = {"sentences": sentences[:_MOST], "count": len(sentences), "most": _MOST}
+        sections.append(writer.section("people", f"changed-{k}", f"Who {word}s", values))
+    method = {"confidence": f"{100 * rows.confidence:g}"}
+    return [
+        *sections,
+        data_section(_FILES),
+        writer.section("method", "method", "Method and its limits", method),
+        *([provenance_section(rows.provenance)] if rows.provenance else []),
+    ]
 
 
 def _shown(pair: PairedShare, reach: float) -> dict[str, Any]:

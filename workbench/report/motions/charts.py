@@ -19,7 +19,10 @@ WIDTH = 1100
 _LEFT = 330
 _RIGHT = 32
 _ROW = 22
-_COLOURS = ("#1f5fa8", "#b3261e", "#1f7a4d", "#8a5a00", "#6b3fa0", "#00798c")
+_COLOURS = ("#0072b2", "#c1440e", "#00785a", "#8f4478", "#7a5c00", "#333f4c")
+"""Colours of curves, after Okabe and Ito, darker where they are thin on white."""
+_DASHES = ("", "7 3", "2 3", "10 3 2 3", "4 2", "12 4")
+"""Strokes of curves, so that they differ without their colours."""
 _FONT = "font-family=\"system-ui, 'DejaVu Sans', sans-serif\""
 _SOFT = f'font-size="12" fill="#5c6b7a" {_FONT}'
 _MOST_ROWS = 24
@@ -68,16 +71,23 @@ def _bar(axis: _Axis, y: float, meeting: Meeting) -> list[str]:
     left = axis.x(meeting.enter)
     width = max(axis.x(meeting.leave), left + 2) - left
     at = axis.x(meeting.deepest)
-    colour = "#b3261e" if meeting.depth > meeting.allowed + 1e-9 else "#8fa8c2"
-    if meeting.own:
-        colour = "#d79a00"
-    said = (
-        f"{meeting.who}, {meeting.other}: {1000 * meeting.depth:.1f} mm deep at "
-        f"{milliseconds(meeting.deepest)}"
+    deep = meeting.depth > meeting.allowed + 1e-9
+    look = (
+        f'y="{y + 2}" height="14" fill="#b3261e"'
+        if deep
+        else f'y="{y + 6}" height="6" fill="#7fa3cc"'
     )
-    box = f'x="{left:.1f}" y="{y + 2}" width="{width:.1f}" height="14"'
+    if meeting.own:
+        look = f'y="{y + 2.5}" height="13" fill="#f2cf6b" stroke="#5f4a00"'
+    other = meeting.other.replace("_", " ")
+    said = (
+        f"{meeting.who}, {other}: from {milliseconds(meeting.enter)} to "
+        f"{milliseconds(meeting.leave)}, {1000 * meeting.depth:.1f} mm deep at "
+        f"{milliseconds(meeting.deepest)}, {1000 * meeting.allowed:.0f} mm allowed"
+    )
+    box = f'x="{left:.1f}" width="{width:.1f}" {look}'
     return [
-        f'<rect {box} rx="2" fill="{colour}"><title>{escape(said)}</title></rect>',
+        f'<rect {box} rx="2"><title>{escape(said)}</title></rect>',
         f'<path d="M{at:.1f} {y + 1}v16" stroke="#1d2733" stroke-width="1.4"/>',
     ]
 
@@ -114,7 +124,10 @@ def curves(
     """
     axis = _Axis((float(time[0]), float(time[-1])), left=_CURVES_LEFT)
     levels = _levels([values for _, values in lines])
-    parts = [_open(_HEIGHT, title)]
+    across = f"{_CURVES_LEFT} {WIDTH - _RIGHT} {1000 * axis.start:g} {1000 * axis.end:g}"
+    down = f"{_TOP} {_HEIGHT - _BOTTOM} {levels.high:g} {levels.low:g}"
+    data = f' data-across="{across}" data-down="{down}" data-unit="{escape(unit)}"'
+    parts = [_open(_HEIGHT, title, data)]
     if zero and levels.low < 0:
         parts.append(levels.shade())
     parts += levels.grid()
@@ -124,10 +137,17 @@ def curves(
         points = " ".join(f"{axis.x(t):.1f},{levels.y(v):.1f}" for t, v in samples)
         colour = _COLOURS[k % len(_COLOURS)]
         parts.append(
-            f'<polyline points="{points}" fill="none" stroke="{colour}" stroke-width="1.6"/>'
+            f'<polyline data-name="{escape(name)}" points="{points}" fill="none" stroke="{colour}" '
+            f'stroke-width="1.8"{_dash(k)}/>'
         )
         parts.append(_key(k, name, colour))
     return "\n".join([*parts, "</svg>"])
+
+
+def _dash(k: int) -> str:
+    """The stroke of the k-th curve as an attribute."""
+    dash = _DASHES[k % len(_DASHES)]
+    return f' stroke-dasharray="{dash}"' if dash else ""
 
 
 def _key(k: int, name: str, colour: str) -> str:
@@ -135,7 +155,8 @@ def _key(k: int, name: str, colour: str) -> str:
     x = 84 + (k % 3) * 330
     y = _TOP + 12 + 16 * (k // 3)
     return (
-        f'<path d="M{x} {y - 4}h18" stroke="{colour}" stroke-width="3"/><text x="{x + 24}" y="{y}" '
+        f'<path d="M{x - 12} {y - 4}h30" stroke="{colour}" stroke-width="2.4"{_dash(k)}/>'
+        f'<text x="{x + 24}" y="{y}" '
         f'font-size="12.5" fill="#1d2733" {_FONT}>{escape(name)}</text>'
     )
 
@@ -228,8 +249,8 @@ def _cut(text: str) -> str:
     return text if len(text) <= 46 else text[:45] + "…"
 
 
-def _open(height: int, title: str) -> str:
+def _open(height: int, title: str, data: str = "") -> str:
     return (
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {height}" width="{WIDTH}" height="{height}" '
-        f'role="img"><title>{escape(title)}</title>'
+        f'role="img"{data}><title>{escape(title)}</title>'
     )

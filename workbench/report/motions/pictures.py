@@ -27,7 +27,7 @@ from workbench.model.poses import Placed
 from workbench.report.words import milliseconds
 from workbench.study.crash.belts import with_belts
 
-__all__ = ["FILM_CAPTION", "motion_film", "motion_strips"]
+__all__ = ["FILM_CAPTION", "motion_film", "motion_scene", "motion_strips"]
 
 FILM_CAPTION = "The motion in slow time."
 _SIZE = 420
@@ -35,6 +35,17 @@ _FILM = (620, 500)
 _FPS = 12.5
 _SECONDS = 5.0
 _COLOURS = ("warm", "blue")
+
+
+def motion_scene(motion: MotionCase, time: float, colour: str) -> Scene:
+    """Return a motion at a time [s] with its belts, in a family of colours."""
+    poses = poses_at(motion.motion, np.clip([time], *motion.motion.clock[[0, -1]]))
+    placed = place(motion.body, poses)
+    return Scene(
+        (SceneBody(placed, 0, colour),),
+        with_belts(motion.cabin, motion.belts, placed, pose=0),
+        title=f"{motion.person} {motion.name}".strip(),
+    )
 
 
 def motion_strips(motions: Sequence[MotionCase], times: Floats) -> list[tuple[str, str]]:

@@ -2,26 +2,38 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Iterator, Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
 from markupsafe import Markup
 
+from workbench.draw.views import four_views
 from workbench.draw.web.motion_view import motion_view
+from workbench.draw.web.snippet import STILL
 from workbench.files.results.motions import MeetingRow, MotionRows
-from workbench.files.results.result import ResultFile
+from workbench.files.results.result import FindingRow, ResultFile
 from workbench.model.arrays import Floats
 from workbench.model.motion_case import Meeting
 from workbench.model.result import MotionFound, Result
 from workbench.motion.signals import GRAVITY
 from workbench.report.motions.charts import clearance_curves, curves, timeline
-from workbench.report.motions.pictures import FILM_CAPTION, motion_strips
-from workbench.report.motions.words import agreement_sentence, breach_sentence, meeting_sentence
+from workbench.report.motions.compared import compared_section
+from workbench.report.motions.pictures import FILM_CAPTION, motion_scene, motion_strips
+from workbench.report.motions.words import (
+    agreement_sentence,
+    breach_sentence,
+    happening,
+    meeting_sentence,
+)
+from workbench.report.section import Making, Section, SectionWriter
 from workbench.report.templates import template
-from workbench.report.turnable import Look, PageViews, look
+from workbench.report.turnable import Look, PageViews, close_up, look, still_picture
+from workbench.report.words import milliseconds
+from workbench.study.unasked import unasked_meetings
 
-__all__ = ["motion_words", "motions_section"]
+__all__ = ["motion_words", "motions_sections", "unasked_lines"]
 
 _POSITIONS = 5
 _COLOURS = ("warm", "blue")
@@ -31,53 +43,124 @@ _MOST_FORCES = 6
 _FIGURES = ("peak", "3 ms", "HIC15", "HIC36", "delta-v")
 
 
-def motions_section(
-    result: Result, rows: ResultFile, *, film: str, say: Callable[[str], None], views: PageViews
-) -> Markup:
-    """The part of the page about the motions of a result.
+def motions_sections(result: Result, rows: ResultFile, making: Making) -> list[Section]:
+    """The sections of a page about the motions of a result.
 
     Parameters
     ----------
-    film
-        The name of a film's file, "" where there is none.
-    say
-        Called with words on how far it is.
-    views
-        The turnable pictures of the page; one is added for each motion.
+    making
+        What the sections of the page share; a turnable picture is added for each motion.
     """
-    say("pictures of the motion")
+    making.progress("pictures of the motion")
     found = result.motions
+    moments = _moments(found)
+    strips = motion_strips([m.study for m in found], moments)
+    sections = [compared_section(rows)] if len(rows.motions) > 1 else []
+    several = len(found) > 1
+    for k, (motion, row) in enumerate(zip(found, rows.motions, strict=True)):
+        colour = _COLOURS[k % len(_COLOURS)]
+        index = making.views.add(
+            motion_view(motion, colour),
+            case=motion.study.name or motion.study.case,
+            near=partial(_near, motion, colour),
+        )
+        strip, caption = strips[k]
+        html = template("motions/happens.html.j2").render(
+            m=_motion(motion, row, index),
+            making=making,
+            turnable=_place(making.views, index, motion, colour),
+            strip=Markup(strip),
+            caption=caption,
+            happens=[(milliseconds(t), happening(motion, t)) for t in moments.tolist()],
+            film=making.film if not k else "",
+            film_caption=FILM_CAPTION,
+        )
+        title = f"What happens: {row.name}" if several else "What happens"
+        sections.append(Section("questions", f"motion-{k + 1}", title, Markup(html)))
+    return [*sections, *_tables(result, rows, making)]
+
+
+def _tables(result: Result, rows: ResultFile, making: Making) -> Iterator[Section]:
+    """The sections of signals, of how far two motions are apart, of contacts and joint stops."""
+
+    writer = SectionWriter("motions", {"rows": rows, "making": making})
     known = {figure.name for m in rows.motions for s in m.signals for figure in s.figures}
-    compared = [found[case].study.name for case in result.study.compare or ()]
-    strips = motion_strips([m.study for m in found], _moments(found))
-    indices = [
-        views.add(motion_view(m, _COLOURS[k % len(_COLOURS)]), case=m.study.name or m.study.case)
-        for k, m in enumerate(found)
+    signals = [(m.name, signal) for m in rows.motions for signal in m.signals]
+    if signals:
+        figures = [name for name in _FIGURES if name in known]
+        values = {"signals": signals, "figures": figures}
+        yield writer.section("tables", "signals", "Signals", values)
+    if rows.agreement:
+        one, two = (result.motions[case].study.name for case in result.study.compare or (0, 1))
+        words = agreement_sentence(result.agreements, two)
+        title = f"{one[:1].upper()}{one[1:]} against {two}"
+        yield writer.section("tables", "agreement", title, {"agreed": words})
+    contacts = [
+        (m.name, row, _table_look(making.views, m, row)) for m in rows.motions for row in m.contacts
     ]
-    html = template("motions/section.html.j2").render(
-        film=film,
-        film_caption=FILM_CAPTION,
-        strips=[
-            (_place(views, index, m), Markup(strip), caption)
-            for m, index, (strip, caption) in zip(found, indices, strips, strict=True)
-        ],
-        motions=[
-            _motion(m, row, index)
-            for m, row, index in zip(found, rows.motions, indices, strict=True)
-        ],
-        signals=[(m.name, signal) for m in rows.motions for signal in m.signals],
-        figures=[name for name in _FIGURES if name in known],
-        agreement=rows.agreement,
-        compared=compared,
-        agreed=agreement_sentence(result.agreements, compared[1]) if rows.agreement else "",
+    if contacts:
+        forces = any(row.force_n is not None for _, row, _ in contacts)
+        counts = [_count_words(m) for m in rows.motions]
+        values = {"contacts": contacts, "forces": forces, "counts": counts}
+        yield writer.section("tables", "motion-contacts", "Contacts", values)
+    stops = [(m.name, row) for m in rows.motions for row in m.stops]
+    if stops:
+        title = "Joints past their stops"
+        yield writer.section("tables", "motion-stops", title, {"stops": stops})
+
+
+def _table_look(views: PageViews, motion: MotionRows, row: MeetingRow) -> Look:
+    if not _is_deep(row):
+        return Look()
+    view = views.of_case(motion.name or motion.case)
+    return look(view, row.point_mm, row.deepest_ms, said=row.sentence)
+
+
+def _count_words(motion: MotionRows) -> str:
+    """How many contacts a motion has of which kind: the rows of its table."""
+    own = [row for row in motion.contacts if row.kind == "self"]
+    deep = [row for row in motion.contacts if row.kind != "self" and _is_deep(row)]
+    count = len(motion.contacts)
+    rest = count - len(own) - len(deep)
+    lead = f"{motion.name}: " if motion.name else ""
+    return (
+        f"{lead}{count} contact{'s' if count != 1 else ''}: {len(deep)} with parts deeper than "
+        f"allowed, {rest} with parts within what is allowed, {len(own)} of the body with itself."
     )
-    return Markup(html)
 
 
-def _place(views: PageViews, index: int, motion: MotionFound) -> Markup:
+def unasked_lines(result: Result, views: PageViews) -> list[Markup]:
+    """The contacts of all motions that no criterion asks about as lines that make the picture of
+    the motion look there."""
+    lines = []
+    for motion in result.motions:
+        view = views.of_case(motion.study.name or motion.study.case)
+        lead = f"{motion.study.name}: " if len(result.motions) > 1 else ""
+        for meeting in unasked_meetings(motion.study.criteria, motion.meetings):
+            words = meeting_sentence(meeting).replace("_", " ")
+            text = f"{lead}{words[:1].lower()}{words[1:]}" if lead else words
+            lines.append(_look(view, meeting).link(text))
+    return lines
+
+
+def _near(motion: MotionFound, colour: str, finding: FindingRow) -> str:
+    """A close-up of a finding, when it is."""
+    scene = motion_scene(motion.study, (finding.time_ms or 0.0) / 1000.0, colour)
+    label = f"{abs(finding.value):.1f} {finding.unit}".rstrip()
+    return close_up(scene, finding.point_mm or (), label)
+
+
+def _place(views: PageViews, index: int, motion: MotionFound, colour: str) -> Markup:
+    """The place of a motion's picture, with a still of what decides it."""
     name = motion.study.name or motion.study.case
-    words = f"{name}: the still pictures of this motion are below"
-    return views.place(index, still="", alt=words, caption=f"{name}: {_CAPTION}")
+    times = [v.worst.time for v in motion.verdicts if not v.passed and v.worst is not None]
+    start, end = motion.episodes.span
+    time = next((t for t in times if np.isfinite(t)), (start + end) / 2)
+    scene = motion_scene(motion.study, time, colour)
+    camera = dict(four_views(scene, width=STILL, height=STILL))["left"]
+    words = f"{name} at {milliseconds(time)}, seen from the left"
+    still = still_picture(scene, camera)
+    return views.place(index, still=still, alt=words, caption=f"{name}: {_CAPTION}")
 
 
 def motion_words(rows: MotionRows) -> str:
@@ -90,15 +173,6 @@ def _motion(motion: MotionFound, rows: MotionRows, view: int) -> dict[str, Any]:
     story, more = _story(motion, view)
     return {
         "rows": rows,
-        "contacts": [
-            (
-                row,
-                look(view, row.point_mm, row.deepest_ms, said=row.sentence)
-                if _is_deep(row)
-                else Look(),
-            )
-            for row in rows.contacts
-        ],
         "story": story,
         "more": more,
         "timeline": Markup(timeline(motion)),
@@ -144,17 +218,24 @@ def _look(view: int, meeting: Meeting) -> Look:
 
 
 def _moments(motions: Sequence[MotionFound]) -> Floats:
-    """Times worth a picture: the first and last frame, the deepest moments of the deepest contacts
-    of the first motion, the rest evenly."""
+    """Times worth a picture: the first and last frame, when criteria fail, the deepest moments of
+    the deepest contacts of the first motion, the rest evenly."""
     result = motions[0]
     start, end = result.episodes.span
     wanted = [start, end]
     apart = (end - start) / (2 * _POSITIONS)
+    failing = [
+        v.worst.time
+        for motion in motions
+        for v in motion.verdicts
+        if not v.passed and v.worst is not None and np.isfinite(v.worst.time)
+    ]
     deep = sorted(
         (m for m in result.meetings if not m.own and m.depth > m.allowed),
         key=lambda m: m.allowed - m.depth,
     )
-    for time in [*(m.deepest for m in deep), *np.linspace(start, end, _POSITIONS)]:
+    even = np.linspace(start, end, _POSITIONS)
+    for time in [*failing, *(m.deepest for m in deep), *even]:
         if len(wanted) < _POSITIONS and min(abs(time - t) for t in wanted) >= apart:
             wanted.append(float(time))
     return np.array(sorted(wanted))

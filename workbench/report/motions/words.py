@@ -16,10 +16,14 @@ from workbench.report.words import milliseconds
 __all__ = [
     "agreement_sentence",
     "breach_sentence",
+    "happening",
     "meeting_sentence",
     "motions_headline",
     "pulse_words",
 ]
+
+_MOST_AT_ONCE = 3
+"""Contacts of one moment that are named."""
 
 
 def meeting_sentence(meeting: Meeting) -> str:
@@ -37,6 +41,29 @@ def meeting_sentence(meeting: Meeting) -> str:
             f"({max(meeting.normal, 0.0):.1f} m/s toward it) and is {deep}{allowed}"
         )
     return text + ("." if meeting.lasts else f"; they part at {milliseconds(meeting.leave)}.")
+
+
+def happening(motion: MotionFound, time: float) -> str:
+    """What is deepest in something it may not be at a time: "upper torso in the left stick (up to
+    102 mm), head in the coaming (up to 53 mm)"."""
+    here = [
+        meeting
+        for meeting in motion.meetings
+        if not meeting.own
+        and meeting.depth > meeting.allowed
+        and meeting.enter <= time <= meeting.leave
+    ]
+    if not here:
+        return "nothing is deeper than allowed"
+    names = dict(zip(motion.study.body.segments, motion.study.body.segment_names, strict=True))
+    here.sort(key=lambda meeting: meeting.allowed - meeting.depth)
+    said = [
+        f"{names.get(meeting.segment, meeting.segment)} in the {meeting.other.replace('_', ' ')} "
+        f"(up to {1000 * meeting.depth:.0f} mm)"
+        for meeting in here[:_MOST_AT_ONCE]
+    ]
+    more = len(here) - len(said)
+    return ", ".join(said) + (f", and {more} more" if more else "")
 
 
 def _newtons(force: float) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import pairwise
 from typing import Any
@@ -21,7 +21,7 @@ from workbench.model.accommodation import Gain, GroupShare, ReachMap
 from workbench.model.arrays import Bools, Floats
 from workbench.model.encumbrance import Encumbrance
 from workbench.model.measures import MASS
-from workbench.model.population import Population
+from workbench.model.population import SEXES, Population
 from workbench.model.population_found import PopulationFound, Shown
 from workbench.posture.seating.sides import middle
 from workbench.report.population.charts import (
@@ -47,14 +47,18 @@ from workbench.report.population.words import (
     requirement_sentence,
     settable_words,
 )
-from workbench.report.templates import template
+from workbench.report.section import Making, Section, SectionWriter
 from workbench.report.turnable import PageViews, still_picture
 from workbench.report.words import millimetres
 
-__all__ = ["population_section", "population_words"]
+__all__ = ["population_sections", "population_words"]
 
 _PICTURE = 520
 _MOST_MEASURES = 12
+_TO_SCALE = 0.002
+"""[m] How far a line may be longer or shorter than what it says."""
+_LEVELS = (1, 5, 50, 95, 99)
+"""Percentiles of the measures of the people."""
 _FROM = {
     "front": "from the front",
     "left": "from the left",
@@ -64,51 +68,116 @@ _FROM = {
 _NUMBERS = ("no", "one", "two", "three", "four", "five")
 
 
-def population_section(
-    result: PopulationFound, say: Callable[[str], None], views: PageViews
-) -> Markup:
-    """The part of the page about a population: who fits, who does not, by what and by how much.
+def population_sections(result: PopulationFound, making: Making) -> list[Section]:
+    """The sections of a page about a population: what to change, who fits, who does not, by what and
+    by how much.
 
     Parameters
     ----------
-    say
-        Called with words on how far it is.
-    views
-        The turnable pictures of the page; one is added for each of the hardest people.
+    making
+        What the sections of the page share; a turnable picture is added for each of the hardest
+        people.
     """
-    say("pictures of the hardest people")
+    making.progress("pictures of the hardest people")
     ends = margin_range(result.spread)
+    bounded = bool(result.known.all() and result.of_surface.any())
+    requirements = _requirements(result, ends)
+
+    writer = SectionWriter("population", {"making": making, "bounded": bounded})
+    margins = {"rows": requirements, "axis": Markup(margin_axis(ends))}
+    women = len(set(result.people.sex.tolist())) == 2
+    every = {"requirements": requirements, "women": women}
+    return [
+        *_changes(result, writer),
+        *_who(result, requirements, making, writer),
+        writer.section("questions", "margins", "Margins", margins),
+        writer.section("people", "crowd", "The people of the population", _crowd(result)),
+        writer.section("tables", "requirements", "All requirements", every),
+        writer.section("method", "method", "Method and its limits", _method(result)),
+    ]
+
+
+def _changes(result: PopulationFound, writer: SectionWriter) -> Iterator[Section]:
+    """The section of changes that were tried, the greatest gain first."""
+    gains = [_gain(gain, len(result.served)) for gain in result.gains]
+    no_gain = no_gain_words(result)
+    if gains or no_gain:
+        helpful = any(gain["helps"] for gain in gains) or not gains
+        title = "Changes that would gain" if helpful else "Changes tried"
+        yield writer.section("changes", "changes", title, {"gains": gains, "no_gain": no_gain})
+
+
+def _who(
+    result: PopulationFound,
+    requirements: Sequence[Mapping[str, Any]],
+    making: Making,
+    writer: SectionWriter,
+) -> Iterator[Section]:
+    """The sections of who fits, what leaves people out, limiting measures, the hardest people and
+    reach maps."""
     least = max(0.0, np.floor(20 * (min(g.low for g in result.shares) - 0.02)) / 20)
-    sex = result.people.sex
-    hardest = len(result.hardest)
-    shares = result.study.shares
-    html = template("population/section.html.j2").render(
-        result=result,
-        body=result.body.name,
-        clothes=[item.name for item in _clothes(result)],
-        seated=result.place.seat is not None,
-        bootstrap=shares.interval.method == "bootstrap",
-        groups=[_group(group, least) for group in result.shares],
-        group_axis=Markup(share_axis(least)),
-        confidence=f"{100 * shares.confidence:g}",
-        worst=requirement_sentence(result),
-        elsewhere=elsewhere_words(result),
-        certainty=certainty_words(result),
-        bounded=bool(result.known.all() and result.of_surface.any()),
-        adjusted=adjusted_words(result),
-        criteria=_criteria(result),
-        requirements=_requirements(result, ends),
-        margin_axis=Markup(margin_axis(ends)),
-        women=len(set(sex.tolist())) == 2,
-        measures=_measures(result),
-        gains=[_gain(gain, len(result.served)) for gain in result.gains],
-        no_gain=no_gain_words(result),
-        cases=_NUMBERS[hardest] if hardest < len(_NUMBERS) else str(hardest),
-        hardest=[_person(result, row, views) for row in result.hardest],
-        maps=[_map(result, found) for found in result.maps],
-        key=_key(),
-    )
-    return Markup(html)
+    fit = {
+        "groups": [_group(group, least) for group in result.shares],
+        "axis": Markup(share_axis(least)),
+        "confidence": f"{100 * result.study.shares.confidence:g}",
+        "notes": [elsewhere_words(result), certainty_words(result), adjusted_words(result)],
+    }
+    yield writer.section("questions", "fit", "Who fits", fit)
+    left = {
+        "worst": requirement_sentence(result),
+        "criteria": _criteria(result),
+        "requirements": requirements,
+    }
+    yield writer.section("questions", "left-out", "What leaves people out", left)
+    if measures := _measures(result):
+        values = {"measures": measures}
+        yield writer.section("questions", "limiting", "Limiting dimensions", values)
+    if result.hardest:
+        count = len(result.hardest)
+        words = _NUMBERS[count] if count < len(_NUMBERS) else str(count)
+        title = f"The {words} hardest cases" if count > 1 else "The hardest case"
+        people = [_person(result, row, making.views) for row in result.hardest]
+        yield writer.section("questions", "hardest", title, {"hardest": people})
+    for k, found in enumerate(result.maps, start=1):
+        map_ = _map(result, found)
+        title = f"Who reaches the {map_['part']}"
+        yield writer.section("questions", f"map-{k}", title, {"m": map_, "key": _key()})
+
+
+def _crowd(result: PopulationFound) -> dict[str, Any]:
+    """Who the people are: their measures at five percentiles, and where they sit."""
+    people = result.people
+    women = int((people.sex == SEXES.index("female")).sum())
+    measures = []
+    for name in people.names[:_MOST_MEASURES]:
+        unit, factor = ("kg", 1.0) if name == MASS else ("mm", 1000.0)
+        values = np.percentile(people.column(name), _LEVELS) * factor
+        measures.append((plain(name), unit, [f"{value:,.0f}" for value in values]))
+    seats = []
+    if result.place.seat is not None:
+        for words, column in (("forward", 0), ("up", 1)):
+            values = np.percentile(1000.0 * result.seat[:, column], _LEVELS)
+            seats.append((f"seat position, {words}", "mm", [f"{v + 0.0:,.0f}" for v in values]))
+    count = len(people)
+    return {
+        "count": f"{count:,}",
+        "women": f"{women:,}",
+        "men": f"{count - women:,}",
+        "source": people.source,
+        "measures": [*measures, *seats],
+        "more": max(len(people.names) - _MOST_MEASURES, 0),
+        "levels": _LEVELS,
+    }
+
+
+def _method(result: PopulationFound) -> dict[str, Any]:
+    """What the method and its limits depend on."""
+    return {
+        "body": result.body.name,
+        "clothes": [item.name for item in _clothes(result)],
+        "seated": result.place.seat is not None,
+        "bootstrap": result.study.shares.interval.method == "bootstrap",
+    }
 
 
 def population_words(result: PopulationFound, role: str) -> str:
@@ -334,61 +403,64 @@ def _person(result: PopulationFound, row: int, views: PageViews) -> dict[str, An
 
 
 def _picture(result: PopulationFound, found: Shown, views: PageViews) -> dict[str, str]:
-    """The body in the cockpit as found, from where the line from tip to target shows longest."""
+    """The body in the cockpit as found, from where the line of what is lacking shows longest."""
     lack = f"{millimetres_short(-float(result.margin[found.row, found.requirement]))} mm"
-    requirement = result.requirements[found.requirement]
-    name = plain(requirement.name)
-    scene = Scene(
-        (SceneBody(found.placed, 0, "warm"),),
-        found.environment,
-        _marks(found, lack, requirement.check == "reach"),
-        name,
-        "as found at the worst",
-    )
+    name = plain(result.requirements[found.requirement].name)
+    label = person_label(result, found.row)
+    mark = _lacking(result, found, lack)
+    scene = Scene((SceneBody(found.placed, 0, "warm"),), found.environment, (), name, label)
+    if mark is not None:
+        kind = "contact" if mark.to is None else "missed"
+        scene = replace(scene, marks=(Mark(mark.point, mark.text, kind, mark.to),))
     cameras = four_views(scene, width=_PICTURE, height=_PICTURE)
-    view, camera = max(cameras, key=lambda pair: (_length(pair[1], found), pair[0] == "left"))
+    view, camera = max(cameras, key=lambda pair: (_length(pair[1], mark), pair[0] == "left"))
     alt = f"{name}: {lack} are lacking, seen {_FROM[view]}"
-    marks = _lacking(found, lack, reach=requirement.check == "reach")
-    shown = replace(scene_view(scene, [person_label(result, found.row)]), title=alt, marks=marks)
+    marks = () if mark is None else (mark,)
+    shown = replace(scene_view(scene, [label]), title=alt, marks=marks)
     index = views.add(shown)
     still = still_picture(scene, camera)
-    caption = f"{name}: {lack} are lacking"
+    caption = f"{label}, {name}: {lack} are lacking; lines are to scale"
     return {"turnable": views.place(index, still=still, alt=alt, caption=caption)}
 
 
-def _marks(found: Shown, lack: str, reach: bool) -> tuple[Mark, ...]:
-    """What is lacking, as a line from the target to the tip or a point; reach: of a limb."""
-    if found.target is None:
-        return ()
-    to = found.tip if found.tip != found.target else None
-    kind = "missed" if reach else "clearance" if to else "contact"
-    return (Mark(found.target, lack, kind, to),)
+def _lacking(result: PopulationFound, found: Shown, lack: str) -> WebMark | None:
+    """What is lacking as a line to scale, or as a point where no line would be; None where there is
+    nothing to point at.
 
-
-def _lacking(found: Shown, lack: str, *, reach: bool) -> tuple[WebMark, ...]:
-    """What is lacking as a line to scale: how far a limb stays from its target, or from the surface
-    of the body to what is too near."""
+    A reach: from where the limb got to its target. A clearance: from the surface of the body to
+    what is too near. Eyes: the height that they lack, or have too much.
+    """
     if found.target is None:
-        return ()
-    if found.tip is None or found.tip == found.target:
-        return (WebMark(found.target, f"{lack} lacking", failing=True),)
-    if reach:
-        return (WebMark(found.tip, f"{lack} short", found.target, failing=True),)
+        return None
+    short = -float(result.margin[found.row, found.requirement])
+    check = result.requirements[found.requirement].check
     target = np.array(found.target)
-    way = np.array(found.tip) - target
+    tip = target if found.tip is None else np.array(found.tip)
+    if check in ("eye_height", "view_over"):
+        code = int(result.reason[found.row, found.requirement])
+        high = code >= 0 and result.reasons[code].startswith("eyes too high")
+        x, y, z = tip.tolist()
+        return WebMark((x, y, z), f"{lack} lacking", (x, y, z - short if high else z + short), True)
+    way = tip - target
     apart = float(np.linalg.norm(way))
-    sphere = int(np.argmin(np.linalg.norm(found.placed.centres[0] - found.tip, axis=1)))
-    room = apart - float(found.placed.body.radius[found.placed.person[0], sphere])
-    x, y, z = (target + way * (room / apart)).tolist()
-    words = f"{millimetres(room)}, {lack} lacking"
-    return (WebMark((x, y, z), words, found.target, failing=True),)
+    if check in ("clearance", "contact") and apart > 0.0:
+        sphere = int(np.argmin(np.linalg.norm(found.placed.centres[0] - tip, axis=1)))
+        room = apart - float(found.placed.body.radius[found.placed.person[0], sphere])
+        x, y, z = (target + way * (max(room, 0.0) / apart)).tolist()
+        words = f"{millimetres(room)}, {lack} lacking"
+        to = found.target if room > 0.0 else None
+        return WebMark((x, y, z), words, to, failing=True)
+    if apart > 0.0 and (check == "reach" or abs(apart - short) < _TO_SCALE):
+        x, y, z = tip.tolist()
+        return WebMark((x, y, z), f"{lack} short", found.target, failing=True)
+    return WebMark(found.target, f"{lack} lacking", failing=True)
 
 
-def _length(camera: Camera, found: Shown) -> float:
+def _length(camera: Camera, mark: WebMark | None) -> float:
     """[pixels] of the line that is lacking; 0 where none is known."""
-    if found.target is None or found.tip is None:
+    if mark is None or mark.to is None:
         return 0.0
-    ends = project(camera, np.array([found.target, found.tip]))[:, :2]
+    ends = project(camera, np.array([mark.to, mark.point]))[:, :2]
     return round(float(np.linalg.norm(ends[1] - ends[0])), 3)
 
 

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Iterator, Mapping, Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -15,67 +16,118 @@ from workbench.draw.scene import Mark, Scene, SceneBody
 from workbench.draw.source import PEOPLE_COLOURS
 from workbench.draw.views import four_views
 from workbench.draw.web.case_view import case_view
-from workbench.files.results.postures import ContactRow, PosturesRows, ReachRow
+from workbench.draw.web.views import WebView
+from workbench.files.results.postures import PosturesRows, ReachRow
+from workbench.files.results.result import FindingRow
 from workbench.model.result import Finding, PersonFound, PosturesFound
 from workbench.report.postures.drawing import clearance_drawing
 from workbench.report.postures.envelopes.pictures import envelope_pictures
+from workbench.report.postures.people import people_sections
 from workbench.report.postures.reach_rows import doubt_sentence
-from workbench.report.templates import template
-from workbench.report.turnable import Look, PageViews, look, still_picture
-from workbench.report.words import finding_sentence, millimetres
+from workbench.report.section import Making, Section, SectionWriter
+from workbench.report.turnable import Look, PageViews, close_up, look, still_picture
+from workbench.report.words import (
+    contact_sentence,
+    finding_sentence,
+    millimetres,
+    without_polygons,
+)
+from workbench.study.unasked import unasked_overlaps
 
-__all__ = ["postures_section"]
+__all__ = ["overlap_lines", "postures_sections"]
 
 NEAR = 0.12
 PICTURE = 520
 DRAWING = 720
 MOST_MARKS = 12
-_MOST_OVERLAPS = 8
-_ASKED_BY = {"contact": "environment", "self_contact": "self", "between_people": "between_people"}
-"""The kind of contacts that each check asks about."""
+_COLOUR_WORDS = {"warm": "tan", "blue": "blue", "green": "green", "rose": "pink", "grey": "grey"}
+"""Families of colours as they are called."""
 _Breach = tuple[str, Finding]
 """A finding that does not meet its criterion, and the check of the criterion."""
 
 
-def postures_section(
-    result: PosturesFound, rows: PosturesRows, say: Callable[[str], None], views: PageViews
-) -> Markup:
-    """The part of the page about people in postures.
+def postures_sections(
+    result: PosturesFound, rows: PosturesRows, making: Making, *, number: int = 0
+) -> list[Section]:
+    """The sections of a page about people in postures.
 
     Parameters
     ----------
-    say
-        Called with words on how far it is.
-    views
-        The turnable pictures of the page; one is added for each case.
+    making
+        What the sections of the page share; a turnable picture is added for each case.
+    number
+        Of these people among the sizes that take a role one at a time, from 0.
     """
     cases = []
     for index, name in enumerate(result.cases):
-        say(f"pictures of {name}")
-        cases.append(_case(result, index, views) | {"overlaps": _unasked(result, rows, name)})
+        making.progress(f"pictures of {name}")
+        cases.append(_case(result, index, making.views))
+    view = cases[0]["view"] if cases else -1
+    size = f": {rows.row}" if rows.row else ""
+    end = f"-{number + 1}" if number else ""
+
+    writer = SectionWriter("postures", {"rows": rows, "making": making}, end, size)
+    found = [writer.section("questions", "cases", "Cases", {"cases": cases})]
+    if rows.reaches:
+        doubts = doubt_sentence([row.doubt for row in rows.reaches])
+        reached = {"reaches": _reaches(result, rows, view), "doubts": doubts}
+        found.append(writer.section("questions", "reach", "Reach", reached))
+    for k, envelope in enumerate(result.envelopes):
+        title = f"Reach envelope: {envelope.person}, {envelope.limb}, zone {envelope.zone}"
+        values = {
+            "envelope": rows.envelopes[k],
+            "pictures": envelope_pictures(result, envelope),
+            "legend": LEGEND,
+        }
+        found.append(writer.section("questions", f"envelope-{k + 1}", title, values))
+    return [
+        *found,
+        *people_sections(result, rows, making, end=end),
+        *_tables(result, rows, cases, writer),
+    ]
+
+
+def _tables(
+    result: PosturesFound,
+    rows: PosturesRows,
+    cases: Sequence[Mapping[str, Any]],
+    writer: SectionWriter,
+) -> Iterator[Section]:
+    """The sections of clearances, joint stops and contacts."""
+    matrices = [
+        _matrix(result, person, case, cases[case]["view"])
+        for person in result.people
+        for case in range(len(result.cases))
+    ]
+    yield writer.section("tables", "clearance", "Clearance", {"matrices": matrices})
+    stops = [_stops(result, index) for index in range(len(result.people))]
+    values = {"names": result.cases, "stops": stops}
+    yield writer.section("tables", "stops", "Joint stops", values)
     shown = {case["name"]: case["view"] for case in cases}
-    html = template("postures/section.html.j2").render(
-        rows=rows,
-        cases=cases,
-        names=result.cases,
-        matrices=[
-            _matrix(result, person, case, cases[case]["view"])
-            for person in result.people
-            for case in range(len(result.cases))
-        ],
-        stops=[_stops(result, index) for index in range(len(result.people))],
-        reaches=_reaches(result, rows, cases[0]["view"] if cases else -1),
-        doubts=doubt_sentence([row.doubt for row in rows.reaches]),
-        envelopes=[envelope_pictures(result, e) for e in result.envelopes],
-        legend=LEGEND,
-        most_overlaps=_MOST_OVERLAPS,
-        contact_look=lambda view, row: look(view, row.point_mm),
-        contacts=[
-            (row, look(shown[row.case], row.point_mm) if row.excess_mm > 0 else Look())
-            for row in rows.contacts
-        ],
-    )
-    return Markup(html)
+    contacts = [
+        (row, look(shown[row.case], row.point_mm) if row.excess_mm > 0 else Look())
+        for row in rows.contacts
+    ]
+    yield writer.section("tables", "contacts", "Contacts", {"contacts": contacts})
+
+
+def overlap_lines(result: PosturesFound, views: PageViews) -> list[Markup]:
+    """The overlaps that no criterion asks about as lines that make the picture of their case look
+    there."""
+    lines = []
+    for overlap in unasked_overlaps(
+        result.study.criteria, result.cases, result.people, result.between
+    ):
+        words = contact_sentence(overlap.contacts, overlap.row)
+        of = f" of {overlap.other}" if overlap.other else ""
+        if not overlap.contacts.part[overlap.row] >= 0:
+            words += of or " of the same body"
+        lead = f"{result.row}, " if result.row else ""
+        text = without_polygons(f"{lead}{overlap.case}, {overlap.person}: {words}")
+        point = [1000.0 * value for value in overlap.contacts.point[overlap.row].tolist()]
+        place = look(views.of_case(overlap.case, result.row), point)
+        lines.append(place.link(text.replace("_", " ")))
+    return lines
 
 
 def _reaches(result: PosturesFound, rows: PosturesRows, view: int) -> list[dict[str, Any]]:
@@ -88,6 +140,10 @@ def _reaches(result: PosturesFound, rows: PosturesRows, view: int) -> list[dict[
     return [
         {
             "person": name,
+            "reached": sum(
+                any(row.reached for row in zones if row.zone == row.own_zone)
+                for zones in controls.values()
+            ),
             "lines": [
                 {
                     "control": control,
@@ -122,46 +178,73 @@ def _zone_cell(row: ReachRow, place: Look) -> dict[str, Any]:
     return {"text": text, "kind": kind, "look": place}
 
 
-def _unasked(result: PosturesFound, rows: PosturesRows, case: str) -> list[ContactRow]:
-    """The overlaps of a case beyond what is allowed that no criterion asks about, deepest first."""
-    checks = {verdict.criterion.check for verdict in result.verdicts}
-    kinds = {kind for check, kind in _ASKED_BY.items() if check not in checks}
-    found = [
-        row
-        for row in rows.contacts
-        if row.case == case and row.kind in kinds and row.excess_mm > 0.05
-    ]
-    return sorted(found, key=lambda row: -row.excess_mm)
-
-
 def _case(result: PosturesFound, case: int, views: PageViews) -> dict[str, Any]:
     """Pictures and numbered findings of one case."""
     shown, rest = _shown(result, case)
     findings = [finding for _, finding in shown]
     scene = _scene(result, case, findings)
+    name = result.cases[case]
+    view = case_view(result, case, findings, within=NEAR)
+    index = views.add(view, case=name, row=result.row, near=partial(_near, scene))
+    same = _same_case(result, case)
     stills = {
         name: still_picture(scene, camera)
         for name, camera in four_views(scene, width=PICTURE, height=PICTURE)
+        if not same or name == "three_quarter"
     }
-    view = case_view(result, case, findings, within=NEAR)
-    name = result.cases[case]
-    index = views.add(view, case=name, row=result.row)
-    words = f"{view.title}; red spheres overlap what they may not, blue lines are clearances"
     still = stills.pop("three_quarter")
+    drawing = None
+    if not same:
+        drawing = clearance_drawing(scene, result.people, case, within=NEAR, size=DRAWING)
+    overlaps = unasked_overlaps(result.study.criteria, result.cases, result.people, result.between)
     return {
         "name": name,
         "view": index,
+        "same": same,
         "turnable": views.place(
-            index, still=still, alt=f"{name}, three quarter view", caption=words
+            index, still=still, alt=f"{name}, three quarter view", caption=_caption(result, view)
         ),
         "people": [f"{p.name}: {p.postures[case].replace('_', ' ')}" for p in result.people],
         "stills": [(name.replace("_", " "), png) for name, png in stills.items()],
-        "drawing": clearance_drawing(scene, result.people, case, within=NEAR, size=DRAWING),
+        "drawing": drawing,
         "marked": [
             (f"{finding_sentence(check, f)} {_place(f)}", _look(index, f)) for check, f in shown
         ],
         "unmarked": [finding_sentence(check, f) for check, f in rest],
+        "overlaps": sum(overlap.case == name for overlap in overlaps),
     }
+
+
+def _same_case(result: PosturesFound, case: int) -> str:
+    """The first earlier case in which everybody is as in this one, "" where there is none."""
+    for earlier in range(case):
+        if all(
+            np.array_equal(person.placed.centres[earlier], person.placed.centres[case])
+            for person in result.people
+        ):
+            return result.cases[earlier]
+    return ""
+
+
+def _near(scene: Scene, finding: FindingRow) -> str:
+    """A close-up of a finding."""
+    return close_up(scene, finding.point_mm or (), f"{abs(finding.value):.1f} {finding.unit}")
+
+
+def _caption(result: PosturesFound, view: WebView) -> str:
+    """Who is seen, in which colour, and what the marks are that there are."""
+    colours = [
+        f"{person.name} {_COLOUR_WORDS[PEOPLE_COLOURS[k % len(PEOPLE_COLOURS)]]}"
+        for k, person in enumerate(result.people)
+    ]
+    words = f"{view.title} ({', '.join(colours)})"
+    if any(body.failing for body in view.bodies):
+        words += "; red spheres are deeper in something than is allowed"
+    if any(mark.failing for mark in view.marks):
+        words += "; red marks are findings that break a criterion"
+    if any(mark.to is not None and not mark.failing for mark in view.marks):
+        words += "; blue lines are clearances, to scale"
+    return words
 
 
 def _shown(result: PosturesFound, case: int) -> tuple[list[_Breach], list[_Breach]]:
@@ -271,9 +354,7 @@ def _cell(distance: float, allowed: float, place: Look) -> dict[str, Any]:
     elif distance < 0.1:
         kind = "near"
     return {
-        "text": f"{distance * 1000:.0f}".replace("-0", "0")
-        if abs(distance) < 5e-4
-        else f"{distance * 1000:.0f}",
+        "text": f"{round(distance * 1000) + 0}",
         "kind": kind,
         "look": place if kind == "hit" else Look(),
     }

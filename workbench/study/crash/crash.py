@@ -24,6 +24,7 @@ from workbench.study.crash.forces import force_curves, ruled_pairs, with_forces
 from workbench.study.crash.frames import BLOCK, frames_of, stop_breaches
 from workbench.study.crash.meetings import environment_meetings, own_meetings
 from workbench.study.crash.signals import signal_of
+from workbench.study.unasked import meeting_warnings, unasked_meetings
 from workbench.study.warnings import enclosure_warnings
 
 __all__ = ["motion_found", "motions_agree"]
@@ -46,6 +47,7 @@ def motion_found(study: MotionCase) -> MotionFound:
         for path, point in zip(frames.paths, study.points, strict=True)
     )
     meetings = (*with_forces(study, environment_meetings(study, found)), *own_meetings(study, own))
+    unasked = unasked_meetings(study.criteria, meetings)
     result = MotionFound(
         study=study,
         episodes=found,
@@ -59,6 +61,7 @@ def motion_found(study: MotionCase) -> MotionFound:
             *frames.coarse,
             *piece_warnings([(study.person, body)]),
             *_enclosed(study),
+            *meeting_warnings(unasked),
             *study.warnings,
         ),
         forces=(*belt_tensions(study), *force_curves(study, pairs, frames.gaps)),

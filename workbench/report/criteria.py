@@ -1,0 +1,163 @@
+"""The criteria of a study on its page: which fail and by how much, which hold and with what to
+spare, and the one that decides."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from markupsafe import Markup
+
+from workbench.files.results.result import FindingRow, ResultFile, VerdictRow
+from workbench.report.section import Making, Section
+from workbench.report.templates import template
+
+__all__ = ["asked_words", "criteria_sections", "deciding_sentence", "measured_words", "spare_words"]
+
+_MOST_CLOSE_UPS = 12
+_OVERLAPS = ("contact", "self_contact")
+_REACHED = ("reach", "pedals")
+_AT_MOST = ("excursion", "injury")
+
+
+def criteria_sections(
+    rows: ResultFile, making: Making, overlaps: Sequence[Markup]
+) -> list[Section]:
+    """The sections of criteria that fail, of warnings, and of criteria that hold.
+
+    Parameters
+    ----------
+    making
+        What the sections of the page share, with the pictures of all cases.
+    overlaps
+        The overlaps that no criterion asks about, each as a line.
+    """
+    verdicts = by_criterion(rows.verdicts)
+    failed = [verdict for verdict in verdicts if not verdict.passed]
+    held = [verdict for verdict in verdicts if verdict.passed]
+    doubtful = [verdict for verdict in verdicts if verdict.doubtful]
+    about = len({(verdict.row, verdict.motion) for verdict in verdicts}) > 1
+    sections = []
+    if failed:
+        shown = [_failed(verdict, making, k) for k, verdict in enumerate(failed)]
+        html = template("criteria_failed.html.j2").render(failed=shown, making=making, about=about)
+        title = f"Criteria that fail ({len(failed)})"
+        sections.append(Section("failed", "failed", title, Markup(html)))
+    if rows.warnings or overlaps or doubtful:
+        html = template("warnings.html.j2").render(
+            warnings=rows.warnings, overlaps=overlaps, doubtful=doubtful, making=making
+        )
+        sections.append(Section("warnings", "warnings", "Warnings", Markup(html)))
+    if held:
+        shown = [_row(verdict) for verdict in held]
+        html = template("criteria_held.html.j2").render(held=shown, making=making, about=about)
+        title = f"Criteria that hold ({len(held)})"
+        sections.append(Section("passed", "passed", title, Markup(html), folded=True))
+    return sections
+
+
+def by_criterion(verdicts: Sequence[VerdictRow]) -> list[VerdictRow]:
+    """The verdicts in the order of the criteria, those of all motions on one criterion together."""
+    order = list(dict.fromkeys(verdict.name for verdict in verdicts))
+    return sorted(verdicts, key=lambda verdict: order.index(verdict.name))
+
+
+def _row(verdict: VerdictRow) -> dict[str, Any]:
+    """One criterion as a line of a table."""
+    return {
+        "verdict": verdict,
+        "of": verdict.row or verdict.motion or "",
+        "measured": measured_words(verdict),
+        "asked": asked_words(verdict),
+        "spare": spare_words(verdict),
+    }
+
+
+def _failed(verdict: VerdictRow, making: Making, number: int) -> dict[str, Any]:
+    """One criterion that fails, with a close-up of where it fails by most."""
+    picture = making.views.close_up(verdict) if number < _MOST_CLOSE_UPS else ""
+    worst = verdict.worst
+    return _row(verdict) | {
+        "look": making.views.of_verdict(verdict),
+        "picture": picture,
+        "over": verdict.check in (*_OVERLAPS, *_AT_MOST) or worst is None,
+    }
+
+
+def measured_words(verdict: VerdictRow) -> str:
+    """What was measured where a criterion is nearest to failing or fails by most: "53.4 mm deep";
+    "–" where nothing was."""
+    worst = verdict.worst
+    if worst is None:
+        return "–"
+    value = _figure(abs(worst.value), worst)
+    if verdict.check in _OVERLAPS or (
+        verdict.check in ("clearance", "between_people", "seated") and worst.value < 0
+    ):
+        return f"{value} {'deep' if worst.value < 0 else 'apart'}"
+    if verdict.check in _REACHED:
+        return f"{value} short" if worst.value < 0 else "reached"
+    if verdict.check == "stops":
+        return f"{value} {'past the stop' if worst.value < 0 else 'from the stop'}"
+    return _figure(worst.value, worst)
+
+
+def asked_words(verdict: VerdictRow) -> str:
+    """What a criterion asks for: "at least 50.0 mm", "at most 45.0 mm deep"."""
+    worst = verdict.worst
+    if worst is None:
+        return "–"
+    limit = _figure(abs(worst.limit), worst)
+    if verdict.check in _OVERLAPS:
+        return f"at most {limit} deep" if worst.limit < 0 else "no overlap"
+    if verdict.check == "seated":
+        return f"{limit} deep"
+    if verdict.check in _REACHED:
+        return f"within {limit}" if worst.limit < 0 else "reached"
+    if verdict.check == "stops":
+        if worst.limit < 0:
+            return f"at most {limit} past the stop"
+        return f"at least {limit} from the stop" if worst.limit > 0 else "not past the stop"
+    return f"{'at most' if verdict.check in _AT_MOST else 'at least'} {_figure(worst.limit, worst)}"
+
+
+def spare_words(verdict: VerdictRow) -> str:
+    """What is to spare or is lacking; "–" where it is not measured, as of what is reached."""
+    worst = verdict.worst
+    if worst is None or (verdict.check in _REACHED and verdict.passed):
+        return "–"
+    return _figure(abs(worst.margin), worst)
+
+
+def _figure(value: float, finding: FindingRow) -> str:
+    unit = {"deg": "°", "percent": "\u00a0%"}.get(finding.unit, f"\u00a0{finding.unit}")
+    places = 1 if finding.unit else 0
+    return f"{value + 0.0:.{places}f}{unit}".rstrip()
+
+
+def deciding_sentence(verdicts: Sequence[VerdictRow]) -> str:
+    """The criterion that decides, with its number: "The worst is “head to canopy”: 12.0 mm, asked
+    for is at least 50.0 mm (cruise, pilot)."; "" where nothing was measured.
+
+    A millimetre, a degree and a percent count alike; of other figures a hundredth of the limit.
+    """
+    failed = [verdict for verdict in verdicts if not verdict.passed and verdict.worst]
+    known = failed or [verdict for verdict in verdicts if spare_words(verdict) != "–"]
+    if not known:
+        return ""
+    first = min(known, key=lambda verdict: _scaled(verdict.worst) if verdict.worst else 0.0)
+    worst = first.worst
+    where = ", ".join(word for word in (worst.case, worst.person) if word) if worst else ""
+    if failed:
+        lead = f"The worst is “{first.name}”" if len(failed) > 1 else f"“{first.name}” fails"
+        said = f"{lead}: {measured_words(first)}, asked for is {asked_words(first)}"
+    else:
+        said = f"Nearest to failing is “{first.name}”: {spare_words(first)} to spare"
+    return f"{said} ({where})." if where else f"{said}."
+
+
+def _scaled(worst: FindingRow) -> float:
+    """The margin of a finding, so that units can be compared."""
+    if worst.unit in ("mm", "deg", "percent"):
+        return worst.margin
+    return 100.0 * worst.margin / max(abs(worst.limit), 1e-9)

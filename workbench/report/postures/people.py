@@ -1,0 +1,123 @@
+"""The people of a study on its page: size and percentiles, seat, eyes, detail, joint angles."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from markupsafe import Markup
+
+from workbench.body.people.percentile import percentile_values
+from workbench.draw.eye_view import eye_point
+from workbench.draw.scene import SceneBody
+from workbench.files.results.postures import PersonRow, PosturesRows
+from workbench.model.measures import MASS
+from workbench.model.person import Size
+from workbench.model.population import PopulationModel
+from workbench.model.result import PersonFound, PosturesFound
+from workbench.report.section import Making, Section
+from workbench.report.templates import template
+
+__all__ = ["people_sections"]
+
+_LEVELS = np.arange(1.0, 100.0)
+"""Percentiles between which a measure is placed."""
+
+
+def people_sections(
+    result: PosturesFound, rows: PosturesRows, making: Making, *, end: str = ""
+) -> list[Section]:
+    """Who the people are, and how each of them is in each case.
+
+    Parameters
+    ----------
+    making
+        What the sections of the page share.
+    end
+        The end of the anchors of these sections.
+    """
+    people = [
+        _person(found, row, result.cases)
+        for found, row in zip(result.people, rows.people, strict=True)
+    ]
+    html = template("postures/people.html.j2").render(
+        people=people, cases=result.cases, making=making
+    )
+    size = f": {rows.row}" if rows.row else ""
+    return [Section("people", f"people{end}", f"People{size}", Markup(html))]
+
+
+def _person(found: PersonFound, row: PersonRow, cases: tuple[str, ...]) -> dict[str, Any]:
+    body = found.body
+    size = found.role.size
+    return {
+        "name": row.name,
+        "description": row.description,
+        "body": f"{row.body}, {len(body.sphere_names):,} spheres"
+        + (f", level of detail {body.detail}" if body.detail else ""),
+        "measures": [_measure(size, name) for name in size.measures] if size is not None else [],
+        "source": size.population.name if size is not None else "",
+        "seat": row.seat,
+        "seat_at": _seat_words(row),
+        "postures": [
+            (case, posture.name.replace("_", " "), _eyes(found, index))
+            for index, (case, posture) in enumerate(zip(cases, row.postures, strict=True))
+        ],
+        "angles": _angles(row, dict(zip(body.joints, body.joint_names, strict=True))),
+    }
+
+
+def _seat_words(row: PersonRow) -> str:
+    """Where the seat is in its travel."""
+    forward, up = (round(value) + 0 for value in row.seat_mm or (0.0, 0.0))
+    if not forward and not up:
+        return "in its reference position"
+    return f"{forward:+d} mm forward and {up:+d} mm up of its reference position"
+
+
+def _measure(size: Size, name: str) -> tuple[str, str, str]:
+    """A measure, its value, and its percentile among people of the same sex; "" where not known."""
+    value = size.measures[name]
+    text = f"{value:.1f} kg" if name == MASS else f"{1000 * value:,.0f} mm"
+    return name.replace("_", " "), text, _percentile(size, name, value)
+
+
+def _percentile(size: Size, name: str, value: float) -> str:
+    people = size.population
+    if not isinstance(people, PopulationModel) or name not in people.names:
+        return ""
+    column = percentile_values(people, size.sex, _LEVELS)[:, people.names.index(name)]
+    if value < column[0]:
+        return "below the 1st"
+    if value > column[-1]:
+        return "above the 99th"
+    return f"{np.interp(value, column, _LEVELS):.0f}"
+
+
+def _eyes(found: PersonFound, pose: int) -> str:
+    """The point between the eyes [mm], "" of a body without eyes."""
+    if not any(name.endswith("eye") for name in found.body.sphere_names):
+        return ""
+    point, _ = eye_point(SceneBody(found.placed, pose))
+    x, y, z = (round(1000 * value) + 0 for value in point.tolist())
+    return f"{x}, {y}, {z}"
+
+
+def _angles(row: PersonRow, called: Mapping[str, str]) -> list[tuple[str, str, list[str]]]:
+    """For each joint and motion that is not 0 everywhere the angles case by case [degrees]. called:
+    the names of the joints."""
+    names = dict.fromkeys(
+        (joint, motion)
+        for posture in row.postures
+        for joint, motions in posture.angles_deg.items()
+        for motion in motions
+    )
+    return [
+        (
+            called[joint],
+            motion.replace("_", " "),
+            [f"{p.angles_deg.get(joint, {}).get(motion, 0.0) + 0.0:.1f}" for p in row.postures],
+        )
+        for joint, motion in names
+    ]
