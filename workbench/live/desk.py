@@ -20,8 +20,17 @@ from workbench.files.study.saving import read_text
 from workbench.files.study.splice import SharedValueError
 from workbench.live.frames import answer_frame, hello_frame, verdict_frame
 from workbench.live.protocol import Question, packed
+from workbench.model.moves import Move
 from workbench.study.bench.answers import Answer, Judged, answer, judged
-from workbench.study.bench.edits import Edit, LimbTarget, looking_at, reached, seated, turned
+from workbench.study.bench.edits import (
+    Edit,
+    LimbTarget,
+    looking_at,
+    reached,
+    seated,
+    shifted,
+    turned,
+)
 from workbench.study.bench.history import Entry, History
 from workbench.study.bench.placing import placed_people
 from workbench.study.bench.saving import save
@@ -91,6 +100,7 @@ class Desk:
             "joint": self._joint,
             "hand": self._hand,
             "seat": self._seat,
+            "move": self._move,
             "case": self._case,
             "undo": self._undo,
             "redo": self._redo,
@@ -123,7 +133,7 @@ class Desk:
     @property
     def unsaved(self) -> bool:
         """Whether the state differs from the file."""
-        return self.live.people != self.saved.people
+        return self.live.content != self.saved.content
 
     @property
     def ready(self) -> bool:
@@ -222,12 +232,12 @@ class Desk:
 
     def _edited(self, question: Question, edit: Edit, label: str) -> Replies:
         """Take a state that an edit came to."""
-        same = edit.arrangement.people == self.live.people
+        same = edit.arrangement.content == self.live.content
         self.live = edit.arrangement
         if not same:
             self.generation += 1
             self.verdicts = None
-        if question.done and self.live.people != self.history.shown.arrangement.people:
+        if question.done and self.live.content != self.history.shown.arrangement.content:
             subject = " ".join(str(part) for part in question.subject)
             self.history = self.history.added(Entry(self.live, label, subject, self.clock()))
         return Replies([self._answered(question.number, edit.words)], changed=not same)
@@ -264,13 +274,20 @@ class Desk:
         edit = seated(self.opened, self.live, given["person"], given["forward"], given["up"])
         return self._edited(question, edit, f"{given['person']}: seat")
 
+    def _move(self, question: Question) -> Replies:
+        given = question.given
+        x, y, z = given["by"]
+        wanted = Move(tuple(given["parts"]), tuple(given["controls"]), (x, y, z))
+        edit = shifted(self.opened, self.live, wanted)
+        return self._edited(question, edit, ", ".join((*wanted.parts, *wanted.controls)))
+
     def _case(self, question: Question) -> Replies:
         edit = looking_at(self.opened, self.live, question.given["name"])
         self.live = edit.arrangement
         return Replies([self._answered(question.number, "")])
 
     def _undo(self, question: Question) -> Replies:
-        if self.live.people == self.history.shown.arrangement.people:
+        if self.live.content == self.history.shown.arrangement.content:
             self.history = self.history.undone()
         return self._to_shown(question)
 

@@ -11,9 +11,10 @@ import numpy as np
 from workbench.live.protocol import packed
 from workbench.model.arrays import Floats
 from workbench.model.body import Body
+from workbench.model.moves import Move
 from workbench.model.result import Verdict
 from workbench.study.bench.answers import Answer, Judged, NearPair, near_pairs
-from workbench.study.bench.state import OpenStudy
+from workbench.study.bench.state import OpenStudy, arranged_environment
 
 __all__ = ["answer_frame", "hello_frame", "verdict_frame"]
 
@@ -22,15 +23,20 @@ NO_PART = 0xFFFF
 
 def hello_frame(opened: OpenStudy, file: str, *, saves: bool) -> bytes:
     """Pack what stays as long as a study is open: people with their joints and seats, cases,
-    controls, parts."""
+    controls, and the parts that can be moved."""
     study = opened.study
     people = [
         {"role": role.name, "seat": _seat(opened, row), **_body(opened.body(row))}
         for row, role in enumerate(study.roles)
     ]
     controls = [
-        {"name": one.name, "at": list(one.at), "grip": one.grip, "zone": one.zone}
+        {"name": one.name, "grip": one.grip, "zone": one.zone, "part": one.part}
         for one in study.environment.controls
+    ]
+    riding = {name for seat in study.environment.seats for name in seat.moves}
+    hidden = study.environment.hidden
+    parts = [
+        name for k, name in enumerate(study.environment.parts) if not (hidden[k] or name in riding)
     ]
     return packed(
         {
@@ -42,7 +48,7 @@ def hello_frame(opened: OpenStudy, file: str, *, saves: bool) -> bytes:
             "cases": list(opened.cases),
             "people": people,
             "controls": controls,
-            "parts": list(study.environment.parts),
+            "parts": parts,
         }
     )
 
@@ -102,8 +108,6 @@ def answer_frame(found: Answer, opened: OpenStudy, head: Mapping[str, Any], begi
                 "free": person.state.free,
                 "forward": round(person.forward, 6),
                 "up": round(person.up, 6),
-                "shift": _rounded(person.shift),
-                "parts": [] if (seat := opened.seat(row)) is None else list(seat.moves),
                 "angles": _degrees(one.angles),
                 "limits": _degrees(one.limits),
                 "tips": {name: _rounded(tip) for name, tip in one.tips.items()},
@@ -118,15 +122,31 @@ def answer_frame(found: Answer, opened: OpenStudy, head: Mapping[str, Any], begi
             (f"sphere{row}", one.near.sphere[0].astype(np.int32)),
             (f"part{row}", part.astype(np.uint16)),
         ]
+    moves = found.placement.arrangement.moves
     sent = {
         "kind": "answer",
         **head,
+        "moves": [_move(move) for move in moves],
+        "shifts": _shifts(found),
+        "controls": [_rounded(one.at) for one in arranged_environment(opened, moves).controls],
         "case": opened.cases[found.placement.arrangement.case],
         "people": people,
         "near": [_near(pair) for pair in near_pairs(found)],
         "ms": round(1e3 * (time.perf_counter() - begin), 1),
     }
     return packed(sent, arrays)
+
+
+def _move(move: Move) -> dict[str, Any]:
+    return {"parts": list(move.parts), "controls": list(move.controls), "by": _rounded(move.by)}
+
+
+def _shifts(found: Answer) -> dict[str, list[float]]:
+    """By how much parts are displaced [m] from where the picture has them."""
+    arranged = found.placement.parts
+    shifts = arranged.by_part
+    moving = sorted(k for group in arranged.movers for k in group)
+    return {arranged.environment.parts[k]: _rounded(shifts[k]) for k in moving}
 
 
 def _near(pair: NearPair) -> dict[str, Any]:
@@ -193,5 +213,5 @@ def _degrees(angles: Floats) -> Any:
     return np.round(np.clip(shown, -360.0, 360.0), 2).tolist()
 
 
-def _rounded(values: Floats) -> list[float]:
+def _rounded(values: Floats | tuple[float, ...]) -> list[float]:
     return [round(float(value), 5) for value in values]

@@ -26,6 +26,7 @@ LONGEST = 65_536
 """Bytes of a question."""
 SUBPROTOCOL = "workbench-1"
 LONGEST_TEXT = 400
+MOST_NAMES = 1000
 ALIGN = 8
 """Arrays begin at multiples of so many bytes."""
 LARGEST = 2**53
@@ -58,7 +59,7 @@ class Question:
     @property
     def subject(self) -> tuple[Any, ...]:
         """What it is about: a newer question of the same subject replaces one that waits."""
-        names = ("person", "joint", "axis", "limb")
+        names = ("person", "joint", "axis", "limb", "parts", "controls")
         return (self.verb, *(self.given.get(name) for name in names))
 
 
@@ -72,6 +73,10 @@ def _flag(value: Any) -> bool:
 
 def _number(value: Any) -> bool:
     return isinstance(value, (int, float)) and not _flag(value) and abs(value) < LARGEST
+
+
+def _texts(value: Any) -> bool:
+    return isinstance(value, list) and len(value) <= MOST_NAMES and all(map(_text, value))
 
 
 def _point(value: Any) -> bool:
@@ -120,6 +125,12 @@ VERBS: Mapping[str, Mapping[str, _Taken]] = {
         "done": _DONE,
     },
     "seat": {"person": _PERSON, "forward": _METRES, "up": _METRES, "done": _DONE},
+    "move": {
+        "parts": _Taken("a list of names of parts", _texts, [], needed=False),
+        "controls": _Taken("a list of names of controls", _texts, [], needed=False),
+        "by": _Taken("three numbers of metres", _point),
+        "done": _DONE,
+    },
     "case": {"name": _Taken("the name of a case", _text)},
     "undo": {},
     "redo": {},

@@ -2,11 +2,13 @@
 // written as text.
 
 import { ask, connect, waits } from "./connection.js";
+import { at, element, options } from "./elements.js";
 import { Picture } from "./picture.js";
+import { Things } from "./things.js";
 
-const at = (id) => document.getElementById(id);
 const state = { hello: null, answer: null, person: 0, held: null, letGo: false };
 const picture = new Picture(document.querySelector("#picture .turn"), say);
+const things = new Things();
 
 function take(found) {
   const { head } = found;
@@ -24,17 +26,6 @@ function say(words, fault = false) {
   at("status").classList.toggle("fault", fault);
 }
 
-function element(name, words = "", more = {}) {
-  const made = document.createElement(name);
-  made.textContent = words;
-  return Object.assign(made, more);
-}
-
-function options(select, names, chosen) {
-  select.replaceChildren(...names.map((name) => element("option", name, { value: name })));
-  if (chosen !== undefined) select.value = chosen;
-}
-
 function takeHello(head) {
   state.hello = head;
   state.person = Math.min(state.person, head.people.length - 1);
@@ -45,6 +36,7 @@ function takeHello(head) {
   options(at("limb-control"), ["", ...head.controls.map((one) => one.name)]);
   at("save").textContent = head.saves ? "Save" : "Save as…";
   if (head.notes.length) say(head.notes.join("; "));
+  things.build(head);
   buildPosture();
 }
 
@@ -60,6 +52,7 @@ function takeAnswer(head) {
   if (head.words || head.answers || first) say(head.words);
   at("near").replaceChildren(...head.near.map(nearRow));
   at("verdicts").classList.add("waiting");
+  things.show(head);
   showPosture();
 }
 

@@ -9,7 +9,8 @@ const waiting = new Map();
 // Ask for something; a newer question of the same subject replaces one that waits, but for one that
 // ends a drag.
 export function ask(verb, given = {}) {
-  const subject = [verb, given.person, given.joint, given.axis, given.limb].join(" ");
+  const { person, joint, axis, limb, parts, controls } = given;
+  const subject = [verb, person, joint, axis, limb, parts, controls].join(" ");
   const before = waiting.get(subject);
   waiting.delete(subject); // what is asked last goes last
   if (before && before.done === true && given.done === false) waiting.set(`${subject} done`, before);

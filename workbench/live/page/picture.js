@@ -47,10 +47,8 @@ export class Picture {
         if (room < TOUCHES && sphere[n] >= 0) tint.set([...RED, 255], 4 * sphere[n]);
       });
       body.tint = tint;
-      for (const part of scene.place?.parts ?? []) {
-        if (person.parts.includes(part.name)) part.shift = person.shift;
-      }
     });
+    for (const part of scene.place?.parts ?? []) part.shift = answer.head.shifts[part.name] ?? null;
     scene.frame += 1; // another one for each answer: the card takes it up
     viewer.moving = true;
     viewer.partsChanged();
