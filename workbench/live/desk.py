@@ -18,7 +18,8 @@ from workbench.files.catalogue import find
 from workbench.files.study.reader import load_study
 from workbench.files.study.saving import read_text
 from workbench.files.study.splice import SharedValueError
-from workbench.live.frames import answer_frame, hello_frame, verdict_frame
+from workbench.live.following import Following
+from workbench.live.frames import answer_frame, hello_frame, verdict_frame, waiting_frame
 from workbench.live.protocol import Question, packed
 from workbench.model.moves import Move
 from workbench.study.bench.answers import Answer, Judged, answer, judged
@@ -51,11 +52,12 @@ class Replies:
 
 @dataclass(frozen=True, eq=False)
 class Judgement:
-    """What is to be judged: a state and its number."""
+    """What is to be judged: a state and its number, and the population that is beside it."""
 
     opened: OpenStudy
     arrangement: Arrangement
     generation: int
+    following: Following
 
     def made(self) -> Judged | str:
         """Judge the state, in any thread; why it cannot be judged, in words."""
@@ -119,6 +121,7 @@ class Desk:
         self.live = opened.start
         self.saved = opened.start
         self.history = History.of(opened.start)
+        self.following = Following(opened)
         self.there: Present | None = None
         self.shown: Answer | None = None
         self.verdicts: bytes | None = None
@@ -154,6 +157,9 @@ class Desk:
             frames = [self._answered(0, "")]
         except WorkbenchError as error:
             frames = [fault_frame(None, str(error))]
+        if self.following.there:
+            people = self.following.frame(self.generation)
+            frames.append(people or waiting_frame("the bodies of the people are being made"))
         return frames if self.verdicts is None else [*frames, self.verdicts]
 
     def scene(self) -> str:
@@ -181,7 +187,7 @@ class Desk:
 
     def judgement(self) -> Judgement:
         """What is to be judged now."""
-        return Judgement(self.opened, self.live, self.generation)
+        return Judgement(self.opened, self.live, self.generation, self.following)
 
     def take(self, judgement: Judgement, found: Judged | str) -> list[bytes]:
         """Take what was judged; frames for everybody, none where the state is another by now."""

@@ -3,22 +3,36 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from workbench.live.protocol import packed
-from workbench.model.arrays import Floats
+from workbench.model.accommodation import met_of
+from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.body import Body
 from workbench.model.moves import Move
+from workbench.model.population import SEXES
 from workbench.model.result import Verdict
 from workbench.study.bench.answers import Answer, Judged, NearPair, near_pairs
+from workbench.study.bench.crowd import Crowd, met_all
 from workbench.study.bench.state import OpenStudy, arranged_environment
+from workbench.study.checks.margins import Asked
 
-__all__ = ["answer_frame", "hello_frame", "verdict_frame"]
+__all__ = [
+    "PeopleShown",
+    "answer_frame",
+    "hello_frame",
+    "people_frame",
+    "verdict_frame",
+    "waiting_frame",
+]
 
 NO_PART = 0xFFFF
+MOST_CHANGED = 100
+"""People who are listed because they fit now, or do no longer."""
 
 
 def hello_frame(opened: OpenStudy, file: str, *, saves: bool) -> bytes:
@@ -205,6 +219,102 @@ def _verdict(verdict: Verdict) -> dict[str, Any]:
         "case": worst.case,
         "point": None if worst.point is None else [round(value, 5) for value in worst.point],
     }
+
+
+@dataclass(frozen=True, eq=False)
+class PeopleShown:
+    """What is known of some people of a population.
+
+    Parameters
+    ----------
+    rows
+        (B,) of the people.
+    margin, before
+        (B, R) [m] what they have to spare now, and in the study as it was opened.
+    settled
+        (B,) whether a run finds the same now.
+    asked
+        The R requirements.
+    """
+
+    rows: Ints
+    margin: Floats
+    settled: Bools
+    before: Floats
+    asked: Sequence[Asked]
+
+
+def waiting_frame(words: str) -> bytes:
+    """Pack why nothing is known of a population yet, or at all."""
+    return packed({"kind": "people", "words": words})
+
+
+def people_frame(crowd: Crowd, shown: PeopleShown, generation: int) -> bytes:
+    """Pack who of a population fits, reaches and clears, and whom a change has made to."""
+    weight = crowd.people.weight[shown.rows]
+
+    def share(met: Bools) -> float:
+        return round(float(weight[met].sum() / weight.sum()), 6)
+
+    checks = np.array([one.requirement.check for one in shown.asked])
+    sets = {
+        "fit": np.ones(len(checks), dtype=np.bool_),
+        "reach": checks == "reach",
+        "clear": np.isin(checks, ("clearance", "contact")),
+    }
+    now = met_of(shown.margin)
+    before = met_of(shown.before)
+    rows = [
+        {"name": one.requirement.name, "share": share(now[:, r]), "was": share(before[:, r])}
+        for r, one in enumerate(shown.asked)
+    ]
+    rows.sort(key=lambda row: (row["share"], row["name"]))
+    return packed(
+        {
+            "kind": "people",
+            "words": "",
+            "generation": generation,
+            "of": len(crowd.order),
+            "known": len(shown.rows),
+            "settled": int(shown.settled.sum()),
+            "shares": [
+                {
+                    "name": name,
+                    "share": share(met_all(shown.margin, some)),
+                    "was": share(met_all(shown.before, some)),
+                }
+                for name, some in sets.items()
+                if some.any()
+            ],
+            "rows": rows,
+            "changed": _changed(crowd, shown),
+        }
+    )
+
+
+def _changed(crowd: Crowd, shown: PeopleShown) -> list[dict[str, Any]]:
+    """The people who fit now and did not, or did and do no longer, with what is missed by most."""
+    fits = met_all(shown.margin)
+    rows = np.flatnonzero(fits != met_all(shown.before))
+    people = crowd.people
+    stature = people.column("stature") if "stature" in people.names else None
+    found = []
+    for row in rows[np.argsort(shown.rows[rows])][:MOST_CHANGED].tolist():
+        person = int(shown.rows[row])
+        margin = np.nan_to_num((shown.before if fits[row] else shown.margin)[row], nan=np.inf)
+        r = int(margin.argmin())
+        found.append(
+            {
+                "person": person + 1,
+                "sex": SEXES[int(people.sex[person])],
+                "stature": None if stature is None else round(1e3 * float(stature[person])),
+                "fits": bool(fits[row]),
+                "name": shown.asked[r].requirement.name,
+                "margin": round(1e3 * float(margin[r]), 1),
+                "settled": bool(shown.settled[row]),
+            }
+        )
+    return found
 
 
 def _degrees(angles: Floats) -> Any:

@@ -19,7 +19,7 @@ from typing import Any, TypeVar
 
 from workbench.draw.web.snippet import MODULES
 from workbench.errors import InputError, MissingPartError, WorkbenchError
-from workbench.live.desk import Desk, Replies, fault_frame
+from workbench.live.desk import Desk, Judgement, Replies, fault_frame
 from workbench.live.guard import Application, Guard
 from workbench.live.protocol import LONGEST, SUBPROTOCOL, parsed
 from workbench.live.waiting import Waiting
@@ -40,6 +40,8 @@ __all__ = ["live_application", "serve"]
 
 IDLE = 0.12
 """Time [s] without a change after which a state is judged."""
+OFTEN = 0.1
+"""Time [s] between two frames about a population that is followed."""
 WATCH = 1.0
 """Time [s] between looks at the study's file."""
 SLOWEST = 10.0
@@ -50,6 +52,7 @@ PAGE = {
     "app.js": "text/javascript; charset=utf-8",
     "connection.js": "text/javascript; charset=utf-8",
     "elements.js": "text/javascript; charset=utf-8",
+    "people.js": "text/javascript; charset=utf-8",
     "things.js": "text/javascript; charset=utf-8",
     "picture.js": "text/javascript; charset=utf-8",
     "icon.svg": "image/svg+xml",
@@ -70,8 +73,10 @@ class Hub:
         self.waiting: Waiting[WebSocket] = Waiting()
         self.asked = asyncio.Event()
         self.changed = asyncio.Event()
+        self.moved = asyncio.Event()
         self.work = ThreadPoolExecutor(1, "desk")
         self.judging = ThreadPoolExecutor(1, "judge")
+        self.following = ThreadPoolExecutor(1, "people")
 
     async def at_desk(self, function: Callable[..., Found], *arguments: Any) -> Found:
         """Call a function in the thread of the desk."""
@@ -89,7 +94,7 @@ class Hub:
             await self.send(await self.at_desk(self.desk.do, question), asker)
 
     async def judge(self) -> None:
-        """Judge each state that rests."""
+        """Judge each state that rests, and settle the people of a population in it."""
         while True:
             await self.changed.wait()
             self.changed.clear()
@@ -100,6 +105,48 @@ class Hub:
             loop = asyncio.get_running_loop()
             found = await loop.run_in_executor(self.judging, asked.made)
             await self.send(Replies(everybody=await self.at_desk(self.desk.take, asked, found)))
+            if asked.following.there:
+                await self.settle(asked)
+
+    async def settle(self, asked: Judgement) -> None:
+        """Settle the people of a population in a state, until it is another one."""
+        loop = asyncio.get_running_loop()
+        people = asked.following
+        refused = await loop.run_in_executor(self.judging, people.begin)
+        for number in range(len(people.pieces)):
+            if self.changed.is_set() or refused is not None:
+                break
+            settle = partial(people.settle, number, asked.arrangement, asked.generation)
+            refused = await loop.run_in_executor(self.judging, settle)
+            await self.send(Replies(everybody=self.people_frames(asked)))
+        if refused is not None:
+            await self.send(Replies(everybody=[refused]))
+
+    async def follow(self) -> None:
+        """Follow each change with the people who are at hand; of a drag the newest counts."""
+        loop = asyncio.get_running_loop()
+        while True:
+            await self.moved.wait()
+            self.moved.clear()
+            asked = await self.at_desk(self.desk.judgement)
+            people = asked.following
+            sent = 0.0
+            for number in range(people.at_hand):
+                follow = partial(people.follow, number, asked.arrangement, asked.generation)
+                known = await loop.run_in_executor(self.following, follow)
+                if self.moved.is_set():
+                    break
+                last = number + 1 == people.at_hand
+                if known and (last or loop.time() - sent > OFTEN):
+                    sent = loop.time()
+                    await self.send(Replies(everybody=self.people_frames(asked)))
+
+    def people_frames(self, asked: Judgement) -> list[bytes]:
+        """What is known of a population in a state; nothing where the state is another by now."""
+        if asked.generation != self.desk.generation:
+            return []
+        frame = asked.following.frame(asked.generation)
+        return [] if frame is None else [frame]
 
     async def watch(self) -> None:
         """Look at the study's file from time to time."""
@@ -115,6 +162,7 @@ class Hub:
                 await self.send_one(page, frame)
         if replies.changed:
             self.changed.set()
+            self.moved.set()
 
     async def send_one(self, page: WebSocket, frame: bytes) -> None:
         """Send a frame; a page that has gone, or takes none, is forgotten."""
@@ -202,7 +250,9 @@ def live_application(desk: Desk, *, port: int, token: str) -> Application:
 
     @asynccontextmanager
     async def running(app: Starlette) -> AsyncIterator[None]:
-        tasks = [asyncio.create_task(one()) for one in (hub.answer, hub.judge, hub.watch)]
+        tasks = [
+            asyncio.create_task(one()) for one in (hub.answer, hub.judge, hub.follow, hub.watch)
+        ]
         try:
             yield
         finally:
@@ -211,6 +261,7 @@ def live_application(desk: Desk, *, port: int, token: str) -> Application:
             await asyncio.gather(*tasks, return_exceptions=True)
             hub.work.shutdown(wait=False, cancel_futures=True)
             hub.judging.shutdown(wait=False, cancel_futures=True)
+            hub.following.shutdown(wait=False, cancel_futures=True)
 
     routes = [
         Route("/", page),

@@ -3,19 +3,25 @@
 
 import { ask, connect, waits } from "./connection.js";
 import { at, element, options } from "./elements.js";
+import { People } from "./people.js";
 import { Picture } from "./picture.js";
 import { Things } from "./things.js";
 
 const state = { hello: null, answer: null, person: 0, held: null, letGo: false };
 const picture = new Picture(document.querySelector("#picture .turn"), say);
 const things = new Things();
+const people = new People();
 
 function take(found) {
   const { head } = found;
   const what = { hello: takeHello, answer: takeAnswer, verdicts: takeVerdicts, fault: takeFault };
   if (what[head.kind]) what[head.kind](head);
   if (head.kind === "busy") say(head.what);
-  if (head.kind === "hello") picture.open();
+  if (head.kind === "people") people.show(head);
+  if (head.kind === "hello") {
+    people.forget();
+    picture.open();
+  }
   if (head.kind === "answer") picture.show(found);
 }
 

@@ -18,9 +18,10 @@ from workbench.model.arrays import Floats
 from workbench.model.body import Body
 from workbench.model.environment import Environment, Seat
 from workbench.model.moves import Move, displaced, part_moves
+from workbench.model.population import Population
 from workbench.model.poses import Poses
 from workbench.model.posing import angles_of
-from workbench.model.study import Action, Case, Role, Study
+from workbench.model.study import Action, Case, PeopleDrawn, Role, Study
 from workbench.posture.seating.seating import seat_planes
 from workbench.study.situation import Occupants
 from workbench.study.workplaces import occupant
@@ -115,12 +116,16 @@ class OpenStudy:
         The number of each case in the file.
     notes
         What is shown otherwise than the study says.
+    crowd, population
+        The index of the role that a population takes, and the population; None where none does.
     """
 
     study: Study
     occupants: Mapping[str, tuple[Occupants, list[str]]]
     case_rows: tuple[int, ...]
     notes: tuple[str, ...]
+    crowd: int | None = None
+    population: Population | PeopleDrawn | None = None
 
     def __repr__(self) -> str:
         return f"OpenStudy({self.study.name})"
@@ -198,7 +203,9 @@ def open_study(study: Study, size: str = "") -> OpenStudy:
     )
     occupants = {role.name: occupant(role, row) for row, role in enumerate(roles)}
     case_rows = tuple(row for row, case in enumerate(study.cases) if not case.moves)
-    return OpenStudy(single, occupants, case_rows, tuple(notes))
+    crowd = next((k for k, role in enumerate(study.roles) if role.population is not None), None)
+    people = None if crowd is None else study.roles[crowd].population
+    return OpenStudy(single, occupants, case_rows, tuple(notes), crowd, people)
 
 
 def _one_size(study: Study, size: str, notes: list[str]) -> Study:
@@ -219,7 +226,7 @@ def _one_person(role: Role, notes: list[str]) -> Role:
         return role
     notes.append(
         f"{role.name}: one person is shown, {role.body.name} as its file has it; "
-        "the population is that of `workbench run`"
+        "the whole population is asked beside"
     )
     return replace(role, population=None)
 
