@@ -119,10 +119,10 @@ def test_a_moved_part_bears_on_what_is_about_it_alone(opened, crowd, start):
     assert np.abs(found[:, head] - start.margin[:, head]).max() > 0.01
 
 
-@settings(max_examples=5)
+@settings(max_examples=3)
 @given(
     st.sampled_from(["flaps", "propeller", "canopy_handle", "mixture"]),
-    st.tuples(*[st.floats(-0.4, 0.4)] * 3),
+    st.tuples(*[st.floats(-0.08, 0.08)] * 3),
 )
 def test_who_fits_while_a_control_is_dragged_fits_at_rest(opened, crowd, start, control, by):
     arrangement = moved(opened, (), (control,), by)
@@ -145,7 +145,7 @@ def test_people_are_settled_piece_by_piece_and_followed_from_there(opened):
     assert (head["known"], head["settled"], head["of"]) == (FEW, FEW, FEW)
     assert head["changed"] == [] and len(head["rows"]) == 33
     assert following.frame(2) is None
-    far = moved(opened, (), ("flaps",), (-0.9, 0.0, 0.0))
+    far = moved(opened, (), ("flaps",), (-0.2, 0.6, 0.0))
     assert following.follow(0, far, 2)
     head, _ = unpacked(following.frame(2))
     assert head["settled"] == 0 and head["shares"][0]["share"] == 0.0
@@ -153,6 +153,8 @@ def test_people_are_settled_piece_by_piece_and_followed_from_there(opened):
     assert was > 0.5 and len(head["changed"]) == round(was * FEW)
     first = head["changed"][0]
     assert first["name"] == "reach flaps" and not first["fits"] and first["margin"] < 0
+    assert following.settle(0, far, 2, superseded=lambda: True) is None
+    assert unpacked(following.frame(2))[0]["settled"] == 0
     assert following.settle(0, far, 2) is None
     assert unpacked(following.frame(2))[0]["settled"] == FEW
     assert following.follow(0, opened.start, 3)
@@ -171,7 +173,8 @@ def test_a_population_of_which_nothing_is_asked_says_so(tmp_path):
     )
     path.write_text(
         text.replace(
-            "    people:\n      pilot:", "    people:\n      guest: {posture: driving}\n      pilot:"
+            "    people:\n      pilot:",
+            "    people:\n      guest: {posture: driving}\n      pilot:",
         )
     )
     following = Following(open_study(wb.load_study(path)))

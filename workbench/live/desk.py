@@ -104,6 +104,7 @@ class Desk:
             "seat": self._seat,
             "move": self._move,
             "case": self._case,
+            "drop": self._to_shown,
             "undo": self._undo,
             "redo": self._redo,
             "save": self._save,
@@ -302,6 +303,7 @@ class Desk:
         return self._to_shown(question)
 
     def _to_shown(self, question: Question) -> Replies:
+        """Show the state of the history again: a drag that has not ended is dropped."""
         self.live = self.history.shown.arrangement
         self.generation += 1
         self.verdicts = None

@@ -1,12 +1,13 @@
 """The population beside the bench: settled while the study rests, followed while it is changed.
 
 Two threads are at work on it: `follow` is called by one, `begin` and `settle` by the other. Each
-takes people piece by piece, so that it can be left off between two pieces, and puts a whole value in
-the place of another.
+takes people piece by piece, can be left off between two pieces, and puts a whole value in the place
+of another.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -38,6 +39,10 @@ class _Margins:
     generation: int
     margin: Floats
     settled: bool
+
+
+class _SupersededError(Exception):
+    """The state in which people are settled is another by now."""
 
 
 class Following:
@@ -113,25 +118,44 @@ class Following:
         alike = [one for one in known if one.arrangement.people[crowd.row] is person]
         return next(iter(alike or known), None)
 
-    def settle(self, number: int, arrangement: Arrangement, generation: int) -> bytes | None:
+    def settle(
+        self,
+        number: int,
+        arrangement: Arrangement,
+        generation: int,
+        superseded: Callable[[], bool] = lambda: False,
+    ) -> bytes | None:
         """Settle a piece of people in a state, in the state as opened too where they are not yet; a
         frame where that cannot be.
+
+        Parameters
+        ----------
+        superseded
+            Whether the state is another by now: then the people are left as they are.
         """
         crowd = self.crowd
         assert crowd is not None
         rows = self.pieces[number]
+
+        def proceed() -> None:
+            if superseded():
+                raise _SupersededError
+
         try:
             first = self._first[number]
             if first is None:
                 start = self.opened.start
                 question = self._question(crowd, start)
-                first = self._kept(number, settled(crowd, question, start, rows))
+                first = self._kept(number, settled(crowd, question, start, rows, proceed=proceed))
                 self._first[number] = first
             known = self._nearest(number, crowd, arrangement) or first
             if known.arrangement.content != arrangement.content:
                 question = self._question(crowd, arrangement)
-                known = self._kept(number, settled(crowd, question, arrangement, rows, known))
+                found = settled(crowd, question, arrangement, rows, known, proceed=proceed)
+                known = self._kept(number, found)
                 self._last[number] = known
+        except _SupersededError:
+            return None
         except InputError as error:
             return waiting_frame(str(error))
         self._shown[number] = _Margins(generation, known.margin, True)

@@ -18,7 +18,7 @@ from workbench.model.population import SEXES
 from workbench.model.result import Verdict
 from workbench.study.bench.answers import Answer, Judged, NearPair, near_pairs
 from workbench.study.bench.crowd import Crowd, met_all
-from workbench.study.bench.state import OpenStudy, arranged_environment
+from workbench.study.bench.state import OpenStudy, arranged_environment, seat_shift
 from workbench.study.checks.margins import Asked
 
 __all__ = [
@@ -76,6 +76,7 @@ def _seat(opened: OpenStudy, row: int) -> dict[str, Any] | None:
         "name": seat.name,
         "forward": list(seat.travel_forward),
         "up": list(seat.travel_up),
+        "ahead": _rounded(seat_shift(seat, 1.0, 0.0)),
         "parts": list(seat.moves),
     }
 

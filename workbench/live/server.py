@@ -1,7 +1,8 @@
 """The server of the bench: its page, and the socket over which the page asks.
 
 The loop of the server calls no engine. One thread does what is asked, in order; another judges the
-state once it rests.
+state once it rests. Two more are for a population: it is followed while something is dragged, and
+settled once that rests.
 """
 
 from __future__ import annotations
@@ -10,7 +11,7 @@ import asyncio
 import os
 import secrets
 import socket
-from collections.abc import AsyncIterator, Callable
+from collections.abc import AsyncIterator, Callable, Coroutine
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import asynccontextmanager
 from functools import partial
@@ -52,6 +53,9 @@ PAGE = {
     "app.js": "text/javascript; charset=utf-8",
     "connection.js": "text/javascript; charset=utf-8",
     "elements.js": "text/javascript; charset=utf-8",
+    "gizmo.js": "text/javascript; charset=utf-8",
+    "grips.js": "text/javascript; charset=utf-8",
+    "ways.js": "text/javascript; charset=utf-8",
     "people.js": "text/javascript; charset=utf-8",
     "things.js": "text/javascript; charset=utf-8",
     "picture.js": "text/javascript; charset=utf-8",
@@ -74,9 +78,23 @@ class Hub:
         self.asked = asyncio.Event()
         self.changed = asyncio.Event()
         self.moved = asyncio.Event()
+        self.rested = asyncio.Event()
+        self.ended = False
         self.work = ThreadPoolExecutor(1, "desk")
         self.judging = ThreadPoolExecutor(1, "judge")
-        self.following = ThreadPoolExecutor(1, "people")
+        self.following = ThreadPoolExecutor(1, "follow")
+        self.settling = ThreadPoolExecutor(1, "settle")
+
+    @property
+    def loops(self) -> tuple[Callable[[], Coroutine[Any, Any, None]], ...]:
+        """What goes on as long as the bench is served."""
+        return self.answer, self.judge, self.follow, self.settle, self.watch
+
+    def end(self) -> None:
+        """Let the threads end with what they are at."""
+        self.ended = True
+        for pool in (self.work, self.judging, self.following, self.settling):
+            pool.shutdown(wait=False, cancel_futures=True)
 
     async def at_desk(self, function: Callable[..., Found], *arguments: Any) -> Found:
         """Call a function in the thread of the desk."""
@@ -94,7 +112,7 @@ class Hub:
             await self.send(await self.at_desk(self.desk.do, question), asker)
 
     async def judge(self) -> None:
-        """Judge each state that rests, and settle the people of a population in it."""
+        """Judge each state that rests."""
         while True:
             await self.changed.wait()
             self.changed.clear()
@@ -106,21 +124,30 @@ class Hub:
             found = await loop.run_in_executor(self.judging, asked.made)
             await self.send(Replies(everybody=await self.at_desk(self.desk.take, asked, found)))
             if asked.following.there:
-                await self.settle(asked)
+                self.rested.set()
 
-    async def settle(self, asked: Judgement) -> None:
-        """Settle the people of a population in a state, until it is another one."""
+    async def settle(self) -> None:
+        """Settle the people of a population in each state that rests, until it is another one."""
         loop = asyncio.get_running_loop()
-        people = asked.following
-        refused = await loop.run_in_executor(self.judging, people.begin)
-        for number in range(len(people.pieces)):
-            if self.changed.is_set() or refused is not None:
-                break
-            settle = partial(people.settle, number, asked.arrangement, asked.generation)
-            refused = await loop.run_in_executor(self.judging, settle)
-            await self.send(Replies(everybody=self.people_frames(asked)))
-        if refused is not None:
-            await self.send(Replies(everybody=[refused]))
+        while True:
+            await self.rested.wait()
+            self.rested.clear()
+            asked = await self.at_desk(self.desk.judgement)
+            people = asked.following
+            refused = await loop.run_in_executor(self.settling, people.begin)
+            for number in range(len(people.pieces)):
+                if self.superseded() or refused is not None:
+                    break
+                state = asked.arrangement, asked.generation, self.superseded
+                settle = partial(people.settle, number, *state)
+                refused = await loop.run_in_executor(self.settling, settle)
+                await self.send(Replies(everybody=self.people_frames(asked)))
+            if refused is not None:
+                await self.send(Replies(everybody=[refused]))
+
+    def superseded(self) -> bool:
+        """Whether another state is to be judged, or has been since the last look."""
+        return self.changed.is_set() or self.rested.is_set() or self.ended
 
     async def follow(self) -> None:
         """Follow each change with the people who are at hand; of a drag the newest counts."""
@@ -259,9 +286,7 @@ def live_application(desk: Desk, *, port: int, token: str) -> Application:
             for task in tasks:
                 task.cancel()
             await asyncio.gather(*tasks, return_exceptions=True)
-            hub.work.shutdown(wait=False, cancel_futures=True)
-            hub.judging.shutdown(wait=False, cancel_futures=True)
-            hub.following.shutdown(wait=False, cancel_futures=True)
+            hub.end()
 
     routes = [
         Route("/", page),

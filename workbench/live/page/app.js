@@ -3,13 +3,15 @@
 
 import { ask, connect, waits } from "./connection.js";
 import { at, element, options } from "./elements.js";
+import { Grips } from "./grips.js";
 import { People } from "./people.js";
 import { Picture } from "./picture.js";
 import { Things } from "./things.js";
 
 const state = { hello: null, answer: null, person: 0, held: null, letGo: false };
-const picture = new Picture(document.querySelector("#picture .turn"), say);
+const picture = new Picture(document.querySelector("#picture .turn"), say, (panel) => grips.attach(panel));
 const things = new Things();
+const grips = new Grips(state, things, choosePerson);
 const people = new People();
 
 function take(found) {
@@ -60,6 +62,7 @@ function takeAnswer(head) {
   at("verdicts").classList.add("waiting");
   things.show(head);
   showPosture();
+  grips.show();
 }
 
 // A cell whose words look at a place of the picture.
@@ -192,28 +195,7 @@ function showPosture() {
   const now = state.answer.people[state.person];
   if (state.letGo && !waits()) state.held = null;
   sliders.forEach((show) => show(now));
-  const limb = at("limb-name");
-  const names = Object.keys(now.tips);
-  at("limb").hidden = !names.length;
-  if ([...limb.options].map((one) => one.value).join() !== names.join()) options(limb, names);
-  if (!at("limb").contains(document.activeElement)) showTip();
 }
-
-function showTip() {
-  const tip = state.answer?.people[state.person].tips[at("limb-name").value];
-  ["x", "y", "z"].forEach((name, k) => tip && (at(`limb-${name}`).value = (1000 * tip[k]).toFixed(1)));
-}
-
-at("limb-name").onchange = showTip;
-at("limb").onsubmit = (event) => {
-  event.preventDefault();
-  const control = at("limb-control").value;
-  const goal = control
-    ? { control }
-    : { target: ["x", "y", "z"].map((name) => Number(at(`limb-${name}`).value) / 1000) };
-  const person = state.hello.people[state.person].role;
-  ask("hand", { person, limb: at("limb-name").value, obstacles: at("limb-obstacles").checked, ...goal });
-};
 
 /* ---- commands ---- */
 
@@ -225,10 +207,15 @@ function save(given = {}) {
 }
 
 at("case").onchange = () => ask("case", { name: at("case").value });
-at("person").onchange = () => {
-  state.person = at("person").selectedIndex;
+function choosePerson(number) {
+  if (number === state.person) return;
+  state.person = number;
+  at("person").selectedIndex = number;
   buildPosture();
-};
+  grips.show();
+}
+
+at("person").onchange = () => choosePerson(at("person").selectedIndex);
 at("undo").onclick = () => ask("undo");
 at("redo").onclick = () => ask("redo");
 at("save").onclick = () => save();

@@ -1,5 +1,7 @@
 // The socket of the bench: one question on its way, and of each subject the newest that waits.
 
+import { unpack } from "/view/wire.js";
+
 // Answers go to all pages: numbers of different pages must differ.
 let number = Math.floor(Math.random() * 2 ** 40);
 let onItsWay = 0;
@@ -40,7 +42,7 @@ export function connect(take, say) {
     next();
   };
   socket.onmessage = (event) => {
-    const found = unpack(event.data);
+    const found = answerOf(event.data);
     if (found.head.answers === onItsWay) onItsWay = 0;
     take(found);
     next();
@@ -52,15 +54,8 @@ export function connect(take, say) {
   };
 }
 
-const KINDS = { f4: Float32Array, f8: Float64Array, i4: Int32Array, u2: Uint16Array, u4: Uint32Array };
-
-// Length of the header, the header, then arrays at places counted from its end.
-export function unpack(buffer) {
-  const length = new DataView(buffer).getUint32(0, true);
-  const head = JSON.parse(new TextDecoder().decode(new Uint8Array(buffer, 4, length)));
-  const arrays = {};
-  for (const [name, kind, count, place] of head.arrays) {
-    arrays[name] = new KINDS[kind](buffer, 4 + length + place, count);
-  }
-  return { head, arrays };
+// The header of an answer, and its arrays by their names.
+export function answerOf(buffer) {
+  const { header: head, array } = unpack(buffer);
+  return { head, arrays: Object.fromEntries(head.arrays.map(({ name }, k) => [name, array(k)])) };
 }

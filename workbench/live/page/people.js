@@ -34,7 +34,7 @@ export class People {
 
   known({ known, settled, of }) {
     if (known === of && settled === of) return `– all ${of} people`;
-    return `– ${known} of ${of} people${settled < known ? `, ${settled} of them for certain` : ""}`;
+    return `– ${known} of ${of} people${settled < known ? `, the seats of ${known - settled} still as before` : ""}`;
   }
 
   changes({ changed }) {

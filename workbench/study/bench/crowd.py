@@ -181,6 +181,8 @@ def settled(
     arrangement: Arrangement,
     rows: Ints,
     before: Settled | None = None,
+    *,
+    proceed: Callable[[], None] = lambda: None,
 ) -> Settled:
     """Put people where a run puts them, and measure what they have to spare.
 
@@ -191,12 +193,16 @@ def settled(
     before
         The same people in another state: of who met everything in the comfortable position, only
         what has changed since is asked.
+    proceed
+        As of `fitted_positions`.
     """
     place = question.place
     who = crowd.occupants(rows)
     situations = comfortable_situations(place, who)
     known = None if before is None else _before(before, question, arrangement)
-    fitted = fitted_positions(place, question.asked, question.members, who, situations, known)
+    fitted = fitted_positions(
+        place, question.asked, question.members, who, situations, known, proceed=proceed
+    )
     places = _places(question, who, situations, fitted)
     return Settled(arrangement, question, rows, fitted, places)
 
