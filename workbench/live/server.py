@@ -277,9 +277,7 @@ def live_application(desk: Desk, *, port: int, token: str) -> Application:
 
     @asynccontextmanager
     async def running(app: Starlette) -> AsyncIterator[None]:
-        tasks = [
-            asyncio.create_task(one()) for one in (hub.answer, hub.judge, hub.follow, hub.watch)
-        ]
+        tasks = [asyncio.create_task(one()) for one in hub.loops]
         try:
             yield
         finally:

@@ -36,6 +36,7 @@ export class Gizmo {
     stage.addEventListener("pointermove", (event) => this.move(event), true);
     stage.addEventListener("pointerup", (event) => this.up(event), true);
     stage.addEventListener("pointercancel", (event) => this.up(event), true);
+    viewer.stroke = 1.8;
     viewer.addEventListener("frame", () => this.draw());
     this.draw();
   }
@@ -53,6 +54,9 @@ export class Gizmo {
 
   draw() {
     if (!this.panel) return;
+    const seen = this.grip && this.seen(this.grip.at);
+    const tips = this.grip?.axes.map((axis) => this.seen(vec.add(this.grip.at, vec.mul(axis, this.size))));
+    this.panel.stage.dataset.grip = seen ? JSON.stringify([seen, ...tips]) : "";
     const key = JSON.stringify([this.grip?.at, this.grip?.axes, this.crosses, this.size]);
     if (key === this.drawn) return;
     this.drawn = key;

@@ -309,11 +309,13 @@ def shifted(opened: OpenStudy, arrangement: Arrangement, wanted: Move) -> Edit:
         raise InputError(f"a move of up to {FARTHEST:g} m is possible")
     x, y, z = (rounded(value, LENGTH_STEP) for value in wanted.by)
     moves = _with_move(arrangement.moves, replace(wanted, by=(x, y, z)))
-    if moves == arrangement.moves:
-        return Edit(arrangement)
     along = [control.name for control in environment.controls if control.part in wanted.parts]
     words = f"{', '.join(along)} goes along" if len(along) == 1 else f"{', '.join(along)} go along"
-    return Edit(replace(arrangement, moves=moves), words if along else "")
+    if not along or not any(wanted.by):
+        words = ""
+    if moves == arrangement.moves:
+        return Edit(arrangement, words)
+    return Edit(replace(arrangement, moves=moves), words)
 
 
 def _with_move(moves: Sequence[Move], wanted: Move) -> tuple[Move, ...]:
