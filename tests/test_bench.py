@@ -167,6 +167,27 @@ def test_a_hand_goes_to_a_target_and_says_how_far_it_misses(trainer, placement):
     assert "mm from the target, limited by" in far.words or "mm from the target" in far.words
 
 
+def test_spheres_that_are_in_somebody_else_are_known(trainer, placement):
+    assert answer(placement).overlaps == (frozenset(), frozenset())
+    other = placement.people[1].placed
+    goal = other.centres[0, trainer.body(1).sphere_segment == trainer.body(1).segment("UT")].mean(0)
+    edit = reached(trainer, placement, "pilot", LimbTarget("right hand", tuple(goal.tolist())))
+    there = placed_people(trainer, edit.arrangement)
+    found = answer(there)
+    one, two = (person.placed for person in there.people)
+    gap = np.linalg.norm(one.centres[0][:, None] - two.centres[0][None], axis=2)
+    gap -= one.body.radius[0][:, None] + two.body.radius[0][None]
+    deep = gap < -1e-6
+    mine, yours = found.overlaps
+    assert mine and yours
+    assert mine <= set(np.flatnonzero(deep.any(axis=1)))
+    assert yours <= set(np.flatnonzero(deep.any(axis=0)))
+    least = np.unravel_index(gap.argmin(), gap.shape)
+    assert least[0] in mine and least[1] in yours
+    pair = next(pair for pair in near_pairs(found, 60) if pair.other_person == "instructor")
+    assert pair.room == pytest.approx(gap.min(), abs=1e-12)
+
+
 def test_a_hand_takes_hold_of_a_control(trainer, placement):
     edit = reached(trainer, placement, "pilot", LimbTarget("right hand", control="throttle"))
     assert edit.words == "right hand on throttle"

@@ -136,6 +136,7 @@ def answer_frame(found: Answer, opened: OpenStudy, head: Mapping[str, Any], begi
             (f"room{row}", one.near.room[0].astype(np.float32)),
             (f"sphere{row}", one.near.sphere[0].astype(np.int32)),
             (f"part{row}", part.astype(np.uint16)),
+            (f"overlap{row}", np.array(sorted(found.overlaps[row]), dtype=np.int32)),
         ]
     moves = found.placement.arrangement.moves
     sent = {

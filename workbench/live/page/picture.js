@@ -48,6 +48,7 @@ export class Picture {
       answer.arrays[`room${k}`].forEach((room, n) => {
         if (room < TOUCHES && sphere[n] >= 0) tint.set([...RED, 255], 4 * sphere[n]);
       });
+      for (const s of answer.arrays[`overlap${k}`]) tint.set([...RED, 255], 4 * s); // in somebody else
       body.tint = tint;
     });
     for (const part of scene.place?.parts ?? []) part.shift = answer.head.shifts[part.name] ?? null;
