@@ -160,7 +160,7 @@ class Desk:
             frames = [fault_frame(None, str(error))]
         if self.following.there:
             people = self.following.frame(self.generation)
-            frames.append(people or waiting_frame("the bodies of the people are being made"))
+            frames.append(people or waiting_frame("the people are being seated"))
         return frames if self.verdicts is None else [*frames, self.verdicts]
 
     def scene(self) -> str:

@@ -163,9 +163,7 @@ def _tips(person: PlacedPerson) -> dict[str, Floats]:
     return found
 
 
-def _between(
-    people: Sequence[PlacedPerson], overlaps: Sequence[set[int]]
-) -> Iterator[NearPair]:
+def _between(people: Sequence[PlacedPerson], overlaps: Sequence[set[int]]) -> Iterator[NearPair]:
     """The nearest segments of each two people; the spheres that overlap are put into the sets of
     their people."""
     for (row, one), (column, other) in combinations(enumerate(people), 2):
