@@ -65,12 +65,14 @@ def measure(opened: OpenStudy) -> None:
     """Print the times of one study."""
     start = opened.start
     person = start.people[0].role
-    placement = placed_people(opened, start)
+    there = judged(opened, start).there
+    placement = placed_people(opened, start, there=there)
     before = answer(placement)
     tip = before.people[0].tips["right hand"]
 
     def answered(edit: Edit) -> None:
-        near_pairs(answer(placed_people(opened, edit.arrangement, before=placement), before))
+        after = placed_people(opened, edit.arrangement, there=there, before=placement)
+        near_pairs(answer(after, before))
 
     def turn(number: int) -> None:
         answered(turned(opened, placement, person, "RE", 0, 60.0 + number % 20))
