@@ -1,5 +1,5 @@
-"""CPU time of the live bench's answers: a joint turned, a hand brought to a point, a seat moved, and
-the verdicts of all cases.
+"""CPU time of the live bench's answers: a joint turned, a hand brought to a point, a seat or part
+moved, and the verdicts of all cases; of a study with a population how its people at hand follow.
 
     python benchmarks/live.py [study] [body]
 
@@ -16,12 +16,38 @@ from dataclasses import replace
 import numpy as np
 
 import workbench as wb
+from workbench.model.moves import Move
 from workbench.study.bench.answers import answer, judged, near_pairs
-from workbench.study.bench.edits import Edit, LimbTarget, reached, seated, turned
+from workbench.study.bench.crowd import (
+    Crowd,
+    Settled,
+    crowd_question,
+    followed,
+    open_crowd,
+    settled,
+)
+from workbench.study.bench.edits import Edit, LimbTarget, reached, seated, shifted, turned
 from workbench.study.bench.placing import placed_people
 from workbench.study.bench.state import OpenStudy, open_study
 
 ROUNDS = 40
+PIECE = 16
+"""People who follow without a break."""
+FOLLOWED = {
+    "trainer": {
+        "a control": Move((), ("flaps",), (0.0, 0.0, 0.0)),
+        "a control that is held": Move((), ("throttle",), (0.0, 0.0, 0.0)),
+        "a lever with its control": Move(("flap_lever",), (), (0.0, 0.0, 0.0)),
+        "the panel": Move(("instrument_panel",), (), (0.0, 0.0, 0.0)),
+        "the canopy": Move(("canopy", "canopy_frame"), (), (0.0, 0.0, 0.0)),
+    },
+    "compact_car": {
+        "a control": Move((), ("hazard_button",), (0.0, 0.0, 0.0)),
+        "the panel": Move(("instrument_panel",), (), (0.0, 0.0, 0.0)),
+        "the roof": Move(("roof_lining",), (), (0.0, 0.0, 0.0)),
+    },
+}
+"""What is dragged in front of a population, by environment."""
 
 
 def cpu_of(function: Callable[[int], object], rounds: int = ROUNDS) -> str:
@@ -39,12 +65,14 @@ def measure(opened: OpenStudy) -> None:
     """Print the times of one study."""
     start = opened.start
     person = start.people[0].role
-    placement = placed_people(opened, start)
+    there = judged(opened, start).there
+    placement = placed_people(opened, start, there=there)
     before = answer(placement)
     tip = before.people[0].tips["right hand"]
 
     def answered(edit: Edit) -> None:
-        near_pairs(answer(placed_people(opened, edit.arrangement, before=placement), before))
+        after = placed_people(opened, edit.arrangement, there=there, before=placement)
+        near_pairs(answer(after, before))
 
     def turn(number: int) -> None:
         answered(turned(opened, placement, person, "RE", 0, 60.0 + number % 20))
@@ -68,7 +96,62 @@ def measure(opened: OpenStudy) -> None:
     print(f"a hand to a point     {cpu_of(hand)}")
     if opened.seat(0) is not None:
         print(f"a seat moved          {cpu_of(seat)}")
+    part = next(
+        name
+        for k, name in enumerate(opened.study.environment.parts)
+        if not any(k in moving for moving in opened.movers)
+    )
+
+    def move(number: int) -> None:
+        by = (0.0, 0.0, 0.001 * (1 + number % 20))
+        answered(shifted(opened, start, Move((part,), (), by)))
+
+    print(f"a part moved          {cpu_of(move)}")
     print(f"verdicts of all cases {cpu_of(lambda number: judged(opened, start), 5)}")
+
+
+def measure_people(opened: OpenStudy, crowd: Crowd) -> None:
+    """Print how long the people at hand take to follow, and how many of them do in 300 ms."""
+    start = opened.start
+    rows = crowd.order[: crowd.at_hand]
+    question = crowd_question(opened, crowd, start)
+    pieces: list[Settled] = []
+
+    def settle() -> None:
+        for first in range(0, len(rows), PIECE):
+            some = rows[first : first + PIECE]
+            pieces.append(settled(crowd, question, start, some))
+
+    begin = time.process_time()
+    settle()
+    took = time.process_time() - begin
+    print(f"{len(rows)} people settled {took:.1f} s of CPU time")
+    who = start.people[crowd.row].role
+
+    def follow(name: str, state: Callable[[int], Edit], rounds: int) -> None:
+        """Print the CPU time of all threads for one step of a drag, the first one apart."""
+        times = []
+        for number in range(rounds):
+            arrangement = state(number).arrangement
+            begin = time.process_time()
+            after = crowd_question(opened, crowd, arrangement)
+            for piece in pieces:
+                followed(opened, crowd, piece, after, arrangement)
+            times.append(1e3 * (time.process_time() - begin))
+        within = 300.0 / np.median(times[1:]) * len(rows)
+        print(
+            f"{name:25s} first {times[0]:7.0f} ms, then {np.median(times[1:]):7.0f}; "
+            f"{min(int(within), len(rows))} people in 300 ms"
+        )
+
+    for name, move in FOLLOWED.get(opened.study.environment.name, {}).items():
+
+        def dragged(number: int, move: Move = move) -> Edit:
+            return shifted(opened, start, replace(move, by=(0.0, 0.0, 0.002 * (number + 1))))
+
+        follow(name, dragged, 6)
+    if opened.seat(crowd.row) is not None:
+        follow("the seat", lambda n: seated(opened, start, who, 0.002 * n, 0.0), 3)
 
 
 def main() -> None:
@@ -81,6 +164,9 @@ def main() -> None:
     spheres = [len(opened.body(row).sphere_names) for row in range(len(study.roles))]
     print(f"{study.name}: {len(spheres)} people of {spheres} spheres")
     measure(opened)
+    crowd = open_crowd(opened)
+    if crowd is not None:
+        measure_people(opened, crowd)
 
 
 if __name__ == "__main__":

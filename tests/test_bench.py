@@ -14,15 +14,22 @@ from tests.conftest import ROOT
 from workbench.body.parts import moved
 from workbench.contact.arranged import (
     Arranged,
-    moved_environment,
     room_of_segments,
     rooms_by_mover,
 )
 from workbench.contact.collide import allowed_depth, nearest
 from workbench.errors import InputError
 from workbench.files.study.saving import read_text
+from workbench.model.moves import Move
 from workbench.study.bench.answers import answer, judged, near_pairs
-from workbench.study.bench.edits import LimbTarget, looking_at, reached, seated, turned
+from workbench.study.bench.edits import (
+    LimbTarget,
+    looking_at,
+    reached,
+    seated,
+    shifted,
+    turned,
+)
 from workbench.study.bench.history import TOGETHER, Entry, History
 from workbench.study.bench.placing import placed_people
 from workbench.study.bench.saving import changes_of, save
@@ -37,6 +44,14 @@ def trainer():
 @pytest.fixture(scope="module")
 def placement(trainer):
     return placed_people(trainer, trainer.start)
+
+
+def moved_environment(arranged):
+    """The environment with the parts where they are displaced to: its index is made anew."""
+    environment = arranged.environment
+    for parts, shift in zip(arranged.movers, arranged.displacement, strict=True):
+        environment = moved(environment, [environment.parts[k] for k in parts], shift)
+    return environment
 
 
 def verdict_words(verdicts):
@@ -152,6 +167,27 @@ def test_a_hand_goes_to_a_target_and_says_how_far_it_misses(trainer, placement):
     assert "mm from the target, limited by" in far.words or "mm from the target" in far.words
 
 
+def test_spheres_that_are_in_somebody_else_are_known(trainer, placement):
+    assert answer(placement).overlaps == (frozenset(), frozenset())
+    other = placement.people[1].placed
+    goal = other.centres[0, trainer.body(1).sphere_segment == trainer.body(1).segment("UT")].mean(0)
+    edit = reached(trainer, placement, "pilot", LimbTarget("right hand", tuple(goal.tolist())))
+    there = placed_people(trainer, edit.arrangement)
+    found = answer(there)
+    one, two = (person.placed for person in there.people)
+    gap = np.linalg.norm(one.centres[0][:, None] - two.centres[0][None], axis=2)
+    gap -= one.body.radius[0][:, None] + two.body.radius[0][None]
+    deep = gap < -1e-6
+    mine, yours = found.overlaps
+    assert mine and yours
+    assert mine <= set(np.flatnonzero(deep.any(axis=1)))
+    assert yours <= set(np.flatnonzero(deep.any(axis=0)))
+    least = np.unravel_index(gap.argmin(), gap.shape)
+    assert least[0] in mine and least[1] in yours
+    pair = next(pair for pair in near_pairs(found, 60) if pair.other_person == "instructor")
+    assert pair.room == pytest.approx(gap.min(), abs=1e-12)
+
+
 def test_a_hand_takes_hold_of_a_control(trainer, placement):
     edit = reached(trainer, placement, "pilot", LimbTarget("right hand", control="throttle"))
     assert edit.words == "right hand on throttle"
@@ -170,6 +206,46 @@ def test_a_seat_stays_within_its_travel(trainer):
     assert np.array_equal(environment.vertices, expected.vertices)
     with pytest.raises(InputError, match="the travel of seat left is"):
         seated(trainer, trainer.start, "pilot", 5.0, 0.0)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_part_that_is_moved_is_asked_where_it_stands(trainer, placement, seed):
+    by = np.random.default_rng(seed).uniform(-0.1, 0.1, 3).round(4)
+    first = shifted(trainer, trainer.start, Move(("left_stick", "compass"), (), tuple(by)))
+    assert first.words == "left_stick goes along"
+    second = seated(trainer, first.arrangement, "pilot", 0.02, 0.01).arrangement
+    there = placed_people(trainer, second, before=placement)
+    found = answer(there, answer(placement))
+    environment = moved_environment(there.parts)
+    shift = there.people[0].shift
+    expected = moved(
+        moved(trainer.study.environment, ["left_stick", "compass"], by),
+        trainer.seat(0).moves,
+        shift,
+    )
+    assert np.abs(environment.vertices - expected.vertices).max() < 1e-12
+    person = there.people[0]
+    plain = nearest(person.placed, expected)
+    room = (plain.distance + allowed_depth(person.body, expected))[0].min(axis=1)
+    near = np.isfinite(room)
+    assert np.abs(found.people[0].near.room[0, near] - room[near]).max() < 1e-12
+
+
+def test_a_move_takes_the_place_of_what_was_said_of_the_same_parts(trainer):
+    def moves(arrangement, parts, by, controls=()):
+        return shifted(trainer, arrangement, Move(parts, controls, by)).arrangement
+
+    both = moves(trainer.start, ("compass", "flap_lever"), (0.1, 0.0, 0.0))
+    one = moves(both, ("compass",), (0.0, 0.02, 0.0))
+    rows = [(move.parts, move.by) for move in one.moves]
+    assert rows == [(("flap_lever",), (0.1, 0.0, 0.0)), (("compass",), (0.0, 0.02, 0.0))]
+    assert moves(one, ("flap_lever",), (0.0, 0.0, 0.0)).moves == one.moves[1:]
+    assert moves(both, ("compass", "flap_lever"), (0.1, 0.00004, 0.0)) is both
+    alone = moves(one, (), (0.0, 0.0, 0.03), controls=("flaps",))
+    study = arranged_study(trainer, alone)
+    at = {control.name: np.array(control.at) for control in study.environment.controls}
+    start = {control.name: control.at for control in trainer.study.environment.controls}
+    assert at["flaps"] - start["flaps"] == pytest.approx([0.1, 0.0, 0.03])
 
 
 def test_another_case_is_looked_at(trainer):
@@ -218,6 +294,16 @@ EDITS = st.one_of(
     st.tuples(
         st.just("hand"), st.just("pilot"), st.just("throttle"), st.just("right hand"), st.none()
     ),
+    st.tuples(
+        st.just("move"),
+        st.sampled_from(["throttle_lever", "compass", "instrument_panel", "left_stick"]),
+        *[st.floats(-0.2, 0.2)] * 3,
+    ),
+    st.tuples(
+        st.just("move control"),
+        st.sampled_from(["throttle", "flaps"]),
+        *[st.floats(-0.2, 0.2)] * 3,
+    ),
     st.tuples(st.just("case"), st.sampled_from(["cruise", "looking left"]), *[st.none()] * 3),
 )
 
@@ -230,6 +316,9 @@ def edited(opened, arrangement, edit):
             return looking_at(opened, arrangement, who).arrangement
         if verb == "seat":
             return seated(opened, arrangement, who, *more[:2]).arrangement
+        if verb.startswith("move"):
+            parts, controls = ((), (who,)) if verb == "move control" else ((who,), ())
+            return shifted(opened, arrangement, Move(parts, controls, tuple(more))).arrangement
         there = placed_people(opened, arrangement)
         if verb == "turn":
             return turned(opened, there, who, *more).arrangement

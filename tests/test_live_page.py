@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+import math
 import shutil
 import subprocess
 import sys
@@ -38,13 +40,13 @@ def page(study):
                     executable_path=CHROMIUM, args=["--no-sandbox", "--enable-unsafe-swiftshader"]
                 )
                 opened = browser.new_page(viewport={"width": 1400, "height": 900})
-                opened.set_default_timeout(120_000)
+                opened.set_default_timeout(60_000)
                 opened.said = []
                 opened.asked = []
                 opened.on("console", lambda message: opened.said.append(message.text))
                 opened.on("pageerror", lambda error: opened.said.append(str(error)))
                 opened.on("request", lambda request: opened.asked.append(request.url))
-                opened.goto(address)
+                opened.goto(address, wait_until="commit")
                 opened.wait_for_selector("#verdicts tr")
                 yield opened
                 browser.close()
@@ -123,6 +125,108 @@ def test_the_study_is_saved_from_the_page(page, study):
     page.wait_for_function("() => !document.title.startsWith('●')")
     assert study.read_text() == before
     assert faults(page) == []
+
+
+def grip(page):
+    """Where the middle and the arrows are in the window."""
+    page.get_by_role("button", name="corner").click()
+    page.wait_for_function("() => document.querySelector('#picture .stage').dataset.grip")
+    page.wait_for_timeout(300)
+    places = json.loads(page.locator("#picture .stage").get_attribute("data-grip"))
+    box = page.locator("#picture canvas").bounding_box()
+    return [(box["x"] + x, box["y"] + y) for x, y in places]
+
+
+def drag(page, start, by, key=None):
+    x, y = start
+    page.mouse.move(x, y)
+    page.mouse.down()
+    for share in (0.4, 0.7, 1.0):
+        page.mouse.move(x + share * by[0], y + share * by[1])
+    page.wait_for_function("() => document.title.startsWith('●')")
+    if key:
+        page.keyboard.press(key)
+        page.wait_for_function("() => !document.title.startsWith('●')")
+    page.mouse.up()
+    page.wait_for_timeout(300)
+
+
+def numbers(page, form):
+    return [float(page.locator(f"#{form}-{axis}").input_value()) for axis in "xyz"]
+
+
+def undone(page):
+    page.get_by_role("button", name="Undo").click()
+    page.wait_for_function("() => !document.title.startsWith('●')")
+
+
+def test_a_hand_is_dragged_and_escape_puts_it_back(page):
+    page.get_by_label("hand or foot").check()
+    page.locator("#limb-name").select_option("right hand")
+    before = numbers(page, "limb")
+    drag(page, grip(page)[0], (25, -20))
+    after = numbers(page, "limb")
+    assert math.dist(after, before) > 20.0
+    undone(page)
+    assert numbers(page, "limb") == before
+    drag(page, grip(page)[0], (25, -20), key="Escape")
+    page.wait_for_timeout(300)
+    assert numbers(page, "limb") == before
+    assert page.get_by_role("button", name="Undo").is_disabled()
+
+
+def test_a_part_is_dragged_along_its_arrow_alone(page):
+    page.locator("#thing-name").select_option("parts throttle_lever")
+    assert page.get_by_label("part or control").is_checked()
+    middle, ahead, *_ = grip(page)
+    drag(page, ahead, [0.5 * (a - b) for a, b in zip(ahead, middle, strict=True)])
+    moved = numbers(page, "thing")
+    assert moved[0] > 20.0 and moved[1:] == [0.0, 0.0]
+    assert page.locator("#status").text_content() == "throttle goes along"
+    page.get_by_role("button", name="Put back").click()
+    page.wait_for_function("() => document.getElementById('thing-back').disabled")
+    assert numbers(page, "thing") == [0.0, 0.0, 0.0]
+    page.wait_for_function("() => !document.title.startsWith('●')")
+
+
+def test_the_seat_is_dragged_within_its_travel(page):
+    page.get_by_label("seat", exact=True).check()
+    slider = page.locator("#seat").get_by_role("slider").first
+    middle, ahead, *_ = grip(page)
+    drag(page, ahead, [5.0 * (a - b) for a, b in zip(ahead, middle, strict=True)])
+    assert slider.input_value() == slider.get_attribute("max")
+    undone(page)
+    page.get_by_label("nothing").check()
+
+
+def test_a_control_is_moved_by_number_and_saved(page, study):
+    before = study.read_text()
+    page.locator("#thing-name").select_option("controls flaps")
+    page.locator("#thing-z").fill("12.5")
+    page.locator("#thing-z").press("Enter")
+    page.wait_for_function("() => document.title.startsWith('●')")
+    page.get_by_role("button", name="Save").click()
+    page.wait_for_function(
+        "() => document.getElementById('status').textContent.startsWith('saved')"
+    )
+    assert "moved: [{controls: [flaps], by: [0, 0, 12.5]}]\n" in study.read_text()
+    page.get_by_role("button", name="Undo").click()
+    page.wait_for_function("() => document.title.startsWith('●')")
+    page.get_by_role("button", name="Save").click()
+    page.wait_for_function("() => !document.title.startsWith('●')")
+    assert study.read_text() == before
+    assert faults(page) == []
+
+
+def test_what_is_clicked_in_the_picture_is_chosen(page):
+    page.get_by_label("nothing").check()
+    page.get_by_role("button", name="corner").click()
+    page.wait_for_timeout(800)
+    box = page.locator("#picture canvas").bounding_box()
+    page.mouse.click(box["x"] + 0.2 * box["width"], box["y"] + 0.62 * box["height"])
+    assert page.get_by_label("part or control").is_checked()
+    said = page.locator("#picture .said").text_content()
+    assert page.locator("#thing-name option:checked").text_content() == said
 
 
 @pytest.mark.parametrize("width", [420, 1000, 1600])

@@ -5,12 +5,14 @@ from __future__ import annotations
 import difflib
 
 import pytest
+import yaml
 
 from tests.conftest import ROOT
 from workbench.errors import InputError
 from workbench.files.study.splice import (
     AxisAngle,
     JointChange,
+    MovedChange,
     PostureChange,
     SeatChange,
     SharedValueError,
@@ -18,6 +20,7 @@ from workbench.files.study.splice import (
 )
 from workbench.files.yaml_marks import marked, walked
 from workbench.files.yaml_text import parse_yaml
+from workbench.model.moves import Move
 
 STUDIES = sorted((ROOT / "studies").glob("*.yaml"))
 BEND = AxisAngle(("flexion", "extension"), 70.0)
@@ -181,3 +184,37 @@ def test_every_study_of_the_catalogue_takes_a_position_and_a_joint(path):
     for value in (before, after):
         value["cases"][0]["people"].pop(role)
     assert after == before
+
+
+MOVED = """length: cm
+environment: cab  # of steel
+moved:  # by the bench
+  - {parts: [a], by: [1, 0, 0]}  # first
+  - controls: [b]
+    by: [0, 2, 0]  # second
+cases: []
+"""
+
+
+def test_a_displacement_is_changed_in_its_own_entry():
+    before = (Move(("a",), (), (0.01, 0.0, 0.0)), Move((), ("b",), (0.0, 0.02, 0.0)))
+    after = (before[0], Move((), ("b",), (0.0, 0.025, 0.0)), Move(("c d",), (), (0.0, 0.0, 0.1)))
+    found = spliced(MOVED, [MovedChange(before, after)])
+    assert found == MOVED.replace("by: [0, 2, 0]", "by: [0, 2.5, 0]").replace(
+        "# second\n", '# second\n  - {parts: ["c d"], by: [0, 0, 10]}\n'
+    )
+    flow = "length: mm\nenvironment: cab\nmoved: [{parts: [a], by: [10, 0, 0]}]\n"
+    found = spliced(flow, [MovedChange(before[:1], before)])
+    assert "moved: [{parts: [a], by: [10, 0, 0]}, {controls: [b], by: [0, 20, 0]}]\n" in found
+
+
+def test_a_list_of_moves_is_made_or_made_anew():
+    one = Move(("a",), (), (0.01, 0.0, 0.0))
+    other = Move((), ("b",), (0.0, 0.02, 0.0))
+    plain = "length: mm\r\nenvironment: cab  # of steel\r\ncases: []\r\n"
+    found = spliced(plain, [MovedChange((), (one,))])
+    line = "environment: cab  # of steel\r\nmoved: [{parts: [a], by: [10, 0, 0]}]\r\n"
+    assert found == plain.replace("environment: cab  # of steel\r\n", line)
+    found = spliced(MOVED, [MovedChange((one, other), (other,))])
+    assert yaml.safe_load(found)["moved"] == [{"controls": ["b"], "by": [0, 2, 0]}]
+    assert yaml.safe_load(spliced(MOVED, [MovedChange((one, other), ())]))["moved"] == []

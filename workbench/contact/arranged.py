@@ -1,4 +1,4 @@
-"""Clearance in an environment some of whose parts are displaced, such as seats along their rails.
+"""Clearance in an environment some of whose parts are displaced: seats along their rails, a lever.
 
 To displace a part is to make another environment, whose distance index is made anew. Here the
 bodies are displaced instead: against the parts of a mover they stand where they would stand in that
@@ -13,7 +13,6 @@ from functools import lru_cache
 
 import numpy as np
 
-from workbench.body.parts import moved
 from workbench.contact.batches import grouped_room, witnesses
 from workbench.contact.collide import allowed_groups
 from workbench.contact.fields import Groups
@@ -26,7 +25,6 @@ __all__ = [
     "Arranged",
     "FrameRooms",
     "SegmentRoom",
-    "moved_environment",
     "room_of_segments",
     "rooms_by_mover",
 ]
@@ -215,12 +213,3 @@ def _split(groups: Groups, allowed: Floats, mover: Ints) -> Iterator[_Frame]:
         columns = [g for g, parts in enumerate(own) if parts]
         if columns:
             yield _Frame(m, tuple(own[g] for g in columns), allowed[:, columns])
-
-
-def moved_environment(arranged: Arranged) -> Environment:
-    """Make the environment with the parts where they are displaced to: its index is made anew."""
-    environment = arranged.environment
-    for parts, shift in zip(arranged.movers, arranged.displacement, strict=True):
-        if shift.any():
-            environment = moved(environment, [environment.parts[k] for k in parts], shift)
-    return environment

@@ -18,10 +18,20 @@ from workbench.files.catalogue import find
 from workbench.files.study.reader import load_study
 from workbench.files.study.saving import read_text
 from workbench.files.study.splice import SharedValueError
-from workbench.live.frames import answer_frame, hello_frame, verdict_frame
+from workbench.live.following import Following
+from workbench.live.frames import answer_frame, hello_frame, verdict_frame, waiting_frame
 from workbench.live.protocol import Question, packed
+from workbench.model.moves import Move
 from workbench.study.bench.answers import Answer, Judged, answer, judged
-from workbench.study.bench.edits import Edit, LimbTarget, looking_at, reached, seated, turned
+from workbench.study.bench.edits import (
+    Edit,
+    LimbTarget,
+    looking_at,
+    reached,
+    seated,
+    shifted,
+    turned,
+)
 from workbench.study.bench.history import Entry, History
 from workbench.study.bench.placing import placed_people
 from workbench.study.bench.saving import save
@@ -42,11 +52,12 @@ class Replies:
 
 @dataclass(frozen=True, eq=False)
 class Judgement:
-    """What is to be judged: a state and its number."""
+    """What is to be judged: a state and its number, and the population that is beside it."""
 
     opened: OpenStudy
     arrangement: Arrangement
     generation: int
+    following: Following
 
     def made(self) -> Judged | str:
         """Judge the state, in any thread; why it cannot be judged, in words."""
@@ -91,7 +102,9 @@ class Desk:
             "joint": self._joint,
             "hand": self._hand,
             "seat": self._seat,
+            "move": self._move,
             "case": self._case,
+            "drop": self._to_shown,
             "undo": self._undo,
             "redo": self._redo,
             "save": self._save,
@@ -109,6 +122,7 @@ class Desk:
         self.live = opened.start
         self.saved = opened.start
         self.history = History.of(opened.start)
+        self.following = Following(opened)
         self.there: Present | None = None
         self.shown: Answer | None = None
         self.verdicts: bytes | None = None
@@ -123,7 +137,7 @@ class Desk:
     @property
     def unsaved(self) -> bool:
         """Whether the state differs from the file."""
-        return self.live.people != self.saved.people
+        return self.live.content != self.saved.content
 
     @property
     def ready(self) -> bool:
@@ -144,6 +158,9 @@ class Desk:
             frames = [self._answered(0, "")]
         except WorkbenchError as error:
             frames = [fault_frame(None, str(error))]
+        if self.following.there:
+            people = self.following.frame(self.generation)
+            frames.append(people or waiting_frame("the people are being seated"))
         return frames if self.verdicts is None else [*frames, self.verdicts]
 
     def scene(self) -> str:
@@ -171,7 +188,7 @@ class Desk:
 
     def judgement(self) -> Judgement:
         """What is to be judged now."""
-        return Judgement(self.opened, self.live, self.generation)
+        return Judgement(self.opened, self.live, self.generation, self.following)
 
     def take(self, judgement: Judgement, found: Judged | str) -> list[bytes]:
         """Take what was judged; frames for everybody, none where the state is another by now."""
@@ -222,12 +239,12 @@ class Desk:
 
     def _edited(self, question: Question, edit: Edit, label: str) -> Replies:
         """Take a state that an edit came to."""
-        same = edit.arrangement.people == self.live.people
+        same = edit.arrangement.content == self.live.content
         self.live = edit.arrangement
         if not same:
             self.generation += 1
             self.verdicts = None
-        if question.done and self.live.people != self.history.shown.arrangement.people:
+        if question.done and self.live.content != self.history.shown.arrangement.content:
             subject = " ".join(str(part) for part in question.subject)
             self.history = self.history.added(Entry(self.live, label, subject, self.clock()))
         return Replies([self._answered(question.number, edit.words)], changed=not same)
@@ -264,13 +281,20 @@ class Desk:
         edit = seated(self.opened, self.live, given["person"], given["forward"], given["up"])
         return self._edited(question, edit, f"{given['person']}: seat")
 
+    def _move(self, question: Question) -> Replies:
+        given = question.given
+        x, y, z = given["by"]
+        wanted = Move(tuple(given["parts"]), tuple(given["controls"]), (x, y, z))
+        edit = shifted(self.opened, self.live, wanted)
+        return self._edited(question, edit, ", ".join((*wanted.parts, *wanted.controls)))
+
     def _case(self, question: Question) -> Replies:
         edit = looking_at(self.opened, self.live, question.given["name"])
         self.live = edit.arrangement
         return Replies([self._answered(question.number, "")])
 
     def _undo(self, question: Question) -> Replies:
-        if self.live.people == self.history.shown.arrangement.people:
+        if self.live.content == self.history.shown.arrangement.content:
             self.history = self.history.undone()
         return self._to_shown(question)
 
@@ -279,6 +303,7 @@ class Desk:
         return self._to_shown(question)
 
     def _to_shown(self, question: Question) -> Replies:
+        """Show the state of the history again: a drag that has not ended is dropped."""
         self.live = self.history.shown.arrangement
         self.generation += 1
         self.verdicts = None

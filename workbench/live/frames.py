@@ -3,34 +3,54 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from workbench.live.protocol import packed
-from workbench.model.arrays import Floats
+from workbench.model.accommodation import met_of
+from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.body import Body
+from workbench.model.moves import Move
+from workbench.model.population import SEXES
 from workbench.model.result import Verdict
 from workbench.study.bench.answers import Answer, Judged, NearPair, near_pairs
-from workbench.study.bench.state import OpenStudy
+from workbench.study.bench.crowd import Crowd, met_all
+from workbench.study.bench.state import OpenStudy, arranged_environment, seat_shift
+from workbench.study.checks.margins import Asked
 
-__all__ = ["answer_frame", "hello_frame", "verdict_frame"]
+__all__ = [
+    "PeopleShown",
+    "answer_frame",
+    "hello_frame",
+    "people_frame",
+    "verdict_frame",
+    "waiting_frame",
+]
 
 NO_PART = 0xFFFF
+MOST_CHANGED = 100
+"""People who are listed because they fit now, or do no longer."""
 
 
 def hello_frame(opened: OpenStudy, file: str, *, saves: bool) -> bytes:
     """Pack what stays as long as a study is open: people with their joints and seats, cases,
-    controls, parts."""
+    controls, and the parts that can be moved."""
     study = opened.study
     people = [
         {"role": role.name, "seat": _seat(opened, row), **_body(opened.body(row))}
         for row, role in enumerate(study.roles)
     ]
     controls = [
-        {"name": one.name, "at": list(one.at), "grip": one.grip, "zone": one.zone}
+        {"name": one.name, "grip": one.grip, "zone": one.zone, "part": one.part}
         for one in study.environment.controls
+    ]
+    riding = {name for seat in study.environment.seats for name in seat.moves}
+    hidden = study.environment.hidden
+    parts = [
+        name for k, name in enumerate(study.environment.parts) if not (hidden[k] or name in riding)
     ]
     return packed(
         {
@@ -42,7 +62,7 @@ def hello_frame(opened: OpenStudy, file: str, *, saves: bool) -> bytes:
             "cases": list(opened.cases),
             "people": people,
             "controls": controls,
-            "parts": list(study.environment.parts),
+            "parts": parts,
         }
     )
 
@@ -56,6 +76,7 @@ def _seat(opened: OpenStudy, row: int) -> dict[str, Any] | None:
         "name": seat.name,
         "forward": list(seat.travel_forward),
         "up": list(seat.travel_up),
+        "ahead": _rounded(seat_shift(seat, 1.0, 0.0)),
         "parts": list(seat.moves),
     }
 
@@ -102,8 +123,6 @@ def answer_frame(found: Answer, opened: OpenStudy, head: Mapping[str, Any], begi
                 "free": person.state.free,
                 "forward": round(person.forward, 6),
                 "up": round(person.up, 6),
-                "shift": _rounded(person.shift),
-                "parts": [] if (seat := opened.seat(row)) is None else list(seat.moves),
                 "angles": _degrees(one.angles),
                 "limits": _degrees(one.limits),
                 "tips": {name: _rounded(tip) for name, tip in one.tips.items()},
@@ -117,16 +136,33 @@ def answer_frame(found: Answer, opened: OpenStudy, head: Mapping[str, Any], begi
             (f"room{row}", one.near.room[0].astype(np.float32)),
             (f"sphere{row}", one.near.sphere[0].astype(np.int32)),
             (f"part{row}", part.astype(np.uint16)),
+            (f"overlap{row}", np.array(sorted(found.overlaps[row]), dtype=np.int32)),
         ]
+    moves = found.placement.arrangement.moves
     sent = {
         "kind": "answer",
         **head,
+        "moves": [_move(move) for move in moves],
+        "shifts": _shifts(found),
+        "controls": [_rounded(one.at) for one in arranged_environment(opened, moves).controls],
         "case": opened.cases[found.placement.arrangement.case],
         "people": people,
         "near": [_near(pair) for pair in near_pairs(found)],
         "ms": round(1e3 * (time.perf_counter() - begin), 1),
     }
     return packed(sent, arrays)
+
+
+def _move(move: Move) -> dict[str, Any]:
+    return {"parts": list(move.parts), "controls": list(move.controls), "by": _rounded(move.by)}
+
+
+def _shifts(found: Answer) -> dict[str, list[float]]:
+    """By how much parts are displaced [m] from where the picture has them."""
+    arranged = found.placement.parts
+    shifts = arranged.by_part
+    moving = sorted(k for group in arranged.movers for k in group)
+    return {arranged.environment.parts[k]: _rounded(shifts[k]) for k in moving}
 
 
 def _near(pair: NearPair) -> dict[str, Any]:
@@ -187,11 +223,107 @@ def _verdict(verdict: Verdict) -> dict[str, Any]:
     }
 
 
+@dataclass(frozen=True, eq=False)
+class PeopleShown:
+    """What is known of some people of a population.
+
+    Parameters
+    ----------
+    rows
+        (B,) of the people.
+    margin, before
+        (B, R) [m] what they have to spare now, and in the study as it was opened.
+    settled
+        (B,) whether a run finds the same now.
+    asked
+        The R requirements.
+    """
+
+    rows: Ints
+    margin: Floats
+    settled: Bools
+    before: Floats
+    asked: Sequence[Asked]
+
+
+def waiting_frame(words: str) -> bytes:
+    """Pack why nothing is known of a population yet, or at all."""
+    return packed({"kind": "people", "words": words})
+
+
+def people_frame(crowd: Crowd, shown: PeopleShown, generation: int) -> bytes:
+    """Pack who of a population fits, reaches and clears, and whom a change has made to."""
+    weight = crowd.people.weight[shown.rows]
+
+    def share(met: Bools) -> float:
+        return round(float(weight[met].sum() / weight.sum()), 6)
+
+    checks = np.array([one.requirement.check for one in shown.asked])
+    sets = {
+        "fit": np.ones(len(checks), dtype=np.bool_),
+        "reach": checks == "reach",
+        "clear": np.isin(checks, ("clearance", "contact")),
+    }
+    now = met_of(shown.margin)
+    before = met_of(shown.before)
+    rows = [
+        {"name": one.requirement.name, "share": share(now[:, r]), "was": share(before[:, r])}
+        for r, one in enumerate(shown.asked)
+    ]
+    rows.sort(key=lambda row: (row["share"], row["name"]))
+    return packed(
+        {
+            "kind": "people",
+            "words": "",
+            "generation": generation,
+            "of": len(crowd.order),
+            "known": len(shown.rows),
+            "settled": int(shown.settled.sum()),
+            "shares": [
+                {
+                    "name": name,
+                    "share": share(met_all(shown.margin, some)),
+                    "was": share(met_all(shown.before, some)),
+                }
+                for name, some in sets.items()
+                if some.any()
+            ],
+            "rows": rows,
+            "changed": _changed(crowd, shown),
+        }
+    )
+
+
+def _changed(crowd: Crowd, shown: PeopleShown) -> list[dict[str, Any]]:
+    """The people who fit now and did not, or did and do no longer, with what is missed by most."""
+    fits = met_all(shown.margin)
+    rows = np.flatnonzero(fits != met_all(shown.before))
+    people = crowd.people
+    stature = people.column("stature") if "stature" in people.names else None
+    found = []
+    for row in rows[np.argsort(shown.rows[rows])][:MOST_CHANGED].tolist():
+        person = int(shown.rows[row])
+        margin = np.nan_to_num((shown.before if fits[row] else shown.margin)[row], nan=np.inf)
+        r = int(margin.argmin())
+        found.append(
+            {
+                "person": person + 1,
+                "sex": SEXES[int(people.sex[person])],
+                "stature": None if stature is None else round(1e3 * float(stature[person])),
+                "fits": bool(fits[row]),
+                "name": shown.asked[r].requirement.name,
+                "margin": round(1e3 * float(margin[r]), 1),
+                "settled": bool(shown.settled[row]),
+            }
+        )
+    return found
+
+
 def _degrees(angles: Floats) -> Any:
     """Angles in degrees, to a hundredth; those without a stop half a turn."""
     shown = np.degrees(np.nan_to_num(angles, posinf=np.pi, neginf=-np.pi))
     return np.round(np.clip(shown, -360.0, 360.0), 2).tolist()
 
 
-def _rounded(values: Floats) -> list[float]:
+def _rounded(values: Floats | tuple[float, ...]) -> list[float]:
     return [round(float(value), 5) for value in values]

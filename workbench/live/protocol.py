@@ -1,8 +1,9 @@
 """The messages of the bench: what a page may ask, checked by a table, and how answers are packed.
 
-A question is a JSON object with a number `n`, a verb `do` and what the verb takes. An answer is
-binary: the length of its header (four bytes, little-endian), the header as JSON, and arrays at the
-places that the header's `arrays` names: name, type, count and the byte at which each begins.
+A question is a JSON object with a number `n`, a verb `do` and what the verb takes. An answer is laid
+out as a block of pictures is (`draw.web.packing`): the length of its header (four bytes,
+little-endian), the header as JSON, and the arrays that the header names, one after the other, of
+each the low bytes of all numbers first. Numbers are not rounded and not written as differences.
 """
 
 from __future__ import annotations
@@ -26,8 +27,7 @@ LONGEST = 65_536
 """Bytes of a question."""
 SUBPROTOCOL = "workbench-1"
 LONGEST_TEXT = 400
-ALIGN = 8
-"""Arrays begin at multiples of so many bytes."""
+MOST_NAMES = 1000
 LARGEST = 2**53
 """Whole numbers beyond are not the same in every language."""
 
@@ -58,7 +58,7 @@ class Question:
     @property
     def subject(self) -> tuple[Any, ...]:
         """What it is about: a newer question of the same subject replaces one that waits."""
-        names = ("person", "joint", "axis", "limb")
+        names = ("person", "joint", "axis", "limb", "parts", "controls")
         return (self.verb, *(self.given.get(name) for name in names))
 
 
@@ -72,6 +72,10 @@ def _flag(value: Any) -> bool:
 
 def _number(value: Any) -> bool:
     return isinstance(value, (int, float)) and not _flag(value) and abs(value) < LARGEST
+
+
+def _texts(value: Any) -> bool:
+    return isinstance(value, list) and len(value) <= MOST_NAMES and all(map(_text, value))
 
 
 def _point(value: Any) -> bool:
@@ -120,7 +124,14 @@ VERBS: Mapping[str, Mapping[str, _Taken]] = {
         "done": _DONE,
     },
     "seat": {"person": _PERSON, "forward": _METRES, "up": _METRES, "done": _DONE},
+    "move": {
+        "parts": _Taken("a list of names of parts", _texts, [], needed=False),
+        "controls": _Taken("a list of names of controls", _texts, [], needed=False),
+        "by": _Taken("three numbers of metres", _point),
+        "done": _DONE,
+    },
     "case": {"name": _Taken("the name of a case", _text)},
+    "drop": {},
     "undo": {},
     "redo": {},
     "save": {
@@ -198,29 +209,30 @@ def _given(verb: str, message: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def packed(head: Mapping[str, Any], arrays: Sequence[tuple[str, NDArray[Any]]] = ()) -> bytes:
-    """Pack an answer: a header that JSON can write, and named arrays.
-
-    Places of arrays are counted from the end of the header, which is padded with spaces.
-    """
-    rows: list[tuple[str, str, int, int]] = []
-    parts: list[bytes] = []
-    at = 0
-    for name, values in arrays:
-        data = np.ascontiguousarray(values).tobytes()
-        rows.append((name, values.dtype.str[1:], int(values.size), at))
-        parts.append(data + bytes(-len(data) % ALIGN))
-        at += len(parts[-1])
-    text = json.dumps({**head, "arrays": rows}, allow_nan=False, separators=(",", ":")).encode()
-    text += b" " * (-(4 + len(text)) % ALIGN)
-    return b"".join([struct.pack("<I", len(text)), text, *parts])
+    """Pack an answer: a header that JSON can write, and named arrays."""
+    entries = [
+        {"name": name, "kind": values.dtype.str[1:], "count": int(values.size)}
+        for name, values in arrays
+    ]
+    text = json.dumps({**head, "arrays": entries}, allow_nan=False, separators=(",", ":")).encode()
+    planes = [
+        np.ascontiguousarray(values).reshape(-1, 1).view(np.uint8).T.tobytes()
+        for _, values in arrays
+    ]
+    return b"".join([struct.pack("<I", len(text)), text, *planes])
 
 
 def unpacked(data: bytes) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
     """Unpack an answer into its header and its arrays, each flat."""
     (length,) = struct.unpack_from("<I", data)
     head = json.loads(data[4 : 4 + length])
-    arrays = {
-        name: np.frombuffer(data, np.dtype(f"<{kind}"), count, 4 + length + at)
-        for name, kind, count, at in head.pop("arrays")
-    }
+    at = 4 + length
+    arrays = {}
+    for entry in head.pop("arrays"):
+        kind = np.dtype(f"<{entry['kind']}")
+        count = entry["count"]
+        planes = np.frombuffer(data, np.uint8, count * kind.itemsize, at)
+        rows = np.ascontiguousarray(planes.reshape(kind.itemsize, count).T)
+        arrays[entry["name"]] = rows.view(kind).ravel()
+        at += count * kind.itemsize
     return head, arrays

@@ -1,7 +1,8 @@
 """The server of the bench: its page, and the socket over which the page asks.
 
 The loop of the server calls no engine. One thread does what is asked, in order; another judges the
-state once it rests.
+state once it rests. Two more are for a population: it is followed while something is dragged, and
+settled once that rests.
 """
 
 from __future__ import annotations
@@ -10,7 +11,7 @@ import asyncio
 import os
 import secrets
 import socket
-from collections.abc import AsyncIterator, Callable
+from collections.abc import AsyncIterator, Callable, Coroutine
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import asynccontextmanager
 from functools import partial
@@ -19,7 +20,7 @@ from typing import Any, TypeVar
 
 from workbench.draw.web.snippet import MODULES
 from workbench.errors import InputError, MissingPartError, WorkbenchError
-from workbench.live.desk import Desk, Replies, fault_frame
+from workbench.live.desk import Desk, Judgement, Replies, fault_frame
 from workbench.live.guard import Application, Guard
 from workbench.live.protocol import LONGEST, SUBPROTOCOL, parsed
 from workbench.live.waiting import Waiting
@@ -40,6 +41,8 @@ __all__ = ["live_application", "serve"]
 
 IDLE = 0.12
 """Time [s] without a change after which a state is judged."""
+OFTEN = 0.1
+"""Time [s] between two frames about a population that is followed."""
 WATCH = 1.0
 """Time [s] between looks at the study's file."""
 SLOWEST = 10.0
@@ -49,6 +52,12 @@ PAGE = {
     "style.css": "text/css; charset=utf-8",
     "app.js": "text/javascript; charset=utf-8",
     "connection.js": "text/javascript; charset=utf-8",
+    "elements.js": "text/javascript; charset=utf-8",
+    "gizmo.js": "text/javascript; charset=utf-8",
+    "grips.js": "text/javascript; charset=utf-8",
+    "ways.js": "text/javascript; charset=utf-8",
+    "people.js": "text/javascript; charset=utf-8",
+    "things.js": "text/javascript; charset=utf-8",
     "picture.js": "text/javascript; charset=utf-8",
     "icon.svg": "image/svg+xml",
 }
@@ -68,8 +77,24 @@ class Hub:
         self.waiting: Waiting[WebSocket] = Waiting()
         self.asked = asyncio.Event()
         self.changed = asyncio.Event()
+        self.moved = asyncio.Event()
+        self.rested = asyncio.Event()
+        self.ended = False
         self.work = ThreadPoolExecutor(1, "desk")
         self.judging = ThreadPoolExecutor(1, "judge")
+        self.following = ThreadPoolExecutor(1, "follow")
+        self.settling = ThreadPoolExecutor(1, "settle")
+
+    @property
+    def loops(self) -> tuple[Callable[[], Coroutine[Any, Any, None]], ...]:
+        """What goes on as long as the bench is served."""
+        return self.answer, self.judge, self.follow, self.settle, self.watch
+
+    def end(self) -> None:
+        """Let the threads end with what they are at."""
+        self.ended = True
+        for pool in (self.work, self.judging, self.following, self.settling):
+            pool.shutdown(wait=False, cancel_futures=True)
 
     async def at_desk(self, function: Callable[..., Found], *arguments: Any) -> Found:
         """Call a function in the thread of the desk."""
@@ -98,6 +123,57 @@ class Hub:
             loop = asyncio.get_running_loop()
             found = await loop.run_in_executor(self.judging, asked.made)
             await self.send(Replies(everybody=await self.at_desk(self.desk.take, asked, found)))
+            if asked.following.there:
+                self.rested.set()
+
+    async def settle(self) -> None:
+        """Settle the people of a population in each state that rests, until it is another one."""
+        loop = asyncio.get_running_loop()
+        while True:
+            await self.rested.wait()
+            self.rested.clear()
+            asked = await self.at_desk(self.desk.judgement)
+            people = asked.following
+            refused = await loop.run_in_executor(self.settling, people.begin)
+            for number in range(len(people.pieces)):
+                if self.superseded() or refused is not None:
+                    break
+                state = asked.arrangement, asked.generation, self.superseded
+                settle = partial(people.settle, number, *state)
+                refused = await loop.run_in_executor(self.settling, settle)
+                await self.send(Replies(everybody=self.people_frames(asked)))
+            if refused is not None:
+                await self.send(Replies(everybody=[refused]))
+
+    def superseded(self) -> bool:
+        """Whether another state is to be judged, or has been since the last look."""
+        return self.changed.is_set() or self.rested.is_set() or self.ended
+
+    async def follow(self) -> None:
+        """Follow each change with the people who are at hand; of a drag the newest counts."""
+        loop = asyncio.get_running_loop()
+        while True:
+            await self.moved.wait()
+            self.moved.clear()
+            asked = await self.at_desk(self.desk.judgement)
+            people = asked.following
+            sent = 0.0
+            for number in range(people.at_hand):
+                follow = partial(people.follow, number, asked.arrangement, asked.generation)
+                known = await loop.run_in_executor(self.following, follow)
+                if self.moved.is_set():
+                    break
+                last = number + 1 == people.at_hand
+                if known and (last or loop.time() - sent > OFTEN):
+                    sent = loop.time()
+                    await self.send(Replies(everybody=self.people_frames(asked)))
+
+    def people_frames(self, asked: Judgement) -> list[bytes]:
+        """What is known of a population in a state; nothing where the state is another by now."""
+        if asked.generation != self.desk.generation:
+            return []
+        frame = asked.following.frame(asked.generation)
+        return [] if frame is None else [frame]
 
     async def watch(self) -> None:
         """Look at the study's file from time to time."""
@@ -113,6 +189,7 @@ class Hub:
                 await self.send_one(page, frame)
         if replies.changed:
             self.changed.set()
+            self.moved.set()
 
     async def send_one(self, page: WebSocket, frame: bytes) -> None:
         """Send a frame; a page that has gone, or takes none, is forgotten."""
@@ -200,15 +277,14 @@ def live_application(desk: Desk, *, port: int, token: str) -> Application:
 
     @asynccontextmanager
     async def running(app: Starlette) -> AsyncIterator[None]:
-        tasks = [asyncio.create_task(one()) for one in (hub.answer, hub.judge, hub.watch)]
+        tasks = [asyncio.create_task(one()) for one in hub.loops]
         try:
             yield
         finally:
             for task in tasks:
                 task.cancel()
             await asyncio.gather(*tasks, return_exceptions=True)
-            hub.work.shutdown(wait=False, cancel_futures=True)
-            hub.judging.shutdown(wait=False, cancel_futures=True)
+            hub.end()
 
     routes = [
         Route("/", page),

@@ -14,6 +14,7 @@ from workbench.model.envelope import ReachTask
 from workbench.model.environment import Environment
 from workbench.model.force import ForceLaw
 from workbench.model.motion_case import SignalPoint
+from workbench.model.moves import Move
 from workbench.model.person import Size
 from workbench.model.population import Population, PopulationModel
 from workbench.model.poses import Poses
@@ -176,7 +177,8 @@ class ContactForce:
 class Study:
     """A study with everything it names.
 
-    compare: the two cases whose motions are compared, by index. inputs: the files it was read from,
+    moved: what of the environment stands elsewhere than its file has it; `environment` has it
+    there. compare: the two cases whose motions are compared, by index. inputs: the files it was read from,
     by role.
     """
 
@@ -188,6 +190,7 @@ class Study:
     cases: tuple[Case, ...]
     criteria: tuple[Criterion, ...]
     inputs: Mapping[str, Path]
+    moved: tuple[Move, ...] = ()
     shares: Shares = field(default_factory=Shares)
     reach_maps: tuple[MapTask, ...] = ()
     reach_envelopes: tuple[ReachTask, ...] = ()

@@ -245,6 +245,7 @@ class _Search:
     counted: Bools
     setting: Floats
     worth: float = 0.0
+    proceed: Callable[[], None] = lambda: None
     judged: set[tuple[int, float, float]] = field(default_factory=set)
 
     @cached_property
@@ -260,6 +261,8 @@ def fitted_positions(
     who: Occupants,
     comfortable: Sequence[Situation],
     before: Before | None = None,
+    *,
+    proceed: Callable[[], None] = lambda: None,
 ) -> Fitted:
     """Judge people in the fitting position nearest to the comfortable one.
 
@@ -274,6 +277,8 @@ def fitted_positions(
     before
         Of a changed design: how the same people came out without the change. Who met everything
         where he sits, and still meets what the change bears on, is asked nothing else.
+    proceed
+        Called before each batch of positions; the search ends by what it raises.
     """
     here = _tried_again(comfortable, asked, before) if before else tried(comfortable, asked)
     at = here.seat.copy()
@@ -299,13 +304,14 @@ def fitted_positions(
             here.rows(short),
             movable,
             nominal,
+            proceed=proceed,
         )
         _scan(search, positions)
         _refine(search)
         found.take(short, best)
     settings = settings_of(place)
     if len(settings):
-        _Settings(place, asked, members, who, comfortable, found).search(settings)
+        _Settings(place, asked, members, who, comfortable, found, proceed).search(settings)
     return found
 
 
@@ -407,6 +413,7 @@ def _judge(search: _Search, people: Ints, positions: Floats) -> None:
     What costs least is asked first, and what follows only of those who may still do better in
     their position, or meet another set.
     """
+    search.proceed()
     found = no_margins(len(people), search.asked)
     known = ~_movable(search.asked)
     found.put(np.arange(len(people)), np.flatnonzero(known), _of(search.fixed, people, known))
@@ -556,6 +563,7 @@ class _Settings:
     who: Occupants
     comfortable: Sequence[Situation]
     found: Fitted
+    proceed: Callable[[], None]
 
     @property
     def score(self) -> Floats:
@@ -601,6 +609,7 @@ class _Settings:
             everything,
             setting,
             SETTING_WORTH,
+            self.proceed,
         )
         _try_positions(search, np.arange(len(people)), search.comfortable)
         trying(search)

@@ -182,6 +182,7 @@ export class Panel {
   choose(x, y) {
     this.chosen = this.under(x, y);
     this.say(this.chosen ? named(this.scene, this.chosen) : this.words);
+    this.place.dispatchEvent(new CustomEvent("chosen", { bubbles: true, detail: this.chosen }));
   }
 
   lookAt(point, time) {

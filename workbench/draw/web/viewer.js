@@ -37,6 +37,7 @@ export class Viewer extends EventTarget {
     this.section = null;
     this.walls = false; // whether walls before a body are opaque
     this.scale = 1;
+    this.stroke = 1.1;
     this.hiddenBodies = new Set();
     this.hiddenParts = new Set();
     this.gl = canvas.getContext("webgl2", { ...DEFAULTS, antialias: !isSoftware() });
@@ -80,7 +81,7 @@ export class Viewer extends EventTarget {
 
   // Half the width of a line in pixels of the canvas.
   get strokes() {
-    return 1.1 * this.scale * (window.devicePixelRatio || 1);
+    return this.stroke * this.scale * (window.devicePixelRatio || 1);
   }
 
   fit() {

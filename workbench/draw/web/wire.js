@@ -1,6 +1,7 @@
 // From the bytes of a page to the arrays of a picture; see packing.py for how they are laid out.
 
 const KINDS = {
+  f4: Float32Array,
   i2: Int16Array,
   i4: Int32Array,
   u1: Uint8Array,
@@ -12,10 +13,12 @@ const KINDS = {
 export async function readPage(text) {
   const packed = Uint8Array.from(atob(text.trim()), (c) => c.charCodeAt(0));
   const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("deflate-raw"));
-  return unpack(await new Response(stream).arrayBuffer());
+  const { header, array } = unpack(await new Response(stream).arrayBuffer());
+  return { views: header.views, array };
 }
 
-// Four bytes: the length of the JSON header; the header; then the arrays one after the other.
+// Four bytes: the length of the JSON header; the header; then the arrays one after the other. Gives
+// the header, and the array of an index.
 export function unpack(buffer) {
   const length = new DataView(buffer).getUint32(0, true);
   const bytes = new Uint8Array(buffer);
@@ -31,7 +34,7 @@ export function unpack(buffer) {
     if (!kept.has(index)) kept.set(index, decode(bytes, entries[index]));
     return kept.get(index);
   };
-  return { views: header.views, array };
+  return { header, array };
 }
 
 // Undo what packing did: bytes by place in the number, differences, steps from an origin.

@@ -22,6 +22,7 @@ from workbench.files.study.schema import (
     CriterionFile,
     EnvelopeFile,
     MapFile,
+    MovedFile,
     RoleFile,
     SharesFile,
     SignalsFile,
@@ -68,6 +69,7 @@ class StudyParts:
     criteria: list[tuple[int, CriterionFile]] = field(default_factory=list)
     criterion_names: list[tuple[int, str]] = field(default_factory=list)
     shares: SharesFile | None = None
+    moved: list[tuple[int, MovedFile]] = field(default_factory=list)
     maps: list[tuple[int, MapFile]] = field(default_factory=list)
     envelopes: list[tuple[int, EnvelopeFile]] = field(default_factory=list)
     changes: list[tuple[int, ChangeFile]] = field(default_factory=list)
@@ -133,6 +135,7 @@ def _readable(file: StudyFile | None, value: dict[Any, Any]) -> StudyParts:
         ],
         criteria=criteria.rows(CriterionFile, value.get("criteria")),
         criterion_names=[(row, entry["name"]) for row, entry in _named(value.get("criteria"))],
+        moved=take.rows(MovedFile, value.get("moved")),
         shares=take.one(SharesFile, value.get("shares")),
         maps=take.rows(MapFile, value.get("reach_maps")),
         envelopes=take.rows(EnvelopeFile, value.get("reach_envelopes")),

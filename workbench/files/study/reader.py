@@ -20,6 +20,7 @@ from workbench.files.study.actions import (
 from workbench.files.study.criteria import Known, criteria_of, visible_parts
 from workbench.files.study.doubts import study_doubts
 from workbench.files.study.limits import limit_faults
+from workbench.files.study.moves import move_faults, moves_of
 from workbench.files.study.parts import read_parts
 from workbench.files.study.roles import LoadedRole, load_roles, place_faults
 from workbench.files.study.schema import ActionFile, ChangeFile, PositionFile, RoleFile, StudyFile
@@ -32,6 +33,7 @@ from workbench.model.criterion import Criterion
 from workbench.model.envelope import ReachTask
 from workbench.model.environment import Environment
 from workbench.model.motion_case import SignalPoint
+from workbench.model.moves import displaced
 from workbench.model.study import (
     Case,
     ContactForce,
@@ -179,6 +181,7 @@ def _other_faults(work: Work, known: Known) -> None:
     _named_twice(work)
     if known.room is not None:
         _room_faults(work, known.room)
+        move_faults(work, known.room)
     if known.complete:
         _body_faults(work, known)
 
@@ -406,6 +409,8 @@ def _study(
     """The study of a file that has no fault."""
     room = known.room
     assert room is not None
+    moved = moves_of(file.moved, room)
+    room = displaced(room, moved)
     stated = stated_settings(file.people, room)
     adjusts = adjusts_of(_sitters(work, file), room, stated)
     return Study(
@@ -423,6 +428,7 @@ def _study(
         ),
         criteria=tuple(criteria),
         inputs=work.inputs,
+        moved=moved,
         shares=_shares(file),
         reach_maps=_maps(work, file),
         reach_envelopes=_envelopes(work, file),

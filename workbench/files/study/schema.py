@@ -42,6 +42,7 @@ __all__ = [
     "EnvelopeFile",
     "MapFile",
     "MotionFile",
+    "MovedFile",
     "PopulationFile",
     "PositionFile",
     "PredictedFile",
@@ -563,6 +564,21 @@ class ChangeFile(FileModel):
         return self
 
 
+class MovedFile(FileModel):
+    """Parts of the environment, with the controls on them, or controls alone, that stand elsewhere
+    in this study: by how much from where the environment has them."""
+
+    parts: Names | None = None
+    controls: Names | None = None
+    by: Vector
+
+    @model_validator(mode="after")
+    def _one_kind(self) -> MovedFile:
+        if (self.parts is None) == (self.controls is None):
+            raise ValueError("'parts' or 'controls' says what is moved: give one of the two")
+        return self
+
+
 class SignalPointFile(FileModel):
     """A point whose signals are wanted; the segment's centre of gravity where `at` is not given."""
 
@@ -587,6 +603,7 @@ class StudyFile(FileModel):
     length: LengthUnit
     environment: Name
     people: Annotated[dict[Name, RoleFile], Field(min_length=1)]
+    moved: list[MovedFile] = []
     postures: dict[Name, StudyPostureFile] = {}
     cases: Annotated[list[CaseFile], Field(min_length=1)]
     criteria: Annotated[list[CriterionFile], Field(min_length=1)]

@@ -14,11 +14,13 @@ from typing import Literal
 from workbench.errors import InputError
 from workbench.files.schema import metres_in
 from workbench.files.yaml_marks import Item, Node, marked, walked
+from workbench.model.moves import Move
 
 __all__ = [
     "AxisAngle",
     "Change",
     "JointChange",
+    "MovedChange",
     "PostureChange",
     "SeatChange",
     "SharedValueError",
@@ -87,7 +89,15 @@ class SeatChange:
     up: float
 
 
-Change = JointChange | PostureChange | SeatChange
+@dataclass(frozen=True)
+class MovedChange:
+    """What is moved of the environment: the moves as the text has them, and as they are to be."""
+
+    before: tuple[Move, ...]
+    after: tuple[Move, ...]
+
+
+Change = JointChange | MovedChange | PostureChange | SeatChange
 
 
 @dataclass(frozen=True)
@@ -126,6 +136,8 @@ def spliced(text: str, changes: Sequence[Change], *, sharing: Sharing = "ask") -
         elif isinstance(change, PostureChange):
             key = ("cases", change.case, "people", change.role)
             body = _set_posture(_own(body, key, sharing), key, change)
+        elif isinstance(change, MovedChange):
+            body = _set_moved(_own(body, ("moved",), sharing), change, sharing)
         else:
             key = ("people", change.role)
             body = _set_seat(_own(body, (*key, "position"), sharing), key, change)
@@ -313,8 +325,7 @@ def _set_posture(text: str, key: Key, change: PostureChange) -> str:
 
 def _set_seat(text: str, key: Key, change: SeatChange) -> str:
     """The text with the position of a seat."""
-    unit = _at(text, ("length",)).node
-    scale = metres_in[unit.text] if unit is not None else 1.0
+    scale = _unit(text)
     values = {way: _length(getattr(change, way) / scale) for way in ("forward", "up")}
     whole = f"{{forward: {values['forward']}, up: {values['up']}}}"
     place = _at(text, (*key, "position")).node
@@ -330,6 +341,63 @@ def _set_seat(text: str, key: Key, change: SeatChange) -> str:
         else:
             text = _with_entry(text, position, way, value)
     return text
+
+
+def _set_moved(text: str, change: MovedChange, sharing: Sharing) -> str:
+    """The text with other moves: entries that move the same as before get another displacement,
+    new ones follow, and only where one has gone or is of other parts is the list written anew."""
+    node = _at(text, ("moved",)).node
+    scale = _unit(text)
+    rows = [_move_text(move, scale) for move in change.after]
+    same = [(move.parts, move.controls) for move in change.before]
+    listed = node is not None and node.kind == "sequence" and len(node.items) == len(same) > 0
+    if not listed or [(m.parts, m.controls) for m in change.after[: len(same)]] != same:
+        whole = "[" + ", ".join(rows) + "]"
+        if node is not None:
+            return _exchanged(text, node, whole)
+        return _with_entry(
+            text, marked(text), "moved", whole, after=marked(text).item("environment")
+        )
+    for row, (old, new) in enumerate(zip(change.before, change.after, strict=False)):
+        if old.by != new.by:
+            key = ("moved", row, "by")
+            text = _own(text, key, sharing)
+            place = _at(text, key).node
+            assert place is not None
+            text = _exchanged(text, place, _vector_text(new.by, scale))
+    for entry in rows[len(same) :]:
+        text = _with_row(text, _at(text, ("moved",)).node, entry)
+    return text
+
+
+def _unit(text: str) -> float:
+    """The unit of length of a study [m]."""
+    unit = _at(text, ("length",)).node
+    return metres_in[unit.text] if unit is not None else 1.0
+
+
+def _move_text(move: Move, scale: float) -> str:
+    """A move as it stands in a file."""
+    kind, names = ("parts", move.parts) if move.parts else ("controls", move.controls)
+    return f"{{{kind}: [{', '.join(map(_plain, names))}], by: {_vector_text(move.by, scale)}}}"
+
+
+def _vector_text(values: Sequence[float], scale: float) -> str:
+    return "[" + ", ".join(_length(value / scale) for value in values) + "]"
+
+
+def _with_row(text: str, sequence: Node | None, row: str) -> str:
+    """The text with one entry more at the end of a sequence that has some, in its own style."""
+    assert sequence is not None and sequence.items
+    last = sequence.items[-1].value
+    if sequence.flow:
+        return f"{text[: last.end]}, {row}{text[last.end :]}"
+    dash = text.rfind("-", 0, sequence.items[0].value.start)
+    line = text.find("\n", last.end)
+    line = len(text) if line < 0 else line
+    if text[line - 1 : line] == "\r":
+        line -= 1
+    return f"{text[:line]}{_new_line(text)}{' ' * _column(text, dash)}- {row}{text[line:]}"
 
 
 def _length(value: float) -> str:

@@ -2,18 +2,28 @@
 // written as text.
 
 import { ask, connect, waits } from "./connection.js";
+import { at, element, options } from "./elements.js";
+import { Grips } from "./grips.js";
+import { People } from "./people.js";
 import { Picture } from "./picture.js";
+import { Things } from "./things.js";
 
-const at = (id) => document.getElementById(id);
 const state = { hello: null, answer: null, person: 0, held: null, letGo: false };
-const picture = new Picture(document.querySelector("#picture .turn"), say);
+const picture = new Picture(document.querySelector("#picture .turn"), say, (panel) => grips.attach(panel));
+const things = new Things();
+const grips = new Grips(state, things, choosePerson);
+const people = new People();
 
 function take(found) {
   const { head } = found;
   const what = { hello: takeHello, answer: takeAnswer, verdicts: takeVerdicts, fault: takeFault };
   if (what[head.kind]) what[head.kind](head);
   if (head.kind === "busy") say(head.what);
-  if (head.kind === "hello") picture.open();
+  if (head.kind === "people") people.show(head);
+  if (head.kind === "hello") {
+    people.forget();
+    picture.open();
+  }
   if (head.kind === "answer") picture.show(found);
 }
 
@@ -22,17 +32,6 @@ function take(found) {
 function say(words, fault = false) {
   at("status").textContent = words;
   at("status").classList.toggle("fault", fault);
-}
-
-function element(name, words = "", more = {}) {
-  const made = document.createElement(name);
-  made.textContent = words;
-  return Object.assign(made, more);
-}
-
-function options(select, names, chosen) {
-  select.replaceChildren(...names.map((name) => element("option", name, { value: name })));
-  if (chosen !== undefined) select.value = chosen;
 }
 
 function takeHello(head) {
@@ -45,6 +44,7 @@ function takeHello(head) {
   options(at("limb-control"), ["", ...head.controls.map((one) => one.name)]);
   at("save").textContent = head.saves ? "Save" : "Save as…";
   if (head.notes.length) say(head.notes.join("; "));
+  things.build(head);
   buildPosture();
 }
 
@@ -60,7 +60,9 @@ function takeAnswer(head) {
   if (head.words || head.answers || first) say(head.words);
   at("near").replaceChildren(...head.near.map(nearRow));
   at("verdicts").classList.add("waiting");
+  things.show(head);
   showPosture();
+  grips.show();
 }
 
 // A cell whose words look at a place of the picture.
@@ -193,28 +195,7 @@ function showPosture() {
   const now = state.answer.people[state.person];
   if (state.letGo && !waits()) state.held = null;
   sliders.forEach((show) => show(now));
-  const limb = at("limb-name");
-  const names = Object.keys(now.tips);
-  at("limb").hidden = !names.length;
-  if ([...limb.options].map((one) => one.value).join() !== names.join()) options(limb, names);
-  if (!at("limb").contains(document.activeElement)) showTip();
 }
-
-function showTip() {
-  const tip = state.answer?.people[state.person].tips[at("limb-name").value];
-  ["x", "y", "z"].forEach((name, k) => tip && (at(`limb-${name}`).value = (1000 * tip[k]).toFixed(1)));
-}
-
-at("limb-name").onchange = showTip;
-at("limb").onsubmit = (event) => {
-  event.preventDefault();
-  const control = at("limb-control").value;
-  const goal = control
-    ? { control }
-    : { target: ["x", "y", "z"].map((name) => Number(at(`limb-${name}`).value) / 1000) };
-  const person = state.hello.people[state.person].role;
-  ask("hand", { person, limb: at("limb-name").value, obstacles: at("limb-obstacles").checked, ...goal });
-};
 
 /* ---- commands ---- */
 
@@ -226,10 +207,15 @@ function save(given = {}) {
 }
 
 at("case").onchange = () => ask("case", { name: at("case").value });
-at("person").onchange = () => {
-  state.person = at("person").selectedIndex;
+function choosePerson(number) {
+  if (number === state.person) return;
+  state.person = number;
+  at("person").selectedIndex = number;
   buildPosture();
-};
+  grips.show();
+}
+
+at("person").onchange = () => choosePerson(at("person").selectedIndex);
 at("undo").onclick = () => ask("undo");
 at("redo").onclick = () => ask("redo");
 at("save").onclick = () => save();

@@ -1,5 +1,7 @@
 // The socket of the bench: one question on its way, and of each subject the newest that waits.
 
+import { unpack } from "/view/wire.js";
+
 // Answers go to all pages: numbers of different pages must differ.
 let number = Math.floor(Math.random() * 2 ** 40);
 let onItsWay = 0;
@@ -9,7 +11,8 @@ const waiting = new Map();
 // Ask for something; a newer question of the same subject replaces one that waits, but for one that
 // ends a drag.
 export function ask(verb, given = {}) {
-  const subject = [verb, given.person, given.joint, given.axis, given.limb].join(" ");
+  const { person, joint, axis, limb, parts, controls } = given;
+  const subject = [verb, person, joint, axis, limb, parts, controls].join(" ");
   const before = waiting.get(subject);
   waiting.delete(subject); // what is asked last goes last
   if (before && before.done === true && given.done === false) waiting.set(`${subject} done`, before);
@@ -39,7 +42,7 @@ export function connect(take, say) {
     next();
   };
   socket.onmessage = (event) => {
-    const found = unpack(event.data);
+    const found = answerOf(event.data);
     if (found.head.answers === onItsWay) onItsWay = 0;
     take(found);
     next();
@@ -51,15 +54,8 @@ export function connect(take, say) {
   };
 }
 
-const KINDS = { f4: Float32Array, f8: Float64Array, i4: Int32Array, u2: Uint16Array, u4: Uint32Array };
-
-// Length of the header, the header, then arrays at places counted from its end.
-export function unpack(buffer) {
-  const length = new DataView(buffer).getUint32(0, true);
-  const head = JSON.parse(new TextDecoder().decode(new Uint8Array(buffer, 4, length)));
-  const arrays = {};
-  for (const [name, kind, count, place] of head.arrays) {
-    arrays[name] = new KINDS[kind](buffer, 4 + length + place, count);
-  }
-  return { head, arrays };
+// The header of an answer, and its arrays by their names.
+export function answerOf(buffer) {
+  const { header: head, array } = unpack(buffer);
+  return { head, arrays: Object.fromEntries(head.arrays.map(({ name }, k) => [name, array(k)])) };
 }

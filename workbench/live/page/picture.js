@@ -7,9 +7,10 @@ const RED = [222, 36, 30];
 const TOUCHES = -1e-6; // room [m] below which a sphere is deeper somewhere than it may be
 
 export class Picture {
-  // place: the element that the picture takes; say: is told why there is none.
-  constructor(place, say) {
-    Object.assign(this, { place, say, panel: null, answer: null, fetched: 0 });
+  // place: the element that the picture takes; say: is told why there is none; opened: is given
+  // the panel of each new picture.
+  constructor(place, say, opened) {
+    Object.assign(this, { place, say, opened, panel: null, answer: null, fetched: 0 });
     matchMedia("(prefers-color-scheme: dark)").onchange = (event) => this.panel?.viewer.theme(event.matches);
   }
 
@@ -26,6 +27,7 @@ export class Picture {
       this.panel = null;
       this.panel = new Panel(this.place, sceneOf(page, 0), matchMedia("(prefers-color-scheme: dark)").matches);
       if (before) Object.assign(this.panel.viewer.camera, before);
+      this.opened(this.panel);
       if (this.answer) this.show(this.answer);
     } catch (error) {
       this.say(`no picture: ${error.message}`);
@@ -46,11 +48,10 @@ export class Picture {
       answer.arrays[`room${k}`].forEach((room, n) => {
         if (room < TOUCHES && sphere[n] >= 0) tint.set([...RED, 255], 4 * sphere[n]);
       });
+      for (const s of answer.arrays[`overlap${k}`]) tint.set([...RED, 255], 4 * s); // in somebody else
       body.tint = tint;
-      for (const part of scene.place?.parts ?? []) {
-        if (person.parts.includes(part.name)) part.shift = person.shift;
-      }
     });
+    for (const part of scene.place?.parts ?? []) part.shift = answer.head.shifts[part.name] ?? null;
     scene.frame += 1; // another one for each answer: the card takes it up
     viewer.moving = true;
     viewer.partsChanged();

@@ -30,6 +30,9 @@ from workbench.study.people import Present, people_found, present_people
 
 __all__ = ["Answer", "Judged", "NearPair", "PersonAnswer", "answer", "judged", "near_pairs"]
 
+TOUCHES = 1e-6
+"""[m] Spheres that overlap by less only touch."""
+
 
 @dataclass(frozen=True)
 class NearPair:
@@ -86,11 +89,18 @@ class PersonAnswer:
 
 @dataclass(frozen=True, eq=False)
 class Answer:
-    """What is found of a state: of each person, and between each two of them."""
+    """What is found of a state: of each person, and between each two of them.
+
+    Parameters
+    ----------
+    overlaps
+        By person, the spheres that are in somebody else.
+    """
 
     placement: Placement
     people: tuple[PersonAnswer, ...]
     between: tuple[NearPair, ...]
+    overlaps: tuple[frozenset[int], ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,7 +125,9 @@ def answer(placement: Placement, before: Answer | None = None) -> Answer:
         known = before.people[row] if before is not None else None
         same = known is not None and known.person is person
         people.append(_of_person(person, placement, known if same else None))
-    return Answer(placement, tuple(people), tuple(_between(placement.people)))
+    overlaps: list[set[int]] = [set() for _ in people]
+    between = tuple(_between(placement.people, overlaps))
+    return Answer(placement, tuple(people), between, tuple(map(frozenset, overlaps)))
 
 
 def _of_person(
@@ -151,11 +163,15 @@ def _tips(person: PlacedPerson) -> dict[str, Floats]:
     return found
 
 
-def _between(people: Sequence[PlacedPerson]) -> Iterator[NearPair]:
-    """The nearest segments of each two people."""
-    for one, other in combinations(people, 2):
+def _between(people: Sequence[PlacedPerson], overlaps: Sequence[set[int]]) -> Iterator[NearPair]:
+    """The nearest segments of each two people; the spheres that overlap are put into the sets of
+    their people."""
+    for (row, one), (column, other) in combinations(enumerate(people), 2):
         near = body_clearance(one.placed, other.placed)
         distance = np.where(np.isnan(near.distance), np.inf, near.distance)
+        deep = distance < -TOUCHES
+        overlaps[row].update(near.sphere[deep].tolist())
+        overlaps[column].update(near.target[deep].tolist())
         where = tuple(int(k) for k in np.unravel_index(int(distance.argmin()), distance.shape))
         yield NearPair(
             room=float(distance[where]),

@@ -15,6 +15,7 @@ from workbench.errors import InputError, one_of
 from workbench.model.arrays import Floats
 from workbench.model.body import Body
 from workbench.model.environment import Control
+from workbench.model.moves import Move
 from workbench.model.poses import Poses
 from workbench.model.posing import compose
 from workbench.model.reach import Reach
@@ -27,10 +28,11 @@ from workbench.study.bench.state import (
     Arrangement,
     OpenStudy,
     PersonState,
+    arranged_environment,
     given_angles,
 )
 
-__all__ = ["Edit", "LimbTarget", "looking_at", "reached", "seated", "turnable", "turned"]
+__all__ = ["Edit", "LimbTarget", "looking_at", "reached", "seated", "shifted", "turnable", "turned"]
 
 ANGLE_STEP = 0.1
 """[degrees]"""
@@ -183,7 +185,7 @@ def _solved(opened: OpenStudy, placement: Placement, row: int, wanted: LimbTarge
     """The reach to a target; to a control in the tightest harness zone that will do."""
     body = opened.body(row)
     poses = placement.people[row].poses
-    environment = opened.study.environment
+    environment = arranged_environment(opened, placement.arrangement.moves)
     target, grip, zones = _aimed(environment.controls, wanted)
     for zone in zones:
         found = reach(
@@ -269,6 +271,71 @@ def seated(
         return Edit(arrangement)
     after = replace(state, free=False, forward=values[0], up=values[1])
     return Edit(arrangement.with_person(row, after))
+
+
+def shifted(opened: OpenStudy, arrangement: Arrangement, wanted: Move) -> Edit:
+    """Put parts, with the controls on them, or controls alone, elsewhere.
+
+    Parameters
+    ----------
+    wanted
+        By how much from where the environment's file has them, in all: what else was said of them
+        is forgotten.
+
+    Returns
+    -------
+    Edit
+        The words name the controls that go along.
+
+    Raises
+    ------
+    InputError
+        If nothing is named, a part or control is not there or goes with a seat, or the move is too
+        far.
+    """
+    environment = opened.study.environment
+    if bool(wanted.parts) == bool(wanted.controls):
+        raise InputError("parts or controls must be named, one of the two")
+    controls = [control.name for control in environment.controls]
+    for name in wanted.controls:
+        if name not in controls:
+            raise InputError(f"no control {name!r}; {one_of(name, controls)}")
+    riding = {name: seat.name for seat in environment.seats for name in seat.moves}
+    for name in wanted.parts:
+        environment.part(name)
+        if name in riding:
+            raise InputError(f"{name} goes with seat {riding[name]}: move the seat instead")
+    if not max(map(abs, wanted.by)) <= FARTHEST:
+        raise InputError(f"a move of up to {FARTHEST:g} m is possible")
+    x, y, z = (rounded(value, LENGTH_STEP) for value in wanted.by)
+    moves = _with_move(arrangement.moves, replace(wanted, by=(x, y, z)))
+    along = [control.name for control in environment.controls if control.part in wanted.parts]
+    words = f"{', '.join(along)} goes along" if len(along) == 1 else f"{', '.join(along)} go along"
+    if not along or not any(wanted.by):
+        words = ""
+    if moves == arrangement.moves:
+        return Edit(arrangement, words)
+    return Edit(replace(arrangement, moves=moves), words)
+
+
+def _with_move(moves: Sequence[Move], wanted: Move) -> tuple[Move, ...]:
+    """The moves of a state with one in the place of what it said of the same parts or controls."""
+    found = []
+    told = not any(wanted.by)
+    for move in moves:
+        if (move.parts, move.controls) == (wanted.parts, wanted.controls):
+            if not told:
+                found.append(wanted)
+                told = True
+            continue
+        left = replace(
+            move,
+            parts=tuple(name for name in move.parts if name not in wanted.parts),
+            controls=tuple(name for name in move.controls if name not in wanted.controls),
+        )
+        if left.parts or left.controls:
+            found.append(left)
+    return tuple(found) if told else (*found, wanted)
 
 
 def looking_at(opened: OpenStudy, arrangement: Arrangement, case: str) -> Edit:

@@ -9,7 +9,8 @@ from functools import cached_property
 import numpy as np
 
 from workbench.body.forward import place
-from workbench.contact.arranged import Arranged, moved_environment
+from workbench.body.parts import moved
+from workbench.contact.arranged import Arranged
 from workbench.model.arrays import Floats
 from workbench.model.body import Body
 from workbench.model.environment import Environment, Seat
@@ -19,6 +20,7 @@ from workbench.study.bench.state import (
     Arrangement,
     OpenStudy,
     PersonState,
+    arranged_environment,
     arranged_parts,
     arranged_study,
 )
@@ -101,6 +103,8 @@ def placed_people(
     for row, person in enumerate(arrangement.people):
         known = before.people[row] if before is not None else None
         same = known is not None and known.state is person and known.case == arrangement.case
+        if before is not None and before.arrangement.moves != arrangement.moves:  # aims move too
+            same = same and isinstance(person.actions[arrangement.case], GivenPosture)
         if same and known is not None and not person.free:
             people.append(known)
             continue
@@ -111,7 +115,8 @@ def placed_people(
         else:
             people.append(_placed(opened, arrangement, row, people, known))
     shifts = np.array([person.shift for person in people])
-    return Placement(arrangement, tuple(people), arranged_parts(opened, shifts))
+    parts = arranged_parts(opened, arrangement.moves, shifts)
+    return Placement(arrangement, tuple(people), parts)
 
 
 def _placed(
@@ -176,17 +181,21 @@ def _predicted(
     """A person whose posture is predicted in a seat that is held; hands keep clear of the seats of
     those before."""
     study = arranged_study(opened, arrangement)
-    place_there = workplace_of(study, row, _surroundings(opened, before))
+    place_there = workplace_of(study, row, _surroundings(opened, arrangement, before))
     who = opened.occupants[study.roles[row].name][0]
     return with_hands(situated(place_there, arrangement.case, who))
 
 
-def _surroundings(opened: OpenStudy, before: Sequence[PlacedPerson]) -> Environment:
-    """The environment with the seats of some people where they have put them."""
-    shifts = np.zeros((len(opened.movers), 3))
+def _surroundings(
+    opened: OpenStudy, arrangement: Arrangement, before: Sequence[PlacedPerson]
+) -> Environment:
+    """The environment of a state with the seats of some people where they have put them."""
+    environment = arranged_environment(opened, arrangement.moves)
     for row, person in enumerate(before):
-        shifts[row] = person.shift
-    return moved_environment(arranged_parts(opened, shifts))
+        if person.shift.any():
+            parts = [environment.parts[k] for k in opened.movers[row]]
+            environment = moved(environment, parts, person.shift)
+    return environment
 
 
 def _of_situation(person: PersonState, situation: Situation) -> PlacedPerson:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +13,7 @@ from workbench.files.study.splice import (
     AxisAngle,
     Change,
     JointChange,
+    MovedChange,
     PostureChange,
     SeatChange,
     Sharing,
@@ -20,6 +21,7 @@ from workbench.files.study.splice import (
 )
 from workbench.model.arrays import Bools, Floats
 from workbench.model.body import Body
+from workbench.model.moves import Move
 from workbench.model.study import Action, GivenPosture, PredictedPosture, Study
 from workbench.study.bench.state import Arrangement, OpenStudy, PersonState, given_angles
 
@@ -93,6 +95,8 @@ def changes_of(
     whole
         Whether all angles of a joint are stated where one is another.
     """
+    if arrangement.moves != opened.start.moves:
+        yield MovedChange(opened.start.moves, arrangement.moves)
     for row, person in enumerate(arrangement.people):
         before = opened.start.people[row]
         yield from _seat_changes(before, person)
@@ -143,6 +147,8 @@ def _stated(
 
 def _check_saved(opened: OpenStudy, arrangement: Arrangement, study: Study) -> None:
     """InputError where a study that was saved is not the state."""
+    if not _moved_alike(study.moved, arrangement.moves):
+        raise _OtherStudyError("the parts that were moved could not be saved")
     for row, person in enumerate(arrangement.people):
         role = study.roles[row]
         off = max(abs(role.forward - person.forward), abs(role.up - person.up))
@@ -153,6 +159,14 @@ def _check_saved(opened: OpenStudy, arrangement: Arrangement, study: Study) -> N
             if not _alike(opened.body(row), case.actions[row], action):
                 what = f"{person.role} in case {case.name!r}: the posture could not be saved"
                 raise _OtherStudyError(what)
+
+
+def _moved_alike(one: Sequence[Move], other: Sequence[Move]) -> bool:
+    """Whether two lists of moves come to the same."""
+    if [(move.parts, move.controls) for move in one] != [(m.parts, m.controls) for m in other]:
+        return False
+    pairs = zip(one, other, strict=True)
+    return all(np.abs(np.subtract(a.by, b.by)).max() < SAME_LENGTH for a, b in pairs)
 
 
 def _alike(body: Body, one: Action, other: Action) -> bool:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 
@@ -16,10 +16,12 @@ from workbench.contact.arranged import Arranged
 from workbench.errors import InputError
 from workbench.model.arrays import Floats
 from workbench.model.body import Body
-from workbench.model.environment import Seat
+from workbench.model.environment import Environment, Seat
+from workbench.model.moves import Move, displaced, part_moves
+from workbench.model.population import Population
 from workbench.model.poses import Poses
 from workbench.model.posing import angles_of
-from workbench.model.study import Action, Case, Role, Study
+from workbench.model.study import Action, Case, PeopleDrawn, Role, Study
 from workbench.posture.seating.seating import seat_planes
 from workbench.study.situation import Occupants
 from workbench.study.workplaces import occupant
@@ -28,6 +30,7 @@ __all__ = [
     "Arrangement",
     "OpenStudy",
     "PersonState",
+    "arranged_environment",
     "arranged_parts",
     "arranged_study",
     "given_angles",
@@ -61,14 +64,29 @@ class PersonState:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Arrangement:
-    """The people of a study, in the order of the roles, and the index of the case that is looked
-    at, among those that are postures."""
+    """The state of an open study.
+
+    Parameters
+    ----------
+    people
+        In the order of the roles.
+    case
+        The index of the case that is looked at, among those that are postures.
+    moves
+        The parts and controls that stand elsewhere than the environment's file has them.
+    """
 
     people: tuple[PersonState, ...]
     case: int = 0
+    moves: tuple[Move, ...] = ()
 
     def __repr__(self) -> str:
         return f"Arrangement({', '.join(one.role for one in self.people)}; case {self.case})"
+
+    @property
+    def content(self) -> tuple[object, ...]:
+        """What is saved of it: two states with the same content are the same study."""
+        return self.people, self.moves
 
     def row(self, role: str) -> int:
         """The index of a role; InputError with those that there are."""
@@ -98,12 +116,16 @@ class OpenStudy:
         The number of each case in the file.
     notes
         What is shown otherwise than the study says.
+    crowd, population
+        The index of the role that a population takes, and the population; None where none does.
     """
 
     study: Study
     occupants: Mapping[str, tuple[Occupants, list[str]]]
     case_rows: tuple[int, ...]
     notes: tuple[str, ...]
+    crowd: int | None = None
+    population: Population | PeopleDrawn | None = None
 
     def __repr__(self) -> str:
         return f"OpenStudy({self.study.name})"
@@ -126,7 +148,7 @@ class OpenStudy:
             )
             for row, role in enumerate(self.study.roles)
         )
-        return Arrangement(tuple(people))
+        return Arrangement(tuple(people), moves=self.study.moved)
 
     def body(self, row: int) -> Body:
         """The body of a role, at its size and dressed."""
@@ -181,7 +203,9 @@ def open_study(study: Study, size: str = "") -> OpenStudy:
     )
     occupants = {role.name: occupant(role, row) for row, role in enumerate(roles)}
     case_rows = tuple(row for row, case in enumerate(study.cases) if not case.moves)
-    return OpenStudy(single, occupants, case_rows, tuple(notes))
+    crowd = next((k for k, role in enumerate(study.roles) if role.population is not None), None)
+    people = None if crowd is None else study.roles[crowd].population
+    return OpenStudy(single, occupants, case_rows, tuple(notes), crowd, people)
 
 
 def _one_size(study: Study, size: str, notes: list[str]) -> Study:
@@ -202,7 +226,7 @@ def _one_person(role: Role, notes: list[str]) -> Role:
         return role
     notes.append(
         f"{role.name}: one person is shown, {role.body.name} as its file has it; "
-        "the population is that of `workbench run`"
+        "the whole population is asked beside"
     )
     return replace(role, population=None)
 
@@ -210,7 +234,7 @@ def _one_person(role: Role, notes: list[str]) -> Role:
 def arranged_study(opened: OpenStudy, arrangement: Arrangement) -> Study:
     """Build the study that an arrangement is: what its file says once it is saved."""
     study = opened.study
-    if arrangement.people == opened.start.people:
+    if arrangement.content == opened.start.content:
         return study
     roles = tuple(
         replace(role, free=person.free, forward=person.forward, up=person.up)
@@ -220,12 +244,43 @@ def arranged_study(opened: OpenStudy, arrangement: Arrangement) -> Study:
         Case(case.name, tuple(person.actions[number] for person in arrangement.people))
         for number, case in enumerate(study.cases)
     )
-    return replace(study, roles=roles, cases=cases)
+    environment = arranged_environment(opened, arrangement.moves)
+    return replace(
+        study, roles=roles, cases=cases, environment=environment, moved=arrangement.moves
+    )
 
 
-def arranged_parts(opened: OpenStudy, shifts: Floats) -> Arranged:
-    """Build the environment with the seats displaced by shifts (R, 3) [m], role by role."""
-    return Arranged(opened.study.environment, opened.movers, shifts)
+def arranged_environment(opened: OpenStudy, moves: tuple[Move, ...]) -> Environment:
+    """Build the environment with parts and controls where a state has them, and the seats at rest.
+
+    It is indexed anew where parts have moved: `arranged_parts` is not.
+    """
+    return _environment(opened.study.environment, moves, opened.study.moved)
+
+
+@lru_cache(maxsize=4)
+def _environment(
+    environment: Environment, moves: tuple[Move, ...], before: tuple[Move, ...]
+) -> Environment:
+    """The same object for the same moves, so that its index is made once."""
+    return displaced(environment, moves, before)
+
+
+def arranged_parts(opened: OpenStudy, moves: tuple[Move, ...], shifts: Floats) -> Arranged:
+    """Build the environment as opened with parts displaced.
+
+    Parameters
+    ----------
+    moves
+        Of a state.
+    shifts
+        (R, 3) [m] of the seats, role by role.
+    """
+    environment = opened.study.environment
+    by = part_moves(environment, moves) - part_moves(environment, opened.study.moved)
+    ways = np.unique(by[by.any(axis=1)], axis=0)
+    groups = tuple(tuple(np.flatnonzero((by == way).all(axis=1)).tolist()) for way in ways)
+    return Arranged(environment, (*opened.movers, *groups), np.concatenate([shifts, ways]))
 
 
 def seat_shift(seat: Seat | None, forward: float, up: float) -> Floats:

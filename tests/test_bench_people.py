@@ -1,0 +1,213 @@
+"""The population beside the bench: settled as a run does it, followed while something is moved."""
+
+from __future__ import annotations
+
+import json
+import re
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import workbench as wb
+from tests.conftest import ROOT
+from workbench.files.study.saving import read_text
+from workbench.live.following import Following
+from workbench.live.protocol import parsed, unpacked
+from workbench.model.moves import Move
+from workbench.study.bench.crowd import (
+    crowd_question,
+    followed,
+    met_all,
+    open_crowd,
+    settled,
+)
+from workbench.study.bench.edits import seated, shifted
+from workbench.study.bench.saving import save
+from workbench.study.bench.state import open_study
+
+TEXT = (ROOT / "studies" / "trainer_accommodation.yaml").read_text()
+FEW = 6
+
+
+def few_people(folder):
+    """The study of the catalogue with few people and controls, and nothing asked but who fits."""
+    path = folder / "few.yaml"
+    text = re.sub(r"  - {name: switches and radios.*?}\n", "", TEXT, flags=re.DOTALL)
+    lines = [line for line in text.split("\n") if not line.startswith(("shares:", "reach_maps:"))]
+    text = "\n".join(lines).replace("people: 200, seed: 1", f"people: {FEW}, seed: 5")
+    assert f"people: {FEW}" in text
+    path.write_text(text)
+    return path
+
+
+@pytest.fixture(scope="module")
+def path(tmp_path_factory):
+    return few_people(tmp_path_factory.mktemp("people"))
+
+
+@pytest.fixture(scope="module")
+def opened(path):
+    return open_study(wb.load_study(path))
+
+
+@pytest.fixture(scope="module")
+def crowd(opened):
+    return open_crowd(opened)
+
+
+@pytest.fixture(scope="module")
+def start(opened, crowd):
+    question = crowd_question(opened, crowd, opened.start)
+    return settled(crowd, question, opened.start, np.sort(crowd.order))
+
+
+def moved(opened, parts, controls, by):
+    return shifted(opened, opened.start, Move(parts, controls, by)).arrangement
+
+
+STATES = {
+    "a control": lambda opened: moved(opened, (), ("flaps",), (-0.35, 0.1, 0.0)),
+    "a part": lambda opened: moved(opened, ("canopy", "canopy_frame"), (), (0.0, 0.0, -0.04)),
+    "a lever": lambda opened: moved(opened, ("throttle_lever",), (), (0.08, 0.0, 0.0)),
+    "the seat": lambda opened: seated(opened, opened.start, "pilot", 0.02, 0.01).arrangement,
+}
+
+
+@pytest.mark.parametrize("what", STATES)
+def test_people_who_are_settled_are_those_of_a_run_of_the_saved_study(
+    opened, crowd, start, path, what
+):
+    arrangement = STATES[what](opened)
+    found = settled(
+        crowd, crowd_question(opened, crowd, arrangement), arrangement, start.rows, start
+    )
+    before = path.read_bytes()
+    try:
+        save(opened, read_text(path), arrangement)
+        run = wb.run(wb.load_study(path)).population
+    finally:
+        path.write_bytes(before)
+    assert np.array_equal(found.rows, np.arange(FEW))
+    met = run.margin >= -1e-6
+    assert np.array_equal(met_all(found.margin), (met | np.isnan(run.margin)).all(axis=1))
+    names = [one.requirement.name for one in found.question.asked]
+    assert names == [one.name for one in run.requirements]
+    assert np.nanmax(np.abs(found.margin - run.margin)) < 1e-9
+    assert not np.array_equal(found.margin, start.margin)
+
+
+def test_nobody_is_asked_again_where_nothing_has_moved(opened, crowd, start):
+    question = crowd_question(opened, crowd, opened.start)
+    found = followed(opened, crowd, start, question, opened.start)
+    assert np.array_equal(found, start.margin, equal_nan=True)
+
+
+def test_a_moved_part_bears_on_what_is_about_it_alone(opened, crowd, start):
+    arrangement = STATES["a part"](opened)
+    question = crowd_question(opened, crowd, arrangement)
+    found = followed(opened, crowd, start, question, arrangement)
+    asked = question.asked
+    other = np.array([not {"canopy", "canopy_frame"} & set(one.criterion.parts) for one in asked])
+    assert np.array_equal(found[:, other], start.margin[:, other], equal_nan=True)
+    exact = settled(crowd, question, arrangement, start.rows)
+    same = (exact.fitted.tried.seat == start.fitted.tried.seat).all(axis=1)
+    head = [one.requirement.name for one in asked].index("head to canopy")
+    assert same.any()
+    assert found[same, head] == pytest.approx(exact.margin[same, head], abs=1e-9)
+    assert np.abs(found[:, head] - start.margin[:, head]).max() > 0.01
+
+
+@settings(max_examples=3)
+@given(
+    st.sampled_from(["flaps", "propeller", "canopy_handle", "mixture"]),
+    st.tuples(*[st.floats(-0.08, 0.08)] * 3),
+)
+def test_who_fits_while_a_control_is_dragged_fits_at_rest(opened, crowd, start, control, by):
+    arrangement = moved(opened, (), (control,), by)
+    question = crowd_question(opened, crowd, arrangement)
+    quick = followed(opened, crowd, start, question, arrangement)
+    exact = settled(crowd, question, arrangement, start.rows, start)
+    assert not np.any(met_all(quick) & ~met_all(exact.margin))
+    stays = (exact.fitted.tried.seat == start.fitted.tried.seat).all(axis=1)
+    assert np.allclose(quick[stays], exact.margin[stays], atol=1e-9, equal_nan=True)
+
+
+def test_people_are_settled_piece_by_piece_and_followed_from_there(opened):
+    following = Following(opened)
+    assert following.frame(1) is None and following.at_hand == 0
+    assert not following.follow(0, opened.start, 1)
+    assert following.begin() is None and following.at_hand == 1
+    assert not following.follow(0, opened.start, 1)
+    assert following.settle(0, opened.start, 1) is None
+    head, _ = unpacked(following.frame(1))
+    assert (head["known"], head["settled"], head["of"]) == (FEW, FEW, FEW)
+    assert head["changed"] == [] and len(head["rows"]) == 33
+    assert following.frame(2) is None
+    far = moved(opened, (), ("flaps",), (-0.9, 0.0, 0.0))
+    assert following.follow(0, far, 2)
+    head, _ = unpacked(following.frame(2))
+    assert head["settled"] == 0 and head["shares"][0]["share"] == 0.0
+    was = head["shares"][0]["was"]
+    assert was > 0.5 and len(head["changed"]) == round(was * FEW)
+    first = head["changed"][0]
+    assert first["name"] == "reach flaps" and not first["fits"] and first["margin"] < 0
+    assert following.settle(0, far, 2, superseded=lambda: True) is None
+    assert unpacked(following.frame(2))[0]["settled"] == 0
+    assert following.settle(0, far, 2) is None
+    assert unpacked(following.frame(2))[0]["settled"] == FEW
+    assert following.follow(0, opened.start, 3)
+    head, _ = unpacked(following.frame(3))
+    assert head["settled"] == FEW and head["changed"] == []
+
+
+def test_a_population_of_which_nothing_is_asked_says_so(tmp_path):
+    path = few_people(tmp_path)
+    lines = path.read_text().split("\n")
+    first = lines.index("criteria:")
+    text = "\n".join(lines[: first + 1])
+    path.write_text(f"{text}\n  - {{name: joints, check: stops, people: [guest]}}\n")
+    text = path.read_text().replace(
+        "people:\n  pilot:", "people:\n  guest: {body: adult_male, seat: right}\n  pilot:", 1
+    )
+    path.write_text(
+        text.replace(
+            "    people:\n      pilot:",
+            "    people:\n      guest: {posture: driving}\n      pilot:",
+        )
+    )
+    following = Following(open_study(wb.load_study(path)))
+    frame, _ = unpacked(following.begin())
+    assert "no criterion asks for anything" in frame["words"]
+    assert unpacked(following.frame(1))[0]["words"] == frame["words"]
+
+
+def test_a_study_without_a_population_has_nobody_to_follow():
+    following = Following(open_study(wb.load_study("trainer_clearance")))
+    assert not following.there and following.begin() is None and following.frame(1) is None
+
+
+def test_the_page_gets_the_people_and_follows_a_move(path):
+    pytest.importorskip("starlette", reason="the extra `live` is not installed")
+    pytest.importorskip("httpx2", reason="Starlette's test client needs httpx2")
+    from tests.test_live import client_of, entered, page_of
+    from workbench.live.desk import Desk
+
+    def people_until(page, fits):
+        for _ in range(60):
+            head, _ = unpacked(page.receive_bytes())
+            if head["kind"] == "people" and not head["words"] and fits(head):
+                return head
+        raise AssertionError("no such frame")
+
+    desk = Desk(str(path))
+    with client_of(desk) as client, page_of(entered(client)) as page:
+        first = people_until(page, lambda head: head["settled"] == FEW)
+        question = {"n": 1, "do": "move", "controls": ["flaps"], "by": [0, 0, 0.03]}
+        assert parsed(json.dumps(question)).done
+        page.send_text(json.dumps(question))
+        quick = people_until(page, lambda head: head["generation"] > first["generation"])
+        assert quick["shares"][0]["was"] == first["shares"][0]["share"]
+        last = people_until(page, lambda head: head["settled"] == FEW)
+        assert last["generation"] == desk.generation and last["changed"] == []

@@ -1,0 +1,201 @@
+"""The population beside the bench: settled while the study rests, followed while it is changed.
+
+Two threads are at work on it: `follow` is called by one, `begin` and `settle` by the other. Each
+takes people piece by piece, can be left off between two pieces, and puts a whole value in the place
+of another.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from workbench.errors import InputError
+from workbench.live.frames import PeopleShown, people_frame, waiting_frame
+from workbench.model.arrays import Floats, Ints
+from workbench.study.accommodation.chunks import Question
+from workbench.study.bench.crowd import (
+    Crowd,
+    Settled,
+    crowd_question,
+    followed,
+    open_crowd,
+    settled,
+)
+from workbench.study.bench.state import Arrangement, OpenStudy
+
+__all__ = ["PIECE", "Following"]
+
+PIECE = 16
+"""People who are worked on without a break."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Margins:
+    """What people have to spare (B, R) [m] in a state, and whether they were settled in it."""
+
+    generation: int
+    margin: Floats
+    settled: bool
+
+
+class _SupersededError(Exception):
+    """The state in which people are settled is another by now."""
+
+
+class Following:
+    """The population of an open study; nothing where there is none."""
+
+    def __init__(self, opened: OpenStudy) -> None:
+        self.opened = opened
+        self.crowd: Crowd | None = None
+        self.words = ""
+        self.pieces: list[Ints] = []
+        self._first: list[Settled | None] = []
+        self._last: list[Settled | None] = []
+        self._shown: list[_Margins | None] = []
+        self._questions: list[tuple[tuple[object, ...], Question]] = []
+
+    @property
+    def there(self) -> bool:
+        """Whether a population takes a role."""
+        return self.opened.crowd is not None
+
+    @property
+    def at_hand(self) -> int:
+        """How many pieces are followed."""
+        return 0 if self.crowd is None else -(-self.crowd.at_hand // PIECE)
+
+    def begin(self) -> bytes | None:
+        """Make the bodies, where they are not made yet; a frame where that cannot be."""
+        if self.crowd is not None or not self.there or self.words:
+            return None
+        try:
+            crowd = open_crowd(self.opened)
+            assert crowd is not None
+            crowd_question(self.opened, crowd, self.opened.start)
+        except InputError as error:
+            self.words = str(error)
+            return waiting_frame(self.words)
+        order = crowd.order
+        self.pieces = [order[k : k + PIECE] for k in range(0, len(order), PIECE)]
+        self._first = [None] * len(self.pieces)
+        self._last = [None] * len(self.pieces)
+        self._shown = [None] * len(self.pieces)
+        self.crowd = crowd
+        return None
+
+    def follow(self, number: int, arrangement: Arrangement, generation: int) -> bool:
+        """Ask a piece of people what a change touches, where they were settled; whether anything is
+        known of them then."""
+        crowd = self.crowd
+        if crowd is None or len(arrangement.people) > 1:
+            return False
+        shown = self._shown[number]
+        if shown is not None and shown.generation == generation:
+            return True
+        known = self._nearest(number, crowd, arrangement)
+        if known is None:
+            return False
+        try:
+            question = self._question(crowd, arrangement)
+            margin = followed(self.opened, crowd, known, question, arrangement)
+        except InputError:
+            return False  # settling reports it
+        exact = known.arrangement.content == arrangement.content
+        self._shown[number] = _Margins(generation, margin, exact)
+        return True
+
+    def _nearest(self, number: int, crowd: Crowd, arrangement: Arrangement) -> Settled | None:
+        """What is known of a piece in the state that is the most like another."""
+        known = [one for one in (self._last[number], self._first[number]) if one is not None]
+        person = arrangement.people[crowd.row]
+        for one in known:
+            if one.arrangement.content == arrangement.content:
+                return one
+        alike = [one for one in known if one.arrangement.people[crowd.row] is person]
+        return next(iter(alike or known), None)
+
+    def settle(
+        self,
+        number: int,
+        arrangement: Arrangement,
+        generation: int,
+        superseded: Callable[[], bool] = lambda: False,
+    ) -> bytes | None:
+        """Settle a piece of people in a state, in the state as opened too where they are not yet; a
+        frame where that cannot be.
+
+        Parameters
+        ----------
+        superseded
+            Whether the state is another by now: then the people are left as they are.
+        """
+        crowd = self.crowd
+        assert crowd is not None
+        rows = self.pieces[number]
+
+        def proceed() -> None:
+            if superseded():
+                raise _SupersededError
+
+        try:
+            first = self._first[number]
+            if first is None:
+                start = self.opened.start
+                question = self._question(crowd, start)
+                first = self._kept(number, settled(crowd, question, start, rows, proceed=proceed))
+                self._first[number] = first
+            known = self._nearest(number, crowd, arrangement) or first
+            if known.arrangement.content != arrangement.content:
+                question = self._question(crowd, arrangement)
+                found = settled(crowd, question, arrangement, rows, known, proceed=proceed)
+                known = self._kept(number, found)
+                self._last[number] = known
+        except _SupersededError:
+            return None
+        except InputError as error:
+            return waiting_frame(str(error))
+        self._shown[number] = _Margins(generation, known.margin, True)
+        return None
+
+    def _kept(self, number: int, found: Settled) -> Settled:
+        """What is kept of people: where they are, of those at hand alone."""
+        return found if number < self.at_hand else replace(found, places=())
+
+    def _question(self, crowd: Crowd, arrangement: Arrangement) -> Question:
+        """The same question for the same state, so that what is indexed for it serves again."""
+        for content, question in self._questions:
+            if content == arrangement.content:
+                return question
+        question = crowd_question(self.opened, crowd, arrangement)
+        first = self._questions[:1]  # the state as opened stays
+        self._questions = [*first, *self._questions[1:][-2:], (arrangement.content, question)]
+        return question
+
+    def frame(self, generation: int) -> bytes | None:
+        """Pack what is known of the people in a state; None where nothing is."""
+        crowd = self.crowd
+        if crowd is None:
+            return waiting_frame(self.words) if self.words else None
+        known = [
+            (rows, shown, first)
+            for rows, shown, first in zip(self.pieces, self._shown, self._first, strict=True)
+            if shown is not None and first is not None and shown.generation == generation
+        ]
+        if not known:
+            return None
+        counts = [len(rows) for rows, _, _ in known]
+        return people_frame(
+            crowd,
+            PeopleShown(
+                rows=np.concatenate([rows for rows, _, _ in known]),
+                margin=np.concatenate([shown.margin for _, shown, _ in known]),
+                settled=np.repeat([shown.settled for _, shown, _ in known], counts),
+                before=np.concatenate([first.margin for _, _, first in known]),
+                asked=known[0][2].question.asked,
+            ),
+            generation,
+        )

@@ -1,0 +1,80 @@
+// The population: which share of it fits, reaches and clears, and who fits now or does no longer.
+
+import { at, element } from "./elements.js";
+
+const percent = (share) => `${(100 * share).toFixed(1)} %`;
+
+// Who a person of the population is, in words.
+export function who({ person, sex, stature }) {
+  const kind = sex === "female" ? "woman" : "man";
+  return `person ${person}, a ${kind}${stature ? ` of ${stature} mm` : ""}`;
+}
+
+// By how much a share has changed, in words; "" where it has not.
+export function change(share, was) {
+  const points = 100 * (share - was);
+  if (Math.abs(points) < 0.05) return "";
+  return `${points > 0 ? "+" : "−"}${Math.abs(points).toFixed(1)}`;
+}
+
+export class People {
+  show(head) {
+    at("people").hidden = false;
+    at("people-known").textContent = head.words ? `– ${head.words}` : this.known(head);
+    if (head.words) return;
+    at("people-shares").replaceChildren(...head.shares.map(shareBar));
+    this.changes(head);
+    const rows = head.rows.filter((row) => row.share < 1 || row.was < 1);
+    at("people-rows").replaceChildren(...rows.map(requirementRow));
+  }
+
+  forget() {
+    at("people").hidden = true;
+  }
+
+  known({ known, settled, of }) {
+    if (known === of && settled === of) return `– all ${of} people`;
+    return `– ${known} of ${of} people${settled < known ? `, the seats of ${known - settled} still as before` : ""}`;
+  }
+
+  changes({ changed }) {
+    const now = changed.filter((one) => one.fits).length;
+    const words = [];
+    if (now) words.push(`${now} fit now`);
+    if (changed.length > now) words.push(`${changed.length - now} fit no longer`);
+    at("people-changes").textContent = words.join(", ") || "the same people fit as in the study as opened";
+    const list = at("people-changed").querySelector("ul");
+    list.replaceChildren(...changed.map((one) => element("li", this.changed(one))));
+  }
+
+  changed(one) {
+    const lead = `${who(one)}, ${one.fits ? "fits now" : "fits no longer"}`;
+    const amount = `${one.margin.toFixed(1)} mm`.replace("-", "−");
+    const why = one.fits ? `missed before: ${one.name} (${amount})` : `${one.name} (${amount})`;
+    return `${lead}: ${why}${one.settled ? "" : "; perhaps in another position of the seat"}`;
+  }
+}
+
+function shareBar({ name, share, was }) {
+  const row = element("div", "", { className: "share" });
+  const meter = element("meter", "", { min: 0, max: 1, value: share });
+  meter.setAttribute("aria-label", `share who ${name}`);
+  const difference = change(share, was);
+  row.append(
+    element("span", name),
+    meter,
+    element("output", percent(share)),
+    element("span", difference, { className: difference.startsWith("−") ? "failed" : "passed" }),
+  );
+  return row;
+}
+
+function requirementRow({ name, share, was }) {
+  const row = element("tr");
+  row.append(
+    element("td", percent(share), { className: `number ${share < was - 1e-9 ? "failed" : ""}` }),
+    element("td", percent(was), { className: "number" }),
+    element("td", name),
+  );
+  return row;
+}

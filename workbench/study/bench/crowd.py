@@ -1,0 +1,437 @@
+"""The population of an open study: who fits, reaches and clears while the study is changed.
+
+People are settled as a run of the study does it: each in the position of the seat, and in the
+setting, that suits best. That takes seconds. While something is dragged they are followed: each
+stays where the person was settled, and only what the change touches is asked again. So somebody who
+is found to miss something may still fit elsewhere; settling decides it.
+
+While parts are dragged, reaches take no notice of them as obstacles: the index of the others serves
+every step.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field, replace
+from functools import lru_cache
+
+import numpy as np
+
+from workbench.body.scaling.scale import morph_to
+from workbench.model.accommodation import met_of
+from workbench.model.arrays import Bools, Floats, Ints
+from workbench.model.environment import Control, Environment
+from workbench.model.moves import control_moves, part_moves
+from workbench.model.population import Population
+from workbench.model.workplace import Workplace
+from workbench.study.accommodation.accommodation import population_question
+from workbench.study.accommodation.chunks import Question
+from workbench.study.accommodation.population_bodies import PopulationBodies, fit_population
+from workbench.study.bench.state import (
+    Arrangement,
+    OpenStudy,
+    arranged_environment,
+    arranged_study,
+)
+from workbench.study.checks.margins import Asked
+from workbench.study.checks.table import AFTER_SEATING, CHECKS, margins_of, needs_hands
+from workbench.study.people import present_people
+from workbench.study.positions import (
+    Before,
+    Fitted,
+    comfortable_situations,
+    fitted_positions,
+    in_positions,
+)
+from workbench.study.settings import at_setting, nominal_setting, renewed
+from workbench.study.situation import Occupants, Situation, with_hands
+from workbench.study.workplaces import population_of
+
+__all__ = [
+    "AT_HAND",
+    "Crowd",
+    "Settled",
+    "crowd_question",
+    "followed",
+    "met_all",
+    "open_crowd",
+    "settled",
+]
+
+AT_HAND = 256
+"""People who are followed while something is dragged."""
+Places = tuple[tuple[Ints, tuple[Situation, ...]], ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Crowd:
+    """The people of an open study.
+
+    Parameters
+    ----------
+    row
+        The index of their role.
+    people, bodies
+        All of them, and their bodies.
+    order
+        (P,) the rows of all people: those at hand first, spread evenly over them.
+    """
+
+    row: int
+    people: Population
+    bodies: PopulationBodies
+    order: Ints
+
+    @property
+    def at_hand(self) -> int:
+        """How many are followed."""
+        return min(len(self.order), AT_HAND)
+
+    def occupants(self, rows: Ints) -> Occupants:
+        """Some people with their bodies."""
+        return Occupants(self.bodies[rows], self.people, rows)
+
+
+@dataclass(frozen=True, eq=False)
+class Settled:
+    """People as a run of a state finds them.
+
+    Parameters
+    ----------
+    arrangement, question
+        The state, and what is asked of everybody in it.
+    rows
+        (B,) of the people in their population.
+    fitted
+        In the positions that suit them best, with their margins there.
+    places
+        The people in those positions, case by case: by setting, with their indices.
+    """
+
+    arrangement: Arrangement
+    question: Question
+    rows: Ints
+    fitted: Fitted
+    places: Places
+    hands: dict[object, Situation] = field(default_factory=dict)
+    """The people with their hands on their controls, while some parts are no obstacles."""
+
+    @property
+    def margin(self) -> Floats:
+        """(B, R) [m]."""
+        return self.fitted.tried.margin
+
+
+def open_crowd(opened: OpenStudy, say: Callable[[str], None] = lambda text: None) -> Crowd | None:
+    """Make the bodies of an open study's population, or read them from the cache.
+
+    Parameters
+    ----------
+    say
+        Called with words on how far that is.
+
+    Returns
+    -------
+    Crowd or None
+        None where no population takes a role.
+
+    Raises
+    ------
+    InputError
+        If there is no body for somebody's measures.
+    """
+    if opened.crowd is None:
+        return None
+    row = opened.crowd
+    role = opened.study.roles[row]
+    people = population_of(replace(role, population=opened.population))
+    body = morph_to(role.body, role.detail)
+    with ThreadPoolExecutor(1) as pool:  # no forks: other threads of this process are at work
+        bodies = fit_population(
+            body, people, role.clothes, sits=role.seat is not None, executor=pool, progress=say
+        )
+    count = len(people)
+    first = np.unique(np.linspace(0, count - 1, min(count, AT_HAND)).round().astype(np.int64))
+    rest = np.setdiff1d(np.arange(count), first)
+    return Crowd(row, people, bodies, np.concatenate([first, rest]))
+
+
+def crowd_question(opened: OpenStudy, crowd: Crowd, arrangement: Arrangement) -> Question:
+    """What a run of a state asks of everybody, without the sets that only a report shows.
+
+    Raises
+    ------
+    InputError
+        Where no criterion asks for anything.
+    """
+    study = arranged_study(opened, arrangement)
+    roles = list(study.roles)
+    roles[crowd.row] = replace(roles[crowd.row], population=crowd.people)
+    study = replace(study, roles=tuple(roles))
+    beside = present_people(study) if len(roles) > 1 else None
+    question = population_question(study, beside)
+    none = np.zeros((len(question.asked), 0), dtype=np.bool_)
+    return replace(question, members=none, bounded=False)
+
+
+def settled(
+    crowd: Crowd,
+    question: Question,
+    arrangement: Arrangement,
+    rows: Ints,
+    before: Settled | None = None,
+    *,
+    proceed: Callable[[], None] = lambda: None,
+) -> Settled:
+    """Put people where a run puts them, and measure what they have to spare.
+
+    Parameters
+    ----------
+    rows
+        (B,) of the people.
+    before
+        The same people in another state: of who met everything in the comfortable position, only
+        what has changed since is asked.
+    proceed
+        As of `fitted_positions`.
+    """
+    place = question.place
+    who = crowd.occupants(rows)
+    situations = comfortable_situations(place, who)
+    known = None if before is None else _before(before, question, arrangement)
+    fitted = fitted_positions(
+        place, question.asked, question.members, who, situations, known, proceed=proceed
+    )
+    places = _places(question, who, situations, fitted)
+    return Settled(arrangement, question, rows, fitted, places)
+
+
+def _before(before: Settled, question: Question, arrangement: Arrangement) -> Before | None:
+    """How people came out in another state, where only the reaches of some controls can differ."""
+    old = before.arrangement
+    if old.people != arrangement.people or len(arrangement.people) > 1:
+        return None
+    moved = _moved(before, arrangement)
+    if moved.parts or moved.controls & _held(question.place):
+        return None
+    rows = [r for r, one in enumerate(question.asked) if one.requirement.target in moved.controls]
+    fitted = before.fitted
+    there = (fitted.tried.seat == fitted.comfortable).all(axis=1)
+    there &= (fitted.setting == nominal_setting(before.question.place)).all(axis=1)
+    stays = met_of(before.margin).all(axis=1) & there
+    return Before(before.margin, stays, tuple(rows))
+
+
+def _places(
+    question: Question, who: Occupants, comfortable: Sequence[Situation], fitted: Fitted
+) -> Places:
+    """People in the positions and settings that their margins are of."""
+    place = question.place
+    stays = (fitted.tried.seat == fitted.comfortable).all(axis=1)
+    stays &= (fitted.setting == nominal_setting(place)).all(axis=1)
+    rows = np.flatnonzero(stays)
+    found = [(rows, tuple(one.rows(rows) for one in comfortable))] if len(rows) else []
+    rest = np.flatnonzero(~stays)
+    for setting in np.unique(fitted.setting[rest], axis=0):
+        rows = rest[(fitted.setting[rest] == setting).all(axis=1)]
+        wanted = [one.rows(rows) for one in comfortable]
+        at = at_setting(place, setting)
+        there = in_positions(at, who.rows(rows), fitted.tried.seat[rows], wanted)
+        found.append((rows, tuple(there)))
+    return tuple(found)
+
+
+@dataclass(frozen=True)
+class _Moved:
+    """The parts, by index, and the controls that stand elsewhere than in another state."""
+
+    parts: frozenset[int]
+    controls: frozenset[str]
+
+
+def _moved(before: Settled, arrangement: Arrangement) -> _Moved:
+    environment = before.question.place.environment
+    old = before.arrangement.moves
+    parts = part_moves(environment, arrangement.moves) != part_moves(environment, old)
+    controls = control_moves(environment, arrangement.moves) != control_moves(environment, old)
+    rows = np.flatnonzero(controls.any(axis=1))
+    return _Moved(
+        frozenset(np.flatnonzero(parts.any(axis=1)).tolist()),
+        frozenset(environment.controls[k].name for k in rows),
+    )
+
+
+def _held(place: Workplace) -> frozenset[str]:
+    """The controls that hands and feet hold in some case."""
+    aims = [case.aims for case in place.cases if case.aims is not None]
+    return frozenset(name for one in aims for name in one.controls.values())
+
+
+def followed(
+    opened: OpenStudy,
+    crowd: Crowd,
+    known: Settled,
+    question: Question,
+    arrangement: Arrangement,
+) -> Floats:
+    """Measure what people have to spare in another state, each where the person was settled.
+
+    Parameters
+    ----------
+    known
+        The people in a state before.
+    question
+        What is asked in the other state.
+
+    Returns
+    -------
+    (B, R) array
+        Margins [m]: of what the change does not touch those of before.
+    """
+    old = known.arrangement.people[crowd.row]
+    new = arrangement.people[crowd.row]
+    moved = _moved(known, arrangement)
+    feet = {
+        name
+        for case in question.place.cases
+        if case.aims is not None
+        for limb, name in case.aims.controls.items()
+        if limb.endswith("foot")
+    }
+    adjusted = any(question.place.environment.parts[k] in _adjusted(opened) for k in moved.parts)
+    if old is not new or feet & moved.controls or adjusted:
+        return _seated_anew(opened, crowd, known, question, arrangement)
+    margin = known.margin.copy()
+    columns = _touched(question, moved)
+    if not columns:
+        return margin
+    for rows, situations in known.places:
+        at = at_setting(question.place, known.fitted.setting[rows[0]])
+        asked = renewed(at, [question.asked[r] for r in columns])
+        found = _margins_there(known, situations, at, asked, moved)
+        margin[np.ix_(rows, np.array(columns))] = found
+    return margin
+
+
+def _adjusted(opened: OpenStudy) -> set[str]:
+    """The parts that adjustments move: with these the settings are others."""
+    return {name for one in opened.study.environment.adjustments for name in one.parts}
+
+
+def _touched(question: Question, moved: _Moved) -> list[int]:
+    """The requirements that a move bears on: reaches of the controls, what is about the parts, and
+    what depends on hands that hold a control."""
+    names = {question.place.environment.parts[k] for k in moved.parts}
+    hands = bool(moved.controls & _held(question.place))
+    found = []
+    for r, one in enumerate(question.asked):
+        if one.control is not None:
+            touched = one.control.name in moved.controls
+        else:
+            touched = bool(names & set(one.criterion.parts))
+            touched |= hands and CHECKS[one.requirement.check].cost > AFTER_SEATING
+        if touched:
+            found.append(r)
+    return found
+
+
+def _margins_there(
+    known: Settled,
+    situations: Sequence[Situation],
+    at: Workplace,
+    asked: Sequence[Asked],
+    moved: _Moved,
+) -> Floats:
+    """(B, Q) [m] what people have to spare in some requirements, in a workplace `at` where parts and
+    controls have moved."""
+    margin = np.full((len(situations[0]), len(asked)), np.nan)
+    for number, situation in enumerate(situations):
+        old = situation.place
+        parts = tuple(sorted(moved.parts))
+        clear = replace(old, environment=_without(old.environment, parts)) if parts else old
+        reaching = replace(situation, place=clear)
+        there = replace(situation, place=at) if parts else situation
+        mine = [q for q, one in enumerate(asked) if one.case == number]
+        reaches = [q for q in mine if asked[q].control is not None]
+        held = [q for q in mine if needs_hands(situation, asked[q])]
+        rest = [q for q in mine if q not in reaches and q not in held]
+        for some, place in ((reaches, reaching), (rest, there)):
+            if some:
+                every = [*situations[:number], place, *situations[number + 1 :]]
+                found = margins_of(every, [asked[q] for q in some])
+                margin[:, some] = found.margin
+        if held:
+            key = number, situation, parts, _held_points(at)
+            hands = known.hands.get(key)
+            if hands is None:
+                held_controls = moved.controls & _held(at)
+                hands = with_hands(_with_controls(reaching, at) if held_controls else reaching)
+                known.hands.clear()
+                known.hands[key] = hands
+            posed = replace(hands, place=at if parts else old)
+            for q in held:
+                check = CHECKS[asked[q].requirement.check]
+                assert check.margins is not None
+                margin[:, q] = check.margins(posed, [asked[q]]).margin[:, 0]
+    return margin
+
+
+def _held_points(place: Workplace) -> tuple[object, ...]:
+    """Where the controls are that hands and feet hold."""
+    held = _held(place)
+    return tuple(control.at for control in place.environment.controls if control.name in held)
+
+
+def _with_controls(situation: Situation, at: Workplace) -> Situation:
+    """A situation with the controls where another workplace has them."""
+    environment = _controlled(situation.environment, at.environment.controls)
+    return replace(situation, place=replace(situation.place, environment=environment))
+
+
+@lru_cache(maxsize=8)
+def _controlled(environment: Environment, controls: tuple[Control, ...]) -> Environment:
+    """The surroundings with other controls, once for each, so that they are indexed once."""
+    return replace(environment, controls=controls)
+
+
+@lru_cache(maxsize=8)
+def _without(environment: Environment, parts: tuple[int, ...]) -> Environment:
+    """The surroundings without some parts, once for each, so that they are indexed once."""
+    gone = np.isin(np.arange(len(environment.parts)), parts)
+    return replace(environment, hidden=environment.hidden | gone)
+
+
+def _seated_anew(
+    opened: OpenStudy, crowd: Crowd, known: Settled, question: Question, arrangement: Arrangement
+) -> Floats:
+    """(B, R) [m] what people have to spare where they sit otherwise: in the seat where it is held,
+    else in the positions that they were in."""
+    place = question.place
+    who = crowd.occupants(known.rows)
+    situations = comfortable_situations(place, who)
+    new = arrangement.people[crowd.row]
+    if new.free and known.arrangement.people[crowd.row].free:
+        situations = in_positions(place, who, known.fitted.tried.seat, situations)
+    plain = arranged_environment(opened, arrangement.moves)
+    if place.seat is not None and len(arrangement.people) == 1:
+        # but for the travel of the seat the same, and indexed already
+        around = [replace(one, place=replace(place, environment=plain)) for one in situations]
+    else:
+        around = situations
+    seats = np.array(
+        [CHECKS[one.requirement.check].cost == AFTER_SEATING for one in question.asked]
+    )
+    margin = np.full((len(known.rows), len(question.asked)), np.nan)
+    for some, there in ((seats, situations), (~seats, around)):
+        columns = np.flatnonzero(some)
+        if len(columns):
+            asked = [question.asked[r] for r in columns.tolist()]
+            margin[:, columns] = margins_of(there, asked).margin
+    return margin
+
+
+def met_all(margin: Floats, columns: Bools | None = None) -> Bools:
+    """(B,) who meets all requirements, or all of some (R,)."""
+    some = margin if columns is None else margin[:, columns]
+    return np.asarray(met_of(some).all(axis=1), dtype=np.bool_)
