@@ -10,6 +10,7 @@ from tests.conftest import ROOT
 from workbench.body.parts import moved
 from workbench.errors import InputError
 from workbench.model.moves import Move, displaced
+from workbench.report.words import moved_line
 
 TEXT = (ROOT / "studies" / "trainer_clearance.yaml").read_text()
 LINE = "environment: trainer\n"
@@ -43,6 +44,17 @@ def test_a_part_goes_with_its_control_and_a_control_alone(tmp_path):
     same = [c.name for c, d in zip(environment.controls, plain.controls, strict=True) if c == d]
     assert len(same) == len(plain.controls) - 2
     assert [move.by for move in study.moved] == [(0.015, 0.0, 0.02), (0.0, 0.005, 0.0)]
+
+
+def test_the_report_says_what_is_moved():
+    moves = [
+        Move(("throttle_lever", "mixture_lever"), (), (0.015, 0.0, -0.02)),
+        Move((), ("flaps",), (0.0, 0.0051, 0.0)),
+    ]
+    assert moved_line(moves) == [
+        "moved: throttle_lever, mixture_lever by 15, 0, −20 mm; control flaps by 0, 5.1, 0 mm"
+    ]
+    assert moved_line([]) == []
 
 
 def test_what_is_moved_there_and_back_is_where_it_was():

@@ -16,7 +16,7 @@ from workbench.report.postures.section import overlap_lines, postures_sections
 from workbench.report.section import ORDER, Making, Section, data_section, provenance_section
 from workbench.report.templates import template
 from workbench.report.turnable import PageViews
-from workbench.report.words import adjusted_line, part_count
+from workbench.report.words import adjusted_line, moved_line, part_count
 
 __all__ = ["page"]
 
@@ -133,6 +133,7 @@ def _people(result: Result, rows: ResultFile) -> list[str]:
     for found in rows.postures:
         lead = f"{found.row}, " if found.row else ""
         lines += [f"{lead}{person.name}: {person.description}" for person in found.people]
+    lines += moved_line(result.study.moved)
     for there in result.postures:
         lines += adjusted_line(there.environment, there.row)
     if rows.motions:

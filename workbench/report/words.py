@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 from workbench.body.people.share import percent, percent_number
 from workbench.model.accommodation import GroupShare
 from workbench.model.contacts import Contacts
 from workbench.model.criterion import Criterion
 from workbench.model.environment import Environment
+from workbench.model.moves import Move
 from workbench.model.person import Size
 from workbench.model.result import Finding, PersonFound, Verdict
 from workbench.study.settings import setting_text
@@ -21,6 +22,7 @@ __all__ = [
     "finding_sentence",
     "millimetres",
     "milliseconds",
+    "moved_line",
     "part_count",
     "person_words",
     "share_sentence",
@@ -267,6 +269,17 @@ def adjusted_line(environment: Environment, size: str = "") -> list[str]:
     found = [setting_text(one, one.at) for one in environment.adjustments if one.at]
     lead = f"{size}, set" if size else "set"
     return [f"{lead}: {', '.join(found)}"] if found else []
+
+
+def moved_line(moves: Sequence[Move]) -> list[str]:
+    """What stands elsewhere than the environment's file has it: "moved: throttle_lever by 15, 0, 0
+    mm"; nothing where nothing does."""
+    found = []
+    for move in moves:
+        names = ", ".join(move.parts) or "control " + ", ".join(move.controls)
+        by = ", ".join(f"{1000 * value:.4g}".replace("-", "−") for value in move.by)
+        found.append(f"{names} by {by} mm")
+    return [f"moved: {'; '.join(found)}"] if found else []
 
 
 def _sized(size: Size) -> str:
