@@ -289,9 +289,12 @@ class _EntryLibrary(_Library):
         super().add_ir_module(module)
 
     def finalize(self) -> None:
-        """Link all that is called, directly or not."""
-        for library in _reached(self._linking_libraries):
-            self.add_linking_library(library)
+        """Link all that is called, directly or not, each function once."""
+        reached = _reached(self._linking_libraries)
+        for library in reached:
+            if isinstance(library, _InnerLibrary):
+                library.link_into(self)
+        self._linking_libraries = [one for one in reached if not isinstance(one, _InnerLibrary)]
         super().finalize()
 
     def _optimize_final_module(self) -> None:
@@ -349,6 +352,23 @@ class _InnerLibrary(_Library):
                 function.linkage = "linkonce_odr"
         self._shared_module = self._final_module
         self._finalized = True
+
+    def link_into(self, library: Any) -> None:
+        """Link this function into a library, without its callees."""
+        self._ensure_finalized()
+        library._reload_init.update(self._reload_init)
+        library._final_module.link_in(self._shared_module, preserve=True)
+
+    def _get_module_for_linking(self) -> Any:
+        """Hand out the function with all that it calls, to callers that numba compiles by itself: a
+        user's own, which share with these what is compiled of numba's functions."""
+        self._ensure_finalized()
+        whole = self._shared_module.clone()
+        for library in _reached(self._linking_libraries):
+            own = isinstance(library, _InnerLibrary)
+            module = library._shared_module if own else library._get_module_for_linking()
+            whole.link_in(module, preserve=True)
+        return whole
 
 
 class _NoEnvironment:
