@@ -14,7 +14,8 @@ from workbench.live.protocol import packed
 
 VIEW = ROOT / "workbench" / "draw" / "web"
 PAGE = ROOT / "workbench" / "live" / "page"
-SCRIPTS = sorted([*VIEW.glob("*.js"), *PAGE.glob("*.js")])
+REPORT = ROOT / "workbench" / "report"
+SCRIPTS = sorted([*VIEW.glob("*.js"), *PAGE.glob("*.js"), *REPORT.glob("*.js")])
 
 
 def node():

@@ -121,8 +121,9 @@ test("a block from Python opens to the numbers that went in", async () => {
   const { readFile } = await import("node:fs/promises");
   const { inflateRawSync } = await import("node:zlib");
   const packed = inflateRawSync(await readFile(process.env.WEB_BLOCK));
-  const page = unpack(packed.buffer.slice(packed.byteOffset, packed.byteOffset + packed.length));
-  const made = sceneOf(page, 0);
+  const bytes = packed.buffer.slice(packed.byteOffset, packed.byteOffset + packed.length);
+  const { header, array } = unpack(bytes);
+  const made = sceneOf({ views: header.views, array }, 0);
   process.stdout.write(""); // the numbers go to Python, which knows what they should be
   const { writeFile } = await import("node:fs/promises");
   const plain = {
