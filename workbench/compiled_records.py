@@ -25,6 +25,7 @@ from functools import cached_property
 from typing import Any, ClassVar
 
 from llvmlite import ir
+from llvmlite.ir.values import ArgumentAttributes
 from numba.core import cgutils, datamodel, types
 from numba.core.analysis import compute_cfg_from_blocks, compute_use_defs
 from numba.core.callconv import RETCODE_OK, CPUCallConv
@@ -210,6 +211,10 @@ class _Builder(ir.IRBuilder):  # type: ignore[misc]
 # ---------------------------------------------------------------------------------- lowering
 
 
+_NOT_KEPT = "captures(none)" if "captures(none)" in ArgumentAttributes._known else "nocapture"
+"""The attribute of a pointer that the function does not keep: LLVM gave it another name."""
+
+
 class _CallConv(CPUCallConv):  # type: ignore[misc]
     """Numba's calls, with records as pointers."""
 
@@ -222,7 +227,7 @@ class _CallConv(CPUCallConv):  # type: ignore[misc]
             kind = argument.type
             if isinstance(kind, ir.PointerType) and isinstance(kind.pointee, _RecordType):
                 argument.add_attribute("noalias")
-                argument.add_attribute("captures(none)")
+                argument.add_attribute(_NOT_KEPT)
                 set.add(argument.attributes, "readonly")  # which llvmlite does not know
 
     def return_value(self, builder: Any, retval: Any) -> None:
