@@ -294,7 +294,8 @@ class _EntryLibrary(_Library):
         for library in reached:
             if isinstance(library, _InnerLibrary):
                 library.link_into(self)
-        self._linking_libraries = [one for one in reached if not isinstance(one, _InnerLibrary)]
+        rest = [one for one in reached if not isinstance(one, _InnerLibrary)]
+        self._linking_libraries: list[Any] = rest
         super().finalize()
 
     def _optimize_final_module(self) -> None:
