@@ -55,7 +55,7 @@ function takeAnswer(head) {
   at("redo").disabled = !head.redo;
   at("save").disabled = !head.unsaved;
   at("case").value = head.case;
-  at("took").textContent = `answered in ${head.ms} ms`;
+  at("took").textContent = head.ms < 2000 ? `answered in ${head.ms} ms` : `made ready in ${Math.round(head.ms / 1000)} s`;
   document.title = (head.unsaved ? "● " : "") + state.hello.title;
   if (head.words || head.answers || first) say(head.words);
   at("near").replaceChildren(...head.near.map(nearRow));
