@@ -110,19 +110,27 @@ def test_a_hand_takes_hold_of_a_control_and_the_verdict_follows(page):
     page.wait_for_function("() => document.getElementById('failed').textContent === '(all passed)'")
 
 
-def test_the_study_is_saved_from_the_page(page, study):
-    before = study.read_text()
-    elbow(page).press("ArrowRight")
-    page.wait_for_function("() => document.title.startsWith('●')")
+def saved(page):
     page.get_by_role("button", name="Save").click()
     page.wait_for_function(
         "() => document.getElementById('status').textContent.startsWith('saved')"
     )
-    assert "angles: {RE: {flexion: 75.1}}" in study.read_text()
+
+
+def undone_and_saved(page):
     page.get_by_role("button", name="Undo").click()
     page.wait_for_function("() => document.title.startsWith('●')")
     page.get_by_role("button", name="Save").click()
     page.wait_for_function("() => !document.title.startsWith('●')")
+
+
+def test_the_study_is_saved_from_the_page(page, study):
+    before = study.read_text()
+    elbow(page).press("ArrowRight")
+    page.wait_for_function("() => document.title.startsWith('●')")
+    saved(page)
+    assert "angles: {RE: {flexion: 75.1}}" in study.read_text()
+    undone_and_saved(page)
     assert study.read_text() == before
     assert faults(page) == []
 
@@ -205,15 +213,9 @@ def test_a_control_is_moved_by_number_and_saved(page, study):
     page.locator("#thing-z").fill("12.5")
     page.locator("#thing-z").press("Enter")
     page.wait_for_function("() => document.title.startsWith('●')")
-    page.get_by_role("button", name="Save").click()
-    page.wait_for_function(
-        "() => document.getElementById('status').textContent.startsWith('saved')"
-    )
+    saved(page)
     assert "moved: [{controls: [flaps], by: [0, 0, 12.5]}]\n" in study.read_text()
-    page.get_by_role("button", name="Undo").click()
-    page.wait_for_function("() => document.title.startsWith('●')")
-    page.get_by_role("button", name="Save").click()
-    page.wait_for_function("() => !document.title.startsWith('●')")
+    undone_and_saved(page)
     assert study.read_text() == before
     assert faults(page) == []
 

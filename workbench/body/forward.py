@@ -172,7 +172,7 @@ def _first_skin(body: Body) -> Skin:
         twist_axis=body.twist_axis[0],
         twist_share=body.twist_share[0],
         blend_share=body.blend_share[0],
-        blend_point=np.ascontiguousarray(blend_point(body)[0]),
+        blend_point=blend_point(body)[0],
     )
 
 

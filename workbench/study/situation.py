@@ -49,6 +49,7 @@ __all__ = [
     "situated",
     "take_places",
     "with_hands",
+    "without_parts",
     "without_seat",
 ]
 
@@ -440,12 +441,12 @@ def _with_hand(situation: Situation, name: str, control: Control) -> Situation:
 def without_seat(place: Workplace) -> Environment:
     """The surroundings without the own seat: a thigh presses the cushion down, it does not stop
     there."""
-    return _hiding(place.environment, place.moving_parts)
+    return without_parts(place.environment, place.moving_parts)
 
 
 @lru_cache(maxsize=8)
-def _hiding(environment: Environment, parts: tuple[str, ...]) -> Environment:
-    """The surroundings without some parts, once for each, so that they are indexed once."""
+def without_parts(environment: Environment, parts: tuple[str, ...]) -> Environment:
+    """Surroundings without some parts, by name, once for each, so that they are indexed once."""
     gone = np.isin(environment.parts, parts)
     return replace(environment, hidden=environment.hidden | gone)
 

@@ -20,7 +20,7 @@ from workbench.model.environment import Seat
 from workbench.model.poses import Poses, check_rows, row_for_each
 from workbench.model.posing import join_poses
 from workbench.posture.kernels.seat_search import SeatPlaces, seat_rows
-from workbench.posture.kernels.sitting import ROW, TOTAL_DISCOMFORT, VISITED, Sitting
+from workbench.posture.kernels.sitting import PRESSED, ROW, TOTAL_DISCOMFORT, VISITED, Sitting
 from workbench.posture.reaching.chains import Task
 from workbench.posture.seating.posture import DECIMALS, Pedals, positions
 from workbench.posture.seating.resting import at_rest, lap_of, sitting_of
@@ -32,7 +32,6 @@ from workbench.posture.seating.stepping import (
     legs_of,
     limits_of,
 )
-from workbench.posture.seating.thighs import pressed_thighs
 from workbench.threads import in_pieces
 
 __all__ = ["PEOPLE_PER_SEAT_BATCH", "Seated", "seat"]
@@ -214,10 +213,9 @@ def _some_people(body: Body, poses: Poses, ask: _Ask, may: _Travel) -> Seated:
     forward, up = found.travel.T
     rear, front = may.forward.T
     low, high = may.up.T
-    placed = Poses(found.rotations, poses.reference, world)
     shift = np.outer(forward, sitting.ahead) + np.outer(up, [0.0, 0.0, 1.0])
     return Seated(
-        poses=placed,
+        poses=Poses(found.rotations, poses.reference, world),
         forward=forward,
         up=up,
         shift=shift,
@@ -230,7 +228,7 @@ def _some_people(body: Body, poses: Poses, ask: _Ask, may: _Travel) -> Seated:
         spare_travel=np.stack([forward - rear, front - forward, up - low, high - up], axis=1),
         discomfort=found.row[:, TOTAL_DISCOMFORT],
         tried=found.row[:, VISITED].astype(np.int64),
-        pressed=pressed_thighs(body, placed, seat, shift, ask.pedals.at),
+        pressed=found.row[:, PRESSED],
     )
 
 

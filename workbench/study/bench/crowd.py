@@ -45,7 +45,7 @@ from workbench.study.positions import (
     in_positions,
 )
 from workbench.study.settings import at_setting, nominal_setting, renewed
-from workbench.study.situation import Occupants, Situation, with_hands
+from workbench.study.situation import Occupants, Situation, with_hands, without_parts
 from workbench.study.workplaces import population_of
 
 __all__ = [
@@ -349,7 +349,8 @@ def _margins_there(
     for number, situation in enumerate(situations):
         old = situation.place
         parts = tuple(sorted(moved.parts))
-        clear = replace(old, environment=_without(old.environment, parts)) if parts else old
+        names = tuple(old.environment.parts[k] for k in parts)
+        clear = replace(old, environment=without_parts(old.environment, names)) if parts else old
         reaching = replace(situation, place=clear)
         there = replace(situation, place=at) if parts else situation
         mine = [q for q, one in enumerate(asked) if one.case == number]
@@ -393,13 +394,6 @@ def _with_controls(situation: Situation, at: Workplace) -> Situation:
 def _controlled(environment: Environment, controls: tuple[Control, ...]) -> Environment:
     """The surroundings with other controls, once for each, so that they are indexed once."""
     return replace(environment, controls=controls)
-
-
-@lru_cache(maxsize=8)
-def _without(environment: Environment, parts: tuple[int, ...]) -> Environment:
-    """The surroundings without some parts, once for each, so that they are indexed once."""
-    gone = np.isin(np.arange(len(environment.parts)), parts)
-    return replace(environment, hidden=environment.hidden | gone)
 
 
 def _seated_anew(
