@@ -6,10 +6,8 @@ import numpy as np
 import pytest
 
 import workbench as wb
-from workbench.body.forward import segment_frames
 from workbench.model.posing import compose
 from workbench.posture.reach_bound import reach_bound
-from workbench.posture.reaching.limbs import limb
 
 COUNT = 400
 
@@ -41,9 +39,9 @@ def _at_random(body, arm, seed):
     [("left hand", 1), ("left hand", 2), ("right hand", 2), ("right hand", 3), ("left foot", 1)],
 )
 def test_whatever_a_limb_reaches_is_within_its_bound(bubbleman, name, zone):
-    arm = limb(bubbleman, name, zone=zone)
+    arm = wb.limb(bubbleman, name, zone=zone)
     poses = _at_random(bubbleman, arm, seed=zone)
-    frame = segment_frames(bubbleman, poses, arm.end)
+    frame = wb.place(bubbleman, poses).world_from_segment[:, arm.end]
     tip = np.einsum("bij,j->bi", frame[:, :, :3], arm.tip[0]) + frame[:, :, 3]
     bound = reach_bound(bubbleman, wb.pose(bubbleman, {}, reference="LT"), arm)
     assert not bound.excludes(np.zeros(COUNT, dtype=np.int64), tip).any()
@@ -54,7 +52,7 @@ def test_whatever_a_limb_reaches_is_within_its_bound(bubbleman, name, zone):
 
 def test_most_of_what_is_missed_for_want_of_length_is_out_of_bounds(bubbleman):
     pose = wb.pose(bubbleman, {}, reference="LT")
-    arm = limb(bubbleman, "left hand", zone=2)
+    arm = wb.limb(bubbleman, "left hand", zone=2)
     points = np.random.default_rng(3).uniform([0.2, -0.2, 0.0], [1.1, 0.8, 0.9], size=(400, 3))
     missed = ~wb.reach(bubbleman, pose, points, limb=arm).reached[0]
     out = reach_bound(bubbleman, pose, arm).excludes(np.zeros(400, dtype=np.int64), points)
