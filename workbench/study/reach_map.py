@@ -7,7 +7,7 @@ the others only about those that are not surrounded by points which he reaches a
 the edge of what he reaches is found to the last point, and only a patch smaller than COARSE far from
 that edge could be overlooked.
 
-Points out of reach for everybody of such limbs (see `posture.reach_bound`) need no search.
+A point beyond the length of the limb (see `posture.reach_bound`) needs no search.
 
 Obstacles do not count: the map says how far arms are long enough and joints free enough.
 """
@@ -110,9 +110,11 @@ def who_reaches(
         found = np.zeros(len(who), dtype=np.bool_)
         for arm, bound in zip(arms, bounds, strict=True):
             left = np.flatnonzero(~found)
-            near = left[~bound.excludes(who[left], points[at[left]])]
-            for piece in pieces(len(near), size=TOGETHER):
-                some = near[piece]
+            for piece in pieces(len(left), size=TOGETHER):
+                some = left[piece]
+                some = some[~bound.excludes(who[some], points[at[some]])]
+                if not len(some):
+                    continue
                 each = Poses(
                     poses.rotations[who[some]],
                     poses.reference,
