@@ -25,6 +25,7 @@ def reach_rows(result: PosturesFound) -> list[ReachRow]:
             miss_mm=0.0 if row.reached else round(1000 * row.miss, 3),
             overlap_mm=round(1000 * row.overlap, 3),
             limit=row.limit,
+            spare_mm=None if row.spare is None else round(1000 * row.spare, 3),
             discomfort=round(row.discomfort, 4),
             doubt=row.doubt,
             sentence=_sentence(row),
