@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 
 from workbench.contact.crowd import blocks_of, crowd_of
-from workbench.contact.fields import Groups, field_of, packed_faces, packed_shells
+from workbench.contact.fields import Groups, field_of, packed_faces, packed_shells, part_trees
 from workbench.contact.kernels.clearance import ContactRows, environment_contacts
 from workbench.contact.kernels.fronts import Blocks, Room
 from workbench.contact.kernels.groups import (
@@ -20,6 +20,7 @@ from workbench.contact.kernels.groups import (
     witness_points,
 )
 from workbench.contact.kernels.pairs import PairAnswers, PairBody, pair_clearance
+from workbench.contact.kernels.parts import Nearest, PartSpace, part_clearance
 from workbench.contact.kernels.wide import DEEP, EIGHT
 from workbench.geometry.tree import search_space
 from workbench.model.arrays import Bools, Floats, Ints
@@ -137,6 +138,37 @@ def grouped_room(
 
     bodies = placed.centres, placed.world_from_segment
     in_pieces(work, len(placed), PIECE, threads=threads)
+    return out
+
+
+def clearance_by_part(placed: Placed, environment: Environment) -> Nearest:
+    """Signed distance [m], sphere and polygon (P, N, K), and the polygon's nearest point
+    (P, N, K, 3) of every segment to every part; infinite, -1, -1 and NaN for hidden parts and for
+    segments without spheres or outside the logical window."""
+    body = placed.body
+    blocks = blocks_of(body)
+    shown = placed.window.astype(np.int64)
+    index = part_trees(environment), packed_faces(environment), packed_shells(environment)
+    shape = (len(placed), len(placed.window), len(environment.parts))
+    out = Nearest(
+        np.full(shape, np.inf),
+        np.full(shape, -1),
+        np.full(shape, -1),
+        np.full((*shape, 3), np.nan),
+    )
+
+    def work(begin: int, end: int) -> None:
+        space = PartSpace(
+            ball=blocks.ball.copy(),
+            front=np.empty(len(blocks.ball) // 4 + EIGHT, dtype=np.float32),
+            spare=np.empty(EIGHT, dtype=np.float32),
+            stack=np.empty(DEEP, dtype=np.int64),
+            gaps=np.empty(DEEP + EIGHT, dtype=np.float32),
+        )
+        search = (placed.centres, body.radius[0], blocks, shown, *index)
+        part_clearance(*search, out, space, begin, end)
+
+    in_pieces(work, len(placed), PIECE)
     return out
 
 

@@ -7,7 +7,8 @@ import numpy as np
 
 from workbench.compiled import inner, njit
 from workbench.contact.kernels.inside import inside_part
-from workbench.geometry.polygon import RECORD
+from workbench.geometry.polygon import EDGES, RECORD
+from workbench.geometry.quads import FOUR
 
 __all__ = ["mark_solid"]
 
@@ -54,10 +55,11 @@ def _mark_surface(touched, first, field, g, s):  # type: ignore[no-untyped-def]
     for rank in range(field.solid_rank[s, 0], field.solid_rank[s, 1]):
         low[:] = np.inf
         high[:] = -np.inf
-        for e in range(field.begin[rank] + RECORD, field.begin[rank + 1], 6):
+        for e in range(field.begin[rank] + RECORD, field.begin[rank + 1], EDGES):
             for axis in range(3):
-                low[axis] = min(low[axis], field.record[e + axis])
-                high[axis] = max(high[axis], field.record[e + axis])
+                for tail in range(e + FOUR * axis, e + FOUR * (axis + 1)):
+                    low[axis] = min(low[axis], field.record[tail])
+                    high[axis] = max(high[axis], field.record[tail])
         _mark(touched, first, field, g, low, high)
 
 
