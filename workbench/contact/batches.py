@@ -263,7 +263,7 @@ def touching(
             may_touch(
                 placed.centres, placed.world_from_segment, crowd, field, margin, near, begin, end
             )
-        search = (placed.centres, placed.body.radius[0], near, *index, margin)
+        search = (placed.centres, placed.world_from_segment, crowd, near, *index, margin)
         count = CONTACTS * (end - begin)
         while True:
             rows = ContactRows(np.empty((count, 4), dtype=np.int64), np.empty((count, 5)))

@@ -10,9 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.compiled import batch_loop, inlined, inner
+from workbench.contact.kernels.groups import carried
 from workbench.contact.kernels.inside import inside_part
 from workbench.geometry.polygon import nearest_of_record
-from workbench.geometry.tree import box_gap, nearest_polygon
+from workbench.geometry.tree import box_gap, nearest_polygon, wider
 
 __all__ = ["ContactRows", "environment_contacts", "row_clearance"]
 
@@ -150,34 +151,62 @@ def _near_polygons(x, y, z, r, margin, faces, where, deep, found, used, stack): 
     return used
 
 
+@inner
+def _sphere_contacts(  # type: ignore[no-untyped-def]
+    centres, radius, p, s, k, faces, shells, margin, found, used, space
+):
+    """Put down the polygons of part k nearer than margin [m] to sphere s of pose p; returns how
+    many contacts there are then."""
+    x = centres[p, s, 0]
+    y = centres[p, s, 1]
+    z = centres[p, s, 2]
+    r = radius[s]
+    deep = -1
+    if inside_part(x, y, z, faces, shells, k, space.stack):
+        square, deep, qx, qy, qz = nearest_polygon(x, y, z, faces, k, np.inf, space)
+        number = (-math.sqrt(square) - r, qx, qy, qz, 1.0)
+        used = _put(found, used, (p, s, k, deep), number)
+    return _near_polygons(x, y, z, r, margin, faces, (p, s, k), deep, found, used, space.stack)
+
+
 @batch_loop
 def environment_contacts(  # type: ignore[no-untyped-def]
-    centres, radius, near, faces, shells, checked, margin, found, space, begin, end
+    centres, world, crowd, near, faces, shells, checked, margin, found, space, begin, end
 ):
     """Fill found with all (sphere, polygon) pairs nearer than margin [m]; returns how many.
 
-    Of the spheres with near (P, S) 1, in the poses begin..end, and the parts with checked (K,) 1. A
-    centre inside a solid has a row with its nearest polygon. found: ContactRows; where there are
-    more than it holds, the others are counted only. space: SearchSpace.
+    Of the spheres with near (P, S) 1, in the poses begin..end, and the parts with checked (K,) 1,
+    segment by segment and part by part. A centre inside a solid has a row with its nearest polygon.
+    centres (P, S, 3), world (P, N, 3, 4) [m]; found: ContactRows; where there are more than it
+    holds, the others are counted only. space: SearchSpace.
     """
     used = 0
     for p in range(begin, end):
-        for s in range(centres.shape[1]):
-            if not near[p, s]:
+        for n in range(len(crowd.shown)):
+            first = crowd.first[crowd.start[n]]
+            last = crowd.first[crowd.start[n + 1]]
+            if crowd.shown[n] == 0 or first == last:
                 continue
-            x = centres[p, s, 0]
-            y = centres[p, s, 1]
-            z = centres[p, s, 2]
-            r = radius[s]
+            x, y, z = carried(world, p, n, crowd.around[n, 0], crowd.around[n, 1], crowd.around[n, 2])
+            reach = crowd.big[n] + max(margin, 0.0)
             for k in range(len(faces.root)):
                 if checked[k] == 0 or faces.root[k] < 0:
                     continue
-                deep = -1
-                if inside_part(x, y, z, faces, shells, k, space.stack):
-                    square, deep, qx, qy, qz = nearest_polygon(x, y, z, faces, k, np.inf, space)
-                    number = (-math.sqrt(square) - r, qx, qy, qz, 1.0)
-                    used = _put(found, used, (p, s, k, deep), number)
-                used = _near_polygons(
-                    x, y, z, r, margin, faces, (p, s, k), deep, found, used, space.stack
-                )
+                if box_gap(x, y, z, faces.low, faces.high, faces.root[k]) > wider(reach * reach):
+                    continue
+                for s in range(first, last):
+                    if near[p, s]:
+                        used = _sphere_contacts(
+                            centres,
+                            crowd.radius,
+                            p,
+                            s,
+                            k,
+                            faces,
+                            shells,
+                            margin,
+                            found,
+                            used,
+                            space,
+                        )
     return used

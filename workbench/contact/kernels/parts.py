@@ -294,7 +294,7 @@ def _segment_part(centres, p, n, k, body, trees, faces, shells, origin, most_at,
             continue
         limit = np.inf if inside or best == np.inf else reach * reach * (1.0 + 1e-12)
         square, f = nearest_in(
-            x, y, z, trees, trees.root[k], rank, limit, space.stack, space.gaps
+            x, y, z, trees, trees.root[k], rank if stage < 2 or inside else np.int64(-1), limit, space.stack, space.gaps
         )
         away = math.sqrt(square)
         if not inside and away > clear:
