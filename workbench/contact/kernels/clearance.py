@@ -18,6 +18,10 @@ from workbench.geometry.tree import box_gap, nearest_polygon, wider
 __all__ = ["ContactRows", "environment_contacts", "row_clearance"]
 
 
+HAIR = 1e-9
+"""More [m] than the rounding of a distance between two points of the body."""
+
+
 @inlined
 def _least_promise(centres, radius, p, first, last, faces, root):  # type: ignore[no-untyped-def]
     """Which of the spheres first..last of pose p is nearest to the box of a part."""
@@ -152,21 +156,41 @@ def _near_polygons(x, y, z, r, margin, faces, where, deep, found, used, stack): 
 
 
 @inner
-def _sphere_contacts(  # type: ignore[no-untyped-def]
-    centres, radius, p, s, k, faces, shells, margin, found, used, space
+def _segment_polygons(  # type: ignore[no-untyped-def]
+    centres, radius, p, first, last, near, k, faces, shells, margin, found, used, space
 ):
-    """Put down the polygons of part k nearer than margin [m] to sphere s of pose p; returns how
-    many contacts there are then."""
-    x = centres[p, s, 0]
-    y = centres[p, s, 1]
-    z = centres[p, s, 2]
-    r = radius[s]
-    deep = -1
-    if inside_part(x, y, z, faces, shells, k, space.stack):
-        square, deep, qx, qy, qz = nearest_polygon(x, y, z, faces, k, np.inf, space)
-        number = (-math.sqrt(square) - r, qx, qy, qz, 1.0)
-        used = _put(found, used, (p, s, k, deep), number)
-    return _near_polygons(x, y, z, r, margin, faces, (p, s, k), deep, found, used, space.stack)
+    """Put down the polygons of part k nearer than margin [m] to the spheres first..last of pose p;
+    returns how many contacts there are then.
+
+    Around a centre outside of a solid, and in its box, the ball that holds no surface is found:
+    other centres in that ball are outside too.
+    """
+    hub = first
+    clear = -1.0
+    for s in range(first, last):
+        if not near[p, s]:
+            continue
+        x = centres[p, s, 0]
+        y = centres[p, s, 1]
+        z = centres[p, s, 2]
+        r = radius[s]
+        deep = -1
+        boxed = box_gap(x, y, z, faces.low, faces.high, faces.root[k]) == 0.0
+        if boxed and faces.solid[k] == 1:
+            u = x - centres[p, hub, 0]
+            v = y - centres[p, hub, 1]
+            w = z - centres[p, hub, 2]
+            if math.sqrt(u * u + v * v + w * w) >= clear:
+                square, f, qx, qy, qz = nearest_polygon(x, y, z, faces, k, np.inf, space)
+                if inside_part(x, y, z, faces, shells, k, space.stack):
+                    deep = f
+                    number = (-math.sqrt(square) - r, qx, qy, qz, 1.0)
+                    used = _put(found, used, (p, s, k, f), number)
+                else:
+                    hub = s
+                    clear = math.sqrt(square) - HAIR
+        used = _near_polygons(x, y, z, r, margin, faces, (p, s, k), deep, found, used, space.stack)
+    return used
 
 
 @batch_loop
@@ -194,19 +218,7 @@ def environment_contacts(  # type: ignore[no-untyped-def]
                     continue
                 if box_gap(x, y, z, faces.low, faces.high, faces.root[k]) > wider(reach * reach):
                     continue
-                for s in range(first, last):
-                    if near[p, s]:
-                        used = _sphere_contacts(
-                            centres,
-                            crowd.radius,
-                            p,
-                            s,
-                            k,
-                            faces,
-                            shells,
-                            margin,
-                            found,
-                            used,
-                            space,
-                        )
+                used = _segment_polygons(
+                    centres, crowd.radius, p, first, last, near, k, faces, shells, margin, found, used, space
+                )
     return used
