@@ -30,6 +30,7 @@ from workbench.threads import in_pieces
 
 __all__ = [
     "Groups",
+    "clearance_by_part",
     "grouped_clearance",
     "grouped_collides",
     "grouped_room",
@@ -141,35 +142,45 @@ def grouped_room(
     return out
 
 
-def clearance_by_part(placed: Placed, environment: Environment) -> Nearest:
+def clearance_by_part(
+    placed: Placed, environment: Environment, *, most: Floats | None = None
+) -> Nearest:
     """Signed distance [m], sphere and polygon (P, N, K), and the polygon's nearest point
-    (P, N, K, 3) of every segment to every part; infinite, -1, -1 and NaN for hidden parts and for
-    segments without spheres or outside the logical window."""
-    body = placed.body
-    blocks = blocks_of(body)
-    shown = placed.window.astype(np.int64)
+    (P, N, K, 3) of every segment to every part.
+
+    Infinite, -1, -1 and NaN for hidden parts and segments without spheres or outside the logical
+    window, and where the distance is not less than most (N, K) [m], if that is given.
+    """
+    crowd = crowd_of(placed)
+    blocks = blocks_of(placed.body)
     index = part_trees(environment), packed_faces(environment), packed_shells(environment)
-    shape = (len(placed), len(placed.window), len(environment.parts))
+    pairs = len(placed.window), len(environment.parts)
+    limit = np.full(pairs, np.inf) if most is None else np.ascontiguousarray(most)
+    shape = len(placed), *pairs
     out = Nearest(
         np.full(shape, np.inf),
         np.full(shape, -1),
         np.full(shape, -1),
         np.full((*shape, 3), np.nan),
     )
+    bodies = placed.centres, placed.world_from_segment, crowd, blocks
 
     def work(begin: int, end: int) -> None:
-        space = PartSpace(
-            ball=blocks.ball.copy(),
-            front=np.empty(len(blocks.ball) // 4 + EIGHT, dtype=np.float32),
-            spare=np.empty(EIGHT, dtype=np.float32),
-            stack=np.empty(DEEP, dtype=np.int64),
-            gaps=np.empty(DEEP + EIGHT, dtype=np.float32),
-        )
-        search = (placed.centres, body.radius[0], blocks, shown, *index)
-        part_clearance(*search, out, space, begin, end)
+        part_clearance(*bodies, *index, limit, out, _part_space(blocks), begin, end)
 
     in_pieces(work, len(placed), PIECE)
     return out
+
+
+def _part_space(blocks: Blocks) -> PartSpace:
+    """Working space of one thread."""
+    return PartSpace(
+        ball=blocks.ball.copy(),
+        front=np.empty(len(blocks.ball) // 4 + EIGHT, dtype=np.float32),
+        spare=np.empty(EIGHT, dtype=np.float32),
+        stack=np.empty(DEEP, dtype=np.int64),
+        gaps=np.empty(DEEP + EIGHT, dtype=np.float32),
+    )
 
 
 def paired_clearance(

@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -91,7 +92,9 @@ def _records(environment: Environment, order: Ints) -> tuple[Floats, Ints]:
     ]
     for column, values in enumerate(head):
         record[begin[:-1] + column] = values
-    within = np.arange(FOUR * fours.sum()) - np.repeat(FOUR * (np.cumsum(fours) - fours), FOUR * fours)
+    within = np.arange(FOUR * fours.sum()) - np.repeat(
+        FOUR * (np.cumsum(fours) - fours), FOUR * fours
+    )
     sides = np.repeat(count, FOUR * fours)
     edge = np.repeat(start[order], FOUR * fours) + np.where(within < sides, within, 0)
     place = np.repeat(begin[:-1] + RECORD, FOUR * fours) + EDGES * (within // FOUR)
@@ -153,7 +156,7 @@ def _corners(environment: Environment, middle: Floats) -> tuple[NDArray[np.float
     vertices."""
     ends = environment.edge_start[environment.part_start]
     blocks: list[Floats] = []
-    for k, (a, b) in enumerate(zip(ends[:-1], ends[1:], strict=True)):
+    for k, (a, b) in enumerate(pairwise(ends)):
         own = np.unique(environment.edges[a:b, 0])
         filled = np.pad(own, (0, -len(own) % EIGHT), mode="edge") if len(own) else own
         points = environment.vertices[filled] - middle[k]

@@ -12,10 +12,11 @@ from numpy.typing import NDArray
 from workbench.compiled import batch_loop, inlined, inner
 from workbench.contact.kernels.groups import carried
 from workbench.contact.kernels.inside import inside_part
+from workbench.contact.kernels.pairs import facing_side
 from workbench.geometry.polygon import nearest_of_record
 from workbench.geometry.tree import box_gap, nearest_polygon, wider
 
-__all__ = ["ContactRows", "environment_contacts", "row_clearance"]
+__all__ = ["ContactRows", "environment_contacts", "near_sides", "row_clearance"]
 
 
 HAIR = 1e-9
@@ -101,6 +102,23 @@ def row_clearance(centres, radius, start, rows, faces, shells, out, space):  # t
         distance[r], sphere[r], polygon[r], point[r, 0], point[r, 1], point[r, 2] = _segment_part(
             centres, radius, rows[r, 0], start[n], start[n + 1], faces, shells, k, space
         )
+
+
+@batch_loop
+def near_sides(centres, world, radius, directions, distance, sphere, point, side):  # type: ignore[no-untyped-def]
+    """Fill side (P, N, K) with the direction (N, 6, 3) of its segment that faces the point
+    (P, N, K, 3) of each nearest sphere (P, N, K); inside a solid, that which faces away from it."""
+    for p in range(sphere.shape[0]):
+        for n in range(sphere.shape[1]):
+            for k in range(sphere.shape[2]):
+                s = sphere[p, n, k]
+                if s < 0:
+                    continue
+                way = -1.0 if distance[p, n, k] < -radius[s] else 1.0
+                u = way * (point[p, n, k, 0] - centres[p, s, 0])
+                v = way * (point[p, n, k, 1] - centres[p, s, 1])
+                w = way * (point[p, n, k, 2] - centres[p, s, 2])
+                side[p, n, k] = facing_side(world, p, n, u, v, w, directions)
 
 
 class ContactRows(NamedTuple):
@@ -211,7 +229,9 @@ def environment_contacts(  # type: ignore[no-untyped-def]
             last = crowd.first[crowd.start[n + 1]]
             if crowd.shown[n] == 0 or first == last:
                 continue
-            x, y, z = carried(world, p, n, crowd.around[n, 0], crowd.around[n, 1], crowd.around[n, 2])
+            x, y, z = carried(
+                world, p, n, crowd.around[n, 0], crowd.around[n, 1], crowd.around[n, 2]
+            )
             reach = crowd.big[n] + max(margin, 0.0)
             for k in range(len(faces.root)):
                 if checked[k] == 0 or faces.root[k] < 0:
@@ -219,6 +239,18 @@ def environment_contacts(  # type: ignore[no-untyped-def]
                 if box_gap(x, y, z, faces.low, faces.high, faces.root[k]) > wider(reach * reach):
                     continue
                 used = _segment_polygons(
-                    centres, crowd.radius, p, first, last, near, k, faces, shells, margin, found, used, space
+                    centres,
+                    crowd.radius,
+                    p,
+                    first,
+                    last,
+                    near,
+                    k,
+                    faces,
+                    shells,
+                    margin,
+                    found,
+                    used,
+                    space,
                 )
     return used

@@ -41,7 +41,16 @@ from workbench.geometry.lanes import (
 )
 from workbench.geometry.quads import four, greatest_of, load_triples, lower, store_single, upper
 
-__all__ = ["FAR", "NODE", "Blocks", "Room", "first_pairs", "foremost_pair", "near_place", "place_blocks"]
+__all__ = [
+    "FAR",
+    "NODE",
+    "Blocks",
+    "Room",
+    "first_pairs",
+    "foremost_pair",
+    "near_place",
+    "place_blocks",
+]
 
 FAR = np.float32(1e15)
 """Where lanes without a sphere stand [m]; their radius is its square, negative."""

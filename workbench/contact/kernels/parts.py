@@ -1,7 +1,7 @@
 """Least clearance of every segment from every part, with the sphere, the polygon and its point.
 
-What is nearest of the pose before, or of the segment before, is tried first: its sphere, the sphere
-nearest to the point found, and the polygon. From this pair on few spheres can be nearer still. A
+What is nearest in the pose before, or of the segment before, is tried first: its sphere, then the
+sphere nearest to the point found. From this pair on few spheres can be nearer still. A
 sphere s outside the part is at least as far from it as each of these says:
 
 1. The box of the part.
@@ -25,7 +25,8 @@ from numpy.typing import NDArray
 
 from workbench.compiled import batch_loop, inlined
 from workbench.contact.kernels.field import nearest_in
-from workbench.contact.kernels.fronts import FAR, NODE, SPARE, Blocks, near_place, place_blocks
+from workbench.contact.kernels.fronts import FAR, NODE, SPARE, near_place, place_blocks
+from workbench.contact.kernels.groups import carried
 from workbench.contact.kernels.inside import inside_part
 from workbench.geometry.lanes import (
     eight,
@@ -38,6 +39,7 @@ from workbench.geometry.lanes import (
     where_below,
 )
 from workbench.geometry.polygon import nearest_of_record
+from workbench.geometry.tree import wider
 
 __all__ = ["Nearest", "PartSpace", "PartTrees", "part_clearance"]
 
@@ -168,101 +170,117 @@ def _box_gap(x, y, z, span, k):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def _foot(x, y, z, trees, rank):  # type: ignore[no-untyped-def]
-    """The point of the polygon of a rank that is nearest to a point."""
+def _foot(centres, p, s, trees, rank):  # type: ignore[no-untyped-def]
+    """The point of the polygon of a rank that is nearest to sphere s of pose p."""
+    x = centres[p, s, 0]
+    y = centres[p, s, 1]
+    z = centres[p, s, 2]
     at = trees.begin[rank]
     _, u, v, w = nearest_of_record(x, y, z, trees.record, at, trees.begin[rank + 1], np.inf)
     return u, v, w
 
 
 @inlined
-def _segment_part(centres, p, n, k, body, trees, faces, shells, origin, most_at, begun, space):  # type: ignore[no-untyped-def]
+def _plane(centres, p, sphere, rank, point, best, radius, trees, k, middle):  # type: ignore[no-untyped-def]
+    """The plane that touches part k from the side of the nearest sphere so far: unit normal and
+    height, as seen from where `middle` of the part's box is."""
+    u = centres[p, sphere, 0] - point[0]
+    v = centres[p, sphere, 1] - point[1]
+    w = centres[p, sphere, 2] - point[2]
+    way = -1.0 if best < -radius[sphere] else 1.0
+    per = way / max(math.sqrt(u * u + v * v + w * w), 1e-12)
+    u = u * per
+    v = v * per
+    w = w * per
+    return u, v, w, _top(u, v, w, trees, k) + u * middle[0] + v * middle[1] + w * middle[2]
+
+
+@inlined
+def _apart(x, y, z, point):  # type: ignore[no-untyped-def]
+    """Distance [m] of two points."""
+    u = x - point[0]
+    v = y - point[1]
+    w = z - point[2]
+    return math.sqrt(u * u + v * v + w * w)
+
+
+@inlined
+def _segment_part(  # type: ignore[no-untyped-def]
+    centres, p, n, k, crowd, blocks, trees, faces, shells, origin, most_at, most, begun, space
+):
     """Least signed distance [m] of segment n to part k in pose p, its sphere, the rank of its
-    polygon, and the point.
+    polygon, and the point; a sphere of -1 where it is not less than `most`.
 
     begun: a place of the blocks and a rank, -1 for none, that may be nearest; most_at: the greatest
     coordinate and radius as seen from the origin.
+
+    Stage 0 measures the sphere at the place begun with, stage 1 the one nearest to the point found,
+    stage 2 all that may be nearer. Where `most` is finite there is only stage 2.
     """
-    radius, blocks = body
-    base = blocks.start[n] - 8 * blocks.first[n]
+    radius = crowd.radius
+    first = blocks.first[n]
+    last = blocks.first[n + 1]
+    base = blocks.start[n] - 8 * first
     front = space.front
     span = trees.span
     solid = faces.solid[k] > 0
-    best = np.inf
+    middle = (
+        0.5 * (span[k, 0] + span[k, 3]) - origin[0],
+        0.5 * (span[k, 1] + span[k, 4]) - origin[1],
+        0.5 * (span[k, 2] + span[k, 5]) - origin[2],
+    )
+    reach = abs(middle[0]) + abs(middle[1]) + abs(middle[2])
+    reach += span[k, 3] - span[k, 0] + span[k, 4] - span[k, 1] + span[k, 5] - span[k, 2]
+    spare = SPARE * (most_at + reach)
+    best = most
     sphere = np.int64(-1)
     rank = np.int64(begun[1])
-    shown = np.int64(-1)  # whose point is (px, py, pz)
-    px = 0.0
-    py = 0.0
-    pz = 0.0
-    n0 = 0.0
-    n1 = 0.0
-    n2 = 0.0
-    top = 0.0
-    spare = np.inf
-    hx = 0.0
-    hy = 0.0
-    hz = 0.0
+    point = origin
+    seen = np.int64(-1)  # the sphere whose nearest point that is
+    plane = 0.0, 0.0, 0.0, 0.0
+    hub = origin
     clear = -np.inf
-    done = np.int64(-1)
-    done_too = np.int64(-1)
+    way = np.inf
+    one = np.int64(-1)
+    other = np.int64(-1)
     front[0] = np.float32(begun[0])
-    count = np.uint64(1)
+    stage = 0 if most == np.inf else 1
+    count = np.uint64(1 - stage)
     i = np.uint64(0)
-    stage = 0
     while True:
         if i == count:
+            if sphere != seen:
+                point = _foot(centres, p, sphere, trees, rank)
+                seen = sphere
             if stage == 2:
                 break
-            if sphere != shown:
-                x = centres[p, sphere, 0]
-                y = centres[p, sphere, 1]
-                z = centres[p, sphere, 2]
-                px, py, pz = _foot(x, y, z, trees, rank)
-                shown = sphere
             stage += 1
             i = np.uint64(0)
             if stage == 1:
-                done = sphere
+                one = sphere
                 place = near_place(
-                    np.float32(px - origin[0]),
-                    np.float32(py - origin[1]),
-                    np.float32(pz - origin[2]),
+                    np.float32(point[0] - origin[0]),
+                    np.float32(point[1] - origin[1]),
+                    np.float32(point[2] - origin[2]),
                     space.ball,
-                    blocks.first[n],
-                    blocks.first[n + 1],
+                    first,
+                    last,
                     space.spare,
                 )
-                done_too = np.int64(place) + base
+                other = np.int64(place) + base
                 front[0] = np.float32(np.int64(place))
-                count = np.uint64(1 if done_too != done else 0)
+                count = np.uint64(1 if other != one else 0)
                 continue
-            u = centres[p, sphere, 0] - px
-            v = centres[p, sphere, 1] - py
-            w = centres[p, sphere, 2] - pz
-            far = math.sqrt(u * u + v * v + w * w)
-            per = (-1.0 if best < -radius[sphere] else 1.0) / max(far, 1e-12)
-            n0 = u * per
-            n1 = v * per
-            n2 = w * per
-            u = 0.5 * (span[k, 0] + span[k, 3]) - origin[0]
-            v = 0.5 * (span[k, 1] + span[k, 4]) - origin[1]
-            w = 0.5 * (span[k, 2] + span[k, 5]) - origin[2]
-            reach = abs(u) + abs(v) + abs(w) + (span[k, 3] - span[k, 0])
-            reach += span[k, 4] - span[k, 1] + span[k, 5] - span[k, 2]
-            spare = SPARE * (most_at + reach)
-            top = _top(n0, n1, n2, trees, k) + n0 * u + n1 * v + n2 * w
-            u = hx - px
-            v = hy - py
-            w = hz - pz
-            way = math.sqrt(u * u + v * v + w * w)
-            free = hx - origin[0], hy - origin[1], hz - origin[2], clear, way
+            if sphere >= 0:
+                plane = _plane(centres, p, sphere, rank, point, best, radius, trees, k, middle)
+                way = _apart(hub[0], hub[1], hub[2], point)
+            free = hub[0] - origin[0], hub[1] - origin[1], hub[2] - origin[2], clear, way
             count = _candidates(
                 space.ball,
-                blocks.first[n],
-                blocks.first[n + 1],
+                first,
+                last,
                 origin,
-                (n0, n1, n2, top),
+                plane,
                 free,
                 trees,
                 k,
@@ -274,33 +292,27 @@ def _segment_part(centres, p, n, k, body, trees, faces, shells, origin, most_at,
             continue
         s = np.int64(front[i]) + base
         i += np.uint64(1)
-        if stage == 2 and (s == done or s == done_too):
+        if stage == 2 and s in (one, other):
             continue
         x = centres[p, s, 0]
         y = centres[p, s, 1]
         z = centres[p, s, 2]
         r = radius[s]
         inside = False
-        if solid and _box_gap(x, y, z, span, k) == 0.0:
-            u = x - hx
-            v = y - hy
-            w = z - hz
-            over = n0 * (x - origin[0]) + n1 * (y - origin[1]) + n2 * (z - origin[2]) - top
-            if math.sqrt(u * u + v * v + w * w) + HAIR >= clear and over <= spare:
-                inside = inside_part(x, y, z, faces, shells, k, space.stack)
+        if solid and _box_gap(x, y, z, span, k) == 0.0 and _apart(x, y, z, hub) + HAIR >= clear:
+            over = plane[0] * (x - origin[0]) + plane[1] * (y - origin[1])
+            over += plane[2] * (z - origin[2]) - plane[3]
+            inside = over <= spare and inside_part(x, y, z, faces, shells, k, space.stack)
         # the sum's rounding counts where a centre lies on a surface
         reach = best + r + (1e-15 * (abs(best) + r) if best < np.inf else 0.0)
         if not inside and reach < 0.0:
             continue
         limit = np.inf if inside or best == np.inf else reach * reach * (1.0 + 1e-12)
-        square, f = nearest_in(
-            x, y, z, trees, trees.root[k], rank if stage < 2 or inside else np.int64(-1), limit, space.stack, space.gaps
-        )
+        hint = rank if stage < 2 or inside else np.int64(-1)
+        square, f = nearest_in(x, y, z, trees, trees.root[k], hint, limit, space.stack, space.gaps)
         away = math.sqrt(square)
         if not inside and away > clear:
-            hx = x
-            hy = y
-            hz = z
+            hub = x, y, z
             clear = away
         if f < 0:
             continue
@@ -309,49 +321,57 @@ def _segment_part(centres, p, n, k, body, trees, faces, shells, origin, most_at,
             best = signed
             sphere = s
             rank = f
-    if sphere != shown:
-        x = centres[p, sphere, 0]
-        y = centres[p, sphere, 1]
-        z = centres[p, sphere, 2]
-        px, py, pz = _foot(x, y, z, trees, rank)
-    return best, sphere, rank, px, py, pz
+    return best, sphere, rank, point
 
 
 @inlined
-def _begun(p, n, k, begin, body, faces, out, before):  # type: ignore[no-untyped-def]
-    """Where the search for segment n and part k begins: a place of the blocks and a rank."""
-    blocks = body[1]
-    if p > begin:
-        place = out.sphere[p - 1, n, k] - blocks.start[n] + 8 * blocks.first[n]
+def _begun(p, n, k, begin, blocks, faces, out, before):  # type: ignore[no-untyped-def]
+    """Where the search for segment n and part k begins: a place of the blocks and a rank.
+
+    before: the segment before that was measured against this part, -1 for none.
+    """
+    place = 8 * blocks.first[n]
+    if p > begin and out.sphere[p - 1, n, k] >= 0:
+        place += out.sphere[p - 1, n, k] - blocks.start[n]
         return place, faces.rank[out.polygon[p - 1, n, k]]
-    if before >= 0:
-        return 8 * blocks.first[n], faces.rank[out.polygon[p, before, k]]
-    return 8 * blocks.first[n], np.int64(-1)
+    return place, faces.rank[out.polygon[p, before, k]] if before >= 0 else np.int64(-1)
+
+
+@inlined
+def _far(world, p, n, k, crowd, trees, most):  # type: ignore[no-untyped-def]
+    """True where segment n is farther from part k than `most` [m] by the sphere around it and the
+    part's box."""
+    if most == np.inf:
+        return False
+    x, y, z = carried(world, p, n, crowd.around[n, 0], crowd.around[n, 1], crowd.around[n, 2])
+    reach = max(crowd.big[n] + most, 0.0)
+    return _box_gap(x, y, z, trees.span, k) > wider(reach * reach)
 
 
 @batch_loop
-def part_clearance(centres, radius, blocks, shown, trees, faces, shells, out, space, begin, end):  # type: ignore[no-untyped-def]
-    """Fill out with the least signed distance of each segment to each part, for the poses
-    begin..end.
+def part_clearance(  # type: ignore[no-untyped-def]
+    centres, world, crowd, blocks, trees, faces, shells, most, out, space, begin, end
+):
+    """Fill out with the least signed distance of each segment to each part, where it is less than
+    most (N, K) [m], for the poses begin..end.
 
-    centres (P, S, 3), radius (S,) [m]; blocks: Blocks; shown (N,) 1 for a segment that takes part;
-    trees: PartTrees; out: Nearest, left as it is for hidden parts and for segments without spheres;
-    space: PartSpace.
+    centres (P, S, 3), world (P, N, 3, 4) [m]; trees: PartTrees; out: Nearest, left as it is for
+    hidden parts and for segments without spheres; space: PartSpace.
     """
-    body = radius, blocks
+    shown = crowd.shown
     lead = -1
     big = 0.0
     for n in range(len(shown)):
         if shown[n] == 1 and blocks.start[n] < blocks.start[n + 1]:
             lead = n if lead < 0 else lead
             for s in range(blocks.start[n], blocks.start[n + 1]):
-                big = max(big, radius[s])
+                big = max(big, crowd.radius[s])
     if lead < 0:
         return
     for p in range(begin, end):
         s = blocks.start[lead]
         origin = centres[p, s, 0], centres[p, s, 1], centres[p, s, 2]
-        most = place_blocks(
+        size = big + place_blocks(
             centres, p, shown, blocks, space.ball, origin[0], origin[1], origin[2]
         )
         for k in range(len(trees.root)):
@@ -361,25 +381,29 @@ def part_clearance(centres, radius, blocks, shown, trees, faces, shells, out, sp
             for n in range(lead, len(shown)):
                 if shown[n] == 0 or blocks.start[n] == blocks.start[n + 1]:
                     continue
-                begun = _begun(p, n, k, begin, body, faces, out, before)
-                d, s, f, x, y, z = _segment_part(
+                if _far(world, p, n, k, crowd, trees, most[n, k]):
+                    continue
+                d, s, f, point = _segment_part(
                     centres,
                     p,
                     n,
                     k,
-                    body,
+                    crowd,
+                    blocks,
                     trees,
                     faces,
                     shells,
                     origin,
-                    most + big,
-                    begun,
+                    size,
+                    most[n, k],
+                    _begun(p, n, k, begin, blocks, faces, out, before),
                     space,
                 )
+                if s < 0:
+                    continue
                 out.distance[p, n, k] = d
                 out.sphere[p, n, k] = s
                 out.polygon[p, n, k] = int(trees.record[trees.begin[f] + 8])
-                out.point[p, n, k, 0] = x
-                out.point[p, n, k, 1] = y
-                out.point[p, n, k, 2] = z
+                for axis in range(3):
+                    out.point[p, n, k, axis] = point[axis]
                 before = n
