@@ -45,6 +45,8 @@ FEWEST_POSES = 64
 compiled."""
 PIECE = 128
 """Poses a thread takes at a time."""
+BALLS = 4
+"""Balls without surface that a search remembers."""
 CONTACTS = 1024
 """Contacts a pose that there is room for; poses with more are searched twice."""
 
@@ -63,6 +65,7 @@ def _space(crowd: Crowd, groups: Groups) -> GroupSpace:
         lows=np.empty(max(len(crowd.middle), pairs)),
         low=np.empty(len(crowd.member)),
         pair=np.empty(pairs, dtype=np.int64),
+        free=np.empty((BALLS, 4)),
         key=np.empty(len(groups)),
     )
 
