@@ -41,8 +41,7 @@ __all__ = [
 ]
 
 FEWEST_POSES = 64
-"""Grids cost about as much as 64 poses without them; below, nothing of the fast path is even
-compiled."""
+"""To read grids from disk costs about as much as 64 poses without them; below, none is read."""
 PIECE = 128
 """Poses a thread takes at a time."""
 BALLS = 4
