@@ -36,6 +36,7 @@ def main() -> int:
     if heard:
         signal.signal(signal.SIGINT, signal.default_int_handler)
     code = run_command()
+    gc.freeze()  # the interpreter would look through all that was imported before it ends
     if heard:
         signal.signal(signal.SIGINT, signal.SIG_DFL)  # no traceback from the end of the interpreter
     return code
