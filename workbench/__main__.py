@@ -7,7 +7,6 @@ No file is open then.
 from __future__ import annotations
 
 import _signal as signal  # type: ignore[import-not-found]  # the module signal takes milliseconds for its names
-import gc
 import os
 import sys
 
@@ -25,12 +24,14 @@ cycle: with Python's own numbers a tenth of a command's time goes into searches 
 
 def main() -> int:
     """Import the command line and run it; returns the exit code."""
-    gc.set_threshold(*_COLLECTIONS)
     heard = (
         signal.getsignal(signal.SIGINT) is signal.default_int_handler
     )  # not so in the background of a shell
     if heard:
         signal.signal(signal.SIGINT, _stop)
+    import gc
+
+    gc.set_threshold(*_COLLECTIONS)
     from workbench.cli import main as run_command
 
     if heard:
