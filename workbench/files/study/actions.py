@@ -339,7 +339,7 @@ def _plan(
 ) -> SimulationPlan | None:
     """A simulation in the same environment and of the same body."""
     try:
-        plan = load_simulation(name, near=work.path.parent)
+        plan = load_simulation(name, near=work.path.parent, known=work.environments)
     except InputError as error:
         work.errors(key, error)
         return None

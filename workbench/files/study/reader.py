@@ -122,6 +122,7 @@ def _environment(work: Work) -> Environment | None:
     except InputError as error:
         work.add(error.problems)
         return None
+    work.environments[source] = room
     work.inputs |= {
         f"environment: {p.relative_to(source.parent)}": p for p in environment_files(source)
     }
