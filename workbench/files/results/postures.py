@@ -87,7 +87,8 @@ class ReachRow(Row):
     """How one person reaches one control in one harness zone; miss_mm is 0 where it is reached.
 
     doubt: how it ended where the posture without obstacles enters something, or is short by little:
-    "clear after a few steps", "clear in another posture" or "kept"; "not in doubt" else.
+    "clear after a few steps", "clear in another posture", "kept", or "kept for certain" where it is
+    proved; "not in doubt" else.
     """
 
     person: str
