@@ -239,6 +239,11 @@ def test_the_trainer_is_flown_by_a_small_woman_and_a_large_man():
             "Obstacles put 1 of 2 reaches in doubt: for 1 the search found no way, which is no proof "
             "that there is none.",
         ),
+        (
+            [0, 4],
+            "Obstacles put 1 of 2 reaches in doubt: for 1 there is none, as the control is too deep in a "
+            "part.",
+        ),
     ],
 )
 def test_the_page_says_how_doubts_ended(ends, sentence):

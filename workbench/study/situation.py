@@ -446,6 +446,7 @@ def _with_hand(situation: Situation, name: str, control: Control) -> Situation:
             environment=situation.environment,
             moving_parts=situation.place.moving_parts,
             displacement=situation.displacement[left],
+            tighter_zones=False,  # those who are left have missed in them
         )
         rotations[left] = found.poses.rotations
         miss[left] = np.where(found.reached[:, 0], 0.0, found.miss[:, 0])

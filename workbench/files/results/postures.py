@@ -89,7 +89,8 @@ class ReachRow(Row):
     spare_mm: how much farther out from the shoulder or hip the limb would get, 200 at most and
     obstacles aside; null where it is missed or no criterion asks for it in this zone.
     doubt: how it ended where the posture without obstacles enters something, or is short by little:
-    "clear after a few steps", "clear in another posture" or "kept"; "not in doubt" else.
+    "clear after a few steps", "clear in another posture", "kept", or "kept for certain" where it is
+    proved; "not in doubt" else.
     """
 
     person: str

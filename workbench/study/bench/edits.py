@@ -198,6 +198,7 @@ def _solved(opened: OpenStudy, placement: Placement, row: int, wanted: LimbTarge
             displacement=placement.people[row].shift[None],
             initial=poses,
             restarts=0,
+            tighter_zones=len(zones) == 1,  # the zones before have missed it
         )
         if found.reached[0, 0]:
             break
