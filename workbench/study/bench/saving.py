@@ -16,9 +16,9 @@ from workbench.files.study.splice import (
     MovedChange,
     PostureChange,
     SeatChange,
-    Sharing,
     spliced,
 )
+from workbench.files.yaml_edits import Sharing
 from workbench.model.arrays import Bools, Floats
 from workbench.model.body import Body
 from workbench.model.moves import Move
