@@ -132,6 +132,8 @@ def set_size(text: str, change: SizeChange, sharing: Sharing) -> str:
         return exchanged(text, node, whole)
     if before.sex != after.sex:
         text = _set(text, key, "sex", after.sex)
+    if (before.age is None) != (after.age is None):  # children have other populations
+        text = _set(text, key, "population", None)
     if before.age != after.age:
         text = _set(text, key, "age", None if after.age is None else f"{after.age:g}")
     mass = after.measures.get(MASS)
