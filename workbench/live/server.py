@@ -57,6 +57,8 @@ PAGE = {
     "grips.js": "text/javascript; charset=utf-8",
     "ways.js": "text/javascript; charset=utf-8",
     "people.js": "text/javascript; charset=utf-8",
+    "person.js": "text/javascript; charset=utf-8",
+    "size.js": "text/javascript; charset=utf-8",
     "things.js": "text/javascript; charset=utf-8",
     "picture.js": "text/javascript; charset=utf-8",
     "icon.svg": "image/svg+xml",

@@ -239,6 +239,8 @@ def _set_seat(text: str, change: SeatChange, sharing: Sharing) -> str:
     place = node_at(text, (*key, "position")).node
     if place is None:
         return with_entry(text, mapping_at(text, key), "position", whole)
+    if place.text == "reference" and not (change.free or change.forward or change.up):
+        return text
     if place.kind != "mapping" or change.free:
         return exchanged(text, place, whole)
     for way, value in values.items():

@@ -287,7 +287,7 @@ def _words(figure: Figure) -> str:
         words = [lead if stature is None else f"{lead}, {1000 * stature:g} mm tall"]
     if figure.clothes:
         words.append("with " + ", ".join(item.name for item in figure.clothes))
-    return " ".join(words)
+    return ", ".join(words)
 
 
 def reach_criteria(opened: OpenStudy, person: str) -> list[int]:
