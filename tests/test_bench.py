@@ -23,8 +23,10 @@ from workbench.files.study.saving import read_text
 from workbench.model.moves import Move
 from workbench.study.bench.answers import answer, judged, near_pairs
 from workbench.study.bench.edits import looking_at, seated, shifted
-from workbench.study.bench.edits_joints import turned
+from workbench.study.bench.edits_joints import mirrored, turned
 from workbench.study.bench.edits_limbs import LimbTarget, reached
+from workbench.study.bench.edits_people import SizeWanted, dressed, sized
+from workbench.study.bench.edits_postures import posed, predicted, suggested
 from workbench.study.bench.history import TOGETHER, Entry, History
 from workbench.study.bench.placing import placed_people
 from workbench.study.bench.saving import changes_of, save
@@ -301,6 +303,27 @@ EDITS = st.one_of(
         st.sampled_from(["throttle", "flaps"]),
         *[st.floats(-0.2, 0.2)] * 3,
     ),
+    st.tuples(
+        st.just("size"),
+        st.sampled_from(["pilot", "instructor"]),
+        st.sampled_from(["female", "male"]),
+        st.floats(1.5, 1.9),
+        st.sampled_from([None, 5.0, 50.0, 95.0]),
+    ),
+    st.tuples(
+        st.just("clothes"),
+        st.sampled_from(["pilot", "instructor"]),
+        st.lists(st.sampled_from(["helmet", "boots", "vest"]), unique=True, max_size=2),
+        *[st.none()] * 2,
+    ),
+    st.tuples(st.just("mirror"), st.sampled_from(["pilot", "instructor"]), *[st.none()] * 3),
+    st.tuples(
+        st.just("posture"),
+        st.sampled_from(["pilot", "instructor"]),
+        st.sampled_from(["riding", "flying", "hands_in_lap"]),
+        *[st.none()] * 2,
+    ),
+    st.tuples(st.just("predict"), st.just("pilot"), *[st.none()] * 3),
     st.tuples(st.just("case"), st.sampled_from(["cruise", "looking left"]), *[st.none()] * 3),
 )
 
@@ -316,7 +339,20 @@ def edited(opened, arrangement, edit):
         if verb.startswith("move"):
             parts, controls = ((), (who,)) if verb == "move control" else ((who,), ())
             return shifted(opened, arrangement, Move(parts, controls, tuple(more))).arrangement
+        if verb == "size":
+            percentiles = {} if more[2] is None else {"sitting_height": more[2]}
+            wanted = SizeWanted(more[0], {"stature": more[1]}, percentiles)
+            return sized(opened, arrangement, who, wanted).arrangement
+        if verb == "clothes":
+            return dressed(opened, arrangement, who, more[0]).arrangement
         there = placed_people(opened, arrangement)
+        if verb == "mirror":
+            return mirrored(there, who).arrangement
+        if verb == "posture":
+            return posed(opened, there, who, more[0]).arrangement
+        if verb == "predict":
+            tips = answer(there).people[0].tips
+            return predicted(opened, there, who, suggested(opened, there, 0, tips)).arrangement
         if verb == "turn":
             return turned(there, who, *more).arrangement
         return reached(opened, there, who, LimbTarget(more[1], control=more[0])).arrangement

@@ -26,6 +26,7 @@ __all__ = [
     "mapping_at",
     "new_line",
     "node_at",
+    "node_text",
     "own_copy",
     "plain_name",
     "unit_of",
@@ -103,6 +104,12 @@ def node_at(text: str, key: Key) -> Found:
         if here.kind == "alias":
             here = anchors[here.anchor]
     return Found(here, tuple(shared))
+
+
+def node_text(text: str, key: Key) -> str | None:
+    """The words of the scalar at a key; None where there is none."""
+    node = node_at(text, key).node
+    return node.text if node is not None and node.kind == "scalar" else None
 
 
 def _child(node: Node, part: str | int) -> Node | None:

@@ -14,6 +14,7 @@ from workbench.files.yaml_edits import (
     length_text,
     mapping_at,
     node_at,
+    node_text,
     own_copy,
     plain_name,
     unit_of,
@@ -207,6 +208,8 @@ def set_prediction(text: str, change: PredictionChange, sharing: Sharing) -> str
     key: Key = ("cases", change.case, "people", change.role)
     text = own_copy(text, key, sharing)
     action = mapping_at(text, key)
+    if action.item("predicted") is not None:
+        return _set_aims(text, (*key, "predicted"), change, sharing)
     rows = [f"like: {plain_name(change.like)}"]
     for kind, limb in (("hands", "hand"), ("feet", "foot")):
         held = [
@@ -227,16 +230,41 @@ def set_prediction(text: str, change: PredictionChange, sharing: Sharing) -> str
     return text[: first.start] + words + text[action.items[-1].value.end :]
 
 
+def _set_aims(text: str, key: Key, change: PredictionChange, sharing: Sharing) -> str:
+    """The text with other entries in a prediction that stands there."""
+    text = own_copy(text, key, sharing)
+    for name in ("like", "eyes", "heels"):
+        value = getattr(change, name)
+        if node_text(text, (*key, name)) != value:
+            text = own_copy(text, (*key, name), sharing)
+            text = _set(text, key, name, None if value is None else plain_name(value))
+    for group, limb in (("hands", "hand"), ("feet", "foot")):
+        for side in ("left", "right"):
+            control = change.controls.get(f"{side} {limb}")
+            if node_text(text, (*key, group, side)) != control:
+                text = _set_side(text, key, (group, side), control, sharing)
+    return text
+
+
+def _set_side(
+    text: str, key: Key, at: tuple[str, str], control: str | None, sharing: Sharing
+) -> str:
+    """The text with another control of one side, None for none; at: the group and the side."""
+    group, side = at
+    value = None if control is None else plain_name(control)
+    text = own_copy(text, (*key, group), sharing)
+    if node_at(text, (*key, group)).node is None:
+        return _set(text, key, group, f"{{{side}: {value}}}")
+    text = own_copy(text, (*key, group, side), sharing)
+    return _set(text, (*key, group), side, value)
+
+
 def set_hold(text: str, change: HoldChange, sharing: Sharing) -> str:
     """The text with another control that a limb of a prediction holds."""
     side, limb = change.limb.split()
     group = "feet" if limb == "foot" else "hands"
     key: Key = ("cases", change.case, "people", change.role, change.kind)
-    text = own_copy(text, (*key, group), sharing)
-    if node_at(text, (*key, group)).node is None:
-        return _set(text, key, group, f"{{{side}: {plain_name(change.control)}}}")
-    text = own_copy(text, (*key, group, side), sharing)
-    return _set(text, (*key, group), side, plain_name(change.control))
+    return _set_side(text, key, (group, side), change.control, sharing)
 
 
 def set_zone(text: str, change: ZoneChange, sharing: Sharing) -> str:

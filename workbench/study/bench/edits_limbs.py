@@ -135,6 +135,8 @@ def _aimed(
             valid = one_of(wanted.control, [one.name for one in controls])
             raise InputError(f"no control {wanted.control!r}; {valid}")
         foot = wanted.limb in FEET
+        if control.grip == "foot" and not foot:
+            raise InputError(f"{control.name} is for feet, not for the {wanted.limb}")
         grip = "ball" if foot else control.grip
         return control.at, grip, (1,) if foot else range(1, control.zone + 1)
     if wanted.at is None:

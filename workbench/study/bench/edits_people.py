@@ -6,6 +6,7 @@ known.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
@@ -124,7 +125,7 @@ def _single(opened: OpenStudy, arrangement: Arrangement, person: str) -> int:
 
 def _size(opened: OpenStudy, figure: Figure, wanted: SizeWanted) -> Size:
     """The size that is wanted, as a file may state it."""
-    age = None if wanted.age is None else rounded(wanted.age, AGE_STEP)
+    age = None if wanted.age is None else _step(wanted.age, AGE_STEP, None)
     people = _people(opened, figure, age)
     values = dict(wanted.measures)
     mass = wanted.mass
@@ -145,9 +146,12 @@ def _size(opened: OpenStudy, figure: Figure, wanted: SizeWanted) -> Size:
 
 
 def _step(value: float, step: float, before: float | None) -> float:
-    """A value in steps; as it was where it is within half a step of this."""
+    """A value in steps; as it was where it is within half a step of this. NaN stays: it is reported
+    as no person's."""
     if before is not None and abs(value - before) <= step / 2:
         return before
+    if not math.isfinite(value):
+        return value
     return rounded(value, step)
 
 

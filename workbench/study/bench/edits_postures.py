@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from workbench.errors import InputError, one_of
 from workbench.model.arrays import Floats
+from workbench.model.environment import Control
 from workbench.model.study import GivenPosture, PredictedPosture
 from workbench.model.workplace import Aims
-from workbench.posture.reaching.limbs import FEET, HANDS
+from workbench.posture.reaching.limbs import FEET, HANDS, limb
 from workbench.study.bench.edits import LENGTH_STEP, Edit, rounded
 from workbench.study.bench.placing import PlacedPerson, Placement
 from workbench.study.bench.state import Arrangement, OpenStudy, PersonState, arranged_environment
@@ -104,29 +105,29 @@ def _check_held(opened: OpenStudy, wanted: Prediction) -> None:
     """InputError for controls and points that are not there, hands on pedals and feet on knobs."""
     environment = opened.study.environment
     grips = {control.name: control.grip for control in environment.controls}
-    for limb, control in wanted.controls.items():
-        if limb not in (*HANDS, *FEET):
-            raise InputError(f"no limb {limb!r}; {one_of(limb, (*HANDS, *FEET))}")
+    for name, control in wanted.controls.items():
+        if name not in (*HANDS, *FEET):
+            raise InputError(f"no limb {name!r}; {one_of(name, (*HANDS, *FEET))}")
         if control not in grips:
             raise InputError(f"no control {control!r}; {one_of(control, grips)}")
         meant = "feet" if grips[control] == "foot" else "hands"
-        if (meant == "feet") != (limb in FEET):
-            raise InputError(f"{control} is for {meant}, not for the {limb}")
+        if (meant == "feet") != (name in FEET):
+            raise InputError(f"{control} is for {meant}, not for the {name}")
     for name in (wanted.eyes, wanted.heels):
         if name and name not in environment.points:
             raise InputError(f"no point {name!r}; {one_of(name, environment.points)}")
 
 
 def suggested(
-    opened: OpenStudy, placement: Placement, row: int, tips: Mapping[str, Floats]
+    opened: OpenStudy, placement: Placement, row: int, limbs: Iterable[str]
 ) -> Prediction:
     """What a person's posture might be predicted from: what it is in another case, else what hands,
     feet, eyes and heels are near to.
 
     Parameters
     ----------
-    tips
-        (3,) [m] by limb, the points that arrive.
+    limbs
+        The names of those that the body has.
     """
     person = placement.arrangement.people[row]
     every = (person.actions[placement.arrangement.case], *person.actions)
@@ -136,24 +137,37 @@ def suggested(
         return Prediction(known.like, aims.controls, aims.eyes or "", aims.heels or "")
     environment = arranged_environment(opened, placement.arrangement.moves)
     controls: dict[str, str] = {}
-    for limb, tip in tips.items():
-        near = {
-            one.name: one.at
-            for one in environment.controls
-            if (one.grip == "foot") == (limb in FEET)
-        }
-        reach = POINT_WITHIN if limb in FEET else HELD_WITHIN
-        if name := _nearest(near, tip, reach):
-            controls[limb] = name
+    there = placement.people[row]
+    for name in limbs:
+        if held := _held(there, name, environment.controls):
+            controls[name] = held
     library = opened.study.roles[row].library
     action = every[0]
     assert isinstance(action, GivenPosture)
     like = "driving" if "driving" in library else action.name
-    there = placement.people[row]
     eyes = _nearest(environment.points, _middle(there, "H"), POINT_WITHIN)
     feet = _middle(there, "LF", "RF")
     heels = _nearest(environment.points, feet, POINT_WITHIN)
     return Prediction(like, controls, eyes, heels)
+
+
+def _held(there: PlacedPerson, name: str, controls: Iterable[Control]) -> str:
+    """The control that a hand or foot is nearest to by the point that would hold it; "" where it is
+    too far."""
+    world = there.placed.world_from_segment[0]
+    foot = name in FEET
+    offset: dict[str, tuple[float, float, float]] = {}
+    tips: dict[str, Floats] = {}
+    for control in controls:
+        if (control.grip == "foot") != foot:
+            continue
+        grip = "ball" if foot else control.grip
+        if grip not in tips:
+            one = limb(there.body, name, grip=grip)
+            tips[grip] = world[one.end, :, :3] @ one.tip[0] + world[one.end, :, 3]
+        x, y, z = (np.array(control.at) - tips[grip]).tolist()
+        offset[control.name] = (x, y, z)
+    return _nearest(offset, np.zeros(3), POINT_WITHIN if foot else HELD_WITHIN)
 
 
 def _middle(there: PlacedPerson, *segments: str) -> Floats:
