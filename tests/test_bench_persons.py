@@ -15,7 +15,6 @@ from tests.conftest import ROOT
 from tests.test_bench import verdict_words
 from workbench.errors import InputError
 from workbench.files.study.saving import read_text
-from workbench.model.poses import Poses
 from workbench.study.bench.answers import answer, judged
 from workbench.study.bench.edits import seated
 from workbench.study.bench.edits_joints import mirrored, turned
@@ -241,7 +240,7 @@ def test_a_mirrored_person_is_the_mirror_image(trainer, placement):
 
     def tips(arrangement):
         poses = arrangement.people[0].actions[0].poses
-        level = Poses(poses.rotations, body.segment("LT"), np.eye(3, 4)[None])
+        level = wb.Poses(poses.rotations, body.segment("LT"), np.eye(3, 4)[None])
         placed = wb.place(body, level)
         return {
             name: placed.world_from_segment[0, body.segment(name), :, 3] for name in body.segments

@@ -13,8 +13,7 @@ from functools import lru_cache
 from pathlib import Path
 
 from workbench.body.people.growth import growth_percentile, growth_values
-from workbench.body.people.percentile import percentile_values
-from workbench.body.people.scores import scores_of
+from workbench.body.people.percentile import percentile_rank, percentile_values
 from workbench.errors import InputError, one_of
 from workbench.files.body.encumbrances import worn
 from workbench.files.catalogue import names
@@ -191,8 +190,6 @@ def _at_percentile(
 def percentile_of(size: Size, name: str) -> float | None:
     """The percentile [%] of a stated measure among people of this sex (and age); None where the
     population does not know the measure."""
-    from scipy.special import ndtr  # takes a sixth of a second to load
-
     people = size.population
     if name not in people.names:
         return None
@@ -200,9 +197,7 @@ def percentile_of(size: Size, name: str) -> float | None:
     if isinstance(people, Growth):
         assert size.age is not None
         return float(growth_percentile(people, size.sex, name, value, age=size.age))
-    scores = scores_of(people, size.sex)
-    column = scores.names.index(name)
-    return float(100 * ndtr(scores.to_scores([value], [column])[0]))
+    return percentile_rank(people, size.sex, name, value)
 
 
 def dressed(
