@@ -97,7 +97,7 @@ def sized(opened: OpenStudy, arrangement: Arrangement, person: str, wanted: Size
     """
     row = _single(opened, arrangement, person)
     figure = arrangement.people[row].figure
-    size = None if not wanted.sex else _size(opened, figure, wanted)
+    size = None if not wanted.sex else _size(opened, row, figure, wanted)
     if size is None and figure.size is not None and _drives(arrangement.people[row]):
         raise InputError(
             f"{person}: it is not stated whether a man or a woman drives: a size is needed"
@@ -122,9 +122,9 @@ def _single(opened: OpenStudy, arrangement: Arrangement, person: str) -> int:
     return row
 
 
-def _size(opened: OpenStudy, figure: Figure, wanted: SizeWanted) -> Size:
+def _size(opened: OpenStudy, row: int, figure: Figure, wanted: SizeWanted) -> Size:
     """The size that is wanted, as a file may state it."""
-    age = None if wanted.age is None else _step(wanted.age, AGE_STEP, None)
+    age = None if wanted.age is None else _step(wanted.age, AGE_STEP)
     people = _people(opened, figure, age)
     values = dict(wanted.measures)
     mass = wanted.mass
@@ -134,24 +134,27 @@ def _size(opened: OpenStudy, figure: Figure, wanted: SizeWanted) -> Size:
             mass = value
         else:
             values[name] = value
-    known = figure.size.measures if figure.size is not None else {}
+    sizes = [one.size.measures for one in (figure, opened.figures[row]) if one.size is not None]
+
+    def step(name: str, value: float, step: float) -> float:
+        return _step(value, step, [known[name] for known in sizes if name in known])
+
     return size_of(
         wanted.sex,
-        {name: _step(value, LENGTH_STEP, known.get(name)) for name, value in values.items()},
-        mass=None if mass is None else _step(mass, MASS_STEP, known.get(MASS)),
+        {name: step(name, value, LENGTH_STEP) for name, value in values.items()},
+        mass=None if mass is None else step(MASS, mass, MASS_STEP),
         age=age,
         people=people,
     )
 
 
-def _step(value: float, step: float, before: float | None) -> float:
-    """A value in steps; as it was where it is within half a step of this. NaN stays: it is reported
-    as no person's."""
-    if before is not None and abs(value - before) <= step / 2:
-        return before
-    if not math.isfinite(value):
-        return value
-    return rounded(value, step)
+def _step(value: float, step: float, before: Sequence[float] = ()) -> float:
+    """A value in steps; as it was, now or in the file, where it is within half a step of this. NaN
+    stays: it is reported as no person's."""
+    for known in before:
+        if abs(value - known) <= step / 2:
+            return known
+    return rounded(value, step) if math.isfinite(value) else value
 
 
 def _people(opened: OpenStudy, figure: Figure, age: float | None) -> PopulationModel | Growth:
