@@ -1,6 +1,6 @@
 // The size of the person who is chosen: sex, age, and measures in mm or as percentiles.
 
-import { ask, waits } from "./connection.js";
+import { ask } from "./connection.js";
 import { at, element } from "./elements.js";
 
 const ALWAYS = ["stature", "sitting_height", "mass"];
@@ -58,7 +58,7 @@ export class Size {
   }
 
   show({ size }) {
-    if (this.held && waits()) return;
+    if (this.held && at("size").contains(document.activeElement)) return; // it is being typed
     this.held = false;
     const names = rowsOf(size);
     if (names.join() !== [...this.rows.keys()].join()) {
