@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from itertools import cycle
 from pathlib import Path
 
@@ -20,8 +20,11 @@ from workbench.files.study.saving import read_text
 from workbench.files.study.splice import SharedValueError
 from workbench.live.following import Following
 from workbench.live.frames import answer_frame, hello_frame, verdict_frame, waiting_frame
+from workbench.live.looking import looking_verbs
 from workbench.live.protocol import Question, packed
+from workbench.live.replies import Replies
 from workbench.model.moves import Move
+from workbench.model.result import Verdict
 from workbench.study.bench.answers import Answer, Judged, answer, judged
 from workbench.study.bench.edits import (
     Edit,
@@ -33,21 +36,13 @@ from workbench.study.bench.edits import (
     turned,
 )
 from workbench.study.bench.history import Entry, History
+from workbench.study.bench.motions import motion_names, motion_verdicts
 from workbench.study.bench.placing import placed_people
 from workbench.study.bench.saving import save
 from workbench.study.bench.state import Arrangement, OpenStudy, open_study
 from workbench.study.people import Present
 
-__all__ = ["Desk", "Judgement", "Replies"]
-
-
-@dataclass
-class Replies:
-    """Frames for everybody, frames for who asked alone, and whether the study is another now."""
-
-    everybody: list[bytes] = field(default_factory=list)
-    asker: list[bytes] = field(default_factory=list)
-    changed: bool = False
+__all__ = ["Desk", "Judgement", "fault_frame", "internal_error"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,14 +54,26 @@ class Judgement:
     generation: int
     following: Following
 
-    def made(self) -> Judged | str:
-        """Judge the state, in any thread; why it cannot be judged, in words."""
+    def made(self) -> Judged | str | None:
+        """Judge the state, in any thread; why it cannot be judged, in words; None where the study
+        has no posture."""
+        if not self.opened.cases:
+            return None
         try:
             return judged(self.opened, self.arrangement)
         except WorkbenchError as error:
             return str(error)
         except Exception as error:  # noqa: BLE001 (one state that fails must not end the bench)
-            return _internal(error)
+            return internal_error(error)
+
+    def motions_made(self) -> tuple[Verdict, ...] | str:
+        """Judge the motions of the state, in any thread; why that cannot be, in words."""
+        try:
+            return motion_verdicts(self.opened, self.arrangement)
+        except WorkbenchError as error:
+            return str(error)
+        except Exception as error:  # noqa: BLE001 (one state that fails must not end the bench)
+            return internal_error(error)
 
 
 class Desk:
@@ -109,6 +116,7 @@ class Desk:
             "redo": self._redo,
             "save": self._save,
             "reload": self._reload,
+            **looking_verbs(self, edited=self._edited, placement=self._placement),
         }
         self.open()
 
@@ -126,6 +134,7 @@ class Desk:
         self.there: Present | None = None
         self.shown: Answer | None = None
         self.verdicts: bytes | None = None
+        self.judged: Judged | None = None
         self.seen_change = False
         self.generation += 1
 
@@ -184,22 +193,36 @@ class Desk:
         except WorkbenchError as error:
             return Replies(asker=[fault_frame(question, str(error))])
         except Exception as error:  # noqa: BLE001 (one question that fails must not end the bench)
-            return Replies(asker=[fault_frame(question, _internal(error))])
+            return Replies(asker=[fault_frame(question, internal_error(error))])
 
     def judgement(self) -> Judgement:
         """What is to be judged now."""
         return Judgement(self.opened, self.live, self.generation, self.following)
 
-    def take(self, judgement: Judgement, found: Judged | str) -> list[bytes]:
+    def take(self, judgement: Judgement, found: Judged | str | None) -> list[bytes]:
         """Take what was judged; frames for everybody, none where the state is another by now."""
         if judgement.generation != self.generation:
             return []
         if isinstance(found, str):
+            self.judged = None
             return [fault_frame(None, f"no verdicts: {found}")]
+        if found is None:
+            return []
         self.there = found.there
-        self.verdicts = verdict_frame(found, self.generation)
+        self.judged = found
+        waits = motion_names(self.opened) != ()
+        self.verdicts = verdict_frame(found, (), self.generation, waits=waits)
         free = any(person.free for person in self.live.people)
         return [self._answered(0, ""), self.verdicts] if free else [self.verdicts]
+
+    def take_motions(self, judgement: Judgement, found: tuple[Verdict, ...] | str) -> list[bytes]:
+        """Take the verdicts of motions as `take` does those of postures."""
+        if judgement.generation != self.generation:
+            return []
+        if isinstance(found, str):
+            return [fault_frame(None, f"no verdicts of motions: {found}")]
+        self.verdicts = verdict_frame(self.judged, found, self.generation)
+        return [self.verdicts]
 
     def watched(self) -> Replies:
         """Look whether the file has changed on the disk: then it is read again, unless something is
@@ -357,7 +380,7 @@ class Desk:
         return self.shown
 
 
-def _internal(error: Exception) -> str:
+def internal_error(error: Exception) -> str:
     """An error that nobody expects, in words."""
     return f"internal error: {type(error).__name__}: {error}"
 

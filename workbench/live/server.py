@@ -20,9 +20,10 @@ from typing import Any, TypeVar
 
 from workbench.draw.web.snippet import MODULES
 from workbench.errors import InputError, MissingPartError, WorkbenchError
-from workbench.live.desk import Desk, Judgement, Replies, fault_frame
+from workbench.live.desk import Desk, Judgement, fault_frame, internal_error
 from workbench.live.guard import Application, Guard
 from workbench.live.protocol import LONGEST, SUBPROTOCOL, parsed
+from workbench.live.replies import Made, Replies, Work
 from workbench.live.waiting import Waiting
 
 try:
@@ -79,6 +80,8 @@ class Hub:
         self.changed = asyncio.Event()
         self.moved = asyncio.Event()
         self.rested = asyncio.Event()
+        self.begun = asyncio.Event()
+        self.works: list[tuple[WebSocket, Work]] = []
         self.ended = False
         self.work = ThreadPoolExecutor(1, "desk")
         self.judging = ThreadPoolExecutor(1, "judge")
@@ -88,7 +91,7 @@ class Hub:
     @property
     def loops(self) -> tuple[Callable[[], Coroutine[Any, Any, None]], ...]:
         """What goes on as long as the bench is served."""
-        return self.answer, self.judge, self.follow, self.settle, self.watch
+        return self.answer, self.judge, self.toil, self.follow, self.settle, self.watch
 
     def end(self) -> None:
         """Let the threads end with what they are at."""
@@ -109,7 +112,35 @@ class Hub:
                 self.asked.clear()
                 continue
             asker, question = self.waiting.take()
-            await self.send(await self.at_desk(self.desk.do, question), asker)
+            replies = await self.at_desk(self.desk.do, question)
+            await self.send(replies, asker)
+            if replies.work is not None:
+                self.begin(asker, replies.work)
+
+    def begin(self, page: WebSocket, work: Work) -> None:
+        """Let the judge's thread do something for a page, in the place of what is of the same
+        kind."""
+        self.works = [(one, w) for one, w in self.works if (one, w.kind) != (page, work.kind)]
+        self.works.append((page, work))
+        self.begun.set()
+
+    async def toil(self) -> None:
+        """Do what pages have asked for that takes long, piece by piece and in turn."""
+        loop = asyncio.get_running_loop()
+        while True:
+            await self.begun.wait()
+            if not self.works:
+                self.begun.clear()
+                continue
+            page, work = self.works.pop(0)
+            if work.generation != self.desk.generation or page not in self.sockets:
+                continue
+            made = await loop.run_in_executor(self.judging, _made, work)
+            for frame in made.frames:
+                await self.send_one(page, frame)
+            newer = any((one, w.kind) == (page, work.kind) for one, w in self.works)
+            if made.more is not None and not newer:
+                self.works.append((page, made.more))
 
     async def judge(self) -> None:
         """Judge each state that rests."""
@@ -123,6 +154,10 @@ class Hub:
             loop = asyncio.get_running_loop()
             found = await loop.run_in_executor(self.judging, asked.made)
             await self.send(Replies(everybody=await self.at_desk(self.desk.take, asked, found)))
+            if asked.opened.moving is not None and not self.changed.is_set():
+                verdicts = await loop.run_in_executor(self.judging, asked.motions_made)
+                frames = await self.at_desk(self.desk.take_motions, asked, verdicts)
+                await self.send(Replies(everybody=frames))
             if asked.following.there:
                 self.rested.set()
 
@@ -234,6 +269,16 @@ class Hub:
             await self.send_one(page, fault_frame(None, str(error)))
             return
         self.asked.set()
+
+
+def _made(work: Work) -> Made:
+    """What a piece of work comes to, in any thread; why it cannot be done, in words."""
+    try:
+        return work.made()
+    except WorkbenchError as error:
+        return Made([fault_frame(None, str(error))])
+    except Exception as error:  # noqa: BLE001 (one work that fails must not end the bench)
+        return Made([fault_frame(None, internal_error(error))])
 
 
 def live_application(desk: Desk, *, port: int, token: str) -> Application:

@@ -3,6 +3,8 @@ while they last."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from workbench.body.forward import place
@@ -14,7 +16,7 @@ from workbench.model.poses import Placed
 from workbench.model.result import MotionFound
 from workbench.study.crash.belts import belt_line
 
-__all__ = ["motion_view"]
+__all__ = ["cord_counts", "motion_bodies", "motion_view"]
 
 _MOST_PLACES = 42_000
 """Spheres times frames of a motion on a page: 43 frames of 980 spheres are about 100 kB."""
@@ -46,12 +48,46 @@ def motion_view(motion: MotionFound, colour: str) -> WebView:
     else:
         times = np.linspace(clock[0], clock[-1], min(count, max(len(clock), 2)))
         placed = place(study.body, poses_at(study.motion, times))
-    body = body_view(
-        placed, study.person, colour, frames=slice(0, len(times)), touching=_touching(motion)
-    )
-    belts = tuple(_cord(study, placed, k) for k in range(len(study.belts)))
+    counts = cord_counts(study, placed)
+    bodies = motion_bodies(study, placed, colour, counts, touching=_touching(motion))
     title = f"{study.person}, {study.name}" if study.name else study.person
-    return WebView(title, (body, *belts), study.cabin, _marks(motion), tuple(times.tolist()))
+    return WebView(title, bodies, study.cabin, _marks(motion), tuple(times.tolist()))
+
+
+def motion_bodies(
+    motion: MotionCase,
+    placed: Placed,
+    colour: str,
+    counts: Sequence[int],
+    *,
+    touching: Sequence[tuple[int, float, float]] = (),
+) -> tuple[WebBody, ...]:
+    """Return somebody who moves with the belts that are worn, in some frames.
+
+    Parameters
+    ----------
+    placed
+        The body in the frames.
+    colour
+        Colour family of the body.
+    counts
+        The spheres of each belt's cord.
+    touching
+        As of `body_view`.
+    """
+    body = body_view(placed, motion.person, colour, frames=slice(0, len(placed)), touching=touching)
+    cords = (_cord(motion, placed, k, count) for k, count in enumerate(counts))
+    return (body, *cords)
+
+
+def cord_counts(motion: MotionCase, placed: Placed) -> tuple[int, ...]:
+    """Return how many spheres show each belt as a cord, without gaps in any of the frames."""
+    counts = []
+    for belt in motion.belts:
+        lines = [belt_line(belt, placed, pose) for pose in range(len(placed))]
+        longest = max(float(np.linalg.norm(np.diff(line, axis=0), axis=1).sum()) for line in lines)
+        counts.append(max(2, int(np.ceil(1.5 * longest / _CORD))))
+    return tuple(counts)
 
 
 def _touching(motion: MotionFound) -> tuple[tuple[int, float, float], ...]:
@@ -80,12 +116,10 @@ def _marks(motion: MotionFound) -> tuple[WebMark, ...]:
     )
 
 
-def _cord(study: MotionCase, placed: Placed, k: int) -> WebBody:
+def _cord(study: MotionCase, placed: Placed, k: int, count: int) -> WebBody:
     """A belt as a cord of spheres along its middle line, evenly spaced in every frame."""
     belt = study.belts[k]
     lines = [belt_line(belt, placed, pose) for pose in range(len(placed))]
-    longest = max(float(np.linalg.norm(np.diff(line, axis=0), axis=1).sum()) for line in lines)
-    count = max(2, int(np.ceil(1.5 * longest / _CORD)))
     centres = np.array([_evenly(line, count) for line in lines])
     return WebBody(
         belt.name.replace("_", " "),

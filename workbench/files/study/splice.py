@@ -14,11 +14,13 @@ from typing import Literal
 from workbench.errors import InputError
 from workbench.files.schema import metres_in
 from workbench.files.yaml_marks import Item, Node, marked, walked
+from workbench.model.criterion import Criterion
 from workbench.model.moves import Move
 
 __all__ = [
     "AxisAngle",
     "Change",
+    "CriteriaChange",
     "JointChange",
     "MovedChange",
     "PostureChange",
@@ -97,7 +99,14 @@ class MovedChange:
     after: tuple[Move, ...]
 
 
-Change = JointChange | MovedChange | PostureChange | SeatChange
+@dataclass(frozen=True)
+class CriteriaChange:
+    """Criteria about the distance of a pair that follow those of the text."""
+
+    added: tuple[Criterion, ...]
+
+
+Change = CriteriaChange | JointChange | MovedChange | PostureChange | SeatChange
 
 
 @dataclass(frozen=True)
@@ -138,6 +147,8 @@ def spliced(text: str, changes: Sequence[Change], *, sharing: Sharing = "ask") -
             body = _set_posture(_own(body, key, sharing), key, change)
         elif isinstance(change, MovedChange):
             body = _set_moved(_own(body, ("moved",), sharing), change, sharing)
+        elif isinstance(change, CriteriaChange):
+            body = _add_criteria(_own(body, ("criteria",), sharing), change)
         else:
             key = ("people", change.role)
             body = _set_seat(_own(body, (*key, "position"), sharing), key, change)
@@ -370,6 +381,40 @@ def _set_moved(text: str, change: MovedChange, sharing: Sharing) -> str:
     return text
 
 
+def _add_criteria(text: str, change: CriteriaChange) -> str:
+    """The text with more criteria behind those that it has, each in a line of its own where these
+    are."""
+    scale = _unit(text)
+    for criterion in change.added:
+        row = _criterion_text(criterion, scale)
+        node = _at(text, ("criteria",)).node
+        if node is not None and node.kind == "sequence" and node.items:
+            text = _with_row(text, node, row)
+        elif node is not None:
+            text = _exchanged(text, node, f"[{row}]")
+        else:
+            text = _with_entry(text, marked(text), "criteria", f"[{row}]")
+    return text
+
+
+def _criterion_text(criterion: Criterion, scale: float) -> str:
+    """A criterion about the distance of a pair as it stands in a file."""
+    entries = {
+        "name": _plain(criterion.name),
+        "check": criterion.check,
+        "people": _names_text(criterion.people),
+        "segments": _names_text(criterion.segments),
+    }
+    if criterion.check == "clearance":
+        entries["parts"] = _names_text(criterion.parts)
+    entries["at_least"] = _length(criterion.at_least / scale)
+    return "{" + ", ".join(f"{key}: {value}" for key, value in entries.items()) + "}"
+
+
+def _names_text(names: Sequence[str]) -> str:
+    return f"[{', '.join(map(_plain, names))}]"
+
+
 def _unit(text: str) -> float:
     """The unit of length of a study [m]."""
     unit = _at(text, ("length",)).node
@@ -379,7 +424,7 @@ def _unit(text: str) -> float:
 def _move_text(move: Move, scale: float) -> str:
     """A move as it stands in a file."""
     kind, names = ("parts", move.parts) if move.parts else ("controls", move.controls)
-    return f"{{{kind}: [{', '.join(map(_plain, names))}], by: {_vector_text(move.by, scale)}}}"
+    return f"{{{kind}: {_names_text(names)}, by: {_vector_text(move.by, scale)}}}"
 
 
 def _vector_text(values: Sequence[float], scale: float) -> str:

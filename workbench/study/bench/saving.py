@@ -12,6 +12,7 @@ from workbench.files.study.saving import StudyText, save_text
 from workbench.files.study.splice import (
     AxisAngle,
     Change,
+    CriteriaChange,
     JointChange,
     MovedChange,
     PostureChange,
@@ -21,6 +22,7 @@ from workbench.files.study.splice import (
 )
 from workbench.model.arrays import Bools, Floats
 from workbench.model.body import Body
+from workbench.model.criterion import Criterion
 from workbench.model.moves import Move
 from workbench.model.study import Action, GivenPosture, PredictedPosture, Study
 from workbench.study.bench.state import Arrangement, OpenStudy, PersonState, given_angles
@@ -97,6 +99,8 @@ def changes_of(
     """
     if arrangement.moves != opened.start.moves:
         yield MovedChange(opened.start.moves, arrangement.moves)
+    if arrangement.added:
+        yield CriteriaChange(arrangement.added)
     for row, person in enumerate(arrangement.people):
         before = opened.start.people[row]
         yield from _seat_changes(before, person)
@@ -149,6 +153,10 @@ def _check_saved(opened: OpenStudy, arrangement: Arrangement, study: Study) -> N
     """InputError where a study that was saved is not the state."""
     if not _moved_alike(study.moved, arrangement.moves):
         raise _OtherStudyError("the parts that were moved could not be saved")
+    asked = {one.name: one for one in study.criteria}
+    for one in arrangement.added:
+        if one.name not in asked or not _asked_alike(asked[one.name], one):
+            raise _OtherStudyError(f"the criterion {one.name!r} could not be saved")
     for row, person in enumerate(arrangement.people):
         role = study.roles[row]
         off = max(abs(role.forward - person.forward), abs(role.up - person.up))
@@ -167,6 +175,14 @@ def _moved_alike(one: Sequence[Move], other: Sequence[Move]) -> bool:
         return False
     pairs = zip(one, other, strict=True)
     return all(np.abs(np.subtract(a.by, b.by)).max() < SAME_LENGTH for a, b in pairs)
+
+
+def _asked_alike(one: Criterion, other: Criterion) -> bool:
+    """Whether two criteria ask for the same."""
+    names = ("people", "segments", "parts", "cases")
+    same = all(set(getattr(one, name)) == set(getattr(other, name)) for name in names)
+    off = abs(one.at_least - other.at_least)
+    return one.check == other.check and same and off < SAME_LENGTH
 
 
 def _alike(body: Body, one: Action, other: Action) -> bool:

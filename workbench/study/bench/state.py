@@ -16,6 +16,7 @@ from workbench.contact.arranged import Arranged
 from workbench.errors import InputError
 from workbench.model.arrays import Floats
 from workbench.model.body import Body
+from workbench.model.criterion import Criterion
 from workbench.model.environment import Environment, Seat
 from workbench.model.moves import Move, displaced, part_moves
 from workbench.model.population import Population
@@ -74,11 +75,14 @@ class Arrangement:
         The index of the case that is looked at, among those that are postures.
     moves
         The parts and controls that stand elsewhere than the environment's file has them.
+    added
+        The criteria that were added to those of the file.
     """
 
     people: tuple[PersonState, ...]
     case: int = 0
     moves: tuple[Move, ...] = ()
+    added: tuple[Criterion, ...] = ()
 
     def __repr__(self) -> str:
         return f"Arrangement({', '.join(one.role for one in self.people)}; case {self.case})"
@@ -86,7 +90,7 @@ class Arrangement:
     @property
     def content(self) -> tuple[object, ...]:
         """What is saved of it: two states with the same content are the same study."""
-        return self.people, self.moves
+        return self.people, self.moves, self.added
 
     def row(self, role: str) -> int:
         """The index of a role; InputError with those that there are."""
@@ -109,7 +113,7 @@ class OpenStudy:
     Parameters
     ----------
     study
-        With one person in each role, without motions.
+        With one person in each role, without motions; without roles where every case is a motion.
     occupants
         Who takes each role, and what is improbable about the size.
     case_rows
@@ -118,6 +122,8 @@ class OpenStudy:
         What is shown otherwise than the study says.
     crowd, population
         The index of the role that a population takes, and the population; None where none does.
+    moving
+        The study with its cases that are motions alone; None where it has none.
     """
 
     study: Study
@@ -126,6 +132,7 @@ class OpenStudy:
     notes: tuple[str, ...]
     crowd: int | None = None
     population: Population | PeopleDrawn | None = None
+    moving: Study | None = None
 
     def __repr__(self) -> str:
         return f"OpenStudy({self.study.name})"
@@ -184,19 +191,16 @@ def open_study(study: Study, size: str = "") -> OpenStudy:
     Raises
     ------
     InputError
-        If the study has no case that is a posture, or no such size.
+        If the study has no such size.
     """
-    if not study.postures:
-        raise InputError(
-            f"{study.name}: every case is a motion; the bench shows postures, so add a case with one"
-        )
     notes: list[str] = []
-    single = _one_size(study, size, notes)
-    roles = tuple(_one_person(role, notes) for role in single.roles)
+    whole = _one_size(study, size, notes)
+    moving = replace(whole, cases=whole.motions, compare=None) if whole.motions else None
+    roles = tuple(_one_person(role, notes) for role in whole.roles) if whole.postures else ()
     single = replace(
-        single,
+        whole,
         roles=roles,
-        cases=single.postures,
+        cases=whole.postures,
         reach_envelopes=(),
         reach_maps=(),
         compare=None,
@@ -205,7 +209,7 @@ def open_study(study: Study, size: str = "") -> OpenStudy:
     case_rows = tuple(row for row, case in enumerate(study.cases) if not case.moves)
     crowd = next((k for k, role in enumerate(study.roles) if role.population is not None), None)
     people = None if crowd is None else study.roles[crowd].population
-    return OpenStudy(single, occupants, case_rows, tuple(notes), crowd, people)
+    return OpenStudy(single, occupants, case_rows, tuple(notes), crowd, people, moving)
 
 
 def _one_size(study: Study, size: str, notes: list[str]) -> Study:
@@ -246,7 +250,12 @@ def arranged_study(opened: OpenStudy, arrangement: Arrangement) -> Study:
     )
     environment = arranged_environment(opened, arrangement.moves)
     return replace(
-        study, roles=roles, cases=cases, environment=environment, moved=arrangement.moves
+        study,
+        roles=roles,
+        cases=cases,
+        criteria=(*study.criteria, *arrangement.added),
+        environment=environment,
+        moved=arrangement.moves,
     )
 
 
