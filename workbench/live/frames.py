@@ -68,6 +68,7 @@ def hello_frame(opened: OpenStudy, file: str, *, saves: bool) -> bytes:
             "people": people,
             "controls": controls,
             "parts": parts,
+            "seats": sorted(riding),
         }
     )
 

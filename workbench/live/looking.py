@@ -22,8 +22,9 @@ from workbench.study.bench.edits import Edit
 from workbench.study.bench.measuring import Thing, measured
 from workbench.study.bench.motions import motion_names
 from workbench.study.bench.placing import Placement
-from workbench.study.bench.reaching import check_reach, state_envelope
-from workbench.study.bench.state import Arrangement, OpenStudy, arranged_environment
+from workbench.study.bench.reaching import check_reach, reaching_situation
+from workbench.study.bench.state import Arrangement, OpenStudy
+from workbench.study.envelope.envelope import situation_envelope
 
 __all__ = ["looking_verbs"]
 
@@ -160,11 +161,11 @@ class EnvelopeWork:
         """Pack the outer boundary clear of obstacles, the lines of the sections, and their
         pictures."""
         task = self.task
-        found = state_envelope(self.opened, self.arrangement, task)
+        situation = reaching_situation(self.opened, self.arrangement, task)
+        found = situation_envelope(situation, task)
         points, faces, short = outer_faces(found)
         lines = section_lines(found)
-        environment = arranged_environment(self.opened, self.arrangement.moves)
-        sections = envelope_sections(found, environment=environment)
+        sections = envelope_sections(found, environment=situation.environment)
         head: dict[str, Any] = {
             "kind": "envelope",
             "generation": self.generation,

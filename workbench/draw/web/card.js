@@ -36,7 +36,7 @@ export class Card {
       gl.vertexAttribPointer(k, 3, gl.FLOAT, false, 36, 12 * k);
       gl.vertexAttribDivisor(k, 1);
     }
-    this.framed = null;
+    this.framed = this.veil = null;
   }
 
   attribute(place, array, size, type, { normal = false, each = 0, whole = false } = {}) {
@@ -84,10 +84,28 @@ export class Card {
       const opacity = !shown.part(k) ? 0 : part.glass ? GLASS : 1;
       looks.set([...colour, opacity, ...(part.shift || [0, 0, 0]), 0], 8 * k);
     });
-    gl.bindTexture(gl.TEXTURE_2D, this.parts);
-    gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA32F, 2, parts.length, 0, gl.RGBA, gl.FLOAT, looks);
+    this.setLooks(this.parts, looks);
+  }
+
+  // Eight numbers a part: colour and opacity, displacement.
+  setLooks(texture, looks) {
+    const { gl } = this;
+    gl.bindTexture(gl.TEXTURE_2D, texture);
+    gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA32F, 2, looks.length / 8, 0, gl.RGBA, gl.FLOAT, looks);
     gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, gl.NEAREST);
     gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MAG_FILTER, gl.NEAREST);
+  }
+
+  // A see-through surface with lines on it: { vertices, part (the index of a look), triangles, edges,
+  // looks: [[r, g, b, opacity]], ink }, null for none.
+  setVeil(veil) {
+    this.veil = null;
+    if (!veil) return;
+    const { vertices, part, triangles, edges, ink } = veil;
+    const looks = this.gl.createTexture();
+    this.setLooks(looks, new Float32Array(veil.looks.flatMap((look) => [...look, 0, 0, 0, 0])));
+    const [faces, lines] = [triangles, edges].map((index) => this.buildMesh(vertices, part, index));
+    this.veil = { faces, lines, looks, ink };
   }
 
   // One frame as a viewer has it: camera, section, theme, what is shown.
@@ -123,6 +141,7 @@ export class Card {
     this.framed = scene.frame;
     if (this.faces) this.paintPlace(use, viewer);
     gl.disable(gl.STENCIL_TEST);
+    if (this.veil) this.paintVeil(use);
     if (this.marks.count) {
       const at = use("MARK");
       gl.uniform2f(at.size, width, height);
@@ -172,6 +191,22 @@ export class Card {
     gl.useProgram(this.programs.MESH.made);
     gl.bindVertexArray(this.faces.vao);
     faces(1);
+    gl.depthMask(true);
+  }
+
+  paintVeil(use) {
+    const { gl } = this;
+    gl.enable(gl.BLEND);
+    gl.depthMask(false);
+    for (const [name, kind] of [["MESH", gl.TRIANGLES], ["LINE", gl.LINES]]) {
+      const at = use(name);
+      const mesh = this.veil[kind === gl.LINES ? "lines" : "faces"];
+      gl.bindTexture(gl.TEXTURE_2D, this.veil.looks);
+      if (at.pass) gl.uniform1i(at.pass, 1);
+      if (at.ink) gl.uniform4fv(at.ink, this.veil.ink);
+      gl.bindVertexArray(mesh.vao);
+      gl.drawElements(kind, mesh.count, gl.UNSIGNED_INT, 0);
+    }
     gl.depthMask(true);
   }
 

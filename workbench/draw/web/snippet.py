@@ -37,6 +37,7 @@ MODULES = (
     "viewer",
     "list",
     "labels",
+    "film",
     "touch",
     "panel",
     "page",

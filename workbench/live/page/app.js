@@ -3,16 +3,27 @@
 
 import { ask, connect, waits } from "./connection.js";
 import { at, element, options } from "./elements.js";
+import { Envelope } from "./envelope.js";
+import { Eye } from "./eye.js";
 import { Grips } from "./grips.js";
+import { Measure } from "./measure.js";
+import { Motion } from "./motion.js";
 import { People } from "./people.js";
 import { Picture } from "./picture.js";
 import { Things } from "./things.js";
 
 const state = { hello: null, answer: null, person: 0, held: null, letGo: false };
-const picture = new Picture(document.querySelector("#picture .turn"), say, (panel) => grips.attach(panel));
+const picture = new Picture(document.querySelector("#picture .turn"), say, (panel) => {
+  for (const one of [grips, eye, measure, envelope]) one.attach(panel);
+});
 const things = new Things();
 const grips = new Grips(state, things, choosePerson);
 const people = new People();
+const motion = new Motion(picture, say, () => eye.follow());
+const eye = new Eye(eyes, repaint, say);
+const measure = new Measure(say);
+const envelope = new Envelope(chosenHand, say);
+state.motion = motion;
 
 function take(found) {
   const { head } = found;
@@ -20,11 +31,41 @@ function take(found) {
   if (what[head.kind]) what[head.kind](head);
   if (head.kind === "busy") say(head.what);
   if (head.kind === "people") people.show(head);
+  if (head.kind === "measured") measure.take(head);
+  if (head.kind === "envelope") envelope.take(found, state.answer?.generation);
+  if (["motion", "frames", "gaps"].includes(head.kind)) motion.take(found);
   if (head.kind === "hello") {
     people.forget();
-    picture.open();
+    envelope.away();
+    if (head.motions.includes(motion.name) || !head.cases.length) motion.reopen(head.motions);
+    else {
+      motion.close();
+      picture.open();
+    }
   }
-  if (head.kind === "answer") picture.show(found);
+  if (head.kind === "answer") {
+    picture.show(found);
+    for (const one of [motion, measure, envelope]) one.answered(head);
+    eye.follow();
+  }
+}
+
+// Where the person who is chosen looks from.
+function eyes() {
+  const role = state.hello.people[state.person]?.role;
+  if (motion.there) return motion.eyes(role);
+  const found = state.answer?.people[state.person]?.eyes;
+  return found && { ...found, role, body: state.person };
+}
+
+function repaint() {
+  if (picture.panel?.film) picture.panel.at(picture.panel.film.frame);
+  else if (picture.answer) picture.show(picture.answer);
+}
+
+function chosenHand() {
+  const person = state.hello.people[state.person]?.role;
+  return { person, limb: at("limb-name").value, obstacles: at("limb-obstacles").checked };
 }
 
 /* ---- writing ---- */
@@ -36,15 +77,17 @@ function say(words, fault = false) {
 
 function takeHello(head) {
   state.hello = head;
-  state.person = Math.min(state.person, head.people.length - 1);
+  state.person = Math.max(0, Math.min(state.person, head.people.length - 1));
   document.title = head.title;
   at("title").textContent = head.title;
-  options(at("case"), head.cases);
-  options(at("person"), head.people.map((one) => one.role), head.people[state.person].role);
+  options(at("case"), [...head.cases, ...head.motions]);
+  options(at("person"), head.people.map((one) => one.role), head.people[state.person]?.role);
+  at("person").parentElement.hidden = !head.people.length;
   options(at("limb-control"), ["", ...head.controls.map((one) => one.name)]);
   at("save").textContent = head.saves ? "Save" : "Save as…";
   if (head.notes.length) say(head.notes.join("; "));
   things.build(head);
+  measure.build(head);
   buildPosture();
 }
 
@@ -54,7 +97,7 @@ function takeAnswer(head) {
   at("undo").disabled = !head.undo;
   at("redo").disabled = !head.redo;
   at("save").disabled = !head.unsaved;
-  at("case").value = head.case;
+  at("case").value = motion.name || head.case;
   at("took").textContent = head.ms < 2000 ? `answered in ${head.ms} ms` : `made ready in ${Math.round(head.ms / 1000)} s`;
   document.title = (head.unsaved ? "● " : "") + state.hello.title;
   if (head.words || head.answers || first) say(head.words);
@@ -81,12 +124,21 @@ function nearRow(pair) {
     lookCell(`${pair.person}: ${pair.subject}`, pair.point),
     element("td", target),
   );
+  const limit = element("td");
+  const words = `${pair.person}: ${pair.segment} to ${target}`;
+  if (pair.other !== pair.person) {
+    const made = element("button", "limit", { type: "button", className: "look", onclick: () => measure.fill(pair) });
+    made.setAttribute("aria-label", `ask for a distance of ${words}`);
+    limit.append(made);
+  }
+  row.append(limit);
   return row;
 }
 
 function takeVerdicts(head) {
   const failed = head.rows.filter((row) => !row.passed).length;
-  at("failed").textContent = failed ? `(${failed} failed)` : "(all passed)";
+  const known = head.waits ? "motions are being judged" : "all passed";
+  at("failed").textContent = failed ? `(${failed} failed)` : `(${known})`;
   at("verdicts").classList.remove("waiting");
   at("verdicts").replaceChildren(...head.rows.map(verdictRow));
 }
@@ -95,11 +147,19 @@ function verdictRow(verdict) {
   const row = element("tr");
   const margin = verdict.margin === null ? "" : `${verdict.margin.toFixed(1)} ${verdict.unit}`;
   const where = verdict.case ? `${verdict.words} (${verdict.case})` : verdict.words;
+  const place = lookCell(where, verdict.point);
+  if (verdict.time !== null) {
+    const moment = () => {
+      if (verdict.point) picture.panel?.lookAt(verdict.point);
+      showCase(verdict.case, verdict.time);
+    };
+    place.replaceChildren(element("button", `${where} at ${verdict.time.toFixed(3)} s`, { type: "button", className: "look", onclick: moment }));
+  }
   row.append(
     element("td", verdict.passed ? "✓ passed" : "✗ FAILED", { className: verdict.passed ? "passed" : "failed" }),
     element("td", verdict.name),
     element("td", margin, { className: "number" }),
-    lookCell(where, verdict.point),
+    place,
   );
   return row;
 }
@@ -158,6 +218,7 @@ function buildPosture() {
   sliders.length = 0;
   at("seat").replaceChildren();
   at("joints").replaceChildren();
+  if (!person) return;
   if (person.seat) {
     ["forward", "up"].forEach((way) => {
       const made = slider(`seat ${way}`, "mm", (mm, done) => {
@@ -193,6 +254,7 @@ function buildPosture() {
 
 function showPosture() {
   const now = state.answer.people[state.person];
+  if (!now) return;
   if (state.letGo && !waits()) state.held = null;
   sliders.forEach((show) => show(now));
 }
@@ -206,7 +268,22 @@ function save(given = {}) {
   ask("save", to ? { to, ...given } : given);
 }
 
-at("case").onchange = () => ask("case", { name: at("case").value });
+// Look at a case; at a motion from a time [s] on.
+function showCase(name, time = null) {
+  at("case").value = name;
+  if (state.hello.motions.includes(name)) {
+    motion.open(name, time);
+    grips.show();
+    return;
+  }
+  if (motion.there) {
+    motion.close();
+    picture.open();
+  }
+  ask("case", { name });
+}
+
+at("case").onchange = () => showCase(at("case").value);
 function choosePerson(number) {
   if (number === state.person) return;
   state.person = number;

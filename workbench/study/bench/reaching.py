@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from workbench.errors import InputError
-from workbench.model.envelope import Envelope, ReachTask
+from workbench.model.envelope import ReachTask
 from workbench.posture.reaching.limbs import HANDS
 from workbench.study.bench.state import Arrangement, OpenStudy, arranged_study
-from workbench.study.envelope.envelope import situation_envelope
 from workbench.study.people import present_people
+from workbench.study.situation import Situation
 
-__all__ = ["check_reach", "state_envelope"]
+__all__ = ["check_reach", "reaching_situation"]
 
 
 def check_reach(opened: OpenStudy, arrangement: Arrangement, task: ReachTask) -> None:
@@ -20,8 +20,8 @@ def check_reach(opened: OpenStudy, arrangement: Arrangement, task: ReachTask) ->
         raise InputError(f"a hand of {task.person} is needed, got {task.limb!r}")
 
 
-def state_envelope(opened: OpenStudy, arrangement: Arrangement, task: ReachTask) -> Envelope:
-    """Find the reach envelope of a hand of a state as a run of its study does; it takes seconds.
+def reaching_situation(opened: OpenStudy, arrangement: Arrangement, task: ReachTask) -> Situation:
+    """Where somebody is who reaches, as in a run of a state's study; then `situation_envelope`.
 
     Parameters
     ----------
@@ -31,9 +31,8 @@ def state_envelope(opened: OpenStudy, arrangement: Arrangement, task: ReachTask)
     Raises
     ------
     InputError
-        As `check_reach`, or where the body lacks the landmarks of the grip.
+        As `check_reach`.
     """
     check_reach(opened, arrangement, task)
     there = present_people(arranged_study(opened, arrangement), opened.occupants)
-    situation = there.situations[arrangement.row(task.person)][task.case]
-    return situation_envelope(situation, task)
+    return there.situations[arrangement.row(task.person)][task.case]
