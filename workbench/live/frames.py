@@ -19,6 +19,7 @@ from workbench.model.population import SEXES
 from workbench.model.poses import Placed
 from workbench.model.result import Verdict
 from workbench.study.bench.answers import Answer, Judged, NearPair, near_pairs
+from workbench.study.bench.criteria import role_bodies
 from workbench.study.bench.crowd import Crowd, met_all
 from workbench.study.bench.motions import motion_names
 from workbench.study.bench.state import OpenStudy, arranged_environment, seat_shift
@@ -69,6 +70,10 @@ def hello_frame(opened: OpenStudy, file: str, *, saves: bool) -> bytes:
             "controls": controls,
             "parts": parts,
             "seats": sorted(riding),
+            "roles": [
+                {"role": name, "segments": list(body.segment_names)}
+                for name, body in role_bodies(opened).items()
+            ],
         }
     )
 

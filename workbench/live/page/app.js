@@ -88,6 +88,7 @@ function takeHello(head) {
   if (head.notes.length) say(head.notes.join("; "));
   things.build(head);
   measure.build(head);
+  eye.field = head.field;
   buildPosture();
 }
 

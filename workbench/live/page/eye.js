@@ -18,7 +18,7 @@ export class Eye {
   // source: gives where the person who is chosen looks from, { role, at, sight, up, head, body }, or
   // null; repaint: paints the people anew; say: is told why there is no view.
   constructor(source, repaint, say) {
-    Object.assign(this, { source, repaint, say, panel: null, set: null, body: null, field: 1.3 });
+    Object.assign(this, { source, repaint, say, panel: null, set: null, body: null, veiled: false, field: 0 });
     document.addEventListener("left", () => this.left());
   }
 
@@ -26,6 +26,7 @@ export class Eye {
   attach(panel) {
     this.panel = panel;
     this.set = this.body = null;
+    this.veiled = false;
     this.button = panel.button("eye", () => this.toggle(), false);
     panel.bar.querySelector(".space").before(this.button);
     panel.viewer.addEventListener("frame", () => this.tell());
@@ -42,6 +43,10 @@ export class Eye {
     const body = this.panel.scene.bodies[from?.body];
     if (!body) return;
     const { camera } = this.panel.viewer;
+    if (!this.set && !this.panel.viewer.walls) {
+      this.panel.toggleWalls(); // nobody sees through walls
+      this.veiled = true;
+    }
     const turned = this.set && [camera.azimuth - this.set.azimuth, camera.height - this.set.height];
     this.panel.stand(from, angle);
     this.set = { azimuth: camera.azimuth, height: camera.height, role: from.role };
@@ -64,6 +69,8 @@ export class Eye {
     this.set = null;
     if (this.body) delete this.body.unseen;
     this.body = null;
+    if (this.veiled && this.panel.viewer.walls) this.panel.toggleWalls();
+    this.veiled = false;
     this.button.setAttribute("aria-pressed", "false");
     this.panel.say(this.panel.words);
     this.repaint();

@@ -50,7 +50,7 @@ export class Measure {
   }
 
   // What there is to measure between.
-  build({ people, parts, controls, seats }) {
+  build({ roles, parts, controls, seats }) {
     const group = (label, rows) => {
       const made = element("optgroup", "", { label });
       made.append(...rows.map(([value, words]) => element("option", words, { value })));
@@ -60,11 +60,12 @@ export class Measure {
     for (const id of ["pair-of", "pair-to"]) {
       const before = at(id).value;
       at(id).replaceChildren(
-        ...people.map((one) => group(one.role, one.segments.map((name) => [`segment\t${one.role}\t${name}`, `${one.role}: ${name}`]))),
+        ...roles.map((one) => group(one.role, one.segments.map((name) => [`segment\t${one.role}\t${name}`, `${one.role}: ${name}`]))),
         group("controls", controls.map((one) => [`control\t${one.name}`, plain(one.name)])),
         group("parts", [...parts, ...seats].map((name) => [`part\t${name}`, plain(name)])),
       );
       if (before) at(id).value = before;
+      else if (id === "pair-to") at(id).selectedIndex = at(id).length - 1;
     }
     this.dismiss();
   }

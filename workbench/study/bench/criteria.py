@@ -13,7 +13,7 @@ from workbench.model.criterion import Criterion
 from workbench.study.bench.edits import FARTHEST, LENGTH_STEP, Edit, rounded
 from workbench.study.bench.state import Arrangement, OpenStudy
 
-__all__ = ["PairLimit", "asked_for", "segment_of"]
+__all__ = ["PairLimit", "asked_for", "role_bodies", "segment_of"]
 
 
 @dataclass(frozen=True)
@@ -96,7 +96,7 @@ def segment_of(body: Body, name: str) -> int:
 
 def _criterion(opened: OpenStudy, wanted: PairLimit) -> Criterion:
     """The criterion of a pair, named in words, as yet without its limit."""
-    roles = _roles(opened)
+    roles = role_bodies(opened)
     body = _body(roles, wanted.person)
     n = segment_of(body, wanted.segment)
     own = body.segment_names[n]
@@ -131,8 +131,8 @@ def _criterion(opened: OpenStudy, wanted: PairLimit) -> Criterion:
     )
 
 
-def _roles(opened: OpenStudy) -> dict[str, Body]:
-    """The bodies by role, of motions too."""
+def role_bodies(opened: OpenStudy) -> dict[str, Body]:
+    """The bodies by role; where everybody moves as their files have them."""
     found = {}
     if opened.moving is not None:
         found = {role.name: role.body for role in opened.moving.roles}

@@ -78,6 +78,8 @@ def measured(opened: OpenStudy, placement: Placement, one: Thing, other: Thing) 
 
 
 def _segment(placement: Placement, thing: Thing) -> _Segment:
+    if not placement.people:
+        raise InputError("people who move are measured by two points in the picture")
     row = placement.arrangement.row(thing.person)
     person = placement.people[row]
     return _Segment(person, row, segment_of(person.body, thing.segment))
