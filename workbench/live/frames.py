@@ -263,7 +263,7 @@ def _verdict(verdict: Verdict) -> dict[str, Any]:
         "words": f"{lead}: {worst.subject} – {worst.target}",
         "case": worst.case,
         "point": None if worst.point is None else [round(value, 5) for value in worst.point],
-        "time": None if worst.time is None else round(worst.time, 6),
+        "time": round(worst.time, 6) if np.isfinite(worst.time) else None,
     }
 
 

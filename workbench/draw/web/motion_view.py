@@ -4,17 +4,26 @@ while they last."""
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from workbench.body.forward import place
-from workbench.draw.web.views import WebBody, WebMark, WebView, body_view
+from workbench.draw.web.views import WebBody, WebGaps, WebMark, WebView, body_view
 from workbench.model.arrays import Floats
 from workbench.model.motion_case import MotionCase
 from workbench.model.moving import poses_at
 from workbench.model.poses import Placed
 from workbench.model.result import MotionFound
+from workbench.model.spool import pieces
 from workbench.study.crash.belts import belt_line
+from workbench.study.crash.frames import BLOCK
+from workbench.study.motion_gaps import (
+    AskedGap,
+    asked_gaps,
+    distance_criteria,
+    nearest_criterion,
+)
 
 __all__ = ["cord_counts", "motion_bodies", "motion_view"]
 
@@ -22,6 +31,8 @@ _MOST_PLACES = 42_000
 """Spheres times frames of a motion on a page: 43 frames of 980 spheres are about 100 kB."""
 _FRAMES = (2, 61)
 """Least and most frames."""
+_MOST_GAPS = 400
+"""Times at which gaps are shown."""
 _MOST_MARKS = 12
 _CORD = 0.009
 """Radius [m] of the cord as which a belt is shown."""
@@ -51,7 +62,41 @@ def motion_view(motion: MotionFound, colour: str) -> WebView:
     counts = cord_counts(study, placed)
     bodies = motion_bodies(study, placed, colour, counts, touching=_touching(motion))
     title = f"{study.person}, {study.name}" if study.name else study.person
-    return WebView(title, bodies, study.cabin, _marks(motion), tuple(times.tolist()))
+    marks = _marks(motion)
+    return WebView(title, bodies, study.cabin, marks, tuple(times.tolist()), gaps=_gaps(motion))
+
+
+def _gaps(motion: MotionFound) -> WebGaps | None:
+    """How near the motion comes at its frames, and the criterion about distances that is nearest to
+    failing, thinned so that no least gap is lost."""
+    study = motion.study
+    least = np.nan_to_num(motion.clearance, nan=np.inf).min(axis=1, initial=np.inf)
+    if len(least) < 2 or not np.isfinite(least).any():
+        return None
+    segment = study.body.segment_names[
+        int(np.nan_to_num(motion.clearance, nan=np.inf).min(axis=0).argmin())
+    ]
+    near = nearest_criterion(_asked(study))
+    groups = np.array_split(np.arange(len(least)), min(len(least), _MOST_GAPS))
+    rows = [int(group[np.argmin(least[group])]) for group in groups]
+    found = WebGaps(study.motion.clock[rows], least[rows], segment)
+    if near is None:
+        return found
+    asked = np.array([near.distance[group].min() for group in groups])
+    return replace(found, name=near.criterion.name, limit=near.limit, asked=asked)
+
+
+def _asked(study: MotionCase) -> list[AskedGap]:
+    """What the criteria about distances find at all frames, some of them placed at a time."""
+    criteria = distance_criteria(study)
+    found = [
+        asked_gaps(study, place(study.body, study.motion.rows(rows)), criteria)
+        for rows in pieces(len(study.motion), size=BLOCK)
+    ]
+    return [
+        AskedGap(one[0].criterion, np.concatenate([gap.distance for gap in one]), one[0].limit)
+        for one in zip(*found, strict=True)
+    ]
 
 
 def motion_bodies(

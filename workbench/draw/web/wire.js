@@ -79,7 +79,9 @@ export function sceneOf(page, index) {
     const made = { ...body, radius, frames, segment, spheres, centres };
     return { ...made, tint: tintOf(made, 0) };
   });
-  return { ...view, place, bodies };
+  const gaps = view.gaps && { ...view.gaps, least: page.array(view.gaps.least) };
+  if (gaps?.asked !== undefined) gaps.asked = page.array(gaps.asked);
+  return { ...view, place, bodies, gaps };
 }
 
 const RED = [222, 36, 30];

@@ -3,27 +3,21 @@
 
 import { ask, connect, waits } from "./connection.js";
 import { at, element, options } from "./elements.js";
-import { Envelope } from "./envelope.js";
-import { Eye } from "./eye.js";
 import { Grips } from "./grips.js";
-import { Measure } from "./measure.js";
-import { Motion } from "./motion.js";
+import { Looks } from "./looks.js";
 import { People } from "./people.js";
 import { Picture } from "./picture.js";
+import { nearRow, verdictRow } from "./rows.js";
 import { Things } from "./things.js";
 
 const state = { hello: null, answer: null, person: 0, held: null, letGo: false };
 const picture = new Picture(document.querySelector("#picture .turn"), say, (panel) => {
-  for (const one of [grips, eye, measure, envelope]) one.attach(panel);
+  for (const one of [grips, looks]) one.attach(panel);
 });
 const things = new Things();
 const grips = new Grips(state, things, choosePerson);
 const people = new People();
-const motion = new Motion(picture, say, () => eye.follow());
-const eye = new Eye(eyes, repaint, say);
-const measure = new Measure(say);
-const envelope = new Envelope(chosenHand, say);
-state.motion = motion;
+const looks = new Looks(state, picture, say);
 
 function take(found) {
   const { head } = found;
@@ -31,41 +25,15 @@ function take(found) {
   if (what[head.kind]) what[head.kind](head);
   if (head.kind === "busy") say(head.what);
   if (head.kind === "people") people.show(head);
-  if (head.kind === "measured") measure.take(head);
-  if (head.kind === "envelope") envelope.take(found, state.answer?.generation);
-  if (["motion", "frames", "gaps"].includes(head.kind)) motion.take(found);
+  looks.take(found);
   if (head.kind === "hello") {
     people.forget();
-    envelope.away();
-    if (head.motions.includes(motion.name) || !head.cases.length) motion.reopen(head.motions);
-    else {
-      motion.close();
-      picture.open();
-    }
+    looks.hello(head);
   }
   if (head.kind === "answer") {
     picture.show(found);
-    for (const one of [motion, measure, envelope]) one.answered(head);
-    eye.follow();
+    looks.answered(head);
   }
-}
-
-// Where the person who is chosen looks from.
-function eyes() {
-  const role = state.hello.people[state.person]?.role;
-  if (motion.there) return motion.eyes(role);
-  const found = state.answer?.people[state.person]?.eyes;
-  return found && { ...found, role, body: state.person };
-}
-
-function repaint() {
-  if (picture.panel?.film) picture.panel.at(picture.panel.film.frame);
-  else if (picture.answer) picture.show(picture.answer);
-}
-
-function chosenHand() {
-  const person = state.hello.people[state.person]?.role;
-  return { person, limb: at("limb-name").value, obstacles: at("limb-obstacles").checked };
 }
 
 /* ---- writing ---- */
@@ -87,8 +55,6 @@ function takeHello(head) {
   at("save").textContent = head.saves ? "Save" : "Save as…";
   if (head.notes.length) say(head.notes.join("; "));
   things.build(head);
-  measure.build(head);
-  eye.field = head.field;
   buildPosture();
 }
 
@@ -98,71 +64,25 @@ function takeAnswer(head) {
   at("undo").disabled = !head.undo;
   at("redo").disabled = !head.redo;
   at("save").disabled = !head.unsaved;
-  at("case").value = motion.name || head.case;
+  at("case").value = looks.motion.name || head.case;
   at("took").textContent = head.ms < 2000 ? `answered in ${head.ms} ms` : `made ready in ${Math.round(head.ms / 1000)} s`;
   document.title = (head.unsaved ? "● " : "") + state.hello.title;
   if (head.words || head.answers || first) say(head.words);
-  at("near").replaceChildren(...head.near.map(nearRow));
+  at("near").replaceChildren(...head.near.map((pair) => nearRow(pair, look, (one) => looks.measure.fill(one))));
   at("verdicts").classList.add("waiting");
   things.show(head);
   showPosture();
   grips.show();
 }
 
-// A cell whose words look at a place of the picture.
-function lookCell(words, point) {
-  const cell = element("td", point ? "" : words);
-  const look = () => picture.lookAt(point, words);
-  if (point) cell.append(element("button", words, { type: "button", className: "look", onclick: look }));
-  return cell;
-}
-
-function nearRow(pair) {
-  const row = element("tr");
-  const target = pair.other ? `${pair.other}: ${pair.target}` : pair.target;
-  row.append(
-    element("td", pair.mm.toFixed(1), { className: `number ${pair.mm < 0 ? "failed" : ""}` }),
-    lookCell(`${pair.person}: ${pair.subject}`, pair.point),
-    element("td", target),
-  );
-  const limit = element("td");
-  const words = `${pair.person}: ${pair.segment} to ${target}`;
-  if (pair.other !== pair.person) {
-    const made = element("button", "limit", { type: "button", className: "look", onclick: () => measure.fill(pair) });
-    made.setAttribute("aria-label", `ask for a distance of ${words}`);
-    limit.append(made);
-  }
-  row.append(limit);
-  return row;
-}
+const look = (point, words) => picture.lookAt(point, words);
 
 function takeVerdicts(head) {
   const failed = head.rows.filter((row) => !row.passed).length;
   const known = head.waits ? "motions are being judged" : "all passed";
   at("failed").textContent = failed ? `(${failed} failed)` : `(${known})`;
   at("verdicts").classList.remove("waiting");
-  at("verdicts").replaceChildren(...head.rows.map(verdictRow));
-}
-
-function verdictRow(verdict) {
-  const row = element("tr");
-  const margin = verdict.margin === null ? "" : `${verdict.margin.toFixed(1)} ${verdict.unit}`;
-  const where = verdict.case ? `${verdict.words} (${verdict.case})` : verdict.words;
-  const place = lookCell(where, verdict.point);
-  if (verdict.time !== null) {
-    const moment = () => {
-      if (verdict.point) picture.panel?.lookAt(verdict.point);
-      showCase(verdict.case, verdict.time);
-    };
-    place.replaceChildren(element("button", `${where} at ${verdict.time.toFixed(3)} s`, { type: "button", className: "look", onclick: moment }));
-  }
-  row.append(
-    element("td", verdict.passed ? "✓ passed" : "✗ FAILED", { className: verdict.passed ? "passed" : "failed" }),
-    element("td", verdict.name),
-    element("td", margin, { className: "number" }),
-    place,
-  );
-  return row;
+  at("verdicts").replaceChildren(...head.rows.map((row) => verdictRow(row, look, showCase)));
 }
 
 function takeFault(head) {
@@ -269,19 +189,9 @@ function save(given = {}) {
   ask("save", to ? { to, ...given } : given);
 }
 
-// Look at a case; at a motion from a time [s] on.
-function showCase(name, time = null) {
-  at("case").value = name;
-  if (state.hello.motions.includes(name)) {
-    motion.open(name, time);
-    grips.show();
-    return;
-  }
-  if (motion.there) {
-    motion.close();
-    picture.open();
-  }
-  ask("case", { name });
+function showCase(name, time) {
+  looks.show(name, time);
+  grips.show();
 }
 
 at("case").onchange = () => showCase(at("case").value);
