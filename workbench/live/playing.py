@@ -142,7 +142,7 @@ class Gaps(_Asked):
                 lead = f"{motion.person}: " if len(found.motions) > 1 else ""
                 name = f"{lead}{asked.criterion.name}"
                 arrays.append((f"asked{len(rows)}", asked.distance.astype(np.float32)))
-                rows.append({"name": name, "limit": asked.limit + 0.0})
+                rows.append({"name": name, "limit": asked.limit})
         head = {"from": self.begin, "of": len(found.clock), "rows": rows, "worst": worst}
         frame_bytes = self.frame("gaps", head, arrays)
         after = self.begin + len(times)

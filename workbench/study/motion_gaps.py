@@ -76,7 +76,7 @@ def asked_gaps(
         return ()
     pairs = [asked_pair(motion.body, motion.environment, one) for one in criteria]
     found = clearance_of_pairs(placed, motion.environment, pairs=pairs).distance
-    return tuple(AskedGap(one, found[:, q], limit_of(one)) for q, one in enumerate(criteria))
+    return tuple(AskedGap(one, found[:, q], limit_of(one) + 0.0) for q, one in enumerate(criteria))
 
 
 def nearest_criterion(gaps: Sequence[AskedGap]) -> AskedGap | None:
