@@ -22,7 +22,7 @@ from workbench.live.following import Following
 from workbench.live.frames import answer_frame, hello_frame, verdict_frame, waiting_frame
 from workbench.live.looking import looking_verbs
 from workbench.live.protocol import Question, packed
-from workbench.live.replies import Replies
+from workbench.live.replies import Made, Replies, Work
 from workbench.model.moves import Move
 from workbench.model.result import Verdict
 from workbench.study.bench.answers import Answer, Judged, answer, judged
@@ -42,7 +42,7 @@ from workbench.study.bench.saving import save
 from workbench.study.bench.state import Arrangement, OpenStudy, open_study
 from workbench.study.people import Present
 
-__all__ = ["Desk", "Judgement", "fault_frame", "internal_error"]
+__all__ = ["Desk", "Judgement", "fault_frame", "work_made"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,7 +64,7 @@ class Judgement:
         except WorkbenchError as error:
             return str(error)
         except Exception as error:  # noqa: BLE001 (one state that fails must not end the bench)
-            return internal_error(error)
+            return _internal(error)
 
     def motions_made(self) -> tuple[Verdict, ...] | str:
         """Judge the motions of the state, in any thread; why that cannot be, in words."""
@@ -73,7 +73,7 @@ class Judgement:
         except WorkbenchError as error:
             return str(error)
         except Exception as error:  # noqa: BLE001 (one state that fails must not end the bench)
-            return internal_error(error)
+            return _internal(error)
 
 
 class Desk:
@@ -193,7 +193,7 @@ class Desk:
         except WorkbenchError as error:
             return Replies(asker=[fault_frame(question, str(error))])
         except Exception as error:  # noqa: BLE001 (one question that fails must not end the bench)
-            return Replies(asker=[fault_frame(question, internal_error(error))])
+            return Replies(asker=[fault_frame(question, _internal(error))])
 
     def judgement(self) -> Judgement:
         """What is to be judged now."""
@@ -380,7 +380,17 @@ class Desk:
         return self.shown
 
 
-def internal_error(error: Exception) -> str:
+def work_made(work: Work) -> Made:
+    """Do a piece of work, in any thread; why it cannot be done, as a fault."""
+    try:
+        return work.made()
+    except WorkbenchError as error:
+        return Made([fault_frame(None, str(error))])
+    except Exception as error:  # noqa: BLE001 (one work that fails must not end the bench)
+        return Made([fault_frame(None, _internal(error))])
+
+
+def _internal(error: Exception) -> str:
     """An error that nobody expects, in words."""
     return f"internal error: {type(error).__name__}: {error}"
 

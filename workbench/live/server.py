@@ -20,10 +20,10 @@ from typing import Any, TypeVar
 
 from workbench.draw.web.snippet import MODULES
 from workbench.errors import InputError, MissingPartError, WorkbenchError
-from workbench.live.desk import Desk, Judgement, fault_frame, internal_error
+from workbench.live.desk import Desk, Judgement, fault_frame, work_made
 from workbench.live.guard import Application, Guard
 from workbench.live.protocol import LONGEST, SUBPROTOCOL, parsed
-from workbench.live.replies import Made, Replies, Work
+from workbench.live.replies import Replies, Work
 from workbench.live.waiting import Waiting
 
 try:
@@ -141,7 +141,7 @@ class Hub:
             page, work = self.works.pop(0)
             if work.generation != self.desk.generation or page not in self.sockets:
                 continue
-            made = await loop.run_in_executor(self.judging, _made, work)
+            made = await loop.run_in_executor(self.judging, work_made, work)
             for frame in made.frames:
                 await self.send_one(page, frame)
             newer = any((one, w.kind) == (page, work.kind) for one, w in self.works)
@@ -275,16 +275,6 @@ class Hub:
             await self.send_one(page, fault_frame(None, str(error)))
             return
         self.asked.set()
-
-
-def _made(work: Work) -> Made:
-    """What a piece of work comes to, in any thread; why it cannot be done, in words."""
-    try:
-        return work.made()
-    except WorkbenchError as error:
-        return Made([fault_frame(None, str(error))])
-    except Exception as error:  # noqa: BLE001 (one work that fails must not end the bench)
-        return Made([fault_frame(None, internal_error(error))])
 
 
 def live_application(desk: Desk, *, port: int, token: str) -> Application:
