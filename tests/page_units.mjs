@@ -9,6 +9,12 @@ import { Camera, vec } from "./view/camera.js";
 import { clearest, named, pick } from "./view/pick.js";
 import { boundsOf, decode, unpack } from "./view/wire.js";
 import { rangesOf } from "./page/grips.js";
+import { frameAt, path, worstOf } from "./view/film.js";
+import { coloured, setFrame } from "./view/wire.js";
+import { veilOf } from "./page/envelope.js";
+import { across, fieldWords } from "./page/eye.js";
+import { components, dimensionLines, thingOf } from "./page/measure.js";
+import { nearestToFailing, startOf } from "./page/motion.js";
 import { change, who } from "./page/people.js";
 import { rowsOf, wanted } from "./page/size.js";
 import { alongAxis, fromLine, handleAt, inPlane } from "./page/ways.js";
@@ -126,4 +132,66 @@ test("a size is asked for by measures, and by the percentile that was changed al
 test("the spheres of a limb are runs of indices", () => {
   assert.deepEqual(rangesOf([0, 0, 1, 2, 2, 1], (k) => k !== 1), [[0, 2], [3, 5]]);
   assert.deepEqual(rangesOf([1, 1], () => false), []);
+});
+
+test("an eye looks along its sight with its head upright, and comes back", () => {
+  const camera = new Camera();
+  camera.aspect = 1.5;
+  const before = camera.eye();
+  camera.stand({ at: [1, 2, 3], sight: [0.8, 0, -0.6], up: [0.6, 0, 0.8] }, 1.2);
+  near(camera.eye(), [1, 2, 3], 2e-3);
+  const { x, y, z } = camera.axes();
+  near(z, [-0.8, 0, 0.6]);
+  near(y, [0.6, 0, 0.8]);
+  near(vec.cross(x, y), z);
+  camera.stand({ at: [0, 0, 0], sight: [1, 0, 0], up: [0, 1, 0] }, 1.2); // the head on its side
+  near(camera.axes().y, [0, 1, 0]);
+  camera.zoom(0.5);
+  assert.ok(Math.abs(camera.angle - 0.6) < 1e-9 && camera.far < 0.01);
+  assert.ok(camera.leave() && !camera.leave());
+  near(camera.eye(), before);
+  assert.ok(Math.abs(across(Math.PI / 2, 1) - Math.PI / 2) < 1e-9);
+  assert.match(fieldWords("pilot", Math.PI / 2, 1), /90° high and 90° wide/);
+});
+
+test("the least gap is found, drawn without gaps that are not known, and the criterion that is nearest to failing", () => {
+  const gaps = [NaN, 0.3, 0.1, NaN, 0.2];
+  assert.equal(worstOf(gaps), 2);
+  assert.equal(worstOf([NaN]), -1);
+  assert.equal(path([0, 1, 2, 3, 4], gaps, (t) => 10 * t, (gap) => 100 * gap), "M10 30.0L20 10.0M40 20.0");
+  assert.equal(path([0, 0.01], [0.3, 0.1], (t) => t, (gap) => gap), "M0 0.1");
+  assert.equal(frameAt([0, 10, 20], 19.9), 1);
+  assert.equal(frameAt([0, 10, 20], -5), 0);
+  const near = nearestToFailing([{ name: "a", limit: 0 }, { name: "b", limit: 0.2 }], [[0.1, 0.3], [0.5, 0.25]]);
+  assert.equal(near.name, "b");
+  assert.equal(nearestToFailing([], []), null);
+  assert.equal(startOf(600, 256), 512);
+});
+
+test("frames of a window are shown, and an unseen segment is neither drawn nor picked", () => {
+  const body = { ...SCENE.bodies[0], radius: [0.2, 0.1], failing: [], touching: [[0, 29, 31]], colour: [1, 2, 3], unseen: 1 };
+  body.frames = Float32Array.of(0, 0, 0, 0, 0, 1, 5, 0, 0, 5, 0, 1);
+  const film = { bodies: [body], place: null, times: [0, 10, 20, 30], first: 2 };
+  setFrame(film, 3);
+  assert.deepEqual([...body.centres], [5, 0, 0, 5, 0, 1]);
+  assert.deepEqual([...body.tint], [222, 36, 30, 255, 1, 2, 3, 0]);
+  assert.deepEqual([...coloured({ ...body, unseen: undefined }, [])].slice(4), [1, 2, 3, 255]);
+  assert.equal(pick(film, { from: [5, 3, 1], way: [0, -1, 0] }, ALL, null), null);
+});
+
+test("a distance has its components, and names are told apart", () => {
+  assert.equal(components([0, 0, 0], [0.03, -0.04, 0]), "x +30.0, y −40.0, z +0.0");
+  const lines = dimensionLines([0, 0, 0], [1, 2, 3]);
+  assert.deepEqual(lines.map(({ to }) => to), [[1, 0, 0], [1, 2, 0], [1, 2, 3], [1, 2, 3]]);
+  assert.deepEqual(thingOf("segment\tpilot\tright hand"), { person: "pilot", segment: "right hand" });
+  assert.deepEqual(thingOf("part\tleft_stick"), { part: "left_stick" });
+});
+
+test("each face of an envelope has its own colour", () => {
+  const points = Float32Array.of(0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1);
+  const found = { points, faces: Uint32Array.of(0, 1, 2, 0, 2, 3), short: Uint8Array.of(0, 1), lines: Float32Array.of(0, 0, 0, 1, 1, 1) };
+  const veil = veilOf(found, false);
+  assert.deepEqual([...veil.part], [0, 0, 0, 1, 1, 1, 0, 0]);
+  assert.deepEqual([...veil.edges], [6, 7]);
+  assert.notDeepEqual(veil.looks[0], veilOf(found, true).looks[0]);
 });

@@ -410,9 +410,10 @@ def test_a_predicted_posture_becomes_a_given_one_in_its_seat(tmp_path):
     assert "small woman: {posture: driving, angles: {" in text and "large man: {predicted:" in text
 
 
-def test_a_study_of_motions_alone_cannot_be_opened():
-    with pytest.raises(InputError, match="every case is a motion"):
-        open_study(wb.load_study("trainer_crash"))
+def test_a_study_of_motions_alone_has_nobody_in_a_posture():
+    opened = open_study(wb.load_study("trainer_crash"))
+    assert opened.cases == () and opened.start.people == ()
+    assert answer(placed_people(opened, opened.start)).people == ()
 
 
 def test_the_study_of_the_opened_state_is_the_study_itself(trainer):

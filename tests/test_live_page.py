@@ -261,6 +261,47 @@ def test_a_person_gets_another_size_and_clothes_and_they_are_saved(page, study):
     assert faults(page) == []
 
 
+def test_the_view_of_a_person_says_its_field_and_is_left_by_escape(page):
+    page.get_by_role("button", name="eye").click()
+    said = page.locator("#picture .said")
+    page.wait_for_function(
+        "() => document.querySelector('#picture .said').textContent.includes('75° high')"
+    )
+    assert said.text_content().startswith("pilot's view")
+    page.locator("#picture canvas").press("Escape")
+    assert page.get_by_role("button", name="eye").get_attribute("aria-pressed") == "false"
+    assert "75°" not in said.text_content()
+
+
+def test_a_distance_becomes_a_criterion_that_is_undone(page):
+    page.locator("#pair-of").select_option("segment\tpilot\thead")
+    page.locator("#pair-to").select_option("part\tcanopy")
+    page.get_by_role("button", name="Measure", exact=True).click()
+    page.wait_for_selector("#measured:not([hidden])")
+    assert "pilot: head to canopy: 81.6 mm; x +3.6" in page.locator("#measured-words").inner_text()
+    page.locator("#pair-limit").fill("90")
+    page.get_by_role("button", name="Make a criterion").click()
+    page.wait_for_selector("#verdicts td.failed")
+    assert (
+        "pilot's head to canopy, at least 90 mm" in page.locator("#verdicts tr").first.inner_text()
+    )
+    undone(page)
+    page.get_by_role("button", name="Dismiss").click()
+    assert page.locator("#measured").is_hidden()
+
+
+def test_two_points_are_clicked_and_measured(page):
+    page.get_by_role("button", name="Measure two points").click()
+    box = page.locator("#picture canvas").bounding_box()
+    for share in (0.45, 0.55):
+        page.mouse.click(box["x"] + share * box["width"], box["y"] + 0.55 * box["height"])
+    page.wait_for_selector("#measured:not([hidden])")
+    assert " mm; x " in page.locator("#measured-words").inner_text()
+    assert page.locator("#picture .over span", has_text=" mm").is_visible()
+    page.get_by_role("button", name="Dismiss").click()
+    assert faults(page) == []
+
+
 @pytest.mark.parametrize("width", [420, 1000, 1600])
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_nothing_of_the_page_is_wider_than_the_window(page, width, scheme):

@@ -25,6 +25,7 @@ __all__ = [
     "Arranged",
     "FrameRooms",
     "SegmentRoom",
+    "bodies_displaced",
     "room_of_segments",
     "rooms_by_mover",
 ]
@@ -132,7 +133,7 @@ def rooms_by_mover(
     for frame in _frames(placed.body, environment, arranged.movers):
         shift = arranged.displacement[frame.mover] if frame.mover >= 0 else np.zeros(3)
         rooms[frame.mover] = known.get(frame.mover) or _room_in_frame(
-            _displaced(placed, -shift), environment, frame, shift
+            bodies_displaced(placed, -shift), environment, frame, shift
         )
     return FrameRooms(placed, arranged, rooms)
 
@@ -187,7 +188,7 @@ def _least(rooms: list[SegmentRoom], placed: Placed) -> SegmentRoom:
     )
 
 
-def _displaced(placed: Placed, shift: Floats) -> Placed:
+def bodies_displaced(placed: Placed, shift: Floats) -> Placed:
     """Bodies displaced by (3,) [m]."""
     if not shift.any():
         return placed

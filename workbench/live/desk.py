@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from itertools import cycle
 from pathlib import Path
 
@@ -20,26 +20,21 @@ from workbench.files.study.saving import read_text
 from workbench.files.yaml_edits import SharedValueError
 from workbench.live.following import Following
 from workbench.live.frames import answer_frame, hello_frame, verdict_frame, waiting_frame
+from workbench.live.looking import looking_verbs
 from workbench.live.protocol import Question, packed
+from workbench.live.replies import Made, Replies, Work
 from workbench.live.verbs import EDITS
+from workbench.model.result import Verdict
 from workbench.study.bench.answers import Answer, Judged, answer, judged
 from workbench.study.bench.edits import looking_at
 from workbench.study.bench.history import Entry, History
+from workbench.study.bench.motions import motion_names, motion_verdicts
 from workbench.study.bench.placing import Placement, placed_people
 from workbench.study.bench.saving import save
 from workbench.study.bench.state import Arrangement, OpenStudy, arranged_study, open_study
 from workbench.study.people import Present, present_people
 
-__all__ = ["Desk", "Judgement", "Preparation", "Replies", "busy_frame", "fault_frame"]
-
-
-@dataclass
-class Replies:
-    """Frames for everybody, frames for who asked alone, and whether the study is another now."""
-
-    everybody: list[bytes] = field(default_factory=list)
-    asker: list[bytes] = field(default_factory=list)
-    changed: bool = False
+__all__ = ["Desk", "Judgement", "Preparation", "busy_frame", "fault_frame", "work_made"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,10 +46,22 @@ class Judgement:
     generation: int
     following: Following
 
-    def made(self) -> Judged | str:
-        """Judge the state, in any thread; why it cannot be judged, in words."""
+    def made(self) -> Judged | str | None:
+        """Judge the state, in any thread; why it cannot be judged, in words; None where the study
+        has no posture."""
+        if not self.opened.cases:
+            return None
         try:
             return judged(self.opened, self.arrangement)
+        except WorkbenchError as error:
+            return str(error)
+        except Exception as error:  # noqa: BLE001 (one state that fails must not end the bench)
+            return _internal(error)
+
+    def motions_made(self) -> tuple[Verdict, ...] | str:
+        """Judge the motions of the state, in any thread; why that cannot be, in words."""
+        try:
+            return motion_verdicts(self.opened, self.arrangement)
         except WorkbenchError as error:
             return str(error)
         except Exception as error:  # noqa: BLE001 (one state that fails must not end the bench)
@@ -129,6 +136,7 @@ class Desk:
             "redo": self._redo,
             "save": self._save,
             "reload": self._reload,
+            **looking_verbs(self, placement=self._placement),
         }
         self.open()
 
@@ -146,6 +154,7 @@ class Desk:
         self.there: Present | None = None
         self.shown: Answer | None = None
         self.verdicts: bytes | None = None
+        self.judged: Judged | None = None
         self.seen_change = False
         self.generation += 1
 
@@ -230,16 +239,30 @@ class Desk:
         """What is to be judged now."""
         return Judgement(self.opened, self.live, self.generation, self.following)
 
-    def take(self, judgement: Judgement, found: Judged | str) -> list[bytes]:
+    def take(self, judgement: Judgement, found: Judged | str | None) -> list[bytes]:
         """Take what was judged; frames for everybody, none where the state is another by now."""
         if judgement.generation != self.generation:
             return []
         if isinstance(found, str):
+            self.judged = None
             return [fault_frame(None, f"no verdicts: {found}")]
+        if found is None:
+            return []
         self.there = found.there
-        self.verdicts = verdict_frame(found, self.generation)
+        self.judged = found
+        waits = motion_names(self.opened) != ()
+        self.verdicts = verdict_frame(found, (), self.generation, waits=waits)
         free = any(person.free for person in self.live.people)
         return [self._answered(0, ""), self.verdicts] if free else [self.verdicts]
+
+    def take_motions(self, judgement: Judgement, found: tuple[Verdict, ...] | str) -> list[bytes]:
+        """Take the verdicts of motions as `take` does those of postures."""
+        if judgement.generation != self.generation:
+            return []
+        if isinstance(found, str):
+            return [fault_frame(None, f"no verdicts of motions: {found}")]
+        self.verdicts = verdict_frame(self.judged, found, self.generation)
+        return [self.verdicts]
 
     def watched(self) -> Replies:
         """Look whether the file has changed on the disk: then it is read again, unless something is
@@ -364,6 +387,16 @@ class Desk:
             self._answered(0, "")
         assert self.shown is not None
         return self.shown
+
+
+def work_made(work: Work) -> Made:
+    """Do a piece of work, in any thread; why it cannot be done, as a fault."""
+    try:
+        return work.made()
+    except WorkbenchError as error:
+        return Made([fault_frame(None, str(error))])
+    except Exception as error:  # noqa: BLE001 (one work that fails must not end the bench)
+        return Made([fault_frame(None, _internal(error))])
 
 
 def _internal(error: Exception) -> str:

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from workbench.draw.eye_view import FIELD, sight
 from workbench.live.persons import person_offers, person_state
 from workbench.live.protocol import packed
 from workbench.model.accommodation import met_of
@@ -16,9 +17,12 @@ from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.body import Body
 from workbench.model.moves import Move
 from workbench.model.population import SEXES
+from workbench.model.poses import Placed
 from workbench.model.result import Verdict
 from workbench.study.bench.answers import Answer, Judged, NearPair, near_pairs
+from workbench.study.bench.criteria import role_bodies
 from workbench.study.bench.crowd import Crowd, met_all
+from workbench.study.bench.motions import motion_names
 from workbench.study.bench.state import OpenStudy, arranged_environment, seat_shift
 from workbench.study.checks.margins import Asked
 
@@ -65,11 +69,18 @@ def hello_frame(opened: OpenStudy, file: str, *, saves: bool) -> bytes:
             "title": study.title,
             "saves": saves,
             "notes": list(opened.notes),
+            "field": round(FIELD, 6),
             "cases": list(opened.cases),
+            "motions": list(motion_names(opened)),
             "people": people,
             "controls": controls,
             "parts": parts,
             "points": list(study.environment.points),
+            "seats": sorted(riding),
+            "roles": [
+                {"role": name, "segments": list(body.segment_names)}
+                for name, body in role_bodies(opened).items()
+            ],
         }
     )
 
@@ -134,6 +145,7 @@ def answer_frame(found: Answer, opened: OpenStudy, head: Mapping[str, Any], begi
                 "limits": _degrees(one.limits),
                 "tips": {name: _rounded(tip) for name, tip in one.tips.items()},
                 **person_state(opened, found, row),
+                "eyes": _eyes(person.placed),
             }
         )
         polygon = one.near.polygon[0]
@@ -153,12 +165,26 @@ def answer_frame(found: Answer, opened: OpenStudy, head: Mapping[str, Any], begi
         "moves": [_move(move) for move in moves],
         "shifts": _shifts(found),
         "controls": [_rounded(one.at) for one in arranged_environment(opened, moves).controls],
-        "case": opened.cases[found.placement.arrangement.case],
+        "case": opened.cases[found.placement.arrangement.case] if opened.cases else "",
         "people": people,
         "near": [_near(pair) for pair in near_pairs(found)],
         "ms": round(1e3 * (time.perf_counter() - begin), 1),
     }
     return packed(sent, arrays)
+
+
+def _eyes(placed: Placed) -> dict[str, Any] | None:
+    """From where somebody looks [m], the line of sight, which way is up for the head, and the index
+    of its segment; None for a body without eyes."""
+    found = sight(placed)
+    if found is None:
+        return None
+    return {
+        "at": _rounded(found.point[0]),
+        "sight": _rounded(found.line()[0]),
+        "up": _rounded(found.axes[0, 2]),
+        "head": found.head,
+    }
 
 
 def _move(move: Move) -> dict[str, Any]:
@@ -179,15 +205,30 @@ def _near(pair: NearPair) -> dict[str, Any]:
         "mm": round(1e3 * pair.room, 2),
         "person": pair.person,
         "subject": pair.subject,
+        "segment": pair.segment,
+        "other_segment": pair.other_segment,
         "other": pair.other_person,
         "target": pair.target,
         "point": [round(value, 5) for value in pair.point],
     }
 
 
-def verdict_frame(judged: Judged, generation: int) -> bytes:
-    """Pack the verdicts of a state, the worst first."""
-    rows = [_verdict(one) for one in judged.found.verdicts]
+def verdict_frame(
+    judged: Judged | None, motions: Sequence[Verdict], generation: int, *, waits: bool = False
+) -> bytes:
+    """Pack the verdicts of a state, the worst first.
+
+    Parameters
+    ----------
+    judged
+        What was found of postures, None where there are none.
+    motions
+        The verdicts of motions.
+    waits
+        Whether those of motions are not known yet.
+    """
+    found = judged.found.verdicts if judged is not None else ()
+    rows = [_verdict(one) for one in (*found, *motions)]
     rows.sort(key=lambda row: (row["passed"], row["margin"] is not None, row["margin"] or 0.0))
     passed = all(row["passed"] for row in rows)
     return packed(
@@ -195,8 +236,9 @@ def verdict_frame(judged: Judged, generation: int) -> bytes:
             "kind": "verdicts",
             "generation": generation,
             "passed": passed,
+            "waits": waits,
             "rows": rows,
-            "warnings": list(judged.found.warnings),
+            "warnings": list(judged.found.warnings) if judged is not None else [],
         }
     )
 
@@ -211,9 +253,10 @@ def _verdict(verdict: Verdict) -> dict[str, Any]:
         "breaches": len(verdict.breaches),
         "margin": None,
         "unit": "",
-        "words": "nothing was found to look at",
-        "case": "",
+        "words": verdict.words or "nothing was found to look at",
+        "case": verdict.motion,
         "point": None,
+        "time": None,
     }
     if worst is None:
         return row
@@ -228,6 +271,7 @@ def _verdict(verdict: Verdict) -> dict[str, Any]:
         "words": f"{lead}: {worst.subject} – {worst.target}",
         "case": worst.case,
         "point": None if worst.point is None else [round(value, 5) for value in worst.point],
+        "time": round(worst.time, 6) if np.isfinite(worst.time) else None,
     }
 
 

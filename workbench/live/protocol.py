@@ -74,6 +74,10 @@ def _number(value: Any) -> bool:
     return isinstance(value, (int, float)) and not _flag(value) and abs(value) < LARGEST
 
 
+def _count(value: Any) -> bool:
+    return isinstance(value, int) and not _flag(value) and 0 <= value < LARGEST
+
+
 def _texts(value: Any) -> bool:
     return isinstance(value, list) and len(value) <= MOST_NAMES and all(map(_text, value))
 
@@ -100,6 +104,13 @@ def _point(value: Any) -> bool:
     return isinstance(value, list) and len(value) == 3 and all(map(_number, value))
 
 
+def _thing(value: Any) -> bool:
+    """Whether a value names a part, a control, or a segment of a person."""
+    if not isinstance(value, dict) or not all(map(_text, value.values())):
+        return False
+    return set(value) in ({"part"}, {"control"}, {"person", "segment"})
+
+
 def _any_of(*valid: object) -> Callable[[Any], bool]:
     def check(value: Any) -> bool:
         return not _flag(value) and isinstance(value, (str, int)) and value in valid
@@ -121,6 +132,9 @@ class _Taken:
 _PERSON = _Taken("the name of a person", _text)
 _DONE = _Taken("true or false", _flag, True, needed=False)
 _METRES = _Taken("a number of metres", _number)
+_THING = _Taken("a part, a control, or a person and a segment", _thing)
+_MOTION = _Taken("the name of a case that is a motion", _text)
+_FRAME = _Taken("the number of a frame", _count)
 _GRIPS = tuple(grip for grips in GRIPS.values() for grip in grips)
 
 VERBS: Mapping[str, Mapping[str, _Taken]] = {
@@ -169,6 +183,25 @@ VERBS: Mapping[str, Mapping[str, _Taken]] = {
     "free": {"person": _PERSON},
     "mirror": {"person": _PERSON},
     "case": {"name": _Taken("the name of a case", _text)},
+    "criterion": {
+        "person": _PERSON,
+        "segment": _Taken("the name of a segment", _text),
+        "part": _Taken("the name of a part", _text, "", needed=False),
+        "other": _Taken("the name of a person", _text, "", needed=False),
+        "other_segment": _Taken("the name of a segment", _text, "", needed=False),
+        "at_least": _METRES,
+        "name": _Taken("a name", _text, "", needed=False),
+    },
+    "measure": {"of": _THING, "to": _THING},
+    "envelope": {
+        "person": _PERSON,
+        "limb": _Taken("a hand", _any_of(*HANDS)),
+        "zone": _Taken("1, 2 or 3", _any_of(*ZONES), 1, needed=False),
+        "obstacles": _Taken("true or false", _flag, True, needed=False),
+    },
+    "motion": {"case": _MOTION},
+    "frames": {"case": _MOTION, "from": _FRAME, "to": _FRAME},
+    "gaps": {"case": _MOTION},
     "drop": {},
     "undo": {},
     "redo": {},

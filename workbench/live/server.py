@@ -20,9 +20,17 @@ from typing import Any, TypeVar
 
 from workbench.draw.web.snippet import MODULES
 from workbench.errors import InputError, MissingPartError, WorkbenchError
-from workbench.live.desk import Desk, Judgement, Preparation, Replies, busy_frame, fault_frame
+from workbench.live.desk import (
+    Desk,
+    Judgement,
+    Preparation,
+    busy_frame,
+    fault_frame,
+    work_made,
+)
 from workbench.live.guard import Application, Guard
 from workbench.live.protocol import LONGEST, SUBPROTOCOL, parsed
+from workbench.live.replies import Replies, Work
 from workbench.live.waiting import Waiting
 
 try:
@@ -53,8 +61,14 @@ PAGE = {
     "app.js": "text/javascript; charset=utf-8",
     "connection.js": "text/javascript; charset=utf-8",
     "elements.js": "text/javascript; charset=utf-8",
+    "envelope.js": "text/javascript; charset=utf-8",
+    "eye.js": "text/javascript; charset=utf-8",
     "gizmo.js": "text/javascript; charset=utf-8",
     "grips.js": "text/javascript; charset=utf-8",
+    "looks.js": "text/javascript; charset=utf-8",
+    "measure.js": "text/javascript; charset=utf-8",
+    "motion.js": "text/javascript; charset=utf-8",
+    "rows.js": "text/javascript; charset=utf-8",
     "ways.js": "text/javascript; charset=utf-8",
     "people.js": "text/javascript; charset=utf-8",
     "person.js": "text/javascript; charset=utf-8",
@@ -81,6 +95,8 @@ class Hub:
         self.changed = asyncio.Event()
         self.moved = asyncio.Event()
         self.rested = asyncio.Event()
+        self.begun = asyncio.Event()
+        self.works: list[tuple[WebSocket, Work]] = []
         self.ended = False
         self.preparations: asyncio.Queue[tuple[WebSocket, Preparation]] = asyncio.Queue()
         self.work = ThreadPoolExecutor(1, "desk")
@@ -92,7 +108,15 @@ class Hub:
     @property
     def loops(self) -> tuple[Callable[[], Coroutine[Any, Any, None]], ...]:
         """What goes on as long as the bench is served."""
-        return self.answer, self.prepare, self.judge, self.follow, self.settle, self.watch
+        return (
+            self.answer,
+            self.prepare,
+            self.judge,
+            self.toil,
+            self.follow,
+            self.settle,
+            self.watch,
+        )
 
     def end(self) -> None:
         """Let the threads end with what they are at."""
@@ -115,7 +139,7 @@ class Hub:
             asker, question = self.waiting.take()
             preparation = await self.at_desk(self.desk.preparation, question)
             if preparation is None:
-                await self.send(await self.at_desk(self.desk.do, question), asker)
+                await self.replied(await self.at_desk(self.desk.do, question), asker)
                 continue
             self.preparations.put_nowait((asker, preparation))
             busy = busy_frame(question.number, preparation.words)
@@ -128,7 +152,38 @@ class Hub:
             asker, preparation = await self.preparations.get()
             found = await loop.run_in_executor(self.preparing, preparation.made)
             done = await self.at_desk(self.desk.prepared, preparation, found)
-            await self.send(done, asker)
+            await self.replied(done, asker)
+
+    async def replied(self, replies: Replies, asker: WebSocket) -> None:
+        """Send replies, and begin what is to be done for who asked."""
+        await self.send(replies, asker)
+        if replies.work is not None:
+            self.begin(asker, replies.work)
+
+    def begin(self, page: WebSocket, work: Work) -> None:
+        """Let the judge's thread do something for a page, in the place of what is of the same
+        kind."""
+        self.works = [(one, w) for one, w in self.works if (one, w.kind) != (page, work.kind)]
+        self.works.append((page, work))
+        self.begun.set()
+
+    async def toil(self) -> None:
+        """Do what pages have asked for that takes long, piece by piece and in turn."""
+        loop = asyncio.get_running_loop()
+        while True:
+            await self.begun.wait()
+            if not self.works:
+                self.begun.clear()
+                continue
+            page, work = self.works.pop(0)
+            if work.generation != self.desk.generation or page not in self.sockets:
+                continue
+            made = await loop.run_in_executor(self.judging, work_made, work)
+            for frame in made.frames:
+                await self.send_one(page, frame)
+            newer = any((one, w.kind) == (page, work.kind) for one, w in self.works)
+            if made.more is not None and not newer:
+                self.works.append((page, made.more))
 
     async def judge(self) -> None:
         """Judge each state that rests."""
@@ -142,6 +197,10 @@ class Hub:
             loop = asyncio.get_running_loop()
             found = await loop.run_in_executor(self.judging, asked.made)
             await self.send(Replies(everybody=await self.at_desk(self.desk.take, asked, found)))
+            if asked.opened.moving is not None and not self.changed.is_set():
+                verdicts = await loop.run_in_executor(self.judging, asked.motions_made)
+                frames = await self.at_desk(self.desk.take_motions, asked, verdicts)
+                await self.send(Replies(everybody=frames))
             if asked.following.there:
                 self.rested.set()
 

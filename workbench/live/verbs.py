@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from workbench.model.moves import Move
+from workbench.study.bench.criteria import PairLimit, asked_for
 from workbench.study.bench.edits import Edit, seated, shifted
 from workbench.study.bench.edits_joints import mirrored, turned
 from workbench.study.bench.edits_limbs import LimbTarget, reached
@@ -112,6 +113,10 @@ def _mirror(opened: OpenStudy, placement: Placement, given: Given) -> Edit:
     return mirrored(placement, given["person"])
 
 
+def _ask(opened: OpenStudy, placement: Placement, given: Given) -> Edit:
+    return asked_for(opened, placement.arrangement, PairLimit(**given))
+
+
 def _of_person(what: str) -> Callable[[Given], str]:
     return lambda given: f"{given['person']}: {what}"
 
@@ -130,5 +135,6 @@ EDITS: Mapping[str, EditVerb] = {
     ),
     "free": EditVerb(_free, _of_person("seat"), "the seat of {person} is being set"),
     "mirror": EditVerb(_mirror, _of_person("mirrored")),
+    "criterion": EditVerb(_ask, lambda given: "a criterion"),
 }
 """The verbs that change a state."""

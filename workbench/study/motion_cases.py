@@ -26,7 +26,7 @@ from workbench.study.persons import role_body
 from workbench.study.simulation import bearing, run_simulation
 from workbench.study.subject import subject_body
 
-__all__ = ["motion_cases"]
+__all__ = ["motion_cases", "moved_case"]
 
 
 def motion_cases(study: Study) -> tuple[MotionCase, ...]:
@@ -76,26 +76,57 @@ def _motion_case(study: Study, case: Case, row: int, body: Body, name: str) -> M
             raise InputError(f"{action.file}: one frame is a posture; a motion needs two or more")
     else:
         motion, notes = _simulated(action)
+    return _in_place(
+        study,
+        case,
+        row,
+        MotionCase(
+            case=case.name,
+            name=name,
+            person=role.name,
+            body=body,
+            motion=motion,
+            environment=study.environment,
+            cabin=study.environment,
+            points=_points(study, body),
+            filter_class=study.signals.filter_class,
+            belts=action.restraints.belts,
+            pulse=action.restraints.pulse,
+            warnings=notes,
+        ),
+    )
+
+
+def moved_case(study: Study, motion: MotionCase) -> MotionCase:
+    """Put a motion into another state of its study: other criteria, and parts that stand elsewhere.
+
+    Parameters
+    ----------
+    study
+        With the same roles and cases as the study that the motion was read of.
+    motion
+        One of its `motion_cases`.
+    """
+    case = next(one for one in study.motions if one.name == motion.case)
+    row = [role.name for role in study.roles].index(motion.person)
+    return _in_place(study, case, row, motion)
+
+
+def _in_place(study: Study, case: Case, row: int, motion: MotionCase) -> MotionCase:
+    """A motion with its surroundings, what is asked of it there, and its laws of contact."""
+    action = case.actions[row]
+    assert isinstance(action, (RecordedMotion, SimulatedMotion))
     restraints = action.restraints
     cabin = _cabin(study.environment, restraints)
-    first = place(body, poses_at(motion, motion.clock[:1]))
+    first = place(motion.body, poses_at(motion.motion, motion.motion.clock[:1]))
     environment = with_belts(cabin, restraints.belts, first)
-    return MotionCase(
-        case=case.name,
-        name=name,
-        person=role.name,
-        body=body,
-        motion=motion,
+    return replace(
+        motion,
         environment=environment,
         cabin=cabin,
-        points=_points(study, body),
-        filter_class=study.signals.filter_class,
-        criteria=_motion_criteria(study, case, role),
-        belts=restraints.belts,
-        pulse=restraints.pulse,
-        forces=_forces(study, body, environment, len(cabin.parts)),
+        criteria=_motion_criteria(study, case, study.roles[row]),
+        forces=_forces(study, motion.body, environment, len(cabin.parts)),
         bears=bearing(environment, restraints.names),
-        warnings=notes,
     )
 
 

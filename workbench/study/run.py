@@ -15,7 +15,7 @@ from workbench.study.checks.table import between_verdict
 from workbench.study.people import people_found, present_people
 from workbench.study.provenance import hashes, people_hash, versions
 
-__all__ = ["check_run", "run"]
+__all__ = ["between_motions", "check_run", "run"]
 
 Say = Callable[[str], None]
 
@@ -71,7 +71,7 @@ def _people(study: Study) -> Result:
     motions = _motions(study) if study.motions else ()
     verdicts = [verdict for posture in postures for verdict in posture.verdicts]
     verdicts += [verdict for motion in motions for verdict in motion.verdicts]
-    verdicts += _between(study, [motion.study for motion in motions])
+    verdicts += between_motions(study, [motion.study for motion in motions])
     sections = [(found.row, found.warnings) for found in postures]
     sections += [(found.study.name, found.warnings) for found in motions]
     return Result(
@@ -93,7 +93,7 @@ def _motions(study: Study) -> tuple[MotionFound, ...]:
     return tuple(motion_found(case) for case in motion_cases(study))
 
 
-def _between(study: Study, motions: Sequence[MotionCase]) -> Iterator[Verdict]:
+def between_motions(study: Study, motions: Sequence[MotionCase]) -> Iterator[Verdict]:
     """The verdicts of the criteria between people who move, case by case."""
     for criterion in study.criteria:
         for case in study.motions:

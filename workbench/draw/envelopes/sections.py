@@ -20,7 +20,7 @@ from workbench.model.envelope import Envelope
 from workbench.model.environment import Environment
 from workbench.model.ray_reach import GRADES, RayReach
 
-__all__ = ["LEGEND", "envelope_sections"]
+__all__ = ["LEGEND", "envelope_sections", "section_lines"]
 
 _AREA_COLOURS = {"easy": "#7fbb9f", "moderate": "#c4e0d0", "at the limit": "#eceff3"}
 _LOST_COLOUR = "#e0746a"
@@ -120,6 +120,29 @@ def envelope_sections(
         svg = _section_svg(replace(section, middle=middle), environment, page)
         drawings.append((section.name, svg))
     return drawings
+
+
+def section_lines(envelope: Envelope) -> Floats:
+    """Find the outer boundary in the sections of an envelope, obstacles aside.
+
+    Returns
+    -------
+    Floats
+        (L, 2, 3) [m] the ends of its lines, from each ray to the next.
+    """
+    forward, left, _ = np.eye(3)
+    sections = [
+        _upright_section(envelope, "along", forward, across=1),
+        _upright_section(envelope, "across", -left, across=0),
+        *(_level_section(envelope, number) for number in range(len(envelope.heights))),
+    ]
+    lines = [np.zeros((0, 2, 3))]
+    for section in sections:
+        about = section.about
+        ends = about.origin + about.outer[:, None] * about.direction
+        pairs = _neighbours(about.reached[section.rays])
+        lines += [ends[section.rays[list(pair)]][None] for pair in pairs]
+    return np.concatenate(lines)
 
 
 def _envelope_bounds(envelope: Envelope) -> tuple[Floats, Floats]:

@@ -14,7 +14,7 @@ from workbench.draw.scene import Scene
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.envelope import Envelope
 
-__all__ = ["VIEWS", "envelope_view"]
+__all__ = ["VIEWS", "envelope_view", "outer_faces"]
 
 VIEWS = ("three_quarter", "left", "front", "top")
 """The standard views of a report."""
@@ -68,7 +68,7 @@ def _camera(envelope: Envelope, scene: Scene, view: str, size: int) -> Camera:
 
 def _net(envelope: Envelope, camera: Camera) -> str:
     """Draw the faces of the outer boundary from far to near."""
-    points, faces, stopped_short = _outer_faces(envelope)
+    points, faces, stopped_short = outer_faces(envelope)
     corners = points[faces]
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     front = facing(camera, normal, np.einsum("fi,fi->f", normal, corners[:, 0])) > 0
@@ -86,8 +86,8 @@ def _net(envelope: Envelope, camera: Camera) -> str:
     return "".join(paths)
 
 
-def _outer_faces(envelope: Envelope) -> tuple[Floats, Ints, Bools]:
-    """Return the outer boundary clear of obstacles.
+def outer_faces(envelope: Envelope) -> tuple[Floats, Ints, Bools]:
+    """Find the outer boundary clear of obstacles.
 
     Returns
     -------

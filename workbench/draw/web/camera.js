@@ -27,6 +27,9 @@ const MOST_HEIGHT = 1.5;
 const NEAREST = 0.1;
 const FARTHEST = 60;
 const MARGIN = 1.04;
+const AT_HAND = 1e-3; // m between an eye and the point that it looks about
+const NARROW = 0.17; // rad that an eye sees at least and at most
+const WIDE = 2.1;
 
 export class Camera {
   constructor() {
@@ -36,6 +39,25 @@ export class Camera {
     this.height = VIEWS.corner[1];
     this.angle = 0.5;
     this.aspect = 1;
+    this.roll = 0;
+    this.orbit = null; // how it looked before it stood in an eye
+  }
+
+  // Look from an eye { at, sight, up } instead of about a point; `angle` [rad] is seen from bottom to top.
+  stand({ at, sight, up }, angle = this.angle) {
+    const { far, azimuth, height } = this;
+    this.orbit ??= { at: this.at, far, azimuth, height, angle: this.angle };
+    Object.assign(this, { at, far: AT_HAND, angle, roll: 0 });
+    this.look(Math.atan2(-sight[1], -sight[0]), Math.asin(Math.max(-1, Math.min(1, -sight[2]))));
+    const { x, y } = this.axes();
+    this.roll = Math.atan2(-vec.dot(up, x), vec.dot(up, y));
+  }
+
+  // Look about a point again, as before; whether it stood in an eye.
+  leave() {
+    if (!this.orbit) return false;
+    Object.assign(this, this.orbit, { orbit: null, roll: 0 });
+    return true;
   }
 
   eye() {
@@ -48,7 +70,8 @@ export class Camera {
   axes() {
     const eye = this.eye();
     const z = vec.unit(vec.sub(eye, this.at));
-    const x = [-Math.sin(this.azimuth), Math.cos(this.azimuth), 0];
+    const level = [-Math.sin(this.azimuth), Math.cos(this.azimuth), 0];
+    const x = vec.add(vec.mul(level, Math.cos(this.roll)), vec.mul(vec.cross(z, level), Math.sin(this.roll)));
     return { eye, x, y: vec.cross(z, x), z };
   }
 
@@ -84,19 +107,22 @@ export class Camera {
   }
 
   turn(azimuth, height) {
-    this.azimuth = (this.azimuth + azimuth) % (2 * Math.PI);
-    this.height = Math.max(-MOST_HEIGHT, Math.min(MOST_HEIGHT, this.height + height));
+    const way = this.orbit ? -1 : 1; // an eye turns itself, not what it looks at
+    this.azimuth = (this.azimuth + way * azimuth) % (2 * Math.PI);
+    this.height = Math.max(-MOST_HEIGHT, Math.min(MOST_HEIGHT, this.height + way * height));
   }
 
   // Move across by shares of the picture's height, so that what is grasped stays under the hand.
   pan(right, up) {
+    if (this.orbit) return;
     const { x, y } = this.axes();
     const size = 2 * this.far * Math.tan(this.angle / 2);
     this.at = vec.add(this.at, vec.add(vec.mul(x, -right * size), vec.mul(y, -up * size)));
   }
 
   zoom(factor) {
-    this.far = Math.max(NEAREST, Math.min(FARTHEST, this.far * factor));
+    if (this.orbit) this.angle = Math.max(NARROW, Math.min(WIDE, this.angle * factor));
+    else this.far = Math.max(NEAREST, Math.min(FARTHEST, this.far * factor));
   }
 
   look(azimuth, height) {

@@ -1,6 +1,7 @@
 // What lives on the graphics card: programs, buffers and how a frame is painted with them.
 // All of it can be made again from the arrays of the scene, as after the loss of a context.
 
+import { inView, program } from "./programs.js";
 import { LINE, MARK, MESH, SPHERE } from "./shaders.js";
 
 const VEIL = 0.42; // opacity of walls that stand before a body
@@ -36,7 +37,7 @@ export class Card {
       gl.vertexAttribPointer(k, 3, gl.FLOAT, false, 36, 12 * k);
       gl.vertexAttribDivisor(k, 1);
     }
-    this.framed = null;
+    this.framed = this.veil = null;
   }
 
   attribute(place, array, size, type, { normal = false, each = 0, whole = false } = {}) {
@@ -84,10 +85,28 @@ export class Card {
       const opacity = !shown.part(k) ? 0 : part.glass ? GLASS : 1;
       looks.set([...colour, opacity, ...(part.shift || [0, 0, 0]), 0], 8 * k);
     });
-    gl.bindTexture(gl.TEXTURE_2D, this.parts);
-    gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA32F, 2, parts.length, 0, gl.RGBA, gl.FLOAT, looks);
+    this.setLooks(this.parts, looks);
+  }
+
+  // Eight numbers a part: colour and opacity, displacement.
+  setLooks(texture, looks) {
+    const { gl } = this;
+    gl.bindTexture(gl.TEXTURE_2D, texture);
+    gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA32F, 2, looks.length / 8, 0, gl.RGBA, gl.FLOAT, looks);
     gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, gl.NEAREST);
     gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MAG_FILTER, gl.NEAREST);
+  }
+
+  // A see-through surface with lines on it: { vertices, part (the index of a look), triangles, edges,
+  // looks: [[r, g, b, opacity]], ink }, null for none.
+  setVeil(veil) {
+    this.veil = null;
+    if (!veil) return;
+    const { vertices, part, triangles, edges, ink } = veil;
+    const looks = this.gl.createTexture();
+    this.setLooks(looks, new Float32Array(veil.looks.flatMap((look) => [...look, 0, 0, 0, 0])));
+    const [faces, lines] = [triangles, edges].map((index) => this.buildMesh(vertices, part, index));
+    this.veil = { faces, lines, looks, ink };
   }
 
   // One frame as a viewer has it: camera, section, theme, what is shown.
@@ -124,6 +143,7 @@ export class Card {
     if (this.faces) this.paintPlace(use, viewer);
     gl.disable(gl.STENCIL_TEST);
     if (viewer.through) this.paintThrough(use("SPHERE"), viewer.through);
+    if (this.veil) this.paintVeil(use);
     if (this.marks.count) {
       const at = use("MARK");
       gl.uniform2f(at.size, width, height);
@@ -200,6 +220,22 @@ export class Card {
     gl.depthMask(true);
   }
 
+  paintVeil(use) {
+    const { gl } = this;
+    gl.enable(gl.BLEND);
+    gl.depthMask(false);
+    for (const [name, kind] of [["MESH", gl.TRIANGLES], ["LINE", gl.LINES]]) {
+      const at = use(name);
+      const mesh = this.veil[kind === gl.LINES ? "lines" : "faces"];
+      gl.bindTexture(gl.TEXTURE_2D, this.veil.looks);
+      if (at.pass) gl.uniform1i(at.pass, 1);
+      if (at.ink) gl.uniform4fv(at.ink, this.veil.ink);
+      gl.bindVertexArray(mesh.vao);
+      gl.drawElements(kind, mesh.count, gl.UNSIGNED_INT, 0);
+    }
+    gl.depthMask(true);
+  }
+
   // Lines from point to point: [{ from, to, colour }].
   setMarks(lines) {
     const { gl } = this;
@@ -208,33 +244,4 @@ export class Card {
     gl.bufferData(gl.ARRAY_BUFFER, new Float32Array(flat), gl.DYNAMIC_DRAW);
     this.marks.count = lines.length;
   }
-}
-
-// A plane [a, b, c, d] of the world in view coordinates.
-function inView([a, b, c, d], v) {
-  const n = [0, 1, 2].map((row) => v[row] * a + v[4 + row] * b + v[8 + row] * c);
-  return [...n, d - (n[0] * v[12] + n[1] * v[13] + n[2] * v[14])];
-}
-
-function program(gl, [vertex, fragment]) {
-  const made = gl.createProgram();
-  for (const [kind, source] of [
-    [gl.VERTEX_SHADER, vertex],
-    [gl.FRAGMENT_SHADER, fragment],
-  ]) {
-    const shader = gl.createShader(kind);
-    gl.shaderSource(shader, source);
-    gl.compileShader(shader);
-    gl.attachShader(made, shader);
-  }
-  gl.linkProgram(made);
-  if (!gl.getProgramParameter(made, gl.LINK_STATUS) && !gl.isContextLost()) {
-    throw new Error(gl.getProgramInfoLog(made));
-  }
-  const at = {};
-  for (let k = 0; k < gl.getProgramParameter(made, gl.ACTIVE_UNIFORMS); k++) {
-    const { name } = gl.getActiveUniform(made, k);
-    at[name] = gl.getUniformLocation(made, name);
-  }
-  return { made, at };
 }

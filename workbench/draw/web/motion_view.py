@@ -3,23 +3,36 @@ while they last."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import replace
+
 import numpy as np
 
 from workbench.body.forward import place
-from workbench.draw.web.views import WebBody, WebMark, WebView, body_view
+from workbench.draw.web.views import WebBody, WebGaps, WebMark, WebView, body_view
 from workbench.model.arrays import Floats
 from workbench.model.motion_case import MotionCase
 from workbench.model.moving import poses_at
 from workbench.model.poses import Placed
 from workbench.model.result import MotionFound
+from workbench.model.spool import pieces
 from workbench.study.crash.belts import belt_line
+from workbench.study.crash.frames import BLOCK
+from workbench.study.motion_gaps import (
+    AskedGap,
+    asked_gaps,
+    distance_criteria,
+    nearest_criterion,
+)
 
-__all__ = ["motion_view"]
+__all__ = ["cord_counts", "motion_bodies", "motion_view"]
 
 _MOST_PLACES = 42_000
 """Spheres times frames of a motion on a page: 43 frames of 980 spheres are about 100 kB."""
 _FRAMES = (2, 61)
 """Least and most frames."""
+_MOST_GAPS = 400
+"""Times at which gaps are shown."""
 _MOST_MARKS = 12
 _CORD = 0.009
 """Radius [m] of the cord as which a belt is shown."""
@@ -46,12 +59,80 @@ def motion_view(motion: MotionFound, colour: str) -> WebView:
     else:
         times = np.linspace(clock[0], clock[-1], min(count, max(len(clock), 2)))
         placed = place(study.body, poses_at(study.motion, times))
-    body = body_view(
-        placed, study.person, colour, frames=slice(0, len(times)), touching=_touching(motion)
-    )
-    belts = tuple(_cord(study, placed, k) for k in range(len(study.belts)))
+    counts = cord_counts(study, placed)
+    bodies = motion_bodies(study, placed, colour, counts, touching=_touching(motion))
     title = f"{study.person}, {study.name}" if study.name else study.person
-    return WebView(title, (body, *belts), study.cabin, _marks(motion), tuple(times.tolist()))
+    marks = _marks(motion)
+    return WebView(title, bodies, study.cabin, marks, tuple(times.tolist()), gaps=_gaps(motion))
+
+
+def _gaps(motion: MotionFound) -> WebGaps | None:
+    """How near the motion comes at its frames, and the criterion about distances that is nearest to
+    failing, thinned so that no least gap is lost."""
+    study = motion.study
+    least = np.nan_to_num(motion.clearance, nan=np.inf).min(axis=1, initial=np.inf)
+    if len(least) < 2 or not np.isfinite(least).any():
+        return None
+    segment = study.body.segment_names[
+        int(np.nan_to_num(motion.clearance, nan=np.inf).min(axis=0).argmin())
+    ]
+    near = nearest_criterion(_asked(study))
+    groups = np.array_split(np.arange(len(least)), min(len(least), _MOST_GAPS))
+    rows = [int(group[np.argmin(least[group])]) for group in groups]
+    found = WebGaps(study.motion.clock[rows], least[rows], segment)
+    if near is None:
+        return found
+    asked = np.array([near.distance[group].min() for group in groups])
+    return replace(found, name=near.criterion.name, limit=near.limit, asked=asked)
+
+
+def _asked(study: MotionCase) -> list[AskedGap]:
+    """What the criteria about distances find at all frames, some of them placed at a time."""
+    criteria = distance_criteria(study)
+    found = [
+        asked_gaps(study, place(study.body, study.motion.rows(rows)), criteria)
+        for rows in pieces(len(study.motion), size=BLOCK)
+    ]
+    return [
+        AskedGap(one[0].criterion, np.concatenate([gap.distance for gap in one]), one[0].limit)
+        for one in zip(*found, strict=True)
+    ]
+
+
+def motion_bodies(
+    motion: MotionCase,
+    placed: Placed,
+    colour: str,
+    counts: Sequence[int],
+    *,
+    touching: Sequence[tuple[int, float, float]] = (),
+) -> tuple[WebBody, ...]:
+    """Return somebody who moves with the belts that are worn, in some frames.
+
+    Parameters
+    ----------
+    placed
+        The body in the frames.
+    colour
+        Colour family of the body.
+    counts
+        The spheres of each belt's cord.
+    touching
+        As of `body_view`.
+    """
+    body = body_view(placed, motion.person, colour, frames=slice(0, len(placed)), touching=touching)
+    cords = (_cord(motion, placed, k, count) for k, count in enumerate(counts))
+    return (body, *cords)
+
+
+def cord_counts(motion: MotionCase, placed: Placed) -> tuple[int, ...]:
+    """Return how many spheres show each belt as a cord, without gaps in any of the frames."""
+    counts = []
+    for belt in motion.belts:
+        lines = [belt_line(belt, placed, pose) for pose in range(len(placed))]
+        longest = max(float(np.linalg.norm(np.diff(line, axis=0), axis=1).sum()) for line in lines)
+        counts.append(max(2, int(np.ceil(1.5 * longest / _CORD))))
+    return tuple(counts)
 
 
 def _touching(motion: MotionFound) -> tuple[tuple[int, float, float], ...]:
@@ -80,12 +161,10 @@ def _marks(motion: MotionFound) -> tuple[WebMark, ...]:
     )
 
 
-def _cord(study: MotionCase, placed: Placed, k: int) -> WebBody:
+def _cord(study: MotionCase, placed: Placed, k: int, count: int) -> WebBody:
     """A belt as a cord of spheres along its middle line, evenly spaced in every frame."""
     belt = study.belts[k]
     lines = [belt_line(belt, placed, pose) for pose in range(len(placed))]
-    longest = max(float(np.linalg.norm(np.diff(line, axis=0), axis=1).sum()) for line in lines)
-    count = max(2, int(np.ceil(1.5 * longest / _CORD)))
     centres = np.array([_evenly(line, count) for line in lines])
     return WebBody(
         belt.name.replace("_", " "),

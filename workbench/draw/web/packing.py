@@ -26,7 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.draw.lines.edges import feature_edges
-from workbench.draw.web.views import WebBody, WebMark, WebView
+from workbench.draw.web.views import WebBody, WebGaps, WebMark, WebView
 from workbench.errors import InputError
 from workbench.model.arrays import Floats, Ints
 from workbench.model.environment import Environment
@@ -37,6 +37,8 @@ TENTH = 1e-4
 """Step [m] of lengths."""
 FINE = 1e-5
 """Step [m] of lengths that all lie within 0.3 m of each other."""
+_FAR = 0.5
+"""Gaps [m] beyond are shown alike."""
 _PLAIN_PART = (176, 184, 193)
 _SEAT_PART = (158, 146, 134)
 _CONTROL_PART = (96, 116, 138)
@@ -76,6 +78,7 @@ class Packing:
             "bodies": [self._body(body) for body in view.bodies],
             "marks": [_mark(mark) for mark in view.marks],
             "times": None if view.times is None else _milliseconds(view.times),
+            "gaps": None if view.gaps is None else self._gaps(view.gaps),
         }
         self.views.append(packed)
         return len(self.views) - 1
@@ -136,6 +139,18 @@ class Packing:
             "failing": sorted(body.failing),
             "touching": [[s, *_milliseconds(span)] for s, *span in body.touching],
         }
+
+    def _gaps(self, gaps: WebGaps) -> dict[str, Any]:
+        """Pack how near a motion comes; gaps that are not finite are far."""
+        packed: dict[str, Any] = {
+            "times": _milliseconds(gaps.times.tolist()),
+            "least": self._lengths(np.nan_to_num(np.minimum(gaps.least, _FAR), nan=_FAR), 1),
+            "words": gaps.words,
+        }
+        if gaps.asked is not None:
+            asked = np.nan_to_num(np.minimum(gaps.asked, _FAR), nan=_FAR)
+            packed |= {"asked": self._lengths(asked, 1), "limit": gaps.limit, "name": gaps.name}
+        return packed
 
     def _lengths(self, values: Floats, stride: int) -> int:
         """Pack coordinates (M, 3) or radii (M,) [m]; returns the index of the array.

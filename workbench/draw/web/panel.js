@@ -1,6 +1,7 @@
 // One turnable picture with what belongs to it: buttons, names, labels, list of parts, time.
 
 import { VIEWS } from "./camera.js";
+import { Film } from "./film.js";
 import { Labels } from "./labels.js";
 import { element, partList } from "./list.js";
 import { clearest, named, pick } from "./pick.js";
@@ -40,7 +41,19 @@ export class Panel {
     this.labels = new Labels(this);
     this.over.append(this.tip);
     this.buttons();
-    if (scene.times) this.film();
+    if (scene.times) {
+      this.film = new Film({
+        times: scene.times,
+        words: scene.clock ?? ((time) => `${time.toFixed(0)} ms`),
+        show: (frame) => {
+          this.at(frame);
+          this.viewer.moved();
+        },
+        ready: scene.ready,
+      });
+      this.stage.after(this.film.bar);
+      if (scene.gaps) this.film.gaps(scene.gaps);
+    }
     this.touch = new Touch(this);
     this.viewer.addEventListener("frame", () => this.labels.place());
     this.viewer.theme(dark);
@@ -58,7 +71,10 @@ export class Panel {
 
   buttons() {
     for (const name of Object.keys(VIEWS)) this.button(name, () => this.view(name));
-    this.button("fit", () => this.viewer.fit());
+    this.button("fit", () => {
+      this.leave();
+      this.viewer.fit();
+    });
     this.bar.append(element("span", { className: "space" }));
     if (this.scene.place) {
       this.wallButton = this.button("see-through walls", () => this.toggleWalls(), true);
@@ -71,11 +87,13 @@ export class Panel {
   }
 
   view(name) {
+    this.leave();
     this.viewer.camera.look(...VIEWS[name]);
     this.viewer.fit();
   }
 
   reset() {
+    this.leave();
     this.viewer.camera.look(...VIEWS[this.scene.from || "corner"]);
     this.viewer.fit();
   }
@@ -111,55 +129,32 @@ export class Panel {
     this.listButton.setAttribute("aria-pressed", Boolean(this.list));
   }
 
-  film() {
-    const last = this.scene.times.length - 1;
-    this.time = element("input", { type: "range", min: 0, max: last, value: 0 });
-    this.time.setAttribute("aria-label", "time");
-    this.clock = element("output");
-    this.play = element("button", { type: "button", textContent: "play", onclick: () => this.toggle() });
-    this.filmBar = element("div", { className: "film" }, this.play, this.time, this.clock);
-    this.time.oninput = () => {
-      this.stop();
-      this.at(Number(this.time.value));
-      this.viewer.moved();
-    };
-    this.stage.after(this.filmBar);
-  }
-
   at(frame) {
+    this.film?.at(frame);
+    if (this.scene.ready && !this.scene.ready(frame)) return; // shown when it has come
     setFrame(this.scene, frame);
-    if (this.time) {
-      this.time.value = frame;
-      this.clock.textContent = `${this.scene.times[frame].toFixed(0)} ms`;
-      this.time.setAttribute("aria-valuetext", this.clock.textContent);
-    }
     const there = this.labels.there();
     const lines = this.scene.marks.filter((mark, k) => mark.to && there[k]);
     this.viewer.setMarks(lines.map((mark) => ({ ...mark, colour: mark.failing ? BAD : GOOD })));
-    if (this.playing) this.viewer.moved();
+    if (this.film?.playing) this.viewer.moved();
   }
 
-  stop() {
-    cancelAnimationFrame(this.playing);
-    this.playing = 0;
-    if (this.play) this.play.textContent = "play";
-  }
-
-  // Once through in four seconds, from where it stands or from the beginning.
   toggle() {
-    if (!this.time || this.playing) return this.stop();
-    const last = this.scene.times.length - 1;
-    const from = this.scene.frame < last ? this.scene.frame : 0;
-    let start = 0;
-    const step = (now) => {
-      start = start || now;
-      const frame = Math.min(last, from + Math.floor(((now - start) / 4000) * last));
-      if (frame !== this.scene.frame) this.at(frame);
-      if (frame === last) this.stop();
-      else this.playing = requestAnimationFrame(step);
-    };
-    this.play.textContent = "pause";
-    this.playing = requestAnimationFrame(step);
+    this.film?.toggle();
+  }
+
+  // Look from an eye { at, sight, up }, this angle [rad] high; views, fit and Esc leave it.
+  stand(eye, angle) {
+    this.viewer.camera.stand(eye, angle);
+    this.viewer.draw();
+  }
+
+  // Whether the picture was seen from an eye; it is no longer.
+  leave() {
+    const stood = this.viewer.camera.leave();
+    if (stood) this.place.dispatchEvent(new CustomEvent("left", { bubbles: true }));
+    this.viewer.draw();
+    return stood;
   }
 
   under(x, y) {
@@ -187,6 +182,7 @@ export class Panel {
 
   lookAt(point, time) {
     const { viewer } = this;
+    this.leave();
     if (time && this.scene.times) {
       const late = this.scene.times.findIndex((each) => each >= Number(time) - 1e-6);
       this.at(late < 0 ? this.scene.times.length - 1 : late);
@@ -204,9 +200,9 @@ export class Panel {
   }
 
   end() {
-    this.stop();
+    this.film?.stop();
     this.viewer?.end();
-    for (const made of [this.bar, this.stage, this.filmBar]) made?.remove();
+    for (const made of [this.bar, this.stage, this.film?.bar]) made?.remove();
     this.still.hidden = false;
     this.still.style.display = "";
     this.said.textContent = this.words;

@@ -26,8 +26,9 @@ function nearestSphere(bodies, ray, shown, section) {
   let found = null;
   bodies.forEach((body, b) => {
     if (!shown.body(b)) return;
-    const { centres, radius } = body;
+    const { centres, radius, tint } = body;
     for (let s = 0; s < radius.length; s++) {
+      if (tint && !tint[4 * s + 3]) continue; // unseen
       const x = centres[3 * s] - ox;
       const y = centres[3 * s + 1] - oy;
       const z = centres[3 * s + 2] - oz;

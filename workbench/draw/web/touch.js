@@ -92,7 +92,10 @@ export class Touch {
       arrowdown: () => viewer.camera.turn(0, -step),
       "+": () => viewer.camera.zoom(0.9),
       "-": () => viewer.camera.zoom(1 / 0.9),
-      0: () => viewer.fit(),
+      0: () => {
+        panel.leave();
+        viewer.fit();
+      },
       f: () => panel.chosen && panel.lookAt(panel.chosen.point),
       h: () => this.hide(),
       i: () => this.isolate(),
@@ -102,7 +105,7 @@ export class Touch {
       "]": () => this.other(1),
       " ": () => panel.toggle(),
       "?": () => panel.bar.lastChild.click(),
-      escape: () => this.restore(),
+      escape: () => panel.leave() || this.restore(),
     };
     Object.keys(VIEWS).forEach((name, k) => {
       acts[k + 1] = () => panel.view(name);

@@ -50,11 +50,13 @@ export class Viewer extends EventTarget {
     canvas.addEventListener("webglcontextrestored", () => {
       this.lost = false;
       this.card.build();
-      this.card.setMarks(this.lines);
+      this.card.setMarks([...this.lines.values()].flat());
+      this.card.setVeil(this.veil);
       this.partsChanged();
     });
     this.card = new Card(this.gl, scene);
-    this.lines = [];
+    this.lines = new Map();
+    this.veil = null;
     this.partsChanged();
     this.watch = new ResizeObserver(() => this.draw());
     this.watch.observe(canvas);
@@ -73,10 +75,17 @@ export class Viewer extends EventTarget {
     this.draw();
   }
 
-  // Lines from point to point: [{ from, to, colour }].
-  setMarks(lines) {
-    this.lines = lines;
-    if (!this.lost) this.card.setMarks(lines);
+  // Lines from point to point: [{ from, to, colour }]; those of another owner stay.
+  setMarks(lines, owner = "") {
+    this.lines.set(owner, lines);
+    if (!this.lost) this.card.setMarks([...this.lines.values()].flat());
+    this.draw();
+  }
+
+  // Something see-through over the picture: see card.js; null for nothing.
+  setVeil(veil) {
+    this.veil = veil;
+    if (!this.lost) this.card.setVeil(veil);
     this.draw();
   }
 

@@ -13,7 +13,16 @@ from workbench.model.arrays import Floats, Ints
 from workbench.model.environment import Environment
 from workbench.model.poses import Placed
 
-__all__ = ["PEOPLE", "WebBody", "WebMark", "WebView", "body_view", "mark_view", "scene_view"]
+__all__ = [
+    "PEOPLE",
+    "WebBody",
+    "WebGaps",
+    "WebMark",
+    "WebView",
+    "body_view",
+    "mark_view",
+    "scene_view",
+]
 
 PEOPLE: dict[str, Colour] = {
     "warm": (214, 172, 138),
@@ -65,6 +74,24 @@ class WebMark:
 
 
 @dataclass(frozen=True, eq=False)
+class WebGaps:
+    """How near a motion comes at each of T times, and what is asked of it."""
+
+    times: Floats
+    """(T,) [s] that rise."""
+    least: Floats
+    """(T,) [m] least gap."""
+    words: str
+    """What is nearest where it is least."""
+    name: str = ""
+    """The criterion that is nearest to failing, "" where there is none."""
+    limit: float = 0.0
+    """[m] What it asks for."""
+    asked: Floats | None = None
+    """(T,) [m] what it measures."""
+
+
+@dataclass(frozen=True, eq=False)
 class WebView:
     """One turnable picture."""
 
@@ -74,6 +101,8 @@ class WebView:
     marks: tuple[WebMark, ...] = ()
     times: tuple[float, ...] | None = field(default=None)
     """[s] of the F frames of a motion."""
+    gaps: WebGaps | None = None
+    """Shown under the times of a motion."""
     look_from: str = "corner"
     """The view it opens with: left, right, front, back, top or corner."""
 

@@ -2,6 +2,7 @@
 
 const KINDS = {
   f4: Float32Array,
+  f8: Float64Array,
   i2: Int16Array,
   i4: Int32Array,
   u1: Uint8Array,
@@ -11,7 +12,11 @@ const KINDS = {
 
 // The block of a page: base64 text of deflated bytes -> { views, array(index) }.
 export async function readPage(text) {
-  const packed = Uint8Array.from(atob(text.trim()), (c) => c.charCodeAt(0));
+  return readBlock(Uint8Array.from(atob(text.trim()), (c) => c.charCodeAt(0)));
+}
+
+// The same of the deflated bytes.
+export async function readBlock(packed) {
   const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("deflate-raw"));
   const { header, array } = unpack(await new Response(stream).arrayBuffer());
   return { views: header.views, array };
@@ -71,31 +76,39 @@ export function sceneOf(page, index) {
     const spheres = new Array(radius.length).fill("");
     for (const [sphere, name] of body.spheres) spheres[sphere] = name;
     const centres = frames.subarray(0, 3 * radius.length);
-    return { ...body, radius, frames, segment, spheres, centres, tint: tintOf(body, radius.length, 0) };
+    const made = { ...body, radius, frames, segment, spheres, centres };
+    return { ...made, tint: tintOf(made, 0) };
   });
-  return { ...view, place, bodies };
+  const gaps = view.gaps && { ...view.gaps, least: page.array(view.gaps.least) };
+  if (gaps?.asked !== undefined) gaps.asked = page.array(gaps.asked);
+  return { ...view, place, bodies, gaps };
 }
 
 const RED = [222, 36, 30];
 
-// The colours of the spheres of a body at a time [ms]: red where it fails, or touches just then.
-function tintOf(body, count, time) {
+// The colours of the spheres of a body: some are red, and the segment `body.unseen` is not drawn.
+export function coloured(body, red) {
+  const count = body.radius.length;
   const tint = new Uint8Array(4 * count);
   for (let s = 0; s < count; s++) tint.set([...body.colour, 255], 4 * s);
-  for (const s of body.failing) tint.set([...RED, 255], 4 * s);
-  for (const [s, from, to] of body.touching) {
-    if (time >= from && time <= to) tint.set([...RED, 255], 4 * s);
-  }
+  for (const s of red) tint.set([...RED, 255], 4 * s);
+  for (let s = 0; s < count; s++) if (body.segment[s] === body.unseen) tint[4 * s + 3] = 0;
   return tint;
 }
 
-// Put all bodies into a frame of a motion.
+// The colours at a time [ms]: red where a body fails, or touches just then.
+function tintOf(body, time) {
+  const now = body.touching.filter(([, from, to]) => time >= from && time <= to);
+  return coloured(body, [...body.failing, ...now.map(([s]) => s)]);
+}
+
+// Put all bodies into a frame of a motion; `scene.first` is the frame that their frames begin with.
 export function setFrame(scene, frame) {
   for (const body of scene.bodies) {
     const size = 3 * body.radius.length;
-    const held = Math.min(frame, body.frames.length / size - 1);
+    const held = Math.min(frame - (scene.first ?? 0), body.frames.length / size - 1);
     body.centres = body.frames.subarray(held * size, (held + 1) * size);
-    if (scene.times) body.tint = tintOf(body, body.radius.length, scene.times[frame]);
+    if (scene.times) body.tint = tintOf(body, scene.times[frame]);
   }
   scene.frame = frame;
 }

@@ -38,11 +38,13 @@ from workbench.files.yaml_edits import (
     with_row,
 )
 from workbench.files.yaml_marks import marked
+from workbench.model.criterion import Criterion
 from workbench.model.moves import Move
 
 __all__ = [
     "AxisAngle",
     "Change",
+    "CriteriaChange",
     "JointChange",
     "MovedChange",
     "PostureChange",
@@ -109,8 +111,16 @@ class MovedChange:
     after: tuple[Move, ...]
 
 
+@dataclass(frozen=True)
+class CriteriaChange:
+    """Criteria about the distance of a pair that follow those of the text."""
+
+    added: tuple[Criterion, ...]
+
+
 Change = (
     ClothesChange
+    | CriteriaChange
     | HoldChange
     | JointChange
     | MovedChange
@@ -281,10 +291,45 @@ def _set_moved(text: str, change: MovedChange, sharing: Sharing) -> str:
     return text
 
 
+def _add_criteria(text: str, change: CriteriaChange, sharing: Sharing) -> str:
+    """The text with more criteria behind those that it has, each in a line of its own where these
+    are."""
+    text = own_copy(text, ("criteria",), sharing)
+    scale = unit_of(text)
+    for criterion in change.added:
+        row = _criterion_text(criterion, scale)
+        node = node_at(text, ("criteria",)).node
+        if node is not None and node.kind == "sequence" and node.items:
+            text = with_row(text, node, row)
+        elif node is not None:
+            text = exchanged(text, node, f"[{row}]")
+        else:
+            text = with_entry(text, marked(text), "criteria", f"[{row}]")
+    return text
+
+
+def _criterion_text(criterion: Criterion, scale: float) -> str:
+    """A criterion about the distance of a pair as it stands in a file."""
+    entries = {
+        "name": plain_name(criterion.name),
+        "check": criterion.check,
+        "people": _names_text(criterion.people),
+        "segments": _names_text(criterion.segments),
+    }
+    if criterion.check == "clearance":
+        entries["parts"] = _names_text(criterion.parts)
+    entries["at_least"] = length_text(criterion.at_least / scale)
+    return "{" + ", ".join(f"{key}: {value}" for key, value in entries.items()) + "}"
+
+
+def _names_text(names: Sequence[str]) -> str:
+    return f"[{', '.join(map(plain_name, names))}]"
+
+
 def _move_text(move: Move, scale: float) -> str:
     """A move as it stands in a file."""
     kind, names = ("parts", move.parts) if move.parts else ("controls", move.controls)
-    return f"{{{kind}: [{', '.join(map(plain_name, names))}], by: {_vector_text(move.by, scale)}}}"
+    return f"{{{kind}: {_names_text(names)}, by: {_vector_text(move.by, scale)}}}"
 
 
 def _vector_text(values: Sequence[float], scale: float) -> str:
@@ -297,6 +342,7 @@ def _angles(angles: Sequence[AxisAngle]) -> str:
 
 _SPLICES: Mapping[type, Callable[[str, Any, Sharing], str]] = {
     ClothesChange: set_clothes,
+    CriteriaChange: _add_criteria,
     HoldChange: set_hold,
     JointChange: _set_joint,
     MovedChange: _set_moved,

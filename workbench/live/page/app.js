@@ -4,17 +4,22 @@
 import { ask, connect, waits } from "./connection.js";
 import { at, element, options } from "./elements.js";
 import { Grips } from "./grips.js";
+import { Looks } from "./looks.js";
 import { People } from "./people.js";
 import { Person } from "./person.js";
 import { Picture } from "./picture.js";
+import { nearRow, verdictRow } from "./rows.js";
 import { Things } from "./things.js";
 
 const state = { hello: null, answer: null, person: 0, held: null, letGo: false };
-const picture = new Picture(document.querySelector("#picture .turn"), say, (panel) => grips.attach(panel));
+const picture = new Picture(document.querySelector("#picture .turn"), say, (panel) => {
+  for (const one of [grips, looks]) one.attach(panel);
+});
 const things = new Things();
 const grips = new Grips(state, things, choosePerson);
 const people = new People();
 const person = new Person(state);
+const looks = new Looks(state, picture, say);
 
 function take(found) {
   const { head } = found;
@@ -22,11 +27,15 @@ function take(found) {
   if (what[head.kind]) what[head.kind](head);
   if (head.kind === "busy") say(head.what);
   if (head.kind === "people") people.show(head);
+  looks.take(found);
   if (head.kind === "hello") {
     people.forget();
-    picture.open();
+    looks.hello(head);
   }
-  if (head.kind === "answer") picture.show(found);
+  if (head.kind === "answer") {
+    picture.show(found);
+    looks.answered(head);
+  }
 }
 
 /* ---- writing ---- */
@@ -38,11 +47,12 @@ function say(words, fault = false) {
 
 function takeHello(head) {
   state.hello = head;
-  state.person = Math.min(state.person, head.people.length - 1);
+  state.person = Math.max(0, Math.min(state.person, head.people.length - 1));
   document.title = head.title;
   at("title").textContent = head.title;
-  options(at("case"), head.cases);
-  options(at("person"), head.people.map((one) => one.role), head.people[state.person].role);
+  options(at("case"), [...head.cases, ...head.motions]);
+  options(at("person"), head.people.map((one) => one.role), head.people[state.person]?.role);
+  at("person").parentElement.hidden = !head.people.length;
   options(at("limb-control"), ["", ...head.controls.map((one) => one.name)]);
   at("save").textContent = head.saves ? "Save" : "Save as…";
   if (head.notes.length) say(head.notes.join("; "));
@@ -57,11 +67,11 @@ function takeAnswer(head) {
   at("undo").disabled = !head.undo;
   at("redo").disabled = !head.redo;
   at("save").disabled = !head.unsaved;
-  at("case").value = head.case;
+  at("case").value = looks.motion.name || head.case;
   at("took").textContent = head.ms < 2000 ? `answered in ${head.ms} ms` : `made ready in ${Math.round(head.ms / 1000)} s`;
   document.title = (head.unsaved ? "● " : "") + state.hello.title;
   if (head.words || head.answers || first) say(head.words);
-  at("near").replaceChildren(...head.near.map(nearRow));
+  at("near").replaceChildren(...head.near.map((pair) => nearRow(pair, look, (one) => looks.measure.fill(one))));
   at("verdicts").classList.add("waiting");
   things.show(head);
   person.show();
@@ -69,43 +79,14 @@ function takeAnswer(head) {
   grips.show();
 }
 
-// A cell whose words look at a place of the picture.
-function lookCell(words, point) {
-  const cell = element("td", point ? "" : words);
-  const look = () => picture.lookAt(point, words);
-  if (point) cell.append(element("button", words, { type: "button", className: "look", onclick: look }));
-  return cell;
-}
-
-function nearRow(pair) {
-  const row = element("tr");
-  const target = pair.other ? `${pair.other}: ${pair.target}` : pair.target;
-  row.append(
-    element("td", pair.mm.toFixed(1), { className: `number ${pair.mm < 0 ? "failed" : ""}` }),
-    lookCell(`${pair.person}: ${pair.subject}`, pair.point),
-    element("td", target),
-  );
-  return row;
-}
+const look = (point, words) => picture.lookAt(point, words);
 
 function takeVerdicts(head) {
   const failed = head.rows.filter((row) => !row.passed).length;
-  at("failed").textContent = failed ? `(${failed} failed)` : "(all passed)";
+  const known = head.waits ? "motions are being judged" : "all passed";
+  at("failed").textContent = failed ? `(${failed} failed)` : `(${known})`;
   at("verdicts").classList.remove("waiting");
-  at("verdicts").replaceChildren(...head.rows.map(verdictRow));
-}
-
-function verdictRow(verdict) {
-  const row = element("tr");
-  const margin = verdict.margin === null ? "" : `${verdict.margin.toFixed(1)} ${verdict.unit}`;
-  const where = verdict.case ? `${verdict.words} (${verdict.case})` : verdict.words;
-  row.append(
-    element("td", verdict.passed ? "✓ passed" : "✗ FAILED", { className: verdict.passed ? "passed" : "failed" }),
-    element("td", verdict.name),
-    element("td", margin, { className: "number" }),
-    lookCell(where, verdict.point),
-  );
-  return row;
+  at("verdicts").replaceChildren(...head.rows.map((row) => verdictRow(row, look, showCase)));
 }
 
 function takeFault(head) {
@@ -162,6 +143,7 @@ function buildPosture() {
   sliders.length = 0;
   at("seat").replaceChildren();
   at("joints").replaceChildren();
+  if (!person) return;
   if (person.seat) {
     ["forward", "up"].forEach((way) => {
       const made = slider(`seat ${way}`, "mm", (mm, done) => {
@@ -197,6 +179,7 @@ function buildPosture() {
 
 function showPosture() {
   const now = state.answer.people[state.person];
+  if (!now) return;
   if (state.letGo && !waits()) state.held = null;
   sliders.forEach((show) => show(now));
 }
@@ -210,7 +193,12 @@ function save(given = {}) {
   ask("save", to ? { to, ...given } : given);
 }
 
-at("case").onchange = () => ask("case", { name: at("case").value });
+function showCase(name, time) {
+  looks.show(name, time);
+  grips.show();
+}
+
+at("case").onchange = () => showCase(at("case").value);
 function choosePerson(number) {
   if (number === state.person) return;
   state.person = number;

@@ -49,7 +49,8 @@ export class Gizmo {
   }
 
   get size() {
-    return SIZE * this.panel.viewer.camera.far;
+    const { camera } = this.panel.viewer;
+    return SIZE * (camera.orbit ? 1 : camera.far); // an eye is about an arm away
   }
 
   draw() {
@@ -65,7 +66,7 @@ export class Gizmo {
       this.grip.axes.forEach((axis, k) => lines.push(...arrow(this.grip.at, axis, this.size, COLOURS[k])));
       if (this.grip.free) lines.push(...cross(this.grip.at, 0.1 * this.size, MIDDLE));
     }
-    this.panel.viewer.setMarks(lines);
+    this.panel.viewer.setMarks(lines, "gizmo");
   }
 
   // Where a point is seen, in pixels of the picture.

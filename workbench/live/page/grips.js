@@ -53,8 +53,9 @@ export class Grips {
 
   show() {
     if (!this.state.answer) return;
-    const seat = this.state.hello.people[this.state.person].seat;
-    const names = Object.keys(this.person.tips);
+    const still = this.person && !this.state.motion.there;
+    const seat = still ? this.state.hello.people[this.state.person].seat : null;
+    const names = still ? Object.keys(this.person.tips) : [];
     const limb = at("limb-name");
     at("limb").hidden = !names.length;
     if ([...limb.options].map((one) => one.value).join() !== names.join()) options(limb, names);
@@ -76,7 +77,7 @@ export class Grips {
   }
 
   showTip() {
-    const tip = this.state.answer && this.person.tips[at("limb-name").value];
+    const tip = this.state.answer && this.person?.tips[at("limb-name").value];
     ["x", "y", "z"].forEach((name, k) => tip && (at(`limb-${name}`).value = (1000 * tip[k]).toFixed(1)));
   }
 
@@ -93,7 +94,8 @@ export class Grips {
   }
 
   limb() {
-    const tip = this.person.tips[at("limb-name").value];
+    if (this.state.motion.there) return null;
+    const tip = this.person?.tips[at("limb-name").value];
     if (!tip) return null;
     return { at: tip, axes: WORLD, free: true, drag: (by, done) => this.reach({ target: vec.add(tip, by) }, done) };
   }
@@ -147,6 +149,7 @@ export class Grips {
       }
       return;
     }
+    if (this.state.motion.there) return;
     this.choosePerson(hit.body);
     const body = this.panel.scene.bodies[hit.body];
     const segment = body.segments[body.segment[hit.sphere]];

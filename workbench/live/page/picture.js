@@ -1,9 +1,8 @@
 // The picture of the bench: the viewer of the reports, moved by the answers.
 
 import { Panel } from "/view/panel.js";
-import { readPage, sceneOf } from "/view/wire.js";
+import { coloured, readPage, sceneOf } from "/view/wire.js";
 
-const RED = [222, 36, 30];
 const TOUCHES = -1e-6; // room [m] below which a sphere is deeper somewhere than it may be
 
 export class Picture {
@@ -22,16 +21,24 @@ export class Picture {
       if (!reply.ok) throw new Error(await reply.text());
       const page = await readPage(await reply.text());
       if (mine !== this.fetched) return; // another study has been opened since
-      const before = this.panel?.viewer;
-      this.panel?.end();
-      this.panel = null;
-      this.panel = new Panel(this.place, sceneOf(page, 0), matchMedia("(prefers-color-scheme: dark)").matches);
-      if (before) this.resume(before);
-      this.opened(this.panel);
+      this.replace(sceneOf(page, 0));
       if (this.answer) this.show(this.answer);
     } catch (error) {
       this.say(`no picture: ${error.message}`);
     }
+  }
+
+  // Show another scene, seen as the one before was seen; its panel.
+  replace(scene) {
+    this.fetched += 1; // what is on its way comes too late
+    this.panel?.leave();
+    const before = this.panel?.viewer;
+    this.panel?.end();
+    this.panel = null;
+    this.panel = new Panel(this.place, scene, matchMedia("(prefers-color-scheme: dark)").matches);
+    if (before) this.resume(before);
+    this.opened(this.panel);
+    return this.panel;
   }
 
   // Look as another viewer did.
@@ -49,20 +56,16 @@ export class Picture {
     const figures = answer.head.people.map((one) => one.figure).join();
     if (this.figures && this.figures !== figures) this.open(); // somebody has another body
     this.figures = figures;
-    if (!this.panel) return;
+    if (!this.panel || this.panel.film) return;
     const { scene, viewer } = this.panel;
     answer.head.people.forEach((person, k) => {
       const body = scene.bodies[k];
       if (answer.arrays[`centres${k}`].length !== 3 * body.radius.length) return; // it is being fetched
       body.centres = body.frames = answer.arrays[`centres${k}`];
-      const tint = new Uint8Array(4 * body.radius.length);
-      for (let s = 0; s < body.radius.length; s++) tint.set([...body.colour, 255], 4 * s);
       const sphere = answer.arrays[`sphere${k}`];
-      answer.arrays[`room${k}`].forEach((room, n) => {
-        if (room < TOUCHES && sphere[n] >= 0) tint.set([...RED, 255], 4 * sphere[n]);
-      });
-      for (const s of answer.arrays[`overlap${k}`]) tint.set([...RED, 255], 4 * s); // in somebody else
-      body.tint = tint;
+      const room = answer.arrays[`room${k}`];
+      const deep = sphere.filter((s, n) => room[n] < TOUCHES && s >= 0);
+      body.tint = coloured(body, [...deep, ...answer.arrays[`overlap${k}`]]); // in a part, in somebody else
     });
     for (const part of scene.place?.parts ?? []) part.shift = answer.head.shifts[part.name] ?? null;
     scene.frame += 1; // another one for each answer: the card takes it up

@@ -48,6 +48,8 @@ class NearPair:
         The other side; the role is "" of a part.
     point
         (3,) [m] on the other side.
+    segment, other_segment
+        The segments of both sides by name; the other is "" of a part.
     """
 
     room: float
@@ -56,6 +58,8 @@ class NearPair:
     other_person: str
     target: str
     point: tuple[float, float, float]
+    segment: str
+    other_segment: str = ""
 
 
 @dataclass(frozen=True, eq=False)
@@ -180,6 +184,8 @@ def _between(people: Sequence[PlacedPerson], overlaps: Sequence[set[int]]) -> It
             other_person=other.state.role,
             target=near.other_name((where[0], where[1], where[2])),
             point=_point(near.point[where]),
+            segment=one.body.segment_names[where[0]],
+            other_segment=other.body.segment_names[where[1]],
         )
 
 
@@ -210,6 +216,7 @@ def _near_parts(found: PersonAnswer, placement: Placement, most: int) -> Iterato
             other_person="",
             target=environment.parts[part],
             point=_point(found.near.point[0, n]),
+            segment=body.segment_names[n],
         )
 
 
@@ -226,6 +233,8 @@ def _near_self(found: PersonAnswer) -> Iterator[NearPair]:
             other_person=found.person.state.role,
             target=_sphere_words(body, int(found.own.target[0, row, column])),
             point=_point(found.own.point[0, row, column]),
+            segment=body.segment_names[row],
+            other_segment=body.segment_names[column],
         )
 
 

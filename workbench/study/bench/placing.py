@@ -114,7 +114,7 @@ def placed_people(
             people.append(_of_situation(person, there.situations[row][arrangement.case]))
         else:
             people.append(_placed(opened, arrangement, row, people, known))
-    shifts = np.array([person.shift for person in people])
+    shifts = np.array([person.shift for person in people]).reshape(-1, 3)
     parts = arranged_parts(opened, arrangement.moves, shifts)
     return Placement(arrangement, tuple(people), parts)
 

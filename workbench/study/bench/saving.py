@@ -12,6 +12,7 @@ from workbench.files.study.saving import StudyText, save_text
 from workbench.files.study.splice import (
     AxisAngle,
     Change,
+    CriteriaChange,
     JointChange,
     MovedChange,
     PostureChange,
@@ -29,6 +30,7 @@ from workbench.files.study.splice_people import (
 from workbench.files.yaml_edits import Sharing
 from workbench.model.arrays import Bools, Floats
 from workbench.model.body import Body
+from workbench.model.criterion import Criterion
 from workbench.model.moves import Move
 from workbench.model.person import Size
 from workbench.model.poses import Poses
@@ -110,6 +112,8 @@ def changes_of(
     for k, zone in enumerate(arrangement.zones):
         if zone != opened.start.zones[k]:
             yield ZoneChange(k, zone)
+    if arrangement.added:
+        yield CriteriaChange(arrangement.added)
     for row, person in enumerate(arrangement.people):
         before = opened.start.people[row]
         yield from _figure_changes(opened, before, person)
@@ -225,8 +229,12 @@ def _check_saved(opened: OpenStudy, arrangement: Arrangement, study: Study) -> N
     """InputError where a study that was saved is not the state."""
     if not _moved_alike(study.moved, arrangement.moves):
         raise _OtherStudyError("the parts that were moved could not be saved")
-    if tuple(criterion.zone for criterion in study.criteria) != arrangement.zones:
+    if tuple(one.zone for one in study.criteria[: len(arrangement.zones)]) != arrangement.zones:
         raise _OtherStudyError("the harness zones could not be saved")
+    asked = {one.name: one for one in study.criteria}
+    for one in arrangement.added:
+        if one.name not in asked or not _asked_alike(asked[one.name], one):
+            raise _OtherStudyError(f"the criterion {one.name!r} could not be saved")
     for row, person in enumerate(arrangement.people):
         role = study.roles[row]
         _check_figure(opened, person, role)
@@ -267,6 +275,14 @@ def _moved_alike(one: Sequence[Move], other: Sequence[Move]) -> bool:
         return False
     pairs = zip(one, other, strict=True)
     return all(np.abs(np.subtract(a.by, b.by)).max() < SAME_LENGTH for a, b in pairs)
+
+
+def _asked_alike(one: Criterion, other: Criterion) -> bool:
+    """Whether two criteria ask for the same."""
+    names = ("people", "segments", "parts", "cases")
+    same = all(set(getattr(one, name)) == set(getattr(other, name)) for name in names)
+    off = abs(one.at_least - other.at_least)
+    return one.check == other.check and same and off < SAME_LENGTH
 
 
 def _alike(body: Body, one: Action, other: Action) -> bool:

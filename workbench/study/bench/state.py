@@ -17,6 +17,7 @@ from workbench.contact.arranged import Arranged
 from workbench.errors import InputError
 from workbench.model.arrays import Floats
 from workbench.model.body import Body
+from workbench.model.criterion import Criterion
 from workbench.model.encumbrance import Encumbrance
 from workbench.model.environment import Environment, Seat
 from workbench.model.moves import Move, displaced, part_moves
@@ -115,12 +116,15 @@ class Arrangement:
         The parts and controls that stand elsewhere than the environment's file has them.
     zones
         The harness zone that each criterion asks for, None for that of each control.
+    added
+        The criteria that were added to those of the file.
     """
 
     people: tuple[PersonState, ...]
     case: int = 0
     moves: tuple[Move, ...] = ()
     zones: tuple[int | None, ...] = ()
+    added: tuple[Criterion, ...] = ()
 
     def __repr__(self) -> str:
         return f"Arrangement({', '.join(one.role for one in self.people)}; case {self.case})"
@@ -128,7 +132,7 @@ class Arrangement:
     @property
     def content(self) -> tuple[object, ...]:
         """What is saved of it: two states with the same content are the same study."""
-        return self.people, self.moves, self.zones
+        return self.people, self.moves, self.zones, self.added
 
     def row(self, role: str) -> int:
         """The index of a role; InputError with those that there are."""
@@ -160,7 +164,7 @@ class OpenStudy:
     Parameters
     ----------
     study
-        With one person in each role, without motions.
+        With one person in each role, without motions; without roles where every case is a motion.
     figures
         The size and clothes of each role as the file has them.
     case_rows
@@ -171,6 +175,8 @@ class OpenStudy:
         The index of the role that a population takes, and the population; None where none does.
     shown_size
         Of a role that several sizes take one at a time, the name of the one that is shown.
+    moving
+        The study with its cases that are motions alone; None where it has none.
     """
 
     study: Study
@@ -180,6 +186,7 @@ class OpenStudy:
     crowd: int | None = None
     population: Population | PeopleDrawn | None = None
     shown_size: Mapping[str, str] = field(default_factory=dict)
+    moving: Study | None = None
 
     def __repr__(self) -> str:
         return f"OpenStudy({self.study.name})"
@@ -241,19 +248,16 @@ def open_study(study: Study, size: str = "") -> OpenStudy:
     Raises
     ------
     InputError
-        If the study has no case that is a posture, or no such size.
+        If the study has no such size.
     """
-    if not study.postures:
-        raise InputError(
-            f"{study.name}: every case is a motion; the bench shows postures, so add a case with one"
-        )
     notes: list[str] = []
-    single = _one_size(study, size, notes)
-    roles = tuple(_one_person(role, notes) for role in single.roles)
+    whole = _one_size(study, size, notes)
+    moving = replace(whole, cases=whole.motions, compare=None) if whole.motions else None
+    roles = tuple(_one_person(role, notes) for role in whole.roles) if whole.postures else ()
     single = replace(
-        single,
+        whole,
         roles=roles,
-        cases=single.postures,
+        cases=whole.postures,
         reach_envelopes=(),
         reach_maps=(),
         compare=None,
@@ -263,7 +267,7 @@ def open_study(study: Study, size: str = "") -> OpenStudy:
     case_rows = tuple(row for row, case in enumerate(study.cases) if not case.moves)
     crowd = next((k for k, role in enumerate(study.roles) if role.population is not None), None)
     people = None if crowd is None else study.roles[crowd].population
-    return OpenStudy(single, figures, case_rows, tuple(notes), crowd, people, sizes)
+    return OpenStudy(single, figures, case_rows, tuple(notes), crowd, people, sizes, moving)
 
 
 def figure_of(role: Role, row: int) -> Figure:
@@ -335,7 +339,7 @@ def arranged_study(opened: OpenStudy, arrangement: Arrangement) -> Study:
         study,
         roles=roles,
         cases=cases,
-        criteria=criteria,
+        criteria=(*criteria, *arrangement.added),
         environment=environment,
         moved=arrangement.moves,
     )

@@ -32,10 +32,12 @@ from workbench.study.crash.frames import BLOCK
 from workbench.study.situation import Situation, moved_by_hands
 
 __all__ = [
+    "asked_pair",
     "bounds",
     "clearance_moments",
     "contact_moments",
     "findings",
+    "limit_of",
     "margins",
     "meeting_finding",
     "most",
@@ -56,7 +58,7 @@ def margins(situation: Situation, asked: Sequence[Asked]) -> Margins:
     near = _nearest(situation, [one.criterion for one in asked])
     found.toward[:] = _toward(situation.placed, near)
     for q, one in enumerate(asked):
-        room = near.distance[:, q] - _limit(one.criterion)
+        room = near.distance[:, q] - limit_of(one.criterion)
         found.margin[:, q] = np.where(np.isfinite(room), room, np.nan)
         for b in np.flatnonzero(room < -MET):
             pair = int(near.sphere[b, q]), int(near.polygon[b, q])
@@ -67,9 +69,9 @@ def margins(situation: Situation, asked: Sequence[Asked]) -> Margins:
 def most(situation: Situation, asked: Sequence[Asked]) -> Floats:
     """(B, Q) [m] what everybody has to spare in clearances and contacts at most, wherever the hands
     are: that of the spheres that hands do not move. Infinite where nothing of these is near."""
-    limits = np.array([_limit(one.criterion) for one in asked])
+    limits = np.array([limit_of(one.criterion) for one in asked])
     still = ~moved_by_hands(situation)
-    pairs = [_pair(situation.body, situation.environment, one.criterion) for one in asked]
+    pairs = [asked_pair(situation.body, situation.environment, one.criterion) for one in asked]
     near = _nearest_of(situation, [replace(pair, spheres=pair.spheres & still) for pair in pairs])
     found: Floats = near.distance - limits + ROUNDING
     return found
@@ -78,7 +80,7 @@ def most(situation: Situation, asked: Sequence[Asked]) -> Floats:
 def bounds(situation: Situation, asked: Sequence[Asked]) -> Bounds:
     """Between what everybody may truly have to spare in clearances and contacts."""
     criteria = [one.criterion for one in asked]
-    limits = np.array([_limit(criterion) for criterion in criteria])
+    limits = np.array([limit_of(criterion) for criterion in criteria])
     low, high = _distances(situation, criteria)
     return Bounds(low - limits, high - limits)
 
@@ -92,7 +94,7 @@ def _distances(situation: Situation, criteria: Sequence[Criterion]) -> tuple[Flo
     for growth in (error[..., 0], -error[..., 1]):
         distance = _nearest(situation, criteria, np.nan_to_num(growth)).distance.copy()
         for q, criterion in enumerate(criteria):
-            spheres = _pair(body, situation.environment, criterion).spheres
+            spheres = asked_pair(body, situation.environment, criterion).spheres
             about = growth[:, np.unique(body.sphere_segment[spheres])]
             distance[np.isnan(about).any(axis=1), q] = np.nan
         ends.append(np.where(np.isfinite(distance), distance, np.nan))
@@ -105,7 +107,7 @@ def _nearest(
     """(B, Q) what criteria find nearest, the spheres of each segment grown by (B, N) [m]."""
     body = situation.body
     environment = situation.environment
-    pairs = [_pair(body, environment, criterion) for criterion in criteria]
+    pairs = [asked_pair(body, environment, criterion) for criterion in criteria]
     return _nearest_of(situation, pairs, growth)
 
 
@@ -128,7 +130,7 @@ def nearest_pair(situation: Situation, criterion: Criterion) -> PairClearance:
     return _nearest(situation, [criterion])
 
 
-def _pair(body: Body, environment: Environment, criterion: Criterion) -> ClearancePair:
+def asked_pair(body: Body, environment: Environment, criterion: Criterion) -> ClearancePair:
     """The spheres and parts that a criterion is about; of a contact with the overlap that is
     allowed added back."""
     if criterion.subparts:
@@ -141,10 +143,10 @@ def _pair(body: Body, environment: Environment, criterion: Criterion) -> Clearan
 
 def spheres_asked(situation: Situation, criterion: Criterion) -> Bools:
     """(S,) the spheres that a clearance or a contact is about."""
-    return _pair(situation.body, situation.environment, criterion).spheres
+    return asked_pair(situation.body, situation.environment, criterion).spheres
 
 
-def _limit(criterion: Criterion) -> float:
+def limit_of(criterion: Criterion) -> float:
     """The distance [m] that may not be fallen short of."""
     return -criterion.at_most if criterion.check == "contact" else criterion.at_least
 
@@ -201,7 +203,7 @@ def _subpart_findings(situation: Situation, criterion: Criterion) -> Iterator[Fi
         segment = body.segment_names[int(body.sphere_segment[sphere])]
         part, number = _plane(environment, polygon)
         distance = float(found.distance[row, 0])
-        met = distance >= _limit(criterion)
+        met = distance >= limit_of(criterion)
         known = distance - low[row, 0] if met else high[row, 0] - distance
         yield Finding(
             case=situation.work.name,
@@ -210,7 +212,7 @@ def _subpart_findings(situation: Situation, criterion: Criterion) -> Iterator[Fi
             subject=f"{segment} ({body.sphere_names[sphere]})",
             target=f"{part}, polygon {number}",
             value=distance,
-            limit=_limit(criterion),
+            limit=limit_of(criterion),
             point=tuple(found.point[row, 0].tolist()),
             surface_known_to=float(known),
             sphere=sphere,
@@ -230,7 +232,7 @@ def clearance_moments(found: MotionFound, criterion: Criterion) -> list[Finding]
     study = found.study
     body = study.body
     environment = study.environment
-    pair = _pair(body, environment, criterion)
+    pair = asked_pair(body, environment, criterion)
     best: list[Finding] = []
     for frames in pieces(len(study.motion), size=BLOCK):
         placed = place(body, study.motion.rows(frames))
@@ -248,7 +250,7 @@ def clearance_moments(found: MotionFound, criterion: Criterion) -> list[Finding]
             subject=body.segment_names[int(body.sphere_segment[sphere])],
             target=f"{part}, polygon {number}",
             value=least,
-            limit=_limit(criterion),
+            limit=limit_of(criterion),
             point=tuple(near.point[frame, 0].tolist()),
             time=float(study.motion.clock[frames.start + frame]),
             sphere=sphere,

@@ -11,14 +11,14 @@ from numpy.typing import ArrayLike
 from workbench.errors import UsageError
 from workbench.model.arrays import Bools, Floats
 from workbench.model.body import Body, check_one
-from workbench.model.envelope import Envelope
+from workbench.model.envelope import Envelope, ReachTask
 from workbench.model.environment import Environment
 from workbench.model.poses import Poses, check_rows
 from workbench.model.ray_reach import GRADES, Losses, RayReach
 from workbench.model.study import Study
 from workbench.posture.reaching.chains import Task
 from workbench.posture.reaching.limbs import limb
-from workbench.study.envelope.asking import Drawn, asked, drawn
+from workbench.study.envelope.asking import Drawn, anchors, asked, drawn
 from workbench.study.envelope.clearing import Room
 from workbench.study.envelope.ends import Ends, ray_ends
 from workbench.study.envelope.losses import eased, losses
@@ -33,7 +33,7 @@ from workbench.study.envelope.rays import (
 from workbench.study.envelope.stations import Stations, cleared_stations, stations
 from workbench.study.situation import Situation
 
-__all__ = ["MOST_DISCOMFORT", "envelopes", "no_rays", "reach_envelope"]
+__all__ = ["MOST_DISCOMFORT", "envelopes", "no_rays", "reach_envelope", "situation_envelope"]
 
 STEP = 15
 LEVELS = 0.15
@@ -62,19 +62,29 @@ def envelopes(study: Study, people: Sequence[Sequence[Situation]]) -> Iterator[E
             for situation in mine
             if (situation.place.role, situation.work.name) == (task.person, case)
         )
-        seat = here.place.own_seat
-        seated = here.seated
-        assert seat is not None and seated is not None
-        yield reach_envelope(
-            here.body,
-            here.poses,
-            np.array(seat.srp) + seated.shift[0],
-            name=task.limb,
-            grip=task.grip,
-            zone=task.zone,
-            environment=here.environment if task.obstacles else None,
-            person=task.person,
-        )
+        yield situation_envelope(here, task)
+
+
+def situation_envelope(here: Situation, task: ReachTask) -> Envelope:
+    """The envelope of a person in a case (B = 1), about the reference point of the seat where it
+    stands; about the shoulder of who has none."""
+    seat = here.place.own_seat
+    grip = task.grip or None
+    if seat is not None and here.seated is not None:
+        origin = np.array(seat.srp) + here.seated.shift[0]
+    else:
+        chain = limb(here.body, task.limb, grip=grip, zone=task.zone)
+        origin = anchors(asked(here.body, here.poses, chain))[0][0]
+    return reach_envelope(
+        here.body,
+        here.poses,
+        origin,
+        name=task.limb,
+        grip=grip,
+        zone=task.zone,
+        environment=here.environment if task.obstacles else None,
+        person=task.person,
+    )
 
 
 def reach_envelope(

@@ -1,0 +1,31 @@
+// Programs of the graphics card, and what they are given.
+
+// A plane [a, b, c, d] of the world in view coordinates.
+export function inView([a, b, c, d], v) {
+  const n = [0, 1, 2].map((row) => v[row] * a + v[4 + row] * b + v[8 + row] * c);
+  return [...n, d - (n[0] * v[12] + n[1] * v[13] + n[2] * v[14])];
+}
+
+// A program with the places of its uniforms, of the sources of its two shaders.
+export function program(gl, [vertex, fragment]) {
+  const made = gl.createProgram();
+  for (const [kind, source] of [
+    [gl.VERTEX_SHADER, vertex],
+    [gl.FRAGMENT_SHADER, fragment],
+  ]) {
+    const shader = gl.createShader(kind);
+    gl.shaderSource(shader, source);
+    gl.compileShader(shader);
+    gl.attachShader(made, shader);
+  }
+  gl.linkProgram(made);
+  if (!gl.getProgramParameter(made, gl.LINK_STATUS) && !gl.isContextLost()) {
+    throw new Error(gl.getProgramInfoLog(made));
+  }
+  const at = {};
+  for (let k = 0; k < gl.getProgramParameter(made, gl.ACTIVE_UNIFORMS); k++) {
+    const { name } = gl.getActiveUniform(made, k);
+    at[name] = gl.getUniformLocation(made, name);
+  }
+  return { made, at };
+}

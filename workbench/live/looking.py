@@ -1,0 +1,171 @@
+"""Ways of looking at an open study: motions, distances and reach envelopes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from workbench.draw.envelopes.sections import envelope_sections, section_lines
+from workbench.draw.envelopes.solid import outer_faces
+from workbench.errors import InputError, one_of
+from workbench.live.playing import WINDOW, Frames, Gaps, MotionScene
+from workbench.live.protocol import Question, packed
+from workbench.live.replies import Made, Replies, Work
+from workbench.model.envelope import ReachTask
+from workbench.study.bench.answers import Answer
+from workbench.study.bench.measuring import Thing, measured
+from workbench.study.bench.motions import motion_names
+from workbench.study.bench.placing import Placement
+from workbench.study.bench.reaching import check_reach, reaching_situation
+from workbench.study.bench.state import Arrangement, OpenStudy
+from workbench.study.envelope.envelope import situation_envelope
+
+__all__ = ["looking_verbs"]
+
+
+class Desk(Protocol):
+    """What is looked at: an open study in its state, and the state's number."""
+
+    opened: OpenStudy
+    live: Arrangement
+    generation: int
+
+
+Verb = Callable[[Question], Replies]
+
+
+def looking_verbs(desk: Desk, *, placement: Callable[[], Answer]) -> Mapping[str, Verb]:
+    """The verbs by which a page looks at what a desk has.
+
+    Parameters
+    ----------
+    placement
+        Gives the answer to the state as it is.
+    """
+
+    def measure(question: Question) -> Replies:
+        return _measure(desk, placement().placement, question)
+
+    def bound(verb: Callable[[Desk, Question], Replies]) -> Verb:
+        return lambda question: verb(desk, question)
+
+    later = {"envelope": _envelope, "motion": _motion, "frames": _frames, "gaps": _gaps}
+    work = {name: bound(verb) for name, verb in later.items()}
+    return {"measure": measure, **work}
+
+
+def _measure(desk: Desk, placement: Placement, question: Question) -> Replies:
+    one = Thing(**question.given["of"])
+    other = Thing(**question.given["to"])
+    found = measured(desk.opened, placement, one, other)
+    head = {
+        "kind": "measured",
+        "answers": question.number,
+        "generation": desk.generation,
+        "of": _name(one),
+        "to": _name(other),
+        "mm": round(1e3 * found.distance, 2),
+        "points": [found.start.round(6).tolist(), found.end.round(6).tolist()],
+    }
+    return Replies(asker=[packed(head)])
+
+
+def _name(thing: Thing) -> str:
+    if thing.segment:
+        return f"{thing.person}: {thing.segment}"
+    return (thing.part or thing.control).replace("_", " ")
+
+
+def _motion(desk: Desk, question: Question) -> Replies:
+    _check_motion(desk, question)
+    work = MotionScene(*_state(desk), question.given["case"])
+    return _later(question, work, "the motion is being read")
+
+
+def _frames(desk: Desk, question: Question) -> Replies:
+    _check_motion(desk, question)
+    begin = question.given["from"]
+    end = question.given["to"]
+    if not begin < end <= begin + WINDOW:
+        raise InputError(
+            f"frames: 1 to {WINDOW} of them, one after the other, can be had at a time"
+        )
+    work = Frames(*_state(desk), question.given["case"], begin, end)
+    return _later(question, work)
+
+
+def _gaps(desk: Desk, question: Question) -> Replies:
+    _check_motion(desk, question)
+    return _later(question, Gaps(*_state(desk), question.given["case"]))
+
+
+def _state(desk: Desk) -> tuple[OpenStudy, Arrangement, int]:
+    return desk.opened, desk.live, desk.generation
+
+
+def _check_motion(desk: Desk, question: Question) -> None:
+    names = motion_names(desk.opened)
+    case = question.given["case"]
+    if case not in names:
+        raise InputError(f"no motion {case!r}; {one_of(case, names)}")
+
+
+def _envelope(desk: Desk, question: Question) -> Replies:
+    given = question.given
+    task = ReachTask(
+        person=given["person"],
+        limb=given["limb"],
+        grip="",
+        zone=given["zone"],
+        obstacles=given["obstacles"],
+        case=desk.live.case,
+    )
+    check_reach(desk.opened, desk.live, task)
+    return _later(question, EnvelopeWork(*_state(desk), task), "the reach envelope is being made")
+
+
+def _later(question: Question, work: Work, words: str = "") -> Replies:
+    """That something is begun for who asked."""
+    head = {"kind": "busy" if words else "begun", "answers": question.number, "what": words}
+    return Replies(asker=[packed(head)], work=work)
+
+
+@dataclass(frozen=True, eq=False)
+class EnvelopeWork:
+    """The reach envelope of a hand, with its sections."""
+
+    opened: OpenStudy
+    arrangement: Arrangement
+    generation: int
+    task: ReachTask
+    kind: str = "envelope"
+
+    def made(self) -> Made:
+        """Pack the outer boundary clear of obstacles, the lines of the sections, and their
+        pictures."""
+        task = self.task
+        situation = reaching_situation(self.opened, self.arrangement, task)
+        found = situation_envelope(situation, task)
+        points, faces, short = outer_faces(found)
+        lines = section_lines(found)
+        sections = envelope_sections(found, environment=situation.environment)
+        head: dict[str, Any] = {
+            "kind": "envelope",
+            "generation": self.generation,
+            "person": task.person,
+            "limb": task.limb,
+            "litres": round(1e3 * found.volume),
+            "lost": round(1e3 * found.lost) if found.obstacles else None,
+            "sections": [[name, svg] for name, svg in sections],
+        }
+        arrays: list[tuple[str, NDArray[Any]]] = [
+            ("points", points.astype(np.float32)),
+            ("faces", faces.astype(np.uint32)),
+            ("short", short.astype(np.uint8)),
+            ("lines", lines.astype(np.float32)),
+        ]
+        return Made([packed(head, arrays)])

@@ -1,0 +1,86 @@
+// The view of a person: from between the eyes, along the gaze, without the person's own head.
+
+const DEGREES = 180 / Math.PI;
+
+// How wide a picture is seen [rad] that is seen so high [rad].
+export const across = (high, aspect) => 2 * Math.atan(Math.tan(high / 2) * aspect);
+
+// What is seen, in words.
+export function fieldWords(role, high, aspect) {
+  const [up, side] = [high, across(high, aspect)].map((angle) => Math.round(DEGREES * angle));
+  return (
+    `${role}'s view: the field is ${up}° high and ${side}° wide. Drag turns the gaze, + and - change the field, ` +
+    "Esc or a view leaves."
+  );
+}
+
+export class Eye {
+  // source: gives where the person who is chosen looks from, { role, at, sight, up, head, body }, or
+  // null; repaint: paints the people anew; say: is told why there is no view.
+  constructor(source, repaint, say) {
+    Object.assign(this, { source, repaint, say, panel: null, set: null, body: null, veiled: false, field: 0 });
+    document.addEventListener("left", () => this.left());
+  }
+
+  // Take the picture that is there now.
+  attach(panel) {
+    this.panel = panel;
+    this.set = this.body = null;
+    this.veiled = false;
+    this.button = panel.button("eye", () => this.toggle(), false);
+    panel.bar.querySelector(".space").before(this.button);
+    panel.viewer.addEventListener("frame", () => this.tell());
+  }
+
+  toggle() {
+    if (this.set) this.panel.leave();
+    else if (!this.source()) this.say("this person has no eyes to look from", true);
+    else this.look(this.field);
+  }
+
+  look(angle) {
+    const from = this.source();
+    const body = this.panel.scene.bodies[from?.body];
+    if (!body) return;
+    const { camera } = this.panel.viewer;
+    if (!this.set && !this.panel.viewer.walls) {
+      this.panel.toggleWalls(); // nobody sees through walls
+      this.veiled = true;
+    }
+    const turned = this.set && [camera.azimuth - this.set.azimuth, camera.height - this.set.height];
+    this.panel.stand(from, angle);
+    this.set = { azimuth: camera.azimuth, height: camera.height, role: from.role };
+    if (turned) camera.look(camera.azimuth + turned[0], camera.height + turned[1]);
+    this.button.setAttribute("aria-pressed", "true");
+    if (this.body === body && body.unseen === from.head) return;
+    if (this.body) delete this.body.unseen;
+    body.unseen = from.head;
+    this.body = body;
+    this.repaint();
+  }
+
+  // The people have moved: the view goes along, turned as it was.
+  follow() {
+    if (this.set) this.look(this.panel.viewer.camera.angle);
+  }
+
+  left() {
+    if (!this.set) return;
+    this.set = null;
+    if (this.body) delete this.body.unseen;
+    this.body = null;
+    if (this.veiled && this.panel.viewer.walls) this.panel.toggleWalls();
+    this.veiled = false;
+    this.button.setAttribute("aria-pressed", "false");
+    this.panel.say(this.panel.words);
+    this.repaint();
+  }
+
+  // Say the field once the picture has its size.
+  tell() {
+    if (!this.set) return;
+    const { angle, aspect } = this.panel.viewer.camera;
+    const words = fieldWords(this.set.role, angle, aspect);
+    if (this.panel.said.textContent !== words) this.panel.say(words);
+  }
+}

@@ -1,0 +1,52 @@
+// Rows of the tables: verdicts, and what is nearest to what.
+
+import { element } from "./elements.js";
+
+// A cell whose words look at a place of the picture.
+function lookCell(words, point, look) {
+  const cell = element("td", point ? "" : words);
+  if (point) cell.append(element("button", words, { type: "button", className: "look", onclick: () => look(point, words) }));
+  return cell;
+}
+
+// A near pair; fill: is given it where a distance is to be asked for.
+export function nearRow(pair, look, fill) {
+  const row = element("tr");
+  const target = pair.other ? `${pair.other}: ${pair.target}` : pair.target;
+  row.append(
+    element("td", pair.mm.toFixed(1), { className: `number ${pair.mm < 0 ? "failed" : ""}` }),
+    lookCell(`${pair.person}: ${pair.subject}`, pair.point, look),
+    element("td", target),
+  );
+  const limit = element("td");
+  const words = `${pair.person}: ${pair.segment} to ${target}`;
+  if (pair.other !== pair.person) {
+    const made = element("button", "limit", { type: "button", className: "look", onclick: () => fill(pair) });
+    made.setAttribute("aria-label", `ask for a distance of ${words}`);
+    limit.append(made);
+  }
+  row.append(limit);
+  return row;
+}
+
+// A verdict; show: is given the case and the time [s] of one of a motion.
+export function verdictRow(verdict, look, show) {
+  const row = element("tr");
+  const margin = verdict.margin === null ? "" : `${verdict.margin.toFixed(1)} ${verdict.unit}`;
+  const where = verdict.case ? `${verdict.words} (${verdict.case})` : verdict.words;
+  const place = lookCell(where, verdict.point, look);
+  if (verdict.time !== null) {
+    const moment = () => {
+      if (verdict.point) look(verdict.point, where);
+      show(verdict.case, verdict.time);
+    };
+    place.replaceChildren(element("button", `${where} at ${verdict.time.toFixed(3)} s`, { type: "button", className: "look", onclick: moment }));
+  }
+  row.append(
+    element("td", verdict.passed ? "✓ passed" : "✗ FAILED", { className: verdict.passed ? "passed" : "failed" }),
+    element("td", verdict.name),
+    element("td", margin, { className: "number" }),
+    place,
+  );
+  return row;
+}

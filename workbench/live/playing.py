@@ -1,0 +1,242 @@
+"""Motions as the page plays them: the place, frames in windows, and how near each frame comes.
+
+All of it is made in the judge's thread, of a frozen state with its number.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from itertools import combinations, cycle
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from workbench.body.forward import place
+from workbench.contact.collide import body_clearance
+from workbench.draw.eye_view import sight
+from workbench.draw.web.motion_view import cord_counts, motion_bodies
+from workbench.draw.web.packing import Packing
+from workbench.draw.web.views import PEOPLE, WebBody, WebView
+from workbench.errors import InputError
+from workbench.live.protocol import packed
+from workbench.live.replies import Made
+from workbench.model.arrays import Floats
+from workbench.model.motion_case import MotionCase
+from workbench.model.moving import poses_at
+from workbench.model.poses import Placed
+from workbench.study.bench.answers import TOUCHES
+from workbench.study.bench.motions import Playing, playing
+from workbench.study.bench.state import Arrangement, OpenStudy
+from workbench.study.motion_gaps import asked_gaps, distance_criteria, frame_rooms
+
+__all__ = ["WINDOW", "Frames", "Gaps", "MotionScene"]
+
+WINDOW = 256
+"""Frames that are sent at a time, and asked how near they come."""
+_SAMPLES = 32
+"""Frames in which the length of belts is looked at."""
+Arrays = list[tuple[str, NDArray[Any]]]
+
+
+@dataclass(frozen=True, eq=False)
+class _Asked:
+    """A motion of a state, by its case."""
+
+    opened: OpenStudy
+    arrangement: Arrangement
+    generation: int
+    case: str
+
+    @property
+    def playing(self) -> Playing:
+        """What each role does in it."""
+        return playing(self.opened, self.arrangement, self.case)
+
+    def frame(self, kind: str, head: dict[str, Any], arrays: Arrays) -> bytes:
+        """Pack what was made."""
+        lead = {"kind": kind, "generation": self.generation, "case": self.case}
+        return packed({**lead, **head}, arrays)
+
+
+@dataclass(frozen=True, eq=False)
+class MotionScene(_Asked):
+    """The place of a motion, its people in the first frame, and the times of all frames."""
+
+    kind: str = "motion"
+
+    def made(self) -> Made:
+        """Pack the picture."""
+        found = self.playing
+        clock = found.clock
+        packing = Packing()
+        first = found.motions[0]
+        bodies = tuple(_bodies(found, found.placed(clock[:1]), clock[:1]))
+        packing.add(WebView(self.case, bodies, first.cabin))
+        people = []
+        for motion in found.motions:
+            eyes = sight(place(motion.body, motion.motion.rows(slice(0, 1))))
+            head = None if eyes is None else eyes.head
+            people.append({"role": motion.person, "head": head, "bodies": 1 + len(motion.belts)})
+        sent = {"frames": len(clock), "window": WINDOW, "people": people}
+        moves = [
+            {"parts": list(move.parts), "by": list(move.by)} for move in self.arrangement.moves
+        ]
+        block = np.frombuffer(packing.block(), np.uint8)
+        arrays: Arrays = [("block", block), ("times", 1e3 * clock)]
+        return Made([self.frame("motion", {**sent, "moves": moves}, arrays)])
+
+
+@dataclass(frozen=True, eq=False)
+class Frames(_Asked):
+    """Some frames of a motion, `begin` to `end`."""
+
+    begin: int
+    end: int
+    kind: str = "frames"
+
+    def made(self) -> Made:
+        """Pack the bodies in these frames, with what is deeper in something than it may be."""
+        found = self.playing
+        times = found.clock[self.begin : self.end]
+        if not len(times):
+            count = len(found.clock)
+            raise InputError(f"{self.case} has frames 0 to {count - 1}, got {self.begin} on")
+        placed = found.placed(times)
+        packing = Packing()
+        packing.add(WebView(self.case, tuple(_bodies(found, placed, times, red=True))))
+        arrays: Arrays = [("block", np.frombuffer(packing.block(), np.uint8))]
+        for k, one in enumerate(placed):
+            eyes = sight(one)
+            if eyes is not None:
+                rows = np.concatenate([eyes.point, eyes.line(), eyes.axes[:, 2]], axis=1)
+                arrays.append((f"eyes{k}", rows.astype(np.float32)))
+        return Made([self.frame("frames", {"from": self.begin, "count": len(times)}, arrays)])
+
+
+@dataclass(frozen=True, eq=False)
+class Gaps(_Asked):
+    """How near a motion comes at each frame, from frame `begin` on, piece by piece."""
+
+    begin: int = 0
+    kind: str = "gaps"
+
+    def made(self) -> Made:
+        """Pack the least gap of each frame of a piece, and the distances that criteria ask for."""
+        found = self.playing
+        times = found.clock[self.begin : self.begin + WINDOW]
+        placed = found.placed(times)
+        least = np.full(len(times), np.inf)
+        worst: dict[str, Any] = {}
+        for gap, words, points in _least_gaps(found, placed):
+            frame = int(gap.argmin())
+            if gap[frame] < least.min(initial=np.inf):
+                worst = {"words": words(frame), "point": points[frame].round(5).tolist()}
+            least = np.minimum(least, gap)
+        arrays: Arrays = [("least", least.astype(np.float32))]
+        rows: list[dict[str, Any]] = []
+        for motion, one in zip(found.motions, placed, strict=True):
+            for asked in asked_gaps(motion, one, distance_criteria(motion)):
+                lead = f"{motion.person}: " if len(found.motions) > 1 else ""
+                name = f"{lead}{asked.criterion.name}"
+                arrays.append((f"asked{len(rows)}", asked.distance.astype(np.float32)))
+                rows.append({"name": name, "limit": asked.limit})
+        head = {"from": self.begin, "of": len(found.clock), "rows": rows, "worst": worst}
+        frame_bytes = self.frame("gaps", head, arrays)
+        after = self.begin + len(times)
+        more = replace(self, begin=after) if after < len(found.clock) else None
+        return Made([frame_bytes], more)
+
+
+def _least_gaps(found: Playing, placed: tuple[Placed, ...]) -> Iterator[Any]:
+    """(F,) [m] the least room of each role from parts, with the overlap that they allow, and of
+    each two from each other; of a frame the words and the point (F, 3) [m]."""
+    for motion, one in zip(found.motions, placed, strict=True):
+        rooms = frame_rooms(motion, one)
+        segment = np.nan_to_num(rooms.room, nan=np.inf).argmin(axis=1)
+        each = np.arange(len(segment))
+        yield (
+            rooms.room[each, segment],
+            _part_words(motion, rooms.polygon[each, segment], segment),
+            np.nan_to_num(rooms.point[each, segment]),
+        )
+    for (a, one), (b, other) in combinations(enumerate(placed), 2):
+        near = body_clearance(one, other)
+        distance = np.nan_to_num(near.distance, nan=np.inf).reshape(len(one), -1)
+        pair = distance.argmin(axis=1)
+        each = np.arange(len(pair))
+        rows, columns = np.unravel_index(pair, near.distance.shape[1:])
+        people = found.motions[a], found.motions[b]
+        yield (
+            distance[each, pair],
+            _pair_words(people, rows, columns),
+            near.point[each, rows, columns],
+        )
+
+
+def _part_words(motion: MotionCase, polygon: Any, segment: Any) -> Any:
+    def words(frame: int) -> str:
+        part = motion.environment.polygon_part[max(int(polygon[frame]), 0)]
+        name = motion.environment.parts[int(part)] if polygon[frame] >= 0 else "nothing"
+        return f"{motion.person}: {motion.body.segment_names[int(segment[frame])]} – {name}"
+
+    return words
+
+
+def _pair_words(people: tuple[MotionCase, MotionCase], rows: Any, columns: Any) -> Any:
+    def words(frame: int) -> str:
+        one, other = people
+        own = one.body.segment_names[int(rows[frame])]
+        theirs = other.body.segment_names[int(columns[frame])]
+        return f"{one.person}: {own} – {other.person}: {theirs}"
+
+    return words
+
+
+def _bodies(
+    found: Playing, placed: tuple[Placed, ...], times: Floats, *, red: bool = False
+) -> Iterator[WebBody]:
+    """Everybody with the belts that are worn, at some times."""
+    deep = [_touching(one, motion) for motion, one in zip(found.motions, placed, strict=True)]
+    for (a, one), (b, other) in combinations(enumerate(placed), 2) if red else ():
+        near = body_clearance(one, other)
+        where = near.distance < -TOUCHES
+        frame = np.nonzero(where)[0]
+        deep[a].update(zip(near.sphere[where].tolist(), frame.tolist(), strict=True))
+        deep[b].update(zip(near.target[where].tolist(), frame.tolist(), strict=True))
+    for k, (motion, colour) in enumerate(zip(found.motions, cycle(PEOPLE), strict=False)):
+        spans = _spans(deep[k], times) if red else ()
+        yield from motion_bodies(motion, placed[k], colour, _counts(motion), touching=spans)
+
+
+def _touching(placed: Placed, motion: MotionCase) -> set[tuple[int, int]]:
+    """The spheres that are deeper in a part than it allows, of each segment the worst, with the
+    frames."""
+    rooms = frame_rooms(motion, placed)
+    frame, segment = np.nonzero((rooms.room < -TOUCHES) & (rooms.sphere >= 0))
+    return set(zip(rooms.sphere[frame, segment].tolist(), frame.tolist(), strict=True))
+
+
+def _spans(deep: set[tuple[int, int]], times: Floats) -> list[tuple[int, float, float]]:
+    """From when to when [s] spheres are red: each run of frames, a quarter of a frame longer at
+    both ends, so that rounding loses none."""
+    slack = 0.25 * float(np.diff(times).min(initial=1e-3))
+    spans: list[tuple[int, float, float]] = []
+    last = (-1, -1)
+    for sphere, frame in sorted(deep):
+        begin = float(times[frame]) - slack
+        if last == (sphere, frame - 1):
+            begin = spans.pop()[1]
+        spans.append((sphere, begin, float(times[frame]) + slack))
+        last = (sphere, frame)
+    return spans
+
+
+@lru_cache(maxsize=32)
+def _counts(motion: MotionCase) -> tuple[int, ...]:
+    """The spheres of each belt's cord, the same in every window."""
+    clock = motion.motion.clock
+    times = np.linspace(clock[0], clock[-1], min(_SAMPLES, len(clock)))
+    return cord_counts(motion, place(motion.body, poses_at(motion.motion, times)))
