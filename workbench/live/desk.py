@@ -20,7 +20,7 @@ from workbench.files.study.saving import read_text
 from workbench.files.study.splice import SharedValueError
 from workbench.live.following import Following
 from workbench.live.frames import answer_frame, hello_frame, verdict_frame, waiting_frame
-from workbench.live.protocol import Question, packed
+from workbench.live.protocol import VERBS, Question, packed
 from workbench.model.moves import Move
 from workbench.study.bench.answers import Answer, Judged, answer, judged
 from workbench.study.bench.edits import (
@@ -84,6 +84,9 @@ class Desk:
         Time [s] that rises.
     """
 
+    page = "index.html"
+    verbs = VERBS
+
     def __init__(
         self,
         source: str,
@@ -121,7 +124,7 @@ class Desk:
         self.opened = opened
         self.live = opened.start
         self.saved = opened.start
-        self.history = History.of(opened.start)
+        self.history: History[Arrangement] = History.of(opened.start)
         self.following = Following(opened)
         self.there: Present | None = None
         self.shown: Answer | None = None

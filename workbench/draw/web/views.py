@@ -13,7 +13,16 @@ from workbench.model.arrays import Floats, Ints
 from workbench.model.environment import Environment
 from workbench.model.poses import Placed
 
-__all__ = ["PEOPLE", "WebBody", "WebMark", "WebView", "body_view", "mark_view", "scene_view"]
+__all__ = [
+    "PEOPLE",
+    "WebBody",
+    "WebMark",
+    "WebPlace",
+    "WebView",
+    "body_view",
+    "mark_view",
+    "scene_view",
+]
 
 PEOPLE: dict[str, Colour] = {
     "warm": (214, 172, 138),
@@ -65,12 +74,37 @@ class WebMark:
 
 
 @dataclass(frozen=True, eq=False)
+class WebPlace:
+    """A mesh that is not yet an environment.
+
+    Parameters
+    ----------
+    vertices
+        (V, 3) [m], each of one part.
+    part
+        (V,) index into `names`.
+    triangles, edges
+        (T, 3) and (E, 2) vertices.
+    names, colours, glass
+        Of the parts.
+    """
+
+    vertices: Floats
+    part: Ints
+    triangles: Ints
+    edges: Ints
+    names: tuple[str, ...]
+    colours: tuple[Colour, ...]
+    glass: tuple[bool, ...]
+
+
+@dataclass(frozen=True, eq=False)
 class WebView:
     """One turnable picture."""
 
     title: str
     bodies: tuple[WebBody, ...] = ()
-    environment: Environment | None = None
+    environment: Environment | WebPlace | None = None
     marks: tuple[WebMark, ...] = ()
     times: tuple[float, ...] | None = field(default=None)
     """[s] of the F frames of a motion."""
