@@ -122,7 +122,8 @@ class DescribeDesk:
 
     def greeting(self) -> list[bytes]:
         """What a page needs that was just opened."""
-        return [describe_hello(self.opened, person_words(), saves=not self.read_only)]
+        busy = packed({"kind": "busy", "what": "the picture is being made"})
+        return [describe_hello(self.opened, person_words(), saves=not self.read_only), busy]
 
     def state(self) -> list[bytes]:
         """The description as it is."""

@@ -36,6 +36,7 @@ export class Camera {
     this.height = VIEWS.corner[1];
     this.angle = 0.5;
     this.aspect = 1;
+    this.farthest = FARTHEST;
   }
 
   eye() {
@@ -57,7 +58,7 @@ export class Camera {
     const { eye, x, y, z } = this.axes();
     const f = 1 / Math.tan(this.angle / 2);
     const n = Math.max(0.02, this.far * 0.02);
-    const e = this.far + 40;
+    const e = this.far + Math.max(40, this.farthest - FARTHEST);
     const away = [-vec.dot(x, eye), -vec.dot(y, eye), -vec.dot(z, eye), 1];
     return {
       view: [x[0], y[0], z[0], 0, x[1], y[1], z[1], 0, x[2], y[2], z[2], 0, ...away],
@@ -96,7 +97,7 @@ export class Camera {
   }
 
   zoom(factor) {
-    this.far = Math.max(NEAREST, Math.min(FARTHEST, this.far * factor));
+    this.far = Math.max(NEAREST, Math.min(this.farthest, this.far * factor));
   }
 
   look(azimuth, height) {
@@ -117,6 +118,6 @@ export class Camera {
       const across = Math.abs(vec.dot(p, x)) / (t * this.aspect);
       far = Math.max(far, toward + MARGIN * Math.max(across, Math.abs(vec.dot(p, y)) / t));
     }
-    this.far = Math.min(FARTHEST, far);
+    this.far = Math.min(this.farthest, far);
   }
 }

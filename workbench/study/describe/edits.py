@@ -24,6 +24,7 @@ from workbench.study.describe.state import (
     Spot,
     figures_of,
     standing_of,
+    whole,
 )
 
 __all__ = [
@@ -263,7 +264,7 @@ def _seat_figures(opened: OpenPlace, before: Description, name: str) -> Descript
     found = figures_of(opened, before, name)
     picks = before.picks[name]
     degrees = {
-        key: round(math.degrees(getattr(found, key)), 1) + 0.0
+        key: whole(round(math.degrees(getattr(found, key)), 1))
         for key in ("cushion_angle", "back_angle", "yaw")
     }
     values = {"srp": before.point(found.srp), **degrees}
@@ -412,7 +413,7 @@ def _written(before: Description, sort: str, value: Any, what: str) -> Any:
         raise InputError(f"{what}: a number is needed")
     if sort == "length":
         return before.length(value)
-    return int(value) if float(value).is_integer() else round(float(value), 1)
+    return whole(round(float(value), 1))
 
 
 def renamed(before: Description, kind: str, name: str, to: str) -> Edit:

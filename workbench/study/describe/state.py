@@ -35,6 +35,7 @@ __all__ = [
     "open_place",
     "standing_of",
     "valid_file",
+    "whole",
 ]
 
 INNER = "environment.yaml"
@@ -91,13 +92,18 @@ class Description:
         return json.dumps([self.says, [[name, *_faces(one)] for name, one in self.picks.items()]])
 
     def length(self, metres: float) -> float:
-        """A length [m] as it stands in the file, rounded."""
+        """A length [m] as it stands in the file, rounded; a whole number without a point."""
         unit = str(self.says["length"])
-        return round(metres / metres_in[unit], DECIMALS[unit]) + 0.0
+        return whole(round(metres / metres_in[unit], DECIMALS[unit]))
 
     def point(self, metres: Floats | Sequence[float]) -> list[float]:
         """A point (3,) [m] as it stands in the file, rounded."""
         return [self.length(float(value)) for value in metres]
+
+
+def whole(value: float) -> float:
+    """A number as a file has it: without a point where it is whole."""
+    return int(value) if value.is_integer() else value
 
 
 def _faces(picks: SeatPicks) -> list[list[int]]:
