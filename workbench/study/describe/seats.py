@@ -33,6 +33,8 @@ LYING = math.radians(75.0)
 """A back farther [rad] from the vertical is a cushion."""
 UNEVEN = 0.015
 """A surface whose faces are farther [m] from their plane, in the root mean square, is no plane."""
+AWAY = 0.4
+"""A seat reference point that is farther [m] from what was picked of the cushion is odd."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,10 +104,10 @@ def seat_figures(cushion: Floats, back: Floats) -> SeatFigures:
     planes = np.array([[n @ ahead, n @ above] for n in (lap.normal, lean.normal)])
     offsets = [plane.normal @ (plane.centre - middle) for plane in (lap, lean)]
     along, up = np.linalg.solve(planes, offsets)
-    doubts = _doubts(lap, lean, turned)
-    return SeatFigures(
-        middle + along * ahead + up * above, cushion_angle, back_angle, yaw, lap, lean, doubts
-    )
+    srp = middle + along * ahead + up * above
+    away = float(np.linalg.norm(cushion.reshape(-1, 3) - srp, axis=1).min())
+    doubts = _doubts(lap, lean, turned, away)
+    return SeatFigures(srp, cushion_angle, back_angle, yaw, lap, lean, doubts)
 
 
 def _heading(line: Floats, lap: PlaneFit, lean: PlaneFit) -> tuple[float, float]:
@@ -145,8 +147,13 @@ def _check_angles(cushion: float, back: float) -> None:
         )
 
 
-def _doubts(lap: PlaneFit, lean: PlaneFit, turned: float) -> tuple[str, ...]:
+def _doubts(lap: PlaneFit, lean: PlaneFit, turned: float, away: float) -> tuple[str, ...]:
     found = []
+    if away > AWAY:
+        found.append(
+            f"the seat reference point is {1e3 * away:.0f} mm away from the cushion: is this its "
+            f"back?"
+        )
     for name, plane in (("cushion", lap), ("back", lean)):
         if plane.off > UNEVEN:
             found.append(
