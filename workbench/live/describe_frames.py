@@ -10,7 +10,7 @@ import numpy as np
 
 from workbench.draw.colours import Colour
 from workbench.draw.web.packing import CONTROL_PART, GLASS_PART, PLAIN_PART, SEAT_PART
-from workbench.draw.web.thinning import ThinMesh, sharp_edges
+from workbench.draw.web.thinning import ThinMesh
 from workbench.draw.web.views import WebPlace
 from workbench.errors import InputError
 from workbench.files.environment_parts import matching_parts
@@ -184,11 +184,7 @@ def _borders(opened: OpenPlace, description: Description, seat: str, surface: st
     if not chosen:
         return np.zeros((0, 6))
     stands = standing_of(opened, description)
-    faces = stands.faces[opened.meshes.grown(chosen)]
-    used, index = np.unique(faces, return_inverse=True)
-    vertices = stands.vertices[used]
-    edges = sharp_edges(vertices, index.reshape(-1, 3))[:MOST_LINES]
-    return vertices[edges].reshape(-1, 6)
+    return stands.vertices[opened.meshes.borders(chosen)[:MOST_LINES]].reshape(-1, 6)
 
 
 def drawn_place(opened: OpenPlace, description: Description, thin: ThinMesh) -> WebPlace:

@@ -8,7 +8,7 @@ whatever becomes of units, axes and parts.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 
@@ -22,7 +22,8 @@ from workbench.files.meshes.parts import RawMesh, RawPart
 from workbench.files.meshes.reading import implausible, read_mesh
 from workbench.files.meshes.sizes import implausible_sizes
 from workbench.model.arrays import Floats, Ints
-from workbench.study.describe.planes import Surface, grown_faces
+from workbench.study.describe.planes import Surface, grown_faces, outline
+from workbench.study.describe.seats import SeatFigures
 
 __all__ = ["MOST_FACES", "Hit", "Meshes", "Ray", "Standing"]
 
@@ -81,13 +82,17 @@ class Standing:
     faces: Ints
     part: Ints
     names: tuple[str, ...]
+    figures: dict[tuple[tuple[int, ...], ...], SeatFigures] = field(default_factory=dict)
+    """Of seats that were computed, by the faces that were pointed at."""
 
     @cached_property
     def boxes(self) -> Floats:
         """(K, 2, 3) [m] the least and the greatest corner of each part."""
         found = np.empty((len(self.names), 2, 3))
+        order = np.argsort(self.part, kind="stable")
+        first = np.searchsorted(self.part[order], np.arange(len(self.names) + 1))
         for k in range(len(self.names)):
-            points = self.vertices[self.faces[self.part == k].ravel()]
+            points = self.vertices[self.faces[order[first[k] : first[k + 1]]].ravel()]
             found[k] = points.min(axis=0), points.max(axis=0)
         return found
 
@@ -174,6 +179,9 @@ class Meshes:
         """(T,) the mesh that each face is of."""
         self._vertex_mesh = np.repeat(row, [len(part.vertices) for part in parts])
         self._stood: dict[tuple[str, ...], Standing] = {}
+        self._sizes: dict[tuple[str, ...], list[str]] = {}
+        self._grown: dict[tuple[int, ...], Ints] = {}
+        self._borders: dict[tuple[int, ...], Ints] = {}
         self._surfaces: dict[tuple[int, ...], Surface] = {}
 
     @classmethod
@@ -232,6 +240,19 @@ class Meshes:
         `grown_faces`."""
         if not faces:
             raise InputError("no face was picked: pick one in the picture")
+        key = tuple(sorted(set(faces)))
+        if key not in self._grown:
+            self._grown[key] = self._grown_from(key)
+        return self._grown[key]
+
+    def borders(self, faces: Sequence[int]) -> Ints:
+        """(E, 2) vertices: the outline of the surface around faces that were pointed at."""
+        key = tuple(sorted(set(faces)))
+        if key not in self._borders:
+            self._borders[key] = outline(self.faces[self.grown(key)])
+        return self._borders[key]
+
+    def _grown_from(self, faces: tuple[int, ...]) -> Ints:
         owners = tuple(sorted({int(self.owner[face]) for face in faces}))
         own = np.flatnonzero(np.isin(self.owner, owners))
         if owners not in self._surfaces:
@@ -246,6 +267,12 @@ class Meshes:
 
     def size_words(self, says: Sequence[MeshFile]) -> list[str]:
         """Sentences about sizes that no vehicle has, as the reader of meshes has them."""
+        key = tuple(mesh.model_dump_json() for mesh in says)
+        if key not in self._sizes:
+            self._sizes[key] = self._size_words(says)
+        return self._sizes[key]
+
+    def _size_words(self, says: Sequence[MeshFile]) -> list[str]:
         stands = self.standing(says)
         words = []
         for row, (raw, mesh) in enumerate(zip(self.raws, says, strict=True)):
@@ -258,13 +285,18 @@ class Meshes:
             if wrong:
                 words.append(f"{mesh.file}: {wrong}")
                 continue
+            there = np.unique(stands.part[own])
             parts = [
-                RawPart(name, stands.vertices, stands.faces[own & (stands.part == k)])
-                for k, name in enumerate(stands.names)
-                if bool((own & (stands.part == k)).any())
+                RawPart(stands.names[k], *_two_corners(stands.boxes[k]))
+                for k in there[there >= 0].tolist()
             ]
             words += implausible_sizes(parts, frame.metres or 1.0, file=Path(mesh.file).stem)
         return words
+
+
+def _two_corners(box: Floats) -> tuple[Floats, Ints]:
+    """A box (2, 3) as the vertices and faces of a part of that size."""
+    return box, np.array([[0, 1, 1]])
 
 
 def _in_world(points: Floats, frame: MeshFrame) -> Floats:

@@ -18,7 +18,7 @@ from workbench.errors import InputError
 from workbench.geometry.components import component_labels
 from workbench.model.arrays import Bools, Floats, Ints
 
-__all__ = ["PlaneFit", "Surface", "fitted_plane", "grown_faces"]
+__all__ = ["PlaneFit", "Surface", "fitted_plane", "grown_faces", "outline"]
 
 BEND = np.radians(15.0)
 """Angle [rad] between neighbouring faces of one surface, at most: cushions are curved, edges are
@@ -178,3 +178,21 @@ def _connected(surface: Surface, inside: Bools, seeds: Sequence[int]) -> Ints:
     found = inside & np.isin(label, label[list(seeds)])
     found[list(seeds)] = True
     return np.flatnonzero(found)
+
+
+def outline(faces: Ints) -> Ints:
+    """Find the edges at which faces (T, 3) end.
+
+    Returns
+    -------
+    Ints
+        (E, 2) vertices of the edges that one of the faces has and no other.
+    """
+    ends = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
+    low = ends.min(axis=1)
+    high = ends.max(axis=1)
+    wide = int(faces.max(initial=0)) + 1
+    key, count = np.unique(low * wide + high, return_counts=True)
+    alone = key[count == 1]
+    found: Ints = np.stack([alone // wide, alone % wide], axis=1)
+    return found

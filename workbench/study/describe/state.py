@@ -245,5 +245,9 @@ def figures_of(opened: OpenPlace, description: Description, seat: str) -> SeatFi
     """Compute the figures of a seat from what was pointed at. InputError as of `seat_figures`."""
     picks = description.picks[seat]
     stands = standing_of(opened, description)
-    cushion = stands.corners(opened.meshes.grown(picks.cushion))
-    return seat_figures(cushion, stands.corners(opened.meshes.grown(picks.back)))
+    key = picks.cushion, picks.back
+    if key not in stands.figures:
+        cushion = stands.corners(opened.meshes.grown(picks.cushion))
+        back = stands.corners(opened.meshes.grown(picks.back))
+        stands.figures[key] = seat_figures(cushion, back)
+    return stands.figures[key]
