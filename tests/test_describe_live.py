@@ -186,7 +186,7 @@ def test_a_cushion_and_a_back_are_clicked_and_the_file_says_so(mesh):
                 browser = started.chromium.launch(
                     executable_path=CHROMIUM, args=["--no-sandbox", "--enable-unsafe-swiftshader"]
                 )
-                page = browser.new_page(viewport={"width": 1200, "height": 800})
+                page = browser.new_page(viewport={"width": 1100, "height": 500})
                 page.set_default_timeout(120_000)
                 page.on("pageerror", lambda error: said.append(str(error)))
                 page.goto(address, wait_until="commit")
