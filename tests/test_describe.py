@@ -323,6 +323,13 @@ def test_a_new_file_says_how_each_figure_was_got_and_opens_again_as_it_was(tmp_p
     assert environment.parts == ("pan", "rest", "floor", "gear lever")
     assert not environment.solid[2] and environment.solid[3]
     assert math.degrees(environment.seat("driver").back_angle) == pytest.approx(20.0)
+    more = typed(seat, "seat", "driver", "back_angle", 21.0).description
+    save_description(opened, more, saved)
+    changed = (tmp_path / "environment.yaml").read_text()
+    assert changed == text.replace(
+        "back_angle: 20  # fitted: plane of 2 faces, 0.0 mm off in the mean",
+        "back_angle: 21  # typed",
+    )
 
 
 def test_a_file_that_was_not_made_here_is_asked_about(tmp_path):

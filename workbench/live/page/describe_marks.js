@@ -9,6 +9,7 @@ const CONTROL = [178, 40, 130];
 const POINT = [150, 110, 0];
 const WAY = [110, 120, 132];
 const ARM = 0.025; // metres of a cross
+const SHIFTS = [0, -8, 8, -16, 16]; // pixels by which a name makes room for others
 const LENGTHS = { cushion: 0.45, back: 0.6, across: 0.2 }; // metres
 
 export class Marks {
@@ -96,9 +97,12 @@ export class Marks {
       name.hidden = !seen;
       if (!seen) return;
       const x = (0.5 + 0.5 * seen[0]) * canvas.clientWidth;
-      let y = (0.5 - 0.5 * seen[1]) * canvas.clientHeight;
+      const high = (0.5 - 0.5 * seen[1]) * canvas.clientHeight;
       const wide = 7 * name.textContent.length + 14;
-      while (taken.some((one) => Math.abs(one.y - y) < 18 && x < one.x + one.wide && one.x < x + wide)) y -= 4;
+      const free = (y) => !taken.some((one) => Math.abs(one.y - y) < 18 && x < one.x + one.wide && one.x < x + wide);
+      const y = SHIFTS.map((by) => high + by).find(free);
+      name.hidden = y === undefined; // its cross is there; who looks closer sees the name too
+      if (name.hidden) return;
       taken.push({ x, y, wide });
       Object.assign(name.style, { left: `${x}px`, top: `${y}px` });
     });

@@ -41,13 +41,11 @@ def standing_person(bounds: Floats) -> Placed:
     Parameters
     ----------
     bounds
-        (2, 3) [m] of the mesh. The person stands at height 0 where this is within, else at its
-        foot.
+        (2, 3) [m] of the mesh. The person stands at its foot.
     """
     poses = _posture("standing")
     low, high = bounds
-    ground = 0.0 if low[2] - ASIDE <= 0.0 <= high[2] else low[2]
-    return _shifted(poses, np.array([0.5 * (low[0] + high[0]), low[1] - ASIDE]), ground)
+    return _shifted(poses, np.array([0.5 * (low[0] + high[0]), low[1] - ASIDE]), float(low[2]))
 
 
 def _shifted(poses: Poses, at: Floats, ground: float) -> Placed:
