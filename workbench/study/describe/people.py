@@ -41,11 +41,12 @@ def standing_person(bounds: Floats) -> Placed:
     Parameters
     ----------
     bounds
-        (2, 3) [m] of the mesh. The person stands at its foot.
+        (2, 3) [m] of the mesh. The person stands at its foot, to the right of its front, where the
+        corner view hides nothing.
     """
     poses = _posture("standing")
     low, high = bounds
-    return _shifted(poses, np.array([0.5 * (low[0] + high[0]), low[1] - ASIDE]), float(low[2]))
+    return _shifted(poses, np.array([high[0], low[1] - ASIDE]), float(low[2]))
 
 
 def _shifted(poses: Poses, at: Floats, ground: float) -> Placed:

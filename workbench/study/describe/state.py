@@ -228,7 +228,8 @@ def _unit(source: Path, raw: RawMesh, up: str, forward: str) -> str:
         metres = metres_in[unit]
         odd = 100.0 if implausible(largest, metres, smallest=1.0) else 0.0
         if not odd:
-            odd = float(len(implausible_sizes(to_world(raw, rotation, metres=metres), metres)))
+            parts = to_world(raw, rotation, metres=metres)
+            odd = float(len(implausible_sizes(parts, metres, file=source.stem)))
             odd += 0.5 * (largest * metres > 15.0)
         if odd < fewest:
             best = unit
