@@ -354,6 +354,33 @@ def test_elsewhere_the_mesh_goes_along_and_no_folder_is_a_sentence(tmp_path):
     assert "\n" not in str(found.value)
 
 
+def test_a_mesh_outside_of_its_folder_is_not_opened(tmp_path):
+    (tmp_path / "inner").mkdir()
+    text = "environment: cab\nlength: mm\nmeshes: [{file: ../cab.obj, length: m, up: z, forward: x}]\n"  # fmt: skip
+    (tmp_path / "inner" / "environment.yaml").write_text(text)
+    (tmp_path / "cab.obj").write_text(obj_text(seat_parts()))
+    with pytest.raises(InputError, match="a mesh lies in the folder of its environment file"):
+        open_place(tmp_path / "inner")
+
+
+@pytest.mark.parametrize(
+    ("more", "words"),
+    [
+        ("drop: [nose]", "environment.yaml:3:11: meshes[0].file: cab.obj: drop: no part of the name 'nose'"),
+        ("join: {pan: [rest]}", "join: there is a part 'pan' already"),
+        ("join: {a: [pan], b: [p*]}", "join: part 'pan' is in 'a' and in 'b'"),
+        ("drop: ['*']", "drop: nothing is left of the mesh"),
+    ],
+)  # fmt: skip
+def test_parts_that_cannot_be_made_are_refused_with_their_place(tmp_path, more, words):
+    text = f"environment: cab\nlength: mm\nmeshes: [{{file: cab.obj, length: m, up: z, forward: x, {more}}}]\n"  # fmt: skip
+    (tmp_path / "environment.yaml").write_text(text)
+    (tmp_path / "cab.obj").write_text(obj_text(seat_parts()))
+    with pytest.raises(InputError) as found:
+        load_environment(tmp_path / "environment.yaml")
+    assert words in str(found.value)
+
+
 @pytest.mark.parametrize("name", ["trainer", "compact_car"])
 def test_an_environment_of_the_catalogue_is_corrected_with_its_comments(tmp_path, name):
     shutil.copytree(ROOT / "environments" / name, tmp_path / name)

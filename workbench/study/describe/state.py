@@ -15,6 +15,7 @@ import numpy as np
 from workbench.errors import InputError
 from workbench.files.environment_parts import MOST_PIECES, pieces
 from workbench.files.environment_schema import EnvironmentFile
+from workbench.files.meshes.obj import outside_folder
 from workbench.files.meshes.parts import RawMesh
 from workbench.files.meshes.reading import axes_rotation, implausible, read_mesh, to_world
 from workbench.files.meshes.sizes import implausible_sizes
@@ -169,6 +170,12 @@ def open_place(source: Path, out: Path | None = None) -> OpenPlace:
         text = read_text(path)
         says = parse_yaml(text.text.removeprefix("\ufeff"), str(path))
         file = validate(says, EnvironmentFile)
+        for mesh in file.meshes:
+            if outside_folder(mesh.file):
+                raise InputError(
+                    f"{path}: {mesh.file}: a mesh lies in the folder of its environment file, or "
+                    f"below it"
+                )
         meshes = Meshes.read(path.parent, [mesh.file for mesh in file.meshes])
         start = Description(says.value)
         meshes.standing(start.file.meshes)
