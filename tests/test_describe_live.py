@@ -12,6 +12,7 @@ import zlib
 import pytest
 
 from tests.made_seat import SRP, obj_text, seat_parts
+from workbench.cli import main
 from workbench.files.environments import load_environment
 
 pytest.importorskip("starlette", reason="the extra `live` is not installed")
@@ -49,6 +50,12 @@ def test_the_page_is_another_one_behind_the_same_guard(mesh):
         entered(client)
         assert 'src="/page/describe.js"' in client.get("/").text
         assert client.get("/page/describe_parts.js").status_code == 200
+
+
+def test_options_of_studies_and_of_environments_are_not_mixed(mesh, capsys):
+    assert main(["live", "trainer_clearance", "--out", "x"]) == 2
+    assert main(["live", str(mesh), "--size", "small"]) == 2
+    assert "an environment has no people" in capsys.readouterr().err
 
 
 def test_a_seat_and_a_control_are_picked_typed_over_saved_and_undone(bench, mesh):

@@ -55,6 +55,7 @@ export class Parts {
   }
 
   show(head) {
+    this.takeHidden();
     this.head = head;
     const names = head.parts.map((part) => part.name);
     for (const kept of [this.hidden, this.chosen]) {
@@ -70,6 +71,15 @@ export class Parts {
     this.find();
     this.mark();
     this.hide();
+  }
+
+  // What the keys of the picture have hidden or shown since.
+  takeHidden() {
+    if (!this.panel || !this.head) return;
+    const out = this.head.parts.filter((part) => part.hidden).map((part) => part.name);
+    const names = this.panel.scene.place.parts.map((part) => part.name);
+    const { hiddenParts } = this.panel.viewer;
+    this.hidden = new Set(names.filter((name, k) => hiddenParts.has(k) && !out.includes(name)));
   }
 
   row(part) {
@@ -95,7 +105,7 @@ export class Parts {
     if (more) cell.append(element("span", ` ${more}`, { className: "more" }));
     const millimetres = size.map((value) => (1000 * value).toFixed(0)).join(" × ");
     made.append(
-      box("show", !this.hidden.has(name), put(this.hidden, () => {}) && ((on) => this.toggle(name, on))),
+      box("show", !this.hidden.has(name), (on) => this.toggle(name, on)),
       box("choose", this.chosen.has(name), put(this.chosen, () => this.mark())),
       cell,
       element("td", millimetres, { className: "number" }),
