@@ -11,17 +11,17 @@ import re
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
-from workbench.files.yaml_marks import Item, Node
-from workbench.files.yaml_splice import (
+from workbench.files.yaml_edits import (
     Key,
-    at,
-    column,
+    column_of,
     exchanged,
-    mapping,
+    mapping_at,
     new_line,
-    own,
+    node_at,
+    own_copy,
     with_entry,
 )
+from workbench.files.yaml_marks import Item, Node
 
 __all__ = ["LEADS", "changed_text", "flow_text", "yaml_text"]
 
@@ -108,7 +108,7 @@ def changed_text(
     told = notes or {}
     touched: list[Key] = []
     for key, kind, value in _differences(before, after, ()):
-        text = own(text, key[:-1] if kind == "add" else key, "one")
+        text = own_copy(text, key[:-1] if kind == "add" else key, "one")
         if kind == "rename":
             text = _renamed(text, key, str(value))
             key = (*key[:-1], str(value))
@@ -117,7 +117,7 @@ def changed_text(
         elif kind == "add":
             text = _with(text, key, value, told, block or (lambda key: False))
         else:
-            node = at(text, key).node
+            node = node_at(text, key).node
             assert node is not None
             text = exchanged(text, node, flow_text(value))
         touched.append(key)
@@ -165,7 +165,7 @@ def _rows(value: Any) -> bool:
 
 def _item(text: str, key: Key) -> tuple[Node, Item]:
     """The mapping that a key is in, and its entry."""
-    parent = mapping(text, key[:-1])
+    parent = mapping_at(text, key[:-1])
     item = parent.item(str(key[-1]))
     assert item is not None and item.key is not None
     return parent, item
@@ -192,7 +192,7 @@ def _without(text: str, key: Key) -> str:
         return text[: item.key.start] + text[following.start :]
     end = text.find("\n", item.value.end)
     end = len(text) if end < 0 else end + 1
-    begin = item.key.start - column(text, item.key.start)
+    begin = item.key.start - column_of(text, item.key.start)
     if text[begin : item.key.start].strip():  # the first of a list's entry, after its dash
         following = parent.items[1].key
         assert following is not None
@@ -203,7 +203,7 @@ def _without(text: str, key: Key) -> str:
 def _with(text: str, key: Key, value: Any, notes: Notes, block: Block) -> str:
     """The text with one entry more."""
     name = str(key[-1])
-    found = at(text, key[:-1]).node
+    found = node_at(text, key[:-1]).node
     if found is None or found.kind != "mapping":
         assert found is not None
         space = " " if text[found.start - 1 : found.start] == ":" else ""
@@ -215,7 +215,7 @@ def _with(text: str, key: Key, value: Any, notes: Notes, block: Block) -> str:
     if block_written:
         first = found.items[0].key
         assert first is not None
-        inset = " " * (column(text, first.start) + 2)
+        inset = " " * (column_of(text, first.start) + 2)
         lines = _block_lines(value, key, notes, block)
         written = "".join(f"{new_line(text)}{inset}{line}" for line in lines)
     lead = flow_text(name)
@@ -240,7 +240,7 @@ def _noted(value: Any, key: Key) -> Iterator[Key]:
 
 def _commented(text: str, key: Key, words: str) -> str:
     """The text with a comment behind the value of a key: an own one is exchanged, another stays."""
-    node = at(text, key).node
+    node = node_at(text, key).node
     if node is None or (node.kind == "mapping" and not node.flow):
         return text
     line = text.find("\n", node.end)

@@ -6,21 +6,14 @@ anchor is changed for all who share it or for one place alone; whoever saves say
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Literal
 
+from workbench.errors import InputError
 from workbench.files.schema import metres_in
-from workbench.files.yaml_marks import Node, marked
-from workbench.files.yaml_splice import Key, SharedValueError, Sharing
-from workbench.files.yaml_splice import at as _at
-from workbench.files.yaml_splice import column as _column
-from workbench.files.yaml_splice import exchanged as _exchanged
-from workbench.files.yaml_splice import flow as _flow
-from workbench.files.yaml_splice import mapping as _mapping
-from workbench.files.yaml_splice import new_line as _new_line
-from workbench.files.yaml_splice import own as _own
-from workbench.files.yaml_splice import plain as _plain
-from workbench.files.yaml_splice import with_entry as _with_entry
+from workbench.files.yaml_marks import Item, Node, marked, walked
 from workbench.model.moves import Move
 
 __all__ = [
@@ -35,7 +28,18 @@ __all__ = [
     "spliced",
 ]
 
+Sharing = Literal["ask", "all", "one"]
+"""What becomes of a value that several places share: it is asked about, changed in all of them, or
+in one alone."""
+Key = tuple[str | int, ...]
 BOM = "\ufeff"
+MOST_SHARED = 20
+"""Anchors within anchors that are resolved for one change."""
+
+
+class SharedValueError(InputError):
+    """A value that is to be changed is shared with other places, and nobody said what becomes of
+    these."""
 
 
 @dataclass(frozen=True)
@@ -96,6 +100,14 @@ class MovedChange:
 Change = JointChange | MovedChange | PostureChange | SeatChange
 
 
+@dataclass(frozen=True)
+class _Found:
+    """The node at a key, and the nodes on the way to it that other places share."""
+
+    node: Node | None
+    shared: tuple[Node, ...]
+
+
 def spliced(text: str, changes: Sequence[Change], *, sharing: Sharing = "ask") -> str:
     """Change some values in the text of a study.
 
@@ -132,6 +144,102 @@ def spliced(text: str, changes: Sequence[Change], *, sharing: Sharing = "ask") -
     return mark + body
 
 
+def _own(text: str, key: Key, sharing: Sharing) -> str:
+    """The text with nothing shared on the way to a key, where one place alone is to change."""
+    for _ in range(MOST_SHARED):
+        shared = _at(text, key).shared
+        if not shared or sharing == "all":
+            return text
+        if sharing == "ask":
+            raise SharedValueError(_shared_words(text, key, shared[0]))
+        text = _unshared(text, shared[0])
+    raise InputError(f"{_name(key)}: anchors within anchors too deep to change one place alone")
+
+
+def _shared_words(text: str, key: Key, node: Node) -> str:
+    """That a value is shared, and where its anchor is."""
+    every = [one for one in walked(marked(text)) if one.anchor == node.anchor]
+    line = text.count("\n", 0, every[0].start) + 1
+    return (
+        f"{_name(key)} is shared by {len(every)} places (&{node.anchor} in line {line}): "
+        "change all of them, or this one only?"
+    )
+
+
+def _name(key: Key) -> str:
+    return " ".join(str(part + 1) if isinstance(part, int) else part for part in key)
+
+
+def _at(text: str, key: Key) -> _Found:
+    """The node at a key; aliases on the way are followed, and the shared nodes noted."""
+    root = marked(text)
+    anchors: dict[str, Node] = {}
+    uses: dict[str, int] = {}
+    for node in walked(root):
+        if node.anchor:
+            uses[node.anchor] = uses.get(node.anchor, 0) + 1
+        if node.anchor and node.kind != "alias":
+            anchors[node.anchor] = node
+    shared: list[Node] = []
+    here: Node | None = root
+    for part in (None, *key):
+        if part is not None and here is not None:
+            here = _child(here, part)
+        if here is None:
+            break
+        if here.anchor and uses[here.anchor] > 1:
+            shared.append(here)
+        if here.kind == "alias":
+            here = anchors[here.anchor]
+    return _Found(here, tuple(shared))
+
+
+def _child(node: Node, part: str | int) -> Node | None:
+    """The value of a mapping at a key, or of a sequence at a number."""
+    if isinstance(part, int):
+        rows = node.items if node.kind == "sequence" else []
+        return rows[part].value if part < len(rows) else None
+    item = node.item(part) if node.kind == "mapping" else None
+    return None if item is None else item.value
+
+
+def _unshared(text: str, node: Node) -> str:
+    """The text with one place of a shared value written out; the anchor goes to the next place."""
+    every = [one for one in walked(marked(text)) if one.anchor == node.anchor]
+    anchored = next(one for one in every if one.kind != "alias")
+    plain = _flow(text, anchored)
+    if node.kind == "alias":
+        return text[: node.start] + plain + text[node.end :]
+    after = next(one for one in every if one.start > anchored.start)
+    first = anchored.start
+    begin = first + len(f"&{node.anchor}")
+    while text[begin].isspace() and anchored.flow | (anchored.kind == "scalar"):
+        begin += 1
+    moved = f"&{node.anchor} {plain}"
+    return text[:first] + text[begin : after.start] + moved + text[after.end :]
+
+
+def _flow(text: str, node: Node) -> str:
+    """A value in flow style, without anchors of its own."""
+    if node.kind == "alias":
+        return f"*{node.anchor}"
+    if node.kind == "mapping":
+        rows = [
+            f"{_flow(text, item.key)}: {_flow(text, item.value)}"
+            for item in node.items
+            if item.key is not None
+        ]
+        return "{" + ", ".join(rows) + "}"
+    if node.kind == "sequence":
+        return "[" + ", ".join(_flow(text, item.value) for item in node.items) + "]"
+    raw = text[node.start : node.end].strip()
+    if node.anchor:
+        raw = raw.removeprefix(f"&{node.anchor}").strip()
+    quoted = raw[:1] in ("'", '"')
+    safe = quoted or (not set(raw) & set(",[]{}\n#") and raw[:1] not in ("|", ">"))
+    return raw if safe and raw else json.dumps(node.text, ensure_ascii=False)
+
+
 def _set_joint(text: str, key: Key, change: JointChange, sharing: Sharing) -> str:
     """The text with angles of one joint of a posture."""
     found = _at(text, (*key, "angles")).node
@@ -152,6 +260,14 @@ def _set_joint(text: str, key: Key, change: JointChange, sharing: Sharing) -> st
 def _joints(key: str) -> list[str]:
     """The joints that a key of angles names."""
     return key.replace(",", " ").split()
+
+
+def _mapping(text: str, key: Key) -> Node:
+    """The mapping at a key."""
+    node = _at(text, key).node
+    if node is None or node.kind != "mapping":
+        raise InputError(f"{_name(key)}: no mapping stands there to be changed")
+    return node
 
 
 def _set_axes(text: str, key: Key, angles: Sequence[AxisAngle]) -> str:
@@ -291,3 +407,45 @@ def _length(value: float) -> str:
 
 def _angles(angles: Sequence[AxisAngle]) -> str:
     return "{" + ", ".join(f"{angle.motion}: {angle.text}" for angle in angles) + "}"
+
+
+def _plain(name: str) -> str:
+    """A name as it may stand in flow style."""
+    safe = name.replace("_", "").isalnum() and not name[0].isdigit()
+    return name if safe else json.dumps(name, ensure_ascii=False)
+
+
+def _exchanged(text: str, node: Node, value: str) -> str:
+    """The text with another value in the place of a node; its anchor stays."""
+    anchor = f"&{node.anchor} " if node.anchor and node.kind != "alias" else ""
+    return text[: node.start] + anchor + value + text[node.end :]
+
+
+def _with_entry(text: str, mapping: Node, key: str, value: str, after: Item | None = None) -> str:
+    """The text with one entry more in a mapping, behind one of its entries or the last, in the
+    mapping's own style."""
+    if not mapping.items:
+        brace = text.index("{", mapping.start)
+        return f"{text[: brace + 1]}{key}: {value}{text[brace + 1 :]}"
+    item = after or mapping.items[-1]
+    end = item.value.end
+    if mapping.flow:
+        return f"{text[:end]}, {key}: {value}{text[end:]}"
+    first = mapping.items[0].key
+    assert first is not None
+    line = text.find("\n", end)
+    line = len(text) if line < 0 else line
+    if text[line - 1 : line] == "\r":
+        line -= 1
+    entry = f"{_new_line(text)}{' ' * _column(text, first.start)}{key}: {value}"
+    return text[:line] + entry + text[line:]
+
+
+def _column(text: str, at: int) -> int:
+    """How many characters stand before one in its line."""
+    return at - (text.rfind("\n", 0, at) + 1)
+
+
+def _new_line(text: str) -> str:
+    """How the lines of a text end."""
+    return "\r\n" if "\r\n" in text else "\n"

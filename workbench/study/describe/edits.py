@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from workbench.errors import InputError, has_controls, one_of
-from workbench.files.yaml_splice import Key
+from workbench.files.yaml_edits import Key
 from workbench.model.arrays import Floats
 from workbench.study.describe.meshes import Ray
 from workbench.study.describe.planes import fitted_plane

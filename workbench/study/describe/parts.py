@@ -8,7 +8,7 @@ from typing import Any
 
 from workbench.errors import InputError, has_controls, one_of
 from workbench.files.environment_parts import pieces
-from workbench.files.yaml_splice import Key
+from workbench.files.yaml_edits import Key
 from workbench.study.describe.edits import Edit
 from workbench.study.describe.state import Description, OpenPlace, standing_of
 

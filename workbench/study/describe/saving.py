@@ -14,7 +14,7 @@ from workbench.files.environments import load_environment
 from workbench.files.output_file import write_errors, write_file
 from workbench.files.study.saving import StudyText, written_beside
 from workbench.files.yaml_changes import changed_text, yaml_text
-from workbench.files.yaml_splice import Key
+from workbench.files.yaml_edits import Key
 from workbench.files.yaml_text import parse_yaml
 from workbench.study.describe.state import Description, OpenPlace
 

@@ -21,7 +21,7 @@ from workbench.files.meshes.reading import axes_rotation, implausible, read_mesh
 from workbench.files.meshes.sizes import implausible_sizes
 from workbench.files.schema import metres_in, validate
 from workbench.files.study.saving import StudyText, read_text
-from workbench.files.yaml_splice import Key
+from workbench.files.yaml_edits import Key
 from workbench.files.yaml_text import Document, parse_yaml
 from workbench.model.arrays import Floats
 from workbench.study.describe.meshes import Meshes, Standing
