@@ -26,7 +26,9 @@ from workbench.study.bench.crowd import (
     open_crowd,
     settled,
 )
-from workbench.study.bench.edits import Edit, LimbTarget, reached, seated, shifted, turned
+from workbench.study.bench.edits import Edit, seated, shifted
+from workbench.study.bench.edits_joints import turned
+from workbench.study.bench.edits_limbs import LimbTarget, reached
 from workbench.study.bench.placing import placed_people
 from workbench.study.bench.state import OpenStudy, open_study
 
@@ -75,10 +77,10 @@ def measure(opened: OpenStudy) -> None:
         near_pairs(answer(after, before))
 
     def turn(number: int) -> None:
-        answered(turned(opened, placement, person, "RE", 0, 60.0 + number % 20))
+        answered(turned(placement, person, "RE", 0, 60.0 + number % 20))
 
     def knee(number: int) -> None:
-        answered(turned(opened, placement, person, "RK", 0, 60.0 + number % 20))
+        answered(turned(placement, person, "RK", 0, 60.0 + number % 20))
 
     def hand(number: int) -> None:
         goal = tip + 0.02 * np.array([0.0, np.sin(number), np.cos(number)])
@@ -161,7 +163,7 @@ def main() -> None:
         body = wb.load_body(sys.argv[2])
         study = replace(study, roles=tuple(replace(role, body=body) for role in study.roles))
     opened = open_study(study)
-    spheres = [len(opened.body(row).sphere_names) for row in range(len(study.roles))]
+    spheres = [len(opened.start.body(row).sphere_names) for row in range(len(study.roles))]
     print(f"{study.name}: {len(spheres)} people of {spheres} spheres")
     measure(opened)
     crowd = open_crowd(opened)

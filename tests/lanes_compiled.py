@@ -27,15 +27,19 @@ from workbench.geometry.lanes import (
     where_below,
 )
 from workbench.geometry.quads import (
+    below,
+    divided,
     first_of,
     four,
     greatest_of,
+    least_of,
     load_four,
     load_triples,
     lower,
     store_single,
     store_triples,
     upper,
+    where_positive,
 )
 
 
@@ -67,16 +71,17 @@ def every_lane_function(a, b, out):
 
 @njit
 def every_quad_function(a, b, out, single):
-    """Triples of fours of double precision into out, fours rounded into single; the greatest of a
-    and the first."""
+    """Triples of fours of double precision into out, fours rounded into single; the greatest of a,
+    the first of b, and the bits of a < b."""
     u = load_four(a, np.uint64(0))
     v = load_four(b, np.uint64(0))
     store_triples(out, np.uint64(0), u + v, u - v, u * v)
     store_triples(out, np.uint64(12), lower(u, v), upper(u, v), four(a[2]))
     x, y, z = load_triples(out, np.uint64(0))
     store_triples(out, np.uint64(24), z, y, x)
+    store_triples(out, np.uint64(36), divided(u, v), where_positive(u, v), four(least_of(u)))
     store_single(single, np.uint64(1), u)
-    return greatest_of(u), first_of(v)
+    return greatest_of(u), first_of(v), below(u, v)
 
 
 @njit

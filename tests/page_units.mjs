@@ -8,7 +8,9 @@ import { test } from "node:test";
 import { Camera, vec } from "./view/camera.js";
 import { clearest, named, pick } from "./view/pick.js";
 import { boundsOf, decode, unpack } from "./view/wire.js";
+import { rangesOf } from "./page/grips.js";
 import { change, who } from "./page/people.js";
+import { rowsOf, wanted } from "./page/size.js";
 import { alongAxis, fromLine, handleAt, inPlane } from "./page/ways.js";
 
 const near = (a, b, by = 1e-9) =>
@@ -104,4 +106,24 @@ test("people and changes of shares are put into words", () => {
   assert.equal(change(0.5, 0.62), "−12.0");
   assert.equal(change(0.62, 0.5), "+12.0");
   assert.equal(change(0.5, 0.5004), "");
+});
+
+test("a size is asked for by measures, and by the percentile that was changed alone", () => {
+  const fields = {
+    stature: { value: "1600", percentile: "30.1" },
+    sitting_height: { value: "", percentile: "" },
+    mass: { value: "61.5", percentile: "44.0" },
+  };
+  const form = { sex: "female", age: "", fields };
+  assert.deepEqual(wanted(form), { sex: "female", measures: { stature: 1.6 }, percentiles: {}, mass: 61.5 });
+  assert.deepEqual(wanted(form, "stature"), { sex: "female", measures: {}, percentiles: { stature: 30.1 }, mass: 61.5 });
+  assert.deepEqual(wanted({ sex: "male", age: "", fields: {} }).percentiles, { stature: 50 });
+  assert.deepEqual(wanted({ sex: "male", age: "6", fields: {} }), { sex: "male", age: 6, measures: {}, percentiles: {} });
+  assert.deepEqual(wanted({ ...form, sex: "" }), {});
+  assert.deepEqual(rowsOf({ measures: { hand_length: [0.2, 50] } }), ["stature", "sitting_height", "mass", "hand_length"]);
+});
+
+test("the spheres of a limb are runs of indices", () => {
+  assert.deepEqual(rangesOf([0, 0, 1, 2, 2, 1], (k) => k !== 1), [[0, 2], [3, 5]]);
+  assert.deepEqual(rangesOf([1, 1], () => false), []);
 });

@@ -313,6 +313,7 @@ def human_cases(tmp_path):
             "initial": upright,
             "restarts": 1,
             "max_extension": 0.0,
+            "tighter_zones": True,
             "threads": 1,
         },
         "reach_map": {

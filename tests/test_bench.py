@@ -22,14 +22,11 @@ from workbench.errors import InputError
 from workbench.files.study.saving import read_text
 from workbench.model.moves import Move
 from workbench.study.bench.answers import answer, judged, near_pairs
-from workbench.study.bench.edits import (
-    LimbTarget,
-    looking_at,
-    reached,
-    seated,
-    shifted,
-    turned,
-)
+from workbench.study.bench.edits import looking_at, seated, shifted
+from workbench.study.bench.edits_joints import mirrored, turned
+from workbench.study.bench.edits_limbs import LimbTarget, reached
+from workbench.study.bench.edits_people import SizeWanted, dressed, sized
+from workbench.study.bench.edits_postures import posed, predicted, suggested
 from workbench.study.bench.history import TOGETHER, Entry, History
 from workbench.study.bench.placing import placed_people
 from workbench.study.bench.saving import changes_of, save
@@ -103,7 +100,7 @@ def test_the_worst_pair_at_hand_is_that_of_the_clearances(trainer, placement):
 
 def test_an_answer_that_builds_on_another_is_the_same(trainer, placement):
     first = answer(placement)
-    after = turned(trainer, placement, "pilot", "RE", 0, 60.0).arrangement
+    after = turned(placement, "pilot", "RE", 0, 60.0).arrangement
     there = placed_people(trainer, after, before=placement)
     assert there.people[1] is placement.people[1]
     anew = answer(placed_people(trainer, after))
@@ -117,21 +114,21 @@ def test_an_answer_that_builds_on_another_is_the_same(trainer, placement):
 
 
 def test_a_joint_turns_to_a_tenth_of_a_degree_and_says_when_its_stop_is_passed(trainer, placement):
-    body = trainer.body(0)
-    edit = turned(trainer, placement, "pilot", "RE", 0, 61.2345)
+    body = trainer.start.body(0)
+    edit = turned(placement, "pilot", "RE", 0, 61.2345)
     found = answer(placed_people(trainer, edit.arrangement)).people[0]
     assert np.degrees(found.angles[body.joint("RE"), 0]) == pytest.approx(61.2, abs=1e-9)
     assert edit.words == ""
-    far = turned(trainer, placement, "pilot", "RE", 0, 170.0)
+    far = turned(placement, "pilot", "RE", 0, 170.0)
     assert "beyond the stop of flexion" in far.words
-    same = turned(trainer, placement, "pilot", "RE", 0, 75.04)
+    same = turned(placement, "pilot", "RE", 0, 75.04)
     assert same.arrangement.people[0] is trainer.start.people[0]
 
 
 @pytest.mark.parametrize("joint", ["LS", "RW", "NP", "LH", "RK", "W", "LA"])
 def test_who_is_placed_from_another_state_sits_as_anew(trainer, placement, joint):
-    body = trainer.body(0)
-    after = turned(trainer, placement, "pilot", joint, 0, 30.0).arrangement
+    body = trainer.start.body(0)
+    after = turned(placement, "pilot", joint, 0, 30.0).arrangement
     anew = placed_people(trainer, after).people[0]
     again = placed_people(trainer, after, before=placement).people[0]
     assert np.array_equal(again.placed.centres, anew.placed.centres)
@@ -153,7 +150,7 @@ def test_a_joint_that_cannot_be_turned_says_why(
     trainer, placement, person, joint, axis, degrees, words
 ):
     with pytest.raises(InputError, match=words):
-        turned(trainer, placement, person, joint, axis, degrees)
+        turned(placement, person, joint, axis, degrees)
 
 
 def test_a_hand_goes_to_a_target_and_says_how_far_it_misses(trainer, placement):
@@ -170,7 +167,9 @@ def test_a_hand_goes_to_a_target_and_says_how_far_it_misses(trainer, placement):
 def test_spheres_that_are_in_somebody_else_are_known(trainer, placement):
     assert answer(placement).overlaps == (frozenset(), frozenset())
     other = placement.people[1].placed
-    goal = other.centres[0, trainer.body(1).sphere_segment == trainer.body(1).segment("UT")].mean(0)
+    goal = other.centres[
+        0, trainer.start.body(1).sphere_segment == trainer.start.body(1).segment("UT")
+    ].mean(0)
     edit = reached(trainer, placement, "pilot", LimbTarget("right hand", tuple(goal.tolist())))
     there = placed_people(trainer, edit.arrangement)
     found = answer(there)
@@ -304,6 +303,27 @@ EDITS = st.one_of(
         st.sampled_from(["throttle", "flaps"]),
         *[st.floats(-0.2, 0.2)] * 3,
     ),
+    st.tuples(
+        st.just("size"),
+        st.sampled_from(["pilot", "instructor"]),
+        st.sampled_from(["female", "male"]),
+        st.floats(1.5, 1.9),
+        st.sampled_from([None, 5.0, 50.0, 95.0]),
+    ),
+    st.tuples(
+        st.just("clothes"),
+        st.sampled_from(["pilot", "instructor"]),
+        st.lists(st.sampled_from(["helmet", "boots", "vest"]), unique=True, max_size=2),
+        *[st.none()] * 2,
+    ),
+    st.tuples(st.just("mirror"), st.sampled_from(["pilot", "instructor"]), *[st.none()] * 3),
+    st.tuples(
+        st.just("posture"),
+        st.sampled_from(["pilot", "instructor"]),
+        st.sampled_from(["riding", "flying", "hands_in_lap"]),
+        *[st.none()] * 2,
+    ),
+    st.tuples(st.just("predict"), st.just("pilot"), *[st.none()] * 3),
     st.tuples(st.just("case"), st.sampled_from(["cruise", "looking left"]), *[st.none()] * 3),
 )
 
@@ -319,9 +339,22 @@ def edited(opened, arrangement, edit):
         if verb.startswith("move"):
             parts, controls = ((), (who,)) if verb == "move control" else ((who,), ())
             return shifted(opened, arrangement, Move(parts, controls, tuple(more))).arrangement
+        if verb == "size":
+            percentiles = {} if more[2] is None else {"sitting_height": more[2]}
+            wanted = SizeWanted(more[0], {"stature": more[1]}, percentiles)
+            return sized(opened, arrangement, who, wanted).arrangement
+        if verb == "clothes":
+            return dressed(opened, arrangement, who, more[0]).arrangement
         there = placed_people(opened, arrangement)
+        if verb == "mirror":
+            return mirrored(there, who).arrangement
+        if verb == "posture":
+            return posed(opened, there, who, more[0]).arrangement
+        if verb == "predict":
+            tips = answer(there).people[0].tips
+            return predicted(opened, there, who, suggested(opened, there, 0, tips)).arrangement
         if verb == "turn":
-            return turned(opened, there, who, *more).arrangement
+            return turned(there, who, *more).arrangement
         return reached(opened, there, who, LimbTarget(more[1], control=more[0])).arrangement
     except InputError:
         return arrangement
@@ -351,7 +384,7 @@ def test_a_file_that_changed_meanwhile_is_not_written_over(trainer, placement, t
     shutil.copy(ROOT / "studies" / "trainer_clearance.yaml", path)
     text = read_text(path)
     path.write_text(path.read_text() + "# by an editor\n")
-    state = turned(trainer, placement, "pilot", "RE", 0, 60.0).arrangement
+    state = turned(placement, "pilot", "RE", 0, 60.0).arrangement
     with pytest.raises(InputError, match="has changed on the disk"):
         save(trainer, text, state)
     assert path.read_text().endswith("# by an editor\n")
@@ -364,7 +397,7 @@ def test_a_file_that_changed_meanwhile_is_not_written_over(trainer, placement, t
 def test_a_predicted_posture_becomes_a_given_one_in_its_seat(tmp_path):
     opened = open_study(wb.load_study("trainer_reach"))
     there = placed_people(opened, opened.start)
-    edit = turned(opened, there, "small woman", "RE", 0, 50.0)
+    edit = turned(there, "small woman", "RE", 0, 50.0)
     person = edit.arrangement.people[0]
     assert not person.free and person.forward == pytest.approx(there.people[0].forward, abs=6e-5)
     path = tmp_path / "reach.yaml"

@@ -16,7 +16,7 @@ from tests.conftest import BOX, BOX_FACES, box_part, environment_of
 from tests.test_blend import random_blend
 from workbench import collides
 from workbench.contact import many_poses
-from workbench.contact.batches import grouped_clearance
+from workbench.contact.batches import clearance_by_part, grouped_clearance
 from workbench.contact.collide import _plain, allowed_depth, clearance_of_groups, nearest
 from workbench.contact.crowd import crowd_of
 from workbench.contact.fields import field_of, packed_faces, packed_shells
@@ -164,6 +164,37 @@ def test_fast_answers_equal_the_plain_ones_to_the_last_bit(one_arm, random_arm, 
     assert np.array_equal(found.sphere, sphere)
     assert np.array_equal(found.target, polygon)
     assert np.array_equal(found.point, point, equal_nan=True)
+
+
+@pytest.mark.parametrize("kind", ZOO)
+def test_one_pose_has_the_answers_of_a_batch(one_arm, random_arm, kind):
+    soft = with_rules(ZOO[kind](4))
+    poses = random_arm(70, 6)
+    placed = wb.place(one_arm, poses)
+    batch = nearest(placed, soft)
+    hits = collides(placed, soft)
+    for p in range(0, 70, 7):
+        alone = wb.place(one_arm, poses.rows(slice(p, p + 1)))
+        assert collides(alone, soft)[0] == hits[p]
+        for name in ("distance", "sphere", "target", "point", "facing"):
+            one, other = (getattr(found, name) for found in (nearest(alone, soft), batch))
+            assert np.array_equal(one[0], other[p], equal_nan=True)
+
+
+@pytest.mark.parametrize("kind", ZOO)
+def test_below_a_limit_the_clearances_are_those_without_and_above_it_there_are_none(
+    one_arm, random_arm, kind
+):
+    placed = wb.place(one_arm, random_arm(100, 12))
+    environment = ZOO[kind](12)
+    every = clearance_by_part(placed, environment)
+    most = np.full(every.distance.shape[1:], 0.1)
+    some = clearance_by_part(placed, environment, most=most)
+    near = every.distance < 0.1
+    assert 0 < near.sum() < near.size
+    assert np.array_equal(some.distance, np.where(near, every.distance, np.inf))
+    assert np.array_equal(some.sphere, np.where(near, every.sphere, -1))
+    assert np.array_equal(some.polygon, np.where(near, every.polygon, -1))
 
 
 @pytest.mark.nightly

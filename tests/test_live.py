@@ -39,6 +39,8 @@ PAGES = (
     "/page/app.js",
     "/page/connection.js",
     "/page/people.js",
+    "/page/person.js",
+    "/page/size.js",
     "/page/picture.js",
     "/page/things.js",
     "/page/style.css",
@@ -60,7 +62,9 @@ FILES = (
     "gizmo.js",
     "grips.js",
     "people.js",
+    "person.js",
     "picture.js",
+    "size.js",
     "things.js",
     "ways.js",
     "index.html",
@@ -298,6 +302,18 @@ TURN = {"n": 1, "do": "joint", "person": "pilot", "joint": "RE", "axis": 0, "deg
         ('{"do": "move", "parts": [1], "by": [0, 0, 0]}', "a list of names of parts"),
         ('{"do": "move", "parts": ["compass"], "by": [0, 0, NaN]}', "NaN is no number"),
         ('{"do": "move", "parts": ["compass"]}', "'by' is missing"),
+        ('{"do": "size", "person": "a", "sex": "nobody"}', "expected male or female"),
+        ('{"do": "size", "person": "a", "measures": {"stature": NaN}}', "NaN is no number"),
+        ('{"do": "size", "person": "a", "measures": {"stature": "1"}}', "metres by the name"),
+        ('{"do": "size", "person": "a", "measures": [1]}', "metres by the name of a measure"),
+        ('{"do": "size", "person": "a", "percentiles": {"": 5}}', "percentiles by the name"),
+        ('{"do": "size", "person": "a", "mass": 1e999}', "too large"),
+        ('{"do": "size", "person": "a", "age": true}', "a number of years"),
+        ('{"do": "clothes", "person": "a", "clothes": "hat"}', "a list of names of clothes"),
+        ('{"do": "clothes", "person": "a"}', "'clothes' is missing"),
+        ('{"do": "harness", "person": "a", "zone": 4}', "expected 1, 2 or 3"),
+        ('{"do": "predict", "person": "a", "like": "b", "holds": {"c": 1}}', "controls by limb"),
+        ('{"do": "mirror"}', "'person' is missing"),
         ("x" * (LONGEST + 1), "at most 65536 bytes"),
     ],
 )
@@ -389,6 +405,9 @@ FAULTS = [
     ({"do": "move", "controls": ["flap"], "by": [0, 0, 0]}, "did you mean 'flaps'"),
     ({"do": "move", "parts": ["left_seat_pan"], "by": [0, 0, 0]}, "move the seat instead"),
     ({"do": "move", "parts": ["compass"], "by": [0, 1e6, 0]}, "up to 10 m"),
+    ({"do": "harness", "person": "pilot", "zone": 1}, "no criterion asks what pilot reaches"),
+    ({"do": "posture", "person": "pilot", "name": "fly"}, "did you mean 'flying'"),
+    ({"do": "mirror", "person": "x"}, "nobody is called 'x'"),
     ({"do": "save", "to": "../a.yaml"}, "a name such as"),
     ({"do": "save", "to": ".hidden.yaml"}, "a name such as"),
 ]
@@ -432,6 +451,100 @@ def test_a_part_is_moved_with_its_control_and_undone(client, desk):
         back = asked(page, "undo")
         assert not back["unsaved"] and back["moves"] == []
         assert "throttle_lever" not in back["shifts"]
+
+
+SLOW_FAULTS = [
+    ({"do": "size", "person": "x", "sex": "male"}, "nobody is called 'x'"),
+    (
+        {"do": "size", "person": "pilot", "sex": "male", "measures": {"stature": 9.6}},
+        "9600 mm is not a person's",
+    ),
+    (
+        {"do": "size", "person": "pilot", "sex": "male", "measures": {"statur": 1.6}},
+        "did you mean 'stature'",
+    ),
+    (
+        {
+            "do": "size",
+            "person": "pilot",
+            "sex": "male",
+            "measures": {"stature": 1.7, "sitting_height": 0.6},
+        },
+        "no such person",
+    ),
+    (
+        {"do": "size", "person": "pilot", "sex": "male", "percentiles": {"stature": 101}},
+        "between 0 and 100",
+    ),
+    ({"do": "clothes", "person": "pilot", "clothes": ["hat"]}, "no bodies/encumbrance entry"),
+    ({"do": "predict", "person": "pilot", "like": "sleeping"}, "no posture 'sleeping'"),
+    (
+        {
+            "do": "predict",
+            "person": "pilot",
+            "like": "driving",
+            "holds": {"left hand": "left_seat_left_pedal"},
+        },
+        "is for feet, not for the left hand",
+    ),
+    ({"do": "free", "person": "pilot"}, "given in case 'cruise'"),
+]
+
+
+@pytest.mark.parametrize(("message", "words"), SLOW_FAULTS)
+def test_what_takes_time_and_cannot_be_done_is_reported_in_one_sentence(
+    client, desk, message, words
+):
+    with page_of(entered(client)) as page:
+        frames_until(page, "answer")
+        given = {name: value for name, value in message.items() if name != "do"}
+        busy = asked(page, message["do"], **given)
+        assert busy["kind"] == "busy" and message["person"] in busy["what"]
+        fault, _ = frames_until(page, "fault")
+        assert words in fault["words"] and "\n" not in fault["words"]
+        assert not desk.unsaved and not desk.history.can_undo
+
+
+def test_a_person_gets_another_body_while_the_desk_answers(client, desk):
+    with page_of(entered(client)) as page:
+        hello, _ = frames_until(page, "hello")
+        assert (
+            "helmet" in hello["people"][0]["wearable"]
+            and "flying" in hello["people"][0]["postures"]
+        )
+        before, _ = frames_until(page, "answer")
+        assert before["people"][0]["size"] is None
+        size = {"person": "pilot", "sex": "female", "percentiles": {"stature": 5}}
+        assert asked(page, "size", **size)["what"] == "the body of pilot is being made"
+        assert asked(page, "clothes", person="pilot", clothes=["helmet"])["kind"] == "busy"
+        assert asked(page, "case", name="looking left")["kind"] == "answer"
+        for _ in range(30):
+            head, arrays = frames_until(page, "answer")
+            if head["people"][0]["clothes"]:
+                break
+        person = head["people"][0]
+        assert person["size"]["measures"]["stature"] == [1.525, pytest.approx(5.0, abs=0.3)]
+        assert person["figure"] != before["people"][0]["figure"]
+        assert head["case"] == "looking left" and head["unsaved"]
+        assert len(arrays["radius0"]) > hello["people"][0]["spheres"]
+        back = asked(page, "undo")
+        assert back["people"][0]["clothes"] == [] and back["people"][0]["size"] is not None
+        assert asked(page, "undo")["people"][0]["figure"] == before["people"][0]["figure"]
+        assert not desk.unsaved
+
+
+def test_a_state_without_an_answer_is_not_taken(desk, monkeypatch):
+    desk.open()
+    desk.state()
+    before = desk.live
+
+    def fails(*_, **__):
+        raise InputError("there is no place")
+
+    monkeypatch.setattr("workbench.live.desk.placed_people", fails)
+    (fault,) = desk.do(parsed(json.dumps(TURN))).asker
+    assert "there is no place" in unpacked(fault)[0]["words"]
+    assert desk.live is before and not desk.history.can_undo
 
 
 def test_two_pages_see_the_same(client):

@@ -231,6 +231,36 @@ def test_what_is_clicked_in_the_picture_is_chosen(page):
     assert page.locator("#thing-name option:checked").text_content() == said
 
 
+def said(page, words):
+    page.wait_for_function(
+        "(words) => document.getElementById('status').textContent.includes(words)", arg=words
+    )
+
+
+def test_a_person_gets_another_size_and_clothes_and_they_are_saved(page, study):
+    before = study.read_text()
+    page.locator("#size-sex").select_option("female")
+    said(page, "pilot: a woman")
+    page.get_by_label("stature, percentile").fill("5")
+    page.get_by_label("stature, percentile").press("Enter")
+    said(page, "pilot: a woman, 1525 mm tall")
+    assert page.get_by_label("stature in mm").input_value() == "1525"
+    page.get_by_label("helmet").check()
+    said(page, "with helmet")
+    page.wait_for_timeout(1200)
+    saved(page)
+    line = "position: reference, size: {sex: female, measures: {stature: 1525}}, clothes: [helmet]}"
+    assert line in study.read_text()
+    while page.get_by_role("button", name="Undo").is_enabled():
+        page.get_by_role("button", name="Undo").click()
+        page.wait_for_timeout(300)
+    assert page.locator("#size-sex").input_value() == ""
+    page.get_by_role("button", name="Save").click()
+    page.wait_for_function("() => !document.title.startsWith('●')")
+    assert study.read_text() == before
+    assert faults(page) == []
+
+
 @pytest.mark.parametrize("width", [420, 1000, 1600])
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_nothing_of_the_page_is_wider_than_the_window(page, width, scheme):

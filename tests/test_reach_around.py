@@ -217,7 +217,7 @@ def test_a_target_in_a_closed_box_stays_missed_with_the_hand_at_the_box(hard):
     found = ask(bodies, poses, box, [target], how)
     assert free.reached.all() and not found.reached.any()
     assert {found.limit(b, 0) for b in range(len(bodies))} == {"box"}
-    assert np.all(found.doubt == DOUBTS.index("kept")) and np.all(free.doubt == 0)
+    assert np.all(found.doubt == DOUBTS.index("kept for certain")) and np.all(free.doubt == 0)
     assert np.all(found.overlap == 0)
     assert np.all(np.abs(found.miss - half) < 0.05)
 

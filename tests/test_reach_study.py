@@ -120,6 +120,26 @@ def test_a_run_says_who_reaches_what_in_words(ran, tmp_path):
     assert (tmp_path / "out" / "reaches.csv").read_text().count("\n") == 1 + 3 * 3
 
 
+def test_what_is_to_spare_is_how_much_farther_from_the_shoulder_the_hand_gets(ran, flying):
+    situation, environment = flying[0], flying[2]
+    poses, placed = situation.taken.poses, flying[3]
+    body = placed.body
+    spares = {r.control: r for r in ran[1].postures[0].reaches if r.spare is not None}
+    assert set(spares) == {"left_stick", "throttle"}
+    for row in spares.values():
+        assert 0 < row.spare <= 0.2
+        arm = limb(body, row.limb, grip="grasp", zone=row.zone)
+        upper = body.joint("RS" if row.limb == "right hand" else "LS")
+        world = placed.world_from_segment[0, upper + 1]
+        shoulder = world[:, :3] @ body.joint_in_child[0, upper] + world[:, 3]
+        at = np.array(one(environment, row.control).at)
+        way = (at - shoulder) / np.linalg.norm(at - shoulder)
+        beyond = np.array([at + (row.spare + more) * way for more in (-0.002, 0.004)])
+        nearer, farther = wb.reach(body, poses, beyond, limb=arm).reached[0].tolist()
+        assert nearer and not (farther and row.spare < 0.2)
+    assert min(row.spare for row in spares.values()) < 0.2
+
+
 def test_a_picture_shows_the_posture_of_the_run_to_the_last_bit(ran):
     path, result = ran
     measured = result.postures[0]
@@ -218,6 +238,11 @@ def test_the_trainer_is_flown_by_a_small_woman_and_a_large_man():
             [0, 3],
             "Obstacles put 1 of 2 reaches in doubt: for 1 the search found no way, which is no proof "
             "that there is none.",
+        ),
+        (
+            [0, 4],
+            "Obstacles put 1 of 2 reaches in doubt: for 1 there is none, as the control is too deep in a "
+            "part.",
         ),
     ],
 )

@@ -120,7 +120,7 @@ def test_overlaps_that_no_criterion_asks_about_are_warnings_and_no_green_page(fa
     assert told and not any("no criterion asks" in line for line in failing.warnings)
     html = html_of(silent)
     assert 'class="badge warned">PASSED' in html and "Nothing to complain" not in html
-    assert "Overlaps that no criterion asks about" in html
+    assert "overlaps that no criterion asks about, in the picture" in html
     assert told[0] in html.replace("&#39;", "'")
 
 

@@ -15,9 +15,9 @@ from workbench.files.study.splice import (
     MovedChange,
     PostureChange,
     SeatChange,
-    SharedValueError,
     spliced,
 )
+from workbench.files.yaml_edits import SharedValueError
 from workbench.files.yaml_marks import marked, walked
 from workbench.files.yaml_text import parse_yaml
 from workbench.model.moves import Move

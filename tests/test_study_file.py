@@ -271,7 +271,7 @@ def test_view_seat_and_pedals_are_asked_of_one_person(sitter):
     person = sitter.postures[0].people[0]
     travel = sitter.postures[0].environment.seat("left").travel_forward
     # the left hand does not reach the throttle from the most comfortable position
-    assert any("of the most comfortable position" in line for line in sitter.warnings)
+    assert any("the most comfortable position" in line for line in sitter.warnings)
     assert found["seat"][1] >= 0 and travel[0] <= person.forward <= travel[1]
     eye = [k for k, n in enumerate(person.body.sphere_names) if n in ("left eye", "right eye")]
     rise = (

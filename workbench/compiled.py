@@ -33,7 +33,7 @@ import platform
 import re
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from pathlib import Path
 from types import CodeType, FunctionType, ModuleType
 from typing import Any, ClassVar
@@ -43,13 +43,14 @@ import numba
 import numpy as np
 from llvmlite.binding import parse_assembly
 from numba.core import ir, types
-from numba.core.caching import FunctionCache, IndexDataCacheFile
+from numba.core.caching import FunctionCache, IndexDataCacheFile, NullCache
 from numba.core.cgutils import normalize_ir_text
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import CompilerBase, DefaultPassBuilder, Flags
 from numba.core.compiler_machinery import register_pass
 from numba.core.dispatcher import Dispatcher
 from numba.core.registry import CPUDispatcher
+from numba.core.runtime import rtsys
 from numba.core.sigutils import normalize_signature
 from numba.core.target_extension import CPU, jit_registry
 from numba.core.targetconfig import ConfigStack
@@ -94,8 +95,7 @@ def njit(*, cache: bool = False, **options: Any) -> Callable[[Callable[..., Any]
             return function
         made = Kernel(function, {}, {"nopython": True, "error_model": "numpy", **options})
         if cache:
-            with suppress(RuntimeError):  # no folder can be written to
-                made._cache = _Cache(made)
+            del made._cache  # numba's own; the kernel's is made where it is first asked for
         return made
 
     return compiled
@@ -298,6 +298,13 @@ class _EntryLibrary(_Library):
         self._linking_libraries: list[Any] = rest
         super().finalize()
 
+    def serialize_using_object_code(self) -> tuple[str, str, tuple[bytes, bytes]]:
+        """Keep the machine code and the names in it: no caller links the LLVM code of an entry."""
+        self._ensure_finalized()
+        names = [one.name for one in self._final_module.functions if not one.is_declaration]
+        named = parse_assembly("\n".join(f'@"{name}" = global i8 0' for name in names))
+        return self.name, "object", (self._get_compiled_object(), named.as_bitcode())
+
     def _optimize_final_module(self) -> None:
         """Optimise once: numba does it twice where references are counted."""
         manager, builder = self._codegen._module_pass_manager()
@@ -418,8 +425,20 @@ class Kernel(CPUDispatcher):  # type: ignore[misc]
         options = dict(targetoptions or {})
         entry = options | {"no_cfunc_wrapper": True}
         super().__init__(py_func, local_types or {}, entry, pipeline_class)
-        options |= {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
-        self.inner = _Inner(py_func, local_types or {}, options, _InnerCompiler)
+
+    @cached_property
+    def _cache(self) -> Any:
+        """Where machine code is kept. Most kernels are never called by Python and need none."""
+        try:
+            return _Cache(self)
+        except RuntimeError:  # no folder can be written to
+            return NullCache()
+
+    @cached_property
+    def inner(self) -> _Inner:
+        """What compiled callers call, made where one is compiled."""
+        options = self.targetoptions | {"no_cpython_wrapper": True}
+        return _Inner(self.py_func, self.locals, options, _InnerCompiler)
 
     @property
     def _numba_type_(self) -> types.Dispatcher:
@@ -624,6 +643,16 @@ class _Cache(FunctionCache):  # type: ignore[misc]
         # no line number: a comment above the function would change it
         name = self._impl.filename_base.replace(f"-{kernel.py_func.__code__.co_firstlineno}.", ".")
         self._cache_file = _Files(self._cache_path, name, kernel)
+
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        """The code for types of arguments, where it is kept.
+
+        Numba would first load all that it can compile, SciPy with it, as `CompilerBase` does again
+        where something is to be compiled. To run what is kept takes the runtime of arrays alone.
+        """
+        rtsys.initialize(target_context)
+        with self._guard_against_spurious_io_errors():
+            return self._load_overload(sig, target_context)
 
 
 class _Files(IndexDataCacheFile):  # type: ignore[misc]

@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 
 from workbench.contact.crowd import blocks_of, crowd_of
-from workbench.contact.fields import Groups, field_of, packed_faces, packed_shells
+from workbench.contact.fields import Groups, field_of, packed_faces, packed_shells, part_trees
 from workbench.contact.kernels.clearance import ContactRows, environment_contacts
 from workbench.contact.kernels.fronts import Blocks, Room
 from workbench.contact.kernels.groups import (
@@ -20,6 +20,7 @@ from workbench.contact.kernels.groups import (
     witness_points,
 )
 from workbench.contact.kernels.pairs import PairAnswers, PairBody, pair_clearance
+from workbench.contact.kernels.parts import Nearest, PartSpace, part_clearance
 from workbench.contact.kernels.wide import DEEP, EIGHT
 from workbench.geometry.tree import search_space
 from workbench.model.arrays import Bools, Floats, Ints
@@ -29,6 +30,7 @@ from workbench.threads import in_pieces
 
 __all__ = [
     "Groups",
+    "clearance_by_part",
     "grouped_clearance",
     "grouped_collides",
     "grouped_room",
@@ -39,10 +41,11 @@ __all__ = [
 ]
 
 FEWEST_POSES = 64
-"""Grids cost about as much as 64 poses without them; below, nothing of the fast path is even
-compiled."""
+"""To read grids from disk costs about as much as 64 poses without them; below, none is read."""
 PIECE = 128
 """Poses a thread takes at a time."""
+BALLS = 4
+"""Balls without surface that a search remembers."""
 CONTACTS = 1024
 """Contacts a pose that there is room for; poses with more are searched twice."""
 
@@ -61,6 +64,7 @@ def _space(crowd: Crowd, groups: Groups) -> GroupSpace:
         lows=np.empty(max(len(crowd.middle), pairs)),
         low=np.empty(len(crowd.member)),
         pair=np.empty(pairs, dtype=np.int64),
+        free=np.empty((BALLS, 4)),
         key=np.empty(len(groups)),
     )
 
@@ -138,6 +142,47 @@ def grouped_room(
     bodies = placed.centres, placed.world_from_segment
     in_pieces(work, len(placed), PIECE, threads=threads)
     return out
+
+
+def clearance_by_part(
+    placed: Placed, environment: Environment, *, most: Floats | None = None
+) -> Nearest:
+    """Signed distance [m], sphere and polygon (P, N, K), and the polygon's nearest point
+    (P, N, K, 3) of every segment to every part.
+
+    Infinite, -1, -1 and NaN for hidden parts and segments without spheres or outside the logical
+    window, and where the distance is not less than most (N, K) [m], if that is given.
+    """
+    crowd = crowd_of(placed)
+    blocks = blocks_of(placed.body)
+    index = part_trees(environment), packed_faces(environment), packed_shells(environment)
+    pairs = len(placed.window), len(environment.parts)
+    limit = np.full(pairs, np.inf) if most is None else np.ascontiguousarray(most)
+    shape = len(placed), *pairs
+    out = Nearest(
+        np.full(shape, np.inf),
+        np.full(shape, -1),
+        np.full(shape, -1),
+        np.full((*shape, 3), np.nan),
+    )
+    bodies = placed.centres, placed.world_from_segment, crowd, blocks
+
+    def work(begin: int, end: int) -> None:
+        part_clearance(*bodies, *index, limit, out, _part_space(blocks), begin, end)
+
+    in_pieces(work, len(placed), PIECE)
+    return out
+
+
+def _part_space(blocks: Blocks) -> PartSpace:
+    """Working space of one thread."""
+    return PartSpace(
+        ball=blocks.ball.copy(),
+        front=np.empty(len(blocks.ball) // 4 + EIGHT, dtype=np.float32),
+        spare=np.empty(EIGHT, dtype=np.float32),
+        stack=np.empty(DEEP, dtype=np.int64),
+        gaps=np.empty(DEEP + EIGHT, dtype=np.float32),
+    )
 
 
 def paired_clearance(
@@ -231,7 +276,7 @@ def touching(
             may_touch(
                 placed.centres, placed.world_from_segment, crowd, field, margin, near, begin, end
             )
-        search = (placed.centres, placed.body.radius[0], near, *index, margin)
+        search = (placed.centres, placed.world_from_segment, crowd, near, *index, margin)
         count = CONTACTS * (end - begin)
         while True:
             rows = ContactRows(np.empty((count, 4), dtype=np.int64), np.empty((count, 5)))

@@ -3,21 +3,23 @@ polygons exactly."""
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 
 from workbench.contact.batches import (
     Groups,
+    clearance_by_part,
     grouped_clearance,
     grouped_collides,
     grouped_room,
     paired_clearance,
     pays,
     touching,
-    witnesses,
 )
 from workbench.contact.by_person import by_person
 from workbench.contact.fields import packed_faces, packed_shells
-from workbench.contact.kernels.clearance import row_clearance
+from workbench.contact.kernels.clearance import near_sides, row_clearance
 from workbench.contact.kernels.pairs import Balls, sphere_contacts
 from workbench.errors import InputError
 from workbench.geometry.tree import search_space
@@ -44,7 +46,8 @@ __all__ = [
 ]
 
 _faces = packed_faces
-_ROWS = 1 << 18
+HAIR = 1e-12
+"""More [m] than the rounding of a depth."""
 _ROOM = 1 << 16
 """Sphere pairs that there is room for at first."""
 
@@ -63,7 +66,8 @@ def collides(
     segments outside the logical window take no part. threads: all cores where None.
     """
     if not pays(placed):
-        deep = -_plain(placed, environment)[0] > allowed_depth(placed.body, environment) + tolerance
+        depth = allowed_depth(placed.body, environment) + tolerance
+        deep = -clearance_by_part(placed, environment, most=HAIR - depth).distance > depth
         return np.asarray(np.any(deep, axis=(1, 2)))
     groups, columns = allowed_groups(placed.body, environment)
     return grouped_collides(placed, environment, groups, columns + tolerance, threads=threads)
@@ -151,10 +155,7 @@ def clearance(placed: Placed, environment: Environment) -> Floats:
 
     Infinite for hidden parts and segments without spheres, NaN outside the logical window.
     """
-    if pays(placed):
-        distance = grouped_clearance(placed, environment, _single(environment))[0]
-    else:
-        distance = _plain(placed, environment)[0]
+    distance = clearance_by_part(placed, environment).distance
     distance[:, ~placed.window] = np.nan
     return distance
 
@@ -172,7 +173,7 @@ def clearance_of_groups(
     if pays(placed) if grid is None else grid:
         distance = grouped_clearance(placed, environment, groups)[0]
     else:
-        apart = _plain(placed, environment)[0]
+        apart = clearance_by_part(placed, environment).distance
         distance = np.full((*apart.shape[:2], len(groups)), np.inf)
         for g, parts in enumerate(groups):
             distance[:, :, g] = apart[:, :, list(parts)].min(axis=2, initial=np.inf)
@@ -192,7 +193,8 @@ def room(placed: Placed, environment: Environment, *, grid: bool | None = None) 
     if pays(placed) if grid is None else grid:
         found: Floats = grouped_room(placed, environment, groups, depth).distance[:, :, 0]
     else:
-        apart = _plain(placed, environment)[0] + allowed_depth(placed.body, environment)
+        apart = clearance_by_part(placed, environment).distance
+        apart += allowed_depth(placed.body, environment)
         found = apart.min(axis=2, initial=np.inf)
     found[:, ~placed.window] = np.nan
     return found
@@ -236,9 +238,8 @@ def nearest(placed: Placed, environment: Environment, *, rows: Ints | None = Non
     rows (R, 3): pose, segment, part; only these are looked for, and elsewhere is what holds for
     hidden parts.
     """
-    if rows is None and pays(placed):
-        distance, sphere, polygon = grouped_clearance(placed, environment, _single(environment))
-        point = witnesses(placed, environment, (sphere, polygon))
+    if rows is None:
+        distance, sphere, polygon, point = clearance_by_part(placed, environment)
     else:
         distance, sphere, polygon, point = _plain(placed, environment, rows)
     distance[:, ~placed.window] = np.nan
@@ -251,11 +252,6 @@ def nearest(placed: Placed, environment: Environment, *, rows: Ints | None = Non
         point,
         _near_side(placed, distance, sphere, point),
     )
-
-
-def _single(environment: Environment) -> Groups:
-    """Each part a group of its own; hidden ones empty."""
-    return tuple(() if hidden else (k,) for k, hidden in enumerate(environment.hidden.tolist()))
 
 
 def _plain(
@@ -303,11 +299,17 @@ def _pair_rows(placed: tuple[Placed, Placed], pairs: Ints) -> Clearance:
 def allowed_depth(body: Body | Topology, environment: Environment) -> Floats:
     """(N, parts) [m] how deep each segment may be in each part: the environment's rules read for
     this body."""
-    depth = np.zeros((len(body.segments), len(environment.parts)))
+    return _depth(tuple(body.segments), environment)
+
+
+@lru_cache(maxsize=16)
+def _depth(segments: tuple[str, ...], environment: Environment) -> Floats:
+    depth = np.zeros((len(segments), len(environment.parts)))
     for rule in environment.allowances:
-        for n, name in enumerate(body.segments):
+        for n, name in enumerate(segments):
             if name in rule.segments or "all" in rule.segments:
                 depth[n, rule.part] = max(depth[n, rule.part], rule.depth)
+    depth.flags.writeable = False
     return depth
 
 
@@ -395,22 +397,13 @@ def _facing(placed: Placed, where: tuple[Ints, Ints], direction: Floats) -> Ints
     return side
 
 
-def _near_side(placed: Placed, distances: Floats, spheres: Ints, points: Floats) -> Ints:
+def _near_side(placed: Placed, distance: Floats, sphere: Ints, point: Floats) -> Ints:
     """(P, N, K) the side of each nearest sphere that faces the point; inside a solid, the side away
     from it."""
-    side = np.full(spheres.shape, -1)
-    step = max(_ROWS // max(side[:1].size, 1), 1)
-    for begin in range(0, len(side), step):
-        some = slice(begin, begin + step)
-        distance = distances[some]
-        sphere = spheres[some]
-        point = points[some]
-        pose, segment, other = np.nonzero(sphere >= 0)
-        picked = sphere[pose, segment, other]
-        toward = point[pose, segment, other] - placed.centres[begin + pose, picked]
-        inside = distance[pose, segment, other] < -placed.body.radius[0, picked]
-        turned = np.where(inside[:, None], -toward, toward)
-        side[some][pose, segment, other] = _facing(placed, (begin + pose, segment), turned)
+    side = np.full(sphere.shape, -1)
+    body = placed.body
+    bodies = placed.centres, placed.world_from_segment, body.radius[0], body.directions
+    near_sides(*bodies, distance, sphere, point, side)
     return side
 
 

@@ -3,6 +3,8 @@ joints turn."""
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 
 from workbench.contact.kernels.fronts import FAR, Blocks
@@ -33,15 +35,16 @@ def _crowd(body: Body) -> Crowd:
     start = [0]
     for n in range(len(body.segments)):
         rows = np.arange(body.start[n], body.start[n + 1])
-        for group in _groups(body, rows):
-            hub, far, best = (
-                _ball(body, group) if not np.any(_moves(body, group)) else _middle(body, n, group)
-            )
-            member.append(group)
+        member += _groups(body, rows)
+        start.append(len(member))
+    balls = _balls(body, member)
+    for n, (a, b) in enumerate(pairwise(start)):
+        for c in range(a, b):
+            still = not np.any(_moves(body, member[c]))
+            hub, far, best = (*balls[c], -1) if still else _middle(body, n, member[c])
             middle.append(best)
             hubs.append(hub)
             reach.append(far * (1 + 1e-9) + 1e-9)
-        start.append(len(middle))
     counts = [len(group) for group in member]
     return Crowd(
         radius=body.radius[0],
@@ -102,24 +105,28 @@ def _split(points: Floats, rows: Ints) -> list[Ints]:
     ]
 
 
-def _ball(body: Body, rows: Ints) -> tuple[Floats, float, int]:
-    """A small ball around spheres, its centre (3,), radius, and -1: pulled toward the farthest
-    sphere, ever less."""
-    centre = body.centre[0, rows]
-    radius = body.radius[0, rows]
+def _balls(body: Body, clusters: list[Ints]) -> list[tuple[Floats, float]]:
+    """A small ball around the spheres of each cluster, its centre (3,) and radius: pulled toward the
+    farthest sphere, ever less."""
+    if not clusters:
+        return []
+    padded = np.array([np.pad(rows, (0, CLUSTER - len(rows)), mode="edge") for rows in clusters])
+    centre = body.centre[0, padded]
+    radius = body.radius[0, padded]
+    every = np.arange(len(clusters))
     hub: Floats = 0.5 * (
-        (centre - radius[:, None]).min(axis=0) + (centre + radius[:, None]).max(axis=0)
+        (centre - radius[..., None]).min(axis=1) + (centre + radius[..., None]).max(axis=1)
     )
-    best = hub
-    least = np.inf
+    best = hub.copy()
+    least = np.full(len(clusters), np.inf)
     for step in range(2, 100):
-        far = np.linalg.norm(centre - hub, axis=1) + radius
-        worst = int(np.argmax(far))
-        if far[worst] < least:
-            best = hub
-            least = float(far[worst])
-        hub = hub + (centre[worst] - hub) / step
-    return best, least, -1
+        far = np.linalg.norm(centre - hub[:, None], axis=2) + radius
+        worst = np.argmax(far, axis=1)
+        nearer = far[every, worst] < least
+        best[nearer] = hub[nearer]
+        least[nearer] = far[every, worst][nearer]
+        hub = hub + (centre[every, worst] - hub) / step
+    return list(zip(best, least.tolist(), strict=True))
 
 
 def _middle(body: Body, n: int, rows: Ints) -> tuple[Floats, float, int]:

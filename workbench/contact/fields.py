@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -17,8 +18,10 @@ from workbench.contact.index_cache import kept
 from workbench.contact.kernels.field import Field, fill_rows
 from workbench.contact.kernels.heads import heads_of
 from workbench.contact.kernels.inside import Shells, is_closed
+from workbench.contact.kernels.parts import PartTrees
 from workbench.contact.kernels.wide import DEEP, EIGHT, widened
-from workbench.geometry.polygon import RECORD, Faces
+from workbench.geometry.polygon import EDGES, RECORD, Faces
+from workbench.geometry.quads import FOUR
 from workbench.geometry.split import split_tree
 from workbench.geometry.tree import build_tree
 from workbench.model.arrays import Floats, Ints
@@ -26,7 +29,7 @@ from workbench.model.content import content_key
 from workbench.model.environment import Environment
 from workbench.threads import in_pieces
 
-__all__ = ["Groups", "field_of", "packed_faces", "packed_shells"]
+__all__ = ["Groups", "field_of", "packed_faces", "packed_shells", "part_trees"]
 
 CELL = 0.02
 """Edge of a cell [m]: at 1 cm the bounds are four times as tight, and the nodes no longer stay in
@@ -76,7 +79,8 @@ def _records(environment: Environment, order: Ints) -> tuple[Floats, Ints]:
     off, radius = _thickness(environment)
     ends, start = straightened(environment)
     count = np.diff(start)[order]
-    begin = np.concatenate([[0], np.cumsum(RECORD + 6 * count)])
+    fours = -(-count // FOUR)
+    begin = np.concatenate([[0], np.cumsum(RECORD + EDGES * fours)])
     record = np.empty(int(begin[-1]))
     head = [
         *environment.normal[order].T,
@@ -88,12 +92,16 @@ def _records(environment: Environment, order: Ints) -> tuple[Floats, Ints]:
     ]
     for column, values in enumerate(head):
         record[begin[:-1] + column] = values
-    within = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)
-    edge = np.repeat(start[order], count) + within
-    place = np.repeat(begin[:-1] + RECORD, count) + 6 * within
+    within = np.arange(FOUR * fours.sum()) - np.repeat(
+        FOUR * (np.cumsum(fours) - fours), FOUR * fours
+    )
+    sides = np.repeat(count, FOUR * fours)
+    edge = np.repeat(start[order], FOUR * fours) + np.where(within < sides, within, 0)
+    place = np.repeat(begin[:-1] + RECORD, FOUR * fours) + EDGES * (within // FOUR)
+    place += within % FOUR
     for axis in range(3):
-        for end in range(2):
-            record[place + 3 * end + axis] = ends[edge, end, axis]
+        record[place + FOUR * axis] = ends[edge, 0, axis]
+        record[place + FOUR * (axis + 3)] = ends[edge, (within < sides).astype(int), axis]
     return record, begin
 
 
@@ -110,6 +118,51 @@ def _shells(environment: Environment) -> Shells:
         for solid, a, b in zip(environment.solid, ends[:-1], ends[1:], strict=True)
     ]
     return Shells(environment.triangle_start, np.array(closed, dtype=np.int64))
+
+
+def part_trees(environment: Environment) -> PartTrees:
+    """A tree over the polygons of each part, and its vertices; hidden parts have none."""
+    trees = _trees(_shape(environment))
+    return trees._replace(root=np.where(environment.hidden, -1, trees.root))
+
+
+@lru_cache(maxsize=16)
+def _trees(environment: Environment) -> PartTrees:
+    faces = _faces(environment)
+    box, link, item, roots = split_tree(
+        np.concatenate(_boxes(environment), axis=1), environment.part_start
+    )
+    span = np.where(roots[:, None] >= 0, box[roots] if len(box) else np.zeros((len(roots), 6)), 0.0)
+    boxes, child, many, bases = widened(box, link, faces.rank[item], roots)
+    reach = float(np.abs(environment.vertices).max(initial=0.0))
+    corner, first = _corners(environment, 0.5 * (span[:, :3] + span[:, 3:]))
+    return PartTrees(
+        record=faces.record,
+        begin=faces.begin,
+        box=boxes,
+        child=child,
+        many=many,
+        head=heads_of(child, many, faces.record, faces.begin, reach),
+        root=bases,
+        span=span,
+        corner=corner,
+        first=first,
+    )
+
+
+def _corners(environment: Environment, middle: Floats) -> tuple[NDArray[np.float32], Ints]:
+    """The vertices of each part in blocks of eight, seen from middle (K, 3) [m], and where the
+    blocks of each begin (K + 1,). The last block of a part is filled up with one of its
+    vertices."""
+    ends = environment.edge_start[environment.part_start]
+    blocks: list[Floats] = []
+    for k, (a, b) in enumerate(pairwise(ends)):
+        own = np.unique(environment.edges[a:b, 0])
+        filled = np.pad(own, (0, -len(own) % EIGHT), mode="edge") if len(own) else own
+        points = environment.vertices[filled] - middle[k]
+        blocks.append(points.reshape(-1, EIGHT, 3).transpose(0, 2, 1))
+    first = np.cumsum([0, *map(len, blocks)])
+    return np.concatenate([np.zeros(0), *map(np.ravel, blocks)]).astype(np.float32), first
 
 
 @lru_cache(maxsize=16)

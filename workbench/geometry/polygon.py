@@ -14,13 +14,29 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.compiled import inlined, inner
+from workbench.geometry.lanes import first_bit, how_many
+from workbench.geometry.quads import (
+    below,
+    divided,
+    four,
+    least_of,
+    load_four,
+    lower,
+    upper,
+    where_positive,
+)
 
-__all__ = ["RECORD", "Faces", "nearest_of_record", "point_polygon", "point_winding"]
+__all__ = ["EDGES", "RECORD", "Faces", "nearest_of_record", "point_polygon", "point_winding"]
 
 RECORD = 10
 """Numbers before the edges of a polygon's record: unit normal (3), centre of the enclosing circle
 (3) and its radius [m], the coordinate left out, the polygon's number, how far it leaves its plane
 [m]."""
+EDGES = 24
+"""Numbers of four edges: x of their tails, y, z, and x, y, z of their heads."""
+_STEP = np.uint64(EDGES)
+_FOUR = np.uint64(4)
+_HEADS = np.uint64(12)
 
 
 class Faces(NamedTuple):
@@ -32,8 +48,9 @@ class Faces(NamedTuple):
     """
 
     record: NDArray[np.float64]
-    """Record q at begin[q]:begin[q + 1]: RECORD numbers, then tail and head (6) of each edge [m].
-    The coordinate left out is that of the normal's largest component."""
+    """Record q at begin[q]:begin[q + 1]: RECORD numbers, then tails and heads of its edges [m] by
+    fours, EDGES numbers each; the last four are filled up with the first edge's tail as edges
+    without length. The coordinate left out is that of the normal's largest component."""
     begin: NDArray[np.int64]
     """(F + 1,) where each record begins."""
     rank: NDArray[np.int64]
@@ -66,29 +83,51 @@ def _coordinate(axis, x, y, z):  # type: ignore[no-untyped-def]
 
 
 @inlined
+def _crossed(record, e, i, k, u, v):  # type: ignore[no-untyped-def]
+    """Bits of those of four edges that a ray from (u, v) along the coordinate i crosses, seen in i
+    and k."""
+    ai = load_four(record, e + _FOUR * i)
+    ak = load_four(record, e + _FOUR * k)
+    bi = load_four(record, e + _FOUR * i + _HEADS)
+    bk = load_four(record, e + _FOUR * k + _HEADS)
+    parted = below(v, ak) ^ below(v, bk)
+    return parted & below(u, divided((bi - ai) * (v - ak), bk - ak) + ai)
+
+
+@inlined
+def _gaps_of_edges(x, y, z, record, e):  # type: ignore[no-untyped-def]
+    """Squared distances [m2] of a point, each coordinate four times, to four edges."""
+    a0 = load_four(record, e)
+    a1 = load_four(record, e + _FOUR)
+    a2 = load_four(record, e + _FOUR + _FOUR)
+    head = e + _HEADS
+    d0 = load_four(record, head) - a0
+    d1 = load_four(record, head + _FOUR) - a1
+    d2 = load_four(record, head + _FOUR + _FOUR) - a2
+    square = d0 * d0 + d1 * d1 + d2 * d2
+    t = divided((x - a0) * d0 + (y - a1) * d1 + (z - a2) * d2, square)
+    t = where_positive(square, lower(four(1.0), upper(four(0.0), t)))
+    u = x - (a0 + t * d0)
+    v = y - (a1 + t * d1)
+    w = z - (a2 + t * d2)
+    return u * u + v * v + w * w
+
+
+@inlined
 def _nearest_of_edge(x, y, z, record, e):  # type: ignore[no-untyped-def]
-    """The point of an edge, whose record begins at e, that is nearest to a point."""
+    """The point of an edge, whose tail begins at e, that is nearest to a point."""
+    head = e + _HEADS
     a0 = record[e]
-    a1 = record[e + 1]
-    a2 = record[e + 2]
-    d0 = record[e + 3] - a0
-    d1 = record[e + 4] - a1
-    d2 = record[e + 5] - a2
+    a1 = record[e + _FOUR]
+    a2 = record[e + _FOUR + _FOUR]
+    d0 = record[head] - a0
+    d1 = record[head + _FOUR] - a1
+    d2 = record[head + _FOUR + _FOUR] - a2
     square = d0 * d0 + d1 * d1 + d2 * d2
     t = 0.0
     if square > 0.0:
         t = min(1.0, max(0.0, ((x - a0) * d0 + (y - a1) * d1 + (z - a2) * d2) / square))
     return a0 + t * d0, a1 + t * d1, a2 + t * d2
-
-
-@inlined
-def _is_right_of(record, e, i, k, u, v):  # type: ignore[no-untyped-def]
-    """Whether a ray from (u, v) along the coordinate i crosses an edge, seen in i and k."""
-    ai = record[e + i]
-    ak = record[e + k]
-    bi = record[e + i + 3]
-    bk = record[e + k + 3]
-    return (ak > v) != (bk > v) and u < (bi - ai) * (v - ak) / (bk - ak) + ai
 
 
 @inlined
@@ -101,28 +140,27 @@ def _nearest_of_edges(x, y, z, h, record, at, end):  # type: ignore[no-untyped-d
     px = x - h * record[at]
     py = y - h * record[at + 1]
     pz = z - h * record[at + 2]
-    drop = int(record[at + 7])
-    i = (drop + 1) % 3
-    k = (drop + 2) % 3
-    pi = _coordinate(i, px, py, pz)
-    pk = _coordinate(k, px, py, pz)
-    inside = False
+    drop = np.uint64(record[at + 7])
+    i = (drop + np.uint64(1)) % np.uint64(3)
+    k = (drop + np.uint64(2)) % np.uint64(3)
+    pi = four(_coordinate(i, px, py, pz))
+    pk = four(_coordinate(k, px, py, pz))
+    x4 = four(x)
+    y4 = four(y)
+    z4 = four(z)
+    crossed = np.uint64(0)
     best = np.inf
-    bx = x
-    by = y
-    bz = z
-    for e in range(at + RECORD, end, 6):
-        if _is_right_of(record, e, i, k, pi, pk):
-            inside = not inside
-        qx, qy, qz = _nearest_of_edge(x, y, z, record, e)
-        gap = (x - qx) * (x - qx) + (y - qy) * (y - qy) + (z - qz) * (z - qz)
+    edge = np.uint64(0)
+    for e in range(np.uint64(at + RECORD), np.uint64(end), _STEP):
+        crossed ^= _crossed(record, e, i, k, pi, pk)
+        gaps = _gaps_of_edges(x4, y4, z4, record, e)
+        gap = least_of(gaps)
         if gap < best:
             best = gap
-            bx = qx
-            by = qy
-            bz = qz
-    if inside and h * h < best:
+            edge = e + first_bit(~below(four(gap), gaps))
+    if how_many(crossed) & np.uint64(1) and h * h < best:
         return h * h, px, py, pz
+    bx, by, bz = _nearest_of_edge(x, y, z, record, edge)
     return best, bx, by, bz
 
 

@@ -8,6 +8,7 @@ as everywhere: so the digits are those of a loop by ones, on every machine.
 from __future__ import annotations
 
 import operator
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -19,15 +20,19 @@ from workbench.geometry.lanes import LaneType, compiles
 
 __all__ = [
     "FOUR",
+    "below",
+    "divided",
     "first_of",
     "four",
     "greatest_of",
+    "least_of",
     "load_four",
     "load_triples",
     "lower",
     "store_single",
     "store_triples",
     "upper",
+    "where_positive",
 ]
 
 FOUR = 4
@@ -54,6 +59,27 @@ def store_single(array, at, values):  # type: ignore[no-untyped-def]
 def greatest_of(a):  # type: ignore[no-untyped-def]
     """The greatest of four numbers, none of them NaN."""
     return a.max()
+
+
+def least_of(a):  # type: ignore[no-untyped-def]
+    """The least of four numbers, none of them NaN."""
+    return a.min()
+
+
+def below(a, b):  # type: ignore[no-untyped-def]
+    """Bit k is set where a < b in place k."""
+    return np.uint64(np.packbits(a < b, bitorder="little")[0])
+
+
+def divided(a, b):  # type: ignore[no-untyped-def]
+    """Each of four numbers divided; infinity or NaN where by zero."""
+    with np.errstate(all="ignore"):
+        return a / b
+
+
+def where_positive(a, one):  # type: ignore[no-untyped-def]
+    """The numbers of `one` where a > 0, else 0."""
+    return np.where(a > 0.0, one, 0.0)
 
 
 def lower(a, b):  # type: ignore[no-untyped-def]
@@ -90,6 +116,7 @@ class _FourType(LaneType):
 _KIND = _FourType()
 _VECTOR = ir.VectorType(ir.DoubleType(), FOUR)
 _INDEX = ir.IntType(32)
+Build = Callable[..., Any]
 
 
 @register_model(_FourType)
@@ -140,15 +167,34 @@ def _rounded(builder: Any, array: Any, at: Any, value: Any) -> Any:
     return ir.Constant(ir.IntType(8).as_pointer(), None)
 
 
-def _greatest(builder: Any, value: Any) -> Any:
-    for places in ([2, 3, 0, 1], [1, 0, 3, 2]):
-        other = _mixed(builder, value, value, places)
-        value = builder.select(builder.fcmp_ordered(">", value, other), value, other)
-    return builder.extract_element(value, ir.Constant(_INDEX, 0))
+def _outermost(order: str) -> Build:
+    """The number that comes before all others in an order."""
+
+    def build(builder: Any, value: Any) -> Any:
+        for places in ([2, 3, 0, 1], [1, 0, 3, 2]):
+            other = _mixed(builder, value, value, places)
+            value = builder.select(builder.fcmp_ordered(order, value, other), value, other)
+        return builder.extract_element(value, ir.Constant(_INDEX, 0))
+
+    return build
+
+
+def _below(builder: Any, a: Any, b: Any) -> Any:
+    bits = builder.bitcast(builder.fcmp_ordered("<", a, b), ir.IntType(FOUR))
+    return builder.zext(bits, ir.IntType(64))
+
+
+def _where_positive(builder: Any, a: Any, one: Any) -> Any:
+    none = ir.Constant(_VECTOR, [0.0] * FOUR)
+    return builder.select(builder.fcmp_ordered(">", a, none), one, none)
 
 
 _TWO = (_KIND, _KIND)
-compiles(greatest_of, (_KIND,), types.float64, _greatest)
+compiles(greatest_of, (_KIND,), types.float64, _outermost(">"))
+compiles(least_of, (_KIND,), types.float64, _outermost("<"))
+compiles(below, _TWO, types.uint64, _below)
+compiles(divided, _TWO, _KIND, lambda b, x, y: b.fdiv(x, y))
+compiles(where_positive, _TWO, _KIND, _where_positive)
 compiles(load_triples, (types.Array, types.uint64), types.UniTuple(_KIND, 3), _points)
 compiles(store_single, (types.Array, types.uint64, _KIND), types.none, _rounded)
 compiles(lower, _TWO, _KIND, lambda b, x, y: b.select(b.fcmp_ordered("<", x, y), x, y))

@@ -17,28 +17,20 @@ from workbench.errors import InputError, WorkbenchError, printable
 from workbench.files.catalogue import find
 from workbench.files.study.reader import load_study
 from workbench.files.study.saving import read_text
-from workbench.files.study.splice import SharedValueError
+from workbench.files.yaml_edits import SharedValueError
 from workbench.live.following import Following
 from workbench.live.frames import answer_frame, hello_frame, verdict_frame, waiting_frame
 from workbench.live.protocol import VERBS, Question, packed
-from workbench.model.moves import Move
+from workbench.live.verbs import EDITS
 from workbench.study.bench.answers import Answer, Judged, answer, judged
-from workbench.study.bench.edits import (
-    Edit,
-    LimbTarget,
-    looking_at,
-    reached,
-    seated,
-    shifted,
-    turned,
-)
+from workbench.study.bench.edits import looking_at
 from workbench.study.bench.history import Entry, History
-from workbench.study.bench.placing import placed_people
+from workbench.study.bench.placing import Placement, placed_people
 from workbench.study.bench.saving import save
-from workbench.study.bench.state import Arrangement, OpenStudy, open_study
-from workbench.study.people import Present
+from workbench.study.bench.state import Arrangement, OpenStudy, arranged_study, open_study
+from workbench.study.people import Present, present_people
 
-__all__ = ["Desk", "Judgement", "Replies"]
+__all__ = ["Desk", "Judgement", "Preparation", "Replies", "busy_frame", "fault_frame"]
 
 
 @dataclass
@@ -67,6 +59,38 @@ class Judgement:
             return str(error)
         except Exception as error:  # noqa: BLE001 (one state that fails must not end the bench)
             return _internal(error)
+
+
+@dataclass(frozen=True, eq=False)
+class Preparation:
+    """An edit that takes time: another thread does it once before the desk does, so that all that
+    it needs is made already."""
+
+    opened: OpenStudy
+    placement: Placement
+    question: Question
+
+    @property
+    def words(self) -> str:
+        """What is being done."""
+        return EDITS[self.question.verb].prepared.format(**self.question.given)
+
+    def made(self) -> Present | str | None:
+        """Do the edit and put its people where they are, in any thread; where people go whose seat
+        is free, None where none is, or in words why it cannot be done."""
+        try:
+            edit = EDITS[self.question.verb].edit
+            after = edit(self.opened, self.placement, self.question.given).arrangement
+            free = any(person.free for person in after.people)
+            there = None
+            if free:
+                there = present_people(arranged_study(self.opened, after), after.occupants)
+            placed_people(self.opened, after, there=there, before=self.placement)
+        except WorkbenchError as error:
+            return str(error)
+        except Exception as error:  # noqa: BLE001 (one edit that fails must not end the bench)
+            return _internal(error)
+        return there
 
 
 class Desk:
@@ -102,10 +126,6 @@ class Desk:
         self.clock = clock
         self.generation = 0
         self._verbs: Mapping[str, Callable[[Question], Replies]] = {
-            "joint": self._joint,
-            "hand": self._hand,
-            "seat": self._seat,
-            "move": self._move,
             "case": self._case,
             "drop": self._to_shown,
             "undo": self._undo,
@@ -152,7 +172,7 @@ class Desk:
         """What a page needs that was just opened, as far as it is known at once."""
         frames = [hello_frame(self.opened, self.path.name, saves=self.may_save)]
         if not self.ready:
-            frames.append(packed({"kind": "busy", "what": "the first answer is being made"}))
+            frames.append(busy_frame(0, "the first answer is being made"))
         return frames
 
     def state(self) -> list[bytes]:
@@ -177,10 +197,30 @@ class Desk:
         packing.add(WebView(self.opened.study.title, bodies, self.opened.study.environment))
         return packing.text()
 
+    def preparation(self, question: Question) -> Preparation | None:
+        """What another thread is to do before `do`; None where nothing is."""
+        verb = EDITS.get(question.verb)
+        if verb is None or not verb.prepared:
+            return None
+        try:
+            return Preparation(self.opened, self._placement().placement, question)
+        except WorkbenchError:
+            return None  # `do` reports it
+
+    def prepared(self, preparation: Preparation, found: Present | str | None) -> Replies:
+        """Do what was prepared, in the state as it is now; frames of why it cannot be done."""
+        if isinstance(found, str):
+            return Replies(asker=[fault_frame(preparation.question, found)])
+        if found is not None and preparation.opened is self.opened:
+            self.there = found
+        return self.do(preparation.question)
+
     def do(self, question: Question) -> Replies:
         """Do what is asked. What cannot be done leaves everything as it was, and is reported to who
         asked."""
         try:
+            if question.verb in EDITS:
+                return self._edit(question)
             return self._verbs[question.verb](question)
         except SharedValueError as error:
             return Replies(asker=[fault_frame(question, str(error), ask="sharing")])
@@ -240,8 +280,11 @@ class Desk:
         }
         return answer_frame(self.shown, self.opened, head, begin)
 
-    def _edited(self, question: Question, edit: Edit, label: str) -> Replies:
-        """Take a state that an edit came to."""
+    def _edit(self, question: Question) -> Replies:
+        """Change the state; it is as it was where the state after has no answer."""
+        verb = EDITS[question.verb]
+        edit = verb.edit(self.opened, self._placement().placement, question.given)
+        before = self.live, self.generation, self.verdicts, self.history
         same = edit.arrangement.content == self.live.content
         self.live = edit.arrangement
         if not same:
@@ -249,47 +292,13 @@ class Desk:
             self.verdicts = None
         if question.done and self.live.content != self.history.shown.arrangement.content:
             subject = " ".join(str(part) for part in question.subject)
+            label = verb.label(question.given)
             self.history = self.history.added(Entry(self.live, label, subject, self.clock()))
-        return Replies([self._answered(question.number, edit.words)], changed=not same)
-
-    def _joint(self, question: Question) -> Replies:
-        given = question.given
-        edit = turned(
-            self.opened,
-            self._placement().placement,
-            given["person"],
-            given["joint"],
-            given["axis"],
-            given["degrees"],
-        )
-        return self._edited(question, edit, f"{given['person']}: {given['joint']}")
-
-    def _hand(self, question: Question) -> Replies:
-        given = question.given
-        target = given["target"]
-        wanted = LimbTarget(
-            limb=given["limb"],
-            at=None if target is None else (target[0], target[1], target[2]),
-            control=given["control"],
-            grip=given["grip"],
-            zone=given["zone"],
-            obstacles=given["obstacles"],
-        )
-        placement = self._placement().placement
-        edit = reached(self.opened, placement, given["person"], wanted)
-        return self._edited(question, edit, f"{given['person']}: {given['limb']}")
-
-    def _seat(self, question: Question) -> Replies:
-        given = question.given
-        edit = seated(self.opened, self.live, given["person"], given["forward"], given["up"])
-        return self._edited(question, edit, f"{given['person']}: seat")
-
-    def _move(self, question: Question) -> Replies:
-        given = question.given
-        x, y, z = given["by"]
-        wanted = Move(tuple(given["parts"]), tuple(given["controls"]), (x, y, z))
-        edit = shifted(self.opened, self.live, wanted)
-        return self._edited(question, edit, ", ".join((*wanted.parts, *wanted.controls)))
+        try:
+            return Replies([self._answered(question.number, edit.words)], changed=not same)
+        except Exception:
+            self.live, self.generation, self.verdicts, self.history = before
+            raise
 
     def _case(self, question: Question) -> Replies:
         edit = looking_at(self.opened, self.live, question.given["name"])
@@ -363,6 +372,11 @@ class Desk:
 def _internal(error: Exception) -> str:
     """An error that nobody expects, in words."""
     return f"internal error: {type(error).__name__}: {error}"
+
+
+def busy_frame(number: int, words: str) -> bytes:
+    """The frame of what is being done, as it is said to who asked with a number, or to all with 0."""
+    return packed({"kind": "busy", "answers": number, "what": printable(words)})
 
 
 def fault_frame(question: Question | None, words: str, ask: str = "") -> bytes:

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from workbench.live.persons import person_offers, person_state
 from workbench.live.protocol import packed
 from workbench.model.accommodation import met_of
 from workbench.model.arrays import Bools, Floats, Ints
@@ -40,7 +41,12 @@ def hello_frame(opened: OpenStudy, file: str, *, saves: bool) -> bytes:
     controls, and the parts that can be moved."""
     study = opened.study
     people = [
-        {"role": role.name, "seat": _seat(opened, row), **_body(opened.body(row))}
+        {
+            "role": role.name,
+            "seat": _seat(opened, row),
+            **_body(opened.start.body(row)),
+            **person_offers(opened, row),
+        }
         for row, role in enumerate(study.roles)
     ]
     controls = [
@@ -63,6 +69,7 @@ def hello_frame(opened: OpenStudy, file: str, *, saves: bool) -> bytes:
             "people": people,
             "controls": controls,
             "parts": parts,
+            "points": list(study.environment.points),
         }
     )
 
@@ -126,6 +133,7 @@ def answer_frame(found: Answer, opened: OpenStudy, head: Mapping[str, Any], begi
                 "angles": _degrees(one.angles),
                 "limits": _degrees(one.limits),
                 "tips": {name: _rounded(tip) for name, tip in one.tips.items()},
+                **person_state(opened, found, row),
             }
         )
         polygon = one.near.polygon[0]

@@ -94,6 +94,24 @@ def _texts(value: Any) -> bool:
     return isinstance(value, list) and len(value) <= MOST_NAMES and all(map(_text, value))
 
 
+def _numbers(value: Any) -> bool:
+    """Numbers by name."""
+    return _named(value, _number)
+
+
+def _names_by_limb(value: Any) -> bool:
+    return _named(value, _text)
+
+
+def _named(value: Any, check: Callable[[Any], bool]) -> bool:
+    return (
+        isinstance(value, dict)
+        and len(value) <= MOST_NAMES
+        and all(map(_text, value))
+        and all(map(check, value.values()))
+    )
+
+
 def _point(value: Any) -> bool:
     return isinstance(value, list) and len(value) == 3 and all(map(_number, value))
 
@@ -156,6 +174,26 @@ VERBS: Mapping[str, Mapping[str, _Taken]] = {
         "by": _Taken("three numbers of metres", _point),
         "done": _DONE,
     },
+    "size": {
+        "person": _PERSON,
+        "sex": _Taken("male or female", _any_of("male", "female"), "", needed=False),
+        "measures": _Taken("metres by the name of a measure", _numbers, {}, needed=False),
+        "percentiles": _Taken("percentiles by the name of a measure", _numbers, {}, needed=False),
+        "mass": _Taken("a number of kilograms", _number, needed=False),
+        "age": _Taken("a number of years", _number, needed=False),
+    },
+    "clothes": {"person": _PERSON, "clothes": _Taken("a list of names of clothes", _texts)},
+    "harness": {"person": _PERSON, "zone": _Taken("1, 2 or 3", _any_of(*ZONES), needed=False)},
+    "posture": {"person": _PERSON, "name": _Taken("the name of a posture", _text)},
+    "predict": {
+        "person": _PERSON,
+        "like": _Taken("the name of a posture", _text),
+        "holds": _Taken("names of controls by limb", _names_by_limb, {}, needed=False),
+        "eyes": _Taken("the name of a point", _text, "", needed=False),
+        "heels": _Taken("the name of a point", _text, "", needed=False),
+    },
+    "free": {"person": _PERSON},
+    "mirror": {"person": _PERSON},
     "case": {"name": _Taken("the name of a case", _text)},
     "drop": {},
     "undo": {},

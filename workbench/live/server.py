@@ -1,7 +1,7 @@
 """The server of the bench: its page, and the socket over which the page asks.
 
-The loop of the server calls no engine. One thread does what is asked, in order; another judges the
-state once it rests. Two more are for a population: it is followed while something is dragged, and
+The loop of the server calls no engine. One thread does what is asked, in order; another makes bodies
+and predictions beforehand, a third judges the state once it rests. Two more are for a population: it is followed while something is dragged, and
 settled once that rests.
 """
 
@@ -21,7 +21,7 @@ from typing import Any, TypeVar
 from workbench.draw.web.snippet import MODULES
 from workbench.errors import InputError, MissingPartError, WorkbenchError
 from workbench.live.describe_desk import DescribeDesk
-from workbench.live.desk import Desk, Judgement, Replies, fault_frame
+from workbench.live.desk import Desk, Judgement, Preparation, Replies, busy_frame, fault_frame
 from workbench.live.guard import Application, Guard
 from workbench.live.protocol import LONGEST, SUBPROTOCOL, parsed
 from workbench.live.waiting import Waiting
@@ -58,6 +58,8 @@ PAGE = {
     "grips.js": "text/javascript; charset=utf-8",
     "ways.js": "text/javascript; charset=utf-8",
     "people.js": "text/javascript; charset=utf-8",
+    "person.js": "text/javascript; charset=utf-8",
+    "size.js": "text/javascript; charset=utf-8",
     "things.js": "text/javascript; charset=utf-8",
     "picture.js": "text/javascript; charset=utf-8",
     "describe.html": "text/html; charset=utf-8",
@@ -87,7 +89,9 @@ class Hub:
         self.moved = asyncio.Event()
         self.rested = asyncio.Event()
         self.ended = False
+        self.preparations: asyncio.Queue[tuple[WebSocket, Preparation]] = asyncio.Queue()
         self.work = ThreadPoolExecutor(1, "desk")
+        self.preparing = ThreadPoolExecutor(1, "prepare")
         self.judging = ThreadPoolExecutor(1, "judge")
         self.following = ThreadPoolExecutor(1, "follow")
         self.settling = ThreadPoolExecutor(1, "settle")
@@ -97,7 +101,7 @@ class Hub:
         """What goes on as long as the bench is served."""
         if isinstance(self.desk, DescribeDesk):
             return (self.answer,)
-        return self.answer, self.judge, self.follow, self.settle, self.watch
+        return self.answer, self.prepare, self.judge, self.follow, self.settle, self.watch
 
     @property
     def study(self) -> Desk:
@@ -108,7 +112,7 @@ class Hub:
     def end(self) -> None:
         """Let the threads end with what they are at."""
         self.ended = True
-        for pool in (self.work, self.judging, self.following, self.settling):
+        for pool in (self.work, self.preparing, self.judging, self.following, self.settling):
             pool.shutdown(wait=False, cancel_futures=True)
 
     async def at_desk(self, function: Callable[..., Found], *arguments: Any) -> Found:
@@ -124,7 +128,22 @@ class Hub:
                 self.asked.clear()
                 continue
             asker, question = self.waiting.take()
-            await self.send(await self.at_desk(self.desk.do, question), asker)
+            preparation = await self.at_desk(self.study.preparation, question)
+            if preparation is None:
+                await self.send(await self.at_desk(self.desk.do, question), asker)
+                continue
+            self.preparations.put_nowait((asker, preparation))
+            busy = busy_frame(question.number, preparation.words)
+            await self.send(Replies(everybody=[busy]))
+
+    async def prepare(self) -> None:
+        """Prepare what takes time beside the desk, and let the desk do it then."""
+        loop = asyncio.get_running_loop()
+        while True:
+            asker, preparation = await self.preparations.get()
+            found = await loop.run_in_executor(self.preparing, preparation.made)
+            done = await self.at_desk(self.study.prepared, preparation, found)
+            await self.send(done, asker)
 
     async def judge(self) -> None:
         """Judge each state that rests."""

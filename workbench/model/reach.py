@@ -13,12 +13,21 @@ from workbench.model.body import Body
 from workbench.model.poses import Poses, people_of
 from workbench.model.posing import compose
 
-__all__ = ["DOUBTS", "Reach", "join_reaches", "limit_words"]
+__all__ = ["DOUBTS", "MOST_SPARE", "Reach", "join_reaches", "limit_words"]
 
-DOUBTS = ("not in doubt", "clear after a few steps", "clear in another posture", "kept")
+DOUBTS = (
+    "not in doubt",
+    "clear after a few steps",
+    "clear in another posture",
+    "kept",
+    "kept for certain",
+)
 """What becomes of a reach beside obstacles. In doubt is one whose posture without obstacles enters
 something, or misses the target by less than 2 mm. It may come clear from that posture, or from
-another start of the search, or not at all."""
+another start of the search. Or the search finds no way, or there is a proof that there is none: the
+target is too deep in a solid."""
+MOST_SPARE = 0.2
+"""A control that is reached with this much to spare [m], or more, is reported to have this."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -105,9 +105,11 @@ class ControlReach:
     best.
 
     miss [m]: how far the grip stays from it, overlap [m]: how far obstacles are still entered
-    there; limit: what limits it, in words; discomfort as in `Reach`. doubt: one of DOUBTS,
-    how a doubt ended that obstacles raised. case: the name of the case whose
-    posture it begins from; hand: the one that was asked for, "" for either.
+    there; limit: what limits it, in words; spare [m]: how much farther out from the shoulder or hip
+    the limb would get, 0.2 at most and obstacles aside, None where it is missed or no criterion asks
+    for it in this zone; discomfort as in `Reach`. doubt: one of DOUBTS, how a doubt ended that
+    obstacles raised. case: the name of the case whose posture it begins from; hand: the one that was
+    asked for, "" for either.
     """
 
     person: str
@@ -119,6 +121,7 @@ class ControlReach:
     miss: float
     overlap: float
     limit: str
+    spare: float | None
     discomfort: float
     doubt: str
     case: str = ""

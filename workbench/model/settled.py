@@ -3,13 +3,11 @@ enclosing spheres."""
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
 from workbench.model.arrays import Floats
 from workbench.model.blend import enclosing_spheres
-from workbench.model.body import Body
+from workbench.model.body import ROW_FIELDS, Body, body_of_rows
 
 __all__ = ["settled"]
 
@@ -30,9 +28,11 @@ def settled(body: Body, *, steps: int = 100) -> Body:
         span: Floats = body.joint_in_parent[0, body.twist_joint[n]] - point[n]
         length = float(np.linalg.norm(span))
         axis[n] = span / length
-        rows = body.spheres(int(n))
-        along = (body.centre[0, rows] - point[n]) @ axis[n]
-        share[rows] = np.clip(along / length, 0.0, 1.0)
-    body = replace(body, twist_point=point[None], twist_axis=axis[None], twist_share=share[None])
-    centre, radius = enclosing_spheres(body, steps=steps)
-    return replace(body, enclosing_centre=centre[None], enclosing_radius=radius[None])
+        some = body.spheres(int(n))
+        along = (body.centre[0, some] - point[n]) @ axis[n]
+        share[some] = np.clip(along / length, 0.0, 1.0)
+    rows = {name: getattr(body, name) for name in ROW_FIELDS}
+    rows |= {"twist_point": point[None], "twist_axis": axis[None], "twist_share": share[None]}
+    centre, radius = enclosing_spheres(body_of_rows(body, rows), steps=steps)
+    rows |= {"enclosing_centre": centre[None], "enclosing_radius": radius[None]}
+    return body_of_rows(body, rows)

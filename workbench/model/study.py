@@ -58,6 +58,7 @@ class Role:
     take the role one at a time; none of these for the body as it is. seat: whose position [m] is `forward` and `up`, or found where `free`.
     stand: the point (3,) [m] that the lowest sphere stands on. Where neither is given, poses say
     where the body is. adjusts: the adjustments of the environment that the person may make.
+    library: a pose in each posture that can be named.
     """
 
     name: str
@@ -73,6 +74,7 @@ class Role:
     up: float = 0.0
     stand: tuple[float, float, float] | None = None
     adjusts: tuple[str, ...] = ()
+    library: Mapping[str, Poses] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False)

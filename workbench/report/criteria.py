@@ -9,6 +9,7 @@ from typing import Any
 from markupsafe import Markup
 
 from workbench.files.results.result import FindingRow, ResultFile, VerdictRow
+from workbench.model.reach import MOST_SPARE
 from workbench.report.section import Making, Section
 from workbench.report.templates import template
 
@@ -122,11 +123,12 @@ def asked_words(verdict: VerdictRow) -> str:
 
 
 def spare_words(verdict: VerdictRow) -> str:
-    """What is to spare or is lacking; "–" where it is not measured, as of what is reached."""
+    """What is to spare or is lacking; "–" where it is not measured, as of pedals that are reached."""
     worst = verdict.worst
-    if worst is None or (verdict.check in _REACHED and verdict.passed):
+    if worst is None or (verdict.check == "pedals" and verdict.passed):
         return "–"
-    return _figure(abs(worst.margin), worst)
+    more = verdict.check == "reach" and worst.value >= 1000 * MOST_SPARE
+    return f"{_figure(abs(worst.margin), worst)}{' or more' if more else ''}"
 
 
 def _figure(value: float, finding: FindingRow) -> str:

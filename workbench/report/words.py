@@ -13,6 +13,7 @@ from workbench.model.criterion import Criterion
 from workbench.model.environment import Environment
 from workbench.model.moves import Move
 from workbench.model.person import Size
+from workbench.model.reach import MOST_SPARE
 from workbench.model.result import Finding, PersonFound, Verdict
 from workbench.study.settings import setting_text
 
@@ -25,6 +26,7 @@ __all__ = [
     "moved_line",
     "part_count",
     "person_words",
+    "reach_spare",
     "share_sentence",
     "verdict_sentence",
     "without_polygons",
@@ -86,8 +88,13 @@ def _seated_words(finding: Finding) -> str:
 
 def _reach_words(finding: Finding) -> str:
     if finding.value >= 0:
-        return f"{finding.subject} reaches {finding.target}"
+        return f"{finding.subject} reaches {finding.target}, {reach_spare(finding.value)} to spare"
     return f"{finding.subject} stays {millimetres(-finding.value)} from {finding.target}"
+
+
+def reach_spare(spare: float) -> str:
+    """How much farther a limb would get, of [m]: "37.2 mm", "200.0 mm or more"."""
+    return f"{millimetres(spare)}{' or more' if spare >= MOST_SPARE else ''}"
 
 
 def _contact_words(finding: Finding) -> str:

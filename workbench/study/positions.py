@@ -46,6 +46,7 @@ from workbench.study.checks.table import (
     REACHING,
     SAME_EVERYWHERE,
     margins_of,
+    most_of,
     needs_hands,
 )
 from workbench.study.settings import (
@@ -421,42 +422,60 @@ def _judge(search: _Search, people: Ints, positions: Floats) -> None:
     situations = in_positions(search.place, search.who.rows(people), positions, wanted)
     left = np.arange(len(people))
     for stage in _stages(search, people):
-        asked = [search.asked[r] for r in np.flatnonzero(stage).tolist()]
-        some = situations
-        if len(left) < len(people):
-            some = [situation.rows(left) for situation in situations]
-        found.put(left, np.flatnonzero(stage), margins_of(some, asked))
-        known = known | stage
-        left = left[_hopeful(search, people[left], found.margin[left], known)]
-        if not len(left):
+        columns = np.flatnonzero(stage.columns)
+        asked = [search.asked[r] for r in columns.tolist()]
+        if stage.at_most:
+            margin = found.margin[left]
+            margin[:, columns] = most_of(situations, asked)
+        else:
+            found.put(left, columns, margins_of(situations, asked))
+            known = known | stage.columns
+            margin = found.margin[left]
+        hopeful = _hopeful(search, people[left], margin, known | stage.columns)
+        if not len(hopeful):
             return
-    whole = Tried(found.margin, found.words, found.toward, position_of(situations[0]))
-    _keep(search, people[left], whole.rows(left))
+        if len(hopeful) < len(left):
+            situations = [situation.rows(hopeful) for situation in situations]
+            left = left[hopeful]
+    at = position_of(situations[0])
+    best = Tried(found.margin[left], found.words[left], found.toward[left], at)
+    _keep(search, people[left], best)
 
 
-def _stages(search: _Search, people: Ints) -> list[Bools]:
-    """The requirements (R,) in the order in which they are asked of people (N,), those together
-    that cost alike.
+@dataclass(frozen=True, eq=False)
+class _Stage:
+    """Requirements (R,) that are asked together, or of which it is only asked how much there can be
+    to spare at most."""
+
+    columns: Bools
+    at_most: bool = False
+
+
+def _stages(search: _Search, people: Ints) -> list[_Stage]:
+    """The requirements in the order in which they are asked of people (N,), those together that
+    cost alike.
 
     First comes what seating alone answers, then what is asked of the posture with the hands at
-    rest. For the others hands are brought to their controls, or limbs reach for some: of these,
-    those come first that somebody misses in his best position. Nine in ten positions that are no
-    better are given up by these.
+    rest, and what that says of requirements with the hands on their controls. For the others hands
+    are brought to their controls, or limbs reach for some: of these, those come first that somebody
+    misses in his best position. Nine in ten positions that are no better are given up by these.
     """
     cost = np.array([CHECKS[one.requirement.check].cost for one in search.asked])
     held = np.array([needs_hands(search.wanted[one.case], one) for one in search.asked])
     missed = np.any(search.best.tried.margin[people] < -MET, axis=0)
     dear = held | (cost == REACHING)
     stages = [
-        cost == AFTER_SEATING,
-        (cost == IN_POSTURE) & ~dear,
-        dear & missed & ~held,
-        dear & missed & held,
-        dear & ~missed & held,
-        dear & ~missed & ~held,
+        _Stage(cost == AFTER_SEATING),
+        _Stage((cost == IN_POSTURE) & ~dear),
+        _Stage(held, at_most=True),
+        _Stage(dear & missed & ~held),
+        _Stage(dear & missed & held),
+        _Stage(dear & ~missed & held),
+        _Stage(dear & ~missed & ~held),
     ]
     movable = _movable(search.asked)
-    return [stage & movable for stage in stages if np.any(stage & movable)]
+    some = [replace(stage, columns=stage.columns & movable) for stage in stages]
+    return [stage for stage in some if np.any(stage.columns)]
 
 
 def _hopeful(search: _Search, people: Ints, margin: Floats, known: Bools) -> Ints:

@@ -7,12 +7,15 @@ the others only about those that are not surrounded by points which he reaches a
 the edge of what he reaches is found to the last point, and only a patch smaller than COARSE far from
 that edge could be overlooked.
 
+A point beyond the length of the limb (see `posture.reach_bound`) needs no search.
+
 Obstacles do not count: the map says how far arms are long enough and joints free enough.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -24,7 +27,8 @@ from workbench.model.body import Body
 from workbench.model.environment import Environment
 from workbench.model.poses import Poses, row_for_each
 from workbench.model.spool import pieces
-from workbench.posture.reaching.limbs import HANDS, limb
+from workbench.posture.reach_bound import reach_bound
+from workbench.posture.reaching.limbs import HANDS, Limb, limb, tighter
 from workbench.posture.reaching.reach import reach
 
 __all__ = ["from_coarse_to_fine", "part_points", "reach_map", "who_reaches"]
@@ -99,22 +103,40 @@ def who_reaches(
         np.zeros((len(poses), len(points)), dtype=np.bool_) if settled is None else settled.copy()
     )
     order, far = from_coarse_to_fine(points)
-    arm = limb(body, name, grip=grip, zone=zone)
+    arms = _in_zones(body, limb(body, name, grip=grip, zone=zone))
+    bounds = [reach_bound(body, poses, arm) for arm in arms]
 
     def ask(who: Ints, at: Ints) -> Bools:
         found = np.zeros(len(who), dtype=np.bool_)
-        for some in pieces(len(who), size=TOGETHER):
-            each = Poses(
-                poses.rotations[who[some]],
-                poses.reference,
-                poses.world_from_reference[who[some]],
-                person=who[some],
-            )
-            target = points[at[some]][:, None]
-            found[some] = reach(body, each, target, limb=arm, threads=threads).reached[:, 0]
+        for arm, bound in zip(arms, bounds, strict=True):
+            left = np.flatnonzero(~found)
+            for piece in pieces(len(left), size=TOGETHER):
+                some = left[piece]
+                some = some[~bound.excludes(who[some], points[at[some]])]
+                if not len(some):
+                    continue
+                each = Poses(
+                    poses.rotations[who[some]],
+                    poses.reference,
+                    poses.world_from_reference[who[some]],
+                    person=who[some],
+                )
+                target = points[at[some]][:, None]
+                found[some] = reach(body, each, target, limb=arm, threads=threads).reached[:, 0]
         return found
 
     return _asked(points, order, far, reached, ask)
+
+
+def _in_zones(body: Body, arm: Limb) -> list[Limb]:
+    """A limb in its harness zone and in each tighter one, each to be asked by itself: what it misses
+    in its own zone only matters in the next where that is not out of reach."""
+    arms = []
+    held: Limb | None = arm
+    while held is not None:
+        arms.append(replace(held, zone=1))  # else `reach` asks in the tighter zones too
+        held = tighter(body, held)
+    return arms
 
 
 def _asked(

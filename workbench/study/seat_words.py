@@ -116,9 +116,9 @@ def move_words(situation: Situation, found: Tried, comfortable: Floats) -> list[
         return []
     way = [
         f"{1000 * abs(size):.0f} mm {words[0] if size > 0 else words[1]}"
-        for size, words in ((ahead, ("forward", "back")), (above, ("up", "down")))
+        for size, words in ((ahead, ("ahead of", "behind")), (above, ("above", "below")))
         if abs(size) >= 5e-4
     ]
     lead = f"{situation.place.role}, {situation.work.name}"
-    where = f"{' and '.join(way)} of the most comfortable position"
-    return [f"{lead}: the seat is {where}: there {_why(found)}"]
+    where = f"{' and '.join(way)} the most comfortable position"
+    return [f"{lead}: the seat is {where}, because there {_why(found)}"]

@@ -167,9 +167,14 @@ class Situation:
         """The nearest pairs of segments of the same body."""
         return self_clearance(self.placed)
 
+    @cached_property
+    def held(self) -> Situation:
+        """The same with the hands on the controls that they hold, see `with_hands`."""
+        return _hands_placed(self)
+
     def rows(self, keep: Ints) -> Situation:
-        """The people at indices, in their order."""
-        return Situation(
+        """The people at indices, in their order, with what is known of them."""
+        found = Situation(
             place=self.place,
             case=self.case,
             body=self.body[keep],
@@ -177,16 +182,30 @@ class Situation:
             poses=self.poses.rows(keep),
             displacement=self.displacement[keep],
             spare=self.spare[keep],
-            hand_miss={hand: miss[keep] for hand, miss in self.hand_miss.items()},
-            hand_limit={
-                hand: tuple(words[k] for k in keep) for hand, words in self.hand_limit.items()
-            },
+            hand_miss=_miss_of(self, keep),
+            hand_limit=_limit_of(self, keep),
         )
+        if "held" in self.__dict__:
+            found.__dict__["held"] = replace(
+                found,
+                poses=self.held.poses.rows(keep),
+                hand_miss=_miss_of(self.held, keep),
+                hand_limit=_limit_of(self.held, keep),
+            )
+        return found
 
     def seat_moved(self, environment: Environment) -> Situation:
         """The same in surroundings where the own seat stands where it was put."""
         place = replace(self.place, environment=environment)
         return replace(self, place=place, displacement=np.zeros_like(self.displacement))
+
+
+def _miss_of(situation: Situation, keep: Ints) -> dict[str, Floats]:
+    return {hand: miss[keep] for hand, miss in situation.hand_miss.items()}
+
+
+def _limit_of(situation: Situation, keep: Ints) -> dict[str, tuple[str, ...]]:
+    return {hand: tuple(words[k] for k in keep) for hand, words in situation.hand_limit.items()}
 
 
 def join_situations(parts: Sequence[Situation]) -> Situation:
@@ -367,7 +386,11 @@ def position_of(situation: Situation) -> Floats:
 
 def with_hands(situation: Situation) -> Situation:
     """The same with the hands on the controls that they hold, each in the tightest harness zone
-    that will do."""
+    that will do. They are brought there once: rows of a situation have them there too."""
+    return situation.held
+
+
+def _hands_placed(situation: Situation) -> Situation:
     aims = situation.work.aims
     if aims is None:
         return situation
@@ -423,6 +446,7 @@ def _with_hand(situation: Situation, name: str, control: Control) -> Situation:
             environment=situation.environment,
             moving_parts=situation.place.moving_parts,
             displacement=situation.displacement[left],
+            tighter_zones=False,  # those who are left have missed in them
         )
         rotations[left] = found.poses.rotations
         miss[left] = np.where(found.reached[:, 0], 0.0, found.miss[:, 0])

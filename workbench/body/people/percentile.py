@@ -14,7 +14,7 @@ from workbench.errors import InputError
 from workbench.model.arrays import Floats
 from workbench.model.population import Population, PopulationModel, sex_index
 
-__all__ = ["percentile_people", "percentile_values", "quantiles"]
+__all__ = ["percentile_people", "percentile_rank", "percentile_values", "quantiles"]
 
 
 def percentile_values(
@@ -64,6 +64,20 @@ def percentile_values(
     return np.stack(
         [quantiles(column, people.weight, levels) for column in people.measures.T], axis=1
     )
+
+
+def percentile_rank(model: PopulationModel, sex: str, name: str, value: float) -> float:
+    """Compute the percentile [%] at which a measure [m; kg] stands: what `percentile_values` takes.
+
+    Raises
+    ------
+    InputError
+        If the model has no such measure or sex.
+    """
+    from scipy.special import ndtr  # takes a sixth of a second to load
+
+    scores = scores_of(model, sex)
+    return float(100 * ndtr(scores.to_scores([value], scores.columns([name]))[0]))
 
 
 def percentile_people(

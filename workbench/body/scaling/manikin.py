@@ -129,6 +129,9 @@ class Manikin:
         self._origin, self.joints = self.rig.origins(shape)
         self.flesh: SeatedFlesh | None = seated_flesh(self.body, shape)
         self._seen: dict[int, tuple[Floats, Floats, Floats]] = {}
+        self._farthest: dict[tuple[str, int, tuple[str, ...]], Length] = {}
+        self.lengths: dict[tuple[str, ...], Length] = {}
+        """Measures and levels that are known, by name and, of a level, posture."""
 
     def _posture(self, queue: int) -> tuple[Floats, Floats, Floats]:
         """Sphere centres (S, 3) in a posture, computed when first needed.
@@ -187,9 +190,13 @@ class Manikin:
 
     def farthest(self, posture: str, direction: int, where: Iterable[str]) -> Length:
         """Return the farthest surface along a direction, of segments ("LF") or subparts ("LF/heel")."""
-        rows = self._rows(where)
-        best = int(rows[self._posture(QUEUE[posture])[2][direction][rows].argmax()])
-        return Length(((1.0, Reach(posture, direction, best)),))
+        key = posture, direction, tuple(where)
+        found = self._farthest.get(key)
+        if found is None:
+            rows = self._rows(key[2])
+            best = int(rows[self._posture(QUEUE[posture])[2][direction][rows].argmax()])
+            found = self._farthest[key] = Length(((1.0, Reach(posture, direction, best)),))
+        return found
 
     def band(
         self,

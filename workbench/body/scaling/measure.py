@@ -8,6 +8,7 @@ over bone has no sphere of its own, the joint beneath it stands in.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from functools import wraps
 
 from workbench.body.scaling.manikin import (
     BACK,
@@ -33,14 +34,31 @@ _RADIALE = 0.03
 """How far the head of the radius lies beyond the elbow joint, as a share of the forearm."""
 
 
+def _once(function: Callable[..., Length]) -> Callable[..., Length]:
+    """A level that many measures are taken from, in a posture where it is given, found once for each
+    manikin."""
+
+    @wraps(function)
+    def known(m: Manikin, *posture: str) -> Length:
+        key = (function.__name__, *posture)
+        if key not in m.lengths:
+            m.lengths[key] = function(m, *posture)
+        return m.lengths[key]
+
+    return known
+
+
+@_once
 def _floor(m: Manikin, posture: str = "standing") -> Length:
     return m.farthest(posture, DOWN, _FEET) * -1.0
 
 
+@_once
 def _seat(m: Manikin, posture: str = "sitting") -> Length:
     return m.farthest(posture, DOWN, _SEAT) * -1.0
 
 
+@_once
 def _rear(m: Manikin, posture: str = "sitting") -> Length:
     return m.farthest(posture, BACK, _SEAT) * -1.0
 
@@ -123,6 +141,7 @@ def popliteal_height(m: Manikin) -> Length:
     return m.band("sitting", DOWN, _knee(m, ["RUL"], behind=0.09), along=FRONT) * -1.0 - _sole(m)
 
 
+@_once
 def _sole(m: Manikin) -> Length:
     return m.farthest("sitting", DOWN, ["RF"]) * -1.0
 
@@ -136,6 +155,7 @@ def _knee(m: Manikin, where: list[str], behind: float = 0.0) -> Band:
     return Band(m.joint("sitting", FRONT, "RK") - _thigh(m) * share, 0.06, where)
 
 
+@_once
 def _thigh(m: Manikin) -> Length:
     return m.joint("sitting", FRONT, "RK") - m.joint("sitting", FRONT, "RH")
 
@@ -391,7 +411,11 @@ def lengths(manikin: Manikin, names: Iterable[str] | None = None) -> dict[str, L
     for name in wanted:
         if name not in MEASURES:
             raise InputError(f"no measure {name!r}; {one_of(name, MEASURES, words=WORDS)}")
-    return {name: MEASURES[name](manikin) for name in wanted}
+    known = manikin.lengths
+    for name in wanted:
+        if (name,) not in known:
+            known[name,] = MEASURES[name](manikin)
+    return {name: known[name,] for name in wanted}
 
 
 def measure(body: Body, names: Iterable[str] | None = None) -> dict[str, float]:

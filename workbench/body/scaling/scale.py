@@ -182,10 +182,11 @@ def _fitted(space: ShapeSpace, measures: Measures, others: Measures) -> _Fit:
         raise InputError(
             f"others: {wrong[0]}: expected a positive length, got {1000 * soft[wrong[0]]:g} mm"
         )
-    miss, fit = _search(space, measures, soft, space.neutral, _DIRECT_STEPS)
+    neutral = _Fit(space.neutral, space.unchanged)
+    miss, fit = _search(space, measures, soft, neutral, _DIRECT_STEPS)
     if miss > _EXACT:
         # close what is left from there, although the sum of both is not quite the least change
-        closed_miss, closed = _search(space, measures, None, fit.values, _CLOSING_STEPS)
+        closed_miss, closed = _search(space, measures, None, fit, _CLOSING_STEPS)
         if closed_miss < miss:
             miss, fit = closed_miss, closed
     if miss > _MAX_MISS:
@@ -208,7 +209,7 @@ def _unreached(space: ShapeSpace, measures: Measures, manikin: Manikin) -> Input
 
 
 def _search(
-    space: ShapeSpace, measures: Measures, soft: Measures | None, start: Floats, max_steps: int
+    space: ShapeSpace, measures: Measures, soft: Measures | None, start: _Fit, max_steps: int
 ) -> tuple[float, _Fit]:
     """Search a shape with given measures by linearized steps.
 
@@ -223,34 +224,34 @@ def _search(
         from the unchanged body, with the extreme spheres of the last step. With None it is the
         least change from the last step.
     start, max_steps
-        Parameters to start from, and the number of steps at most.
+        The shape to start from, and the number of shapes at most.
 
     Returns
     -------
     tuple of float and _Fit
         The greatest miss [m] of a hard measure, and the shape that has it.
     """
-    values = start
+    fit = start
     best = np.inf
     nearest: _Fit | None = None
     rivals = _Rivals(measures)
     for step in range(max_steps):
-        manikin = space.manikin(values)
-        extremes = lengths(manikin, measures)
-        miss = _greatest_miss(manikin, extremes, measures)
+        extremes = lengths(fit.manikin, measures)
+        miss = _greatest_miss(fit.manikin, extremes, measures)
         # the start itself is not the least change from the unchanged body, so it does not count
         counts = step > 0 or soft is None
         if nearest is None or (miss < best and counts):
-            nearest = _Fit(values, manikin)
+            nearest = fit
             best = miss if counts else np.inf
-        if best < _EXACT:
+        if best < _EXACT or step == max_steps - 1:
             break
         rows = rivals.hold(extremes, step)
         if soft is None:
-            values = _solve(space, manikin, values, rows, [])
+            values = _solve(space, fit.manikin, fit.values, rows, [])
         else:
-            near = [(length, soft[name]) for name, length in lengths(manikin, soft).items()]
+            near = [(length, soft[name]) for name, length in lengths(fit.manikin, soft).items()]
             values = _solve(space, space.base, space.neutral, rows, near)
+        fit = _Fit(values, space.manikin(values))
     assert nearest is not None
     return best, nearest
 

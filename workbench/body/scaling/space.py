@@ -8,7 +8,7 @@ too, so what each parameter adds to a length is computed once.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from functools import lru_cache
+from functools import cached_property, lru_cache
 
 import numpy as np
 
@@ -85,6 +85,11 @@ class ShapeSpace:
     def manikin(self, values: Floats) -> Manikin:
         """Return the body with parameters (K,), in all postures."""
         return self.base.changed(self.shape(values))
+
+    @cached_property
+    def unchanged(self) -> Manikin:
+        """The body with the neutral parameters, from which every search starts."""
+        return self.manikin(self.neutral)
 
     def row(self, length: Length) -> Floats:
         """Return what each parameter (K,) adds to a length whose extreme spheres are held fixed."""

@@ -7,7 +7,8 @@ import numpy as np
 
 from workbench.compiled import inner, njit
 from workbench.contact.kernels.inside import inside_part
-from workbench.geometry.polygon import RECORD
+from workbench.geometry.polygon import EDGES, RECORD
+from workbench.geometry.quads import FOUR
 
 __all__ = ["mark_solid"]
 
@@ -19,13 +20,20 @@ ROUNDING = 1e-6
 
 
 @inner
-def _mark(cells, first, field, g, low, high):  # type: ignore[no-untyped-def]
+def _mark(cells, first, field, g, low, high, plane):  # type: ignore[no-untyped-def]
     """Set those of the cells (nx, ny, nz) of grid g, from cell first (3,) on, that a box low..high
-    (3,) meets."""
+    (3,) and a plane meet.
+
+    plane: unit normal, a point of it, and half its thickness [m]; a normal of zero for none. A cell
+    with its middle at x and of half an edge e meets it where |n.(x - c)| is no more than e (|n0| +
+    |n1| + |n2|) and that half.
+    """
     nx, ny, nz = cells.shape
     per = field.grid[g, 4]
     most = max(field.shape[g, 0], field.shape[g, 1], field.shape[g, 2])
     spare = HAIR + ROUNDING * most + field.grid[g, 6] * per
+    h = field.grid[g, 3]
+    reach = (0.5 + spare) * h * (abs(plane[0]) + abs(plane[1]) + abs(plane[2])) + plane[6]
     a = (
         (low[0] - field.grid[g, 0]) * per - first[0],
         (low[1] - field.grid[g, 1]) * per - first[1],
@@ -37,13 +45,17 @@ def _mark(cells, first, field, g, low, high):  # type: ignore[no-untyped-def]
         (high[2] - field.grid[g, 2]) * per - first[2],
     )
     for i in range(max(int(np.floor(a[0] - spare)), 0), min(int(np.floor(b[0] + spare)) + 1, nx)):
+        u = field.grid[g, 0] + (first[0] + i + 0.5) * h - plane[3]
         for j in range(
             max(int(np.floor(a[1] - spare)), 0), min(int(np.floor(b[1] + spare)) + 1, ny)
         ):
+            v = field.grid[g, 1] + (first[1] + j + 0.5) * h - plane[4]
             for k in range(
                 max(int(np.floor(a[2] - spare)), 0), min(int(np.floor(b[2] + spare)) + 1, nz)
             ):
-                cells[i, j, k] = True
+                w = field.grid[g, 2] + (first[2] + k + 0.5) * h - plane[5]
+                if abs(plane[0] * u + plane[1] * v + plane[2] * w) <= reach:
+                    cells[i, j, k] = True
 
 
 @njit(cache=True, nogil=True)
@@ -54,11 +66,15 @@ def _mark_surface(touched, first, field, g, s):  # type: ignore[no-untyped-def]
     for rank in range(field.solid_rank[s, 0], field.solid_rank[s, 1]):
         low[:] = np.inf
         high[:] = -np.inf
-        for e in range(field.begin[rank] + RECORD, field.begin[rank + 1], 6):
+        for e in range(field.begin[rank] + RECORD, field.begin[rank + 1], EDGES):
             for axis in range(3):
-                low[axis] = min(low[axis], field.record[e + axis])
-                high[axis] = max(high[axis], field.record[e + axis])
-        _mark(touched, first, field, g, low, high)
+                for tail in range(e + FOUR * axis, e + FOUR * (axis + 1)):
+                    low[axis] = min(low[axis], field.record[tail])
+                    high[axis] = max(high[axis], field.record[tail])
+        at = field.begin[rank]
+        r = field.record
+        plane = r[at], r[at + 1], r[at + 2], r[at + 3], r[at + 4], r[at + 5], r[at + 9]
+        _mark(touched, first, field, g, low, high, plane)
 
 
 @njit(cache=True, nogil=True)
@@ -79,7 +95,8 @@ def mark_solid(touched, inside, first, faces, shells, field, g, s, stack):  # ty
         Working space.
     """
     if shells.closed[field.solid_part[s]] == 0:
-        _mark(touched, first, field, g, field.solid_span[s, :3], field.solid_span[s, 3:])
+        none = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+        _mark(touched, first, field, g, field.solid_span[s, :3], field.solid_span[s, 3:], none)
         return
     _mark_surface(touched, first, field, g, s)
     h = field.grid[g, 3]

@@ -10,11 +10,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.compiled import batch_loop, inlined, inner
+from workbench.contact.kernels.groups import carried
 from workbench.contact.kernels.inside import inside_part
+from workbench.contact.kernels.pairs import facing_side
 from workbench.geometry.polygon import nearest_of_record
-from workbench.geometry.tree import box_gap, nearest_polygon
+from workbench.geometry.tree import box_gap, nearest_polygon, wider
 
-__all__ = ["ContactRows", "environment_contacts", "row_clearance"]
+__all__ = ["ContactRows", "environment_contacts", "near_sides", "row_clearance"]
+
+
+HAIR = 1e-9
+"""More [m] than the rounding of a distance between two points of the body."""
 
 
 @inlined
@@ -98,6 +104,23 @@ def row_clearance(centres, radius, start, rows, faces, shells, out, space):  # t
         )
 
 
+@batch_loop
+def near_sides(centres, world, radius, directions, distance, sphere, point, side):  # type: ignore[no-untyped-def]
+    """Fill side (P, N, K) with the direction (N, 6, 3) of its segment that faces the point
+    (P, N, K, 3) of each nearest sphere (P, N, K); inside a solid, that which faces away from it."""
+    for p in range(sphere.shape[0]):
+        for n in range(sphere.shape[1]):
+            for k in range(sphere.shape[2]):
+                s = sphere[p, n, k]
+                if s < 0:
+                    continue
+                way = -1.0 if distance[p, n, k] < -radius[s] else 1.0
+                u = way * (point[p, n, k, 0] - centres[p, s, 0])
+                v = way * (point[p, n, k, 1] - centres[p, s, 1])
+                w = way * (point[p, n, k, 2] - centres[p, s, 2])
+                side[p, n, k] = facing_side(world, p, n, u, v, w, directions)
+
+
 class ContactRows(NamedTuple):
     """Room for C contacts."""
 
@@ -150,34 +173,84 @@ def _near_polygons(x, y, z, r, margin, faces, where, deep, found, used, stack): 
     return used
 
 
+@inner
+def _segment_polygons(  # type: ignore[no-untyped-def]
+    centres, radius, p, first, last, near, k, faces, shells, margin, found, used, space
+):
+    """Put down the polygons of part k nearer than margin [m] to the spheres first..last of pose p;
+    returns how many contacts there are then.
+
+    Around a centre outside of a solid, and in its box, the ball that holds no surface is found:
+    other centres in that ball are outside too.
+    """
+    hub = first
+    clear = -1.0
+    for s in range(first, last):
+        if not near[p, s]:
+            continue
+        x = centres[p, s, 0]
+        y = centres[p, s, 1]
+        z = centres[p, s, 2]
+        r = radius[s]
+        deep = -1
+        boxed = box_gap(x, y, z, faces.low, faces.high, faces.root[k]) == 0.0
+        if boxed and faces.solid[k] == 1:
+            u = x - centres[p, hub, 0]
+            v = y - centres[p, hub, 1]
+            w = z - centres[p, hub, 2]
+            if math.sqrt(u * u + v * v + w * w) >= clear:
+                square, f, qx, qy, qz = nearest_polygon(x, y, z, faces, k, np.inf, space)
+                if inside_part(x, y, z, faces, shells, k, space.stack):
+                    deep = f
+                    number = (-math.sqrt(square) - r, qx, qy, qz, 1.0)
+                    used = _put(found, used, (p, s, k, f), number)
+                else:
+                    hub = s
+                    clear = math.sqrt(square) - HAIR
+        used = _near_polygons(x, y, z, r, margin, faces, (p, s, k), deep, found, used, space.stack)
+    return used
+
+
 @batch_loop
 def environment_contacts(  # type: ignore[no-untyped-def]
-    centres, radius, near, faces, shells, checked, margin, found, space, begin, end
+    centres, world, crowd, near, faces, shells, checked, margin, found, space, begin, end
 ):
     """Fill found with all (sphere, polygon) pairs nearer than margin [m]; returns how many.
 
-    Of the spheres with near (P, S) 1, in the poses begin..end, and the parts with checked (K,) 1. A
-    centre inside a solid has a row with its nearest polygon. found: ContactRows; where there are
-    more than it holds, the others are counted only. space: SearchSpace.
+    Of the spheres with near (P, S) 1, in the poses begin..end, and the parts with checked (K,) 1,
+    segment by segment and part by part. A centre inside a solid has a row with its nearest polygon.
+    centres (P, S, 3), world (P, N, 3, 4) [m]; found: ContactRows; where there are more than it
+    holds, the others are counted only. space: SearchSpace.
     """
     used = 0
     for p in range(begin, end):
-        for s in range(centres.shape[1]):
-            if not near[p, s]:
+        for n in range(len(crowd.shown)):
+            first = crowd.first[crowd.start[n]]
+            last = crowd.first[crowd.start[n + 1]]
+            if crowd.shown[n] == 0 or first == last:
                 continue
-            x = centres[p, s, 0]
-            y = centres[p, s, 1]
-            z = centres[p, s, 2]
-            r = radius[s]
+            x, y, z = carried(
+                world, p, n, crowd.around[n, 0], crowd.around[n, 1], crowd.around[n, 2]
+            )
+            reach = crowd.big[n] + max(margin, 0.0)
             for k in range(len(faces.root)):
                 if checked[k] == 0 or faces.root[k] < 0:
                     continue
-                deep = -1
-                if inside_part(x, y, z, faces, shells, k, space.stack):
-                    square, deep, qx, qy, qz = nearest_polygon(x, y, z, faces, k, np.inf, space)
-                    number = (-math.sqrt(square) - r, qx, qy, qz, 1.0)
-                    used = _put(found, used, (p, s, k, deep), number)
-                used = _near_polygons(
-                    x, y, z, r, margin, faces, (p, s, k), deep, found, used, space.stack
+                if box_gap(x, y, z, faces.low, faces.high, faces.root[k]) > wider(reach * reach):
+                    continue
+                used = _segment_polygons(
+                    centres,
+                    crowd.radius,
+                    p,
+                    first,
+                    last,
+                    near,
+                    k,
+                    faces,
+                    shells,
+                    margin,
+                    found,
+                    used,
+                    space,
                 )
     return used

@@ -41,7 +41,16 @@ from workbench.geometry.lanes import (
 )
 from workbench.geometry.quads import four, greatest_of, load_triples, lower, store_single, upper
 
-__all__ = ["FAR", "NODE", "Blocks", "Room", "first_pairs", "foremost_pair", "place_blocks"]
+__all__ = [
+    "FAR",
+    "NODE",
+    "Blocks",
+    "Room",
+    "first_pairs",
+    "foremost_pair",
+    "near_place",
+    "place_blocks",
+]
 
 FAR = np.float32(1e15)
 """Where lanes without a sphere stand [m]; their radius is its square, negative."""
@@ -154,7 +163,7 @@ def _heights(x, y, z, array, a, b, high):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def _near_place(x, y, z, array, a, b, spare):  # type: ignore[no-untyped-def]
+def near_place(x, y, z, array, a, b, spare):  # type: ignore[no-untyped-def]
     """The place of a sphere about as near to a point as any in the blocks a..b."""
     x8 = eight(x)
     y8 = eight(y)
@@ -181,11 +190,11 @@ def first_pairs(pairs, first1, first2, ball1, ball2, spare, place1, place2):  # 
     for m in range(len(pairs)):
         b = pairs[m, 1]
         x, y, z, _ = _ball(ball1, place1[m])
-        place2[m] = _near_place(x, y, z, ball2, first2[b], first2[b + 1], spare)
+        place2[m] = near_place(x, y, z, ball2, first2[b], first2[b + 1], spare)
     for m in range(len(pairs)):
         a = pairs[m, 0]
         x, y, z, _ = _ball(ball2, place2[m])
-        place1[m] = _near_place(x, y, z, ball1, first1[a], first1[a + 1], spare)
+        place1[m] = near_place(x, y, z, ball1, first1[a], first1[a + 1], spare)
 
 
 @inlined

@@ -46,6 +46,10 @@ HAIR = 1e-12
 """More [m] than the rounding of a room less what is allowed."""
 
 
+SHIFT = 1e-9
+"""More [m] than the rounding of a distance between two points of the body."""
+
+
 class Crowd(NamedTuple):
     """The spheres of a body in clusters: those of segment n are start[n]:start[n + 1].
 
@@ -92,6 +96,8 @@ class GroupSpace(NamedTuple):
     """(S,) lower bound [m] of each sphere."""
     pair: NDArray[np.int64]
     """(N G,) segments and groups that may collide, as n G + g."""
+    free: NDArray[np.float64]
+    """(B, 4) balls without surface: centre and radius [m]."""
     key: NDArray[np.float64]
     """(G,) lower bound [m] of the room that a segment has from each group."""
 
@@ -124,28 +130,51 @@ def _least(low, a, b):  # type: ignore[no-untyped-def]
     return lead
 
 
+@inlined
+def _free(x, y, z, free):  # type: ignore[no-untyped-def]
+    """How far a point surely is from all surfaces of a group by the balls free (B, 4) that hold
+    none: centres and radii [m]; no more than 0 where they do not say."""
+    clear = 0.0
+    for j in range(len(free)):
+        u = x - free[j, 0]
+        v = y - free[j, 1]
+        w = z - free[j, 2]
+        clear = max(clear, free[j, 3] - math.sqrt(u * u + v * v + w * w) - SHIFT)
+    return clear
+
+
 @inner
-def _sphere(x, y, z, r, s, faces, shells, field, g, best, most, space):  # type: ignore[no-untyped-def]
+def _sphere(x, y, z, r, s, faces, shells, field, g, best, most, turn, space):  # type: ignore[no-untyped-def]
     """Improve best = (signed distance, sphere, polygon) by sphere s, of radius r, which stands at
     (x, y, z).
 
-    most: the least distance is no more than this.
+    most: the least distance is no more than this. Where the centre is outside of all solids, the
+    ball around it without surface is put down in space.free, in a place by the number `turn`.
     """
     signed, sphere, polygon = best
-    if not square_bound(x, y, z, field, g)[1]:
+    # the sum's rounding counts where a centre lies on a surface
+    reach = most + r + 1e-15 * (abs(most) + r)
+    clear = _free(x, y, z, space.free)
+    if clear > max(reach, 0.0):
+        return best
+    if clear == 0.0 and not square_bound(x, y, z, field, g)[1]:
         depth, f = deepest(x, y, z, faces, shells, field, g, space.stack, space.gaps)
         if f >= 0:
             better = -depth - r < signed or (-depth - r == signed and s < sphere)
             return (-depth - r, s, f) if better else best
-    # the sum's rounding counts where a centre lies on a surface
-    reach = most + r + 1e-15 * (abs(most) + r)
     if reach < 0.0:
         return best
     limit = reach * reach * (1.0 + 1e-12)
     hint = near_polygon(x, y, z, field, g)
     square, f = nearest_in(x, y, z, field, field.root[g], hint, limit, space.stack, space.gaps)
+    away = math.sqrt(square)
+    j = turn % len(space.free)
+    space.free[j, 0] = x
+    space.free[j, 1] = y
+    space.free[j, 2] = z
+    space.free[j, 3] = away
     if f >= 0:
-        gap = math.sqrt(square) - r
+        gap = away - r
         if gap < signed or (gap == signed and s < sphere):
             signed = gap
             sphere = s
@@ -241,6 +270,9 @@ def _segment(centres, world, p, crowd, n, faces, shells, field, g, most, space):
     end = crowd.first[crowd.start[n + 1]]
     low = space.low
     best = (np.inf, -1, -1)
+    for j in range(len(space.free)):
+        space.free[j, 3] = 0.0
+    turn = 0
     while True:
         i = _least(low, begin, end)
         if low[i] > most or low[i] == np.inf:
@@ -250,7 +282,9 @@ def _segment(centres, world, p, crowd, n, faces, shells, field, g, most, space):
         x = centres[p, s, 0]
         y = centres[p, s, 1]
         z = centres[p, s, 2]
-        best = _sphere(x, y, z, crowd.radius[s], s, faces, shells, field, g, best, most, space)
+        r = crowd.radius[s]
+        best = _sphere(x, y, z, r, s, faces, shells, field, g, best, most, turn, space)
+        turn += 1
         most = min(most, best[0])
     return best
 

@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 from workbench.compiled import batch_loop, inlined, inner
 from workbench.contact.kernels.wide import DEEP, widest
 from workbench.geometry.lanes import LANES, eight, larger, load, not_above, root, store
-from workbench.geometry.polygon import RECORD
+from workbench.geometry.polygon import EDGES, RECORD
+from workbench.geometry.quads import FOUR
 
 __all__ = ["SPARE", "heads_of", "near_heads"]
 
@@ -101,16 +102,17 @@ def _extent(found, used, record, begin, row):  # type: ignore[no-untyped-def]
     row[7] = 0.0
     for i in range(used):
         off = record[begin[found[i]] + 9]
-        for e in range(begin[found[i]] + RECORD, begin[found[i] + 1], 6):
-            u = record[e] - row[3]
-            v = record[e + 1] - row[4]
-            w = record[e + 2] - row[5]
-            h = row[0] * u + row[1] * v + row[2] * w
-            u = u - h * row[0]
-            v = v - h * row[1]
-            w = w - h * row[2]
-            row[6] = max(row[6], math.sqrt(u * u + v * v + w * w) + off)
-            row[7] = max(row[7], abs(h) + off)
+        for e in range(begin[found[i]] + RECORD, begin[found[i] + 1], EDGES):
+            for tail in range(e, e + FOUR):
+                u = record[tail] - row[3]
+                v = record[tail + FOUR] - row[4]
+                w = record[tail + 2 * FOUR] - row[5]
+                h = row[0] * u + row[1] * v + row[2] * w
+                u = u - h * row[0]
+                v = v - h * row[1]
+                w = w - h * row[2]
+                row[6] = max(row[6], math.sqrt(u * u + v * v + w * w) + off)
+                row[7] = max(row[7], abs(h) + off)
 
 
 @batch_loop

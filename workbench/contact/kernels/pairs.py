@@ -18,7 +18,7 @@ from workbench.contact.kernels.fronts import (
     place_blocks,
 )
 
-__all__ = ["Balls", "PairAnswers", "PairBody", "pair_clearance", "sphere_contacts"]
+__all__ = ["Balls", "PairAnswers", "PairBody", "facing_side", "pair_clearance", "sphere_contacts"]
 
 
 class Balls(NamedTuple):
@@ -119,7 +119,7 @@ class PairBody(NamedTuple):
 
 
 @inlined
-def _facing_side(world, p, a, x, y, z, directions):  # type: ignore[no-untyped-def]
+def facing_side(world, p, a, x, y, z, directions):  # type: ignore[no-untyped-def]
     """Which of the directions (N, 6, 3) of segment a is nearest to a direction of the world."""
     r = world[p, a, 0, 0] * x + world[p, a, 1, 0] * y + world[p, a, 2, 0] * z
     s = world[p, a, 0, 1] * x + world[p, a, 1, 1] * y + world[p, a, 2, 1] * z
@@ -148,7 +148,7 @@ def _write_witness(one, other, p, a, b, directions, out):  # type: ignore[no-unt
     out.point[p, a, b, 1] = other.centres[p, v, 1] - part * y
     height = other.centres[p, v, 2]
     out.point[p, a, b, 2] = height - part * z if apart else height + other.radius[v]
-    out.facing[p, a, b] = _facing_side(one.world, p, a, x, y, z, directions)
+    out.facing[p, a, b] = facing_side(one.world, p, a, x, y, z, directions)
 
 
 @inner

@@ -160,9 +160,12 @@ def _paired_edges(environment: Environment, polygon: Ints) -> tuple[Ints, Ints, 
         Of each group its first two directed edges (M,), and its sense, see `_EdgeTopology`.
     """
     grid = np.round(environment.vertices / _WELD_DISTANCE).astype(np.int64)
-    _, welded = np.unique(grid, axis=0, return_inverse=True)
-    ends = welded.reshape(-1)[environment.edges]
     count = np.int64(len(environment.vertices))
+    welded = np.zeros(count, np.int64)
+    for coordinate in grid.T:  # in the order of x, then y, then z; rows as a whole sort slowly
+        rank = np.unique(coordinate, return_inverse=True)[1]
+        welded = np.unique(welded * count + rank, return_inverse=True)[1]
+    ends = welded[environment.edges]
     part = environment.polygon_part[polygon]
     key = (part * count + ends.min(axis=1)) * count + ends.max(axis=1)
     order = np.argsort(key, kind="stable")

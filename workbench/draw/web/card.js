@@ -56,9 +56,9 @@ export class Card {
     const vao = gl.createVertexArray();
     gl.bindVertexArray(vao);
     const at = this.attribute(0, body.centres, 3, gl.FLOAT, { each: 1 });
-    this.attribute(1, body.radius, 1, gl.FLOAT, { each: 1 });
+    const radius = this.attribute(1, body.radius, 1, gl.FLOAT, { each: 1 });
     const tint = this.attribute(2, body.tint, 4, gl.UNSIGNED_BYTE, { normal: true, each: 1 });
-    return { vao, at, tint };
+    return { vao, at, radius, tint };
   }
 
   buildMesh(vertices, part, index) {
@@ -123,6 +123,7 @@ export class Card {
     this.framed = scene.frame;
     if (this.faces) this.paintPlace(use, viewer);
     gl.disable(gl.STENCIL_TEST);
+    if (viewer.through) this.paintThrough(use("SPHERE"), viewer.through);
     if (this.marks.count) {
       const at = use("MARK");
       gl.uniform2f(at.size, width, height);
@@ -144,6 +145,30 @@ export class Card {
       gl.bufferSubData(gl.ARRAY_BUFFER, 0, body.tint);
     }
     gl.drawArraysInstanced(gl.TRIANGLE_STRIP, 0, 4, body.radius.length);
+  }
+
+  // Spheres of a body, from one to another of each range, through whatever hides them: every other pixel.
+  paintThrough(at, { body, ranges }) {
+    const { gl } = this;
+    const { vao, at: centres, radius, tint } = this.people[body];
+    const from = (first) => {
+      const place = (slot, buffer, size, type, normal, bytes) => {
+        gl.bindBuffer(gl.ARRAY_BUFFER, buffer);
+        gl.vertexAttribPointer(slot, size, type, normal, 0, bytes * first);
+      };
+      place(0, centres, 3, gl.FLOAT, false, 12);
+      place(1, radius, 1, gl.FLOAT, false, 4);
+      place(2, tint, 4, gl.UNSIGNED_BYTE, true, 4);
+    };
+    gl.disable(gl.BLEND);
+    gl.clear(gl.DEPTH_BUFFER_BIT);
+    gl.uniform1i(at.ghost, 1);
+    gl.bindVertexArray(vao);
+    for (const [first, last] of ranges) {
+      from(first);
+      gl.drawArraysInstanced(gl.TRIANGLE_STRIP, 0, 4, last - first);
+    }
+    from(0);
   }
 
   paintPlace(use, { walls, look }) {

@@ -38,6 +38,7 @@ export class Viewer extends EventTarget {
     this.walls = false; // whether walls before a body are opaque
     this.scale = 1;
     this.stroke = 1.1;
+    this.through = null; // { body, ranges }: spheres that are seen through what hides them
     this.hiddenBodies = new Set();
     this.hiddenParts = new Set();
     this.gl = canvas.getContext("webgl2", { ...DEFAULTS, antialias: !isSoftware() });
@@ -76,6 +77,13 @@ export class Viewer extends EventTarget {
   setMarks(lines) {
     this.lines = lines;
     if (!this.lost) this.card.setMarks(lines);
+    this.draw();
+  }
+
+  // Let some spheres of a body be seen through what hides them: { body, ranges: [[from, to]] }, or null.
+  setThrough(through) {
+    if (JSON.stringify(through) === JSON.stringify(this.through)) return;
+    this.through = through;
     this.draw();
   }
 

@@ -3,7 +3,7 @@ them."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -62,12 +62,20 @@ def simulation_path(source: str | Path, *, near: Path | None = None) -> Path:
     return find(f"studies/{_FOLDER}", str(source), near=near)
 
 
-def load_simulation(source: str | Path, *, near: Path | None = None) -> SimulationPlan:
-    """Load a simulation by catalogue name or path. InputError lists every fault with its line."""
+def load_simulation(
+    source: str | Path,
+    *,
+    near: Path | None = None,
+    known: Mapping[Path, Environment] | None = None,
+) -> SimulationPlan:
+    """Load a simulation by catalogue name or path. InputError lists every fault with its line.
+
+    known: environments that are loaded already, by their files.
+    """
     path = simulation_path(source, near=near)
     document = read_yaml(path)
     work = _Work(document, validate(document, SimulationFile), {"simulation": path})
-    environment = _environment(work)
+    environment = _environment(work, known or {})
     body = _body(work)
     pulse = _pulse(work)
     if environment is None or body is None:
@@ -124,12 +132,12 @@ class _Work:
         return folder.parent if folder.name == _FOLDER else folder
 
 
-def _environment(work: _Work) -> Environment | None:
+def _environment(work: _Work, known: Mapping[Path, Environment]) -> Environment | None:
     """The environment that the file names; None, and its faults, where it cannot be loaded."""
     name = work.file.environment
     try:
         source = find("environments", name, "environment.yaml", near=work.near)
-        environment = load_environment(source)
+        environment = known[source] if source in known else load_environment(source)
     except InputError as error:
         work.errors(("environment",), error)
         return None

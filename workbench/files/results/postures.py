@@ -86,8 +86,11 @@ class PersonRow(Row):
 class ReachRow(Row):
     """How one person reaches one control in one harness zone; miss_mm is 0 where it is reached.
 
+    spare_mm: how much farther out from the shoulder or hip the limb would get, 200 at most and
+    obstacles aside; null where it is missed or no criterion asks for it in this zone.
     doubt: how it ended where the posture without obstacles enters something, or is short by little:
-    "clear after a few steps", "clear in another posture" or "kept"; "not in doubt" else.
+    "clear after a few steps", "clear in another posture", "kept", or "kept for certain" where it is
+    proved; "not in doubt" else.
     """
 
     person: str
@@ -99,6 +102,7 @@ class ReachRow(Row):
     miss_mm: float
     overlap_mm: float
     limit: str
+    spare_mm: float | None = None
     discomfort: float
     doubt: str
     sentence: str

@@ -21,6 +21,7 @@ from workbench.files.crash.restraints import (
 from workbench.files.crash.simulation_schema import PulseFile
 from workbench.files.crash.simulations import SimulationPlan, load_simulation, simulation_path
 from workbench.files.postures import (
+    AnglesFile,
     PosturesFile,
     flat_angles,
     posture_pose,
@@ -52,7 +53,7 @@ from workbench.model.study import (
 )
 from workbench.model.workplace import Aims
 
-__all__ = ["CaseActions", "aims_of", "case_actions", "load_actions", "with_postures"]
+__all__ = ["CaseActions", "aims_of", "case_actions", "library_of", "load_actions", "with_postures"]
 
 CaseActions = dict[tuple[int, str], Action]
 """The actions that could be loaded, by the row of their case and the role."""
@@ -175,20 +176,36 @@ def _named(work: Work, asked: _Asked, at: Key, name: str) -> PosturesFile | None
     return postures
 
 
-def _pose(asked: _Asked, postures: PosturesFile, name: str) -> Poses:
-    """One pose in a posture, put where the role is at a place."""
-    role = asked.role.file
-    body = asked.role.body
-    attitude = role.at.attitude if role.at else None
-    poses = posture_pose(body, postures, name, more=asked.file.angles, attitude=attitude)
+def _pose(role: LoadedRole, postures: PosturesFile, name: str, more: AnglesFile) -> Poses:
+    """One pose in a posture with some angles replaced, put where the role is at a place."""
+    file = role.file
+    body = role.body
+    attitude = file.at.attitude if file.at else None
+    poses = posture_pose(body, postures, name, more=more, attitude=attitude)
     world = poses.world_from_reference.copy()
-    if role.at is not None and role.at.segment in body.segments:
-        world[:, :, 3] = role.at.position
-        return Poses(poses.rotations, body.segment(role.at.segment), world)
-    if role.stand is not None:
-        turn = attitude_matrix(yaw=math.radians(role.stand.yaw))
+    if file.at is not None and file.at.segment in body.segments:
+        world[:, :, 3] = file.at.position
+        return Poses(poses.rotations, body.segment(file.at.segment), world)
+    if file.stand is not None:
+        turn = attitude_matrix(yaw=math.radians(file.stand.yaw))
         world[:, :, :3] = np.einsum("ij,pjk->pik", turn, world[:, :, :3])
     return Poses(poses.rotations, poses.reference, world)
+
+
+def library_of(work: Work, role: LoadedRole) -> dict[str, Poses]:
+    """A pose in each posture that a role can be given: the body's, and those of the study that fit
+    it."""
+    postures = role.postures
+    if postures is None:
+        return {}
+    for name, posture in work.parts.postures.items():
+        known = postures.postures
+        if posture is not None and name not in known and posture.like in known:
+            if flat_angles(role.body, posture.angles)[1]:
+                continue
+            made = replaced_angles(role.body, known[posture.like], posture.angles)
+            postures = postures.model_copy(update={"postures": {**known, name: made}})
+    return {name: _pose(role, postures, name, {}) for name in postures.postures}
 
 
 def _given(work: Work, asked: _Asked) -> GivenPosture | None:
@@ -199,7 +216,7 @@ def _given(work: Work, asked: _Asked) -> GivenPosture | None:
         work.fault((*asked.key, "angles", *path), what)
     if postures is None or problems:
         return None
-    return GivenPosture(name, _pose(asked, postures, name))
+    return GivenPosture(name, _pose(asked.role, postures, name, asked.file.angles or {}))
 
 
 def aims_of(file: PredictedFile | DriverFile) -> Aims:
@@ -230,7 +247,7 @@ def _predicted(work: Work, asked: _Asked, room: Environment | None) -> Predicted
     postures = _named(work, asked, (asked.file.kind, "like"), file.like)
     if postures is None:
         return None
-    return PredictedPosture(file.like, _pose(asked, postures, file.like), aims_of(file))
+    return PredictedPosture(file.like, _pose(asked.role, postures, file.like, {}), aims_of(file))
 
 
 def _sex_faults(work: Work, key: Key, file: DriverFile, role: RoleFile) -> None:
@@ -339,7 +356,7 @@ def _plan(
 ) -> SimulationPlan | None:
     """A simulation in the same environment and of the same body."""
     try:
-        plan = load_simulation(name, near=work.path.parent)
+        plan = load_simulation(name, near=work.path.parent, known=work.environments)
     except InputError as error:
         work.errors(key, error)
         return None
@@ -401,5 +418,8 @@ def _simulated(work: Work, asked: _Asked, room: Environment | None) -> Simulated
         return None
     path = simulation_path(file.simulation, near=work.path.parent)
     return SimulatedMotion(
-        Path(path), file.start, _pose(asked, postures, file.start), restraints_of_plan(plan)
+        Path(path),
+        file.start,
+        _pose(asked.role, postures, file.start, {}),
+        restraints_of_plan(plan),
     )

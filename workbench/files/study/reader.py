@@ -14,6 +14,7 @@ from workbench.files.environments import environment_files, load_environment
 from workbench.files.names import matches, matching
 from workbench.files.study.actions import (
     CaseActions,
+    library_of,
     load_actions,
     with_postures,
 )
@@ -122,6 +123,7 @@ def _environment(work: Work) -> Environment | None:
     except InputError as error:
         work.add(error.problems)
         return None
+    work.environments[source] = room
     work.inputs |= {
         f"environment: {p.relative_to(source.parent)}": p for p in environment_files(source)
     }
@@ -504,6 +506,7 @@ def _role(work: Work, name: str, loaded: LoadedRole) -> Role:
         forward=place.forward if place else 0.0,
         up=place.up if place else 0.0,
         stand=file.stand.on if file.stand else None,
+        library=library_of(work, loaded),
     )
 
 

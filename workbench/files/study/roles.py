@@ -5,24 +5,21 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from workbench.errors import InputError, one_of
+from workbench.errors import InputError
 from workbench.files.body.bodies import body_path, load_body
 from workbench.files.body.encumbrances import worn
 from workbench.files.catalogue import find
-from workbench.files.growth import load_growth
-from workbench.files.populations import load_population_model
 from workbench.files.postures import PosturesFile, load_postures, posture_path
 from workbench.files.study.people import all_of, drawn_of, model_of, people_files, rows_of
 from workbench.files.study.schema import PopulationFile, PositionFile, RoleFile, SizeFile
 from workbench.files.study.settings import setting_faults
+from workbench.files.study.sizes import measure_fault, people_of_size
 from workbench.files.study.work import Key, Work
 from workbench.model.body import Body, segment_words
 from workbench.model.encumbrance import Encumbrance
 from workbench.model.environment import Environment, Seat
-from workbench.model.growth import Growth
-from workbench.model.measures import MEASURES, ON_THE_BODY, WORDS
 from workbench.model.person import Size
-from workbench.model.population import Population, PopulationModel
+from workbench.model.population import Population
 from workbench.model.study import PeopleDrawn
 
 __all__ = ["LoadedRole", "load_roles", "place_faults"]
@@ -128,32 +125,16 @@ def _size(work: Work, name: str, file: SizeFile, at: tuple[str, ...] = ("size",)
     """The size that stands at a key of a role; None where its population cannot be loaded."""
     key = ("people", name, *at)
     for measure, value in file.measures.items():
-        if what := _measure_fault(measure, value):
+        if what := measure_fault(measure, value):
             work.fault((*key, "measures", measure), what)
-    people: PopulationModel | Growth
     try:
-        source = find("bodies/populations", file.source, near=work.path.parent)
-        work.inputs[f"population of {' '.join((name, *at[1:]))}"] = source
-        people = (
-            load_population_model(source, people=False) if file.age is None else load_growth(source)
-        )
+        source, people = people_of_size(file.source, file.age, work.path.parent)
     except InputError as error:
         work.errors((*key, "population"), error)
         return None
+    work.inputs[f"population of {' '.join((name, *at[1:]))}"] = source
     mass = {} if file.mass_kg is None else {"mass": file.mass_kg}
     return Size(file.sex, file.measures | mass, people, file.age)
-
-
-def _measure_fault(measure: str, value: float) -> str:
-    """Why a measure [m] cannot be given, or is no person's; "" where it can."""
-    if measure == "mass":
-        return "a mass is no length; give it beside the measures, as mass_kg: 60"
-    if measure not in ON_THE_BODY:
-        return f"no measure {measure!r}; {one_of(measure, ON_THE_BODY, words=WORDS)}"
-    if measure in MEASURES and not MEASURES[measure][0] <= value <= MEASURES[measure][1]:
-        low, high = (1000 * limit for limit in MEASURES[measure])
-        return f"{1000 * value:g} mm is not a person's ({low:g} to {high:g} mm is): a wrong unit?"
-    return ""
 
 
 def _population(work: Work, name: str, file: PopulationFile) -> Population | PeopleDrawn | None:

@@ -29,6 +29,7 @@ from workbench.files.schema import (
     length_in_metres,
     plausible,
 )
+from workbench.files.study.sizes import ADULTS, CHILDREN
 from workbench.model.accommodation import MAP_POINTS
 
 __all__ = [
@@ -114,7 +115,7 @@ class SizeFile(FileModel):
     @property
     def source(self) -> str:
         """The population of the size: as named, else ANSUR II, of a child the growth charts."""
-        return self.population or ("ansur2" if self.age is None else "cdc_growth")
+        return self.population or (ADULTS if self.age is None else CHILDREN)
 
 
 class PopulationFile(FileModel):

@@ -10,6 +10,7 @@ from workbench.errors import InputError, one_of
 from workbench.files.schema import fail
 from workbench.files.study.parts import StudyParts
 from workbench.files.yaml_text import Document
+from workbench.model.environment import Environment
 
 __all__ = ["Key", "Work"]
 
@@ -18,13 +19,17 @@ Key = tuple[str | int, ...]
 
 @dataclass
 class Work:
-    """A study file that is being read. inputs: the files it names, by role."""
+    """A study file that is being read.
+
+    inputs: the files it names, by role; environments: those that are loaded, by their files.
+    """
 
     path: Path
     document: Document
     parts: StudyParts
     faults: list[str]
     inputs: dict[str, Path] = field(default_factory=dict)
+    environments: dict[Path, Environment] = field(default_factory=dict)
 
     def fault(self, key: Key, what: str) -> None:
         """Report a fault of the value at a key."""

@@ -5,6 +5,7 @@ import { ask, connect, waits } from "./connection.js";
 import { at, element, options } from "./elements.js";
 import { Grips } from "./grips.js";
 import { People } from "./people.js";
+import { Person } from "./person.js";
 import { Picture } from "./picture.js";
 import { Things } from "./things.js";
 
@@ -13,6 +14,7 @@ const picture = new Picture(document.querySelector("#picture .turn"), say, (pane
 const things = new Things();
 const grips = new Grips(state, things, choosePerson);
 const people = new People();
+const person = new Person(state);
 
 function take(found) {
   const { head } = found;
@@ -45,6 +47,7 @@ function takeHello(head) {
   at("save").textContent = head.saves ? "Save" : "Save as…";
   if (head.notes.length) say(head.notes.join("; "));
   things.build(head);
+  person.build();
   buildPosture();
 }
 
@@ -61,6 +64,7 @@ function takeAnswer(head) {
   at("near").replaceChildren(...head.near.map(nearRow));
   at("verdicts").classList.add("waiting");
   things.show(head);
+  person.show();
   showPosture();
   grips.show();
 }
@@ -211,6 +215,7 @@ function choosePerson(number) {
   if (number === state.person) return;
   state.person = number;
   at("person").selectedIndex = number;
+  person.build();
   buildPosture();
   grips.show();
 }

@@ -10,6 +10,7 @@ const WORLD = [
   [0, 1, 0],
   [0, 0, 1],
 ];
+const LIMBS = { hand: "hand|thumb|finger|lower arm|upper arm", foot: "foot|lower leg|upper leg" };
 const ENDS = { "right hand": /right (hand|thumb|finger)/, "left hand": /left (hand|thumb|finger)/, "right foot": /right foot/, "left foot": /left foot/ };
 
 export class Grips {
@@ -62,6 +63,16 @@ export class Grips {
     if (!at("limb").contains(document.activeElement)) this.showTip();
     const grip = { limb: () => this.limb(), seat: () => this.seat(seat), thing: () => this.thing() }[this.chosen];
     this.gizmo.aim(grip ? grip() : null, this.crosses());
+    this.panel?.viewer.setThrough(this.through());
+  }
+
+  // The spheres of the limb that is chosen; null where none is.
+  through() {
+    const body = this.panel.scene.bodies[this.state.person];
+    if (this.chosen !== "limb" || !body) return null;
+    const [side, end] = at("limb-name").value.split(" ");
+    const limb = new RegExp(`^${side} (${LIMBS[end]})`);
+    return { body: this.state.person, ranges: rangesOf(body.segment, (k) => limb.test(body.segments[k])) };
   }
 
   showTip() {
@@ -145,6 +156,17 @@ export class Grips {
     this.showTip();
     this.take("limb");
   }
+}
+
+// The runs of spheres whose segments are meant: [[from, to]], each without its last.
+export function rangesOf(segment, meant) {
+  const ranges = [];
+  segment.forEach((k, s) => {
+    if (!meant(k)) return;
+    if (ranges.length && ranges[ranges.length - 1][1] === s) ranges[ranges.length - 1][1] = s + 1;
+    else ranges.push([s, s + 1]);
+  });
+  return ranges;
 }
 
 function middleOf(place, names) {

@@ -10,7 +10,7 @@ export class Picture {
   // place: the element that the picture takes; say: is told why there is none; opened: is given
   // the panel of each new picture.
   constructor(place, say, opened) {
-    Object.assign(this, { place, say, opened, panel: null, answer: null, fetched: 0 });
+    Object.assign(this, { place, say, opened, panel: null, answer: null, fetched: 0, figures: "" });
     matchMedia("(prefers-color-scheme: dark)").onchange = (event) => this.panel?.viewer.theme(event.matches);
   }
 
@@ -22,11 +22,11 @@ export class Picture {
       if (!reply.ok) throw new Error(await reply.text());
       const page = await readPage(await reply.text());
       if (mine !== this.fetched) return; // another study has been opened since
-      const before = this.panel?.viewer.camera;
+      const before = this.panel?.viewer;
       this.panel?.end();
       this.panel = null;
       this.panel = new Panel(this.place, sceneOf(page, 0), matchMedia("(prefers-color-scheme: dark)").matches);
-      if (before) Object.assign(this.panel.viewer.camera, before);
+      if (before) this.resume(before);
       this.opened(this.panel);
       if (this.answer) this.show(this.answer);
     } catch (error) {
@@ -34,13 +34,26 @@ export class Picture {
     }
   }
 
+  // Look as another viewer did.
+  resume({ camera, section, walls, hiddenBodies, hiddenParts }) {
+    const { viewer } = this.panel;
+    Object.assign(viewer.camera, camera);
+    Object.assign(viewer, { section, walls, hiddenBodies, hiddenParts });
+    this.panel.sectionButton.setAttribute("aria-pressed", Boolean(section));
+    this.panel.wallButton?.setAttribute("aria-pressed", !walls);
+  }
+
   // Put people and seats where an answer has them; red is what is deeper than it may be.
   show(answer) {
     this.answer = answer;
+    const figures = answer.head.people.map((one) => one.figure).join();
+    if (this.figures && this.figures !== figures) this.open(); // somebody has another body
+    this.figures = figures;
     if (!this.panel) return;
     const { scene, viewer } = this.panel;
     answer.head.people.forEach((person, k) => {
       const body = scene.bodies[k];
+      if (answer.arrays[`centres${k}`].length !== 3 * body.radius.length) return; // it is being fetched
       body.centres = body.frames = answer.arrays[`centres${k}`];
       const tint = new Uint8Array(4 * body.radius.length);
       for (let s = 0; s < body.radius.length; s++) tint.set([...body.colour, 255], 4 * s);

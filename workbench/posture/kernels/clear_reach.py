@@ -15,6 +15,9 @@ kinds. What comes clear is made comfortable among all that is near it.
 Who does not reach a target is brought as near to it as is found: the same steps bring the tip to
 within a radius of the target, which is doubled until that is found and then halved down.
 
+A search is no proof. Where the target is too deep in a solid for any posture there is one, and
+nothing is searched (`_buried_in`). Such a row is brought near from few starts.
+
 A row knows of no other row.
 """
 
@@ -26,6 +29,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.compiled import inlined, inner, njit
+from workbench.contact.kernels.field import deepest, square_bound
+from workbench.geometry.vectors import subtract, vector
 from workbench.posture.kernels.contacts import (
     Limbs,
     Obstacles,
@@ -49,7 +54,7 @@ from workbench.posture.kernels.limits import Planes, within
 from workbench.posture.kernels.linkage import Linkage, State, new_state
 from workbench.posture.kernels.newton import Work, equations, go, new_work, newton
 
-__all__ = ["Outcome", "clear_reaches"]
+__all__ = ["BURIED", "Outcome", "clear_reaches"]
 
 CLEAR = 2e-4
 """How far [m] beyond what is allowed a posture is kept off obstacles, so that rounding does not
@@ -77,8 +82,11 @@ NEARLY = 2e-3
 """Distance [m] within which a target that is missed without obstacles may still be reached."""
 LOTS = (4, 12, 24, 40, 48)
 FEW_LOTS = 2
+LOTS_OF_BURIED = 1
 """How many starts a search takes from the seeds, one lot after the other; how many lots where the
-limb enters nothing and is only short of the target."""
+limb enters nothing and is only short of the target, and where the target is buried."""
+SURELY = 1e-6
+"""[m] How much more than is allowed a proof wants, so that rounding does not make one."""
 POOL = 8
 KICKS = 160
 KICK = (0.1, 0.25, 0.5, 0.75)
@@ -108,8 +116,9 @@ CERTAIN = 0
 OWN_WAY = 1
 OTHER_WAY = 2
 KEPT = 3
+BURIED = 4
 """What became of a row: not in doubt; clear from its own posture; clear from another one; in doubt,
-and no clear posture found."""
+and no clear posture found; in doubt, and proved that there is none."""
 
 
 class Outcome(NamedTuple):
@@ -124,7 +133,7 @@ class Outcome(NamedTuple):
     part: NDArray[np.int64]
     """(P,) the part that keeps the limb from its target, -1 where none does."""
     doubt: NDArray[np.int64]
-    """(P,) CERTAIN, OWN_WAY, OTHER_WAY or KEPT."""
+    """(P,) CERTAIN, OWN_WAY, OTHER_WAY, KEPT or BURIED."""
 
 
 class Case(NamedTuple):
@@ -540,6 +549,84 @@ def _search(case, seeds, lots, desk, out):  # type: ignore[no-untyped-def]
     return KEPT
 
 
+@inlined
+def _box_gap(point, span, m):  # type: ignore[no-untyped-def]
+    """Square of the distance [m2] of a point from the box span[m] (low, high), 0 within."""
+    square = 0.0
+    for axis in range(3):
+        gap = max(max(span[m, axis] - point[axis], point[axis] - span[m, 3 + axis]), 0.0)
+        square += gap * gap
+    return square
+
+
+@inlined
+def _most_allowed(room, g, n, part, point, arm, depth):  # type: ignore[no-untyped-def]
+    """The most [m] that a part allows segment n if it may be what a centre is deepest in: the part
+    `part`, or another solid of group g. The centre is within `arm` of a point, and at least `depth`
+    deep in that solid.
+
+    No point is deeper in a solid than half the least extent of its box.
+    """
+    field = room.field
+    most = room.allowed[n, part]
+    for m in range(field.solid_start[g], field.solid_start[g + 1]):
+        span = field.solid_span
+        thick = span[m, 3] - span[m, 0]
+        for axis in range(1, 3):
+            thick = min(thick, span[m, 3 + axis] - span[m, axis])
+        if 0.5 * thick >= depth and _box_gap(point, span, m) <= arm * arm:
+            most = max(most, room.allowed[n, field.solid_part[m]])
+    return most
+
+
+@inner
+def _buried_in(case, desk):  # type: ignore[no-untyped-def]
+    """The part that the target is so deep in that no posture reaches it; -1 where that is not
+    proved.
+
+    Lemma. Let the target be D deep in a solid B, let c be the centre and r the radius of a solid
+    sphere of the segment that arrives, rigid in it, d from its tip, and let the tip be within e of
+    the target. Then c is within d + e of the target in every posture. A point that is nearer to the
+    target than D lies inside B, since no polygon of B is between. Two cases:
+
+    - c lies inside B, at least D - d - e deep. The solid P in which it is deepest, B or another, is
+      entered by at least r + max(0, D - d - e) less the allowance of P.
+    - c lies outside B, at most d + e - D from its surface. B is entered by at least r + D - d - e
+      less the allowance of B.
+
+    So where r + D - d - e exceeds the allowances of all P that there may be, each posture that
+    brings the tip to the target enters something.
+    """
+    limbs = case.limbs
+    room = case.room
+    sphere = limbs.grip[case.body]
+    if sphere < 0:
+        return np.int64(-1)
+    n = limbs.segment[sphere]
+    radius = limbs.radius[case.body, sphere]
+    arm = limbs.grip_arm[case.body] + REACHED
+    for g in range(room.field.root.shape[0]):
+        if room.field.root[g] < 0:
+            continue
+        shift = vector(room.shift[case.body]) if g == 1 else (0.0, 0.0, 0.0)
+        point = subtract(vector(case.goal[case.row]), shift)
+        x, y, z = point
+        if square_bound(x, y, z, room.field, g)[1]:
+            continue
+        space = desk.space
+        depth, rank = deepest(
+            x, y, z, room.faces, room.shells, room.field, g, space.stack, space.gaps
+        )
+        if rank < 0:
+            continue
+        part = np.int64(room.owner[int(room.field.record[room.field.begin[rank] + 8])])
+        inside = max(0.0, depth - arm)
+        allowed = _most_allowed(room, g, n, part, point, arm, inside)
+        if radius + depth - arm - allowed > SURELY:
+            return part
+    return np.int64(-1)
+
+
 @inner
 def _come_near(case, missed, part, desk, out):  # type: ignore[no-untyped-def]
     """Keep a posture that enters nothing as near to the target as is found from a state; missed
@@ -601,15 +688,23 @@ def _clear_rows(link, limbs, who, held, problem, room, seeds, out, rows, desk): 
         desk.least[0] = np.inf
         desk.blocking[0] = free.part
         missed = out.numbers[p, 0]
+        buried = np.int64(-1)
         if _is_reach(free, 0.0) or (free.depth <= 0.0 and missed > NEARLY):
             continue
         if missed <= NEARLY:
             lots = len(LOTS) if free.depth > 0.0 else FEW_LOTS
+            if free.depth > 0.0:
+                buried = _buried_in(case, desk)
+            lots = lots if buried < 0 else LOTS_OF_BURIED
             out.doubt[p] = _search(case, seeds, lots, desk, out)
-            if out.doubt[p] != KEPT:
+            if out.doubt[p] == KEPT and buried >= 0:
+                out.doubt[p] = BURIED
+            if out.doubt[p] < KEPT:
                 _make_comfortable(case, desk, out)
                 out.part[p] = -1
                 continue
             take(desk.best, desk.state.angles)
         if free.depth > 0.0:
             _come_near(case, missed, free.part, desk, out)
+        if out.doubt[p] == BURIED:
+            out.part[p] = buried

@@ -172,6 +172,12 @@ class Limbs(NamedTuple):
     """(J, 3, 3) axes of all joints."""
     base: int
     """The held segment."""
+    grip: NDArray[np.int64]
+    """(B,) the solid sphere, rigid in the segment that arrives, that reaches nearest to its tip or
+    farthest beyond: r - d is greatest with its radius r and its centre d from the tip; -1 for
+    none."""
+    grip_arm: NDArray[np.float64]
+    """(B,) [m] that d."""
 
 
 @inlined

@@ -38,6 +38,7 @@ def packed_limbs(body: Body, limb: Limb) -> Limbs:
     joints = joints_between(body, limb.base, limb.end)
     link, carrier = _carriers(body, limb, joints)
     out, across = _twist_arms(body, sphere)
+    grip, grip_arm = _grips(body, limb, sphere)
     came, to = _joint_points(body, chain)
     return Limbs(
         skin=_skin(body, sphere, moving),
@@ -60,7 +61,21 @@ def packed_limbs(body: Body, limb: Limb) -> Limbs:
         free=np.isin(joints, limb.free).astype(np.int64),
         axes=np.array(body.stops.axes),
         base=limb.base,
+        grip=grip,
+        grip_arm=grip_arm,
     )
+
+
+def _grips(body: Body, limb: Limb, sphere: Ints) -> tuple[Ints, Floats]:
+    """Of each row of the body the place (B,) in `sphere` of the solid sphere that is rigid in the
+    segment that arrives and has the greatest r - d, with its radius r and its centre d (B,) [m]
+    from the tip; -1 where there is none."""
+    arm = np.linalg.norm(body.centre[:, sphere] - limb.tip[:, None], axis=2)
+    rigid = (body.blend_share[:, sphere] == 0) & (body.twist_share[:, sphere] == 0)
+    counts = rigid & limb.solid[:, sphere] & (body.sphere_segment[sphere] == limb.end)
+    best = np.argmax(np.where(counts, body.radius[:, sphere] - arm, -np.inf), axis=1)
+    rows = np.arange(len(body))
+    return np.where(counts[rows, best], best, -1), arm[rows, best]
 
 
 def _twist_arms(body: Body, sphere: Ints) -> tuple[Floats, Floats]:

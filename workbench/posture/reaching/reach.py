@@ -18,6 +18,7 @@ from workbench.model.environment import Environment
 from workbench.model.poses import Poses, check_joints, people_of
 from workbench.model.posing import angles_of
 from workbench.model.reach import Reach, join_reaches
+from workbench.posture.kernels.clear_reach import BURIED
 from workbench.posture.reaching.chains import (
     AGAIN,
     REACHED,
@@ -57,6 +58,7 @@ class _Ask:
     environment: Environment | None
     moving_parts: Sequence[str]
     most: float
+    tighter: bool
     threads: int | None
 
 
@@ -73,6 +75,7 @@ def reach(
     initial: Poses | None = None,
     restarts: int | None = None,
     max_extension: float = 0.0,
+    tighter_zones: bool = True,
     threads: int | None = None,
 ) -> Reach:
     """Solve the inverse kinematics of one limb for B people with T targets each.
@@ -105,6 +108,9 @@ def reach(
         starts from `initial`, or from the comfort modes.
     max_extension
         How far [m] to search beyond a reached target, on the ray from the shoulder or hip.
+    tighter_zones
+        Whether what a hand misses in its own harness zone is tried in the tighter ones. A caller
+        who knows that they miss it spares the time.
     threads
         All cores if None. No answer depends on it.
 
@@ -123,7 +129,14 @@ def reach(
     displaced = np.zeros((count, 3)) if displacement is None else np.asarray(displacement, float)
     _check(body, limb, count, displaced, initial, max_extension)
     ask = _Ask(
-        initial, restarts, direction is not None, environment, moving_parts, max_extension, threads
+        initial=initial,
+        restarts=restarts,
+        directed=direction is not None,
+        environment=environment,
+        moving_parts=moving_parts,
+        most=max_extension,
+        tighter=tighter_zones,
+        threads=threads,
     )
     person = people_of(body, poses)
     held = Poses(poses.rotations, limb.base, segment_frames(body, poses, limb.base), person=person)
@@ -263,7 +276,8 @@ def _solved_crowd(crowd: _Crowd, ask: _Ask) -> _Solved:
     reached = (found.numbers[:, 0] <= REACHED) & (found.overlap <= 0)
     extension = np.zeros(len(task))
     own = _Solved(task, found, doubt, reached, extension)
-    _take_tighter(own, crowd, ask, whose)
+    if ask.tighter:
+        _take_tighter(own, crowd, ask, whose)
     rows = np.flatnonzero(reached)
     if ask.most > 0 and len(rows):
         some = rows_of(task, rows)
@@ -275,9 +289,10 @@ def _solved_crowd(crowd: _Crowd, ask: _Ask) -> _Solved:
 
 
 def _take_tighter(own: _Solved, crowd: _Crowd, ask: _Ask, whose: Ints) -> None:
-    """Put in what the limb reaches in tighter zones where it misses in its own."""
+    """Put in what the limb reaches in tighter zones where it misses in its own. What is too deep in
+    a part for the hand is so in every zone."""
     held = tighter(crowd.body, crowd.limb)
-    missed = np.flatnonzero(~own.reached)
+    missed = np.flatnonzero(~own.reached & (own.doubt != BURIED))
     if held is None or not len(missed):
         return
     there = _solved_crowd(

@@ -25,6 +25,7 @@ def reach_rows(result: PosturesFound) -> list[ReachRow]:
             miss_mm=0.0 if row.reached else round(1000 * row.miss, 3),
             overlap_mm=round(1000 * row.overlap, 3),
             limit=row.limit,
+            spare_mm=None if row.spare is None else round(1000 * row.spare, 3),
             discomfort=round(row.discomfort, 4),
             doubt=row.doubt,
             sentence=_sentence(row),
@@ -45,7 +46,7 @@ def _sentence(row: ControlReach) -> str:
 
 def doubt_sentence(ends: Sequence[str]) -> str:
     """Return how many reaches obstacles put in doubt, and how these ended; "" where none was."""
-    certain, soon, other, kept = (ends.count(end) for end in DOUBTS)
+    certain, soon, other, kept, proved = (ends.count(end) for end in DOUBTS)
     doubted = len(ends) - certain
     if not doubted:
         return ""
@@ -56,4 +57,6 @@ def doubt_sentence(ends: Sequence[str]) -> str:
     ]
     if kept:
         ways.append(f"for {kept} the search found no way, which is no proof that there is none")
+    if proved:
+        ways.append(f"for {proved} there is none, as the control is too deep in a part")
     return f"Obstacles put {doubted} of {len(ends)} reaches in doubt: {', '.join(ways)}."

@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable, Generator, Mapping, Sequence
 from concurrent.futures import Executor
 from contextlib import closing, suppress
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import NamedTuple
 
@@ -314,7 +314,18 @@ def fit_chunk(templates: Mapping[str, Body], people: Population) -> FittedChunk:
         found = [_fit(templates[one.sex], one, next(streams[one.sex])) for one in persons]
     bodies = [body for body, _ in found]
     fields = {name: np.concatenate([getattr(b, name) for b in bodies]) for name in FITTED_FIELDS}
+    masses = [_mass_of(one, body) for one, body in zip(persons, bodies, strict=True)]
+    fields["mass"] = np.concatenate(masses)
     return FittedChunk(fields, [note for _, note in found])
+
+
+def _mass_of(person: _Person, body: Body) -> Floats:
+    """(1, N) [kg] masses of the segments that add up to the person's, the body's where that is not
+    known."""
+    if person.mass is None:
+        return body.mass
+    mass: Floats = body.mass * (person.mass / body.mass.sum())
+    return mass
 
 
 @dataclass(frozen=True)
@@ -347,13 +358,8 @@ def _persons(people: Population) -> list[_Person]:
 
 
 def _fit(template: Body, person: _Person, found: Body | InputError) -> tuple[Body, str]:
-    """Return the body found, or the next best one with a note, with the person's mass."""
-    note = ""
-    if isinstance(found, InputError):
-        found, note = _fit_nearly(template, person)
-    if person.mass is not None:
-        found = replace(found, mass=found.mass * (person.mass / found.mass.sum()))
-    return found, note
+    """Return the body found, or the next best one with a note."""
+    return _fit_nearly(template, person) if isinstance(found, InputError) else (found, "")
 
 
 def _fit_nearly(template: Body, person: _Person) -> tuple[Body, str]:

@@ -244,5 +244,5 @@ def _point(values: Floats) -> tuple[float, float, float]:
 def judged(opened: OpenStudy, arrangement: Arrangement) -> Judged:
     """Judge a state as a run of its study does, in all cases."""
     study = arranged_study(opened, arrangement)
-    there = present_people(study, opened.occupants)
+    there = present_people(study, arrangement.occupants)
     return Judged(arrangement, there, people_found(study, there))

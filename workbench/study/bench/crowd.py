@@ -210,7 +210,9 @@ def settled(
 def _before(before: Settled, question: Question, arrangement: Arrangement) -> Before | None:
     """How people came out in another state, where only the reaches of some controls can differ."""
     old = before.arrangement
-    if old.people != arrangement.people or len(arrangement.people) > 1:
+    if old.people != arrangement.people or old.zones != arrangement.zones:
+        return None
+    if len(arrangement.people) > 1:
         return None
     moved = _moved(before, arrangement)
     if moved.parts or moved.controls & _held(question.place):
@@ -300,7 +302,8 @@ def followed(
         if limb.endswith("foot")
     }
     adjusted = any(question.place.environment.parts[k] in _adjusted(opened) for k in moved.parts)
-    if old is not new or feet & moved.controls or adjusted:
+    zones = known.arrangement.zones != arrangement.zones
+    if old is not new or zones or feet & moved.controls or adjusted:
         return _seated_anew(opened, crowd, known, question, arrangement)
     margin = known.margin.copy()
     columns = _touched(question, moved)

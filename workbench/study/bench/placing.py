@@ -110,7 +110,7 @@ def placed_people(
             continue
         if person.free:
             if there is None:
-                there = present_people(arranged_study(opened, arrangement), opened.occupants)
+                there = present_people(arranged_study(opened, arrangement), arrangement.occupants)
             people.append(_of_situation(person, there.situations[row][arrangement.case]))
         else:
             people.append(_placed(opened, arrangement, row, people, known))
@@ -146,7 +146,7 @@ def _placed(
         poses = Poses(action.poses.rotations, known.poses.reference, world)
         return replace(known, state=person, case=arrangement.case, poses=poses)
     held = None if seat is None else seat.held(person.forward, person.up)
-    who = opened.occupants[role.name][0]
+    who = person.figure.who
     taken = take_places(Seating(held, role.stand, action.poses), who)
     shift = np.zeros(3) if taken.seated is None else taken.seated.shift[0]
     return PlacedPerson(
@@ -165,6 +165,8 @@ def _rests_alike(seat: Seat, known: PlacedPerson, person: PersonState, poses: Po
     nothing of what rests there."""
     if (person.forward, person.up) != (known.forward, known.up):
         return False
+    if known.body is not person.figure.body:
+        return False
     old = known.state.actions[known.case]
     if not isinstance(old, GivenPosture) or poses.reference != old.poses.reference:
         return False
@@ -182,7 +184,7 @@ def _predicted(
     those before."""
     study = arranged_study(opened, arrangement)
     place_there = workplace_of(study, row, _surroundings(opened, arrangement, before))
-    who = opened.occupants[study.roles[row].name][0]
+    who = arrangement.people[row].figure.who
     return with_hands(situated(place_there, arrangement.case, who))
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -16,13 +16,23 @@ from workbench.files.study.splice import (
     MovedChange,
     PostureChange,
     SeatChange,
-    Sharing,
     spliced,
 )
+from workbench.files.study.splice_people import (
+    ClothesChange,
+    HoldChange,
+    PredictionChange,
+    SizeChange,
+    StatedSize,
+    ZoneChange,
+)
+from workbench.files.yaml_edits import Sharing
 from workbench.model.arrays import Bools, Floats
 from workbench.model.body import Body
 from workbench.model.moves import Move
-from workbench.model.study import Action, GivenPosture, PredictedPosture, Study
+from workbench.model.person import Size
+from workbench.model.poses import Poses
+from workbench.model.study import Action, GivenPosture, PredictedPosture, Role, Study
 from workbench.study.bench.state import Arrangement, OpenStudy, PersonState, given_angles
 
 __all__ = ["changes_of", "save"]
@@ -97,41 +107,107 @@ def changes_of(
     """
     if arrangement.moves != opened.start.moves:
         yield MovedChange(opened.start.moves, arrangement.moves)
+    for k, zone in enumerate(arrangement.zones):
+        if zone != opened.start.zones[k]:
+            yield ZoneChange(k, zone)
     for row, person in enumerate(arrangement.people):
         before = opened.start.people[row]
+        yield from _figure_changes(opened, before, person)
         yield from _seat_changes(before, person)
         for number, action in enumerate(person.actions):
             old = before.actions[number]
             if action is not old:
                 case = opened.case_rows[number]
-                yield from _action_changes(
-                    opened.body(row), case, person.role, (old, action), whole
-                )
+                library = opened.study.roles[row].library
+                yield from _action_changes(library, person, case, (old, action), whole)
+
+
+def _figure_changes(
+    opened: OpenStudy, before: PersonState, person: PersonState
+) -> Iterator[Change]:
+    """The size and the clothes, where they are others."""
+    old, new = before.figure, person.figure
+    if old is new:
+        return
+    sizes = _stated_size(old.size), _stated_size(new.size)
+    if sizes[0] != sizes[1]:
+        yield SizeChange(person.role, _size_key(opened, person.role), *sizes)
+    clothes = tuple(tuple(item.name for item in figure.clothes) for figure in (old, new))
+    if clothes[0] != clothes[1]:
+        yield ClothesChange(person.role, clothes[0], clothes[1])
+
+
+def _stated_size(size: Size | None) -> StatedSize | None:
+    return None if size is None else StatedSize(size.sex, dict(size.measures), size.age)
+
+
+def _size_key(opened: OpenStudy, role: str) -> tuple[str, ...]:
+    """Where the size of a role stands in it."""
+    name = opened.shown_size.get(role)
+    return ("size",) if name is None else ("sizes", name)
 
 
 def _seat_changes(before: PersonState, person: PersonState) -> Iterator[Change]:
-    """The position of a seat, where it is another or held now."""
+    """The position of a seat: where it is another, held or free now; and where the text might say
+    otherwise, because postures are predicted that were not, or are given that were predicted."""
     off = max(abs(person.forward - before.forward), abs(person.up - before.up))
-    if not person.free and (before.free or off > SAME_LENGTH):
+    if person.free != before.free or (not person.free and off > SAME_LENGTH):
+        yield SeatChange(person.role, person.forward, person.up, person.free)
+    elif not person.free and _predicts(person) and not _predicts(before):
         yield SeatChange(person.role, person.forward, person.up)
 
 
+def _predicts(person: PersonState) -> bool:
+    return any(isinstance(action, PredictedPosture) for action in person.actions)
+
+
 def _action_changes(
-    body: Body, case: int, role: str, actions: tuple[Action, Action], whole: bool
+    library: Mapping[str, Poses],
+    person: PersonState,
+    case: int,
+    actions: tuple[Action, Action],
+    whole: bool,
 ) -> Iterator[Change]:
-    """The changes from one action to a given posture."""
+    """The changes from one action to another."""
     old, new = actions
-    assert isinstance(old, (GivenPosture, PredictedPosture)) and isinstance(new, GivenPosture)
-    before = given_angles(body, old.poses)
+    role = person.role
+    assert isinstance(old, (GivenPosture, PredictedPosture))
+    if isinstance(new, PredictedPosture):
+        yield from _prediction_changes(role, case, old, new)
+        return
+    assert isinstance(new, GivenPosture)
+    body = person.figure.body
+    same = isinstance(old, GivenPosture) and old.name == new.name
+    before = given_angles(body, old.poses if same else library[new.name])
     after = given_angles(body, new.poses)
     changed = np.abs(after - before) > SAME_ANGLE
     joints = np.flatnonzero(changed.any(axis=1)).tolist()
     stated = {j: _stated(body, after, j, changed, whole) for j in joints}
-    if isinstance(old, PredictedPosture):
+    if not same:
         yield PostureChange(case, role, new.name, {body.joints[j]: stated[j] for j in joints})
         return
     for j in joints:
         yield JointChange(case, role, body.joints[j], stated[j])
+
+
+def _prediction_changes(
+    role: str, case: int, old: GivenPosture | PredictedPosture, new: PredictedPosture
+) -> Iterator[Change]:
+    """The changes from an action to a prediction: of the same one, the controls that are held."""
+    aims = new.aims
+    kind = "driver" if aims.driving is not None else "predicted"
+    if isinstance(old, PredictedPosture) and _but_for_holds(old) == _but_for_holds(new):
+        for limb, control in aims.controls.items():
+            if old.aims.controls.get(limb) != control:
+                yield HoldChange(case, role, kind, limb, control)
+        if old.aims.controls.keys() <= aims.controls.keys():
+            return
+    yield PredictionChange(case, role, new.like, aims.controls, aims.eyes, aims.heels)
+
+
+def _but_for_holds(action: PredictedPosture) -> tuple[object, ...]:
+    """What a posture is predicted from, without what hands and feet hold."""
+    return action.like, action.aims.eyes, action.aims.heels, action.aims.driving
 
 
 def _stated(
@@ -149,16 +225,40 @@ def _check_saved(opened: OpenStudy, arrangement: Arrangement, study: Study) -> N
     """InputError where a study that was saved is not the state."""
     if not _moved_alike(study.moved, arrangement.moves):
         raise _OtherStudyError("the parts that were moved could not be saved")
+    if tuple(criterion.zone for criterion in study.criteria) != arrangement.zones:
+        raise _OtherStudyError("the harness zones could not be saved")
     for row, person in enumerate(arrangement.people):
         role = study.roles[row]
+        _check_figure(opened, person, role)
         off = max(abs(role.forward - person.forward), abs(role.up - person.up))
         if role.free != person.free or (not role.free and off > SAME_LENGTH):
             raise _OtherStudyError(f"{person.role}: the position of the seat could not be saved")
         for number, action in enumerate(person.actions):
             case = study.cases[opened.case_rows[number]]
-            if not _alike(opened.body(row), case.actions[row], action):
+            if not _alike(person.figure.body, case.actions[row], action):
                 what = f"{person.role} in case {case.name!r}: the posture could not be saved"
                 raise _OtherStudyError(what)
+
+
+def _check_figure(opened: OpenStudy, person: PersonState, role: Role) -> None:
+    """InputError where a person who was saved is of another size, or wears something else."""
+    name = opened.shown_size.get(role.name)
+    saved = _stated_size(role.size if name is None else role.sizes[name])
+    if not _sizes_alike(saved, _stated_size(person.figure.size)):
+        raise _OtherStudyError(f"{person.role}: the size could not be saved")
+    if role.clothes != person.figure.clothes:
+        raise _OtherStudyError(f"{person.role}: the clothes could not be saved")
+
+
+def _sizes_alike(one: StatedSize | None, other: StatedSize | None) -> bool:
+    """Whether two sizes come to the same."""
+    if one is None or other is None:
+        return one is other
+    if (one.sex, one.age, set(one.measures)) != (other.sex, other.age, set(other.measures)):
+        return False
+    return all(
+        abs(one.measures[name] - other.measures[name]) < SAME_LENGTH for name in one.measures
+    )
 
 
 def _moved_alike(one: Sequence[Move], other: Sequence[Move]) -> bool:
@@ -173,5 +273,7 @@ def _alike(body: Body, one: Action, other: Action) -> bool:
     """Whether two actions come to the same."""
     if isinstance(one, GivenPosture) and isinstance(other, GivenPosture):
         off = np.abs(given_angles(body, one.poses) - given_angles(body, other.poses)).max()
-        return bool(off < 10 * SAME_ANGLE)
-    return type(one) is type(other)
+        return one.name == other.name and bool(off < 10 * SAME_ANGLE)
+    if isinstance(one, PredictedPosture) and isinstance(other, PredictedPosture):
+        return (one.like, one.aims) == (other.like, other.aims)
+    return False

@@ -7,8 +7,9 @@ and shares with others what is the same in both, so that a history of states is 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
+from pathlib import Path
 
 import numpy as np
 
@@ -16,8 +17,10 @@ from workbench.contact.arranged import Arranged
 from workbench.errors import InputError
 from workbench.model.arrays import Floats
 from workbench.model.body import Body
+from workbench.model.encumbrance import Encumbrance
 from workbench.model.environment import Environment, Seat
 from workbench.model.moves import Move, displaced, part_moves
+from workbench.model.person import Size
 from workbench.model.population import Population
 from workbench.model.poses import Poses
 from workbench.model.posing import angles_of
@@ -28,11 +31,13 @@ from workbench.study.workplaces import occupant
 
 __all__ = [
     "Arrangement",
+    "Figure",
     "OpenStudy",
     "PersonState",
     "arranged_environment",
     "arranged_parts",
     "arranged_study",
+    "figure_of",
     "given_angles",
     "open_study",
     "seat_shift",
@@ -40,13 +45,40 @@ __all__ = [
 
 
 @dataclass(frozen=True, eq=False)
+class Figure:
+    """A person's size and clothes, and the body that they come to.
+
+    Parameters
+    ----------
+    size, clothes
+        None and () for the body as its file has it.
+    who
+        The person, with the body at its size and dressed.
+    notes
+        What is improbable about the size.
+    """
+
+    size: Size | None
+    clothes: tuple[Encumbrance, ...]
+    who: Occupants
+    notes: tuple[str, ...] = ()
+
+    @property
+    def body(self) -> Body:
+        """One row."""
+        return self.who.body
+
+
+@dataclass(frozen=True, eq=False)
 class PersonState:
-    """Where a person's seat stands, and what the person does.
+    """How large a person is, where the seat stands, and what the person does.
 
     Parameters
     ----------
     role
         The name of the role.
+    figure
+        The size and clothes.
     free
         Whether the seat goes where the person wants it; then `forward` and `up` mean nothing.
     forward, up
@@ -56,10 +88,17 @@ class PersonState:
     """
 
     role: str
+    figure: Figure
     free: bool
     forward: float
     up: float
     actions: tuple[Action, ...]
+
+    def doing(self, case: int, action: Action) -> PersonState:
+        """The same with another action in a case."""
+        actions = list(self.actions)
+        actions[case] = action
+        return replace(self, actions=tuple(actions))
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -74,11 +113,14 @@ class Arrangement:
         The index of the case that is looked at, among those that are postures.
     moves
         The parts and controls that stand elsewhere than the environment's file has them.
+    zones
+        The harness zone that each criterion asks for, None for that of each control.
     """
 
     people: tuple[PersonState, ...]
     case: int = 0
     moves: tuple[Move, ...] = ()
+    zones: tuple[int | None, ...] = ()
 
     def __repr__(self) -> str:
         return f"Arrangement({', '.join(one.role for one in self.people)}; case {self.case})"
@@ -86,7 +128,7 @@ class Arrangement:
     @property
     def content(self) -> tuple[object, ...]:
         """What is saved of it: two states with the same content are the same study."""
-        return self.people, self.moves
+        return self.people, self.moves, self.zones
 
     def row(self, role: str) -> int:
         """The index of a role; InputError with those that there are."""
@@ -94,6 +136,15 @@ class Arrangement:
         if role not in names:
             raise InputError(f"nobody is called {role!r}; valid: {', '.join(names)}")
         return names.index(role)
+
+    def body(self, row: int) -> Body:
+        """The body of a person, at its size and dressed."""
+        return self.people[row].figure.body
+
+    @property
+    def occupants(self) -> dict[str, tuple[Occupants, list[str]]]:
+        """Who takes each role, and what is improbable about the size."""
+        return {one.role: (one.figure.who, list(one.figure.notes)) for one in self.people}
 
     def with_person(self, row: int, person: PersonState) -> Arrangement:
         """The same with one person changed."""
@@ -110,22 +161,25 @@ class OpenStudy:
     ----------
     study
         With one person in each role, without motions.
-    occupants
-        Who takes each role, and what is improbable about the size.
+    figures
+        The size and clothes of each role as the file has them.
     case_rows
         The number of each case in the file.
     notes
         What is shown otherwise than the study says.
     crowd, population
         The index of the role that a population takes, and the population; None where none does.
+    shown_size
+        Of a role that several sizes take one at a time, the name of the one that is shown.
     """
 
     study: Study
-    occupants: Mapping[str, tuple[Occupants, list[str]]]
+    figures: tuple[Figure, ...]
     case_rows: tuple[int, ...]
     notes: tuple[str, ...]
     crowd: int | None = None
     population: Population | PeopleDrawn | None = None
+    shown_size: Mapping[str, str] = field(default_factory=dict)
 
     def __repr__(self) -> str:
         return f"OpenStudy({self.study.name})"
@@ -141,6 +195,7 @@ class OpenStudy:
         people = (
             PersonState(
                 role=role.name,
+                figure=self.figures[row],
                 free=role.free,
                 forward=role.forward,
                 up=role.up,
@@ -148,11 +203,13 @@ class OpenStudy:
             )
             for row, role in enumerate(self.study.roles)
         )
-        return Arrangement(tuple(people), moves=self.study.moved)
+        zones = tuple(criterion.zone for criterion in self.study.criteria)
+        return Arrangement(tuple(people), moves=self.study.moved, zones=zones)
 
-    def body(self, row: int) -> Body:
-        """The body of a role, at its size and dressed."""
-        return self.occupants[self.study.roles[row].name][0].body
+    @property
+    def folder(self) -> Path:
+        """Where the study's file is: names are looked for from there."""
+        return self.study.inputs["study"].parent
 
     def seat(self, row: int) -> Seat | None:
         """The seat of a role with its travel, None for people without one."""
@@ -201,11 +258,29 @@ def open_study(study: Study, size: str = "") -> OpenStudy:
         reach_maps=(),
         compare=None,
     )
-    occupants = {role.name: occupant(role, row) for row, role in enumerate(roles)}
+    figures = tuple(figure_of(role, row) for row, role in enumerate(roles))
+    sizes = {role.name: size or next(iter(role.sizes)) for role in study.roles if role.sizes}
     case_rows = tuple(row for row, case in enumerate(study.cases) if not case.moves)
     crowd = next((k for k, role in enumerate(study.roles) if role.population is not None), None)
     people = None if crowd is None else study.roles[crowd].population
-    return OpenStudy(single, occupants, case_rows, tuple(notes), crowd, people)
+    return OpenStudy(single, figures, case_rows, tuple(notes), crowd, people, sizes)
+
+
+def figure_of(role: Role, row: int) -> Figure:
+    """Make the body of the one person who takes a role.
+
+    Parameters
+    ----------
+    row
+        The index of the role.
+
+    Raises
+    ------
+    InputError
+        If there is no body of this size, or it cannot wear the clothes.
+    """
+    who, notes = occupant(role, row)
+    return Figure(role.size, role.clothes, who, tuple(notes))
 
 
 def _one_size(study: Study, size: str, notes: list[str]) -> Study:
@@ -237,8 +312,19 @@ def arranged_study(opened: OpenStudy, arrangement: Arrangement) -> Study:
     if arrangement.content == opened.start.content:
         return study
     roles = tuple(
-        replace(role, free=person.free, forward=person.forward, up=person.up)
+        replace(
+            role,
+            free=person.free,
+            forward=person.forward,
+            up=person.up,
+            size=person.figure.size,
+            clothes=person.figure.clothes,
+        )
         for role, person in zip(study.roles, arrangement.people, strict=True)
+    )
+    criteria = tuple(
+        criterion if criterion.zone == zone else replace(criterion, zone=zone)
+        for criterion, zone in zip(study.criteria, arrangement.zones, strict=True)
     )
     cases = tuple(
         Case(case.name, tuple(person.actions[number] for person in arrangement.people))
@@ -246,7 +332,12 @@ def arranged_study(opened: OpenStudy, arrangement: Arrangement) -> Study:
     )
     environment = arranged_environment(opened, arrangement.moves)
     return replace(
-        study, roles=roles, cases=cases, environment=environment, moved=arrangement.moves
+        study,
+        roles=roles,
+        cases=cases,
+        criteria=criteria,
+        environment=environment,
+        moved=arrangement.moves,
     )
 
 

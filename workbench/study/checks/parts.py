@@ -10,6 +10,7 @@ the true surface may lie outside its segment, or shrunk by as much as it may lie
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -28,7 +29,7 @@ from workbench.model.spool import pieces
 from workbench.study.checks.margins import Asked, Bounds, Margins, no_margins
 from workbench.study.checks.pairs import NearPairs, pair_findings
 from workbench.study.crash.frames import BLOCK
-from workbench.study.situation import Situation
+from workbench.study.situation import Situation, moved_by_hands
 
 __all__ = [
     "bounds",
@@ -37,10 +38,14 @@ __all__ = [
     "findings",
     "margins",
     "meeting_finding",
+    "most",
     "nearest_pair",
     "no_contact",
     "spheres_asked",
 ]
+
+ROUNDING = 1e-9
+"""[m] Searches for different spheres may round a distance of the same one differently."""
 
 
 def margins(situation: Situation, asked: Sequence[Asked]) -> Margins:
@@ -56,6 +61,17 @@ def margins(situation: Situation, asked: Sequence[Asked]) -> Margins:
         for b in np.flatnonzero(room < -MET):
             pair = int(near.sphere[b, q]), int(near.polygon[b, q])
             found.words[b, q] = _words(body, environment, *pair)
+    return found
+
+
+def most(situation: Situation, asked: Sequence[Asked]) -> Floats:
+    """(B, Q) [m] what everybody has to spare in clearances and contacts at most, wherever the hands
+    are: that of the spheres that hands do not move. Infinite where nothing of these is near."""
+    limits = np.array([_limit(one.criterion) for one in asked])
+    still = ~moved_by_hands(situation)
+    pairs = [_pair(situation.body, situation.environment, one.criterion) for one in asked]
+    near = _nearest_of(situation, [replace(pair, spheres=pair.spheres & still) for pair in pairs])
+    found: Floats = near.distance - limits + ROUNDING
     return found
 
 
@@ -89,10 +105,18 @@ def _nearest(
     """(B, Q) what criteria find nearest, the spheres of each segment grown by (B, N) [m]."""
     body = situation.body
     environment = situation.environment
+    pairs = [_pair(body, environment, criterion) for criterion in criteria]
+    return _nearest_of(situation, pairs, growth)
+
+
+def _nearest_of(
+    situation: Situation, pairs: Sequence[ClearancePair], growth: Floats | None = None
+) -> PairClearance:
+    """(B, Q) what is nearest in pairs of spheres and parts."""
     return clearance_of_pairs(
         situation.placed,
-        environment,
-        pairs=[_pair(body, environment, criterion) for criterion in criteria],
+        situation.environment,
+        pairs=pairs,
         moving_parts=situation.place.moving_parts,
         displacement=situation.displacement,
         growth=growth,

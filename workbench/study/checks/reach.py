@@ -20,7 +20,7 @@ from workbench.model.body import Body
 from workbench.model.criterion import Criterion
 from workbench.model.environment import Control, Environment
 from workbench.model.poses import Poses
-from workbench.model.reach import DOUBTS
+from workbench.model.reach import DOUBTS, MOST_SPARE
 from workbench.model.result import ControlReach, Finding
 from workbench.model.workplace import Workplace
 from workbench.posture.reaching.limbs import ZONES, limb
@@ -31,8 +31,6 @@ from workbench.study.situation import Situation, without_seat
 
 __all__ = ["control_reaches", "findings", "margins"]
 
-MOST_SPARE = 0.2
-"""A control that is reached with this much to spare [m], or more, is reported to have this."""
 LEAST_MISS = 1e-4
 """What is reached through an obstacle only is missed by this [m] at least."""
 
@@ -224,36 +222,40 @@ def control_reaches(situation: Situation) -> Iterator[ControlReach]:
     InputError where a body lacks the landmarks of a grip.
     """
     place = situation.place
-    wanted: dict[str, set[str]] = {}
-    by_hand: dict[str, Criterion] = {}
+    by_hand: dict[str, list[Criterion]] = {}
     for criterion in place.criteria:
         if criterion.check == "reach" and criterion.asks(situation.work.name):
-            hand = criterion.hand or ""
-            wanted.setdefault(hand, set()).update(criterion.controls)
-            by_hand.setdefault(hand, criterion)
-    for hand, names in wanted.items():
+            by_hand.setdefault(criterion.hand or "", []).append(criterion)
+    for criteria in by_hand.values():
+        names = {name for criterion in criteria for name in criterion.controls}
         controls = [c for c in situation.environment.controls if c.name in names]
         for grip in dict.fromkeys(control.grip for control in controls):
             same = [control for control in controls if control.grip == grip]
-            yield from _zones(situation, same, by_hand[hand])
+            yield from _zones(situation, same, criteria)
 
 
 def _zones(
-    situation: Situation, controls: Sequence[Control], criterion: Criterion
+    situation: Situation, controls: Sequence[Control], criteria: Sequence[Criterion]
 ) -> Iterator[ControlReach]:
-    """How the controls of one grip are reached in all zones."""
+    """How the controls of one grip are reached in all zones; criteria: that ask the same hand for
+    them."""
     for zone in ZONES:
-        rows = {row.control: row for row in _zone_reaches(situation, controls, zone, criterion)}
+        rows = {row.control: row for row in _zone_reaches(situation, controls, zone, criteria)}
         yield from (rows[control.name] for control in controls)
 
 
 def _zone_reaches(
-    situation: Situation, controls: Sequence[Control], zone: int, criterion: Criterion
+    situation: Situation, controls: Sequence[Control], zone: int, criteria: Sequence[Criterion]
 ) -> Iterator[ControlReach]:
     """How one person reaches controls in one zone."""
     groups: dict[_Group, list[Control]] = {}
     for control in controls:
-        group = _group(situation.place, control, zone, criterion, 0.0)
+        asked = any(
+            control.name in criterion.controls and zone == (criterion.zone or control.zone)
+            for criterion in criteria
+        )
+        spare = MOST_SPARE if asked else 0.0
+        group = _group(situation.place, control, zone, criteria[0], spare)
         groups.setdefault(group, []).append(control)
     for group, some in groups.items():
         best = _reached_by(situation, group, some)
@@ -268,6 +270,7 @@ def _zone_reaches(
                 miss=float(best.miss[0, t]),
                 overlap=float(best.overlap[0, t]),
                 limit=best.limit[0, t],
+                spare=float(best.margin[0, t]) if group.spare and best.reached[0, t] else None,
                 discomfort=float(best.discomfort[0, t]),
                 doubt=DOUBTS[best.doubt[0, t]],
                 case=situation.work.name,
@@ -276,8 +279,8 @@ def _zone_reaches(
 
 
 def findings(reaches: Iterable[ControlReach], criterion: Criterion) -> Iterator[Finding]:
-    """Each control in the zone asked for, or its own: how far the limb stays from it must be
-    nothing."""
+    """Each control in the zone asked for, or its own: how much farther the limb could go, or how far
+    it stays from the control, which must be nothing."""
     for row in reaches:
         wanted = (
             row.person in criterion.people
@@ -285,7 +288,7 @@ def findings(reaches: Iterable[ControlReach], criterion: Criterion) -> Iterator[
             and row.hand == (criterion.hand or "")
         )
         if wanted and row.zone == (criterion.zone or row.own_zone):
-            short = 0.0 if row.reached else max(row.miss + row.overlap, LEAST_MISS)
+            short = max(row.miss + row.overlap, LEAST_MISS)
             target = f"{row.control} in zone {row.zone}"
             yield Finding(
                 case=row.case,
@@ -293,6 +296,6 @@ def findings(reaches: Iterable[ControlReach], criterion: Criterion) -> Iterator[
                 other_person="",
                 subject=f"the {row.limb}",
                 target=target + (f", limited by {row.limit}" if row.limit else ""),
-                value=-short,
+                value=(row.spare or 0.0) if row.reached else -short,
                 limit=0.0,
             )

@@ -14,7 +14,7 @@ from typing import TypeVar
 import numpy as np
 
 from workbench.errors import UsageError
-from workbench.model.arrays import Bools
+from workbench.model.arrays import Bools, Floats
 from workbench.model.criterion import Criterion
 from workbench.model.motion_case import MotionCase
 from workbench.model.result import Finding, MotionFound, Verdict
@@ -43,6 +43,7 @@ __all__ = [
     "bounds_of",
     "findings_of",
     "margins_of",
+    "most_of",
     "motion_verdict",
     "needs_hands",
     "verdict",
@@ -84,6 +85,9 @@ class Check:
     spheres
         Of one case: the spheres (S,) that the margins of a criterion depend on. None where they may
         depend on the whole posture.
+    most
+        Of many people in one case, with the hands at rest: (B, R) [m] what they have to spare at
+        most, wherever their hands are. None where nothing is known of that.
     """
 
     cost: int
@@ -93,6 +97,7 @@ class Check:
     bounds: Callable[[Situation, Sequence[Asked]], Bounds] | None = None
     nothing: Callable[[Criterion], str] = lambda criterion: ""
     spheres: Callable[[Situation, Criterion], Bools] | None = None
+    most: Callable[[Situation, Sequence[Asked]], Floats] | None = None
 
 
 CHECKS = {
@@ -107,6 +112,7 @@ CHECKS = {
         parts.clearance_moments,
         parts.bounds,
         spheres=parts.spheres_asked,
+        most=parts.most,
     ),
     "contact": Check(
         IN_POSTURE,
@@ -116,6 +122,7 @@ CHECKS = {
         parts.bounds,
         parts.no_contact,
         parts.spheres_asked,
+        parts.most,
     ),
     "self_contact": Check(
         IN_POSTURE,
@@ -186,6 +193,23 @@ def needs_hands(situation: Situation, one: Asked) -> bool:
     if check.spheres is None:
         return True
     return bool(np.any(check.spheres(situation, one.criterion) & moved_by_hands(situation)))
+
+
+def most_of(situations: Sequence[Situation], asked: Sequence[Asked]) -> Floats:
+    """(B, R) [m] what people have to spare at most, as far as the posture with the hands at rest
+    says; infinite where it says nothing.
+
+    Parameters
+    ----------
+    situations
+        As of `margins_of`.
+    """
+    found = np.full((len(situations[0]), len(asked)), np.inf)
+    for number, situation in enumerate(situations):
+        rows = [r for r, one in enumerate(asked) if one.case == number]
+        for most, columns in _by_function(asked, rows, lambda check: check.most):
+            found[:, columns] = most(situation, [asked[r] for r in columns])
+    return found
 
 
 def bounds_of(situations: Sequence[Situation], asked: Sequence[Asked]) -> Bounds:

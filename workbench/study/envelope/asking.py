@@ -35,6 +35,8 @@ __all__ = [
     "rows_toward",
 ]
 
+AT_ONCE = 16
+"""Points whose distances to all tips are held at once, as many as a cache holds."""
 LEGAL = 5e-4
 """Breach [rad, m] below which a posture is within the stops."""
 
@@ -55,8 +57,12 @@ class Drawn:
         for person in np.unique(who):
             rows = np.flatnonzero(who == person)
             tips = self.tips[person]
-            square = np.einsum("mi,mi->m", tips, tips) - 2.0 * points[rows] @ tips.T
-            best[rows] = square.argmin(axis=1)
+            # the square of the distance less that of the point: |t|^2 - 2 t . p, one product each
+            square = np.vstack([-2.0 * tips.T, np.einsum("mi,mi->m", tips, tips)])
+            raised = np.column_stack([points[rows], np.ones(len(rows))])
+            for first in range(0, len(rows), AT_ONCE):
+                some = slice(first, first + AT_ONCE)
+                best[rows[some]] = (raised[some] @ square).argmin(axis=1)
             gap[rows] = np.linalg.norm(points[rows] - tips[best[rows]], axis=1)
         return best, gap
 

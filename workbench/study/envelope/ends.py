@@ -198,10 +198,13 @@ def _samples_beside(rays: Rays, postures: Drawn) -> tuple[Ints, Ints, Floats]:
     ray = np.arange(len(rays))
     sample = np.zeros(len(rays), np.int64)
     radius = np.zeros(len(rays))
+    off = square = np.zeros(0)
     for row in range(len(rays)):
-        off = postures.tips[rays.who[row]] - rays.origin[row]
+        new = row == 0 or rays.who[row] != rays.who[row - 1]
+        if new or np.any(rays.origin[row] != rays.origin[row - 1]):
+            off = postures.tips[rays.who[row]] - rays.origin[row]
+            square = np.einsum("mi,mi->m", off, off)
         along = off @ rays.direction[row]
-        square = np.einsum("mi,mi->m", off, off)
         score = np.where((along > 0) & (along**2 > BESIDE**2 * square), square, 0.0)
         sample[row] = int(score.argmax())
         radius[row] = np.sqrt(score[sample[row]])

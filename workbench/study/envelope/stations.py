@@ -118,9 +118,10 @@ def cleared_stations(at: Stations, room: Room, postures: Drawn) -> Stations:
     angles = at.angles.copy()
     part = np.where(first.overlap > 0, first.part[:, 0], -1)
     beside = _beside(at)
-    _spread(at, room, clear, angles, beside)
+    failed = np.zeros(beside.shape, np.bool_)
+    _spread(at, room, clear, angles, beside, failed)
     if _from_samples(at, room, clear, angles, postures):
-        _spread(at, room, clear, angles, beside)
+        _spread(at, room, clear, angles, beside, failed)
     return replace(at, angles=angles, clear=clear, part=np.where(clear, -1, part))
 
 
@@ -145,9 +146,15 @@ def _beside(at: Stations) -> Ints:
     return np.stack(beside, axis=1)
 
 
-def _spread(at: Stations, room: Room, clear: Bools, angles: Floats, beside: Ints) -> None:
+def _spread(
+    at: Stations, room: Room, clear: Bools, angles: Floats, beside: Ints, failed: Bools
+) -> None:
     """Try stations from clear ones beside, until nothing is gained; fills clear (S,) and angles (S,
-    K, 3)."""
+    K, 3).
+
+    failed (S, N): pairs of a station and one beside that have been tried in vain. The posture of a
+    clear station never changes, so they would fail again: they count as tried and are not solved.
+    """
     tried = np.zeros(beside.shape, np.bool_)
     while True:
         can = (beside >= 0) & clear[np.maximum(beside, 0)] & ~tried & (at.reached & ~clear)[:, None]
@@ -157,7 +164,13 @@ def _spread(at: Stations, room: Room, clear: Bools, angles: Floats, beside: Ints
             return
         lead = can[rows].argmax(axis=1)
         tried[rows, lead] = True
+        new = ~failed[rows, lead]
+        rows = rows[new]
+        lead = lead[new]
+        if not len(rows):
+            continue
         found, good = cleared_from(rows_of(at.task, rows), angles[beside[rows, lead]], room)
+        failed[rows, lead] = ~good
         clear[rows[good]] = True
         angles[rows[good]] = found.angles[good]
 

@@ -1,0 +1,409 @@
+"""Least clearance of every segment from every part, with the sphere, the polygon and its point.
+
+What is nearest in the pose before, or of the segment before, is tried first: its sphere, then the
+sphere nearest to the point found. From this pair on few spheres can be nearer still. A
+sphere s outside the part is at least as far from it as each of these says:
+
+1. The box of the part.
+2. The plane that touches the part from the side of the pair: n.c - max n.v over the part's
+   vertices v, where n is the unit vector from the point found to the centre found.
+3. The ball around a centre h that holds no surface: its radius less |c - h|.
+
+A centre inside a solid is no deeper than the way to the point found. The spheres of a segment are
+bounded by eight lanes in single precision, with a margin for rounding; what is left is measured in
+double precision. Equal distances go to the lowest sphere and the lowest polygon, so that no answer
+shows what was tried first.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from workbench.compiled import batch_loop, inlined
+from workbench.contact.kernels.field import nearest_in
+from workbench.contact.kernels.fronts import FAR, NODE, SPARE, near_place, place_blocks
+from workbench.contact.kernels.groups import carried
+from workbench.contact.kernels.inside import inside_part
+from workbench.geometry.lanes import (
+    eight,
+    greatest,
+    larger,
+    load,
+    not_above,
+    pack,
+    root,
+    where_below,
+)
+from workbench.geometry.polygon import nearest_of_record
+from workbench.geometry.tree import wider
+
+__all__ = ["Nearest", "PartSpace", "PartTrees", "part_clearance"]
+
+_L = np.uint64(8)
+CORNERS = np.uint64(24)
+"""Numbers of eight vertices: x of all, y, z."""
+HAIR = 1e-9
+"""More [m] than the rounding of a distance between two points of the body."""
+
+
+class PartTrees(NamedTuple):
+    """The polygons of each part with a tree of boxes, as `Field` has them, and its vertices."""
+
+    record: NDArray[np.float64]
+    begin: NDArray[np.int64]
+    box: NDArray[np.float32]
+    child: NDArray[np.int32]
+    many: NDArray[np.int64]
+    head: NDArray[np.float32]
+    root: NDArray[np.int64]
+    """(K,) the tree of each part, -1 for one without polygons or hidden."""
+    span: NDArray[np.float64]
+    """(K, 6) low and high of each part [m]."""
+    corner: NDArray[np.float32]
+    """(24 B,) vertices in blocks of eight, seen from the middle of their part's box [m]."""
+    first: NDArray[np.int64]
+    """(K + 1,) where the blocks of each part begin."""
+
+
+class Nearest(NamedTuple):
+    """What is filled for each pose, segment and part."""
+
+    distance: NDArray[np.float64]
+    """(P, N, K) least signed distance [m]."""
+    sphere: NDArray[np.int64]
+    """(P, N, K) the sphere that has it."""
+    polygon: NDArray[np.int64]
+    """(P, N, K) the polygon nearest to that."""
+    point: NDArray[np.float64]
+    """(P, N, K, 3) the point of the polygon that is nearest [m]."""
+
+
+class PartSpace(NamedTuple):
+    """Working space of a thread."""
+
+    ball: NDArray[np.float32]
+    """The spheres in blocks, as in `Blocks`."""
+    front: NDArray[np.float32]
+    """(8 B + 8,) places picked out."""
+    spare: NDArray[np.float32]
+    """(8,)."""
+    stack: NDArray[np.int64]
+    """(DEEP,)."""
+    gaps: NDArray[np.float32]
+    """(DEEP + EIGHT,)."""
+
+
+@inlined
+def _top(n0, n1, n2, trees, k):  # type: ignore[no-untyped-def]
+    """How far the vertices of part k reach along a direction, seen from the middle of its box."""
+    x = eight(np.float32(n0))
+    y = eight(np.float32(n1))
+    z = eight(np.float32(n2))
+    top = eight(-FAR)
+    for b in range(np.uint64(trees.first[k]), np.uint64(trees.first[k + 1])):
+        e = b * CORNERS
+        reach = x * load(trees.corner, e) + y * load(trees.corner, e + _L)
+        top = larger(top, reach + z * load(trees.corner, e + _L + _L))
+    return np.float64(greatest(top))
+
+
+@inlined
+def _beyond(value, low, high):  # type: ignore[no-untyped-def]
+    """How far eight coordinates lie outside an interval, negative inside."""
+    return larger(eight(np.float32(low)) - value, value - eight(np.float32(high)))
+
+
+@inlined
+def _candidates(ball, a, b, origin, plane, free, trees, k, solid, most, spare, front):  # type: ignore[no-untyped-def]
+    """Write the places in the blocks a..b whose spheres may come as near as `most` into front; how
+    many.
+
+    plane: unit normal and height, free: centre of the ball without surface, its radius and its
+    distance from a point of the part; both as seen from the origin.
+    """
+    n0 = eight(np.float32(plane[0]))
+    n1 = eight(np.float32(plane[1]))
+    n2 = eight(np.float32(plane[2]))
+    height = eight(np.float32(plane[3]))
+    h0 = eight(np.float32(free[0]))
+    h1 = eight(np.float32(free[1]))
+    h2 = eight(np.float32(free[2]))
+    clear = eight(np.float32(free[3]))
+    way = eight(np.float32(free[4]))
+    none = eight(np.float32(0.0))
+    margin = eight(np.float32(spare))
+    limit = eight(np.float32(most + spare))
+    s = trees.span
+    used = np.uint64(0)
+    for g in range(np.uint64(a), np.uint64(b)):
+        e = g * NODE
+        x = load(ball, e)
+        y = load(ball, e + _L)
+        z = load(ball, e + _L + _L)
+        u = larger(_beyond(x, s[k, 0] - origin[0], s[k, 3] - origin[0]), none)
+        v = larger(_beyond(y, s[k, 1] - origin[1], s[k, 4] - origin[1]), none)
+        w = larger(_beyond(z, s[k, 2] - origin[2], s[k, 5] - origin[2]), none)
+        out = larger(root(u * u + v * v + w * w), n0 * x + n1 * y + n2 * z - height)
+        u = x - h0
+        v = y - h1
+        w = z - h2
+        arm = root(u * u + v * v + w * w)
+        low = larger(out, clear - arm)
+        if solid:
+            low = where_below(margin, low, low, none - way - arm)
+        bits = not_above(low - load(ball, e + _L + _L + _L), limit)
+        used = pack(front, used, bits, np.float32(np.int64(g * _L)))
+    return used
+
+
+@inlined
+def _box_gap(x, y, z, span, k):  # type: ignore[no-untyped-def]
+    """Squared distance [m2] of a point to the box of part k, 0 inside."""
+    u = max(span[k, 0] - x, 0.0, x - span[k, 3])
+    v = max(span[k, 1] - y, 0.0, y - span[k, 4])
+    w = max(span[k, 2] - z, 0.0, z - span[k, 5])
+    return u * u + v * v + w * w
+
+
+@inlined
+def _foot(centres, p, s, trees, rank):  # type: ignore[no-untyped-def]
+    """The point of the polygon of a rank that is nearest to sphere s of pose p."""
+    x = centres[p, s, 0]
+    y = centres[p, s, 1]
+    z = centres[p, s, 2]
+    at = trees.begin[rank]
+    _, u, v, w = nearest_of_record(x, y, z, trees.record, at, trees.begin[rank + 1], np.inf)
+    return u, v, w
+
+
+@inlined
+def _plane(centres, p, sphere, rank, point, best, radius, trees, k, middle):  # type: ignore[no-untyped-def]
+    """The plane that touches part k from the side of the nearest sphere so far: unit normal and
+    height, as seen from where `middle` of the part's box is."""
+    u = centres[p, sphere, 0] - point[0]
+    v = centres[p, sphere, 1] - point[1]
+    w = centres[p, sphere, 2] - point[2]
+    way = -1.0 if best < -radius[sphere] else 1.0
+    per = way / max(math.sqrt(u * u + v * v + w * w), 1e-12)
+    u = u * per
+    v = v * per
+    w = w * per
+    return u, v, w, _top(u, v, w, trees, k) + u * middle[0] + v * middle[1] + w * middle[2]
+
+
+@inlined
+def _apart(x, y, z, point):  # type: ignore[no-untyped-def]
+    """Distance [m] of two points."""
+    u = x - point[0]
+    v = y - point[1]
+    w = z - point[2]
+    return math.sqrt(u * u + v * v + w * w)
+
+
+@inlined
+def _segment_part(  # type: ignore[no-untyped-def]
+    centres, p, n, k, crowd, blocks, trees, faces, shells, origin, most_at, most, begun, space
+):
+    """Least signed distance [m] of segment n to part k in pose p, its sphere, the rank of its
+    polygon, and the point; a sphere of -1 where it is not less than `most`.
+
+    begun: a place of the blocks and a rank, -1 for none, that may be nearest; most_at: the greatest
+    coordinate and radius as seen from the origin.
+
+    Stage 0 measures the sphere at the place begun with, stage 1 the one nearest to the point found,
+    stage 2 all that may be nearer. Where `most` is finite there is only stage 2.
+    """
+    radius = crowd.radius
+    first = blocks.first[n]
+    last = blocks.first[n + 1]
+    base = blocks.start[n] - 8 * first
+    front = space.front
+    span = trees.span
+    solid = faces.solid[k] > 0
+    middle = (
+        0.5 * (span[k, 0] + span[k, 3]) - origin[0],
+        0.5 * (span[k, 1] + span[k, 4]) - origin[1],
+        0.5 * (span[k, 2] + span[k, 5]) - origin[2],
+    )
+    reach = abs(middle[0]) + abs(middle[1]) + abs(middle[2])
+    reach += span[k, 3] - span[k, 0] + span[k, 4] - span[k, 1] + span[k, 5] - span[k, 2]
+    spare = SPARE * (most_at + reach)
+    best = most
+    sphere = np.int64(-1)
+    rank = np.int64(begun[1])
+    point = origin
+    seen = np.int64(-1)  # the sphere whose nearest point that is
+    plane = 0.0, 0.0, 0.0, 0.0
+    hub = origin
+    clear = -np.inf
+    way = np.inf
+    one = np.int64(-1)
+    other = np.int64(-1)
+    front[0] = np.float32(begun[0])
+    stage = 0 if most == np.inf else 1
+    count = np.uint64(1 - stage)
+    i = np.uint64(0)
+    while True:
+        if i == count:
+            if sphere != seen:
+                point = _foot(centres, p, sphere, trees, rank)
+                seen = sphere
+            if stage == 2:
+                break
+            stage += 1
+            i = np.uint64(0)
+            if stage == 1:
+                one = sphere
+                place = near_place(
+                    np.float32(point[0] - origin[0]),
+                    np.float32(point[1] - origin[1]),
+                    np.float32(point[2] - origin[2]),
+                    space.ball,
+                    first,
+                    last,
+                    space.spare,
+                )
+                other = np.int64(place) + base
+                front[0] = np.float32(np.int64(place))
+                count = np.uint64(1 if other != one else 0)
+                continue
+            if sphere >= 0:
+                plane = _plane(centres, p, sphere, rank, point, best, radius, trees, k, middle)
+                way = _apart(hub[0], hub[1], hub[2], point)
+            free = hub[0] - origin[0], hub[1] - origin[1], hub[2] - origin[2], clear, way
+            count = _candidates(
+                space.ball,
+                first,
+                last,
+                origin,
+                plane,
+                free,
+                trees,
+                k,
+                solid,
+                best,
+                spare,
+                front,
+            )
+            continue
+        s = np.int64(front[i]) + base
+        i += np.uint64(1)
+        if stage == 2 and s in (one, other):
+            continue
+        x = centres[p, s, 0]
+        y = centres[p, s, 1]
+        z = centres[p, s, 2]
+        r = radius[s]
+        inside = False
+        if solid and _box_gap(x, y, z, span, k) == 0.0 and _apart(x, y, z, hub) + HAIR >= clear:
+            over = plane[0] * (x - origin[0]) + plane[1] * (y - origin[1])
+            over += plane[2] * (z - origin[2]) - plane[3]
+            inside = over <= spare and inside_part(x, y, z, faces, shells, k, space.stack)
+        # the sum's rounding counts where a centre lies on a surface
+        reach = best + r + (1e-15 * (abs(best) + r) if best < np.inf else 0.0)
+        if not inside and reach < 0.0:
+            continue
+        limit = np.inf if inside or best == np.inf else reach * reach * (1.0 + 1e-12)
+        hint = rank if stage < 2 or inside else np.int64(-1)
+        square, f = nearest_in(x, y, z, trees, trees.root[k], hint, limit, space.stack, space.gaps)
+        away = math.sqrt(square)
+        if not inside and away > clear:
+            hub = x, y, z
+            clear = away
+        if f < 0:
+            continue
+        signed = (-away if inside else away) - r
+        if signed < best or (signed == best and s < sphere):
+            best = signed
+            sphere = s
+            rank = f
+    return best, sphere, rank, point
+
+
+@inlined
+def _begun(p, n, k, begin, blocks, faces, out, before):  # type: ignore[no-untyped-def]
+    """Where the search for segment n and part k begins: a place of the blocks and a rank.
+
+    before: the segment before that was measured against this part, -1 for none.
+    """
+    place = 8 * blocks.first[n]
+    if p > begin and out.sphere[p - 1, n, k] >= 0:
+        place += out.sphere[p - 1, n, k] - blocks.start[n]
+        return place, faces.rank[out.polygon[p - 1, n, k]]
+    return place, faces.rank[out.polygon[p, before, k]] if before >= 0 else np.int64(-1)
+
+
+@inlined
+def _far(world, p, n, k, crowd, trees, most):  # type: ignore[no-untyped-def]
+    """True where segment n is farther from part k than `most` [m] by the sphere around it and the
+    part's box."""
+    if most == np.inf:
+        return False
+    x, y, z = carried(world, p, n, crowd.around[n, 0], crowd.around[n, 1], crowd.around[n, 2])
+    reach = max(crowd.big[n] + most, 0.0)
+    return _box_gap(x, y, z, trees.span, k) > wider(reach * reach)
+
+
+@batch_loop
+def part_clearance(  # type: ignore[no-untyped-def]
+    centres, world, crowd, blocks, trees, faces, shells, most, out, space, begin, end
+):
+    """Fill out with the least signed distance of each segment to each part, where it is less than
+    most (N, K) [m], for the poses begin..end.
+
+    centres (P, S, 3), world (P, N, 3, 4) [m]; trees: PartTrees; out: Nearest, left as it is for
+    hidden parts and for segments without spheres; space: PartSpace.
+    """
+    shown = crowd.shown
+    lead = -1
+    big = 0.0
+    for n in range(len(shown)):
+        if shown[n] == 1 and blocks.start[n] < blocks.start[n + 1]:
+            lead = n if lead < 0 else lead
+            for s in range(blocks.start[n], blocks.start[n + 1]):
+                big = max(big, crowd.radius[s])
+    if lead < 0:
+        return
+    for p in range(begin, end):
+        s = blocks.start[lead]
+        origin = centres[p, s, 0], centres[p, s, 1], centres[p, s, 2]
+        size = big + place_blocks(
+            centres, p, shown, blocks, space.ball, origin[0], origin[1], origin[2]
+        )
+        for k in range(len(trees.root)):
+            if trees.root[k] < 0:
+                continue
+            before = -1
+            for n in range(lead, len(shown)):
+                if shown[n] == 0 or blocks.start[n] == blocks.start[n + 1]:
+                    continue
+                if _far(world, p, n, k, crowd, trees, most[n, k]):
+                    continue
+                d, s, f, point = _segment_part(
+                    centres,
+                    p,
+                    n,
+                    k,
+                    crowd,
+                    blocks,
+                    trees,
+                    faces,
+                    shells,
+                    origin,
+                    size,
+                    most[n, k],
+                    _begun(p, n, k, begin, blocks, faces, out, before),
+                    space,
+                )
+                if s < 0:
+                    continue
+                out.distance[p, n, k] = d
+                out.sphere[p, n, k] = s
+                out.polygon[p, n, k] = int(trees.record[trees.begin[f] + 8])
+                for axis in range(3):
+                    out.point[p, n, k, axis] = point[axis]
+                before = n

@@ -1,0 +1,105 @@
+// The person who is chosen: size, clothes, harness zone, and postures by name or predicted.
+
+import { ask } from "./connection.js";
+import { at, element, options } from "./elements.js";
+import { Size } from "./size.js";
+
+const LIMBS = ["left hand", "right hand", "left foot", "right foot"];
+const POINTS = ["eyes", "heels"];
+const id = (name) => `predict-${name.replace(" ", "-")}`;
+const words = (name) => name.replaceAll("_", " ");
+
+export class Person {
+  // state: hello, answer and the number of the person.
+  constructor(state) {
+    this.state = state;
+    this.size = new Size(() => this.role);
+    this.known = "";
+    at("harness").onchange = () => {
+      const zone = Number(at("harness").value);
+      ask("harness", { person: this.role, ...(zone > 0 ? { zone } : {}) });
+    };
+    at("posture").onsubmit = (event) => {
+      event.preventDefault();
+      ask("posture", { person: this.role, name: at("posture-name").value });
+    };
+    at("mirror").onclick = () => ask("mirror", { person: this.role });
+    at("free").onclick = () => ask("free", { person: this.role });
+    at("predict").onsubmit = (event) => {
+      event.preventDefault();
+      this.predict();
+    };
+  }
+
+  get offers() {
+    return this.state.hello.people[this.state.person];
+  }
+
+  get role() {
+    return this.offers.role;
+  }
+
+  // What this person may be given.
+  build() {
+    const { many, wearable, postures, reaches, seat } = this.offers;
+    const { controls, points } = this.state.hello;
+    at("size").hidden = at("clothes").hidden = many;
+    at("many").hidden = !many;
+    at("harness-row").hidden = !reaches;
+    at("posture").hidden = !postures.length;
+    at("prediction").hidden = !seat || !postures.length;
+    this.clothes = wearable.map((name) => {
+      const label = element("label");
+      const input = element("input", "", { type: "checkbox", value: name });
+      input.onchange = () => this.dress();
+      label.append(input, ` ${words(name)}`);
+      return { name, label, input };
+    });
+    at("clothes").replaceChildren(element("legend", "Clothes"), ...this.clothes.map(({ label }) => label));
+    if (!wearable.length) at("clothes").hidden = true;
+    options(at("posture-name"), postures);
+    options(at("predict-like"), postures);
+    const foot = (one) => one.grip === "foot";
+    for (const limb of LIMBS) {
+      const fit = controls.filter((one) => foot(one) === limb.endsWith("foot")).map((one) => one.name);
+      options(at(id(limb)), ["", ...fit]);
+    }
+    for (const name of POINTS) options(at(id(name)), ["", ...points]);
+    this.known = "";
+    if (this.state.answer) this.show();
+  }
+
+  show() {
+    const now = this.state.answer.people[this.state.person];
+    this.size.show(now);
+    this.clothes.forEach(({ name, input }) => (input.checked = now.clothes.includes(name)));
+    at("harness").value = String(now.zone);
+    at("free").disabled = now.free || !now.predicted;
+    const kind = now.drives ? "a driver's, predicted" : now.predicted ? "predicted" : `given: ${words(now.posture)}`;
+    at("posture-now").textContent = now.free ? `${kind}; the seat is free` : kind;
+    const known = JSON.stringify([this.state.person, now.posture, now.prediction]);
+    if (known === this.known || at("predict").contains(document.activeElement)) return;
+    this.known = known;
+    if (now.posture) at("posture-name").value = now.posture;
+    at("predict-like").value = now.prediction.like;
+    for (const limb of LIMBS) at(id(limb)).value = now.prediction.holds[limb] ?? "";
+    for (const name of POINTS) at(id(name)).value = now.prediction[name];
+  }
+
+  // Put on what was ticked; what is worn stays in its order.
+  dress() {
+    const worn = this.state.answer.people[this.state.person].clothes;
+    const ticked = this.clothes.filter(({ input }) => input.checked).map(({ name }) => name);
+    const strange = worn.filter((name) => !this.clothes.some((one) => one.name === name));
+    const kept = worn.filter((name) => ticked.includes(name) || strange.includes(name));
+    const clothes = [...kept, ...ticked.filter((name) => !kept.includes(name))];
+    ask("clothes", { person: this.role, clothes });
+  }
+
+  predict() {
+    const held = LIMBS.map((limb) => [limb, at(id(limb)).value]).filter(([, control]) => control);
+    const points = POINTS.map((name) => [name, at(id(name)).value]).filter(([, point]) => point);
+    const like = at("predict-like").value;
+    ask("predict", { person: this.role, like, holds: Object.fromEntries(held), ...Object.fromEntries(points) });
+  }
+}

@@ -1,0 +1,134 @@
+"""What each verb of the bench does to a state: the edits, in a table."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from workbench.model.moves import Move
+from workbench.study.bench.edits import Edit, seated, shifted
+from workbench.study.bench.edits_joints import mirrored, turned
+from workbench.study.bench.edits_limbs import LimbTarget, reached
+from workbench.study.bench.edits_people import SizeWanted, dressed, harnessed, sized
+from workbench.study.bench.edits_postures import Prediction, freed, posed, predicted
+from workbench.study.bench.placing import Placement
+from workbench.study.bench.state import OpenStudy
+
+__all__ = ["EDITS", "EditVerb"]
+
+Given = Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class EditVerb:
+    """An edit that a page may ask for.
+
+    Parameters
+    ----------
+    edit
+        From an open study, a state with its people where they are, and what the verb takes, to the
+        state after it.
+    label
+        What is edited, in words.
+    prepared
+        What is said while another thread prepares it, "" where it takes no time.
+    """
+
+    edit: Callable[[OpenStudy, Placement, Given], Edit]
+    label: Callable[[Given], str]
+    prepared: str = ""
+
+
+def _turn(opened: OpenStudy, placement: Placement, given: Given) -> Edit:
+    return turned(placement, given["person"], given["joint"], given["axis"], given["degrees"])
+
+
+def _reach(opened: OpenStudy, placement: Placement, given: Given) -> Edit:
+    target = given["target"]
+    wanted = LimbTarget(
+        limb=given["limb"],
+        at=None if target is None else (target[0], target[1], target[2]),
+        control=given["control"],
+        grip=given["grip"],
+        zone=given["zone"],
+        obstacles=given["obstacles"],
+    )
+    return reached(opened, placement, given["person"], wanted)
+
+
+def _sit(opened: OpenStudy, placement: Placement, given: Given) -> Edit:
+    arrangement = placement.arrangement
+    return seated(opened, arrangement, given["person"], given["forward"], given["up"])
+
+
+def _shift(opened: OpenStudy, placement: Placement, given: Given) -> Edit:
+    return shifted(opened, placement.arrangement, _move(given))
+
+
+def _move(given: Given) -> Move:
+    x, y, z = given["by"]
+    return Move(tuple(given["parts"]), tuple(given["controls"]), (x, y, z))
+
+
+def _move_words(given: Given) -> str:
+    move = _move(given)
+    return ", ".join((*move.parts, *move.controls))
+
+
+def _size(opened: OpenStudy, placement: Placement, given: Given) -> Edit:
+    wanted = SizeWanted(
+        sex=given["sex"],
+        measures=given["measures"],
+        percentiles=given["percentiles"],
+        mass=given["mass"],
+        age=given["age"],
+    )
+    return sized(opened, placement.arrangement, given["person"], wanted)
+
+
+def _dress(opened: OpenStudy, placement: Placement, given: Given) -> Edit:
+    return dressed(opened, placement.arrangement, given["person"], given["clothes"])
+
+
+def _harness(opened: OpenStudy, placement: Placement, given: Given) -> Edit:
+    return harnessed(opened, placement.arrangement, given["person"], given["zone"])
+
+
+def _pose(opened: OpenStudy, placement: Placement, given: Given) -> Edit:
+    return posed(opened, placement, given["person"], given["name"])
+
+
+def _predict(opened: OpenStudy, placement: Placement, given: Given) -> Edit:
+    wanted = Prediction(given["like"], given["holds"], given["eyes"], given["heels"])
+    return predicted(opened, placement, given["person"], wanted)
+
+
+def _free(opened: OpenStudy, placement: Placement, given: Given) -> Edit:
+    return freed(opened, placement.arrangement, given["person"])
+
+
+def _mirror(opened: OpenStudy, placement: Placement, given: Given) -> Edit:
+    return mirrored(placement, given["person"])
+
+
+def _of_person(what: str) -> Callable[[Given], str]:
+    return lambda given: f"{given['person']}: {what}"
+
+
+EDITS: Mapping[str, EditVerb] = {
+    "joint": EditVerb(_turn, lambda given: f"{given['person']}: {given['joint']}"),
+    "hand": EditVerb(_reach, lambda given: f"{given['person']}: {given['limb']}"),
+    "seat": EditVerb(_sit, _of_person("seat")),
+    "move": EditVerb(_shift, _move_words),
+    "size": EditVerb(_size, _of_person("size"), "the body of {person} is being made"),
+    "clothes": EditVerb(_dress, _of_person("clothes"), "{person} is being dressed"),
+    "harness": EditVerb(_harness, _of_person("harness")),
+    "posture": EditVerb(_pose, _of_person("posture")),
+    "predict": EditVerb(
+        _predict, _of_person("posture"), "the posture of {person} is being predicted"
+    ),
+    "free": EditVerb(_free, _of_person("seat"), "the seat of {person} is being set"),
+    "mirror": EditVerb(_mirror, _of_person("mirrored")),
+}
+"""The verbs that change a state."""
