@@ -51,6 +51,12 @@ PAGES = (
 )
 FILES = (
     "app.js",
+    "describe.css",
+    "describe.html",
+    "describe.js",
+    "describe_marks.js",
+    "describe_parts.js",
+    "describe_things.js",
     "connection.js",
     "elements.js",
     "envelope.js",

@@ -20,16 +20,19 @@ def live(
     browser: Annotated[bool, Parameter(negative="--no-browser")] = True,
     read_only: Annotated[bool, Parameter(negative="")] = False,
     size: str = "",
+    out: str = "",
 ) -> int:
     """Open a study in the browser: turn joints, bring hands to controls, move seats, and see at
-    once what comes near to what and which criteria hold.
+    once what comes near to what and which criteria hold. Or open a mesh, and make an environment of
+    it by pointing.
 
     It is served to this machine alone, until Ctrl-C. From another machine use ssh -L.
 
     Parameters
     ----------
     study
-        a study file, or the name of one that comes with the workbench, which is not written over
+        a study file, or the name of one that comes with the workbench, which is not written over;
+        or a mesh file, or an environment's file or folder, which is described by pointing
     port
         the port to serve at; a free one where not given
     browser
@@ -38,15 +41,27 @@ def live(
         save nothing
     size
         of a role that several sizes take one at a time, the one that is shown
+    out
+        the file or folder in which an environment is saved; beside its mesh where not given
     """
     if not 0 <= port <= 65535:
         raise UsageError(f"--port: a number from 0 to 65535 is needed, got {port}")
+    from workbench.files.kinds import is_environment
+    from workbench.live.describe_desk import DescribeDesk
     from workbench.live.desk import Desk
     from workbench.live.server import serve
 
+    desk: Desk | DescribeDesk
     with Progress() as say:
         say(f"reading {study}")
-        desk = Desk(study, size=size, read_only=read_only)
+        if is_environment(study):
+            if size:
+                raise UsageError("--size: an environment has no people")
+            desk = DescribeDesk(study, out=out, read_only=read_only)
+        else:
+            if out:
+                raise UsageError("--out: a study is saved in its own file")
+            desk = Desk(study, size=size, read_only=read_only)
 
     def ready(address: str) -> None:
         emit(address)

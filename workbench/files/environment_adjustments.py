@@ -2,28 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
-from fnmatch import fnmatchcase
+from collections.abc import Iterator, Sequence
 
 from workbench.errors import one_of
+from workbench.files.environment_parts import matching_parts
 from workbench.files.environment_schema import AdjustmentFile, EnvironmentFile
 from workbench.files.schema import fail
 from workbench.files.yaml_text import Document
 from workbench.model.adjusting import seat_tilt
 from workbench.model.environment import Adjustment, Seat
 
-__all__ = ["MOST_ADJUSTMENTS", "adjustment_faults", "adjustments_of", "matching_parts"]
+__all__ = ["MOST_ADJUSTMENTS", "adjustment_faults", "adjustments_of"]
 
 MOST_ADJUSTMENTS = 4
 """Adjustments that the occupant of one seat may make, its tilt with them: settings are tried in
 combination, and four have 81 with three settings each."""
 Key = tuple[str | int, ...]
-
-
-def matching_parts(key: str, names: Iterable[str]) -> list[str]:
-    """The parts a key means: the one of that name, else those the pattern fits."""
-    known = list(names)
-    return [key] if key in known else [name for name in known if fnmatchcase(name, key)]
 
 
 def adjustment_faults(document: Document, file: EnvironmentFile, names: Sequence[str]) -> list[str]:

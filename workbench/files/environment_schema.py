@@ -99,7 +99,10 @@ class TurnFile(FileModel):
 
 class MeshFile(FileModel):
     """A mesh: its file beside the environment; its unit and axes where the file does not say them
-    or is wrong."""
+    or is wrong; its parts where they are to be others than in the file.
+
+    split, drop, join: see `workbench.files.environment_parts.face_parts`.
+    """
 
     file: Name
     length: Annotated[str, AfterValidator(_unit)] | None = None
@@ -107,6 +110,9 @@ class MeshFile(FileModel):
     forward: Axis | None = None
     move: Vector = (0.0, 0.0, 0.0)
     turn: TurnFile = TurnFile()
+    split: list[Name] = Field(default_factory=list)
+    drop: list[Name] = Field(default_factory=list)
+    join: dict[Name, Annotated[list[Name], Field(min_length=1)]] = Field(default_factory=dict)
 
     @model_validator(mode="after")
     def _square(self) -> MeshFile:

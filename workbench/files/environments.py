@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -14,10 +14,10 @@ from workbench.files.catalogue import find
 from workbench.files.environment_adjustments import (
     adjustment_faults,
     adjustments_of,
-    matching_parts,
 )
 from workbench.files.environment_cushions import cushion_front
 from workbench.files.environment_doubts import environment_doubts, part_box
+from workbench.files.environment_parts import arranged_mesh, matching_parts
 from workbench.files.environment_schema import (
     EnvironmentFile,
     MeshFile,
@@ -28,7 +28,7 @@ from workbench.files.environment_schema import (
 )
 from workbench.files.meshes.assembly import build_environment
 from workbench.files.meshes.obj import outside_folder
-from workbench.files.meshes.parts import RawPart
+from workbench.files.meshes.parts import RawMesh, RawPart
 from workbench.files.meshes.reading import (
     SMALLEST,
     axes_rotation,
@@ -46,7 +46,14 @@ from workbench.model.arrays import Floats
 from workbench.model.environment import Allowance, Control, Environment, Rest, Seat
 from workbench.model.posing import attitude_matrix
 
-__all__ = ["environment_files", "environment_from_mesh", "load_environment"]
+__all__ = [
+    "MeshFrame",
+    "environment_files",
+    "environment_from_mesh",
+    "load_environment",
+    "mesh_frame",
+    "seat_of",
+]
 
 _INNER = "environment.yaml"
 _UNEVEN = 0.001
@@ -193,15 +200,51 @@ def _mesh(
             f"{mesh.file}: a mesh lies in the folder of its environment file, or below it"
         )
     raw = read_mesh(folder / mesh.file)
-    metres = raw.metres if mesh.length is None else unit_metres(mesh.length)
+    frame = mesh_frame(raw, mesh)
     smallest = SMALLEST if alone else _SMALL
-    wrong = implausible(float(extent(raw.parts).max()), metres, smallest=smallest)
-    if wrong or metres is None:
+    wrong = implausible(float(extent(raw.parts).max()), frame.metres, smallest=smallest)
+    if wrong or frame.metres is None:
         raise InputError(f"{mesh.file}: {wrong}")
+    try:
+        arranged = arranged_mesh(raw, mesh.split, mesh.drop, mesh.join)
+    except InputError as error:
+        raise InputError([f"{mesh.file}: {problem}" for problem in error.problems]) from None
+    parts = to_world(arranged, frame.rotation, metres=frame.metres, move=frame.move)
+    doubts = implausible_sizes(parts, frame.metres, file=Path(mesh.file).stem)
+    return parts, (*doubts, *raw.notes)
+
+
+@dataclass(frozen=True, eq=False)
+class MeshFrame:
+    """How a mesh stands in the world: world = rotation @ (metres * file) + move.
+
+    Parameters
+    ----------
+    metres
+        Unit of the file [m], None where neither it nor the environment says it.
+    rotation
+        (3, 3) from the axes of the file.
+    move
+        (3,) [m].
+    """
+
+    metres: float | None
+    rotation: Floats
+    move: Floats
+
+
+def mesh_frame(raw: RawMesh, mesh: MeshFile) -> MeshFrame:
+    """Return how a mesh stands in the world, as an environment and the file say.
+
+    Raises
+    ------
+    InputError
+        If its axes are not known, or not at right angles.
+    """
+    metres = raw.metres if mesh.length is None else unit_metres(mesh.length)
     turn = attitude_matrix(yaw=mesh.turn.yaw, pitch=mesh.turn.pitch, roll=mesh.turn.roll)
     rotation: Floats = turn @ stated_axes(raw, mesh.up, mesh.forward)
-    parts = to_world(raw, rotation, metres=metres, move=np.array(mesh.move))
-    return parts, (*implausible_sizes(parts, metres, file=Path(mesh.file).stem), *raw.notes)
+    return MeshFrame(metres, rotation, np.array(mesh.move))
 
 
 def _rule_path(file: EnvironmentFile, name: str) -> tuple[str, ...]:
@@ -265,7 +308,7 @@ def _complete(
         *_resting(file, environment.parts),
         *_gripped(environment, file, rules),
     )
-    hard = [_seat(name, seat, environment.parts) for name, seat in file.seats.items()]
+    hard = [seat_of(name, seat, environment.parts) for name, seat in file.seats.items()]
     seats = tuple(
         replace(seat, front=cushion_front(environment, seat, allowances)) for seat in hard
     )
@@ -318,7 +361,9 @@ def _segments(given: str | list[str]) -> tuple[str, ...]:
     return (given,) if isinstance(given, str) else tuple(given)
 
 
-def _seat(name: str, seat: SeatFile, parts: Iterable[str]) -> Seat:
+def seat_of(name: str, seat: SeatFile, parts: Iterable[str]) -> Seat:
+    """Return the seat that a file states; parts: those there are, for patterns of what it moves."""
+
     def rest(given: RestFile) -> Rest:
         return Rest(given.part, _segments(given.segments), given.depth)
 

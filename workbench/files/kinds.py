@@ -26,7 +26,15 @@ from workbench.files.study.reader import load_study
 from workbench.files.study.schema import RulesFile, StudyFile
 from workbench.files.yaml_text import read_yaml
 
-__all__ = ["KINDS", "check_file", "is_mesh", "json_schemas", "kind_of", "named_kind"]
+__all__ = [
+    "KINDS",
+    "check_file",
+    "is_environment",
+    "is_mesh",
+    "json_schemas",
+    "kind_of",
+    "named_kind",
+]
 
 KINDS = (
     "study",
@@ -90,6 +98,16 @@ def is_mesh(source: str) -> bool:
     and bare names."""
     path = Path(source)
     return not path.is_dir() and path.suffix.lower() not in ("", ".yaml", ".yml")
+
+
+def is_environment(source: str) -> bool:
+    """True where a source is a mesh, an environment's file, or a folder with one."""
+    path = Path(source)
+    if path.is_dir():
+        return (path / "environment.yaml").is_file()
+    if is_mesh(source):
+        return True
+    return path.is_file() and named_kind(path) == "environment"
 
 
 def check_file(path: Path) -> list[str]:

@@ -21,7 +21,7 @@ from workbench.files.yaml_edits import SharedValueError
 from workbench.live.following import Following
 from workbench.live.frames import answer_frame, hello_frame, verdict_frame, waiting_frame
 from workbench.live.looking import looking_verbs
-from workbench.live.protocol import Question, packed
+from workbench.live.protocol import VERBS, Question, packed
 from workbench.live.replies import Made, Replies, Work
 from workbench.live.verbs import EDITS
 from workbench.model.result import Verdict
@@ -115,6 +115,9 @@ class Desk:
         Time [s] that rises.
     """
 
+    page = "index.html"
+    verbs = VERBS
+
     def __init__(
         self,
         source: str,
@@ -149,7 +152,7 @@ class Desk:
         self.opened = opened
         self.live = opened.start
         self.saved = opened.start
-        self.history = History.of(opened.start)
+        self.history: History[Arrangement] = History.of(opened.start)
         self.following = Following(opened)
         self.there: Present | None = None
         self.shown: Answer | None = None

@@ -21,7 +21,23 @@ from numpy.typing import NDArray
 from workbench.errors import InputError, one_of
 from workbench.posture.reaching.limbs import FEET, GRIPS, HANDS, ZONES
 
-__all__ = ["LONGEST", "SUBPROTOCOL", "VERBS", "Question", "packed", "parsed", "unpacked"]
+__all__ = [
+    "LONGEST",
+    "SUBPROTOCOL",
+    "VERBS",
+    "Question",
+    "Taken",
+    "Verbs",
+    "is_flag",
+    "is_number",
+    "is_point",
+    "is_text",
+    "is_texts",
+    "one_valid",
+    "packed",
+    "parsed",
+    "unpacked",
+]
 
 LONGEST = 65_536
 """Bytes of a question."""
@@ -129,6 +145,16 @@ class _Taken:
     needed: bool = True
 
 
+# What the tables of other desks are made of.
+Taken = _Taken
+Verbs = Mapping[str, Mapping[str, Taken]]
+is_flag = _flag
+is_number = _number
+is_point = _point
+is_text = _text
+is_texts = _texts
+one_valid = _any_of
+
 _PERSON = _Taken("the name of a person", _text)
 _DONE = _Taken("true or false", _flag, True, needed=False)
 _METRES = _Taken("a number of metres", _number)
@@ -215,8 +241,13 @@ VERBS: Mapping[str, Mapping[str, _Taken]] = {
 """What a page may ask, and what each verb takes."""
 
 
-def parsed(text: str | bytes) -> Question:
+def parsed(text: str | bytes, verbs: Verbs | None = None) -> Question:
     """Check a question.
+
+    Parameters
+    ----------
+    verbs
+        What may be asked; that of a study if None.
 
     Raises
     ------
@@ -232,9 +263,10 @@ def parsed(text: str | bytes) -> Question:
     if not isinstance(number, int) or _flag(number) or not 0 <= number < LARGEST:
         raise InputError("n: a whole number from 0 on is needed")
     verb = message.pop("do", None)
-    if not isinstance(verb, str) or verb not in VERBS:
-        raise InputError(f"do: nothing is called {str(verb)[:40]!r}; {one_of(str(verb), VERBS)}")
-    return Question(number, verb, _given(verb, message))
+    table = VERBS if verbs is None else verbs
+    if not isinstance(verb, str) or verb not in table:
+        raise InputError(f"do: nothing is called {str(verb)[:40]!r}; {one_of(str(verb), table)}")
+    return Question(number, verb, _given(verb, table[verb], message))
 
 
 def _object(data: bytes) -> dict[str, Any]:
@@ -259,9 +291,8 @@ def _finite(text: str) -> float:
     return value
 
 
-def _given(verb: str, message: Mapping[str, Any]) -> dict[str, Any]:
+def _given(verb: str, taken: Mapping[str, _Taken], message: Mapping[str, Any]) -> dict[str, Any]:
     """What a verb takes, with what holds where something is not given."""
-    taken = VERBS[verb]
     for key in message:
         if key not in taken:
             raise InputError(f"{verb} takes no {key[:40]!r}; {one_of(key, taken)}")

@@ -20,6 +20,7 @@ from typing import Any, TypeVar
 
 from workbench.draw.web.snippet import MODULES
 from workbench.errors import InputError, MissingPartError, WorkbenchError
+from workbench.live.describe_desk import DescribeDesk
 from workbench.live.desk import (
     Desk,
     Judgement,
@@ -75,6 +76,12 @@ PAGE = {
     "size.js": "text/javascript; charset=utf-8",
     "things.js": "text/javascript; charset=utf-8",
     "picture.js": "text/javascript; charset=utf-8",
+    "describe.html": "text/html; charset=utf-8",
+    "describe.css": "text/css; charset=utf-8",
+    "describe.js": "text/javascript; charset=utf-8",
+    "describe_marks.js": "text/javascript; charset=utf-8",
+    "describe_parts.js": "text/javascript; charset=utf-8",
+    "describe_things.js": "text/javascript; charset=utf-8",
     "icon.svg": "image/svg+xml",
 }
 """The files of the page and their types."""
@@ -87,7 +94,7 @@ Found = TypeVar("Found")
 class Hub:
     """The pages that are open on one desk."""
 
-    def __init__(self, desk: Desk) -> None:
+    def __init__(self, desk: Desk | DescribeDesk) -> None:
         self.desk = desk
         self.sockets: set[WebSocket] = set()
         self.waiting: Waiting[WebSocket] = Waiting()
@@ -108,6 +115,8 @@ class Hub:
     @property
     def loops(self) -> tuple[Callable[[], Coroutine[Any, Any, None]], ...]:
         """What goes on as long as the bench is served."""
+        if isinstance(self.desk, DescribeDesk):
+            return (self.answer,)
         return (
             self.answer,
             self.prepare,
@@ -117,6 +126,12 @@ class Hub:
             self.settle,
             self.watch,
         )
+
+    @property
+    def study(self) -> Desk:
+        """The desk of a study, which alone is judged, followed and watched."""
+        assert isinstance(self.desk, Desk)
+        return self.desk
 
     def end(self) -> None:
         """Let the threads end with what they are at."""
@@ -137,7 +152,9 @@ class Hub:
                 self.asked.clear()
                 continue
             asker, question = self.waiting.take()
-            preparation = await self.at_desk(self.desk.preparation, question)
+            preparation = None
+            if isinstance(self.desk, Desk):
+                preparation = await self.at_desk(self.desk.preparation, question)
             if preparation is None:
                 await self.replied(await self.at_desk(self.desk.do, question), asker)
                 continue
@@ -151,7 +168,7 @@ class Hub:
         while True:
             asker, preparation = await self.preparations.get()
             found = await loop.run_in_executor(self.preparing, preparation.made)
-            done = await self.at_desk(self.desk.prepared, preparation, found)
+            done = await self.at_desk(self.study.prepared, preparation, found)
             await self.replied(done, asker)
 
     async def replied(self, replies: Replies, asker: WebSocket) -> None:
@@ -176,7 +193,7 @@ class Hub:
                 self.begun.clear()
                 continue
             page, work = self.works.pop(0)
-            if work.generation != self.desk.generation or page not in self.sockets:
+            if work.generation != self.study.generation or page not in self.sockets:
                 continue
             made = await loop.run_in_executor(self.judging, work_made, work)
             for frame in made.frames:
@@ -193,13 +210,13 @@ class Hub:
             await asyncio.sleep(IDLE)
             if self.changed.is_set():
                 continue
-            asked = await self.at_desk(self.desk.judgement)
+            asked = await self.at_desk(self.study.judgement)
             loop = asyncio.get_running_loop()
             found = await loop.run_in_executor(self.judging, asked.made)
-            await self.send(Replies(everybody=await self.at_desk(self.desk.take, asked, found)))
+            await self.send(Replies(everybody=await self.at_desk(self.study.take, asked, found)))
             if asked.opened.moving is not None and not self.changed.is_set():
                 verdicts = await loop.run_in_executor(self.judging, asked.motions_made)
-                frames = await self.at_desk(self.desk.take_motions, asked, verdicts)
+                frames = await self.at_desk(self.study.take_motions, asked, verdicts)
                 await self.send(Replies(everybody=frames))
             if asked.following.there:
                 self.rested.set()
@@ -210,7 +227,7 @@ class Hub:
         while True:
             await self.rested.wait()
             self.rested.clear()
-            asked = await self.at_desk(self.desk.judgement)
+            asked = await self.at_desk(self.study.judgement)
             people = asked.following
             refused = await loop.run_in_executor(self.settling, people.begin)
             for number in range(len(people.pieces)):
@@ -233,7 +250,7 @@ class Hub:
         while True:
             await self.moved.wait()
             self.moved.clear()
-            asked = await self.at_desk(self.desk.judgement)
+            asked = await self.at_desk(self.study.judgement)
             people = asked.following
             sent = 0.0
             for number in range(people.at_hand):
@@ -248,7 +265,7 @@ class Hub:
 
     def people_frames(self, asked: Judgement) -> list[bytes]:
         """What is known of a population in a state; nothing where the state is another by now."""
-        if asked.generation != self.desk.generation:
+        if asked.generation != self.study.generation:
             return []
         frame = asked.following.frame(asked.generation)
         return [] if frame is None else [frame]
@@ -257,7 +274,7 @@ class Hub:
         """Look at the study's file from time to time."""
         while True:
             await asyncio.sleep(WATCH)
-            await self.send(await self.at_desk(self.desk.watched))
+            await self.send(await self.at_desk(self.study.watched))
 
     async def send(self, replies: Replies, asker: WebSocket | None = None) -> None:
         """Send frames to all pages, and to the one that asked."""
@@ -306,7 +323,9 @@ class Hub:
             raise WebSocketDisconnect(message.get("code", 1000))
         text = message.get("text")
         try:
-            question = parsed(text if text is not None else message.get("bytes") or b"")
+            question = parsed(
+                text if text is not None else message.get("bytes") or b"", self.desk.verbs
+            )
             self.waiting.put(page, question)
         except InputError as error:
             await self.send_one(page, fault_frame(None, str(error)))
@@ -314,7 +333,7 @@ class Hub:
         self.asked.set()
 
 
-def live_application(desk: Desk, *, port: int, token: str) -> Application:
+def live_application(desk: Desk | DescribeDesk, *, port: int, token: str) -> Application:
     """Build the application that serves a desk, with the guard around it.
 
     Parameters
@@ -330,7 +349,7 @@ def live_application(desk: Desk, *, port: int, token: str) -> Application:
     viewer = {name: (files("workbench.draw.web") / name).read_bytes() for name in VIEW}
 
     async def page(request: Request) -> Response:
-        name = request.path_params.get("name", "index.html")
+        name = request.path_params.get("name", desk.page)
         if name not in pages:
             return Response("There is no such file.", 404, media_type="text/plain")
         return Response(pages[name], media_type=PAGE[name])
@@ -375,7 +394,7 @@ def live_application(desk: Desk, *, port: int, token: str) -> Application:
     return Guard(Starlette(routes=routes, lifespan=running), port=port, token=token)
 
 
-def serve(desk: Desk, *, port: int = 0, ready: Callable[[str], None]) -> None:
+def serve(desk: Desk | DescribeDesk, *, port: int = 0, ready: Callable[[str], None]) -> None:
     """Serve a desk at 127.0.0.1 until the program is stopped.
 
     Parameters

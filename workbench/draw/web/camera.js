@@ -39,6 +39,7 @@ export class Camera {
     this.height = VIEWS.corner[1];
     this.angle = 0.5;
     this.aspect = 1;
+    this.farthest = FARTHEST;
     this.roll = 0;
     this.orbit = null; // how it looked before it stood in an eye
   }
@@ -80,7 +81,7 @@ export class Camera {
     const { eye, x, y, z } = this.axes();
     const f = 1 / Math.tan(this.angle / 2);
     const n = Math.max(0.02, this.far * 0.02);
-    const e = this.far + 40;
+    const e = this.far + Math.max(40, this.farthest - FARTHEST);
     const away = [-vec.dot(x, eye), -vec.dot(y, eye), -vec.dot(z, eye), 1];
     return {
       view: [x[0], y[0], z[0], 0, x[1], y[1], z[1], 0, x[2], y[2], z[2], 0, ...away],
@@ -122,7 +123,7 @@ export class Camera {
 
   zoom(factor) {
     if (this.orbit) this.angle = Math.max(NARROW, Math.min(WIDE, this.angle * factor));
-    else this.far = Math.max(NEAREST, Math.min(FARTHEST, this.far * factor));
+    else this.far = Math.max(NEAREST, Math.min(this.farthest, this.far * factor));
   }
 
   look(azimuth, height) {
@@ -143,6 +144,6 @@ export class Camera {
       const across = Math.abs(vec.dot(p, x)) / (t * this.aspect);
       far = Math.max(far, toward + MARGIN * Math.max(across, Math.abs(vec.dot(p, y)) / t));
     }
-    this.far = Math.min(FARTHEST, far);
+    this.far = Math.min(this.farthest, far);
   }
 }

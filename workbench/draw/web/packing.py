@@ -26,12 +26,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.draw.lines.edges import feature_edges
-from workbench.draw.web.views import WebBody, WebGaps, WebMark, WebView
+from workbench.draw.web.views import WebBody, WebGaps, WebMark, WebPlace, WebView
 from workbench.errors import InputError
 from workbench.model.arrays import Floats, Ints
 from workbench.model.environment import Environment
 
-__all__ = ["FINE", "TENTH", "Packing"]
+__all__ = ["CONTROL_PART", "FINE", "GLASS_PART", "PLAIN_PART", "SEAT_PART", "TENTH", "Packing"]
 
 TENTH = 1e-4
 """Step [m] of lengths."""
@@ -39,10 +39,10 @@ FINE = 1e-5
 """Step [m] of lengths that all lie within 0.3 m of each other."""
 _FAR = 0.5
 """Gaps [m] beyond are shown alike."""
-_PLAIN_PART = (176, 184, 193)
-_SEAT_PART = (158, 146, 134)
-_CONTROL_PART = (96, 116, 138)
-_GLASS_PART = (150, 190, 205)
+PLAIN_PART = (176, 184, 193)
+SEAT_PART = (158, 146, 134)
+CONTROL_PART = (96, 116, 138)
+GLASS_PART = (150, 190, 205)
 
 
 @dataclass(frozen=True)
@@ -70,7 +70,10 @@ class Packing:
         InputError
             If a coordinate is not finite.
         """
-        place = None if view.environment is None else self._place(view.environment)
+        if isinstance(view.environment, WebPlace):
+            place: dict[str, Any] | None = self._mesh(view.environment)
+        else:
+            place = None if view.environment is None else self._place(view.environment)
         packed = {
             "title": view.title,
             "from": view.look_from,
@@ -124,6 +127,17 @@ class Packing:
         }
         self._places[id(environment)] = environment, packed  # held, so that no other takes its id
         return packed
+
+    def _mesh(self, place: WebPlace) -> dict[str, Any]:
+        """Pack a mesh that is not yet an environment."""
+        looks = zip(place.names, place.colours, place.glass, strict=True)
+        return {
+            "vertices": self._lengths(place.vertices, 3),
+            "part": self._whole(place.part),
+            "triangles": self._whole(place.triangles.ravel()),
+            "edges": self._whole(place.edges.ravel()),
+            "parts": [{"name": n, "colour": list(c), "glass": g} for n, c, g in looks],
+        }
 
     def _body(self, body: WebBody) -> dict[str, Any]:
         names = [[k, name] for k, name in enumerate(body.spheres) if name]
@@ -205,13 +219,13 @@ def _shown_triangles(environment: Environment) -> tuple[Ints, Ints]:
 def _part(environment: Environment, k: int) -> dict[str, Any]:
     """Name and colour of a part: glass, what is handled and what goes with a seat differ."""
     name = environment.parts[k]
-    colour = _PLAIN_PART
+    colour = PLAIN_PART
     if environment.see_through[k]:
-        colour = _GLASS_PART
+        colour = GLASS_PART
     elif any(control.part == name for control in environment.controls):
-        colour = _CONTROL_PART
+        colour = CONTROL_PART
     elif any(name in seat.moves for seat in environment.seats):
-        colour = _SEAT_PART
+        colour = SEAT_PART
     return {"name": name, "colour": list(colour), "glass": bool(environment.see_through[k])}
 
 

@@ -18,6 +18,7 @@ __all__ = [
     "WebBody",
     "WebGaps",
     "WebMark",
+    "WebPlace",
     "WebView",
     "body_view",
     "mark_view",
@@ -92,12 +93,37 @@ class WebGaps:
 
 
 @dataclass(frozen=True, eq=False)
+class WebPlace:
+    """A mesh that is not yet an environment.
+
+    Parameters
+    ----------
+    vertices
+        (V, 3) [m], each of one part.
+    part
+        (V,) index into `names`.
+    triangles, edges
+        (T, 3) and (E, 2) vertices.
+    names, colours, glass
+        Of the parts.
+    """
+
+    vertices: Floats
+    part: Ints
+    triangles: Ints
+    edges: Ints
+    names: tuple[str, ...]
+    colours: tuple[Colour, ...]
+    glass: tuple[bool, ...]
+
+
+@dataclass(frozen=True, eq=False)
 class WebView:
     """One turnable picture."""
 
     title: str
     bodies: tuple[WebBody, ...] = ()
-    environment: Environment | None = None
+    environment: Environment | WebPlace | None = None
     marks: tuple[WebMark, ...] = ()
     times: tuple[float, ...] | None = field(default=None)
     """[s] of the F frames of a motion."""

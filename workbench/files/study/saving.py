@@ -14,7 +14,7 @@ from workbench.files.output_file import write_errors
 from workbench.files.study.reader import load_study
 from workbench.model.study import Study
 
-__all__ = ["StudyText", "read_text", "save_text"]
+__all__ = ["StudyText", "read_text", "save_text", "written_beside"]
 
 
 class StudyText:
@@ -99,7 +99,7 @@ def save_text(
         )
     data = text.encode("utf-8")
     with write_errors(path):
-        partial = _written(path, data)
+        partial = written_beside(path, data)
         try:
             check(load_study(partial))
             if path.exists():
@@ -110,7 +110,7 @@ def save_text(
     return StudyText(path, data)
 
 
-def _written(path: Path, data: bytes) -> Path:
+def written_beside(path: Path, data: bytes) -> Path:
     """A hidden file beside a path that holds some bytes."""
     with tempfile.NamedTemporaryFile(
         dir=path.parent, prefix=f".{path.stem}-", suffix=".yaml", delete=False

@@ -5,14 +5,15 @@ import { unpack } from "/view/wire.js";
 // Answers go to all pages: numbers of different pages must differ.
 let number = Math.floor(Math.random() * 2 ** 40);
 let onItsWay = 0;
+let single = 0;
 let socket = null;
 const waiting = new Map();
 
 // Ask for something; a newer question of the same subject replaces one that waits, but for one that
-// ends a drag.
-export function ask(verb, given = {}) {
+// ends a drag. each: whether it replaces none.
+export function ask(verb, given = {}, each = false) {
   const { person, joint, axis, limb, parts, controls } = given;
-  const subject = [verb, person, joint, axis, limb, parts, controls].join(" ");
+  const subject = [verb, person, joint, axis, limb, parts, controls, each ? (single += 1) : ""].join(" ");
   const before = waiting.get(subject);
   waiting.delete(subject); // what is asked last goes last
   if (before && before.done === true && given.done === false) waiting.set(`${subject} done`, before);

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-
-from workbench.study.bench.state import Arrangement
+from typing import Generic, TypeVar
 
 __all__ = ["MOST_STATES", "TOGETHER", "Entry", "History"]
 
@@ -12,32 +11,33 @@ MOST_STATES = 500
 """States that are kept; the oldest give way."""
 TOGETHER = 1.0
 """Time [s] within which changes of the same thing are one entry."""
+State = TypeVar("State")
 
 
 @dataclass(frozen=True, eq=False)
-class Entry:
+class Entry(Generic[State]):
     """A state, how it came about in words, what was changed, and when [s]."""
 
-    arrangement: Arrangement
+    arrangement: State
     label: str
     subject: str = ""
     time: float = float("-inf")
 
 
 @dataclass(frozen=True, eq=False)
-class History:
+class History(Generic[State]):
     """States in their order, the first of them as opened, and the index of the one that is shown."""
 
-    entries: tuple[Entry, ...]
+    entries: tuple[Entry[State], ...]
     at: int = 0
 
     @classmethod
-    def of(cls, arrangement: Arrangement) -> History:
+    def of(cls, arrangement: State) -> History[State]:
         """Begin a history with the state as opened."""
         return cls((Entry(arrangement, "opened"),))
 
     @property
-    def shown(self) -> Entry:
+    def shown(self) -> Entry[State]:
         """The entry that is shown."""
         return self.entries[self.at]
 
@@ -51,7 +51,7 @@ class History:
         """Whether a state was undone."""
         return self.at < len(self.entries) - 1
 
-    def added(self, entry: Entry) -> History:
+    def added(self, entry: Entry[State]) -> History[State]:
         """Add a state behind the one that is shown; what was undone is forgotten.
 
         A change of the same subject within `TOGETHER` of the one before takes its place.
@@ -64,10 +64,10 @@ class History:
         kept = (*kept, entry)[-MOST_STATES:]
         return History(kept, len(kept) - 1)
 
-    def undone(self) -> History:
+    def undone(self) -> History[State]:
         """Show the state before; the same where there is none."""
         return replace(self, at=max(self.at - 1, 0))
 
-    def redone(self) -> History:
+    def redone(self) -> History[State]:
         """Show the state that was undone last; the same where there is none."""
         return replace(self, at=min(self.at + 1, len(self.entries) - 1))

@@ -1,0 +1,473 @@
+"""An environment described by pointing: planes and figures of seats, parts, and what is saved."""
+
+from __future__ import annotations
+
+import math
+import shutil
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from tests.conftest import ROOT
+from tests.made_seat import METRES, SRP, corners, obj_text, seat_parts
+from workbench.cli import main
+from workbench.draw.web.thinning import sharp_edges, thinned
+from workbench.errors import InputError
+from workbench.files.environments import load_environment
+from workbench.files.meshes.parts import RawMesh, RawPart
+from workbench.files.yaml_changes import changed_text, yaml_text
+from workbench.files.yaml_text import parse_yaml
+from workbench.study.describe.edits import (
+    faced,
+    floored,
+    framed,
+    placed_point,
+    removed,
+    renamed,
+    ruled,
+    typed,
+)
+from workbench.study.describe.meshes import Meshes, Ray
+from workbench.study.describe.parts import dropped, joined, put_back, split_part
+from workbench.study.describe.planes import Surface, fitted_plane, grown_faces
+from workbench.study.describe.saving import ForeignFileError, SavedPlace, save_description
+from workbench.study.describe.seats import seat_figures
+from workbench.study.describe.state import open_place, standing_of
+
+DOWN = (0.0, 0.0, -1.0)
+
+
+def placed(folder, text, name="cab.obj"):
+    path = folder / name
+    path.write_text(text)
+    return open_place(path)
+
+
+def ray(part, start, way):
+    return Ray(part, start, way, 0.0)
+
+
+def on_cushion(seat=SRP, ahead=0.2):
+    return ray("pan", (seat[0] + ahead, seat[1] + 0.1, 3.0), DOWN)
+
+
+def on_back():
+    return ray("rest", (3.0, SRP[1] - 0.1, SRP[2] + 0.3), (-1.0, 0.0, 0.0))
+
+
+def seated(opened, description=None, cushion=None, back=None):
+    """The description with a seat, from a click on its cushion and one on its back."""
+    first = faced(opened, description or opened.start, "driver", "cushion", cushion or on_cushion())
+    return faced(opened, first.description, "driver", "back", back or on_back()).description
+
+
+# --- planes and figures ---------------------------------------------------------------------------
+
+
+def grid(height, x, y):
+    """Triangles of a surface over a grid."""
+    xs, ys = np.meshgrid(x, y, indexing="ij")
+    points = np.stack([xs, ys, height(xs, ys)], axis=-1).reshape(-1, 3)
+    n = len(y)
+    first = (np.arange(len(x) - 1)[:, None] * n + np.arange(n - 1)).ravel()
+    faces = np.concatenate([np.stack([first, first + n, first + n + 1], 1), np.stack([first, first + n + 1, first + 1], 1)])  # fmt: skip
+    return Surface(points, faces)
+
+
+def test_the_plane_of_a_triangle_is_its_own():
+    plane = fitted_plane(np.array([[[0, 0, 2], [1, 0, 2], [0, 1, 2]]], dtype=float))
+    assert np.allclose(np.abs(plane.normal), [0, 0, 1])
+    assert np.allclose(plane.centre, [1 / 3, 1 / 3, 2])
+    assert plane.off == pytest.approx(0.0, abs=1e-12)
+
+
+def test_a_step_of_ten_is_off_its_plane_by_the_mean_of_its_squares():
+    square = np.array([[[0, 0, 0], [1, 0, 0], [1, 1, 0]], [[0, 0, 0], [1, 1, 0], [0, 1, 0]]])
+    two = np.concatenate([square, square + np.array([0, 0, 0.01])])
+    assert fitted_plane(two).off == pytest.approx(0.005)
+
+
+@pytest.mark.parametrize(("cushion", "back", "yaw"), [(10, 20, 0), (0, 0, 90), (14, 24, 180), (-3, 12, -37)])  # fmt: skip
+def test_a_seat_of_boxes_gives_the_figures_it_was_made_to(cushion, back, yaw):
+    parts = seat_parts(cushion, back, yaw)
+    top = parts["pan"][[1, 3, 5, 7]][[[0, 1, 2], [1, 3, 2]]]
+    front = parts["rest"][[4, 5, 6, 7]][[[0, 1, 2], [1, 3, 2]]]
+    found = seat_figures(top, front)
+    assert np.allclose(found.srp, SRP, atol=1e-9)
+    angles = np.degrees([found.cushion_angle, found.back_angle, found.yaw])
+    assert np.allclose(angles, [cushion, back, yaw], atol=1e-6)
+    assert found.doubts == ()
+
+
+@pytest.mark.parametrize("picked", [0, 150, 299, 410, 690])
+def test_a_curved_cushion_gives_one_plane_whatever_face_is_picked(picked):
+    # dished across by 30 mm, sloping 8 degrees, with a front lip that falls off from x = 0.4 on
+    def height(x, y):
+        lip = np.maximum(x - 0.4, 0.0)
+        return 0.3 + math.tan(math.radians(8)) * x + 0.5 * y * y - 8.0 * lip**2
+
+    surface = grid(height, np.linspace(0, 0.5, 21), np.linspace(-0.25, 0.25, 21))
+    plane = fitted_plane(surface.corners[grown_faces(surface, [picked])])
+    normal = plane.normal * np.sign(plane.normal[2])
+    assert math.degrees(math.atan2(-normal[0], normal[2])) == pytest.approx(8.0, abs=1.2)
+    assert abs(normal[1]) < 0.01 and plane.off < 0.012
+
+
+def test_a_surface_ends_at_an_edge_and_a_face_without_area_is_none():
+    parts = seat_parts()
+    faces = np.array([(1, 5, 7), (1, 7, 3), (0, 4, 5), (0, 5, 1), (1, 1, 5)])
+    surface = Surface(parts["pan"], faces)
+    assert grown_faces(surface, [0]).tolist() == [0, 1]
+    with pytest.raises(InputError, match="no face with an area was picked"):
+        grown_faces(surface, [4])
+
+
+def test_a_seat_that_is_turned_by_little_is_straight_and_that_is_said():
+    parts = seat_parts(yaw=1.2)
+    top = parts["pan"][[1, 3, 5, 7]][[[0, 1, 2], [1, 3, 2]]]
+    front = parts["rest"][[4, 5, 6, 7]][[[0, 1, 2], [1, 3, 2]]]
+    found = seat_figures(top, front)
+    assert found.yaw == 0.0
+    assert found.doubts == (
+        "by its planes the seat is turned 1.2 degrees; it is taken as straight",
+    )
+
+
+@pytest.mark.parametrize(
+    ("cushion", "back", "words"),
+    [
+        ((0, 0, 1), (0, 0, 1), "cushion and back are parallel, 0 degrees apart"),
+        ((1, 0, 0.1), (0.1, 0, 1), "were they exchanged"),
+        ((0, 1, 1), (1, 1, 0), "slopes 35 degrees across the seat"),
+    ],
+)
+def test_planes_of_no_seat_are_refused(cushion, back, words):
+    def square(normal):
+        a = np.cross(normal, [0.3, 1.0, 0.2])
+        b = np.cross(normal, a)
+        return np.array([[[0, 0, 0], a, b]], dtype=float)
+
+    with pytest.raises(InputError, match=words):
+        seat_figures(square(cushion) + np.array([0.2, 0, 0]), square(back))
+
+
+# --- a mesh in any unit and axes --------------------------------------------------------------------
+
+AXES = [(a, b) for a in ("x", "y", "z", "-x", "-y", "-z") for b in ("x", "y", "z", "-x", "-y", "-z") if a[-1] != b[-1]]  # fmt: skip
+
+
+@settings(max_examples=15, deadline=None)
+@given(
+    axes=st.sampled_from(AXES),
+    unit=st.sampled_from(sorted(METRES)),
+    ahead=st.floats(0.03, 0.4),
+)
+def test_unit_axes_and_the_face_that_is_picked_make_no_difference(tmp_path_factory, axes, unit, ahead):  # fmt: skip
+    text = obj_text(seat_parts(10, 20), unit, *axes)
+    opened = placed(tmp_path_factory.mktemp("law"), text)
+    given = {"length": unit, "up": axes[0], "forward": axes[1]}
+    framed_ = framed(opened, opened.start, 0, {**given, "up": given["up"]}).description
+    framed_ = replace(framed_, says={**framed_.says, "meshes": [{"file": "cab.obj", **given}]})
+    seat = seated(opened, framed_, on_cushion(ahead=ahead)).says["seats"]["driver"]
+    assert seat["srp"] == [100, 200, 300]
+    assert (seat["cushion_angle"], seat["back_angle"], seat["yaw"]) == (10, 20, 0)
+
+
+def test_what_was_pointed_at_goes_along_and_what_was_typed_stays(tmp_path):
+    opened = placed(tmp_path, obj_text(seat_parts(), "mm", "y", "z"))
+    start = framed(opened, opened.start, 0, {"length": "mm", "up": "y", "forward": None})
+    start = framed(opened, start.description, 0, {"length": None, "up": None, "forward": "z"})
+    seat = seated(opened, start.description)
+    spot = placed_point(opened, seat, "control", "", {"grip": "grasp", "zone": 2}, ray("lever", (0.62, 0.02, 2), DOWN)).description  # fmt: skip
+    assert spot.says["controls"]["lever"]["at"] == [620, 20, 600]
+    over = typed(spot, "seat", "driver", "back_angle", 25.0).description
+    larger = framed(opened, over, 0, {"length": "cm", "up": None, "forward": None}).description
+    found = larger.says["seats"]["driver"]
+    assert found["srp"] == [1000, 2000, 3000] and found["back_angle"] == 25
+    assert larger.says["controls"]["lever"]["at"] == [6200, 200, 6000]
+    assert larger.why[("seats", "driver", "back_angle")] == "typed"
+
+
+def test_the_floor_takes_everything_along(tmp_path):
+    parts = {name: points + np.array([0, 0, 0.5]) for name, points in seat_parts().items()}
+    opened = placed(tmp_path, obj_text(parts))
+    seat = seated(opened, cushion=on_cushion((0.1, 0.2, 0.8)), back=ray("rest", (3, 0.1, 1.1), (-1, 0, 0)))  # fmt: skip
+    seat = typed(seat, "seat", "driver", "srp", [0.1, 0.2, 0.9]).description
+    found = floored(opened, seat, ray("floor", (0.9, -0.4, 2.0), DOWN))
+    assert found.words == "the floor is at height 0: everything goes -500 mm up"
+    assert found.description.says["seats"]["driver"]["srp"] == [100, 200, 400]
+    assert standing_of(opened, found.description).bounds[0, 2] == pytest.approx(-0.05)
+    with pytest.raises(InputError, match="slopes 90 degrees: a floor is level"):
+        floored(opened, seat, ray("floor", (3.0, 0.0, 0.47), (-1, 0, 0)))
+
+
+def test_sizes_that_no_vehicle_has_are_said_as_the_reader_does(tmp_path):
+    opened = placed(tmp_path, obj_text(seat_parts()))
+    wrong = framed(opened, opened.start, 0, {"length": "mm", "up": None, "forward": None})
+    (words,) = opened.meshes.size_words(wrong.description.file.meshes)
+    assert "0.0018 m large, and 0.3 to 60 m is plausible" in words
+    turned = framed(opened, opened.start, 0, {"length": None, "up": "x", "forward": None})
+    assert turned.words == "up and forward are at right angles: forward is y"
+
+
+# --- parts ------------------------------------------------------------------------------------------
+
+
+def test_a_mesh_without_names_is_split_into_its_pieces(tmp_path):
+    opened = placed(tmp_path, obj_text(seat_parts(), names=False))
+    assert standing_of(opened, opened.start).names == ("cab_1", "cab_2", "cab_3", "cab_4")
+    assert opened.start.says["meshes"][0]["split"] == ["cab"]
+
+
+def test_parts_are_renamed_joined_left_out_and_put_back(tmp_path):
+    opened = placed(tmp_path, obj_text(seat_parts()))
+    seat = seated(opened)
+    one = joined(opened, seat, ["pan"], "seat pan").description
+    assert one.says["seats"]["driver"]["cushion"]["part"] == "seat pan"
+    assert one.says["seats"]["driver"]["moves"] == ["seat pan", "rest"]
+    both = joined(opened, one, ["floor", "lever"], "cabin").description
+    assert both.says["meshes"][0]["join"] == {"seat pan": ["pan"], "cabin": ["floor", "lever"]}
+    gone = dropped(opened, both, ["cabin"]).description
+    assert standing_of(opened, gone).names == ("seat pan", "rest")
+    back = put_back(opened, gone, 0, "lever").description
+    assert standing_of(opened, back).names == ("seat pan", "rest", "lever")
+    again = joined(opened, back, ["seat pan"], "pan").description
+    assert "join" not in again.says["meshes"][0]
+
+
+@pytest.mark.parametrize(
+    ("act", "words"),
+    [
+        (lambda o, d: joined(o, d, ["pan"], "floor"), "there is a part 'floor' already"),
+        (lambda o, d: joined(o, d, [], "x"), "no part is chosen"),
+        (lambda o, d: joined(o, d, ["pan"], " "), "a part needs a name"),
+        (lambda o, d: joined(o, d, ["pam"], "x"), "did you mean 'pan'"),
+        (lambda o, d: dropped(o, d, ["pan"]), "'pan' is the cushion of seat 'driver'"),
+        (lambda o, d: dropped(o, removed(d, "seat", "driver").description, ["pan", "rest", "floor", "lever"]), "nothing is left"),
+        (lambda o, d: split_part(o, d, "floor"), "it is one piece"),
+        (lambda o, d: put_back(o, d, 0, "floor"), "no part 'floor' was left out"),
+        (lambda o, d: ruled(o, d, "pam", "hidden", True), "there is no part 'pam'"),
+        (lambda o, d: renamed(d, "seat", "driver", ""), "a seat needs a name"),
+        (lambda o, d: renamed(seated_again(o, d), "seat", "driver", "other"), "there is a seat 'other' already"),
+        (lambda o, d: removed(d, "control", "horn"), "there is no control 'horn'"),
+        (lambda o, d: typed(d, "seat", "driver", "back_angle", 120.0), "seats.driver.back_angle"),
+        (lambda o, d: typed(d, "seat", "driver", "srp", 3.0), "3 lengths are needed"),
+        (lambda o, d: typed(d, "seat", "driver", "colour", 3.0), "a seat has no 'colour'"),
+        (lambda o, d: faced(o, d, "driver", "cushion", ray("pan", (9, 9, 9), DOWN)), "nothing was picked"),
+        (lambda o, d: faced(o, d, "x", "back", ray("pam", (9, 9, 9), DOWN)), "no part 'pam' any more"),
+        (lambda o, d: faced(o, faced(o, d, "x", "cushion", on_cushion()).description, "x", "back", ray("floor", (0.9, -0.4, 2.0), DOWN)), "are parallel"),
+        (lambda o, d: framed(o, d, 0, {"length": "yd", "up": None, "forward": None}), "a length such as"),
+        (lambda o, d: framed(o, d, 3, {}), "there are 1 meshes"),
+    ],
+)  # fmt: skip
+def test_what_cannot_be_is_said_in_one_sentence(tmp_path, act, words):
+    opened = placed(tmp_path, obj_text(seat_parts()))
+    with pytest.raises(InputError, match=words) as found:
+        act(opened, seated(opened)).description.file  # noqa: B018 (some faults show only then)
+    assert "\n" not in str(found.value)
+
+
+def seated_again(opened, description):
+    first = faced(opened, description, "other", "cushion", on_cushion())
+    return faced(opened, first.description, "other", "back", on_back()).description
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "words"),
+    [
+        ("cab.txt", "hello", "is not a mesh format"),
+        ("cab.obj", "", "is empty"),
+        ("cab.obj", "v 0 0 0\n", "holds no surface"),
+        ("cab.stl", "no mesh at all", "cab.stl"),
+    ],
+)
+def test_a_file_that_is_no_mesh_is_refused(tmp_path, name, text, words, capsys):
+    (tmp_path / name).write_text(text)
+    assert main(["live", str(tmp_path / name), "--no-browser"]) == 3
+    assert words in capsys.readouterr().err
+
+
+def test_a_mesh_of_one_face_opens_and_gives_no_seat(tmp_path):
+    opened = placed(tmp_path, "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    click = ray("cab", (0.2, 0.2, 1.0), DOWN)
+    with pytest.raises(InputError, match="cushion and back are parallel"):
+        seated(opened, cushion=click, back=click)
+
+
+def test_too_many_triangles_are_refused_with_the_limit(monkeypatch, tmp_path):
+    monkeypatch.setattr("workbench.study.describe.meshes.MOST_FACES", 10)
+    with pytest.raises(InputError, match="has 48 triangles, and 10 are possible here"):
+        placed(tmp_path, obj_text(seat_parts()))
+
+
+# --- what is saved --------------------------------------------------------------------------------
+
+
+def test_a_new_file_says_how_each_figure_was_got_and_opens_again_as_it_was(tmp_path, capsys):
+    opened = placed(tmp_path, obj_text(seat_parts()))
+    seat = seated(opened)
+    seat = placed_point(opened, seat, "point", "heel", {}, ray("floor", (0.9, 0.4, 2), DOWN)).description  # fmt: skip
+    seat = ruled(opened, joined(opened, seat, ["lever"], "gear lever").description, "floor", "solid", False).description  # fmt: skip
+    saved = save_description(opened, seat, None)
+    text = (tmp_path / "environment.yaml").read_text()
+    assert "srp: [100, 200, 300]  # fitted: where the planes of cushion and back meet" in text
+    assert "back_angle: 20  # fitted: plane of 2 faces, 0.0 mm off in the mean" in text
+    assert "heel: [900, 400, 0]  # picked: on floor" in text
+    assert main(["check", str(tmp_path / "environment.yaml")]) == 0
+    again = open_place(tmp_path / "environment.yaml")
+    assert again.start.says == seat.says == saved.says
+    environment = load_environment(tmp_path / "environment.yaml")
+    assert environment.parts == ("pan", "rest", "floor", "gear lever")
+    assert not environment.solid[2] and environment.solid[3]
+    assert math.degrees(environment.seat("driver").back_angle) == pytest.approx(20.0)
+    more = typed(seat, "seat", "driver", "back_angle", 21.0).description
+    save_description(opened, more, saved)
+    changed = (tmp_path / "environment.yaml").read_text()
+    assert changed == text.replace(
+        "back_angle: 20  # fitted: plane of 2 faces, 0.0 mm off in the mean",
+        "back_angle: 21  # typed",
+    )
+
+
+def test_a_file_that_was_not_made_here_is_asked_about(tmp_path):
+    opened = placed(tmp_path, obj_text(seat_parts()))
+    (tmp_path / "environment.yaml").write_text("mine\n")
+    with pytest.raises(ForeignFileError, match="is there already, and was not made here"):
+        save_description(opened, opened.start, None)
+    assert (tmp_path / "environment.yaml").read_text() == "mine\n"
+    saved = save_description(opened, opened.start, None, over=True)
+    (tmp_path / "environment.yaml").write_text("mine again\n")
+    with pytest.raises(ForeignFileError, match="has changed on the disk"):
+        save_description(opened, seated(opened), saved)
+
+
+def test_elsewhere_the_mesh_goes_along_and_no_folder_is_a_sentence(tmp_path):
+    opened = placed(tmp_path, obj_text(seat_parts()))
+    to = tmp_path / "environments" / "cab" / "environment.yaml"
+    save_description(opened, seated(opened), None, to=to)
+    assert load_environment(to).seat("driver").yaw == 0.0
+    with pytest.raises(InputError, match="cannot be written") as found:
+        save_description(opened, opened.start, None, to=tmp_path / "cab.obj" / "environment.yaml")
+    assert "\n" not in str(found.value)
+
+
+def test_a_mesh_outside_of_its_folder_is_not_opened(tmp_path):
+    (tmp_path / "inner").mkdir()
+    text = "environment: cab\nlength: mm\nmeshes: [{file: ../cab.obj, length: m, up: z, forward: x}]\n"  # fmt: skip
+    (tmp_path / "inner" / "environment.yaml").write_text(text)
+    (tmp_path / "cab.obj").write_text(obj_text(seat_parts()))
+    with pytest.raises(InputError, match="a mesh lies in the folder of its environment file"):
+        open_place(tmp_path / "inner")
+
+
+@pytest.mark.parametrize(
+    ("more", "words"),
+    [
+        ("drop: [nose]", "environment.yaml:3:11: meshes[0].file: cab.obj: drop: no part of the name 'nose'"),
+        ("join: {pan: [rest]}", "join: there is a part 'pan' already"),
+        ("join: {a: [pan], b: [p*]}", "join: part 'pan' is in 'a' and in 'b'"),
+        ("drop: ['*']", "drop: nothing is left of the mesh"),
+    ],
+)  # fmt: skip
+def test_parts_that_cannot_be_made_are_refused_with_their_place(tmp_path, more, words):
+    text = f"environment: cab\nlength: mm\nmeshes: [{{file: cab.obj, length: m, up: z, forward: x, {more}}}]\n"  # fmt: skip
+    (tmp_path / "environment.yaml").write_text(text)
+    (tmp_path / "cab.obj").write_text(obj_text(seat_parts()))
+    with pytest.raises(InputError) as found:
+        load_environment(tmp_path / "environment.yaml")
+    assert words in str(found.value)
+
+
+@pytest.mark.parametrize("name", ["trainer", "compact_car"])
+def test_an_environment_of_the_catalogue_is_corrected_with_its_comments(tmp_path, name):
+    shutil.copytree(ROOT / "environments" / name, tmp_path / name)
+    opened = open_place(tmp_path / name)
+    control = next(iter(opened.start.says["controls"]))
+    seat = next(iter(opened.start.says["seats"]))
+    one = typed(opened.start, "seat", seat, "back_angle", 17.5).description
+    one = renamed(one, "control", control, "first").description
+    one = typed(one, "control", "first", "zone", 3).description
+    one = joined(opened, one, ["floor"], "cabin floor").description
+    text = opened.text.text
+    save_description(opened, one, SavedPlace(opened.text, opened.start.says))
+    after = (tmp_path / name / "environment.yaml").read_text()
+    assert after.count("#") == text.count("#") + 1  # that the angle was typed
+    before = set(text.splitlines())
+    changed = [line for line in after.splitlines() if line not in before]
+    assert len(changed) == 4
+    assert open_place(tmp_path / name).start.says == one.says
+
+
+def plain_value(rng, deep):
+    """A random value as a YAML file may hold it."""
+    kind = rng.integers(0, 5 if deep else 2)
+    if kind == 0:
+        return int(rng.integers(-9, 9))
+    if kind == 1:
+        return ["a", "true", "1", "b c", "-x", "ü: #", True, False][rng.integers(8)]
+    if kind == 2:
+        return [plain_value(rng, deep - 1) for _ in range(rng.integers(0, 3))]
+    names = rng.permutation(["p", "q", "r", "s"])[: rng.integers(0, 4)]
+    return {str(name): plain_value(rng, deep - 1) for name in names}
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_a_changed_text_says_what_it_is_to_say(seed):
+    rng = np.random.default_rng(seed)
+
+    def file():
+        return {key: plain_value(rng, 3) for key in ("one", "two", "three")[: rng.integers(1, 4)]}
+
+    before, after, deep = file(), file(), seed % 4
+    text = yaml_text(before, {}, lambda key: len(key) <= deep)
+    assert parse_yaml(text, "x").value == before
+    changed = changed_text(text, before, after, block=lambda key: len(key) <= deep)
+    assert parse_yaml(changed, "x").value == after
+
+
+def test_comments_of_the_program_are_exchanged_and_others_stay():
+    text = "a: 1  # picked: on floor\nb: 2  # mine\nc: {d: 3}\n# end\n"
+    before = {"a": 1, "b": 2, "c": {"d": 3}}
+    after = {"a": 5, "b": 6, "c": {"d": 4}}
+    changed = changed_text(text, before, after, notes={("a",): "typed", ("b",): "typed"})
+    assert changed == "a: 5  # typed\nb: 6  # mine\nc: {d: 4}\n# end\n"
+
+
+# --- large meshes -----------------------------------------------------------------------------------
+
+
+def test_only_the_picture_of_a_large_mesh_is_thinned():
+    surface = grid(lambda x, y: 0.02 * np.sin(9 * x) + 0 * y, np.linspace(0, 1, 101), np.linspace(0, 1, 101))  # fmt: skip
+    thin = thinned(surface.vertices, surface.faces, np.zeros(len(surface.vertices), dtype=np.int64), most=2000)  # fmt: skip
+    assert 500 < len(thin.faces) <= 2000 and len(surface.faces) == 20_000
+    assert np.ptp(thin.vertices, axis=0) == pytest.approx([1, 1, 0.04], abs=0.03)
+    middle = surface.corners[thin.source].mean(axis=1)
+    assert np.linalg.norm(middle - thin.vertices[thin.faces].mean(axis=1), axis=1).max() < 0.06
+    same = thinned(surface.vertices, surface.faces, np.zeros(len(surface.vertices), dtype=np.int64), most=2000)  # fmt: skip
+    assert np.array_equal(thin.faces, same.faces)
+
+
+def test_the_edges_of_a_box_are_drawn_and_its_diagonals_are_not():
+    from tests.made_seat import BOX
+
+    edges = sharp_edges(corners((0, 0, 0), (1, 2, 3)), np.array(BOX))
+    assert len(edges) == 12
+
+
+def test_a_click_meets_the_face_that_is_nearest_to_where_the_picture_was_met():
+    part = RawPart("box", corners((0, 0, 0), (1, 1, 1)), np.array([(1, 5, 7), (1, 7, 3), (0, 6, 4), (0, 2, 6)]))  # fmt: skip
+    raw = RawMesh("box.obj", "obj", (part,), 1.0, "z", (), "x")
+    meshes = Meshes([raw])
+    opened = open_box(meshes)
+    for far, height in ((1.0, 1.0), (1.9, 0.0)):  # seen from 2 m above
+        hit = opened.hit(Ray("box", (0.3, 0.6, 2.0), DOWN, far))
+        assert hit.point == pytest.approx([0.3, 0.6, height])
+
+
+def open_box(meshes):
+    from workbench.files.environment_schema import MeshFile
+
+    return meshes.standing([MeshFile(file="box.obj")])

@@ -1,0 +1,215 @@
+"""The bench that describes an environment: its protocol, and its page in Chromium where it is."""
+
+from __future__ import annotations
+
+import base64
+import json
+import shutil
+import subprocess
+import sys
+import zlib
+
+import pytest
+
+from tests.made_seat import SRP, obj_text, seat_parts
+from workbench.cli import main
+from workbench.files.environments import load_environment
+
+pytest.importorskip("starlette", reason="the extra `live` is not installed")
+pytest.importorskip("httpx2", reason="Starlette's test client needs httpx2")
+pytest.importorskip("uvicorn", reason="the extra `live` is not installed")
+
+from tests.test_live import asked, client_of, entered, frames_until, page_of
+from workbench.live.describe_desk import DescribeDesk
+
+CHROMIUM = shutil.which("chromium") or shutil.which("google-chrome")
+CUSHION = {"part": "pan", "start": [SRP[0] + 0.2, SRP[1], 3], "way": [0, 0, -1]}
+BACK = {"part": "rest", "start": [3, SRP[1], SRP[2] + 0.3], "way": [-1, 0, 0]}
+
+
+@pytest.fixture
+def mesh(tmp_path):
+    path = tmp_path / "cab.obj"
+    path.write_text(obj_text(seat_parts()))
+    return path
+
+
+@pytest.fixture
+def bench(mesh):
+    desk = DescribeDesk(str(mesh))
+    with client_of(desk) as client:
+        entered(client)
+        with page_of(client) as page:
+            frames_until(page, "description")
+            yield client, page, desk
+
+
+def test_the_page_is_another_one_behind_the_same_guard(mesh):
+    with client_of(DescribeDesk(str(mesh))) as client:
+        assert client.get("/").status_code == 403
+        entered(client)
+        assert 'src="/page/describe.js"' in client.get("/").text
+        assert client.get("/page/describe_parts.js").status_code == 200
+
+
+def test_options_of_studies_and_of_environments_are_not_mixed(mesh, capsys):
+    assert main(["live", "trainer_clearance", "--out", "x"]) == 2
+    assert main(["live", str(mesh), "--size", "small"]) == 2
+    assert "an environment has no people" in capsys.readouterr().err
+
+
+def test_a_seat_and_a_control_are_picked_typed_over_saved_and_undone(bench, mesh):
+    _, page, _ = bench
+    first = asked(page, "face", seat="driver", surface="cushion", **CUSHION)
+    assert first["words"] == "driver: now pick the back"
+    seat = asked(page, "face", seat="driver", surface="back", **BACK)["seats"][0]
+    assert (seat["srp"], seat["cushion_angle"], seat["back_angle"]) == ([0.1, 0.2, 0.3], 10, 20)
+    lever = {"part": "lever", "start": [0.62, 0.02, 2], "way": [0, 0, -1]}
+    found = asked(page, "place", kind="control", name="gear", grip="pinch", zone=3, **lever)
+    assert found["controls"][0]["at"] == [0.62, 0.02, 0.6]
+    over = asked(page, "figure", kind="seat", name="driver", figure="forward", value=[-0.1, 0.1])
+    assert over["seats"][0]["forward"] == [-0.1, 0.1]
+    assert asked(page, "save")["kind"] == "saved"
+    environment = load_environment(mesh.parent / "environment.yaml")
+    assert environment.controls[0].grip == "pinch" and environment.controls[0].zone == 3
+    assert environment.seat("driver").travel_forward == (-0.1, 0.1)
+    for _ in range(4):
+        back = asked(page, "undo")
+    assert not back["seats"] and not back["undo"] and back["unsaved"]
+    for _ in range(4):
+        again = asked(page, "redo")
+    assert not again["unsaved"] and again["seats"] == over["seats"]
+
+
+def test_the_picture_has_the_mesh_in_its_unit_and_a_person_beside(bench):
+    client, page, _ = bench
+
+    def view():
+        block = zlib.decompress(base64.b64decode(client.get("/scene").text), -15)
+        length = int.from_bytes(block[:4], "little")
+        return json.loads(block[4 : 4 + length])["views"][0]
+
+    shown = view()
+    assert [part["name"] for part in shown["place"]["parts"]] == ["pan", "rest", "floor", "lever"]
+    assert [body["name"] for body in shown["bodies"]] == ["person for scale"]
+    before = asked(page, "rule", part="pan", rule="see_through", value=True)
+    after = asked(page, "mesh", row=0, length="ft")
+    assert after["scene"] != before["scene"] and after["size"][0] == pytest.approx(1.8 * 0.3048)
+    asked(page, "mesh", row=0, length="m")
+    asked(page, "leave", parts=["lever"])
+    assert [part["name"] for part in view()["place"]["parts"]] == ["pan", "rest", "floor"]
+
+
+@pytest.mark.parametrize(
+    ("verb", "given", "words"),
+    [
+        ("face", {"seat": "driver", "surface": "cushion"}, "nothing was picked"),
+        ("face", {"seat": "driver", "surface": "roof"}, "expected cushion or back"),
+        (
+            "face",
+            {"seat": "driver", "surface": "back", **BACK, "far": "near"},
+            "a number of metres",
+        ),
+        ("mesh", {"row": 0, "up": "w"}, "up: expected an axis"),
+        ("mesh", {"row": 0.5, "up": "z"}, "row: expected the number of a mesh"),
+        ("join", {"parts": ["pan"], "to": "rest"}, "there is a part 'rest' already"),
+        ("sit", {"on": True}, "there is no seat yet"),
+        ("eye", {"seat": "driver"}, "there is no seat 'driver' yet"),
+        ("save", {"to": "../out.yaml"}, "a name such as environment_2.yaml is needed"),
+        ("save", {"to": "run.sh"}, "a name such as environment_2.yaml is needed"),
+        ("joint", {}, "nothing is called 'joint'"),
+        (
+            "figure",
+            {"kind": "seat", "name": "x", "figure": "srp", "value": {}},
+            "expected a number",
+        ),
+    ],
+)
+def test_what_cannot_be_done_is_a_fault_and_changes_nothing(bench, verb, given, words):
+    _, page, desk = bench
+    before = desk.live
+    page.send_text(json.dumps({"n": 7, "do": verb, **given}))
+    head, _ = frames_until(page, "fault")
+    assert words in head["words"] and desk.live is before
+
+
+def test_a_foreign_file_is_asked_about_and_read_only_saves_nothing(bench, mesh):
+    _, page, _ = bench
+    (mesh.parent / "environment.yaml").write_text("mine\n")
+    fault = asked(page, "save")
+    assert fault["kind"] == "fault" and fault["ask"] == "over"
+    assert asked(page, "save", to="cab.yaml")["file"] == "cab.yaml"
+    with client_of(DescribeDesk(str(mesh), read_only=True)) as client:
+        entered(client)
+        with page_of(client) as other:
+            assert "read only" in asked(other, "save")["words"]
+    assert (mesh.parent / "environment.yaml").read_text() == "mine\n"
+
+
+def test_a_person_is_seated_and_gives_the_eye_point(bench):
+    client, page, _ = bench
+    asked(page, "face", seat="driver", surface="cushion", **CUSHION)
+    asked(page, "face", seat="driver", surface="back", **BACK)
+    assert asked(page, "sit", on=True)["sitting"]
+    assert len(client.get("/scene").text) > 6_000
+    (eye,) = asked(page, "eye", seat="driver")["points"]
+    x, y, z = eye["at"]
+    assert eye["name"] == "driver_design_eye" and y == pytest.approx(SRP[1], abs=0.01)
+    assert SRP[0] - 0.3 < x < SRP[0] + 0.2 and SRP[2] + 0.6 < z < SRP[2] + 0.9
+
+
+# --- in a browser -----------------------------------------------------------------------------------
+
+PIXEL = """async ([view, point]) => {
+  const { Camera, VIEWS } = await import("/view/camera.js");
+  const stage = document.querySelector("#picture .stage");
+  const canvas = stage.querySelector("canvas");
+  const camera = new Camera();
+  camera.aspect = canvas.clientWidth / canvas.clientHeight;
+  camera.look(...VIEWS[view]);
+  camera.fit(JSON.parse(stage.dataset.box));
+  const [u, v] = camera.project(point);
+  const box = canvas.getBoundingClientRect();
+  return [box.left + (0.5 + 0.5 * u) * box.width, box.top + (0.5 - 0.5 * v) * box.height];
+}"""
+
+
+def clicked(page, view, point, words):
+    page.get_by_role("button", name=view, exact=True).click()
+    page.wait_for_timeout(200)
+    page.mouse.click(*page.evaluate(PIXEL, [view, point]))
+    page.wait_for_function("words => document.getElementById('status').textContent.includes(words)", arg=words)  # fmt: skip
+
+
+@pytest.mark.skipif(CHROMIUM is None, reason="there is no Chromium: apt install chromium")
+def test_a_cushion_and_a_back_are_clicked_and_the_file_says_so(mesh):
+    playwright = pytest.importorskip("playwright.sync_api", reason="Playwright is not installed")
+    command = [sys.executable, "-m", "workbench", "live", str(mesh), "--no-browser"]
+    said = []
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as running:
+        try:
+            address = running.stdout.readline().strip()
+            with playwright.sync_playwright() as started:
+                browser = started.chromium.launch(
+                    executable_path=CHROMIUM, args=["--no-sandbox", "--enable-unsafe-swiftshader"]
+                )
+                page = browser.new_page(viewport={"width": 1100, "height": 500})
+                page.set_default_timeout(120_000)
+                page.on("pageerror", lambda error: said.append(str(error)))
+                page.goto(address, wait_until="commit")
+                page.wait_for_selector("#picture .stage[data-box]", state="attached")
+                page.get_by_label("cushion", exact=True).check()
+                clicked(page, "top", [SRP[0] + 0.25, SRP[1], SRP[2] + 0.05], "now pick the back")
+                clicked(page, "front", [SRP[0] - 0.1, SRP[1], SRP[2] + 0.35], "figures are those")
+                page.get_by_label("driver: yaw").fill("1")
+                page.keyboard.press("Tab")
+                page.wait_for_function("() => document.querySelector('.seat').textContent.includes('typed')")  # fmt: skip
+                page.keyboard.press("Control+s")
+                page.wait_for_function("() => document.getElementById('status').textContent.startsWith('saved')")  # fmt: skip
+                browser.close()
+        finally:
+            running.terminate()
+            running.wait(20)
+    text = (mesh.parent / "environment.yaml").read_text()
+    assert "srp: [100, 200, 300]  # fitted" in text and "yaw: 1  # typed" in text
+    assert said == []

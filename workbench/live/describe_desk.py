@@ -1,0 +1,354 @@
+"""The desk of an environment that is described: what was done to it, and the answers."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping
+from functools import cached_property
+from itertools import cycle
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from workbench.draw.web.packing import Packing
+from workbench.draw.web.thinning import ThinMesh, thinned
+from workbench.draw.web.views import PEOPLE, WebView, body_view
+from workbench.errors import InputError, WorkbenchError, printable
+from workbench.geometry.components import component_labels
+from workbench.live.describe_frames import describe_hello, description_frame, drawn_place
+from workbench.live.describe_protocol import DESCRIBE_VERBS
+from workbench.live.desk import fault_frame
+from workbench.live.protocol import Question, packed
+from workbench.live.replies import Replies
+from workbench.model.arrays import Ints
+from workbench.study.bench.history import Entry, History
+from workbench.study.describe import edits, parts
+from workbench.study.describe.edits import Edit
+from workbench.study.describe.meshes import Meshes, Ray
+from workbench.study.describe.people import person_words, seated_person, standing_person
+from workbench.study.describe.saving import ForeignFileError, SavedPlace, save_description
+from workbench.study.describe.state import Description, open_place, standing_of
+
+__all__ = ["DescribeDesk"]
+
+LOOSE = 20
+"""A mesh of more pieces than one for so many triangles is thinned over them."""
+FARTHEST = 2e5
+"""A mesh that is larger [m] is not drawn: its picture could not be sent."""
+
+
+class DescribeDesk:
+    """One open environment.
+
+    Parameters
+    ----------
+    source
+        A mesh, or an environment's file or folder.
+    out
+        The file or folder to save in, None for beside the mesh, or the file itself.
+    read_only
+        Whether nothing is saved.
+    clock
+        Time [s] that rises.
+    """
+
+    page = "describe.html"
+    verbs = DESCRIBE_VERBS
+
+    def __init__(
+        self,
+        source: str,
+        *,
+        out: str = "",
+        read_only: bool = False,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        self.source = Path(source)
+        self.out = Path(out) if out else None
+        self.read_only = read_only
+        self.clock = clock
+        self.sitting = False
+        self._verbs: Mapping[str, Callable[[Question], Replies]] = {
+            "mesh": self._mesh,
+            "floor": self._floor,
+            "face": self._face,
+            "anew": self._anew,
+            "place": self._place,
+            "eye": self._eye,
+            "figure": self._figure,
+            "rename": self._rename,
+            "remove": self._remove,
+            "join": self._join,
+            "leave": self._leave,
+            "back": self._back,
+            "split": self._split,
+            "rule": self._rule,
+            "sit": self._sit,
+            "undo": self._undo,
+            "redo": self._redo,
+            "save": self._save,
+            "reload": self._reload,
+        }
+        self.open()
+
+    def open(self) -> None:
+        """Read the environment from its file; what was done to it before is forgotten."""
+        opened = open_place(self.source, self.out)
+        self.opened = opened
+        self.disk: SavedPlace | None = None
+        if opened.text is not None:
+            self.disk = SavedPlace(opened.text, opened.start.says)
+        self.saved_content = opened.start.content if opened.text is not None else ""
+        self.target = opened.target
+        self.history: History[Description] = History.of(opened.start)
+        self.warnings: tuple[str, ...] = ()
+        self.__dict__.pop("_thin", None)
+
+    @property
+    def live(self) -> Description:
+        """The description as it is."""
+        return self.history.shown.arrangement
+
+    @property
+    def unsaved(self) -> bool:
+        """Whether it differs from the file."""
+        return self.live.content != self.saved_content
+
+    @cached_property
+    def _thin(self) -> ThinMesh:
+        """All meshes as they are drawn, in the units and axes of their files."""
+        meshes = self.opened.meshes
+        return thinned(meshes.vertices, meshes.faces, _groups(meshes))
+
+    def greeting(self) -> list[bytes]:
+        """What a page needs that was just opened."""
+        busy = packed({"kind": "busy", "what": "the picture is being made"})
+        return [describe_hello(self.opened, person_words(), saves=not self.read_only), busy]
+
+    def state(self) -> list[bytes]:
+        """The description as it is."""
+        return [self._answered(0, "; ".join(self.opened.notes))]
+
+    def scene(self) -> str:
+        """The picture as it is now: the meshes, the person beside them, and who is seated."""
+        description = self.live
+        bounds = standing_of(self.opened, description).bounds
+        if float(np.abs(bounds).max()) > FARTHEST:
+            raise InputError("the mesh is too large to be drawn: choose a smaller unit")
+        file = description.file
+        bodies = [body_view(standing_person(bounds), "person for scale", "grey")]
+        if self.sitting:
+            for name, colour in zip(file.seats, cycle(PEOPLE), strict=False):
+                bodies.append(body_view(seated_person(file, name).placed, name, colour))
+        packing = Packing()
+        place = drawn_place(self.opened, description, self._thin)
+        packing.add(WebView(str(description.says["environment"]), tuple(bodies), place))
+        return packing.text()
+
+    def do(self, question: Question) -> Replies:
+        """Do what is asked. What cannot be done leaves everything as it was, and is reported to who
+        asked."""
+        try:
+            return self._verbs[question.verb](question)
+        except ForeignFileError as error:
+            return Replies(asker=[fault_frame(question, str(error), ask="over")])
+        except WorkbenchError as error:
+            return Replies(asker=[fault_frame(question, str(error))])
+        except Exception as error:  # noqa: BLE001 (one question that fails must not end the bench)
+            words = f"internal error: {type(error).__name__}: {error}"
+            return Replies(asker=[fault_frame(question, words)])
+
+    def _answered(self, number: int, words: str) -> bytes:
+        """The frame of the description as it is."""
+        description = self.live
+        meshes = self.opened.meshes
+        head = {
+            "answers": number,
+            "words": words,
+            "undo": self.history.can_undo,
+            "redo": self.history.can_redo,
+            "unsaved": self.unsaved,
+            "file": self.target.name,
+            "saved": self.disk is not None,
+            "warnings": list(self.warnings),
+            "drawn": len(self._thin.faces),
+            "of": len(meshes.faces),
+            "sitting": self.sitting,
+            "scene": self._scene_key(description),
+        }
+        return description_frame(self.opened, description, head)
+
+    def _scene_key(self, description: Description) -> str:
+        """A text that is another one where the picture is."""
+        file = description.file
+        seats = [seat.model_dump_json() for seat in file.seats.values()] if self.sitting else []
+        looks = [
+            *(mesh.model_dump_json() for mesh in file.meshes),
+            *(f"{name} {rule.see_through}" for name, rule in file.parts.items()),
+            *(seat.cushion.part + seat.back.part for seat in file.seats.values()),
+            *(control.part for control in file.controls.values()),
+        ]
+        return str(hash((*seats, self.sitting, *looks)))
+
+    def _edited(self, question: Question, edit: Edit) -> Replies:
+        """Take a description that an edit came to."""
+        frame = None
+        if edit.description.content != self.live.content:
+            before = self.history
+            entry = Entry(edit.description, question.verb, time=self.clock())
+            self.history = before.added(entry)
+            try:
+                frame = self._answered(question.number, edit.words)
+            except WorkbenchError:
+                self.history = before
+                raise
+        return Replies([frame or self._answered(question.number, edit.words)])
+
+    def _mesh(self, question: Question) -> Replies:
+        given = question.given
+        wanted = {name: given[name] for name in ("length", "up", "forward")}
+        return self._edited(
+            question, edits.framed(self.opened, self.live, int(given["row"]), wanted)
+        )
+
+    def _floor(self, question: Question) -> Replies:
+        return self._edited(question, edits.floored(self.opened, self.live, _ray(question.given)))
+
+    def _face(self, question: Question) -> Replies:
+        given = question.given
+        edit = edits.faced(
+            self.opened, self.live, given["seat"], given["surface"], _ray(question.given)
+        )
+        return self._edited(question, edit)
+
+    def _anew(self, question: Question) -> Replies:
+        given = question.given
+        edit = edits.faced(self.opened, self.live, given["seat"], given["surface"], None)
+        return self._edited(question, edit)
+
+    def _place(self, question: Question) -> Replies:
+        given = question.given
+        kind = given["kind"]
+        more = {"grip": given["grip"], "zone": given["zone"]} if kind == "control" else {}
+        edit = edits.placed_point(
+            self.opened, self.live, kind, given["name"], more, _ray(question.given)
+        )
+        return self._edited(question, edit)
+
+    def _eye(self, question: Question) -> Replies:
+        name = question.given["seat"]
+        if name not in self.live.file.seats:
+            raise InputError(f"there is no seat {name!r} yet: pick its cushion and back")
+        eye = seated_person(self.live.file, name).eye
+        how = f"assumed: the eyes of the {person_words().split(',')[0]} seated in {name}"
+        return self._edited(question, edits.pointed(self.live, f"{name}_design_eye", eye, how))
+
+    def _figure(self, question: Question) -> Replies:
+        given = question.given
+        edit = edits.typed(self.live, given["kind"], given["name"], given["figure"], given["value"])
+        return self._edited(question, edit)
+
+    def _rename(self, question: Question) -> Replies:
+        given = question.given
+        return self._edited(
+            question, edits.renamed(self.live, given["kind"], given["name"], given["to"])
+        )
+
+    def _remove(self, question: Question) -> Replies:
+        given = question.given
+        return self._edited(question, edits.removed(self.live, given["kind"], given["name"]))
+
+    def _join(self, question: Question) -> Replies:
+        given = question.given
+        return self._edited(
+            question, parts.joined(self.opened, self.live, given["parts"], given["to"])
+        )
+
+    def _leave(self, question: Question) -> Replies:
+        return self._edited(
+            question, parts.dropped(self.opened, self.live, question.given["parts"])
+        )
+
+    def _back(self, question: Question) -> Replies:
+        given = question.given
+        edit = parts.put_back(self.opened, self.live, int(given["row"]), given["name"])
+        return self._edited(question, edit)
+
+    def _split(self, question: Question) -> Replies:
+        return self._edited(
+            question, parts.split_part(self.opened, self.live, question.given["part"])
+        )
+
+    def _rule(self, question: Question) -> Replies:
+        given = question.given
+        edit = edits.ruled(self.opened, self.live, given["part"], given["rule"], given["value"])
+        return self._edited(question, edit)
+
+    def _sit(self, question: Question) -> Replies:
+        on = bool(question.given["on"])
+        if on:
+            if not self.live.file.seats:
+                raise InputError("there is no seat yet: pick a cushion and a back")
+            for name in self.live.file.seats:
+                seated_person(self.live.file, name)
+        self.sitting = on
+        return Replies([self._answered(question.number, "")])
+
+    def _undo(self, question: Question) -> Replies:
+        self.history = self.history.undone()
+        return Replies([self._answered(question.number, "")])
+
+    def _redo(self, question: Question) -> Replies:
+        self.history = self.history.redone()
+        return Replies([self._answered(question.number, "")])
+
+    def _save(self, question: Question) -> Replies:
+        if self.read_only:
+            raise InputError("the bench was started to read only")
+        to = self._new_file(question.given["to"])
+        self.disk = save_description(
+            self.opened, self.live, self.disk, to=to or self.target, over=question.given["over"]
+        )
+        self.target = self.disk.text.path
+        self.source = self.target
+        self.warnings = self.disk.warnings
+        self.saved_content = self.live.content
+        head = {"kind": "saved", "answers": question.number, "file": self.target.name}
+        words = f"saved {self.target.name}; it loads without a fault"
+        if self.warnings:
+            words += f", with {len(self.warnings)} warnings"
+        return Replies([packed(head), self._answered(0, words)])
+
+    def _new_file(self, name: str) -> Path | None:
+        """The file of that name in the folder where this one is; None where none is given."""
+        if not name:
+            return None
+        hidden = name.startswith(".") or printable(name) != name
+        if hidden or Path(name).name != name or "\\" in name or not name.endswith(".yaml"):
+            raise InputError(f"a name such as {self.target.stem}_2.yaml is needed, got {name!r}")
+        return self.target.parent / name
+
+    def _reload(self, question: Question) -> Replies:
+        self.open()
+        return Replies([*self.greeting(), self._answered(question.number, "read again")])
+
+
+def _ray(given: Mapping[str, Any]) -> Ray:
+    """Where a picture was clicked. InputError where it was not on a part."""
+    if not given["part"] or given["start"] is None or given["way"] is None:
+        raise InputError("nothing was picked: click on a part in the picture")
+    a, b, c = given["start"]
+    x, y, z = given["way"]
+    return Ray(given["part"], (a, b, c), (x, y, z), given["far"])
+
+
+def _groups(meshes: Meshes) -> Ints:
+    """(V,) the connected piece of each vertex, or its part where the pieces are tiny."""
+    a, b, c = meshes.faces.T
+    found = component_labels(np.concatenate([a, b]), np.concatenate([b, c]), len(meshes.vertices))
+    if int(found.max(initial=0)) * LOOSE < len(meshes.faces):
+        return found
+    part = np.zeros(len(meshes.vertices), dtype=np.int64)
+    part[meshes.faces] = meshes.owner[:, None]
+    return part

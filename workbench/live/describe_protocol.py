@@ -1,0 +1,95 @@
+"""What the page may ask that describes an environment."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from workbench.files.environment_parts import MOST_PIECES
+from workbench.live.protocol import (
+    Taken,
+    Verbs,
+    is_flag,
+    is_number,
+    is_point,
+    is_text,
+    is_texts,
+    one_valid,
+)
+from workbench.study.describe.edits import AXES
+
+__all__ = ["DESCRIBE_VERBS", "GRIPS", "UNITS", "ZONES"]
+
+UNITS = ("m", "mm", "cm", "in", "ft")
+GRIPS = ("push", "pinch", "grasp", "foot")
+ZONES = (1, 2, 3)
+_KIND = Taken("seat, control or point", one_valid("seat", "control", "point"))
+_NAME = Taken("a name", is_text)
+_RAY = {
+    "part": Taken("the name of a part", is_text, needed=False),
+    "start": Taken("three numbers of metres", is_point, needed=False),
+    "way": Taken("three numbers", is_point, needed=False),
+    "far": Taken("a number of metres", is_number, 0.0, needed=False),
+}
+"""Where the picture was clicked; nothing of it where it was not on a part."""
+
+
+def _is_value(value: Any) -> bool:
+    """Whether a value is one that can be typed: a number, a text, or some numbers."""
+    numbers = isinstance(value, list) and len(value) in (2, 3) and all(map(is_number, value))
+    return is_number(value) or (isinstance(value, str) and len(value) <= MOST_PIECES) or numbers
+
+
+DESCRIBE_VERBS: Verbs = {
+    "mesh": {
+        "row": Taken(
+            "the number of a mesh from 0", lambda value: is_number(value) and value % 1 == 0
+        ),
+        "length": Taken("a unit of length", is_text, needed=False),
+        "up": Taken("an axis", one_valid(*AXES), needed=False),
+        "forward": Taken("an axis", one_valid(*AXES), needed=False),
+    },
+    "floor": _RAY,
+    "face": {
+        "seat": _NAME,
+        "surface": Taken("cushion or back", one_valid("cushion", "back")),
+        **_RAY,
+    },
+    "anew": {
+        "seat": _NAME,
+        "surface": Taken("cushion or back", one_valid("cushion", "back")),
+    },
+    "place": {
+        "kind": Taken("control or point", one_valid("control", "point")),
+        "name": Taken("a name", is_text, "", needed=False),
+        "grip": Taken("a grip", one_valid(*GRIPS), "grasp", needed=False),
+        "zone": Taken("1, 2 or 3", one_valid(*ZONES), 1, needed=False),
+        **_RAY,
+    },
+    "eye": {"seat": _NAME},
+    "figure": {
+        "kind": _KIND,
+        "name": _NAME,
+        "figure": Taken("the name of a figure", is_text),
+        "value": Taken("a number, a text, or two or three numbers", _is_value),
+    },
+    "rename": {"kind": _KIND, "name": _NAME, "to": _NAME},
+    "remove": {"kind": _KIND, "name": _NAME},
+    "join": {"parts": Taken("a list of names of parts", is_texts), "to": _NAME},
+    "leave": {"parts": Taken("a list of names of parts", is_texts)},
+    "back": {"row": Taken("the number of a mesh from 0", is_number), "name": _NAME},
+    "split": {"part": _NAME},
+    "rule": {
+        "part": _NAME,
+        "rule": Taken("hidden, see_through or solid", one_valid("hidden", "see_through", "solid")),
+        "value": Taken("true, false or auto", lambda value: is_flag(value) or value == "auto"),
+    },
+    "sit": {"on": Taken("true or false", is_flag)},
+    "undo": {},
+    "redo": {},
+    "save": {
+        "over": Taken("true or false", is_flag, False, needed=False),
+        "to": Taken("the name of a file", is_text, "", needed=False),
+    },
+    "reload": {},
+}
+"""What a page may ask, and what each verb takes."""

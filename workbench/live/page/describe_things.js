@@ -1,0 +1,148 @@
+// Seats, controls and points in numbers, each of which can be typed over.
+
+import { at, element, options } from "./elements.js";
+
+const TRAVEL = { forward: "travel forward", up: "travel up" };
+const ANGLES = { cushion_angle: "cushion, front up", back_angle: "back, aft of upright", yaw: "turned to the left" };
+
+export class Things {
+  // each: asks something of the bench.
+  constructor(each) {
+    Object.assign(this, { each, rows: new Map(), hello: null });
+  }
+
+  show(head, hello) {
+    this.hello = hello;
+    this.list("seats", "seat", head.seats, (one) => this.seat(one), "Pick a cushion and a back in the picture.");
+    this.list("controls", "control", head.controls, (one) => this.control(one), "Pick them in the picture.");
+    this.list("points", "point", head.points, (one) => this.point(one), "Design eyes, heels, balls of the feet.");
+    const names = (rows) => rows.map(({ name }) => element("option", "", { value: name }));
+    at("seat-names").replaceChildren(...names(head.seats));
+    at("control-names").replaceChildren(...names(head.controls));
+  }
+
+  // Rows by their names: one that is there is shown anew, so that the focus stays.
+  list(id, kind, things, make, none) {
+    const rows = things.map((one) => {
+      const key = `${kind} ${one.name} ${one.there ?? ""}`;
+      if (!this.rows.has(key)) this.rows.set(key, make(one));
+      const row = this.rows.get(key);
+      row.show(one);
+      return row.made;
+    });
+    const place = at(id);
+    const there = rows.length ? rows : [element("p", none, { className: "none" })];
+    if (there.length !== place.children.length || there.some((one, k) => one !== place.children[k])) place.replaceChildren(...there);
+  }
+
+  // Number fields of one figure; scale: of what is shown in what is sent.
+  fields(kind, name, figure, count, scale, step) {
+    const words = figure.replaceAll("_", " ");
+    const made = element("span", "", { className: "numbers" });
+    const inputs = Array.from({ length: count }, (_, k) => {
+      const input = element("input", "", { type: "number", step });
+      input.setAttribute("aria-label", `${name}: ${words}${count > 1 ? ` ${k + 1}` : ""}`);
+      input.onchange = () => {
+        const values = inputs.map((one) => Number((one.valueAsNumber * scale).toPrecision(12)));
+        if (values.every(Number.isFinite)) this.each("figure", { kind, name, figure, value: count > 1 ? values : values[0] });
+      };
+      made.append(input, " ");
+      return input;
+    });
+    const show = (value) => [value].flat().forEach((one, k) => (inputs[k].value = Number((one / scale).toFixed(1))));
+    return { made, show };
+  }
+
+  head(kind, name) {
+    const made = element("h3");
+    const field = element("input", "", { value: name });
+    field.setAttribute("aria-label", `name of the ${kind}`);
+    field.onchange = () => {
+      const to = field.value.trim();
+      field.value = name;
+      if (to) this.each("rename", { kind, name, to });
+    };
+    const remove = element("button", "Remove", { type: "button", className: "small" });
+    remove.onclick = () => this.each("remove", { kind, name });
+    made.append(field, remove);
+    return made;
+  }
+
+  seat({ name, there }) {
+    const made = element("div", "", { className: "seat" });
+    const head = this.head("seat", name);
+    made.append(head);
+    const picked = element("p", "", { className: "how" });
+    const doubts = element("ul", "", { className: "doubts" });
+    const fields = element("div", "", { className: "fields" });
+    made.append(picked, doubts);
+    const shows = [];
+    const field = (words, figure, count, scale, step) => {
+      const { made: numbers, show } = this.fields("seat", name, figure, count, scale, step);
+      const how = element("span", "", { className: "how" });
+      fields.append(element("span", words), numbers, how);
+      shows.push((one) => {
+        show(one[figure]);
+        how.textContent = one.how[figure] ?? "";
+        how.hidden = !how.textContent;
+      });
+    };
+    if (there) {
+      made.append(fields);
+      const eye = element("button", "Eye of a seated person", { type: "button", className: "small" });
+      eye.onclick = () => this.each("eye", { seat: name });
+      head.append(eye);
+      field("SRP x, y, z [mm]", "srp", 3, 0.001, "1");
+      for (const [figure, words] of Object.entries(ANGLES)) field(`${words} [°]`, figure, 1, 1, "0.1");
+      field("sinks into cushion [mm]", "cushion_depth", 1, 0.001, "1");
+      field("sinks into back [mm]", "back_depth", 1, 0.001, "1");
+      for (const [figure, words] of Object.entries(TRAVEL)) field(`${words} [mm]`, figure, 2, 0.001, "1");
+    }
+    const show = (one) => {
+      const faces = (count) => (count ? `${count} faces` : "not picked");
+      const parts = there ? `${one.cushion} and ${one.back}` : "not yet a seat";
+      const some = one.cushion_faces || one.back_faces;
+      picked.textContent = some ? `${parts}; cushion: ${faces(one.cushion_faces)}, back: ${faces(one.back_faces)}` : parts;
+      doubts.replaceChildren(...one.doubts.map((words) => element("li", words)));
+      shows.forEach((each) => each(one));
+    };
+    return { made, show };
+  }
+
+  control({ name }) {
+    const made = element("div", "", { className: "thing" });
+    const place = this.fields("control", name, "at", 3, 0.001, "1");
+    const grip = this.choice(name, "grip", this.hello.grips, (value) => value);
+    const zone = this.choice(name, "zone", this.hello.zones, Number);
+    const how = element("span", "", { className: "how" });
+    made.append(this.head("control", name), place.made, grip.made, zone.made, how);
+    const show = (one) => {
+      place.show(one.at);
+      grip.show(one.grip);
+      zone.show(one.zone);
+      how.textContent = [one.part && `part ${one.part}`, one.how].filter(Boolean).join("; ");
+    };
+    return { made, show };
+  }
+
+  choice(name, figure, names, value) {
+    const made = element("label", `${figure} `);
+    const select = element("select");
+    options(select, names.map(String));
+    select.onchange = () => this.each("figure", { kind: "control", name, figure, value: value(select.value) });
+    made.append(select);
+    return { made, show: (now) => (select.value = String(now)) };
+  }
+
+  point({ name }) {
+    const made = element("div", "", { className: "thing" });
+    const place = this.fields("point", name, "at", 3, 0.001, "1");
+    const how = element("span", "", { className: "how" });
+    made.append(this.head("point", name), place.made, how);
+    const show = (one) => {
+      place.show(one.at);
+      how.textContent = one.how;
+    };
+    return { made, show };
+  }
+}

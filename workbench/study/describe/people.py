@@ -1,0 +1,92 @@
+"""The person who stands beside a mesh, for scale, and who sits in its seats."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+
+from workbench.body.forward import place
+from workbench.files.body.bodies import body_path, load_body
+from workbench.files.environment_schema import EnvironmentFile
+from workbench.files.environments import seat_of
+from workbench.files.postures import load_postures, posture_path, posture_pose
+from workbench.model.arrays import Floats
+from workbench.model.body import Body
+from workbench.model.poses import Placed, Poses
+from workbench.posture.seating.seat import seat
+
+__all__ = ["PERSON", "SeatedPerson", "person_words", "seated_person", "standing_person"]
+
+PERSON = "adult_male"
+ASIDE = 0.6
+"""How far [m] beside the mesh the person stands."""
+
+
+@cache
+def _person() -> Body:
+    return load_body(PERSON)
+
+
+@cache
+def _posture(name: str) -> Poses:
+    path = posture_path(body_path(PERSON))
+    assert path is not None
+    return posture_pose(_person(), load_postures(path, _person())[0], name)
+
+
+def standing_person(bounds: Floats) -> Placed:
+    """Stand a person beside a mesh, looking forward.
+
+    Parameters
+    ----------
+    bounds
+        (2, 3) [m] of the mesh. The person stands at its foot, to the right of its front, where the
+        corner view hides nothing.
+    """
+    poses = _posture("standing")
+    low, high = bounds
+    return _shifted(poses, np.array([high[0], low[1] - ASIDE]), float(low[2]))
+
+
+def _shifted(poses: Poses, at: Floats, ground: float) -> Placed:
+    """The person with the middle over a place (2,) [m] and the soles on the ground [m]."""
+    placed = place(_person(), poses)
+    radius = _person().radius[0]
+    centres = placed.centres[0]
+    world = poses.world_from_reference.copy()
+    world[0, :2, 3] += at - centres[:, :2].mean(axis=0)
+    world[0, 2, 3] += ground - (centres[:, 2] - radius).min()
+    return place(_person(), Poses(poses.rotations, poses.reference, world))
+
+
+def person_words() -> str:
+    """Who stands there, with the stature."""
+    placed = place(_person(), _posture("standing"))
+    z = placed.centres[0, :, 2]
+    radius = _person().radius[0]
+    high = float((z + radius).max() - (z - radius).min())
+    return f"{PERSON.replace('_', ' ')}, {high:.2f} m tall"
+
+
+class SeatedPerson:
+    """A person in a seat: where all spheres are, and the middle (3,) [m] between the eyes."""
+
+    def __init__(self, placed: Placed, eye: Floats) -> None:
+        self.placed = placed
+        self.eye = eye
+
+
+def seated_person(file: EnvironmentFile, name: str) -> SeatedPerson:
+    """Seat the person in a seat where it stands at rest, hands in the lap.
+
+    Parameters
+    ----------
+    file
+        What an environment's file says.
+    name
+        Of one of its seats.
+    """
+    poses = _posture("hands_in_lap")
+    seated = seat(_person(), poses, seat_of(name, file.seats[name], ()))
+    return SeatedPerson(place(_person(), seated.poses), seated.eye[0])

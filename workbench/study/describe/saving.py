@@ -1,0 +1,175 @@
+"""A description saved as an environment's file: written anew, or spliced into the text that is
+there."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from workbench.errors import InputError
+from workbench.files.environments import load_environment
+from workbench.files.output_file import write_errors, write_file
+from workbench.files.study.saving import StudyText, written_beside
+from workbench.files.yaml_changes import changed_text, yaml_text
+from workbench.files.yaml_edits import Key
+from workbench.files.yaml_text import parse_yaml
+from workbench.study.describe.state import Description, OpenPlace
+
+__all__ = ["ForeignFileError", "SavedPlace", "description_text", "save_description"]
+
+ORDER = (
+    "environment",
+    "description",
+    "source",
+    "licence",
+    "length",
+    "meshes",
+    "parts",
+    "seats",
+    "points",
+    "controls",
+    "adjustments",
+)
+BESIDE = (".gltf",)
+"""Meshes that are made of several files, which are not copied."""
+
+
+class ForeignFileError(InputError):
+    """A file is in the way that was not made here, or has changed since."""
+
+
+@dataclass(frozen=True, eq=False)
+class SavedPlace:
+    """A file as it was read or written: its text and what it says, and the warnings of what loads
+    it."""
+
+    text: StudyText
+    says: Mapping[str, Any]
+    warnings: tuple[str, ...] = ()
+
+
+def description_text(description: Description, before: SavedPlace | None) -> str:
+    """Return the text that says what a description says.
+
+    Parameters
+    ----------
+    before
+        A file whose comments, order and style stay, as far as it says the same; None for none.
+
+    Raises
+    ------
+    InputError
+        If the text cannot be changed so that it says this.
+    """
+    if before is None:
+        known = [key for key in ORDER if description.says.get(key)]
+        says = {key: description.says[key] for key in known}
+        text = yaml_text(says, description.why, _in_block)
+    else:
+        mark = "\ufeff" if before.text.text.startswith("\ufeff") else ""
+        body = before.text.text[len(mark) :]
+        says = description.says
+        text = mark + changed_text(body, before.says, says, notes=description.why, block=_in_block)
+    found = parse_yaml(text.removeprefix("\ufeff"), "environment").value
+    if json.dumps(found, sort_keys=True) != json.dumps(_plain(says), sort_keys=True):
+        raise InputError(
+            "the file's text cannot be changed so that its comments stay: save under another name"
+        )
+    return text
+
+
+def _plain(says: Any) -> Any:
+    """Values as they come back from a text: whole numbers without a point."""
+    if isinstance(says, Mapping):
+        return {key: _plain(value) for key, value in says.items()}
+    if isinstance(says, (list, tuple)):
+        return [_plain(value) for value in says]
+    if isinstance(says, float) and says.is_integer():
+        return int(says)
+    return says
+
+
+def _in_block(key: Key) -> bool:
+    """Whether a mapping or list is written line by line."""
+    if key[0] == "meshes":
+        return len(key) <= 2 or (len(key) == 3 and key[2] == "join")
+    return len(key) == 1 or (len(key) == 2 and key[0] in ("seats", "adjustments"))
+
+
+def save_description(
+    opened: OpenPlace,
+    description: Description,
+    before: SavedPlace | None,
+    *,
+    to: Path | None = None,
+    over: bool = False,
+) -> SavedPlace:
+    """Save a description, after the new text was read and found to be an environment.
+
+    Parameters
+    ----------
+    before
+        The file as it was opened or saved last, None where there is none yet.
+    to
+        Another file, whose text is the same; where the place was opened from, or is to be, if None.
+    over
+        Whether a file is replaced that was not made here or has changed since. The meshes are
+        copied where the file is to be in another folder.
+
+    Raises
+    ------
+    ForeignFileError
+        If there is such a file.
+    InputError
+        If the folder cannot be written, the text says something else, or does not load; then
+        nothing has changed.
+    """
+    path = (opened.target if to is None else to).absolute()
+    with write_errors(path):
+        same = before is not None and before.text.path == path.resolve()
+        if path.exists() and not over:
+            if not same:
+                raise ForeignFileError(f"{path.name} is there already, and was not made here")
+            assert before is not None
+            if before.text.changed_on_disk():
+                raise ForeignFileError(f"{path.name} has changed on the disk since it was opened")
+        data = description_text(description, before).encode()
+        path.parent.mkdir(parents=True, exist_ok=True)
+        _copy_meshes(opened, description, path.parent, over=over)
+        partial = written_beside(path, data)
+        try:
+            try:
+                environment = load_environment(partial)
+            except InputError as error:
+                lines = [problem.replace(str(partial), path.name) for problem in error.problems]
+                raise InputError(lines) from None
+            if path.exists():
+                partial.chmod(path.stat().st_mode & 0o777)
+            else:
+                partial.chmod(0o644)
+            partial.replace(path)
+        finally:
+            partial.unlink(missing_ok=True)
+    return SavedPlace(StudyText(path, data), description.says, environment.warnings)
+
+
+def _copy_meshes(opened: OpenPlace, description: Description, folder: Path, *, over: bool) -> None:
+    """Copy the meshes beside an environment that is in another folder than they are."""
+    if folder.resolve() == opened.folder.resolve():
+        return
+    for mesh in description.says["meshes"]:
+        source = opened.folder / mesh["file"]
+        copy = folder / mesh["file"]
+        if copy.exists() and copy.read_bytes() == source.read_bytes():
+            continue
+        if source.suffix.lower() in BESIDE:
+            raise InputError(
+                f"{source.name} is made of several files: save beside it, or move them yourself"
+            )
+        if copy.exists() and not over:
+            raise ForeignFileError(f"{copy.name} is there already, and is another mesh")
+        copy.parent.mkdir(parents=True, exist_ok=True)
+        write_file(copy, source.read_bytes())

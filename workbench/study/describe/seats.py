@@ -1,0 +1,168 @@
+"""The figures of a seat from the planes of its cushion and its back.
+
+The two planes meet in a line. The seat reference point is where this line crosses the middle of the
+cushion; the seat looks along the level direction square to the line, from the back over the
+cushion. Angles are those of the planes in the upright plane of that direction: of the cushion above
+the level, front edge up; of the back from the vertical, aft. These are the definitions of
+`workbench.model.environment.Seat`, whose planes are level across the seat.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from workbench.errors import InputError
+from workbench.model.arrays import Floats
+from workbench.study.describe.planes import PlaneFit, fitted_plane
+
+__all__ = ["SeatFigures", "seat_figures"]
+
+PARALLEL = math.radians(20.0)
+"""Planes at a smaller angle [rad] to each other meet nowhere in particular."""
+ROLLED = math.radians(15.0)
+"""A line of cushion and back that slopes more [rad] across the seat is none of a seat."""
+STRAIGHT = math.radians(2.0)
+"""A seat that is turned less [rad] from straight ahead, back or aside is straight: planes of curved
+cushions are not known better."""
+STEEP = math.radians(50.0)
+"""A cushion that slopes more [rad] is a back."""
+LYING = math.radians(75.0)
+"""A back farther [rad] from the vertical is a cushion."""
+UNEVEN = 0.015
+"""A surface whose faces are farther [m] from their plane, in the root mean square, is no plane."""
+AWAY = 0.4
+"""A seat reference point that is farther [m] from what was picked of the cushion is odd."""
+
+
+@dataclass(frozen=True, eq=False)
+class SeatFigures:
+    """A seat as its faces give it.
+
+    Parameters
+    ----------
+    srp
+        (3,) [m] seat reference point.
+    cushion_angle, back_angle, yaw
+        [rad] as of `workbench.model.environment.Seat`.
+    cushion, back
+        The planes.
+    doubts
+        Sentences about what is odd.
+    """
+
+    srp: Floats
+    cushion_angle: float
+    back_angle: float
+    yaw: float
+    cushion: PlaneFit
+    back: PlaneFit
+    doubts: tuple[str, ...]
+
+
+def seat_figures(cushion: Floats, back: Floats) -> SeatFigures:
+    """Compute the figures of a seat.
+
+    Parameters
+    ----------
+    cushion, back
+        (T, 3, 3) [m] faces of each in the world, z up.
+
+    Raises
+    ------
+    InputError
+        If the planes are parallel, exchanged, or no seat's.
+    """
+    lap = fitted_plane(cushion)
+    lean = fitted_plane(back)
+    line = np.cross(lap.normal, lean.normal)
+    size = float(np.linalg.norm(line))
+    if size < math.sin(PARALLEL):
+        degrees = math.degrees(math.asin(min(size, 1.0)))
+        raise InputError(
+            f"cushion and back are parallel, {degrees:.0f} degrees apart: pick faces of both"
+        )
+    line = line / size
+    slope = math.asin(min(abs(float(line[2])), 1.0))
+    if slope > ROLLED:
+        raise InputError(
+            f"the line of cushion and back slopes {math.degrees(slope):.0f} degrees across the "
+            f"seat: are up and forward right?"
+        )
+    yaw, turned = _heading(line, lap, lean)
+    ahead = np.array([math.cos(yaw), math.sin(yaw), 0.0])
+    above = np.array([0.0, 0.0, 1.0])
+    aside = np.cross(above, ahead)
+    cushion_angle = math.atan2(-float(lap.normal @ ahead), float(lap.normal[2]))
+    cushion_angle = _half_turn(cushion_angle)
+    back_angle = _half_turn(math.atan2(float(lean.normal[2]), float(lean.normal @ ahead)))
+    _check_angles(cushion_angle, back_angle)
+    across = (cushion @ aside).reshape(-1)
+    middle = 0.5 * (across.min() + across.max()) * aside
+    planes = np.array([[n @ ahead, n @ above] for n in (lap.normal, lean.normal)])
+    offsets = [plane.normal @ (plane.centre - middle) for plane in (lap, lean)]
+    along, up = np.linalg.solve(planes, offsets)
+    srp = middle + along * ahead + up * above
+    away = float(np.linalg.norm(cushion.reshape(-1, 3) - srp, axis=1).min())
+    doubts = _doubts(lap, lean, turned, away)
+    return SeatFigures(srp, cushion_angle, back_angle, yaw, lap, lean, doubts)
+
+
+def _heading(line: Floats, lap: PlaneFit, lean: PlaneFit) -> tuple[float, float]:
+    """Yaw [rad] of a seat, straight where it nearly is, and by how much it was turned to that."""
+    level = np.array([line[1], -line[0], 0.0]) / np.hypot(line[0], line[1])
+    # a point of the line beside the cushion, by the two planes and the one square to the line
+    ways = np.stack([lap.normal, lean.normal, line])
+    met = np.linalg.solve(
+        ways, [lap.normal @ lap.centre, lean.normal @ lean.centre, line @ lap.centre]
+    )
+    if (lap.centre - met) @ level < 0.0:
+        level = -level
+    yaw = math.atan2(float(level[1]), float(level[0]))
+    quarter = round(yaw / (0.5 * math.pi)) * 0.5 * math.pi
+    if abs(yaw - quarter) > STRAIGHT:
+        return yaw, 0.0
+    straight = math.pi if abs(quarter + math.pi) < 1e-9 else quarter
+    return straight, abs(yaw - quarter)
+
+
+def _half_turn(angle: float) -> float:
+    """An angle of a line [rad], which may be turned by half a turn, between -pi/2 and pi/2."""
+    return (angle + 0.5 * math.pi) % math.pi - 0.5 * math.pi
+
+
+def _check_angles(cushion: float, back: float) -> None:
+    """InputError where a cushion is too steep or a back lies."""
+    if abs(cushion) > STEEP or abs(back) > LYING:
+        raise InputError(
+            f"the cushion slopes {math.degrees(cushion):.0f} degrees and the back leans "
+            f"{math.degrees(back):.0f} degrees from the vertical: were they exchanged, or is up "
+            f"another axis?"
+        )
+    if back < -0.25 * math.pi:
+        raise InputError(
+            f"the back leans {math.degrees(-back):.0f} degrees forward: pick its front side"
+        )
+
+
+def _doubts(lap: PlaneFit, lean: PlaneFit, turned: float, away: float) -> tuple[str, ...]:
+    found = []
+    if away > AWAY:
+        found.append(
+            f"the seat reference point is {1e3 * away:.0f} mm away from the cushion: is this its "
+            f"back?"
+        )
+    for name, plane in (("cushion", lap), ("back", lean)):
+        if plane.off > UNEVEN:
+            found.append(
+                f"the faces of the {name} are {1e3 * plane.off:.0f} mm from their plane in the "
+                f"mean: pick fewer"
+            )
+    if turned > math.radians(0.05):
+        found.append(
+            f"by its planes the seat is turned {math.degrees(turned):.1f} degrees; it is taken as "
+            f"straight"
+        )
+    return tuple(found)
