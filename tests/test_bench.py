@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import errno
+import os
 import shutil
 
 import numpy as np
@@ -11,6 +13,7 @@ from hypothesis import strategies as st
 
 import workbench as wb
 from tests.conftest import ROOT
+from tests.killed import killed_before
 from workbench.body.parts import moved
 from workbench.contact.arranged import (
     Arranged,
@@ -392,6 +395,46 @@ def test_a_file_that_changed_meanwhile_is_not_written_over(trainer, placement, t
     assert b"by an editor" not in saved.data and saved.data == path.read_bytes()
     with pytest.raises(InputError, match="is there already"):
         save(trainer, text, state, to=path)
+
+
+def test_killed_at_any_step_of_saving_the_old_study_is_whole_or_the_new_one(
+    trainer, placement, tmp_path
+):
+    path = tmp_path / "a.yaml"
+    shutil.copy(ROOT / "studies" / "trainer_clearance.yaml", path)
+    text = read_text(path)
+    state = turned(placement, "pilot", "RE", 0, 60.0).arrangement
+    new = save(trainer, text, state, to=tmp_path / "b.yaml").data
+    seen = set()
+    for number in range(1, 20):
+        path.write_bytes(text.data)
+        killed = killed_before(number, tmp_path, lambda: save(trainer, text, state))
+        seen.add(path.read_bytes() == new)
+        assert path.read_bytes() in (text.data, new)
+        if not killed:
+            break
+    assert not killed and seen == {False, True}
+    path.write_bytes(text.data)
+    save(trainer, text, state)  # what was left is written over
+    assert sorted(one.name for one in tmp_path.iterdir()) == ["a.yaml", "b.yaml"]
+
+
+def test_a_full_disk_leaves_the_study_and_the_state_as_they_were(
+    trainer, placement, tmp_path, monkeypatch
+):
+    path = tmp_path / "a.yaml"
+    shutil.copy(ROOT / "studies" / "trainer_clearance.yaml", path)
+    text = read_text(path)
+
+    def full(file):
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(os, "fsync", full)
+    state = turned(placement, "pilot", "RE", 0, 60.0).arrangement
+    with pytest.raises(InputError, match=r"a\.yaml: cannot be written \(No space left on device\)"):
+        save(trainer, text, state)
+    assert [one.name for one in tmp_path.iterdir()] == ["a.yaml"]
+    assert path.read_bytes() == text.data
 
 
 def test_a_predicted_posture_becomes_a_given_one_in_its_seat(tmp_path):

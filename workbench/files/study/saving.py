@@ -4,7 +4,6 @@ should."""
 from __future__ import annotations
 
 import os
-import tempfile
 from collections.abc import Callable
 from hashlib import sha256
 from pathlib import Path
@@ -111,16 +110,17 @@ def save_text(
 
 
 def written_beside(path: Path, data: bytes) -> Path:
-    """A hidden file beside a path that holds some bytes."""
-    with tempfile.NamedTemporaryFile(
-        dir=path.parent, prefix=f".{path.stem}-", suffix=".yaml", delete=False
-    ) as file:
-        name = Path(file.name)
-        try:
+    """A hidden file beside a path that holds some bytes.
+
+    Its name is always the same: what a process that was killed left behind is written over.
+    """
+    name = path.with_name(f".workbench-saving-{path.stem}.yaml")
+    try:
+        with name.open("wb") as file:
             file.write(data)
             file.flush()
             os.fsync(file.fileno())
-        except OSError:
-            name.unlink(missing_ok=True)
-            raise
+    except OSError:
+        name.unlink(missing_ok=True)
+        raise
     return name
