@@ -11,6 +11,7 @@ import { boundsOf, decode, unpack } from "./view/wire.js";
 import { rangesOf } from "./page/grips.js";
 import { frameAt, path, worstOf } from "./view/film.js";
 import { coloured, setFrame } from "./view/wire.js";
+import { isOf, stateAt, stripes, wipeWords } from "./view/wipe.js";
 import { veilOf } from "./page/envelope.js";
 import { across, fieldWords } from "./page/eye.js";
 import { components, dimensionLines, thingOf } from "./page/measure.js";
@@ -194,4 +195,14 @@ test("each face of an envelope has its own colour", () => {
   assert.deepEqual([...veil.part], [0, 0, 0, 1, 1, 1, 0, 0]);
   assert.deepEqual([...veil.edges], [6, 7]);
   assert.notDeepEqual(veil.looks[0], veilOf(found, true).looks[0]);
+});
+
+test("two states share a picture without a gap, and what is of no state is in both", () => {
+  assert.deepEqual(stripes(0.25, 201), [{ state: 0, from: 0, to: 50 }, { state: 1, from: 50, to: 201 }]);
+  assert.deepEqual(stripes(0, 200), [{ state: 1, from: 0, to: 200 }]);
+  assert.deepEqual(stripes(1, 200), [{ state: 0, from: 0, to: 200 }]);
+  assert.deepEqual([0.2, 0.3].map((across) => stateAt(0.25, across)), [0, 1]);
+  assert.deepEqual([{}, { state: 0 }, { state: 1 }].map((thing) => isOf(thing, 1)), [true, false, true]);
+  assert.deepEqual([0, 0.4, 1].map((wipe) => wipeWords(["old", "new"], wipe)),
+    ["new alone", "old to the left of 40 %, new to the right", "old alone"]);
 });

@@ -15,15 +15,17 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import workbench as wb
-from tests.accommodations import made, result_of, trainer_people
+from tests.accommodations import made, result_of, shown_of, trainer_people
 from tests.conftest import ROOT
 from tests.test_accommodation_page import FLAPS, KNEE, parsed, text_of
 from workbench import InputError, compare
 from workbench.body.people.paired import paired_share
 from workbench.body.people.share import share_of
 from workbench.cli import main
+from workbench.draw.web.packing import Packing
 from workbench.model.comparison import Judged
 from workbench.report.comparison.page import comparison_tables, write_comparison
+from workbench.report.comparison.picture import ChangedPerson, changed_picture, person_to_show
 from workbench.report.comparison.words import change_sentence, comparison_headline
 from workbench.report.folder import write_report
 from workbench.study.accommodation.compare import judged
@@ -328,3 +330,17 @@ def test_the_document_s_block_prints_what_it_says(capsys):
     text = (ROOT / "docs" / "comparison.md").read_text()
     exec(compile(re.search(r"```python\n(.*?)```", text, re.S)[1], "comparison.md", "exec"), {})
     assert capsys.readouterr().out.strip() == re.search(r"```text\n(.*?)\n```", text, re.S)[1]
+
+
+def test_who_gains_is_shown_in_both_designs_with_what_is_short_and_to_spare(before, after):
+    found = compare(before, after)
+    assert person_to_show(found) == (1, "reach flaps")
+    one = shown_of(wb.load_body("bubbleman"), 1, 0, before.population.requirements)
+    packing = Packing()
+    html = changed_picture(found, ChangedPerson(1, one, one), packing)
+    (view,) = packing.views
+    assert view["states"] == ["before", "after"]
+    marks = [(mark["text"], mark["failing"], mark["state"]) for mark in view["marks"]]
+    assert marks == [("20 mm short", True, 0), ("1 mm to spare", False, 1)]
+    assert "was 20 mm short, 1 mm to spare now" in html
+    assert html.count("data:image/png") == 2

@@ -19,6 +19,8 @@ from workbench.model.posing import compose, motion_of
 from workbench.motion.recorded.tracks import poses_from_track
 from workbench.report.motions.movement import movement_sentences
 from workbench.report.motions.turning import Turning
+from workbench.report.page import page as report_page
+from workbench.report.result_rows import result_file
 
 BODY = load_body("bubbleman")
 PLATE = (
@@ -146,6 +148,11 @@ def test_a_motion_compared_with_itself_moved_is_as_far_as_it_was_moved(drop):
     assert [round(1000 * a.rms, 3) for a in result.agreements] == [50.0] * (
         len(BODY.segments) + len(BODY.joints)
     )
+    page = report_page(result, result_file(result))
+    start = page.index('<div class="still pair">')
+    both = page[start : page.index('class="said"', start)]
+    assert "the fall: occupant at 70.0 ms" in both and "actual: occupant at 70.0 ms" in both
+    assert both.count('src="data:image/png') == 2
 
 
 def test_a_motion_with_a_wrong_number_of_frames_is_read_where_the_study_says_as_read(drop):

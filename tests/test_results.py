@@ -293,7 +293,7 @@ def test_every_picture_says_what_it_shows(page, data):
     assert len(close) == len(failed) > 0
     pictures = [attrs for attrs in pictures if attrs not in close]
     drawings = [attrs for tag, attrs in read.tags if tag == "svg"]
-    assert len(pictures) == 4 * len(data["cases"])
+    assert len(pictures) == 4 * len(data["cases"]) + 2  # both cases side by side
     assert len(drawings) <= len(data["cases"])  # one where something is near
     assert len({attrs["alt"] for attrs in pictures}) == len(pictures)
     assert all(attrs["alt"].startswith(tuple(data["cases"])) for attrs in pictures)

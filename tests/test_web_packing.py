@@ -21,9 +21,11 @@ import workbench as wb
 from tests.conftest import ROOT
 from tests.web_page import node
 from workbench.draw.scene import Mark, Scene, SceneBody
+from workbench.draw.web.compared_view import compared_view
 from workbench.draw.web.packing import FINE, TENTH, Packing
 from workbench.draw.web.snippet import MODULES, policy, script, standalone, style
 from workbench.draw.web.views import WebBody, WebView, body_view, scene_view
+from workbench.model.moves import Move, displaced
 
 WEB = ROOT / "workbench" / "draw" / "web"
 MOST_BYTES = 25_000
@@ -58,6 +60,35 @@ def unpacked(packing):
         arrays.append(values)
     assert at == len(whole)
     return header, arrays
+
+
+def test_two_states_hold_once_what_is_alike_and_name_what_is_not(arm_view, box_cab):
+    moved = displaced(box_cab, [Move(("wall",), (), (0.0, 0.1, 0.0))])
+    after = replace(arm_view, environment=moved)
+    view = compared_view(arm_view, after, names=("old", "new"), title="a wall moved")
+    packing = Packing()
+    packing.add(view)
+    header, arrays = unpacked(packing)
+    shown = header["views"][0]
+    parts = {part["name"]: part.get("state") for part in shown["place"]["parts"]}
+    assert parts == {"floor": None, "wall, new": 1, "post": None, "wall, old": 0}
+    assert [body["name"] for body in shown["bodies"]] == ["anna"]
+    assert "state" not in shown["bodies"][0]
+    assert shown["states"] == ["old", "new"]
+    corners = arrays[shown["place"]["vertices"]]
+    part = arrays[shown["place"]["part"]].ravel()
+    names = list(parts)
+    new, old = (corners[part == names.index(name)] for name in ("wall, new", "wall, old"))
+    assert new - old == pytest.approx(np.tile([0.0, 0.1, 0.0], (len(old), 1)), abs=TENTH)
+    triangles = arrays[shown["place"]["triangles"]].astype(int)
+    assert len(triangles) == 4 * len(box_cab.triangles)
+    assert (part[triangles].reshape(-1, 3) == part[triangles].reshape(-1, 3)[:, :1]).all()
+
+
+def test_two_motions_of_different_times_are_not_one_picture(arm_view):
+    later = replace(arm_view, times=(0.0, 0.1))
+    with pytest.raises(wb.InputError, match="at the same times"):
+        compared_view(arm_view, later, names=("old", "new"), title="an arm")
 
 
 def test_what_is_packed_comes_out_to_half_a_step(arm_view, box_cab):

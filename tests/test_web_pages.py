@@ -10,7 +10,9 @@ import pytest
 import workbench as wb
 from tests.one_arm_cab import STUDY, write_cab
 from tests.web_page import launched, opened, pixels, started
-from workbench.draw.web.snippet import standalone
+from workbench.draw.web.compared_view import compared_view
+from workbench.draw.web.packing import Packing
+from workbench.draw.web.snippet import pair_html, place_html, scripts_html, standalone, style
 from workbench.draw.web.views import WebMark, WebView, body_view
 from workbench.report.page import page as report_page
 from workbench.report.result_rows import result_file
@@ -227,9 +229,6 @@ def test_a_printed_page_shows_the_still_pictures(chromium, report):
 
 
 def test_a_report_of_many_views_keeps_few_contexts(chromium, view, tmp_path):
-    from workbench.draw.web.packing import Packing
-    from workbench.draw.web.snippet import place_html, scripts_html
-
     packing = Packing()
     places = [
         place_html(packing.add(replace(view, title=str(k))), still="", alt=str(k)) for k in range(9)
@@ -310,3 +309,35 @@ def test_a_ghost_lets_through_what_is_behind_it(chromium, view, tmp_path):
             colour = np.asarray(pixels(page, PICTURE), dtype=np.int64)
             shown.append(int(np.sum(np.abs(colour - PAPER))))
     assert 0.3 * shown[0] < shown[1] < 0.8 * shown[0]
+
+
+def test_a_slider_wipes_between_two_states_and_paper_shows_both(chromium, view, tmp_path):
+    plain = replace(view.bodies[0], failing=())
+    red = replace(plain, failing=tuple(range(len(plain.radius))))
+    marks = (WebMark((0.0, 0.0, 0.1), "after", failing=True),)
+    states = (WebView("arm", (plain,)), WebView("arm", (red,), marks=marks))
+    packing = Packing()
+    index = packing.add(compared_view(*states, names=("old", "new"), title="an arm"))
+    dot = "data:image/gif;base64,R0lGODlhAQABAAAAACwAAAAAAQABAAA="
+    place = pair_html(index, stills=(dot, dot), names=("old", "new"), alt="arm", caption="")
+    path = tmp_path / "pair.html"
+    path.write_text(f"<!doctype html><style>{style()}</style><body>{place}{scripts_html(packing)}")
+    with opened(chromium, path) as page:
+        slider = page.get_by_role("slider", name="wipe between old and new")
+        shares = []
+        for key in ("", "End", "Home"):
+            if key:
+                slider.press(key)
+            shares.append(count(pixels(page, PICTURE), red=True))
+        assert shares[1] == 0 and shares[2] > 300
+        assert 0.1 * shares[2] < shares[0] < 0.9 * shares[2]
+        assert slider.get_attribute("aria-valuetext") == "new alone"
+        assert page.locator(".over span.bad").is_visible()
+        page.get_by_role("button", name="old alone").click()
+        assert slider.input_value() == "100"
+        page.wait_for_timeout(200)
+        assert not page.locator(".over span.bad").is_visible()
+        page.emulate_media(media="print")
+        boxes = [image.bounding_box() for image in page.locator(".pair img").all()]
+        assert boxes[0]["y"] == boxes[1]["y"] and boxes[0]["x"] < boxes[1]["x"]
+        assert page.faults == []

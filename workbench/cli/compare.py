@@ -15,13 +15,14 @@ from workbench.cli.progress import Progress, emit, tell
 if TYPE_CHECKING:
     from workbench.files.results.comparison import ComparisonFile
     from workbench.files.results.result import ResultFile
-    from workbench.model.comparison import Judged
+    from workbench.model.comparison import Comparison, Judged
+    from workbench.model.population_found import PopulationFound
     from workbench.model.study import Study
+    from workbench.report.comparison.picture import ChangedPerson
 
 __all__ = ["compare"]
 
 Json = Annotated[bool, Parameter(name="--json", negative="", help="print data as JSON on stdout")]
-Given = tuple["Judged", dict[str, str]]
 Say = Callable[[str], None]
 
 
@@ -49,11 +50,12 @@ def compare(before: str, after: str, *, out: Path | None = None, as_json: Json =
         sides = [_side(source, say) for source in (before, after)]
         folder = out or Path("out") / "_and_".join(side.name for side in sides)
         check_folder(folder, holds="comparison")  # again, now that all inputs are known
-        (one, first), (two, second) = (_judged(side, say) for side in sides)
-        found = compared(one, two)
+        one, two = (_judged(side, say) for side in sides)
+        found = compared(one.judged, two.judged)
         say("writing the page")
-        made = {"before": first, "after": second}
-        rows = write_comparison(found, folder, provenance=made, tell=kept.append)
+        made = {"before": one.inputs, "after": two.inputs}
+        seen = _seen(found, one.people, two.people)
+        rows = write_comparison(found, folder, provenance=made, seen=seen, tell=kept.append)
     for line in kept:
         tell(f"warning: {line}")
     for when, names in (("before", rows.only_before), ("after", rows.only_after)):
@@ -104,15 +106,40 @@ def _side(source: str, say: Say) -> _Side:
     return _Side(loaded.name, loaded)
 
 
-def _judged(side: _Side, say: Say) -> Given:
-    """What a side says of its people, and the hashes of what it was made from; a study is run
-    now."""
+class _Given(NamedTuple):
+    """What a side says of its people, and the hashes of what it was made from."""
+
+    judged: Judged
+    inputs: dict[str, str]
+    people: PopulationFound | None = None
+    """What was found of them where the study was run now."""
+
+
+def _seen(
+    found: Comparison, before: PopulationFound | None, after: PopulationFound | None
+) -> ChangedPerson | None:
+    """Somebody who gains or loses in both designs; None unless both studies were run now."""
+    from workbench.report.comparison.picture import ChangedPerson, person_to_show
+    from workbench.study.accommodation.accommodation import person_shown
+
+    wanted = person_to_show(found)
+    if wanted is None or before is None or after is None:
+        return None
+    row, name = wanted
+    one = person_shown(before, row, name)
+    two = person_shown(after, row, name)
+    return None if one is None or two is None else ChangedPerson(row, one, two)
+
+
+def _judged(side: _Side, say: Say) -> _Given:
+    """What a side says of its people; a study is run now."""
     from workbench.files.results.result import ResultFile
     from workbench.study.accommodation.compare import judged, judged_file
     from workbench.study.run import run
 
     if isinstance(side.source, ResultFile):
-        return judged_file(side.source), side.source.provenance.get("inputs", {})
+        return _Given(judged_file(side.source), side.source.provenance.get("inputs", {}))
     say(f"measuring {side.name}")
     result = run(side.source, say=say)
-    return judged(result), dict(result.provenance.get("inputs", {}))
+    inputs = dict(result.provenance.get("inputs", {}))
+    return _Given(judged(result), inputs, result.population)

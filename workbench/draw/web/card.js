@@ -1,11 +1,11 @@
 // What lives on the graphics card: programs, buffers and how a frame is painted with them.
 // All of it can be made again from the arrays of the scene, as after the loss of a context.
 
-import { inView, program } from "./programs.js";
+import { inView, lineNumbers, looksOf, program } from "./programs.js";
 import { LINE, MARK, MESH, SPHERE } from "./shaders.js";
+import { isOf, stripes } from "./wipe.js";
 
 const VEIL = 0.42; // opacity of walls that stand before a body
-const GLASS = 0.22;
 
 export class Card {
   constructor(gl, scene) {
@@ -27,9 +27,9 @@ export class Card {
       const { vertices, part, triangles, edges } = scene.place;
       this.faces = this.buildMesh(vertices, part, triangles);
       this.lines = this.buildMesh(vertices, part, edges);
-      this.parts = gl.createTexture();
+      this.parts = [0, 1].slice(0, scene.states ? 2 : 1).map(() => gl.createTexture());
     }
-    this.marks = { vao: gl.createVertexArray(), buffer: gl.createBuffer(), count: 0 };
+    this.marks = { vao: gl.createVertexArray(), buffer: gl.createBuffer(), lines: [] };
     gl.bindVertexArray(this.marks.vao);
     gl.bindBuffer(gl.ARRAY_BUFFER, this.marks.buffer);
     for (let k = 0; k < 3; k++) {
@@ -37,7 +37,7 @@ export class Card {
       gl.vertexAttribPointer(k, 3, gl.FLOAT, false, 36, 12 * k);
       gl.vertexAttribDivisor(k, 1);
     }
-    this.framed = this.veil = null;
+    this.veil = null;
   }
 
   attribute(place, array, size, type, { normal = false, each = 0, whole = false } = {}) {
@@ -76,16 +76,12 @@ export class Card {
 
   // Colours, opacity and displacement of the parts, after one was hidden or the theme changed.
   setParts(shown, dim) {
-    const { gl, scene } = this;
-    if (!scene.place) return;
-    const { parts } = scene.place;
-    const looks = new Float32Array(8 * parts.length);
-    parts.forEach((part, k) => {
-      const colour = part.colour.map((c) => (c / 255) * dim);
-      const opacity = !shown.part(k) ? 0 : part.glass ? GLASS : 1;
-      looks.set([...colour, opacity, ...(part.shift || [0, 0, 0]), 0], 8 * k);
+    const { parts } = this.scene.place ?? {};
+    if (!parts) return;
+    this.parts.forEach((texture, state) => {
+      const isShown = (k) => shown.part(k) && isOf(parts[k], state);
+      this.setLooks(texture, looksOf(parts, isShown, dim));
     });
-    this.setLooks(this.parts, looks);
   }
 
   // Eight numbers a part: colour and opacity, displacement.
@@ -109,8 +105,20 @@ export class Card {
     this.veil = { faces, lines, looks, ink };
   }
 
-  // One frame as a viewer has it: camera, section, theme, what is shown.
+  // One frame as a viewer has it: camera, section, theme, what is shown; of two states each in its stripe.
   paint(viewer) {
+    const { gl } = this;
+    const { width, height } = viewer.canvas;
+    if (!this.scene.states) return this.paintState(viewer, 0);
+    gl.enable(gl.SCISSOR_TEST);
+    for (const { state, from, to } of stripes(viewer.wipe, width)) {
+      gl.scissor(from, 0, to - from, height);
+      this.paintState(viewer, state);
+    }
+    gl.disable(gl.SCISSOR_TEST);
+  }
+
+  paintState(viewer, state) {
     const { gl, scene } = this;
     const { width, height } = viewer.canvas;
     const matrices = viewer.camera.matrices();
@@ -121,7 +129,7 @@ export class Card {
       gl.uniformMatrix4fv(at.view, false, matrices.view);
       gl.uniformMatrix4fv(at.proj, false, matrices.proj);
       if (at.section) gl.uniform4fv(at.section, plane);
-      if (at.parts) gl.bindTexture(gl.TEXTURE_2D, this.parts);
+      if (at.parts) gl.bindTexture(gl.TEXTURE_2D, this.parts[state]);
       return at;
     };
     gl.viewport(0, 0, width, height);
@@ -137,32 +145,36 @@ export class Card {
     gl.stencilOp(gl.KEEP, gl.KEEP, gl.REPLACE);
     const sphere = use("SPHERE");
     scene.bodies.forEach((body, k) => {
-      if (viewer.shown.body(k)) this.paintBody(sphere, body, k);
+      if (viewer.shown.body(k) && isOf(body, state)) this.paintBody(sphere, body, k);
     });
-    this.framed = scene.frame;
     if (this.faces) this.paintPlace(use, viewer);
     gl.disable(gl.STENCIL_TEST);
     if (viewer.through) this.paintThrough(use("SPHERE"), viewer.through);
     if (this.veil) this.paintVeil(use);
-    if (this.marks.count) {
+    const lines = this.marks.lines.filter((line) => isOf(line, state));
+    if (lines.length) {
       const at = use("MARK");
       gl.uniform2f(at.size, width, height);
       gl.uniform1f(at.width, viewer.strokes);
       gl.disable(gl.DEPTH_TEST);
       gl.bindVertexArray(this.marks.vao);
-      gl.drawArraysInstanced(gl.TRIANGLE_STRIP, 0, 4, this.marks.count);
+      gl.bindBuffer(gl.ARRAY_BUFFER, this.marks.buffer);
+      gl.bufferData(gl.ARRAY_BUFFER, new Float32Array(lines.flatMap(lineNumbers)), gl.DYNAMIC_DRAW);
+      gl.drawArraysInstanced(gl.TRIANGLE_STRIP, 0, 4, lines.length);
     }
   }
 
   paintBody(at, body, k) {
     const { gl } = this;
     gl.uniform1i(at.ghost, body.ghost ? 1 : 0);
-    gl.bindVertexArray(this.people[k].vao);
-    if (this.framed !== this.scene.frame) {
-      gl.bindBuffer(gl.ARRAY_BUFFER, this.people[k].at);
+    const mine = this.people[k];
+    gl.bindVertexArray(mine.vao);
+    if (mine.framed !== this.scene.frame) {
+      gl.bindBuffer(gl.ARRAY_BUFFER, mine.at);
       gl.bufferSubData(gl.ARRAY_BUFFER, 0, body.centres);
-      gl.bindBuffer(gl.ARRAY_BUFFER, this.people[k].tint);
+      gl.bindBuffer(gl.ARRAY_BUFFER, mine.tint);
       gl.bufferSubData(gl.ARRAY_BUFFER, 0, body.tint);
+      mine.framed = this.scene.frame;
     }
     gl.drawArraysInstanced(gl.TRIANGLE_STRIP, 0, 4, body.radius.length);
   }
@@ -234,14 +246,5 @@ export class Card {
       gl.drawElements(kind, mesh.count, gl.UNSIGNED_INT, 0);
     }
     gl.depthMask(true);
-  }
-
-  // Lines from point to point: [{ from, to, colour }].
-  setMarks(lines) {
-    const { gl } = this;
-    const flat = lines.flatMap(({ from, to, colour }) => [...from, ...to, ...colour.map((c) => c / 255)]);
-    gl.bindBuffer(gl.ARRAY_BUFFER, this.marks.buffer);
-    gl.bufferData(gl.ARRAY_BUFFER, new Float32Array(flat), gl.DYNAMIC_DRAW);
-    this.marks.count = lines.length;
   }
 }

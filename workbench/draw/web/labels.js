@@ -2,6 +2,7 @@
 
 import { vec } from "./camera.js";
 import { element } from "./list.js";
+import { isOf, stateAt } from "./wipe.js";
 
 export class Labels {
   constructor({ scene, viewer, over }) {
@@ -41,7 +42,7 @@ export class Labels {
     this.scene.marks.forEach((mark, k) => {
       const middle = mark.to ? vec.mul(vec.add(mark.from, mark.to), 0.5) : mark.from;
       const at = there[k] && mark.text ? seen(middle) : null;
-      if (!at) return put(this.texts[k], null);
+      if (!at || !isOf(mark, stateAt(this.viewer.wipe, at[0] / width))) return put(this.texts[k], null);
       const wide = 4 * mark.text.length + 10;
       const x = Math.max(wide, Math.min(width - wide, at[0]));
       let y = at[1] - (mark.to ? 16 : 0);

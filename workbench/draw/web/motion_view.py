@@ -39,8 +39,8 @@ _CORD = 0.009
 _BELT_COLOUR = (70, 84, 104)
 
 
-def motion_view(motion: MotionFound, colour: str) -> WebView:
-    """Return the turnable picture of a motion, at evenly spaced times.
+def motion_view(motion: MotionFound, colour: str, *, times: Floats | None = None) -> WebView:
+    """Return the turnable picture of a motion.
 
     Parameters
     ----------
@@ -49,21 +49,30 @@ def motion_view(motion: MotionFound, colour: str) -> WebView:
         red, while they last.
     colour
         Colour family of the body.
+    times
+        (F,) [s] at which it is shown; evenly spaced over the motion where None.
     """
     study = motion.study
     clock = study.motion.clock
-    count = int(np.clip(_MOST_PLACES // max(len(study.body.sphere_names), 1), *_FRAMES))
     if len(clock) < 2:
         times = clock
         placed = place(study.body, study.motion)
     else:
-        times = np.linspace(clock[0], clock[-1], min(count, max(len(clock), 2)))
+        times = _even_times(study) if times is None else times
         placed = place(study.body, poses_at(study.motion, times))
     counts = cord_counts(study, placed)
     bodies = motion_bodies(study, placed, colour, counts, touching=_touching(motion))
     title = f"{study.person}, {study.name}" if study.name else study.person
     marks = _marks(motion)
     return WebView(title, bodies, study.cabin, marks, tuple(times.tolist()), gaps=_gaps(motion))
+
+
+def _even_times(study: MotionCase) -> Floats:
+    """(F,) [s] over a motion, as many as a page can hold."""
+    clock = study.motion.clock
+    count = int(np.clip(_MOST_PLACES // max(len(study.body.sphere_names), 1), *_FRAMES))
+    times: Floats = np.linspace(clock[0], clock[-1], min(count, max(len(clock), 2)))
+    return times
 
 
 def _gaps(motion: MotionFound) -> WebGaps | None:

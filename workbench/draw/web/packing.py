@@ -25,13 +25,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.draw.lines.edges import feature_edges
+from workbench.draw.web.place_mesh import environment_mesh
 from workbench.draw.web.views import WebBody, WebGaps, WebMark, WebPlace, WebView
 from workbench.errors import InputError
 from workbench.model.arrays import Floats, Ints
 from workbench.model.environment import Environment
 
-__all__ = ["CONTROL_PART", "FINE", "GLASS_PART", "PLAIN_PART", "SEAT_PART", "TENTH", "Packing"]
+__all__ = ["FINE", "TENTH", "Packing"]
 
 TENTH = 1e-4
 """Step [m] of lengths."""
@@ -39,10 +39,6 @@ FINE = 1e-5
 """Step [m] of lengths that all lie within 0.3 m of each other."""
 _FAR = 0.5
 """Gaps [m] beyond are shown alike."""
-PLAIN_PART = (176, 184, 193)
-SEAT_PART = (158, 146, 134)
-CONTROL_PART = (96, 116, 138)
-GLASS_PART = (150, 190, 205)
 
 
 @dataclass(frozen=True)
@@ -74,7 +70,7 @@ class Packing:
             place: dict[str, Any] | None = self._mesh(view.environment)
         else:
             place = None if view.environment is None else self._place(view.environment)
-        packed = {
+        packed: dict[str, Any] = {
             "title": view.title,
             "from": view.look_from,
             "place": place,
@@ -83,6 +79,8 @@ class Packing:
             "times": None if view.times is None else _milliseconds(view.times),
             "gaps": None if view.gaps is None else self._gaps(view.gaps),
         }
+        if view.states is not None:
+            packed["states"] = list(view.states)
         self.views.append(packed)
         return len(self.views) - 1
 
@@ -101,47 +99,31 @@ class Packing:
         return base64.b64encode(self.block()).decode("ascii")
 
     def _place(self, environment: Environment) -> dict[str, Any]:
-        """Pack what is seen of an environment: hidden parts are left out."""
+        """Pack what is seen of an environment, once."""
         known = self._places.get(id(environment))
         if known is not None:
             return known[1]
-        faces, face_part = _shown_triangles(environment)
-        edges, edge_part = feature_edges(environment)
-        count = len(environment.vertices)
-        keys = np.concatenate(
-            [
-                (face_part[:, None] * count + faces).ravel(),
-                (edge_part[:, None] * count + edges).ravel(),
-            ]
-        )
-        kept, index = np.unique(keys, return_inverse=True)
-        parts = np.flatnonzero(~environment.hidden)
-        renumbered = np.zeros(len(environment.parts), dtype=np.int64)
-        renumbered[parts] = np.arange(len(parts))
-        packed = {
-            "vertices": self._lengths(environment.vertices[kept % max(count, 1)], 3),
-            "part": self._whole(renumbered[kept // max(count, 1)]),
-            "triangles": self._whole(index[: faces.size]),
-            "edges": self._whole(index[faces.size :]),
-            "parts": [_part(environment, int(k)) for k in parts],
-        }
+        packed = self._mesh(environment_mesh(environment))
         self._places[id(environment)] = environment, packed  # held, so that no other takes its id
         return packed
 
     def _mesh(self, place: WebPlace) -> dict[str, Any]:
-        """Pack a mesh that is not yet an environment."""
+        """Pack a mesh."""
         looks = zip(place.names, place.colours, place.glass, strict=True)
+        parts = [{"name": n, "colour": list(c), "glass": g} for n, c, g in looks]
+        for part, state in zip(parts, place.state, strict=False):
+            _put_state(part, state)
         return {
             "vertices": self._lengths(place.vertices, 3),
             "part": self._whole(place.part),
             "triangles": self._whole(place.triangles.ravel()),
             "edges": self._whole(place.edges.ravel()),
-            "parts": [{"name": n, "colour": list(c), "glass": g} for n, c, g in looks],
+            "parts": parts,
         }
 
     def _body(self, body: WebBody) -> dict[str, Any]:
         names = [[k, name] for k, name in enumerate(body.spheres) if name]
-        return {
+        packed = {
             "name": body.name,
             "colour": list(body.colour),
             "ghost": body.ghost,
@@ -153,6 +135,7 @@ class Packing:
             "failing": sorted(body.failing),
             "touching": [[s, *_milliseconds(span)] for s, *span in body.touching],
         }
+        return _put_state(packed, body.state)
 
     def _gaps(self, gaps: WebGaps) -> dict[str, Any]:
         """Pack how near a motion comes; gaps that are not finite are far."""
@@ -208,36 +191,23 @@ class Packing:
         return self._known[key]
 
 
-def _shown_triangles(environment: Environment) -> tuple[Ints, Ints]:
-    """Return the triangles (T, 3) of the parts that are not hidden, and the part (T,) of each."""
-    polygon = np.repeat(np.arange(len(environment.normal)), np.diff(environment.triangle_start))
-    part = environment.polygon_part[polygon]
-    shown = ~environment.hidden[part]
-    return environment.triangles[shown], part[shown]
-
-
-def _part(environment: Environment, k: int) -> dict[str, Any]:
-    """Name and colour of a part: glass, what is handled and what goes with a seat differ."""
-    name = environment.parts[k]
-    colour = PLAIN_PART
-    if environment.see_through[k]:
-        colour = GLASS_PART
-    elif any(control.part == name for control in environment.controls):
-        colour = CONTROL_PART
-    elif any(name in seat.moves for seat in environment.seats):
-        colour = SEAT_PART
-    return {"name": name, "colour": list(colour), "glass": bool(environment.see_through[k])}
-
-
 def _mark(mark: WebMark) -> dict[str, Any]:
     """A mark with its points rounded to a hundredth of a millimetre."""
-    return {
+    packed = {
         "from": _rounded(mark.point),
         "to": None if mark.to is None else _rounded(mark.to),
         "text": mark.text,
         "failing": mark.failing,
         "span": None if mark.span is None else _milliseconds(mark.span),
     }
+    return _put_state(packed, mark.state)
+
+
+def _put_state(packed: dict[str, Any], state: int | None) -> dict[str, Any]:
+    """Say of which of two states something is; nothing where it is of both."""
+    if state is not None:
+        packed["state"] = state
+    return packed
 
 
 def _milliseconds(times: Sequence[float]) -> list[float]:

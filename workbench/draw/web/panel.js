@@ -8,6 +8,7 @@ import { clearest, named, pick } from "./pick.js";
 import { Touch } from "./touch.js";
 import { Viewer } from "./viewer.js";
 import { boundsOf, setFrame } from "./wire.js";
+import { Wipe } from "./wipe.js";
 
 const BAD = [200, 32, 26];
 const GOOD = [46, 124, 214];
@@ -53,6 +54,15 @@ export class Panel {
       });
       this.stage.after(this.film.bar);
       if (scene.gaps) this.film.gaps(scene.gaps);
+    }
+    if (scene.states) {
+      this.wipe = new Wipe(scene.states, (wipe) => {
+        this.viewer.wipe = wipe;
+        this.viewer.moved();
+      });
+      this.over.append(this.wipe.line);
+      this.stage.after(this.wipe.bar);
+      this.wipe.at(0.5);
     }
     this.touch = new Touch(this);
     this.viewer.addEventListener("frame", () => this.labels.place());
@@ -160,8 +170,9 @@ export class Panel {
   under(x, y) {
     const { viewer, scene } = this;
     const box = viewer.canvas.getBoundingClientRect();
-    const ray = viewer.camera.ray((2 * (x - box.left)) / box.width - 1, 1 - (2 * (y - box.top)) / box.height);
-    return pick(scene, ray, viewer.shown, viewer.section);
+    const across = (x - box.left) / box.width;
+    const ray = viewer.camera.ray(2 * across - 1, 1 - (2 * (y - box.top)) / box.height);
+    return pick(scene, ray, viewer.shownAt(across), viewer.section);
   }
 
   hover(x, y) {
@@ -202,7 +213,7 @@ export class Panel {
   end() {
     this.film?.stop();
     this.viewer?.end();
-    for (const made of [this.bar, this.stage, this.film?.bar]) made?.remove();
+    for (const made of [this.bar, this.stage, this.film?.bar, this.wipe?.bar]) made?.remove();
     this.still.hidden = false;
     this.still.style.display = "";
     this.said.textContent = this.words;

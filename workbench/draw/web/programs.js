@@ -1,5 +1,7 @@
 // Programs of the graphics card, and what they are given.
 
+const GLASS = 0.22; // opacity
+
 // A plane [a, b, c, d] of the world in view coordinates.
 export function inView([a, b, c, d], v) {
   const n = [0, 1, 2].map((row) => v[row] * a + v[4 + row] * b + v[8 + row] * c);
@@ -28,4 +30,20 @@ export function program(gl, [vertex, fragment]) {
     at[name] = gl.getUniformLocation(made, name);
   }
   return { made, at };
+}
+
+// Colour, opacity and displacement of the parts of a place, eight numbers each.
+export function looksOf(parts, isShown, dim) {
+  const looks = new Float32Array(8 * parts.length);
+  parts.forEach((part, k) => {
+    const colour = part.colour.map((c) => (c / 255) * dim);
+    const opacity = !isShown(k) ? 0 : part.glass ? GLASS : 1;
+    looks.set([...colour, opacity, ...(part.shift || [0, 0, 0]), 0], 8 * k);
+  });
+  return looks;
+}
+
+// A line from point to point as nine numbers: { from, to, colour }.
+export function lineNumbers({ from, to, colour }) {
+  return [...from, ...to, ...colour.map((c) => c / 255)];
 }

@@ -20,6 +20,7 @@ from workbench.draw.web.views import WebView
 __all__ = [
     "MODULES",
     "STILL",
+    "pair_html",
     "place_html",
     "policy",
     "script",
@@ -34,9 +35,10 @@ MODULES = (
     "shaders",
     "wire",
     "programs",
+    "list",
+    "wipe",
     "card",
     "viewer",
-    "list",
     "labels",
     "film",
     "touch",
@@ -138,6 +140,35 @@ def place_html(index: int, *, still: str, alt: str, caption: str = "") -> str:
         picture = f'<p class="still">{escape(alt)}</p>'
     return (
         f'<div class="turn" id="view-{index}" data-view="{index}">{picture}'
+        f'<p class="said">{escape(caption)}</p></div>'
+    )
+
+
+def pair_html(
+    index: int, *, stills: tuple[str, str], names: tuple[str, str], alt: str, caption: str
+) -> str:
+    """Return the place of a picture of two states; the still pictures stand side by side.
+
+    Parameters
+    ----------
+    index
+        Of the view in the page's packing.
+    stills
+        Addresses of the still pictures of the two states.
+    names
+        What the states are called.
+    alt
+        What both pictures show.
+    caption
+        What stands below them.
+    """
+    pictures = "".join(
+        f'<figure><img src="{escape(still)}" width="{STILL}" height="{STILL}" alt="{escape(f"{name}: {alt}")}">'
+        f"<figcaption>{escape(name)}: {escape(alt)}</figcaption></figure>"
+        for still, name in zip(stills, names, strict=True)
+    )
+    return (
+        f'<div class="turn" id="view-{index}" data-view="{index}"><div class="still pair">{pictures}</div>'
         f'<p class="said">{escape(caption)}</p></div>'
     )
 

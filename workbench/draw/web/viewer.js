@@ -4,6 +4,7 @@
 import { Camera } from "./camera.js";
 import { Card } from "./card.js";
 import { boundsOf } from "./wire.js";
+import { isOf, stateAt } from "./wipe.js";
 
 const REST = 150; // milliseconds without a change after which the picture is drawn in full
 const ROUGH = 0.4; // size while something moves, where a program draws and no graphics card
@@ -35,6 +36,7 @@ export class Viewer extends EventTarget {
     this.camera = new Camera();
     this.look = LOOKS.light;
     this.section = null;
+    this.wipe = 0.5; // of two states: where across the picture the second begins
     this.walls = false; // whether walls before a body are opaque
     this.scale = 1;
     this.stroke = 1.1;
@@ -50,7 +52,7 @@ export class Viewer extends EventTarget {
     canvas.addEventListener("webglcontextrestored", () => {
       this.lost = false;
       this.card.build();
-      this.card.setMarks([...this.lines.values()].flat());
+      this.card.marks.lines = [...this.lines.values()].flat();
       this.card.setVeil(this.veil);
       this.partsChanged();
     });
@@ -63,6 +65,17 @@ export class Viewer extends EventTarget {
   }
 
   shown = { body: (k) => !this.hiddenBodies.has(k), part: (k) => !this.hiddenParts.has(k) };
+
+  // What is shown at a place across the picture: of two states that which is seen there.
+  shownAt(across) {
+    const { scene, shown } = this;
+    if (!scene.states) return shown;
+    const state = stateAt(this.wipe, across);
+    return {
+      body: (k) => shown.body(k) && isOf(scene.bodies[k], state),
+      part: (k) => shown.part(k) && isOf(scene.place.parts[k], state),
+    };
+  }
 
   theme(dark) {
     this.look = dark ? LOOKS.dark : LOOKS.light;
@@ -78,7 +91,7 @@ export class Viewer extends EventTarget {
   // Lines from point to point: [{ from, to, colour }]; those of another owner stay.
   setMarks(lines, owner = "") {
     this.lines.set(owner, lines);
-    if (!this.lost) this.card.setMarks([...this.lines.values()].flat());
+    this.card.marks.lines = [...this.lines.values()].flat();
     this.draw();
   }
 

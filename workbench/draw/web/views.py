@@ -58,6 +58,8 @@ class WebBody:
     """Whether it is shown faint: another run, an earlier state."""
     touching: tuple[tuple[int, float, float], ...] = ()
     """Of a motion: spheres that are shown in red for a while, and from when to when [s]."""
+    state: int | None = None
+    """Of two states: 0 where it is of the first, 1 of the second, None of both."""
 
 
 @dataclass(frozen=True)
@@ -72,6 +74,8 @@ class WebMark:
     failing: bool = False
     span: tuple[float, float] | None = None
     """From when to when [s] of a motion it is shown; always if None."""
+    state: int | None = None
+    """As of `WebBody`."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,7 +98,7 @@ class WebGaps:
 
 @dataclass(frozen=True, eq=False)
 class WebPlace:
-    """A mesh that is not yet an environment.
+    """A place as it is drawn.
 
     Parameters
     ----------
@@ -106,6 +110,8 @@ class WebPlace:
         (T, 3) and (E, 2) vertices.
     names, colours, glass
         Of the parts.
+    state
+        Of the parts, as of `WebBody`; all are of both states if empty.
     """
 
     vertices: Floats
@@ -115,6 +121,7 @@ class WebPlace:
     names: tuple[str, ...]
     colours: tuple[Colour, ...]
     glass: tuple[bool, ...]
+    state: tuple[int | None, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -131,6 +138,8 @@ class WebView:
     """Shown under the times of a motion."""
     look_from: str = "corner"
     """The view it opens with: left, right, front, back, top or corner."""
+    states: tuple[str, str] | None = None
+    """What the two states are called that a slider wipes between, None where there is but one."""
 
 
 def body_view(

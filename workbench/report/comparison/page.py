@@ -11,13 +11,15 @@ import numpy as np
 from markupsafe import Markup
 
 from workbench.body.people.share import percent
-from workbench.draw.web.snippet import policy
+from workbench.draw.web.packing import Packing
+from workbench.draw.web.snippet import policy, scripts_html, style
 from workbench.files.output_file import Content
 from workbench.files.output_folder import write_folder
 from workbench.files.results.comparison import MARK, ChangedPersonRow, ComparisonFile, PairRow
 from workbench.files.results.result import dump_json
 from workbench.model.comparison import Comparison, PairedShare
 from workbench.model.population import SEXES
+from workbench.report.comparison.picture import ChangedPerson, changed_picture
 from workbench.report.comparison.words import (
     chance_words,
     change_sentence,
@@ -59,17 +61,19 @@ def write_comparison(
     folder: Path,
     *,
     provenance: Mapping[str, Mapping[str, str]] | None = None,
+    seen: ChangedPerson | None = None,
     tell: Callable[[str], None] = lambda line: None,
 ) -> ComparisonFile:
     """Write a comparison into a folder, all of it or nothing; returns what is in comparison.json.
+
+    seen: somebody who gains or loses, for a picture.
 
     tell: see write_folder. InputError where the folder holds something else or cannot be written.
     """
     rows = comparison_file(found, provenance=provenance or {})
     files: dict[str, Content] = {MARK: dump_json(rows), **comparison_tables(found)}
-    write_folder(
-        folder, files | {"report.html": comparison_page(found, rows)}, holds="comparison", tell=tell
-    )
+    page = comparison_page(found, rows, seen=seen)
+    write_folder(folder, files | {"report.html": page}, holds="comparison", tell=tell)
     return rows
 
 
@@ -171,12 +175,22 @@ def _yes(value: object) -> str:
     return "yes" if value else "no"
 
 
-def comparison_page(found: Comparison, rows: ComparisonFile) -> str:
-    """The HTML text of a comparison; the same bytes for the same two results."""
+def comparison_page(
+    found: Comparison, rows: ComparisonFile, *, seen: ChangedPerson | None = None
+) -> str:
+    """The HTML text of a comparison; the same bytes for the same two results.
+
+    seen: somebody who gains or loses, for a picture.
+    """
+    packing = Packing()
+    picture = "" if seen is None else changed_picture(found, seen, packing)
     return template("comparison/page.html.j2").render(
         policy=policy(page_script()),
         page_script=Markup(page_script_html()),
         rows=rows,
+        picture=Markup(picture),
+        view_style=Markup(style() if picture else ""),
+        view_scripts=Markup(scripts_html(packing)),
         sections=_sections(found, rows),
         only=[
             ("before", [plain(n) for n in found.only_before]),

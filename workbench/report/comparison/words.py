@@ -9,7 +9,13 @@ from workbench.model.accommodation import MET
 from workbench.model.comparison import Comparison, Judged, PairedShare
 from workbench.report.population.words import millimetres_short, person_name, plain
 
-__all__ = ["chance_words", "change_sentence", "comparison_headline", "difference_words"]
+__all__ = [
+    "chance_words",
+    "change_sentence",
+    "comparison_headline",
+    "difference_words",
+    "worst_missed",
+]
 
 _NOUNS = ("man", "woman")
 
@@ -63,8 +69,8 @@ def change_sentence(found: Comparison, row: int) -> str:
     gained = row in found.gained
     failing, other = (found.before, found.after) if gained else (found.after, found.before)
     short = np.flatnonzero(~failing.met[row])
-    worst = int(short[np.argmin(failing.margin[row, short])])
-    name = failing.requirements[worst]
+    name = worst_missed(found, row)
+    worst = failing.requirements.index(name)
     lack = f"{millimetres_short(-float(failing.margin[row, worst]))} mm short"
     spare = _spare(other, row, name)
     words = f"was {lack}, {spare} now"
@@ -72,6 +78,13 @@ def change_sentence(found: Comparison, row: int) -> str:
         words = f"is {lack}, {spare.replace('is ', 'was ')} before"
     more = f"; {len(short) - 1} more as well" if len(short) > 1 else ""
     return f"{_who(found.before, row)}: “{plain(name)}” {words}{more}."
+
+
+def worst_missed(found: Comparison, row: int) -> str:
+    """The requirement that somebody who fits in one design only misses by most in the other."""
+    failing = found.before if row in found.gained else found.after
+    short = np.flatnonzero(~failing.met[row])
+    return failing.requirements[int(short[np.argmin(failing.margin[row, short])])]
 
 
 def _who(judged: Judged, row: int) -> str:

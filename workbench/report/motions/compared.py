@@ -14,8 +14,11 @@ from workbench.report.templates import template
 __all__ = ["compared_section", "differs_sentence"]
 
 
-def compared_section(rows: ResultFile) -> Section:
-    """The criteria motion by motion, those that come out differently first."""
+def compared_section(rows: ResultFile, *, both: Markup | str = "") -> Section:
+    """The criteria motion by motion, those that come out differently first.
+
+    both: the place of a picture of two of the motions, "" for none.
+    """
     names = [motion.name for motion in rows.motions]
     lines = []
     for name, mine in _by_criterion(rows).items():
@@ -29,7 +32,7 @@ def compared_section(rows: ResultFile) -> Section:
             }
         )
     lines.sort(key=lambda line: not line["differs"])
-    html = template("motions/compared.html.j2").render(names=names, lines=lines)
+    html = template("motions/compared.html.j2").render(names=names, lines=lines, both=both)
     return Section("compared", "compared", "What differs", Markup(html))
 
 

@@ -20,6 +20,7 @@ from workbench.model.result import MotionFound, Result
 from workbench.motion.signals import GRAVITY
 from workbench.report.motions.charts import clearance_curves, curves, timeline
 from workbench.report.motions.compared import compared_section
+from workbench.report.motions.paired import paired_motions
 from workbench.report.motions.pictures import FILM_CAPTION, motion_scene, motion_strips
 from workbench.report.motions.words import (
     agreement_sentence,
@@ -55,20 +56,21 @@ def motions_sections(result: Result, rows: ResultFile, making: Making) -> list[S
     found = result.motions
     moments = _moments(found)
     strips = motion_strips([m.study for m in found], moments)
-    sections = [compared_section(rows)] if len(rows.motions) > 1 else []
     several = len(found) > 1
+    colours = [_COLOURS[k % len(_COLOURS)] for k in range(len(found))]
+    shown = [motion_view(motion, colour) for motion, colour in zip(found, colours, strict=True)]
+    sections = []
     for k, (motion, row) in enumerate(zip(found, rows.motions, strict=True)):
-        colour = _COLOURS[k % len(_COLOURS)]
         index = making.views.add(
-            motion_view(motion, colour),
+            shown[k],
             case=motion.study.name or motion.study.case,
-            near=partial(_near, motion, colour),
+            near=partial(_near, motion, colours[k]),
         )
         strip, caption = strips[k]
         html = template("motions/happens.html.j2").render(
             m=_motion(motion, row, index),
             making=making,
-            turnable=_place(making.views, index, motion, colour),
+            turnable=_place(making.views, index, motion, colours[k]),
             strip=Markup(strip),
             caption=caption,
             happens=[(milliseconds(t), happening(motion, t)) for t in moments.tolist()],
@@ -77,6 +79,9 @@ def motions_sections(result: Result, rows: ResultFile, making: Making) -> list[S
         )
         title = f"What happens: {row.name}" if several else "What happens"
         sections.append(Section("questions", f"motion-{k + 1}", title, Markup(html)))
+    if several:
+        both = paired_motions(result, shown, colours, making.views)
+        sections.append(compared_section(rows, both=both))
     return [*sections, *_tables(result, rows, making)]
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -16,6 +17,8 @@ from workbench.draw.scene import Mark, Scene, SceneBody
 from workbench.draw.source import PEOPLE_COLOURS
 from workbench.draw.views import four_views
 from workbench.draw.web.case_view import case_view
+from workbench.draw.web.compared_view import compared_view
+from workbench.draw.web.snippet import pair_html
 from workbench.draw.web.views import WebView
 from workbench.files.results.postures import PosturesRows, ReachRow
 from workbench.files.results.result import FindingRow
@@ -40,6 +43,7 @@ NEAR = 0.12
 PICTURE = 520
 DRAWING = 720
 MOST_MARKS = 12
+BOTH = "the slider moves the line between the two cases; marks are those of their own case"
 _COLOUR_WORDS = {"warm": "tan", "blue": "blue", "green": "green", "rose": "pink", "grey": "grey"}
 """Families of colours as they are called."""
 _Breach = tuple[str, Finding]
@@ -62,12 +66,13 @@ def postures_sections(
     for index, name in enumerate(result.cases):
         making.progress(f"pictures of {name}")
         cases.append(_case(result, index, making.views))
+    both = _both(result, making.views)
     view = cases[0]["view"] if cases else -1
     size = f": {rows.row}" if rows.row else ""
     end = f"-{number + 1}" if number else ""
 
     writer = SectionWriter("postures", {"rows": rows, "making": making}, end, size)
-    found = [writer.section("questions", "cases", "Cases", {"cases": cases})]
+    found = [writer.section("questions", "cases", "Cases", {"cases": cases, "both": both})]
     if rows.reaches:
         doubts = doubt_sentence([row.doubt for row in rows.reaches])
         reached = {"reaches": _reaches(result, rows, view), "doubts": doubts}
@@ -213,6 +218,25 @@ def _case(result: PosturesFound, case: int, views: PageViews) -> dict[str, Any]:
         "unmarked": [finding_sentence(check, f) for check, f in rest],
         "overlaps": sum(overlap.case == name for overlap in overlaps),
     }
+
+
+def _both(result: PosturesFound, views: PageViews) -> Markup:
+    """The place of one picture of the only two cases, "" where there are more, or they are alike."""
+    if len(result.cases) != 2 or _same_case(result, 1):
+        return Markup("")
+    names = (result.cases[0], result.cases[1])
+    found = [[finding for _, finding in _shown(result, case)[0]] for case in (0, 1)]
+    one, two = (case_view(result, case, found[case], within=NEAR) for case in (0, 1))
+    who = " and ".join(person.name for person in result.people)
+    scenes = [_scene(result, case, found[case]) for case in (0, 1)]
+    index = views.add(
+        compared_view(one, two, names=names, title=f"{who}: {names[0]} and {names[1]}")
+    )
+    every = replace(scenes[0], bodies=scenes[0].bodies + scenes[1].bodies)
+    camera = dict(four_views(every, width=PICTURE, height=PICTURE))["three_quarter"]
+    stills = (still_picture(scenes[0], camera), still_picture(scenes[1], camera))
+    html = pair_html(index, stills=stills, names=names, alt=who, caption=BOTH)
+    return Markup(html)
 
 
 def _same_case(result: PosturesFound, case: int) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from concurrent.futures import Executor
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +17,7 @@ from workbench.model.accommodation import MET, GroupShare, certainty_of, met_of
 from workbench.model.arrays import Bools
 from workbench.model.body import Body
 from workbench.model.population import Population
-from workbench.model.population_found import PopulationFound
+from workbench.model.population_found import PopulationFound, Shown
 from workbench.model.study import Role, Study
 from workbench.study.accommodation.chunks import Chunk, Question, joined_chunks, result_chunks
 from workbench.study.accommodation.gains import gains_of
@@ -42,7 +43,7 @@ from workbench.study.situation import seats_moved
 from workbench.study.warnings import enclosure_warnings
 from workbench.study.workplaces import population_of, workplace_of
 
-__all__ = ["accommodation", "body_of_person", "population_question"]
+__all__ = ["accommodation", "body_of_person", "person_shown", "population_question"]
 
 Say = Callable[[str], None]
 EXPECTED = 10.0
@@ -159,6 +160,52 @@ def body_of_person(study: Study, row: int) -> Body:
     body = morph_to(role.body, role.detail)
     sits = role.seat is not None
     return fit_population(body, people.rows(np.array([row])), role.clothes, sits=sits)[0]
+
+
+def person_shown(found: PopulationFound, row: int, requirement: str) -> Shown | None:
+    """Return one person as found at a requirement, to be drawn.
+
+    Parameters
+    ----------
+    found
+        What was found of the population.
+    row
+        Of the person.
+    requirement
+        The name of one that applies to the person.
+
+    Returns
+    -------
+    Shown or None
+        None where others are there too, whom a result does not hold, and where it does not apply.
+    """
+    role = _crowd(found.study)[1]
+    names = [each.name for each in found.requirements]
+    if len(found.study.roles) > 1 or requirement not in names:
+        return None
+    column = names.index(requirement)
+    if np.isnan(found.margin[row, column]):
+        return None
+    people = found.people.rows(np.array([row]))
+    bodies = fit_population(found.body, people, role.clothes, sits=role.seat is not None)
+    one = slice(row, row + 1)
+    alone = np.full((1, len(names)), np.nan)
+    alone[0, column] = found.margin[row, column]
+    chunk = Chunk(
+        margin=alone,
+        low=found.low[one],
+        high=found.high[one],
+        reason=found.reason[one],
+        toward=np.full((1, len(names), 3), np.nan),
+        seat=found.seat[one],
+        comfortable=found.comfortable[one],
+        window=found.window[one],
+        sets=found.sets[one],
+        setting=found.setting[one],
+        words=found.reasons,
+    )
+    question = replace(population_question(found.study), people=people)
+    return next(shown_people(question, bodies, chunk, [0]))
 
 
 def _crowd(study: Study) -> tuple[int, Role]:

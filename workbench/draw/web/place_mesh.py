@@ -1,0 +1,124 @@
+"""The mesh of a place as it is drawn, and that of a place in two states."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from workbench.draw.colours import Colour
+from workbench.draw.lines.edges import feature_edges
+from workbench.draw.web.views import WebPlace
+from workbench.model.arrays import Bools, Ints
+from workbench.model.environment import Environment
+
+__all__ = [
+    "CONTROL_PART",
+    "GLASS_PART",
+    "PLAIN_PART",
+    "SEAT_PART",
+    "environment_mesh",
+    "paired_mesh",
+]
+
+PLAIN_PART = (176, 184, 193)
+SEAT_PART = (158, 146, 134)
+CONTROL_PART = (96, 116, 138)
+GLASS_PART = (150, 190, 205)
+_SAME = 5e-5
+"""Distance [m] within which the corners of a part are where they were: half a packed step."""
+
+
+def environment_mesh(environment: Environment) -> WebPlace:
+    """Return what is seen of an environment: hidden parts are left out."""
+    faces, face_part = _shown_triangles(environment)
+    edges, edge_part = feature_edges(environment)
+    count = len(environment.vertices)
+    keys = np.concatenate(
+        [
+            (face_part[:, None] * count + faces).ravel(),
+            (edge_part[:, None] * count + edges).ravel(),
+        ]
+    )
+    kept, index = np.unique(keys, return_inverse=True)
+    parts = np.flatnonzero(~environment.hidden)
+    renumbered = np.zeros(len(environment.parts), dtype=np.int64)
+    renumbered[parts] = np.arange(len(parts))
+    return WebPlace(
+        environment.vertices[kept % max(count, 1)],
+        renumbered[kept // max(count, 1)],
+        index[: faces.size].reshape(-1, 3),
+        index[faces.size :].reshape(-1, 2),
+        tuple(environment.parts[int(k)] for k in parts),
+        tuple(_colour(environment, int(k)) for k in parts),
+        tuple(bool(environment.see_through[k]) for k in parts),
+    )
+
+
+def paired_mesh(before: Environment, after: Environment) -> WebPlace:
+    """Return what is seen of a place in two states: a part that is alike in both once, any other
+    in each of the states in which it is there."""
+    one = environment_mesh(before)
+    two = environment_mesh(after)
+    alike = np.array([_is_alike(one, two, name) for name in one.names], dtype=np.bool_)
+    kept = _parts(one, ~alike)
+    there = {name for name, same in zip(one.names, alike, strict=True) if same}
+    return WebPlace(
+        np.concatenate([two.vertices, kept.vertices]),
+        np.concatenate([two.part, kept.part + len(two.names)]),
+        np.concatenate([two.triangles, kept.triangles + len(two.vertices)]),
+        np.concatenate([two.edges, kept.edges + len(two.vertices)]),
+        two.names + kept.names,
+        two.colours + kept.colours,
+        two.glass + kept.glass,
+        (*(None if name in there else 1 for name in two.names), *(0 for _ in kept.names)),
+    )
+
+
+def _is_alike(one: WebPlace, two: WebPlace, name: str) -> bool:
+    """Whether a part of the first place is the same in the second."""
+    if name not in two.names:
+        return False
+    first = _parts(one, np.array([each == name for each in one.names]))
+    second = _parts(two, np.array([each == name for each in two.names]))
+    return (
+        (first.colours, first.glass) == (second.colours, second.glass)
+        and first.vertices.shape == second.vertices.shape
+        and bool(np.all(np.abs(first.vertices - second.vertices) < _SAME))
+        and np.array_equal(first.triangles, second.triangles)
+    )
+
+
+def _parts(place: WebPlace, wanted: Bools) -> WebPlace:
+    """Some parts of a place. wanted: (parts,)."""
+    rows = wanted[place.part] if len(place.part) else np.zeros(0, dtype=np.bool_)
+    number = np.cumsum(rows) - 1
+    chosen = np.flatnonzero(wanted).tolist()
+    return replace(
+        place,
+        vertices=place.vertices[rows],
+        part=(np.cumsum(wanted) - 1)[place.part[rows]],
+        triangles=number[place.triangles[rows[place.triangles[:, 0]]]],
+        edges=number[place.edges[rows[place.edges[:, 0]]]],
+        names=tuple(place.names[k] for k in chosen),
+        colours=tuple(place.colours[k] for k in chosen),
+        glass=tuple(place.glass[k] for k in chosen),
+    )
+
+
+def _shown_triangles(environment: Environment) -> tuple[Ints, Ints]:
+    """Return the triangles (T, 3) of the parts that are not hidden, and the part (T,) of each."""
+    polygon = np.repeat(np.arange(len(environment.normal)), np.diff(environment.triangle_start))
+    part = environment.polygon_part[polygon]
+    shown = ~environment.hidden[part]
+    return environment.triangles[shown], part[shown]
+
+
+def _colour(environment: Environment, k: int) -> Colour:
+    """Colour of a part: glass, what is handled and what goes with a seat differ."""
+    name = environment.parts[k]
+    if environment.see_through[k]:
+        return GLASS_PART
+    if any(control.part == name for control in environment.controls):
+        return CONTROL_PART
+    return SEAT_PART if any(name in seat.moves for seat in environment.seats) else PLAIN_PART

@@ -1,0 +1,79 @@
+"""The turnable picture of somebody who fits in one of two designs only."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from html import escape
+
+from workbench.draw.scene import Mark, Scene, SceneBody
+from workbench.draw.views import four_views
+from workbench.draw.web.compared_view import compared_view
+from workbench.draw.web.packing import Packing
+from workbench.draw.web.snippet import STILL, pair_html
+from workbench.draw.web.views import scene_view
+from workbench.model.comparison import Comparison, Judged
+from workbench.model.population_found import Shown
+from workbench.report.comparison.words import change_sentence, worst_missed
+from workbench.report.population.words import millimetres_short, plain
+from workbench.report.turnable import still_picture
+
+__all__ = ["ChangedPerson", "changed_picture", "person_to_show"]
+
+_NAMES = ("before", "after")
+
+
+@dataclass(frozen=True, eq=False)
+class ChangedPerson:
+    """Somebody who gains or loses, as found in both designs at the requirement that decides it."""
+
+    row: int
+    before: Shown
+    after: Shown
+
+
+def person_to_show(found: Comparison) -> tuple[int, str] | None:
+    """Return the row of the first who gains, else of the first who loses, and the requirement that
+    was, or is, missed by most; None where nobody changes or only one design asks for it."""
+    for row in (*found.gained, *found.lost):
+        name = worst_missed(found, row)
+        if name in found.before.requirements and name in found.after.requirements:
+            return row, name
+    return None
+
+
+def changed_picture(found: Comparison, seen: ChangedPerson, packing: Packing) -> str:
+    """Return the place of the picture of somebody in both designs, and a sentence above it.
+
+    Parameters
+    ----------
+    packing
+        The pictures of the page; this one is added.
+    """
+    name = worst_missed(found, seen.row)
+    pairs = ((found.before, seen.before), (found.after, seen.after))
+    scenes = [_scene(judged, shown, name, seen.row) for judged, shown in pairs]
+    who = found.before.labels[seen.row]
+    title = f"{who}: {plain(name)}"
+    one, two = (scene_view(scene, [who]) for scene in scenes)
+    index = packing.add(compared_view(one, two, names=_NAMES, title=title))
+    every = replace(scenes[0], bodies=scenes[0].bodies + scenes[1].bodies)
+    camera = dict(four_views(every, width=STILL, height=STILL))["left"]
+    stills = (still_picture(scenes[0], camera), still_picture(scenes[1], camera))
+    caption = "the slider moves the line between the designs before and after"
+    place = pair_html(index, stills=stills, names=_NAMES, alt=title, caption=caption)
+    return f'<p class="soft">{escape(change_sentence(found, seen.row))}</p>\n{place}\n'
+
+
+def _scene(judged: Judged, shown: Shown, name: str, row: int) -> Scene:
+    """Somebody in one design, with what is short or to spare where the requirement is."""
+    margin = float(judged.margin[row, judged.requirements.index(name)])
+    short = not bool(judged.met[row, judged.requirements.index(name)])
+    words = (
+        f"{millimetres_short(-margin)} mm short"
+        if short
+        else f"{1000 * max(margin, 0.0):,.0f} mm to spare"
+    )
+    marks: tuple[Mark, ...] = ()
+    if shown.target is not None:
+        marks = (Mark(shown.target, words, "missed" if short else "reach"),)
+    return Scene((SceneBody(shown.placed, 0, "warm"),), shown.environment, marks, judged.title)

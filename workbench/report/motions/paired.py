@@ -1,0 +1,91 @@
+"""Two motions of one study in one turnable picture, with a slider that wipes from one to the
+other."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from markupsafe import Markup
+
+from workbench.draw.views import four_views
+from workbench.draw.web.compared_view import compared_view
+from workbench.draw.web.motion_view import motion_view
+from workbench.draw.web.snippet import STILL, pair_html
+from workbench.draw.web.views import WebView
+from workbench.model.arrays import Floats
+from workbench.model.result import MotionFound, Result
+from workbench.report.motions.pictures import motion_scene
+from workbench.report.turnable import PageViews, still_picture
+from workbench.report.words import milliseconds
+
+__all__ = ["paired_motions"]
+
+_CAPTION = "the slider moves the line between the two; scrub or play to see both at one time"
+
+
+def paired_motions(
+    result: Result, shown: Sequence[WebView], colours: Sequence[str], views: PageViews
+) -> Markup:
+    """Return the place of the picture of the two motions that the study compares, of its only two
+    where it names none; "" where there are more, or where they have no time in common.
+
+    Parameters
+    ----------
+    shown
+        The turnable picture of each motion of the result.
+    colours
+        The colour family of each motion.
+    views
+        The pictures of the page; this one is added.
+    """
+    if result.study.compare is None and len(result.motions) != 2:
+        return Markup("")
+    one, two = result.study.compare or (0, 1)
+    motions = (result.motions[one], result.motions[two])
+    pair = (shown[one], shown[two])
+    if pair[0].times != pair[1].times:
+        times = _common(pair)
+        if times is None:
+            return Markup("")
+        pair = (
+            motion_view(motions[0], colours[one], times=times),
+            motion_view(motions[1], colours[two], times=times),
+        )
+    names = (motions[0].study.name, motions[1].study.name)
+    title = f"{motions[0].study.person}: {names[0]} and {names[1]}"
+    index = views.add(compared_view(*pair, names=names, title=title))
+    time = _decisive(motions)
+    scenes = [
+        motion_scene(motion.study, time, colours[k])
+        for motion, k in zip(motions, (one, two), strict=True)
+    ]
+    both = replace(scenes[0], bodies=scenes[0].bodies + scenes[1].bodies)
+    camera = dict(four_views(both, width=STILL, height=STILL))["left"]
+    stills = (still_picture(scenes[0], camera), still_picture(scenes[1], camera))
+    words = f"{motions[0].study.person} at {milliseconds(time)}, seen from the left"
+    html = pair_html(index, stills=stills, names=names, alt=words, caption=_CAPTION)
+    return Markup(html)
+
+
+def _common(pair: tuple[WebView, WebView]) -> Floats | None:
+    """Times [s] that both motions have, as many as the first is shown at; None without any."""
+    first = pair[0].times or ()
+    second = pair[1].times or ()
+    start = max(first[0], second[0])
+    end = min(first[-1], second[-1])
+    return np.linspace(start, end, max(len(first), 2)) if end > start else None
+
+
+def _decisive(motions: Sequence[MotionFound]) -> float:
+    """The time [s] at which the first criterion fails, the middle of the first motion where none
+    has a time."""
+    times = [
+        verdict.worst.time
+        for motion in motions
+        for verdict in motion.verdicts
+        if not verdict.passed and verdict.worst is not None
+    ]
+    start, end = motions[0].episodes.span
+    return next((float(time) for time in times if np.isfinite(time)), (start + end) / 2)
