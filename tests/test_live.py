@@ -553,6 +553,43 @@ def test_a_state_without_an_answer_is_not_taken(desk, monkeypatch):
     assert desk.live is before and not desk.history.can_undo
 
 
+@pytest.mark.parametrize("loop", ["take", "watched"])
+def test_a_loop_that_fails_is_reported_and_goes_on(client, desk, monkeypatch, loop):
+    kept = getattr(desk, loop)
+    failures = iter(["a frame that cannot be packed"])
+
+    def fails_once(*given):
+        for words in failures:
+            raise ValueError(words)
+        return kept(*given)
+
+    monkeypatch.setattr(desk, loop, fails_once)
+    with page_of(entered(client)) as page:
+        fault, _ = frames_until(page, "fault")
+        assert fault["words"] == "internal error: ValueError: a frame that cannot be packed"
+        asked(page, "joint", person="pilot", joint="RE", axis=0, degrees=140.0)
+        frames_until(page, "verdicts")
+
+
+def test_a_question_that_fails_before_it_is_done_is_answered(client, desk, monkeypatch):
+    def fails(question):
+        raise ValueError("no place")
+
+    monkeypatch.setattr(desk, "preparation", fails)
+    with page_of(entered(client)) as page:
+        assert asked(page, "undo")["words"] == "internal error: ValueError: no place"
+
+
+def test_a_page_is_served_whose_state_cannot_be_shown(client, desk, monkeypatch):
+    def fails():
+        raise ValueError("no state")
+
+    monkeypatch.setattr(desk, "state", fails)
+    with page_of(entered(client)) as page:
+        assert frames_until(page, "fault")[0]["words"] == "internal error: ValueError: no state"
+        assert asked(page, "undo")["kind"] == "answer"
+
+
 def test_two_pages_see_the_same(client):
     entered(client)
     with page_of(client) as one, page_of(client) as other:

@@ -302,6 +302,31 @@ def test_two_points_are_clicked_and_measured(page):
     assert faults(page) == []
 
 
+def test_every_name_in_the_page_is_of_one_element(page):
+    twice = page.evaluate("""() => {
+      const names = [...document.querySelectorAll("[id]")].map((one) => one.id);
+      return names.filter((name, k) => names.indexOf(name) !== k);
+    }""")
+    assert twice == []
+
+
+def test_a_study_of_motions_alone_is_opened_without_errors(page):
+    command = [sys.executable, "-m", "workbench", "live", "trainer_crash", "--no-browser"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as running:
+        try:
+            opened = page.context.browser.new_page()
+            wrong = []
+            opened.on("pageerror", lambda error: wrong.append(str(error)))
+            opened.goto(running.stdout.readline().strip(), wait_until="commit")
+            opened.wait_for_function("() => document.getElementById('case').length === 2")
+            opened.wait_for_function("() => document.getElementById('who').hidden")
+            assert wrong == []
+            opened.close()
+        finally:
+            running.terminate()
+            running.wait(20)
+
+
 @pytest.mark.parametrize("width", [420, 1000, 1600])
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_nothing_of_the_page_is_wider_than_the_window(page, width, scheme):

@@ -81,7 +81,7 @@ FORWARDS = {
     "contact/by_person.py",
 }
 """Files whose functions may take `**kwargs`: one option for each measure, and decorators."""
-CATCHES = {"cli/application.py", "live/describe_desk.py", "live/desk.py"}
+CATCHES = {"cli/application.py", "live/describe_desk.py", "live/desk.py", "live/server.py"}
 """Files that may catch every exception: an exit code and one line for what nobody expects; a
 question that fails, which must not end the bench."""
 TEXTS = {".py", ".md", ".yaml", ".toml", ".cff", ".j2"}

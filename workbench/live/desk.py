@@ -34,7 +34,7 @@ from workbench.study.bench.saving import save
 from workbench.study.bench.state import Arrangement, OpenStudy, arranged_study, open_study
 from workbench.study.people import Present, present_people
 
-__all__ = ["Desk", "Judgement", "Preparation", "busy_frame", "fault_frame", "work_made"]
+__all__ = ["Desk", "Judgement", "Preparation", "busy_frame", "fault_frame", "internal", "work_made"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,7 +56,7 @@ class Judgement:
         except WorkbenchError as error:
             return str(error)
         except Exception as error:  # noqa: BLE001 (one state that fails must not end the bench)
-            return _internal(error)
+            return internal(error)
 
     def motions_made(self) -> tuple[Verdict, ...] | str:
         """Judge the motions of the state, in any thread; why that cannot be, in words."""
@@ -65,7 +65,7 @@ class Judgement:
         except WorkbenchError as error:
             return str(error)
         except Exception as error:  # noqa: BLE001 (one state that fails must not end the bench)
-            return _internal(error)
+            return internal(error)
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,7 +96,7 @@ class Preparation:
         except WorkbenchError as error:
             return str(error)
         except Exception as error:  # noqa: BLE001 (one edit that fails must not end the bench)
-            return _internal(error)
+            return internal(error)
         return there
 
 
@@ -236,7 +236,7 @@ class Desk:
         except WorkbenchError as error:
             return Replies(asker=[fault_frame(question, str(error))])
         except Exception as error:  # noqa: BLE001 (one question that fails must not end the bench)
-            return Replies(asker=[fault_frame(question, _internal(error))])
+            return Replies(asker=[fault_frame(question, internal(error))])
 
     def judgement(self) -> Judgement:
         """What is to be judged now."""
@@ -399,10 +399,10 @@ def work_made(work: Work) -> Made:
     except WorkbenchError as error:
         return Made([fault_frame(None, str(error))])
     except Exception as error:  # noqa: BLE001 (one work that fails must not end the bench)
-        return Made([fault_frame(None, _internal(error))])
+        return Made([fault_frame(None, internal(error))])
 
 
-def _internal(error: Exception) -> str:
+def internal(error: Exception) -> str:
     """An error that nobody expects, in words."""
     return f"internal error: {type(error).__name__}: {error}"
 

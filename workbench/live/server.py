@@ -1,8 +1,9 @@
 """The server of the bench: its page, and the socket over which the page asks.
 
 The loop of the server calls no engine. One thread does what is asked, in order; another makes bodies
-and predictions beforehand, a third judges the state once it rests. Two more are for a population: it is followed while something is dragged, and
-settled once that rests.
+and predictions beforehand, a third judges the state once it rests. Two more are for a population: it
+is followed while something is dragged, and settled once that rests. What fails in one of them is
+reported to the pages, and it goes on.
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ import asyncio
 import os
 import secrets
 import socket
+import traceback
 from collections.abc import AsyncIterator, Callable, Coroutine
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import asynccontextmanager
@@ -27,10 +29,11 @@ from workbench.live.desk import (
     Preparation,
     busy_frame,
     fault_frame,
+    internal,
     work_made,
 )
 from workbench.live.guard import Application, Guard
-from workbench.live.protocol import LONGEST, SUBPROTOCOL, parsed
+from workbench.live.protocol import LONGEST, SUBPROTOCOL, Question, parsed
 from workbench.live.replies import Replies, Work
 from workbench.live.waiting import Waiting
 
@@ -113,8 +116,8 @@ class Hub:
         self.settling = ThreadPoolExecutor(1, "settle")
 
     @property
-    def loops(self) -> tuple[Callable[[], Coroutine[Any, Any, None]], ...]:
-        """What goes on as long as the bench is served."""
+    def steps(self) -> tuple[Callable[[], Coroutine[Any, Any, None]], ...]:
+        """What is done again and again as long as the bench is served."""
         if isinstance(self.desk, DescribeDesk):
             return (self.answer,)
         return (
@@ -144,32 +147,52 @@ class Hub:
         loop = asyncio.get_running_loop()
         return await loop.run_in_executor(self.work, partial(function, *arguments))
 
-    async def answer(self) -> None:
-        """Answer what is asked, one question after the other."""
+    async def go_on(self, step: Callable[[], Coroutine[Any, Any, None]]) -> None:
+        """Take a step again and again, also after one that failed."""
         while True:
-            await self.asked.wait()
-            if not len(self.waiting):
-                self.asked.clear()
-                continue
-            asker, question = self.waiting.take()
-            preparation = None
-            if isinstance(self.desk, Desk):
-                preparation = await self.at_desk(self.desk.preparation, question)
-            if preparation is None:
-                await self.replied(await self.at_desk(self.desk.do, question), asker)
-                continue
-            self.preparations.put_nowait((asker, preparation))
-            busy = busy_frame(question.number, preparation.words)
-            await self.send(Replies(everybody=[busy]))
+            try:
+                await step()
+            except Exception as error:  # noqa: BLE001 (one step that fails must not end the bench)
+                await self.failed(error)
+                await asyncio.sleep(IDLE)
+
+    async def failed(self, error: Exception, question: Question | None = None) -> None:
+        """Report an error that nobody expects: to all pages in words, in full to who started the
+        bench."""
+        traceback.print_exception(error)
+        await self.send(Replies(everybody=[fault_frame(question, internal(error))]))
+
+    async def answer(self) -> None:
+        """Answer the question that has waited longest."""
+        await self.asked.wait()
+        if not len(self.waiting):
+            self.asked.clear()
+            return
+        asker, question = self.waiting.take()
+        try:
+            await self.answer_one(asker, question)
+        except Exception as error:  # noqa: BLE001 (a page waits for an answer to each question)
+            await self.failed(error, question)
+
+    async def answer_one(self, asker: WebSocket, question: Question) -> None:
+        """Do what is asked, or let it be prepared first."""
+        preparation = None
+        if isinstance(self.desk, Desk):
+            preparation = await self.at_desk(self.desk.preparation, question)
+        if preparation is None:
+            await self.replied(await self.at_desk(self.desk.do, question), asker)
+            return
+        self.preparations.put_nowait((asker, preparation))
+        busy = busy_frame(question.number, preparation.words)
+        await self.send(Replies(everybody=[busy]))
 
     async def prepare(self) -> None:
         """Prepare what takes time beside the desk, and let the desk do it then."""
         loop = asyncio.get_running_loop()
-        while True:
-            asker, preparation = await self.preparations.get()
-            found = await loop.run_in_executor(self.preparing, preparation.made)
-            done = await self.at_desk(self.study.prepared, preparation, found)
-            await self.replied(done, asker)
+        asker, preparation = await self.preparations.get()
+        found = await loop.run_in_executor(self.preparing, preparation.made)
+        done = await self.at_desk(self.study.prepared, preparation, found)
+        await self.replied(done, asker)
 
     async def replied(self, replies: Replies, asker: WebSocket) -> None:
         """Send replies, and begin what is to be done for who asked."""
@@ -187,58 +210,55 @@ class Hub:
     async def toil(self) -> None:
         """Do what pages have asked for that takes long, piece by piece and in turn."""
         loop = asyncio.get_running_loop()
-        while True:
-            await self.begun.wait()
-            if not self.works:
-                self.begun.clear()
-                continue
-            page, work = self.works.pop(0)
-            if work.generation != self.study.generation or page not in self.sockets:
-                continue
-            made = await loop.run_in_executor(self.judging, work_made, work)
-            for frame in made.frames:
-                await self.send_one(page, frame)
-            newer = any((one, w.kind) == (page, work.kind) for one, w in self.works)
-            if made.more is not None and not newer:
-                self.works.append((page, made.more))
+        await self.begun.wait()
+        if not self.works:
+            self.begun.clear()
+            return
+        page, work = self.works.pop(0)
+        if work.generation != self.study.generation or page not in self.sockets:
+            return
+        made = await loop.run_in_executor(self.judging, work_made, work)
+        for frame in made.frames:
+            await self.send_one(page, frame)
+        newer = any((one, w.kind) == (page, work.kind) for one, w in self.works)
+        if made.more is not None and not newer:
+            self.works.append((page, made.more))
 
     async def judge(self) -> None:
         """Judge each state that rests."""
-        while True:
-            await self.changed.wait()
-            self.changed.clear()
-            await asyncio.sleep(IDLE)
-            if self.changed.is_set():
-                continue
-            asked = await self.at_desk(self.study.judgement)
-            loop = asyncio.get_running_loop()
-            found = await loop.run_in_executor(self.judging, asked.made)
-            await self.send(Replies(everybody=await self.at_desk(self.study.take, asked, found)))
-            if asked.opened.moving is not None and not self.changed.is_set():
-                verdicts = await loop.run_in_executor(self.judging, asked.motions_made)
-                frames = await self.at_desk(self.study.take_motions, asked, verdicts)
-                await self.send(Replies(everybody=frames))
-            if asked.following.there:
-                self.rested.set()
+        await self.changed.wait()
+        self.changed.clear()
+        await asyncio.sleep(IDLE)
+        if self.changed.is_set():
+            return
+        asked = await self.at_desk(self.study.judgement)
+        loop = asyncio.get_running_loop()
+        found = await loop.run_in_executor(self.judging, asked.made)
+        await self.send(Replies(everybody=await self.at_desk(self.study.take, asked, found)))
+        if asked.opened.moving is not None and not self.changed.is_set():
+            verdicts = await loop.run_in_executor(self.judging, asked.motions_made)
+            frames = await self.at_desk(self.study.take_motions, asked, verdicts)
+            await self.send(Replies(everybody=frames))
+        if asked.following.there:
+            self.rested.set()
 
     async def settle(self) -> None:
         """Settle the people of a population in each state that rests, until it is another one."""
         loop = asyncio.get_running_loop()
-        while True:
-            await self.rested.wait()
-            self.rested.clear()
-            asked = await self.at_desk(self.study.judgement)
-            people = asked.following
-            refused = await loop.run_in_executor(self.settling, people.begin)
-            for number in range(len(people.pieces)):
-                if self.superseded() or refused is not None:
-                    break
-                state = asked.arrangement, asked.generation, self.superseded
-                settle = partial(people.settle, number, *state)
-                refused = await loop.run_in_executor(self.settling, settle)
-                await self.send(Replies(everybody=self.people_frames(asked)))
-            if refused is not None:
-                await self.send(Replies(everybody=[refused]))
+        await self.rested.wait()
+        self.rested.clear()
+        asked = await self.at_desk(self.study.judgement)
+        people = asked.following
+        refused = await loop.run_in_executor(self.settling, people.begin)
+        for number in range(len(people.pieces)):
+            if self.superseded() or refused is not None:
+                break
+            state = asked.arrangement, asked.generation, self.superseded
+            settle = partial(people.settle, number, *state)
+            refused = await loop.run_in_executor(self.settling, settle)
+            await self.send(Replies(everybody=self.people_frames(asked)))
+        if refused is not None:
+            await self.send(Replies(everybody=[refused]))
 
     def superseded(self) -> bool:
         """Whether another state is to be judged, or has been since the last look."""
@@ -247,21 +267,20 @@ class Hub:
     async def follow(self) -> None:
         """Follow each change with the people who are at hand; of a drag the newest counts."""
         loop = asyncio.get_running_loop()
-        while True:
-            await self.moved.wait()
-            self.moved.clear()
-            asked = await self.at_desk(self.study.judgement)
-            people = asked.following
-            sent = 0.0
-            for number in range(people.at_hand):
-                follow = partial(people.follow, number, asked.arrangement, asked.generation)
-                known = await loop.run_in_executor(self.following, follow)
-                if self.moved.is_set():
-                    break
-                last = number + 1 == people.at_hand
-                if known and (last or loop.time() - sent > OFTEN):
-                    sent = loop.time()
-                    await self.send(Replies(everybody=self.people_frames(asked)))
+        await self.moved.wait()
+        self.moved.clear()
+        asked = await self.at_desk(self.study.judgement)
+        people = asked.following
+        sent = 0.0
+        for number in range(people.at_hand):
+            follow = partial(people.follow, number, asked.arrangement, asked.generation)
+            known = await loop.run_in_executor(self.following, follow)
+            if self.moved.is_set():
+                break
+            last = number + 1 == people.at_hand
+            if known and (last or loop.time() - sent > OFTEN):
+                sent = loop.time()
+                await self.send(Replies(everybody=self.people_frames(asked)))
 
     def people_frames(self, asked: Judgement) -> list[bytes]:
         """What is known of a population in a state; nothing where the state is another by now."""
@@ -272,9 +291,8 @@ class Hub:
 
     async def watch(self) -> None:
         """Look at the study's file from time to time."""
-        while True:
-            await asyncio.sleep(WATCH)
-            await self.send(await self.at_desk(self.study.watched))
+        await asyncio.sleep(WATCH)
+        await self.send(await self.at_desk(self.study.watched))
 
     async def send(self, replies: Replies, asker: WebSocket | None = None) -> None:
         """Send frames to all pages, and to the one that asked."""
@@ -303,10 +321,8 @@ class Hub:
         await page.accept(SUBPROTOCOL)
         self.sockets.add(page)
         try:
-            for frame in await self.at_desk(self.desk.greeting):
-                await self.send_one(page, frame)
-            for frame in await self.at_desk(self.desk.state):
-                await self.send_one(page, frame)
+            for made in (self.desk.greeting, self.desk.state):
+                await self.show(page, made)
             self.changed.set()
             while True:
                 await self.listen(page)
@@ -315,6 +331,16 @@ class Hub:
         finally:
             self.sockets.discard(page)
             self.waiting.forget(page)
+
+    async def show(self, page: WebSocket, made: Callable[[], list[bytes]]) -> None:
+        """Send frames to a page that was just opened; a fault where they cannot be made."""
+        try:
+            frames = await self.at_desk(made)
+        except Exception as error:  # noqa: BLE001 (the page is there, and may undo what failed)
+            await self.failed(error)
+            return
+        for frame in frames:
+            await self.send_one(page, frame)
 
     async def listen(self, page: WebSocket) -> None:
         """Take one question of a page."""
@@ -374,7 +400,7 @@ def live_application(desk: Desk | DescribeDesk, *, port: int, token: str) -> App
 
     @asynccontextmanager
     async def running(app: Starlette) -> AsyncIterator[None]:
-        tasks = [asyncio.create_task(one()) for one in hub.loops]
+        tasks = [asyncio.create_task(hub.go_on(one)) for one in hub.steps]
         try:
             yield
         finally:
@@ -416,6 +442,7 @@ def serve(desk: Desk | DescribeDesk, *, port: int = 0, ready: Callable[[str], No
             bound.bind(("127.0.0.1", port))
         except (OSError, OverflowError) as error:
             raise InputError(f"port {port} cannot be had: {error}") from None
+        bound.listen()  # who opens the address at once waits, and is not refused
         taken = int(bound.getsockname()[1])
         token = secrets.token_urlsafe(32)
         settings = uvicorn.Config(

@@ -7,6 +7,9 @@ let number = Math.floor(Math.random() * 2 ** 40);
 let onItsWay = 0;
 let single = 0;
 let socket = null;
+let slow = 0;
+let told = () => {};
+const SLOW = 1500; // [ms] after which it is said that an answer is waited for
 const waiting = new Map();
 
 // Ask for something; a newer question of the same subject replaces one that waits, but for one that
@@ -31,11 +34,14 @@ function next() {
   number += 1;
   onItsWay = number;
   socket.send(JSON.stringify({ n: number, ...question }));
+  clearTimeout(slow);
+  slow = setTimeout(() => told("the bench is at work; what is asked for the first time can take a minute"), SLOW);
 }
 
 // Connect, and again whenever the connection is lost. take: is given what arrives; say: is told how
 // the connection is, and whether that is a fault.
 export function connect(take, say) {
+  told = say;
   socket = new WebSocket(`ws://${location.host}/ws`, "workbench-1");
   socket.binaryType = "arraybuffer";
   socket.onopen = () => {
@@ -44,15 +50,20 @@ export function connect(take, say) {
   };
   socket.onmessage = (event) => {
     const found = answerOf(event.data);
-    if (found.head.answers === onItsWay) onItsWay = 0;
+    if (found.head.answers === onItsWay) answered();
     take(found);
     next();
   };
   socket.onclose = (event) => {
-    onItsWay = 0;
+    answered();
     say(event.reason || "the bench does not answer; trying again", true);
     if (event.code !== 4400) setTimeout(() => connect(take, say), 1000);
   };
+}
+
+function answered() {
+  onItsWay = 0;
+  clearTimeout(slow);
 }
 
 // The header of an answer, and its arrays by their names.

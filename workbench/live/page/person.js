@@ -19,7 +19,7 @@ export class Person {
       const zone = Number(at("harness").value);
       ask("harness", { person: this.role, ...(zone > 0 ? { zone } : {}) });
     };
-    at("posture").onsubmit = (event) => {
+    at("posture-form").onsubmit = (event) => {
       event.preventDefault();
       ask("posture", { person: this.role, name: at("posture-name").value });
     };
@@ -41,12 +41,14 @@ export class Person {
 
   // What this person may be given.
   build() {
+    at("who").hidden = !this.offers; // a study of motions alone has nobody to be changed
+    if (!this.offers) return;
     const { many, wearable, postures, reaches, seat } = this.offers;
     const { controls, points } = this.state.hello;
     at("size").hidden = at("clothes").hidden = many;
     at("many").hidden = !many;
     at("harness-row").hidden = !reaches;
-    at("posture").hidden = !postures.length;
+    at("posture-form").hidden = !postures.length;
     at("prediction").hidden = !seat || !postures.length;
     this.clothes = wearable.map((name) => {
       const label = element("label");
@@ -71,6 +73,7 @@ export class Person {
 
   show() {
     const now = this.state.answer.people[this.state.person];
+    if (!now) return;
     this.size.show(now);
     this.clothes.forEach(({ name, input }) => (input.checked = now.clothes.includes(name)));
     at("harness").value = String(now.zone);
