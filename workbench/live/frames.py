@@ -78,11 +78,16 @@ def hello_frame(opened: OpenStudy, file: str, *, saves: bool) -> bytes:
             "points": list(study.environment.points),
             "seats": sorted(riding),
             "roles": [
-                {"role": name, "segments": list(body.segment_names)}
+                {"role": name, "segments": _with_surface(body)}
                 for name, body in role_bodies(opened).items()
             ],
         }
     )
+
+
+def _with_surface(body: Body) -> list[str]:
+    """The names of the segments that have spheres: of others nothing can be near."""
+    return [body.segment_names[n] for n in np.unique(body.sphere_segment)]
 
 
 def _seat(opened: OpenStudy, row: int) -> dict[str, Any] | None:
