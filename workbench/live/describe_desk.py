@@ -18,7 +18,7 @@ from workbench.errors import InputError, WorkbenchError, printable
 from workbench.geometry.components import component_labels
 from workbench.live.describe_frames import describe_hello, description_frame, drawn_place
 from workbench.live.describe_protocol import DESCRIBE_VERBS
-from workbench.live.desk import fault_frame
+from workbench.live.desk import busy_frame, fault_frame, internal
 from workbench.live.protocol import Question, packed
 from workbench.live.replies import Replies
 from workbench.model.arrays import Ints
@@ -123,7 +123,7 @@ class DescribeDesk:
 
     def greeting(self) -> list[bytes]:
         """What a page needs that was just opened."""
-        busy = packed({"kind": "busy", "what": "the picture is being made"})
+        busy = busy_frame(0, "the picture is being made")
         return [describe_hello(self.opened, person_words(), saves=not self.read_only), busy]
 
     def state(self) -> list[bytes]:
@@ -156,8 +156,7 @@ class DescribeDesk:
         except WorkbenchError as error:
             return Replies(asker=[fault_frame(question, str(error))])
         except Exception as error:  # noqa: BLE001 (one question that fails must not end the bench)
-            words = f"internal error: {type(error).__name__}: {error}"
-            return Replies(asker=[fault_frame(question, words)])
+            return Replies(asker=[fault_frame(question, internal(error))])
 
     def _answered(self, number: int, words: str) -> bytes:
         """The frame of the description as it is."""

@@ -2,7 +2,7 @@
 // written as text.
 
 import { ask, connect, waits } from "./connection.js";
-import { at, element, options } from "./elements.js";
+import { at, bindHistory, element, options } from "./elements.js";
 import { Grips } from "./grips.js";
 import { Looks } from "./looks.js";
 import { People } from "./people.js";
@@ -209,18 +209,7 @@ function choosePerson(number) {
 }
 
 at("person").onchange = () => choosePerson(at("person").selectedIndex);
-at("undo").onclick = () => ask("undo");
-at("redo").onclick = () => ask("redo");
-at("save").onclick = () => save();
-addEventListener("keydown", (event) => {
-  if (!event.ctrlKey && !event.metaKey) return;
-  const key = event.key.toLowerCase();
-  const verb = { z: event.shiftKey ? "redo" : "undo", y: "redo", s: "save" }[key];
-  if (!verb) return;
-  event.preventDefault();
-  if (verb === "save") save();
-  else ask(verb);
-});
+bindHistory({ undo: () => ask("undo"), redo: () => ask("redo"), save: () => save() });
 addEventListener("beforeunload", (event) => state.answer?.unsaved && event.preventDefault());
 
 connect(take, say);

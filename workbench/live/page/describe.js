@@ -3,7 +3,7 @@
 import { pick } from "/view/pick.js";
 import { vec } from "/view/camera.js";
 import { ask, connect } from "./connection.js";
-import { at, element, options } from "./elements.js";
+import { at, bindHistory, element, options } from "./elements.js";
 import { Marks } from "./describe_marks.js";
 import { Parts } from "./describe_parts.js";
 import { Things } from "./describe_things.js";
@@ -208,22 +208,11 @@ at("sit").onchange = () => {
   if (at("sit").checked) say("seating a person; the first time this takes a while");
   each("sit", { on: at("sit").checked });
 };
-at("undo").onclick = () => each("undo");
-at("redo").onclick = () => each("redo");
-at("save").onclick = () => save();
+bindHistory({ undo: () => each("undo"), redo: () => each("redo"), save: () => save() });
 at("save-as").onclick = () => {
   const to = prompt("Save under which name, in the same folder?", state.found.file);
   if (to) save(to);
 };
-addEventListener("keydown", (event) => {
-  if (!event.ctrlKey && !event.metaKey) return;
-  const key = event.key.toLowerCase();
-  const verb = { z: event.shiftKey ? "redo" : "undo", y: "redo", s: "save" }[key];
-  if (!verb) return;
-  event.preventDefault();
-  if (verb === "save") save();
-  else each(verb);
-});
 addEventListener("beforeunload", (event) => state.found?.undo && state.found.unsaved && event.preventDefault());
 
 connect(take, say);
