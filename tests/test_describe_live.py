@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import base64
 import json
-import shutil
-import subprocess
-import sys
 import zlib
 
 import pytest
 
 from tests.made_seat import SRP, obj_text, seat_parts
+from tests.web_page import CHROMIUM, launched, served
 from workbench.cli import main
 from workbench.files.environments import load_environment
 
@@ -22,7 +20,6 @@ pytest.importorskip("uvicorn", reason="the extra `live` is not installed")
 from tests.test_live import asked, client_of, entered, frames_until, page_of
 from workbench.live.describe_desk import DescribeDesk
 
-CHROMIUM = shutil.which("chromium") or shutil.which("google-chrome")
 CUSHION = {"part": "pan", "start": [SRP[0] + 0.2, SRP[1], 3], "way": [0, 0, -1]}
 BACK = {"part": "rest", "start": [3, SRP[1], SRP[2] + 0.3], "way": [-1, 0, 0]}
 
@@ -184,32 +181,25 @@ def clicked(page, view, point, words):
 @pytest.mark.skipif(CHROMIUM is None, reason="there is no Chromium: apt install chromium")
 def test_a_cushion_and_a_back_are_clicked_and_the_file_says_so(mesh):
     playwright = pytest.importorskip("playwright.sync_api", reason="Playwright is not installed")
-    command = [sys.executable, "-m", "workbench", "live", str(mesh), "--no-browser"]
     said = []
-    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as running:
-        try:
-            address = running.stdout.readline().strip()
-            with playwright.sync_playwright() as started:
-                browser = started.chromium.launch(
-                    executable_path=CHROMIUM, args=["--no-sandbox", "--enable-unsafe-swiftshader"]
-                )
-                page = browser.new_page(viewport={"width": 1100, "height": 500})
-                page.set_default_timeout(120_000)
-                page.on("pageerror", lambda error: said.append(str(error)))
-                page.goto(address, wait_until="commit")
-                page.wait_for_selector("#picture .stage[data-box]", state="attached")
-                page.get_by_label("cushion", exact=True).check()
-                clicked(page, "top", [SRP[0] + 0.25, SRP[1], SRP[2] + 0.05], "now pick the back")
-                clicked(page, "front", [SRP[0] - 0.1, SRP[1], SRP[2] + 0.35], "figures are those")
-                page.get_by_label("driver: yaw").fill("1")
-                page.keyboard.press("Tab")
-                page.wait_for_function("() => document.querySelector('.seat').textContent.includes('typed')")  # fmt: skip
-                page.keyboard.press("Control+s")
-                page.wait_for_function("() => document.getElementById('status').textContent.startsWith('saved')")  # fmt: skip
-                browser.close()
-        finally:
-            running.terminate()
-            running.wait(20)
+    with (
+        served(mesh) as address,
+        playwright.sync_playwright() as running,
+        launched(running) as browser,
+    ):
+        page = browser.new_page(viewport={"width": 1100, "height": 500})
+        page.set_default_timeout(120_000)
+        page.on("pageerror", lambda error: said.append(str(error)))
+        page.goto(address, wait_until="commit")
+        page.wait_for_selector("#picture .stage[data-box]", state="attached")
+        page.get_by_label("cushion", exact=True).check()
+        clicked(page, "top", [SRP[0] + 0.25, SRP[1], SRP[2] + 0.05], "now pick the back")
+        clicked(page, "front", [SRP[0] - 0.1, SRP[1], SRP[2] + 0.35], "figures are those")
+        page.get_by_label("driver: yaw").fill("1")
+        page.keyboard.press("Tab")
+        page.wait_for_function("() => document.querySelector('.seat').textContent.includes('typed')")  # fmt: skip
+        page.keyboard.press("Control+s")
+        page.wait_for_function("() => document.getElementById('status').textContent.startsWith('saved')")  # fmt: skip
     text = (mesh.parent / "environment.yaml").read_text()
     assert "srp: [100, 200, 300]  # fitted" in text and "yaw: 1  # typed" in text
     assert said == []

@@ -5,18 +5,16 @@ from __future__ import annotations
 import json
 import math
 import shutil
-import subprocess
-import sys
 
 import pytest
 
 from tests.conftest import ROOT
+from tests.web_page import CHROMIUM, launched, served
 
 pytest.importorskip("starlette", reason="the extra `live` is not installed")
 playwright = pytest.importorskip(
     "playwright.sync_api", reason="Playwright is not installed: pip install playwright"
 )
-CHROMIUM = shutil.which("chromium") or shutil.which("google-chrome")
 pytestmark = pytest.mark.skipif(
     CHROMIUM is None, reason="there is no Chromium: apt install chromium"
 )
@@ -31,28 +29,21 @@ def study(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def page(study):
-    command = [sys.executable, "-m", "workbench", "live", str(study), "--no-browser"]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as running:
-        try:
-            address = running.stdout.readline().strip()
-            with playwright.sync_playwright() as started:
-                browser = started.chromium.launch(
-                    executable_path=CHROMIUM, args=["--no-sandbox", "--enable-unsafe-swiftshader"]
-                )
-                opened = browser.new_page(viewport={"width": 1400, "height": 900})
-                opened.set_default_timeout(60_000)
-                opened.said = []
-                opened.asked = []
-                opened.on("console", lambda message: opened.said.append(message.text))
-                opened.on("pageerror", lambda error: opened.said.append(str(error)))
-                opened.on("request", lambda request: opened.asked.append(request.url))
-                opened.goto(address, wait_until="commit")
-                opened.wait_for_selector("#verdicts tr")
-                yield opened
-                browser.close()
-        finally:
-            running.terminate()
-            running.wait(20)
+    with (
+        served(study) as address,
+        playwright.sync_playwright() as running,
+        launched(running) as browser,
+    ):
+        opened = browser.new_page(viewport={"width": 1400, "height": 900})
+        opened.set_default_timeout(60_000)
+        opened.said = []
+        opened.asked = []
+        opened.on("console", lambda message: opened.said.append(message.text))
+        opened.on("pageerror", lambda error: opened.said.append(str(error)))
+        opened.on("request", lambda request: opened.asked.append(request.url))
+        opened.goto(address, wait_until="commit")
+        opened.wait_for_selector("#verdicts tr")
+        yield opened
 
 
 def elbow(page):
@@ -311,20 +302,15 @@ def test_every_name_in_the_page_is_of_one_element(page):
 
 
 def test_a_study_of_motions_alone_is_opened_without_errors(page):
-    command = [sys.executable, "-m", "workbench", "live", "trainer_crash", "--no-browser"]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as running:
-        try:
-            opened = page.context.browser.new_page()
-            wrong = []
-            opened.on("pageerror", lambda error: wrong.append(str(error)))
-            opened.goto(running.stdout.readline().strip(), wait_until="commit")
-            opened.wait_for_function("() => document.getElementById('case').length === 2")
-            opened.wait_for_function("() => document.getElementById('who').hidden")
-            assert wrong == []
-            opened.close()
-        finally:
-            running.terminate()
-            running.wait(20)
+    with served("trainer_crash") as address:
+        opened = page.context.browser.new_page()
+        wrong = []
+        opened.on("pageerror", lambda error: wrong.append(str(error)))
+        opened.goto(address, wait_until="commit")
+        opened.wait_for_function("() => document.getElementById('case').length === 2")
+        opened.wait_for_function("() => document.getElementById('who').hidden")
+        assert wrong == []
+        opened.close()
 
 
 @pytest.mark.parametrize("width", [420, 1000, 1600])

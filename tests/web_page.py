@@ -5,14 +5,17 @@ from __future__ import annotations
 import contextlib
 import io
 import shutil
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
 from PIL import Image
 
-__all__ = ["CHROMIUM", "launched", "node", "opened", "pixels", "started"]
+__all__ = ["CHROMIUM", "launched", "node", "opened", "pixels", "served", "started"]
 
-CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
+_NAMES = ("chromium", "chromium-browser", "google-chrome")
+CHROMIUM = next((path for name in _NAMES if (path := shutil.which(name))), None)
 """Path of the browser; None where none is installed."""
 SOFTWARE = ("--no-sandbox", "--enable-unsafe-swiftshader")
 
@@ -76,3 +79,15 @@ def pixels(page, selector="canvas"):
     page.wait_for_timeout(900)
     data = page.locator(selector).first.screenshot()
     return Image.open(io.BytesIO(data)).convert("RGB")
+
+
+@contextlib.contextmanager
+def served(source):
+    """The address of a bench that is served until the context ends."""
+    command = [sys.executable, "-m", "workbench", "live", str(source), "--no-browser"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as running:
+        try:
+            yield running.stdout.readline().strip()
+        finally:
+            running.terminate()
+            running.wait(20)
