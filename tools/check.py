@@ -70,6 +70,8 @@ HOMES = {
     "duckdb": {"files/parquet.py"},
     "starlette": {"live"},
     "uvicorn": {"live"},
+    "anywidget": {"draw/web/widget.py"},
+    "traitlets": {"draw/web/widget.py"},
 }
 """The files or rooms that may import a library."""
 DRAWERS = {"utils", "helpers", "common", "misc"}

@@ -22,7 +22,7 @@ from workbench.files.schema import metres_in
 from workbench.model.arrays import Floats, Ints
 from workbench.model.environment import Environment
 
-__all__ = ["SectionPlane", "apply_section", "cut_away", "parse_section_plane"]
+__all__ = ["SectionPlane", "apply_section", "cut_away", "parse_section_plane", "side_name"]
 
 _SIDES = {
     "front": (0, 1.0),
@@ -54,7 +54,7 @@ class SectionPlane:
     """The option as given."""
 
 
-def parse_section_plane(text: str) -> SectionPlane:
+def parse_section_plane(text: str, *, option: str = "--cut") -> SectionPlane:
     """Read a section plane such as "left", "left=0.3" or "y=300mm".
 
     Parameters
@@ -62,6 +62,8 @@ def parse_section_plane(text: str) -> SectionPlane:
     text
         The side to cut away, or an axis whose viewer's side is cut away. Then optionally "=" and
         the coordinate, in metres if no unit is given.
+    option
+        What messages call it.
 
     Raises
     ------
@@ -70,7 +72,7 @@ def parse_section_plane(text: str) -> SectionPlane:
     """
     name, equals, where = (part.strip() for part in text.partition("="))
     if name not in _SIDES:
-        raise UsageError(f"--cut: no side or axis {name!r}; {one_of(name, _SIDES)}")
+        raise UsageError(f"{option}: no side or axis {name!r}; {one_of(name, _SIDES)}")
     axis, side = _SIDES[name]
     if not equals:
         return SectionPlane(axis, side, None, text)
@@ -78,7 +80,7 @@ def parse_section_plane(text: str) -> SectionPlane:
     unit = (match[2] or "m") if match else ""
     if match is None or unit not in metres_in:
         raise UsageError(
-            f"--cut {text}: a place such as {name}=0.3 [m] or {name}=300mm is needed; "
+            f"{option} {text}: a place such as {name}=0.3 [m] or {name}=300mm is needed; "
             f"units: {', '.join(metres_in)}"
         )
     return SectionPlane(axis, side, float(match[1]) * metres_in[unit], text)
@@ -109,11 +111,32 @@ def apply_section(scene: Scene, camera: Camera, plane: SectionPlane) -> Environm
     return cut_away(scene.environment, at * axis, side * axis)
 
 
+def side_name(plane: SectionPlane) -> str:
+    """Return the name of the side that a section plane cuts away.
+
+    Raises
+    ------
+    UsageError
+        If it is the viewer's side.
+    """
+    sides = _sides_of(plane)
+    if not plane.side:
+        raise UsageError(
+            f"section {plane.text}: say which side goes: {' or '.join(sides.values())}"
+        )
+    return sides[plane.side]
+
+
+def _sides_of(plane: SectionPlane) -> dict[float, str]:
+    """Return the two sides of a plane by the sign of their coordinates."""
+    return {sign: name for name, (axis, sign) in _SIDES.items() if axis == plane.axis and sign}
+
+
 def _viewer_side(camera: Camera, plane: SectionPlane) -> float:
     """Return 1 or -1, the side of a plane on which the viewer is."""
     across = camera.toward[plane.axis]
     if abs(across) < _ALONG_PLANE:
-        sides = [name for name, (axis, sign) in _SIDES.items() if axis == plane.axis and sign]
+        sides = _sides_of(plane).values()
         raise UsageError(
             f"--cut {plane.text}: the view {camera.name} looks along this plane; say which side "
             f"goes: {' or '.join(sides)}"

@@ -88,7 +88,7 @@ PAGE = {
     "icon.svg": "image/svg+xml",
 }
 """The files of the page and their types."""
-VIEW = {f"{name}.js": "text/javascript; charset=utf-8" for name in MODULES if name != "page"}
+VIEW = {f"{name}.js": "text/javascript; charset=utf-8" for name in MODULES}
 VIEW["view.css"] = "text/css; charset=utf-8"
 """The files of the viewer that the reports have too, and their types."""
 Found = TypeVar("Found")

@@ -170,10 +170,10 @@ export class Card {
     const mine = this.people[k];
     gl.bindVertexArray(mine.vao);
     if (mine.framed !== this.scene.frame) {
-      gl.bindBuffer(gl.ARRAY_BUFFER, mine.at);
-      gl.bufferSubData(gl.ARRAY_BUFFER, 0, body.centres);
-      gl.bindBuffer(gl.ARRAY_BUFFER, mine.tint);
-      gl.bufferSubData(gl.ARRAY_BUFFER, 0, body.tint);
+      for (const [buffer, array] of [[mine.at, body.centres], [mine.radius, body.radius], [mine.tint, body.tint]]) {
+        gl.bindBuffer(gl.ARRAY_BUFFER, buffer);
+        gl.bufferSubData(gl.ARRAY_BUFFER, 0, array);
+      }
       mine.framed = this.scene.frame;
     }
     gl.drawArraysInstanced(gl.TRIANGLE_STRIP, 0, 4, body.radius.length);

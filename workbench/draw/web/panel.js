@@ -109,26 +109,51 @@ export class Panel {
   }
 
   toggleWalls() {
-    this.viewer.walls = !this.viewer.walls;
-    this.wallButton?.setAttribute("aria-pressed", !this.viewer.walls);
+    this.setWalls(!this.viewer.walls);
+  }
+
+  // Whether walls before a body are opaque.
+  setWalls(walls) {
+    this.viewer.walls = walls;
+    this.wallButton?.setAttribute("aria-pressed", !walls);
     this.viewer.draw();
+  }
+
+  // Look as another viewer did.
+  resume({ camera, section, walls, hiddenBodies, hiddenParts }) {
+    const { viewer } = this;
+    Object.assign(viewer.camera, camera);
+    Object.assign(viewer, { hiddenBodies, hiddenParts });
+    this.setWalls(walls);
+    this.setSection(section);
+    viewer.partsChanged();
   }
 
   // A section square to the axis that points most toward the eye, through what was clicked last or
   // the middle of the bodies; what is on the eye's side goes.
   toggleSection() {
-    const { viewer } = this;
-    const on = !viewer.section;
-    if (on) {
-      const [low, high] = boundsOf(this.scene);
-      const through = this.chosen ? this.chosen.point : [0, 1, 2].map((i) => (low[i] + high[i]) / 2);
-      const { z } = viewer.camera.axes();
-      const axis = z.map(Math.abs).indexOf(Math.max(...z.map(Math.abs)));
-      const normal = [0, 0, 0];
-      normal[axis] = Math.sign(z[axis]);
-      viewer.section = [...normal, -normal[axis] * through[axis]];
-    } else viewer.section = null;
-    this.sectionButton.setAttribute("aria-pressed", on);
+    if (this.viewer.section) return this.setSection(null);
+    const { z } = this.viewer.camera.axes();
+    const axis = z.map(Math.abs).indexOf(Math.max(...z.map(Math.abs)));
+    this.setSection(this.sectionAt(axis, Math.sign(z[axis]) || 1, (this.chosen?.point ?? this.middle())[axis]));
+  }
+
+  // The plane across an axis at a coordinate; what is on the side of the sign goes.
+  sectionAt(axis, sign, at) {
+    const plane = [0, 0, 0, -sign * at];
+    plane[axis] = sign;
+    return plane;
+  }
+
+  middle() {
+    const [low, high] = boundsOf(this.scene);
+    return low.map((value, k) => (value + high[k]) / 2);
+  }
+
+  // A plane [a, b, c, d], or null for none.
+  setSection(plane) {
+    this.viewer.section = plane;
+    this.sectionButton.setAttribute("aria-pressed", Boolean(plane));
     this.at(this.scene.frame);
   }
 

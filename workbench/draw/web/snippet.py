@@ -19,7 +19,9 @@ from workbench.draw.web.views import WebView
 
 __all__ = [
     "MODULES",
+    "PAGE",
     "STILL",
+    "WIDGET",
     "pair_html",
     "place_html",
     "policy",
@@ -43,9 +45,12 @@ MODULES = (
     "film",
     "touch",
     "panel",
-    "page",
 )
-"""The modules of the script, each after those that it imports."""
+"""The modules of a picture, each after those that it imports."""
+PAGE = (*MODULES, "page")
+"""The modules of a page."""
+WIDGET = (*MODULES, "naming", "widget")
+"""The modules of a widget of a notebook."""
 _FRAME = 520
 """Height of an inline frame [pixels]."""
 STILL = 520
@@ -64,14 +69,14 @@ body { margin: 0; font: 15px/1.5 system-ui, "Segoe UI", Roboto, "DejaVu Sans", s
 
 
 @cache
-def script() -> str:
-    """Return the script of a page as one module, without comments."""
+def script(modules: tuple[str, ...] = PAGE) -> str:
+    """Return the script of a page, or of a `WIDGET`, as one module without comments."""
     folder = files("workbench.draw.web")
     joined = []
-    for name in MODULES:
+    for name in modules:
         text = (folder / f"{name}.js").read_text(encoding="utf-8")
         text = _COMMENT.sub("", _IMPORT.sub("", text))
-        joined.append(re.sub(r"^export ", "", text, flags=re.MULTILINE).strip())
+        joined.append(re.sub(r"^export (?!default)", "", text, flags=re.MULTILINE).strip())
     return "\n".join(joined) + "\n"
 
 

@@ -67,7 +67,9 @@ export class Touch {
 
   // A page scrolls on under the mouse until its picture was clicked.
   wheel(event) {
-    if (document.activeElement !== this.panel.viewer.canvas && !event.ctrlKey) return;
+    const { canvas } = this.panel.viewer;
+    const focused = canvas.getRootNode().activeElement; // in a notebook's shadow tree the document's is its host
+    if (focused !== canvas && !event.ctrlKey) return;
     event.preventDefault();
     this.panel.viewer.camera.zoom(Math.exp(event.deltaY * 0.001));
     this.panel.viewer.moved();

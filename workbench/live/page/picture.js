@@ -36,18 +36,9 @@ export class Picture {
     this.panel?.end();
     this.panel = null;
     this.panel = new Panel(this.place, scene, matchMedia("(prefers-color-scheme: dark)").matches);
-    if (before) this.resume(before);
+    if (before) this.panel.resume(before);
     this.opened(this.panel);
     return this.panel;
-  }
-
-  // Look as another viewer did.
-  resume({ camera, section, walls, hiddenBodies, hiddenParts }) {
-    const { viewer } = this.panel;
-    Object.assign(viewer.camera, camera);
-    Object.assign(viewer, { section, walls, hiddenBodies, hiddenParts });
-    this.panel.sectionButton.setAttribute("aria-pressed", Boolean(section));
-    this.panel.wallButton?.setAttribute("aria-pressed", !walls);
   }
 
   // Put people and seats where an answer has them; red is what is deeper than it may be.
