@@ -7,6 +7,7 @@ import { test } from "node:test";
 
 import { Camera, vec } from "./view/camera.js";
 import { clearest, named, pick } from "./view/pick.js";
+import { areAlike, chosenOf, namesOf, sectionOf, sectionWords } from "./view/naming.js";
 import { boundsOf, decode, unpack } from "./view/wire.js";
 import { rangesOf } from "./page/grips.js";
 import { frameAt, path, worstOf } from "./view/film.js";
@@ -205,4 +206,28 @@ test("two states share a picture without a gap, and what is of no state is in bo
   assert.deepEqual([{}, { state: 0 }, { state: 1 }].map((thing) => isOf(thing, 1)), [true, false, true]);
   assert.deepEqual([0, 0.4, 1].map((wipe) => wipeWords(["old", "new"], wipe)),
     ["new alone", "old to the left of 40 %, new to the right", "old alone"]);
+});
+
+test("a section is called by the side that goes, and its place", () => {
+  assert.deepEqual(sectionOf("left=0.3"), { axis: 1, sign: 1, at: 0.3 });
+  assert.deepEqual(sectionOf("back"), { axis: 0, sign: -1, at: undefined });
+  assert.equal(sectionWords([0, 1, 0, -0.3]), "left=0.3");
+  assert.equal(sectionWords([-1, 0, 0, 0.25]), "back=0.25"); // -x + 0.25 > 0: what is behind 0.25
+});
+
+test("what is chosen has names, and what has these names is found again", () => {
+  const hand = { name: "anna", segments: ["arm", "hand"], segment: [0, 1, 1], spheres: ["", "thumb", ""] };
+  const centres = Float32Array.of(0, 0, 0, 1, 2, 3, 4, 5, 6);
+  const scene = {
+    bodies: [{ ...hand, radius: [1, 1, 1], centres }],
+    place: { parts: [{ name: "left_sill" }], part: [0, 0], vertices: Float32Array.of(0, 0, 0, 2, 4, 6) },
+  };
+  for (const names of [["anna", "hand", "thumb"], ["anna", "hand"], ["left_sill"]]) {
+    assert.deepEqual(namesOf(scene, chosenOf(scene, names)), names);
+  }
+  near(chosenOf(scene, ["left_sill"]).point, [1, 2, 3]);
+  near(chosenOf(scene, ["anna", "hand", "thumb"]).point, [1, 2, 3]);
+  assert.deepEqual(namesOf(scene, { kind: "body", body: 0, sphere: 2 }), ["anna", "hand"]);
+  assert.equal(chosenOf(scene, ["bert", "hand"]), null);
+  assert.ok(areAlike(scene.bodies, scene.bodies) && !areAlike([], scene.bodies));
 });

@@ -349,7 +349,8 @@ FILES = [
     "load_study",
     "scene_of",
 ]
-"""Functions of one name or path; run, compare and to_pyvista take what these and others give."""
+"""Functions of one name or path; run, compare, to_pyvista and view take what these and
+others give."""
 
 
 def called(name, arguments):
@@ -550,7 +551,7 @@ def test_a_whole_number_is_as_good_as_one_with_a_fraction(one_arm):
     )
 
 
-@pytest.mark.parametrize("name", [*FILES, "run", "compare", "to_pyvista"])
+@pytest.mark.parametrize("name", [*FILES, "run", "compare", "to_pyvista", "view"])
 def test_hostile_names_and_paths_are_refused_in_our_own_words(name, tmp_path):
     more = ["\0", "a\nb", "../" * 300, Path("/"), Path(tmp_path), "/dev/null", "*"]
     rest = (Scene(()),) if name == "to_pyvista" else (None,) if name == "compare" else ()
@@ -576,6 +577,7 @@ def test_every_public_function_is_tried(one_arm, tmp_path):
         "run",
         "compare",
         "to_pyvista",
+        "view",
         "environment_from_mesh",
     }
     assert functions == tried

@@ -45,6 +45,7 @@ def test_help_loads_neither_compiler_nor_mesh_library():
         "pydantic",
         "jinja2",
         "numpy",
+        "anywidget",
     }
 
 

@@ -55,3 +55,16 @@ def test_a_frame_in_a_notebook_shows_the_picture(box_cab, tmp_path):
         image = pixels(page, "iframe")
         assert len(image.getcolors(image.width * image.height)) > 20
         assert page.faults == []
+
+
+def test_a_result_lets_choose_a_case_and_keeps_its_people(result, one_arm):
+    pytest.importorskip(
+        "anywidget",
+        reason="anywidget is not installed: pip install 'bubbleman-workbench[notebook]'",
+    )
+    shown = wb.view(result)
+    assert [title.split(", ")[1] for title in shown.titles] == ["down", "forward"]
+    shown.picture = 1
+    assert repr(shown) == "PictureWidget(anna and bert in cab, forward)"
+    with pytest.raises(wb.UsageError, match="people: those of a result are as they were measured"):
+        shown.people = wb.place(one_arm, wb.pose(one_arm, {}))

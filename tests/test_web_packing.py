@@ -23,7 +23,7 @@ from tests.web_page import node
 from workbench.draw.scene import Mark, Scene, SceneBody
 from workbench.draw.web.compared_view import compared_view
 from workbench.draw.web.packing import FINE, TENTH, Packing
-from workbench.draw.web.snippet import MODULES, policy, script, standalone, style
+from workbench.draw.web.snippet import PAGE, WIDGET, policy, script, standalone, style
 from workbench.draw.web.views import WebBody, WebView, body_view, scene_view
 from workbench.model.moves import Move, displaced
 
@@ -186,14 +186,17 @@ def test_the_viewer_is_small():
         assert len(path.read_text().splitlines()) <= MOST_LINES, path.name
 
 
-def test_every_module_is_joined_once_after_what_it_imports():
-    assert {path.stem for path in WEB.glob("*.js")} == set(MODULES)
-    for k, name in enumerate(MODULES):
+@pytest.mark.parametrize("modules", [PAGE, WIDGET], ids=["page", "widget"])
+def test_every_module_is_joined_once_after_what_it_imports(modules):
+    assert {path.stem for path in WEB.glob("*.js")} == {*PAGE, *WIDGET}
+    for k, name in enumerate(modules):
         text = (WEB / f"{name}.js").read_text()
-        assert set(re.findall(r'from "\./(\w+)\.js"', text)) <= set(MODULES[:k])
-    declared = re.findall(r"^(?:async )?(?:function|class|const|let) (\w+)", script(), re.M)
+        assert set(re.findall(r'from "\./(\w+)\.js"', text)) <= set(modules[:k])
+    joined = script(modules)
+    declared = re.findall(r"^(?:async )?(?:function|class|const|let) (\w+)", joined, re.M)
     assert len(set(declared)) == len(declared)
-    assert "import " not in script() and "export " not in script()
+    assert "import " not in joined
+    assert re.findall(r"export \w+", joined) == ["export default"] * (modules is WIDGET)
 
 
 def test_the_policy_names_the_script_by_its_hash_and_lets_nothing_else_in(arm_view):

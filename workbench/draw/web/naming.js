@@ -68,11 +68,14 @@ export function areAlike(people, others) {
 
 // Whether what stands behind an element is dark: the first colour that is not see-through.
 export function isDark(element) {
+  const pen = document.createElement("canvas").getContext("2d", { willReadFrequently: true });
   for (let one = element.parentNode; one; one = one.parentNode ?? one.host) {
-    const colour = one instanceof Element && getComputedStyle(one).backgroundColor.match(/[\d.]+/g);
-    if (!colour || (colour.length > 3 && Number(colour[3]) < 0.5)) continue;
-    const [r, g, b] = colour.map(Number);
-    return 0.299 * r + 0.587 * g + 0.114 * b < 128;
+    if (!(one instanceof Element)) continue;
+    pen.clearRect(0, 0, 1, 1);
+    pen.fillStyle = getComputedStyle(one).backgroundColor; // rgb, oklch, ...: painted to be told
+    pen.fillRect(0, 0, 1, 1);
+    const [r, g, b, opacity] = pen.getImageData(0, 0, 1, 1).data;
+    if (opacity >= 128) return 0.299 * r + 0.587 * g + 0.114 * b < 128;
   }
   return matchMedia("(prefers-color-scheme: dark)").matches;
 }
