@@ -126,12 +126,14 @@ def skin(image):
 
 def test_people_are_replaced_in_the_same_picture(page, arms):
     page.evaluate("window.kept = document.querySelector('#a canvas')")
-    put(page, "hidden", [])
+    put(page, "selected", ["anna", "hand"])
     wide, high = skin(pixels(page, PICTURE))
+    ring = page.locator("#a .ring").bounding_box()
     put(page, "_people", people_block(arms[1], "anna"))
     bent_wide, bent_high = skin(pixels(page, PICTURE))
     assert bent_wide > 1.5 * wide and bent_high < 0.9 * high
     assert page.evaluate("kept.isConnected")
+    assert page.locator("#a .ring").bounding_box()["y"] < ring["y"] - 20  # it goes with the hand
     put(page, "_people", people_block(arms[0], "anna", "bert"))
     page.wait_for_function("!kept.isConnected")
     put(page, "hidden", ["anna", "bert"])
@@ -289,7 +291,10 @@ def test_the_code_of_the_page_on_notebooks_runs(widget):
     exec(compile(block, "notebooks.md", "exec"), made)
     before = made["widget"]._people
     made["slider"].value = 90
-    assert made["widget"]._people != before and made["widget"].hidden == ("canopy",)
+    assert made["widget"]._people != before and made["widget"].hidden == (
+        "canopy",
+        "left_side_wall",
+    )
 
 
 def test_the_page_on_notebooks_names_every_attribute(widget):

@@ -38,13 +38,15 @@ export function chosenOf(scene, names) {
   }
   const body = scene.bodies.findIndex(({ name }) => name === first);
   if (body < 0) return null;
-  const { segments, spheres, centres, segment: own } = scene.bodies[body];
+  const { segments, spheres, segment: own } = scene.bodies[body];
   const fits = (k) => segments[own[k]] === segment && (sphere === undefined || spheres[k] === sphere);
   const inside = [...own.keys()].filter(fits);
   if (!inside.length) return null;
   const k = inside[inside.length >> 1];
-  return { kind: "body", body, sphere: k, names, point: [...centres.subarray(3 * k, 3 * k + 3)] };
+  return { kind: "body", body, sphere: k, names, point: centreAt(scene.bodies[body], k) };
 }
+
+export const centreAt = ({ centres }, sphere) => [...centres.subarray(3 * sphere, 3 * sphere + 3)];
 
 // The middle of the box around a part.
 function centreOf({ vertices, part }, wanted) {

@@ -3,7 +3,7 @@
 
 import { VIEWS } from "./camera.js";
 import { element } from "./list.js";
-import { areAlike, chosenOf, isDark, isSame, namesOf, sectionOf, sectionWords } from "./naming.js";
+import { areAlike, centreAt, chosenOf, isDark, isSame, namesOf, sectionOf, sectionWords } from "./naming.js";
 import { Panel } from "./panel.js";
 import { named } from "./pick.js";
 import { readBlock, sceneOf } from "./wire.js";
@@ -136,7 +136,7 @@ class Widget {
 
   // Other people, or the same ones elsewhere: those are moved, and nothing else is touched.
   async takePeople() {
-    if (!this.panel) return;
+    if (!this.panel || this.picture !== this.model.get("picture")) return this.load();
     const mine = ++this.asked;
     const people = await this.people();
     if (mine !== this.asked || !this.panel) return;
@@ -144,6 +144,11 @@ class Widget {
     if (film || !people || !areAlike(people, scene.bodies)) return this.load();
     people.forEach((body, k) => Object.assign(scene.bodies[k], body));
     scene.frame += 1; // the card takes them up
+    const { chosen, labels } = this.panel;
+    if (chosen?.kind === "body") {
+      chosen.point = centreAt(scene.bodies[chosen.body], chosen.sphere);
+      if (labels.aim) labels.aim = chosen.point;
+    }
     viewer.moved();
   }
 
