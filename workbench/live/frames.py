@@ -19,10 +19,11 @@ from workbench.model.moves import Move
 from workbench.model.population import SEXES
 from workbench.model.poses import Placed
 from workbench.model.result import Verdict
-from workbench.study.bench.answers import Answer, Judged, NearPair, near_pairs
+from workbench.study.bench.answers import TOUCHES, Answer, Judged, near_pairs
 from workbench.study.bench.criteria import role_bodies
 from workbench.study.bench.crowd import Crowd, met_all
-from workbench.study.bench.motions import motion_names
+from workbench.study.bench.motions import MotionsJudged, motion_names
+from workbench.study.bench.near import NearPair
 from workbench.study.bench.state import OpenStudy, arranged_environment, seat_shift
 from workbench.study.checks.margins import Asked
 
@@ -30,6 +31,7 @@ __all__ = [
     "PeopleShown",
     "answer_frame",
     "hello_frame",
+    "near_row",
     "people_frame",
     "verdict_frame",
     "waiting_frame",
@@ -172,7 +174,7 @@ def answer_frame(found: Answer, opened: OpenStudy, head: Mapping[str, Any], begi
         "controls": [_rounded(one.at) for one in arranged_environment(opened, moves).controls],
         "case": opened.cases[found.placement.arrangement.case] if opened.cases else "",
         "people": people,
-        "near": [_near(pair) for pair in near_pairs(found)],
+        "near": [near_row(pair) for pair in near_pairs(found)],
         "ms": round(1e3 * (time.perf_counter() - begin), 1),
     }
     return packed(sent, arrays)
@@ -204,10 +206,13 @@ def _shifts(found: Answer) -> dict[str, list[float]]:
     return {arranged.environment.parts[k]: _rounded(shifts[k]) for k in moving}
 
 
-def _near(pair: NearPair) -> dict[str, Any]:
-    """A near pair, its room in mm."""
+def near_row(pair: NearPair) -> dict[str, Any]:
+    """A near pair, its lengths in mm: the distance, the overlap that is allowed, and whether that is
+    passed."""
     return {
-        "mm": round(1e3 * pair.room, 2),
+        "mm": 1e3 * pair.distance,
+        "allowed": 1e3 * pair.allowed,
+        "deep": pair.room < -TOUCHES,
         "person": pair.person,
         "subject": pair.subject,
         "segment": pair.segment,
@@ -219,7 +224,7 @@ def _near(pair: NearPair) -> dict[str, Any]:
 
 
 def verdict_frame(
-    judged: Judged | None, motions: Sequence[Verdict], generation: int, *, waits: bool = False
+    judged: Judged | None, motions: MotionsJudged | None, generation: int, *, waits: bool = False
 ) -> bytes:
     """Pack the verdicts of a state, the worst first.
 
@@ -228,22 +233,26 @@ def verdict_frame(
     judged
         What was found of postures, None where there are none.
     motions
-        The verdicts of motions.
+        What was found of motions, None where nothing is known yet.
     waits
-        Whether those of motions are not known yet.
+        Whether some motions are not judged yet.
     """
     found = judged.found.verdicts if judged is not None else ()
-    rows = [_verdict(one) for one in (*found, *motions)]
+    warnings = list(judged.found.warnings) if judged is not None else []
+    if motions is not None:
+        found = (*found, *motions.verdicts)
+        warnings += motions.warnings
+    rows = [_verdict(one) for one in found]
     rows.sort(key=lambda row: (row["passed"], row["margin"] is not None, row["margin"] or 0.0))
-    passed = all(row["passed"] for row in rows)
     return packed(
         {
             "kind": "verdicts",
             "generation": generation,
-            "passed": passed,
+            "passed": all(row["passed"] for row in rows),
             "waits": waits,
+            "motions": [motions.done, motions.of] if motions is not None else None,
             "rows": rows,
-            "warnings": list(judged.found.warnings) if judged is not None else [],
+            "warnings": warnings,
         }
     )
 
@@ -271,7 +280,7 @@ def _verdict(verdict: Verdict) -> dict[str, Any]:
     lead = worst.person + (f" and {worst.other_person}" if worst.other_person else "")
     margin = scale * worst.margin
     return row | {
-        "margin": round(margin, 2) if np.isfinite(margin) else None,
+        "margin": margin if np.isfinite(margin) else None,
         "unit": unit,
         "words": f"{lead}: {worst.subject} – {worst.target}",
         "case": worst.case,

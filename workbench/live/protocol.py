@@ -228,6 +228,7 @@ VERBS: Mapping[str, Mapping[str, _Taken]] = {
     "motion": {"case": _MOTION},
     "frames": {"case": _MOTION, "from": _FRAME, "to": _FRAME},
     "gaps": {"case": _MOTION},
+    "near": {"case": _MOTION, "frame": _FRAME},
     "drop": {},
     "undo": {},
     "redo": {},

@@ -9,12 +9,26 @@ function lookCell(words, point, look) {
   return cell;
 }
 
-// A near pair; fill: is given it where a distance is to be asked for.
+// A number with so many digits behind the point, with a true minus sign and without one of zero.
+export function signed(number, digits = 1) {
+  const text = number.toFixed(digits);
+  return Number(text) === 0 ? text.replace("-", "") : text.replace("-", "−");
+}
+
+// The distance of a near pair in mm and, of an overlap, how much of it is allowed.
+export function nearWords({ mm, allowed, deep }) {
+  const size = signed(mm);
+  if (mm >= 0) return size;
+  if (allowed > 0) return `${size}, ${signed(allowed)} allowed`;
+  return deep ? `${size}, none allowed` : size;
+}
+
+// A near pair, red where it is deeper than it may be; fill: is given it where a distance is to be asked for.
 export function nearRow(pair, look, fill) {
   const row = element("tr");
   const target = pair.other ? `${pair.other}: ${pair.target}` : pair.target;
   row.append(
-    element("td", pair.mm.toFixed(1), { className: `number ${pair.mm < 0 ? "failed" : ""}` }),
+    element("td", nearWords(pair), { className: `number ${pair.deep ? "failed" : ""}` }),
     lookCell(`${pair.person}: ${pair.subject}`, pair.point, look),
     element("td", target),
   );
@@ -32,7 +46,7 @@ export function nearRow(pair, look, fill) {
 // A verdict; show: is given the case and the time [s] of one of a motion.
 export function verdictRow(verdict, look, show) {
   const row = element("tr");
-  const margin = verdict.margin === null ? "" : `${verdict.margin.toFixed(1)} ${verdict.unit}`;
+  const margin = verdict.margin === null ? "" : `${signed(verdict.margin)} ${verdict.unit}`;
   const where = verdict.case ? `${verdict.words} (${verdict.case})` : verdict.words;
   const place = lookCell(where, verdict.point, look);
   if (verdict.time !== null) {
