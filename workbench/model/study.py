@@ -79,10 +79,14 @@ class Role:
 
 @dataclass(frozen=True, eq=False)
 class GivenPosture:
-    """A posture by its name: one pose, in the world where the role is at a place."""
+    """A posture by its name: one pose, in the world where the role is at a place.
+
+    hands: by hand ("left hand", ...) the control that it holds; the arm is solved from the pose.
+    """
 
     name: str
     poses: Poses
+    hands: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False)

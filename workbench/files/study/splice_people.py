@@ -23,6 +23,8 @@ from workbench.files.yaml_edits import (
 )
 from workbench.model.measures import MASS
 
+_OTHER = {"left": "right", "right": "left"}
+
 __all__ = [
     "ClothesChange",
     "HoldChange",
@@ -92,19 +94,21 @@ class PredictionChange:
 
 @dataclass(frozen=True)
 class HoldChange:
-    """The control that a hand or foot holds in a prediction.
+    """The control that a hand or foot holds.
 
     Parameters
     ----------
     kind
-        The key of the prediction: "predicted" or "driver".
+        The key of the prediction, "predicted" or "driver"; "" of a given posture.
+    control
+        None where it holds none any longer.
     """
 
     case: int
     role: str
     kind: str
     limb: str
-    control: str
+    control: str | None
 
 
 @dataclass(frozen=True)
@@ -260,10 +264,17 @@ def _set_side(
 
 
 def set_hold(text: str, change: HoldChange, sharing: Sharing) -> str:
-    """The text with another control that a limb of a prediction holds."""
+    """The text with another control that a limb holds."""
     side, limb = change.limb.split()
     group = "feet" if limb == "foot" else "hands"
-    key: Key = ("cases", change.case, "people", change.role, change.kind)
+    key: Key = ("cases", change.case, "people", change.role)
+    if change.kind:
+        key = (*key, change.kind)
+    elif change.control is None and node_text(text, (*key, group, _OTHER[side])) is None:
+        text = own_copy(text, key, sharing)
+        return _set(text, key, group, None)
+    else:
+        text = own_copy(text, key, sharing)
     return _set_side(text, key, (group, side), change.control, sharing)
 
 

@@ -82,7 +82,8 @@ export class Person {
     at("harness").value = String(now.zone);
     at("free").disabled = now.free || !now.predicted;
     const kind = now.drives ? "a driver's, predicted" : now.predicted ? "predicted" : `given: ${words(now.posture)}`;
-    at("posture-now").textContent = now.free ? `${kind}; the seat is free` : kind;
+    const hands = Object.entries(now.hands).map(([hand, control]) => `${hand} on ${words(control)}`);
+    at("posture-now").textContent = [kind, ...hands, ...(now.free ? ["the seat is free"] : [])].join("; ");
     const known = JSON.stringify([this.state.person, now.posture, now.prediction]);
     if (known === this.known || (!always && at("predict").contains(document.activeElement))) return;
     this.known = known;

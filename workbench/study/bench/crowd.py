@@ -266,8 +266,7 @@ def _moved(before: Settled, arrangement: Arrangement) -> _Moved:
 
 def _held(place: Workplace) -> frozenset[str]:
     """The controls that hands and feet hold in some case."""
-    aims = [case.aims for case in place.cases if case.aims is not None]
-    return frozenset(name for one in aims for name in one.controls.values())
+    return frozenset(name for case in place.cases for name in case.held.values())
 
 
 def followed(

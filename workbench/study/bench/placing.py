@@ -104,7 +104,8 @@ def placed_people(
         known = before.people[row] if before is not None else None
         same = known is not None and known.state is person and known.case == arrangement.case
         if before is not None and before.arrangement.moves != arrangement.moves:  # aims move too
-            same = same and isinstance(person.actions[arrangement.case], GivenPosture)
+            action = person.actions[arrangement.case]
+            same = same and isinstance(action, GivenPosture) and not action.hands
         if same and known is not None and not person.free:
             people.append(known)
             continue
@@ -137,7 +138,7 @@ def _placed(
     """
     person = arrangement.people[row]
     action = person.actions[arrangement.case]
-    if not isinstance(action, GivenPosture):
+    if not isinstance(action, GivenPosture) or action.hands:
         return _of_situation(person, _predicted(opened, arrangement, row, before))
     role = opened.study.roles[row]
     seat = opened.seat(row)
@@ -170,6 +171,8 @@ def _rests_alike(seat: Seat, known: PlacedPerson, person: PersonState, poses: Po
     old = known.state.actions[known.case]
     if not isinstance(old, GivenPosture) or poses.reference != old.poses.reference:
         return False
+    if old.hands:
+        return False
     body = known.body
     turned = np.any(poses.rotations[0] != old.poses.rotations[0], axis=1)
     names = {*seat.cushion.segments, *seat.back.segments, body.segments[poses.reference]}
@@ -180,8 +183,8 @@ def _rests_alike(seat: Seat, known: PlacedPerson, person: PersonState, poses: Po
 def _predicted(
     opened: OpenStudy, arrangement: Arrangement, row: int, before: Sequence[PlacedPerson]
 ) -> Situation:
-    """A person whose posture is predicted in a seat that is held; hands keep clear of the seats of
-    those before."""
+    """A person whose posture is predicted, or whose hands hold controls, in a seat that is held;
+    hands keep clear of the seats of those before."""
     study = arranged_study(opened, arrangement)
     place_there = workplace_of(study, row, _surroundings(opened, arrangement, before))
     who = arrangement.people[row].figure.who

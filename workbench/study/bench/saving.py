@@ -35,6 +35,7 @@ from workbench.model.moves import Move
 from workbench.model.person import Size
 from workbench.model.poses import Poses
 from workbench.model.study import Action, GivenPosture, PredictedPosture, Role, Study
+from workbench.posture.reaching.limbs import HANDS
 from workbench.study.bench.state import Arrangement, OpenStudy, PersonState, given_angles
 
 __all__ = ["changes_of", "save"]
@@ -189,9 +190,13 @@ def _action_changes(
     stated = {j: _stated(body, after, j, changed, whole) for j in joints}
     if not same:
         yield PostureChange(case, role, new.name, {body.joints[j]: stated[j] for j in joints})
-        return
-    for j in joints:
-        yield JointChange(case, role, body.joints[j], stated[j])
+    else:
+        for j in joints:
+            yield JointChange(case, role, body.joints[j], stated[j])
+    held = old.hands if same and isinstance(old, GivenPosture) else {}
+    for hand in HANDS:
+        if held.get(hand) != new.hands.get(hand):
+            yield HoldChange(case, role, "", hand, new.hands.get(hand))
 
 
 def _prediction_changes(
@@ -289,7 +294,8 @@ def _alike(body: Body, one: Action, other: Action) -> bool:
     """Whether two actions come to the same."""
     if isinstance(one, GivenPosture) and isinstance(other, GivenPosture):
         off = np.abs(given_angles(body, one.poses) - given_angles(body, other.poses)).max()
-        return one.name == other.name and bool(off < 10 * SAME_ANGLE)
+        named = (one.name, dict(one.hands)) == (other.name, dict(other.hands))
+        return named and bool(off < 10 * SAME_ANGLE)
     if isinstance(one, PredictedPosture) and isinstance(other, PredictedPosture):
         return (one.like, one.aims) == (other.like, other.aims)
     return False
