@@ -17,6 +17,9 @@ import { across, fieldWords } from "./page/eye.js";
 import { components, dimensionLines, thingOf } from "./page/measure.js";
 import { nearestToFailing, startOf } from "./page/motion.js";
 import { change, who } from "./page/people.js";
+import { isOfElement } from "./page/keys.js";
+import { stepWords } from "./page/progress.js";
+import { allowedWords, signed } from "./page/rows.js";
 import { rowsOf, wanted } from "./page/size.js";
 import { alongAxis, fromLine, handleAt, inPlane } from "./page/ways.js";
 
@@ -205,4 +208,23 @@ test("two states share a picture without a gap, and what is of no state is in bo
   assert.deepEqual([{}, { state: 0 }, { state: 1 }].map((thing) => isOf(thing, 1)), [true, false, true]);
   assert.deepEqual([0, 0.4, 1].map((wipe) => wipeWords(["old", "new"], wipe)),
     ["new alone", "old to the left of 40 %, new to the right", "old alone"]);
+});
+
+test("numbers have a true minus, zero has none, and an overlap says what is allowed", () => {
+  assert.deepEqual([signed(-4.25), signed(-0.04), signed(3.654512)], ["−4.3", "0.0", "3.7"]);
+  assert.equal(allowedWords({ mm: -4.2, allowed: 5 }), "5.0 allowed");
+  assert.equal(allowedWords({ mm: -4.2, allowed: 0 }), "none allowed");
+  assert.equal(allowedWords({ mm: 4.2, allowed: 5 }), "");
+});
+
+test("keys that an element needs are its own", () => {
+  assert.ok(isOfElement("[", { name: "INPUT", type: "number" }));
+  assert.ok(isOfElement(" ", { name: "BUTTON" }) && !isOfElement("]", { name: "BUTTON" }));
+  assert.ok(isOfElement("ArrowLeft", { name: "INPUT", type: "range" }) && !isOfElement("?", { name: "INPUT", type: "range" }));
+  assert.ok(!isOfElement(" ", { name: "BODY" }));
+});
+
+test("a step says its number and for how long it is taken", () => {
+  assert.equal(stepWords(2, 3, "the motion is being read", 0.4), "Step 2 of 3: the motion is being read.");
+  assert.equal(stepWords(2, 3, "the motion is being read", 4.9), "Step 2 of 3: the motion is being read, 4 s.");
 });

@@ -131,7 +131,7 @@ def test_motions_are_not_judged_on_once_the_state_is_another(crash):
 
 def test_what_is_nearest_in_a_frame_is_what_the_gaps_say(crash):
     found = playing(crash, crash.start, LAP)
-    head, arrays = unpacked(Gaps(crash, crash.start, 1, LAP).made().frames[0])
+    _, arrays = unpacked(Gaps(crash, crash.start, 1, LAP).made().frames[0])
     rows = near_in_frame(found, 112)
     worst = next(row for row in rows if row.target == "left_stick")
     assert worst.distance == pytest.approx(float(arrays["least"][112]), abs=1e-6)
@@ -237,8 +237,11 @@ def test_what_is_measured_between_controls_and_hands_can_be_checked_by_hand(trai
     assert one.distance == pytest.approx(float(expected))
     lever = measured(trainer, placement, Thing(part="throttle_lever"), Thing(control="throttle"))
     assert 0.0 <= lever.distance < 0.03 and lever.end == pytest.approx(controls["throttle"])
-    with pytest.raises(InputError, match="choose two points"):
-        measured(trainer, placement, Thing(part="canopy"), Thing(part="coaming"))
+    gap = measured(trainer, placement, Thing(part="left_stick"), Thing(part="right_stick"))
+    assert np.linalg.norm(gap.end - gap.start) == pytest.approx(gap.distance)
+    assert gap.distance == pytest.approx(2 * gap.start[1], abs=1e-6)  # the sticks mirror each other
+    same = measured(trainer, placement, Thing(part="canopy"), Thing(part="canopy_frame"))
+    assert 0.0 <= same.distance < 0.003
 
 
 def test_answers_say_where_people_look_from(desks):

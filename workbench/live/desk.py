@@ -237,7 +237,8 @@ class Desk:
             for one, colour in zip(shown.people, cycle(PEOPLE), strict=False)
         )
         packing = Packing()
-        packing.add(WebView(self.opened.study.title, bodies, self.opened.study.environment))
+        place = shown.placement.parts.environment
+        packing.add(WebView(self.opened.study.title, bodies, place))
         return packing.text()
 
     def preparation(self, question: Question) -> Preparation | None:

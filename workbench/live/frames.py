@@ -15,6 +15,7 @@ from workbench.live.protocol import packed
 from workbench.model.accommodation import met_of
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.body import Body
+from workbench.model.environment import Adjustment
 from workbench.model.moves import Move
 from workbench.model.population import SEXES
 from workbench.model.poses import Placed
@@ -24,7 +25,8 @@ from workbench.study.bench.criteria import role_bodies
 from workbench.study.bench.crowd import Crowd, met_all
 from workbench.study.bench.motions import MotionsJudged, motion_names
 from workbench.study.bench.near import NearPair
-from workbench.study.bench.state import OpenStudy, arranged_environment, seat_shift
+from workbench.study.bench.placing import placed_environment
+from workbench.study.bench.state import OpenStudy, seat_shift
 from workbench.study.checks.margins import Asked
 
 __all__ = [
@@ -171,7 +173,12 @@ def answer_frame(found: Answer, opened: OpenStudy, head: Mapping[str, Any], begi
         **head,
         "moves": [_move(move) for move in moves],
         "shifts": _shifts(found),
-        "controls": [_rounded(one.at) for one in arranged_environment(opened, moves).controls],
+        "controls": [
+            _rounded(one.at) for one in placed_environment(opened, found.placement).controls
+        ],
+        "adjustments": [
+            _adjustment(one, found) for one in found.placement.parts.environment.adjustments
+        ],
         "case": opened.cases[found.placement.arrangement.case] if opened.cases else "",
         "people": people,
         "near": [near_row(pair) for pair in near_pairs(found)],
@@ -191,6 +198,25 @@ def _eyes(placed: Placed) -> dict[str, Any] | None:
         "sight": _rounded(found.line()[0]),
         "up": _rounded(found.axes[0, 2]),
         "head": found.head,
+    }
+
+
+def _adjustment(one: Adjustment, found: Answer) -> dict[str, Any]:
+    """An adjustment with where it is set and its travel [mm; degrees], and who has set it: "" where
+    the study says it."""
+    scale = float(np.degrees(1.0)) if one.turns else 1e3
+    setters = [
+        person.person.state.role
+        for person in found.people
+        if one.name in dict(person.person.settings)
+    ]
+    return {
+        "name": one.name,
+        "unit": "°" if one.turns else "mm",
+        "scale": scale,
+        "at": round(scale * one.at, 3),
+        "travel": [round(scale * end, 3) for end in one.travel],
+        "by": setters[0] if setters else "",
     }
 
 

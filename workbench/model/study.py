@@ -183,7 +183,8 @@ class ContactForce:
 class Study:
     """A study with everything it names.
 
-    moved: what of the environment stands elsewhere than its file has it; `environment` has it
+    settings: where the study states that adjustments are set [m or rad], by name; `environment` has
+    them so. moved: what of the environment stands elsewhere than its file has it; `environment` has it
     there. compare: the two cases whose motions are compared, by index. inputs: the files it was read from,
     by role.
     """
@@ -196,6 +197,7 @@ class Study:
     cases: tuple[Case, ...]
     criteria: tuple[Criterion, ...]
     inputs: Mapping[str, Path]
+    settings: Mapping[str, float] = field(default_factory=dict)
     moved: tuple[Move, ...] = ()
     shares: Shares = field(default_factory=Shares)
     reach_maps: tuple[MapTask, ...] = ()

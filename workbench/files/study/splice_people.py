@@ -26,12 +26,14 @@ from workbench.model.measures import MASS
 _OTHER = {"left": "right", "right": "left"}
 
 __all__ = [
+    "AdjustChange",
     "ClothesChange",
     "HoldChange",
     "PredictionChange",
     "SizeChange",
     "StatedSize",
     "ZoneChange",
+    "set_adjustment",
     "set_clothes",
     "set_hold",
     "set_prediction",
@@ -90,6 +92,22 @@ class PredictionChange:
     controls: Mapping[str, str]
     eyes: str | None = None
     heels: str | None = None
+
+
+@dataclass(frozen=True)
+class AdjustChange:
+    """Where an adjustment is set: in degrees of one that turns, else [m].
+
+    Parameters
+    ----------
+    role
+        In whose entry it stands where no other role's has it already.
+    """
+
+    role: str
+    name: str
+    value: float
+    turns: bool
 
 
 @dataclass(frozen=True)
@@ -276,6 +294,26 @@ def set_hold(text: str, change: HoldChange, sharing: Sharing) -> str:
     else:
         text = own_copy(text, key, sharing)
     return _set_side(text, key, (group, side), change.control, sharing)
+
+
+def set_adjustment(text: str, change: AdjustChange, sharing: Sharing) -> str:
+    """The text with another setting of an adjustment."""
+    people = mapping_at(text, ("people",))
+    names = [item.key.text for item in people.items if item.key is not None]
+    stated = [
+        name
+        for name in names
+        if node_text(text, ("people", name, "adjust", change.name)) is not None
+    ]
+    role: Key = ("people", stated[0] if stated else change.role)
+    value = (
+        f"{round(change.value, 1):g}" if change.turns else length_text(change.value / unit_of(text))
+    )
+    text = own_copy(text, (*role, "adjust"), sharing)
+    if node_at(text, (*role, "adjust")).node is None:
+        return with_entry(text, mapping_at(text, role), "adjust", f"{{{change.name}: {value}}}")
+    text = own_copy(text, (*role, "adjust", change.name), sharing)
+    return _set(text, (*role, "adjust"), change.name, value)
 
 
 def set_zone(text: str, change: ZoneChange, sharing: Sharing) -> str:

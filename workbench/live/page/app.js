@@ -68,6 +68,7 @@ function stepsOf({ cases }) {
 }
 
 function takeHello(head) {
+  if (head.cases.length) looks.motion.wantsPlay = false;
   state.hello = head;
   state.person = Math.max(0, Math.min(state.person, head.people.length - 1));
   document.title = head.title;
@@ -181,7 +182,7 @@ new Keys({
     const next = at("case").options[at("case").selectedIndex + step];
     if (next) showCase(next.value);
   },
-  play: () => looks.motion.play(),
+  play: () => looks.motion.play(Boolean(state.hello)),
 });
 addEventListener("beforeunload", (event) => state.answer?.unsaved && event.preventDefault());
 

@@ -32,7 +32,8 @@ export class Motion {
   }
 
   // Play or pause; what is not there yet is played once it is.
-  play() {
+  play(opened = true) {
+    if (!opened) return (this.wantsPlay = true); // what is opened is perhaps a motion
     if (!this.there) return this.say("this case is a posture: only motions are played", true);
     if (this.panel) return this.panel.toggle();
     this.wantsPlay = !this.wantsPlay;

@@ -15,12 +15,10 @@ export function signed(number, digits = 1) {
   return Number(text) === 0 ? text.replace("-", "") : text.replace("-", "−");
 }
 
-// The distance of a near pair in mm and, of an overlap, how much of it is allowed.
-export function nearWords({ mm, allowed, deep }) {
-  const size = signed(mm);
-  if (mm >= 0) return size;
-  if (allowed > 0) return `${size}, ${signed(allowed)} allowed`;
-  return deep ? `${size}, none allowed` : size;
+// How much of the overlap of a near pair is allowed, in mm; "" where nothing overlaps.
+export function allowedWords({ mm, allowed }) {
+  if (mm >= 0) return "";
+  return allowed > 0 ? `${signed(allowed)} allowed` : "none allowed";
 }
 
 // A near pair, red where it is deeper than it may be; fill: is given it where a distance is to be asked for.
@@ -28,7 +26,8 @@ export function nearRow(pair, look, fill) {
   const row = element("tr");
   const target = pair.other ? `${pair.other}: ${pair.target}` : pair.target;
   row.append(
-    element("td", nearWords(pair), { className: `number ${pair.deep ? "failed" : ""}` }),
+    element("td", signed(pair.mm), { className: `number ${pair.deep ? "failed" : ""}` }),
+    element("td", allowedWords(pair), { className: `soft ${pair.deep ? "failed" : ""}` }),
     lookCell(`${pair.person}: ${pair.subject}`, pair.point, look),
     element("td", target),
   );
@@ -57,7 +56,7 @@ export function verdictRow(verdict, look, show) {
     place.replaceChildren(element("button", `${where} at ${verdict.time.toFixed(3)} s`, { type: "button", className: "look", onclick: moment }));
   }
   row.append(
-    element("td", verdict.passed ? "✓ passed" : "✗ FAILED", { className: verdict.passed ? "passed" : "failed" }),
+    element("td", verdict.passed ? "✓ passed" : "✗ FAILED", { className: `short ${verdict.passed ? "passed" : "failed"}` }),
     element("td", verdict.name),
     element("td", margin, { className: "number" }),
     place,

@@ -6,11 +6,12 @@ import { signed } from "./rows.js";
 
 const STEP = 0.1;
 const BIG = 10; // steps of a key with shift
+const REST = 250; // milliseconds without another key after which an adjustment is set
 
 export class Sliders {
   // state: hello, answer and the number of the person.
   constructor(state) {
-    Object.assign(this, { state, rows: [], held: null, letGo: false });
+    Object.assign(this, { state, rows: [], set: new Map(), held: null, letGo: false, pending: null });
     addEventListener("keydown", (event) => event.key === "Escape" && this.held && !this.letGo && this.drop(), true);
   }
 
@@ -59,6 +60,30 @@ export class Sliders {
     at("joints").append(group);
   }
 
+  // What of the environment may be adjusted, asked for once a slider is let go.
+  adjustments(found) {
+    if (found.map((one) => one.name).join() !== [...this.set.keys()].join()) {
+      const made = found.map(({ name, unit, scale }) => {
+        const send = (value, done) => {
+          if (!done) return;
+          this.pending = { name, value }; // takes a second: answers until then are of an earlier state
+          clearTimeout(this.resting);
+          this.resting = setTimeout(() => ask("adjust", { name, value: value / scale }), REST);
+        };
+        return [name, this.slider(name.replaceAll("_", " "), unit, send)];
+      });
+      this.set = new Map(made);
+      at("adjustments").replaceChildren(...made.map(([, { row }]) => row));
+    }
+    for (const { name, at: value, travel, by } of found) {
+      if (this.pending?.name === name && Math.abs(this.pending.value - value) > 0.06) continue;
+      if (this.pending?.name === name) this.pending = null;
+      const { row, show } = this.set.get(name);
+      show(value, ...travel);
+      row.title = by ? `set by ${by}, until it is set here` : "";
+    }
+  }
+
   // A slider with its number: { row, show(number, low, high, from, to) }, which may go from and to
   // farther than its stops low and high; send: is given a number and whether it is let go.
   slider(words, unit, send) {
@@ -94,15 +119,15 @@ export class Sliders {
   }
 
   show() {
-    const now = this.state.answer.people[this.state.person];
-    if (!now) return;
     if (this.letGo && !waits()) this.held = null;
-    this.rows.forEach((show) => show(now));
+    this.adjustments(this.state.answer.adjustments);
+    const now = this.state.answer.people[this.state.person];
+    if (now) this.rows.forEach((show) => show(now));
   }
 
   // What was asked is refused: what holds is shown again.
   restore() {
-    this.held = null;
+    this.held = this.pending = null;
     this.show();
   }
 }

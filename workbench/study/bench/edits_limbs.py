@@ -13,11 +13,10 @@ from workbench.posture.reaching.limbs import FEET, HANDS, limb
 from workbench.posture.reaching.reach import reach
 from workbench.study.bench.edits import FARTHEST, Edit
 from workbench.study.bench.edits_joints import as_given, let_go, poses_in, with_angles
-from workbench.study.bench.placing import Placement
+from workbench.study.bench.placing import Placement, placed_environment
 from workbench.study.bench.state import (
     Arrangement,
     OpenStudy,
-    arranged_environment,
     given_angles,
 )
 
@@ -113,7 +112,7 @@ def _solved(opened: OpenStudy, placement: Placement, row: int, wanted: LimbTarge
     """The reach to a target; to a control in the tightest harness zone that will do."""
     body = placement.people[row].body
     poses = placement.people[row].poses
-    environment = arranged_environment(opened, placement.arrangement.moves)
+    environment = placed_environment(opened, placement)
     target, grip, zones = _aimed(environment.controls, wanted)
     for zone in zones:
         found = reach(

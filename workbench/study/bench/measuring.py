@@ -14,8 +14,8 @@ from workbench.geometry.surfaces import surface_gap
 from workbench.model.arrays import Floats
 from workbench.model.contacts import Clearance
 from workbench.study.bench.criteria import segment_of
-from workbench.study.bench.placing import PlacedPerson, Placement
-from workbench.study.bench.state import OpenStudy, arranged_environment
+from workbench.study.bench.placing import PlacedPerson, Placement, placed_environment
+from workbench.study.bench.state import OpenStudy
 
 __all__ = ["Measured", "Thing", "measured"]
 
@@ -88,7 +88,7 @@ def _segment(placement: Placement, thing: Thing) -> _Segment:
 
 def _control(opened: OpenStudy, placement: Placement, thing: Thing) -> Floats:
     """(3,) [m] where a control is."""
-    controls = arranged_environment(opened, placement.arrangement.moves).controls
+    controls = placed_environment(opened, placement).controls
     found = next((one for one in controls if one.name == thing.control), None)
     if found is None:
         names = [one.name for one in controls]

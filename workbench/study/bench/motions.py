@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from itertools import combinations
@@ -29,7 +29,7 @@ from workbench.study.bench.near import (
     part_pairs,
     people_pair,
 )
-from workbench.study.bench.state import Arrangement, OpenStudy, arranged_environment
+from workbench.study.bench.state import Arrangement, OpenStudy, Settings, arranged_environment
 from workbench.study.crash.crash import motion_found
 from workbench.study.motion_cases import motion_cases, moved_case
 from workbench.study.motion_gaps import frame_rooms
@@ -116,7 +116,7 @@ class MotionsJudged:
 
 def motion_state(arrangement: Arrangement) -> tuple[object, ...]:
     """What of a state its motions and their verdicts depend on."""
-    return arrangement.moves, arrangement.added
+    return arrangement.moves, arrangement.settings, arrangement.added
 
 
 def motions_judged(
@@ -148,7 +148,7 @@ def motions_judged(
 def _read(opened: OpenStudy, arrangement: Arrangement) -> tuple[MotionCase, ...]:
     """The motions of a state, read by one thread while others wait."""
     with _READING:
-        return _in_state(opened, arrangement.moves, arrangement.added)
+        return _in_state(opened, arrangement.moves, arrangement.settings, arrangement.added)
 
 
 def near_in_frame(found: Playing, frame: int) -> list[NearPair]:
@@ -181,18 +181,22 @@ def _as_opened(opened: OpenStudy) -> tuple[MotionCase, ...]:
 
 @lru_cache(maxsize=4)
 def _in_state(
-    opened: OpenStudy, moves: tuple[Move, ...], added: Sequence[Criterion]
+    opened: OpenStudy,
+    moves: tuple[Move, ...],
+    settings: Settings,
+    added: tuple[Criterion, ...],
 ) -> tuple[MotionCase, ...]:
     """The same objects for the same state, so that what is indexed for them serves again."""
     start = opened.start
     first = _as_opened(opened)
-    if (moves, added) == (start.moves, start.added):
+    if (moves, settings, added) == (start.moves, start.settings, start.added):
         return first
     assert opened.moving is not None
     study = replace(
         opened.moving,
         criteria=(*opened.moving.criteria, *added),
-        environment=arranged_environment(opened, moves),
+        environment=arranged_environment(opened, replace(start, moves=moves, settings=settings)),
+        settings=dict(settings),
         moved=moves,
     )
     return tuple(moved_case(study, one) for one in first)

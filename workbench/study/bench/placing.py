@@ -20,6 +20,7 @@ from workbench.study.bench.state import (
     Arrangement,
     OpenStudy,
     PersonState,
+    Settings,
     arranged_environment,
     arranged_parts,
     arranged_study,
@@ -35,7 +36,7 @@ from workbench.study.situation import (
 )
 from workbench.study.workplaces import workplace_of
 
-__all__ = ["PlacedPerson", "Placement", "placed_people"]
+__all__ = ["PlacedPerson", "Placement", "placed_environment", "placed_people"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,6 +55,8 @@ class PlacedPerson:
         [m] where the seat stands.
     shift
         (3,) [m] by how much the parts that move with the seat are displaced.
+    settings
+        Where the person has set what may be adjusted and the state does not say.
     """
 
     state: PersonState
@@ -63,6 +66,7 @@ class PlacedPerson:
     forward: float
     up: float
     shift: Floats
+    settings: Settings = ()
 
     @cached_property
     def placed(self) -> Placed:
@@ -72,11 +76,13 @@ class PlacedPerson:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Placement:
-    """A state, its people where they are in its case, and the environment with their seats there."""
+    """A state, its people where they are in its case, the environment with their seats there, and
+    where adjustments are set in it, by the study or by its people."""
 
     arrangement: Arrangement
     people: tuple[PlacedPerson, ...]
     parts: Arranged
+    settings: Settings = ()
 
     def __repr__(self) -> str:
         return f"Placement({self.arrangement!r})"
@@ -103,7 +109,7 @@ def placed_people(
     for row, person in enumerate(arrangement.people):
         known = before.people[row] if before is not None else None
         same = known is not None and known.state is person and known.case == arrangement.case
-        if before is not None and before.arrangement.moves != arrangement.moves:  # aims move too
+        if before is not None and _aims_moved(before.arrangement, arrangement):
             action = person.actions[arrangement.case]
             same = same and isinstance(action, GivenPosture) and not action.hands
         if same and known is not None and not person.free:
@@ -116,8 +122,23 @@ def placed_people(
         else:
             people.append(_placed(opened, arrangement, row, people, known))
     shifts = np.array([person.shift for person in people]).reshape(-1, 3)
-    parts = arranged_parts(opened, arrangement.moves, shifts)
-    return Placement(arrangement, tuple(people), parts)
+    settings = dict(arrangement.settings)
+    for there_is in people:
+        settings |= dict(there_is.settings)
+    set_so = tuple(sorted(settings.items()))
+    parts = arranged_parts(opened, arrangement.moves, shifts, set_so)
+    return Placement(arrangement, tuple(people), parts, set_so)
+
+
+def placed_environment(opened: OpenStudy, placement: Placement) -> Environment:
+    """Build the environment of a placement with parts, controls and adjustments where they are, and
+    the seats at rest."""
+    return arranged_environment(opened, replace(placement.arrangement, settings=placement.settings))
+
+
+def _aims_moved(one: Arrangement, other: Arrangement) -> bool:
+    """Whether controls and points may stand elsewhere."""
+    return (one.moves, one.settings) != (other.moves, other.settings)
 
 
 def _placed(
@@ -195,7 +216,7 @@ def _surroundings(
     opened: OpenStudy, arrangement: Arrangement, before: Sequence[PlacedPerson]
 ) -> Environment:
     """The environment of a state with the seats of some people where they have put them."""
-    environment = arranged_environment(opened, arrangement.moves)
+    environment = arranged_environment(opened, arrangement)
     for row, person in enumerate(before):
         if person.shift.any():
             parts = [environment.parts[k] for k in opened.movers[row]]
@@ -206,6 +227,10 @@ def _surroundings(
 def _of_situation(person: PersonState, situation: Situation) -> PlacedPerson:
     """A person as a situation has the person."""
     seated = situation.seated
+    place_there = situation.place
+    settings = tuple(
+        (one, place_there.environment.adjustment(one).at) for one in place_there.adjusts
+    )
     return PlacedPerson(
         state=person,
         case=situation.case,
@@ -214,4 +239,5 @@ def _of_situation(person: PersonState, situation: Situation) -> PlacedPerson:
         forward=person.forward if seated is None else float(seated.forward[0]),
         up=person.up if seated is None else float(seated.up[0]),
         shift=np.zeros(3) if seated is None else seated.shift[0],
+        settings=settings,
     )

@@ -20,6 +20,7 @@ from workbench.files.study.splice import (
     spliced,
 )
 from workbench.files.study.splice_people import (
+    AdjustChange,
     ClothesChange,
     HoldChange,
     PredictionChange,
@@ -36,6 +37,7 @@ from workbench.model.person import Size
 from workbench.model.poses import Poses
 from workbench.model.study import Action, GivenPosture, PredictedPosture, Role, Study
 from workbench.posture.reaching.limbs import HANDS
+from workbench.study.bench.edits import adjuster_of
 from workbench.study.bench.state import Arrangement, OpenStudy, PersonState, given_angles
 
 __all__ = ["changes_of", "save"]
@@ -110,6 +112,7 @@ def changes_of(
     """
     if arrangement.moves != opened.start.moves:
         yield MovedChange(opened.start.moves, arrangement.moves)
+    yield from _setting_changes(opened, arrangement)
     for k, zone in enumerate(arrangement.zones):
         if zone != opened.start.zones[k]:
             yield ZoneChange(k, zone)
@@ -125,6 +128,16 @@ def changes_of(
                 case = opened.case_rows[number]
                 library = opened.study.roles[row].library
                 yield from _action_changes(library, person, case, (old, action), whole)
+
+
+def _setting_changes(opened: OpenStudy, arrangement: Arrangement) -> Iterator[Change]:
+    """Where adjustments are set, of those that are set elsewhere or were not before."""
+    before = dict(opened.start.settings)
+    for name, value in arrangement.settings:
+        if before.get(name) != value:
+            one = opened.study.environment.adjustment(name)
+            shown = float(np.degrees(value)) if one.turns else value
+            yield AdjustChange(adjuster_of(opened, one), name, shown, one.turns)
 
 
 def _figure_changes(
@@ -236,6 +249,8 @@ def _check_saved(opened: OpenStudy, arrangement: Arrangement, study: Study) -> N
         raise _OtherStudyError("the parts that were moved could not be saved")
     if tuple(one.zone for one in study.criteria[: len(arrangement.zones)]) != arrangement.zones:
         raise _OtherStudyError("the harness zones could not be saved")
+    if not _set_alike(study.settings, dict(arrangement.settings)):
+        raise _OtherStudyError("the adjustments could not be saved")
     asked = {one.name: one for one in study.criteria}
     for one in arrangement.added:
         if one.name not in asked or not _asked_alike(asked[one.name], one):
@@ -271,6 +286,13 @@ def _sizes_alike(one: StatedSize | None, other: StatedSize | None) -> bool:
         return False
     return all(
         abs(one.measures[name] - other.measures[name]) < SAME_LENGTH for name in one.measures
+    )
+
+
+def _set_alike(one: Mapping[str, float], other: Mapping[str, float]) -> bool:
+    """Whether adjustments are set alike."""
+    return set(one) == set(other) and all(
+        abs(value - other[name]) < SAME_LENGTH for name, value in one.items()
     )
 
 
