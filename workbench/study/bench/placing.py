@@ -24,6 +24,7 @@ from workbench.study.bench.state import (
     arranged_environment,
     arranged_parts,
     arranged_study,
+    seat_shift,
 )
 from workbench.study.people import Present, present_people
 from workbench.study.situation import (
@@ -109,7 +110,7 @@ def placed_people(
     for row, person in enumerate(arrangement.people):
         known = before.people[row] if before is not None else None
         same = known is not None and known.state is person and known.case == arrangement.case
-        if before is not None and _aims_moved(before.arrangement, arrangement):
+        if before is not None and _surroundings_moved(before.arrangement, arrangement, row):
             action = person.actions[arrangement.case]
             same = same and isinstance(action, GivenPosture) and not action.hands
         if same and known is not None and not person.free:
@@ -136,9 +137,13 @@ def placed_environment(opened: OpenStudy, placement: Placement) -> Environment:
     return arranged_environment(opened, replace(placement.arrangement, settings=placement.settings))
 
 
-def _aims_moved(one: Arrangement, other: Arrangement) -> bool:
-    """Whether controls and points may stand elsewhere."""
-    return (one.moves, one.settings) != (other.moves, other.settings)
+def _surroundings_moved(one: Arrangement, other: Arrangement, row: int) -> bool:
+    """Whether controls, points, parts or the seats of others may stand elsewhere for a person."""
+    if (one.moves, one.settings) != (other.moves, other.settings):
+        return True
+    pairs = zip(one.people, other.people, strict=True)
+    seats = [(a.forward, a.up, a.free) == (b.forward, b.up, b.free) for a, b in pairs]
+    return not all(seats[:row] + seats[row + 1 :])
 
 
 def _placed(
@@ -205,22 +210,29 @@ def _predicted(
     opened: OpenStudy, arrangement: Arrangement, row: int, before: Sequence[PlacedPerson]
 ) -> Situation:
     """A person whose posture is predicted, or whose hands hold controls, in a seat that is held;
-    hands keep clear of the seats of those before."""
+    hands keep clear of the seats of others."""
     study = arranged_study(opened, arrangement)
-    place_there = workplace_of(study, row, _surroundings(opened, arrangement, before))
+    place_there = workplace_of(study, row, _surroundings(opened, arrangement, row, before))
     who = arrangement.people[row].figure.who
     return with_hands(situated(place_there, arrangement.case, who))
 
 
 def _surroundings(
-    opened: OpenStudy, arrangement: Arrangement, before: Sequence[PlacedPerson]
+    opened: OpenStudy, arrangement: Arrangement, row: int, before: Sequence[PlacedPerson]
 ) -> Environment:
-    """The environment of a state with the seats of some people where they have put them."""
+    """The environment of a state with the seats of others where they have put them, of those after
+    a person where these are held."""
     environment = arranged_environment(opened, arrangement)
-    for row, person in enumerate(before):
-        if person.shift.any():
-            parts = [environment.parts[k] for k in opened.movers[row]]
-            environment = moved(environment, parts, person.shift)
+    for other, person in enumerate(arrangement.people):
+        if other < len(before):
+            shift = before[other].shift
+        elif other != row and not person.free:
+            shift = seat_shift(opened.seat(other), person.forward, person.up)
+        else:
+            continue
+        if shift.any():
+            parts = [environment.parts[k] for k in opened.movers[other]]
+            environment = moved(environment, parts, shift)
     return environment
 
 
