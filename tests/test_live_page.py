@@ -367,6 +367,7 @@ def test_every_name_in_the_page_is_of_one_element(page):
 def test_a_study_of_motions_alone_is_opened_without_errors(page):
     with served("trainer_crash") as address:
         opened = page.context.browser.new_page()
+        opened.set_default_timeout(60_000)
         wrong = []
         opened.on("pageerror", lambda error: wrong.append(str(error)))
         opened.goto(address, wait_until="commit")
