@@ -18,6 +18,9 @@ import { across, fieldWords } from "./page/eye.js";
 import { components, dimensionLines, thingOf } from "./page/measure.js";
 import { nearestToFailing, startOf } from "./page/motion.js";
 import { change, who } from "./page/people.js";
+import { isOfElement } from "./page/keys.js";
+import { stepWords } from "./page/progress.js";
+import { allowedWords, signed } from "./page/rows.js";
 import { rowsOf, wanted } from "./page/size.js";
 import { alongAxis, fromLine, handleAt, inPlane } from "./page/ways.js";
 
@@ -230,4 +233,23 @@ test("what is chosen has names, and what has these names is found again", () => 
   assert.deepEqual(namesOf(scene, { kind: "body", body: 0, sphere: 2 }), ["anna", "hand"]);
   assert.equal(chosenOf(scene, ["bert", "hand"]), null);
   assert.ok(areAlike(scene.bodies, scene.bodies) && !areAlike([], scene.bodies));
+});
+
+test("numbers have a true minus, zero has none, and an overlap says what is allowed", () => {
+  assert.deepEqual([signed(-4.25), signed(-0.04), signed(3.654512)], ["−4.3", "0.0", "3.7"]);
+  assert.equal(allowedWords({ mm: -4.2, allowed: 5 }), "5.0 allowed");
+  assert.equal(allowedWords({ mm: -4.2, allowed: 0 }), "none allowed");
+  assert.equal(allowedWords({ mm: 4.2, allowed: 5 }), "");
+});
+
+test("keys that an element needs are its own", () => {
+  assert.ok(isOfElement("[", { name: "INPUT", type: "number" }));
+  assert.ok(isOfElement(" ", { name: "BUTTON" }) && !isOfElement("]", { name: "BUTTON" }));
+  assert.ok(isOfElement("ArrowLeft", { name: "INPUT", type: "range" }) && !isOfElement("?", { name: "INPUT", type: "range" }));
+  assert.ok(!isOfElement(" ", { name: "BODY" }));
+});
+
+test("a step says its number and for how long it is taken", () => {
+  assert.equal(stepWords(2, 3, "the motion is being read", 0.4), "Step 2 of 3: the motion is being read.");
+  assert.equal(stepWords(2, 3, "the motion is being read", 4.9), "Step 2 of 3: the motion is being read, 4 s.");
 });

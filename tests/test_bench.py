@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import os
+import re
 import shutil
 
 import numpy as np
@@ -24,16 +25,22 @@ from workbench.contact.collide import allowed_depth, nearest
 from workbench.errors import InputError
 from workbench.files.study.saving import read_text
 from workbench.model.moves import Move
+from workbench.posture.reaching.limbs import limb
 from workbench.study.bench.answers import answer, judged, near_pairs
-from workbench.study.bench.edits import looking_at, seated, shifted
+from workbench.study.bench.edits import adjusted_to, looking_at, seated, shifted
 from workbench.study.bench.edits_joints import mirrored, turned
 from workbench.study.bench.edits_limbs import LimbTarget, reached
 from workbench.study.bench.edits_people import SizeWanted, dressed, sized
-from workbench.study.bench.edits_postures import posed, predicted, suggested
+from workbench.study.bench.edits_postures import freed, posed, predicted, suggested
 from workbench.study.bench.history import TOGETHER, Entry, History
 from workbench.study.bench.placing import placed_people
 from workbench.study.bench.saving import changes_of, save
-from workbench.study.bench.state import Arrangement, arranged_study, open_study
+from workbench.study.bench.state import (
+    Arrangement,
+    arranged_study,
+    given_angles,
+    open_study,
+)
 
 
 @pytest.fixture(scope="module")
@@ -197,6 +204,56 @@ def test_a_hand_takes_hold_of_a_control(trainer, placement):
         reached(trainer, placement, "pilot", LimbTarget("right hand", control="thrott"))
 
 
+def test_a_hand_on_a_control_stays_there_until_its_arm_is_turned(trainer, placement):
+    hold = LimbTarget("right hand", control="throttle")
+    held = reached(trainer, placement, "pilot", hold).arrangement
+    action = held.people[0].actions[0]
+    assert action.hands == {"right hand": "throttle"}
+    there = placed_people(trainer, held, before=placement)
+    assert reached(trainer, there, "pilot", hold).arrangement.content == held.content
+    lever = Move(("throttle_lever",), (), (0.03, 0.0, 0.0))
+    moved_lever = shifted(trainer, held, lever).arrangement
+    after = placed_people(trainer, moved_lever, before=there)
+    way = tip_on(trainer, after, "throttle") - tip_on(trainer, there, "throttle")
+    assert way == pytest.approx([0.03, 0.0, 0.0], abs=1e-4)  # it goes along with the lever
+    head = turned(after, "pilot", "HP", 0, 5.0).arrangement
+    assert head.people[0].actions[0].hands == action.hands
+    free = turned(after, "pilot", "RE", 0, 60.0).arrangement
+    assert free.people[0].actions[0].hands == {}
+    shoulder = trainer.start.body(0).joint("RS")
+    shown = given_angles(after.people[0].body, after.people[0].poses)[shoulder]
+    kept = given_angles(after.people[0].body, free.people[0].actions[0].poses)[shoulder]
+    assert kept == pytest.approx(shown, abs=np.radians(0.051))
+
+
+def test_a_hand_that_is_held_is_saved_and_run_as_it_is_shown(trainer, placement, tmp_path):
+    path = tmp_path / "held.yaml"
+    shutil.copy(ROOT / "studies" / "trainer_clearance.yaml", path)
+    opened = open_study(wb.load_study(str(path)))
+    first = placed_people(opened, opened.start)
+    hold = LimbTarget("left hand", control="mixture")
+    held = reached(opened, first, "instructor", hold).arrangement
+    text = read_text(path)
+    saved = save(opened, text, held)
+    line = next(row for row in saved.text.splitlines() if "cruise" in row)
+    assert line.endswith("instructor: {posture: riding, hands: {left: mixture}}}}")
+    run = wb.run(wb.load_study(str(path)))
+    shown = placed_people(opened, held).people[1].placed
+    assert np.array_equal(run.postures[0].people[1].placed.centres[0], shown.centres[0])
+    again = open_study(wb.load_study(str(path)))
+    free = turned(placed_people(again, again.start), "instructor", "LE", 0, 60.0).arrangement
+    assert "hands: {" not in save(again, read_text(path), free).text
+
+
+def tip_on(opened, placement, name):
+    """Where the right hand of the first person is by the grip of a control."""
+    grip = next(one.grip for one in opened.study.environment.controls if one.name == name)
+    there = placement.people[0]
+    one = limb(there.body, "right hand", grip=grip)
+    world = there.placed.world_from_segment[0, one.end]
+    return world[:, :3] @ one.tip[0] + world[:, 3]
+
+
 def test_a_seat_stays_within_its_travel(trainer):
     edit = seated(trainer, trainer.start, "pilot", 0.01004, 0.0)
     assert edit.arrangement.people[0].forward == pytest.approx(0.01, abs=1e-12)
@@ -248,6 +305,45 @@ def test_a_move_takes_the_place_of_what_was_said_of_the_same_parts(trainer):
     at = {control.name: np.array(control.at) for control in study.environment.controls}
     start = {control.name: control.at for control in trainer.study.environment.controls}
     assert at["flaps"] - start["flaps"] == pytest.approx([0.1, 0.0, 0.03])
+
+
+@pytest.fixture(scope="module")
+def car(tmp_path_factory):
+    """One driver of the car in a seat that is held, in a file of its own."""
+    text = (ROOT / "studies" / "car_driver.yaml").read_text()
+    who = "size: {sex: male, measures: {stature: 1800}}, position: {forward: 0, up: 0}}"
+    text = re.sub(r"population: .*?\}\}", who, text, count=1)
+    path = tmp_path_factory.mktemp("car") / "car.yaml"
+    path.write_text(
+        "".join(row for row in text.splitlines(True) if row[:6] not in ("shares", "change"))
+    )
+    return path
+
+
+def test_an_adjustment_is_set_and_saved_where_it_belongs(car):
+    opened = open_study(wb.load_study(str(car)))
+    edit = adjusted_to(opened, opened.start, "wheel_telescope", 0.02004)
+    assert edit.words == "wheel telescope at 20 mm"
+    tilted = adjusted_to(opened, edit.arrangement, "wheel_tilt", np.radians(-2)).arrangement
+    saved = save(opened, read_text(car), tilted)
+    assert "adjust: {wheel_telescope: 20, wheel_tilt: -2}}" in saved.text
+    study = wb.load_study(str(car))
+    there = placed_people(opened, tilted).parts.environment
+    assert np.array_equal(there.vertices, study.environment.vertices)
+    with pytest.raises(InputError, match="its travel is -25 to 25 mm, got 30 mm"):
+        adjusted_to(opened, opened.start, "wheel_telescope", 0.03)
+    again = open_study(study)
+    back = adjusted_to(again, again.start, "wheel_tilt", 0.0).arrangement
+    assert "adjust: {wheel_telescope: 20, wheel_tilt: 0}}" in save(again, read_text(car), back).text
+
+
+def test_who_frees_a_seat_finds_the_adjustments_that_nobody_states(car):
+    opened = open_study(wb.load_study(str(car)))
+    stated = dict(opened.start.settings)
+    free = freed(opened, opened.start, "driver").arrangement
+    role = arranged_study(opened, free).roles[0]
+    assert role.free and not set(role.adjusts) & set(stated)
+    assert set(role.adjusts) | set(stated) == {"wheel_tilt", "wheel_telescope"}
 
 
 def test_another_case_is_looked_at(trainer):

@@ -293,6 +293,69 @@ def test_two_points_are_clicked_and_measured(page):
     assert faults(page) == []
 
 
+def test_what_is_refused_is_put_back_and_said(page):
+    field = page.locator("#thing-x")
+    for typed, words in (("99999", "a move of up to 10 m is possible"), ("", "a number of mm")):
+        field.fill(typed)
+        field.press("Enter")
+        said(page, words)
+        assert field.input_value() == "0.0"
+    page.locator("#size-sex").select_option("female")
+    said(page, "pilot: a woman")
+    field = page.get_by_label("stature, percentile")
+    field.fill("150")
+    field.press("Enter")
+    said(page, "a percentile lies between 0 and 100, got 150")
+    assert field.input_value() == "50.0"
+    undone(page)
+
+
+def test_keys_go_to_cases_and_list_all_commands(page):
+    page.evaluate("() => document.activeElement.blur()")
+    page.keyboard.press("]")
+    page.wait_for_function("() => document.getElementById('case').value === 'looking left'")
+    page.keyboard.press("Control+k")
+    page.keyboard.type("case: cruise")
+    page.keyboard.press("Enter")
+    page.wait_for_function("() => document.getElementById('case').value === 'cruise'")
+    assert page.locator("#commands").is_hidden()
+    page.keyboard.press("?")
+    assert page.get_by_role("heading", name="Keys").is_visible()
+    page.keyboard.press("Escape")
+    assert page.locator("#keys").is_hidden()
+    page.keyboard.press(" ")
+    said(page, "this case is a posture")
+
+
+def test_escape_puts_a_slider_back_and_shift_takes_ten_steps(page):
+    slider = elbow(page)
+    slider.press("Shift+ArrowRight")
+    page.wait_for_function("() => document.title.startsWith('●')")
+    assert slider.input_value() == "76"
+    undone(page)
+    slider.scroll_into_view_if_needed()
+    box = slider.bounding_box()
+    y = box["y"] + box["height"] / 2
+    page.mouse.move(box["x"] + 0.5 * box["width"], y)
+    page.mouse.down()
+    page.mouse.move(box["x"] + 0.8 * box["width"], y, steps=3)
+    page.wait_for_function("() => document.title.startsWith('●')")
+    page.keyboard.press("Escape")
+    page.wait_for_function("() => !document.title.startsWith('●')")
+    page.mouse.up()
+    page.wait_for_timeout(200)
+    assert slider.input_value() == "75"
+    assert page.get_by_role("button", name="Undo").is_disabled()
+
+
+def test_near_pairs_say_which_overlap_is_allowed(page):
+    page.wait_for_selector("#near tr")
+    rows = [row.split("\t") for row in page.locator("#near").inner_text().splitlines()]
+    overlaps = [row for row in rows if row[0].startswith("−")]
+    assert overlaps and all(row[1].strip().endswith("allowed") for row in overlaps)
+    assert page.locator("#near td.failed").count() == 0
+
+
 def test_every_name_in_the_page_is_of_one_element(page):
     twice = page.evaluate("""() => {
       const names = [...document.querySelectorAll("[id]")].map((one) => one.id);
@@ -304,11 +367,15 @@ def test_every_name_in_the_page_is_of_one_element(page):
 def test_a_study_of_motions_alone_is_opened_without_errors(page):
     with served("trainer_crash") as address:
         opened = page.context.browser.new_page()
+        opened.set_default_timeout(60_000)
         wrong = []
         opened.on("pageerror", lambda error: wrong.append(str(error)))
         opened.goto(address, wait_until="commit")
         opened.wait_for_function("() => document.getElementById('case').length === 2")
         opened.wait_for_function("() => document.getElementById('who').hidden")
+        opened.keyboard.press(" ")  # played once it is there
+        opened.wait_for_selector("#near tr")
+        opened.wait_for_function("() => Number(document.querySelector('.film input').value) > 0")
         assert wrong == []
         opened.close()
 

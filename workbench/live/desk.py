@@ -6,7 +6,7 @@ Everything but `judgement` is called by one thread alone.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from itertools import cycle
 from pathlib import Path
@@ -24,27 +24,47 @@ from workbench.live.looking import looking_verbs
 from workbench.live.protocol import VERBS, Question, packed
 from workbench.live.replies import Made, Replies, Work
 from workbench.live.verbs import EDITS
-from workbench.model.result import Verdict
 from workbench.study.bench.answers import Answer, Judged, answer, judged
 from workbench.study.bench.edits import looking_at
 from workbench.study.bench.history import Entry, History
-from workbench.study.bench.motions import motion_names, motion_verdicts
+from workbench.study.bench.motions import (
+    MotionsJudged,
+    motion_names,
+    motion_state,
+    motions_judged,
+)
+from workbench.study.bench.near import Tolerances
 from workbench.study.bench.placing import Placement, placed_people
 from workbench.study.bench.saving import save
 from workbench.study.bench.state import Arrangement, OpenStudy, arranged_study, open_study
 from workbench.study.people import Present, present_people
 
-__all__ = ["Desk", "Judgement", "Preparation", "busy_frame", "fault_frame", "internal", "work_made"]
+__all__ = [
+    "Desk",
+    "Judgement",
+    "Preparation",
+    "SupersededError",
+    "busy_frame",
+    "fault_frame",
+    "internal",
+    "work_made",
+]
+
+
+class SupersededError(Exception):
+    """Another state is to be judged by now."""
 
 
 @dataclass(frozen=True, eq=False)
 class Judgement:
-    """What is to be judged: a state and its number, and the population that is beside it."""
+    """What is to be judged: a state and its number, the population that is beside it, and what was
+    found of the motions last."""
 
     opened: OpenStudy
     arrangement: Arrangement
     generation: int
     following: Following
+    motions_known: MotionsJudged | None = None
 
     def made(self) -> Judged | str | None:
         """Judge the state, in any thread; why it cannot be judged, in words; None where the study
@@ -58,14 +78,27 @@ class Judgement:
         except Exception as error:  # noqa: BLE001 (one state that fails must not end the bench)
             return internal(error)
 
-    def motions_made(self) -> tuple[Verdict, ...] | str:
-        """Judge the motions of the state, in any thread; why that cannot be, in words."""
+    def motions(self, go_on: Callable[[], None]) -> Iterator[MotionsJudged | str]:
+        """Judge the motions of the state one after the other, in any thread; why that cannot be, in
+        words. Nothing is judged again that was judged already, or once the state is another.
+
+        Parameters
+        ----------
+        go_on
+            Raises `SupersededError` once the state is another.
+        """
+        known = self.motions_known
+        if known is not None and known.state == motion_state(self.arrangement):
+            yield known
+            return
         try:
-            return motion_verdicts(self.opened, self.arrangement)
+            yield from motions_judged(self.opened, self.arrangement, go_on=go_on)
+        except SupersededError:
+            return
         except WorkbenchError as error:
-            return str(error)
+            yield str(error)
         except Exception as error:  # noqa: BLE001 (one state that fails must not end the bench)
-            return internal(error)
+            yield internal(error)
 
 
 @dataclass(frozen=True, eq=False)
@@ -158,6 +191,7 @@ class Desk:
         self.shown: Answer | None = None
         self.verdicts: bytes | None = None
         self.judged: Judged | None = None
+        self.motions_judged: MotionsJudged | None = None
         self.seen_change = False
         self.generation += 1
 
@@ -203,7 +237,8 @@ class Desk:
             for one, colour in zip(shown.people, cycle(PEOPLE), strict=False)
         )
         packing = Packing()
-        packing.add(WebView(self.opened.study.title, bodies, self.opened.study.environment))
+        place = shown.placement.parts.environment
+        packing.add(WebView(self.opened.study.title, bodies, place))
         return packing.text()
 
     def preparation(self, question: Question) -> Preparation | None:
@@ -240,7 +275,9 @@ class Desk:
 
     def judgement(self) -> Judgement:
         """What is to be judged now."""
-        return Judgement(self.opened, self.live, self.generation, self.following)
+        return Judgement(
+            self.opened, self.live, self.generation, self.following, self.motions_judged
+        )
 
     def take(self, judgement: Judgement, found: Judged | str | None) -> list[bytes]:
         """Take what was judged; frames for everybody, none where the state is another by now."""
@@ -254,17 +291,20 @@ class Desk:
         self.there = found.there
         self.judged = found
         waits = motion_names(self.opened) != ()
-        self.verdicts = verdict_frame(found, (), self.generation, waits=waits)
+        self.verdicts = verdict_frame(found, None, self.generation, waits=waits)
         free = any(person.free for person in self.live.people)
         return [self._answered(0, ""), self.verdicts] if free else [self.verdicts]
 
-    def take_motions(self, judgement: Judgement, found: tuple[Verdict, ...] | str) -> list[bytes]:
+    def take_motions(self, judgement: Judgement, found: MotionsJudged | str) -> list[bytes]:
         """Take the verdicts of motions as `take` does those of postures."""
         if judgement.generation != self.generation:
             return []
         if isinstance(found, str):
             return [fault_frame(None, f"no verdicts of motions: {found}")]
-        self.verdicts = verdict_frame(self.judged, found, self.generation)
+        waits = found.done < found.of
+        if not waits:
+            self.motions_judged = found
+        self.verdicts = verdict_frame(self.judged, found, self.generation, waits=waits)
         return [self.verdicts]
 
     def watched(self) -> Replies:
@@ -292,7 +332,9 @@ class Desk:
             there=self.there,
             before=before.placement if before is not None else None,
         )
-        self.shown = answer(placement, before)
+        criteria = (*self.opened.study.criteria, *self.live.added)
+        case = self.opened.cases[self.live.case] if self.opened.cases else ""
+        self.shown = answer(placement, before, Tolerances(criteria, case))
         head = {
             "answers": number,
             "generation": self.generation,
@@ -314,7 +356,8 @@ class Desk:
             self.generation += 1
             self.verdicts = None
         if question.done and self.live.content != self.history.shown.arrangement.content:
-            subject = " ".join(str(part) for part in question.subject)
+            dragged = "done" in question.given  # other edits are steps of their own
+            subject = " ".join(str(part) for part in question.subject) if dragged else ""
             label = verb.label(question.given)
             self.history = self.history.added(Entry(self.live, label, subject, self.clock()))
         try:

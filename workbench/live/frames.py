@@ -15,21 +15,25 @@ from workbench.live.protocol import packed
 from workbench.model.accommodation import met_of
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.body import Body
+from workbench.model.environment import Adjustment
 from workbench.model.moves import Move
 from workbench.model.population import SEXES
 from workbench.model.poses import Placed
 from workbench.model.result import Verdict
-from workbench.study.bench.answers import Answer, Judged, NearPair, near_pairs
+from workbench.study.bench.answers import TOUCHES, Answer, Judged, near_pairs
 from workbench.study.bench.criteria import role_bodies
 from workbench.study.bench.crowd import Crowd, met_all
-from workbench.study.bench.motions import motion_names
-from workbench.study.bench.state import OpenStudy, arranged_environment, seat_shift
+from workbench.study.bench.motions import MotionsJudged, motion_names
+from workbench.study.bench.near import NearPair
+from workbench.study.bench.placing import placed_environment
+from workbench.study.bench.state import OpenStudy, seat_shift
 from workbench.study.checks.margins import Asked
 
 __all__ = [
     "PeopleShown",
     "answer_frame",
     "hello_frame",
+    "near_row",
     "people_frame",
     "verdict_frame",
     "waiting_frame",
@@ -169,10 +173,15 @@ def answer_frame(found: Answer, opened: OpenStudy, head: Mapping[str, Any], begi
         **head,
         "moves": [_move(move) for move in moves],
         "shifts": _shifts(found),
-        "controls": [_rounded(one.at) for one in arranged_environment(opened, moves).controls],
+        "controls": [
+            _rounded(one.at) for one in placed_environment(opened, found.placement).controls
+        ],
+        "adjustments": [
+            _adjustment(one, found) for one in found.placement.parts.environment.adjustments
+        ],
         "case": opened.cases[found.placement.arrangement.case] if opened.cases else "",
         "people": people,
-        "near": [_near(pair) for pair in near_pairs(found)],
+        "near": [near_row(pair) for pair in near_pairs(found)],
         "ms": round(1e3 * (time.perf_counter() - begin), 1),
     }
     return packed(sent, arrays)
@@ -192,6 +201,25 @@ def _eyes(placed: Placed) -> dict[str, Any] | None:
     }
 
 
+def _adjustment(one: Adjustment, found: Answer) -> dict[str, Any]:
+    """An adjustment with where it is set and its travel [mm; degrees], and who has set it: "" where
+    the study says it."""
+    scale = float(np.degrees(1.0)) if one.turns else 1e3
+    setters = [
+        person.person.state.role
+        for person in found.people
+        if one.name in dict(person.person.settings)
+    ]
+    return {
+        "name": one.name,
+        "unit": "°" if one.turns else "mm",
+        "scale": scale,
+        "at": round(scale * one.at, 3),
+        "travel": [round(scale * end, 3) for end in one.travel],
+        "by": setters[0] if setters else "",
+    }
+
+
 def _move(move: Move) -> dict[str, Any]:
     return {"parts": list(move.parts), "controls": list(move.controls), "by": _rounded(move.by)}
 
@@ -204,10 +232,13 @@ def _shifts(found: Answer) -> dict[str, list[float]]:
     return {arranged.environment.parts[k]: _rounded(shifts[k]) for k in moving}
 
 
-def _near(pair: NearPair) -> dict[str, Any]:
-    """A near pair, its room in mm."""
+def near_row(pair: NearPair) -> dict[str, Any]:
+    """A near pair, its lengths in mm: the distance, the overlap that is allowed, and whether that is
+    passed."""
     return {
-        "mm": round(1e3 * pair.room, 2),
+        "mm": 1e3 * pair.distance,
+        "allowed": 1e3 * pair.allowed,
+        "deep": pair.room < -TOUCHES,
         "person": pair.person,
         "subject": pair.subject,
         "segment": pair.segment,
@@ -219,7 +250,7 @@ def _near(pair: NearPair) -> dict[str, Any]:
 
 
 def verdict_frame(
-    judged: Judged | None, motions: Sequence[Verdict], generation: int, *, waits: bool = False
+    judged: Judged | None, motions: MotionsJudged | None, generation: int, *, waits: bool = False
 ) -> bytes:
     """Pack the verdicts of a state, the worst first.
 
@@ -228,22 +259,26 @@ def verdict_frame(
     judged
         What was found of postures, None where there are none.
     motions
-        The verdicts of motions.
+        What was found of motions, None where nothing is known yet.
     waits
-        Whether those of motions are not known yet.
+        Whether some motions are not judged yet.
     """
     found = judged.found.verdicts if judged is not None else ()
-    rows = [_verdict(one) for one in (*found, *motions)]
+    warnings = list(judged.found.warnings) if judged is not None else []
+    if motions is not None:
+        found = (*found, *motions.verdicts)
+        warnings += motions.warnings
+    rows = [_verdict(one) for one in found]
     rows.sort(key=lambda row: (row["passed"], row["margin"] is not None, row["margin"] or 0.0))
-    passed = all(row["passed"] for row in rows)
     return packed(
         {
             "kind": "verdicts",
             "generation": generation,
-            "passed": passed,
+            "passed": all(row["passed"] for row in rows),
             "waits": waits,
+            "motions": [motions.done, motions.of] if motions is not None else None,
             "rows": rows,
-            "warnings": list(judged.found.warnings) if judged is not None else [],
+            "warnings": warnings,
         }
     )
 
@@ -271,7 +306,7 @@ def _verdict(verdict: Verdict) -> dict[str, Any]:
     lead = worst.person + (f" and {worst.other_person}" if worst.other_person else "")
     margin = scale * worst.margin
     return row | {
-        "margin": round(margin, 2) if np.isfinite(margin) else None,
+        "margin": margin if np.isfinite(margin) else None,
         "unit": unit,
         "words": f"{lead}: {worst.subject} – {worst.target}",
         "case": worst.case,

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from workbench.draw.envelopes.sections import envelope_sections, section_lines
 from workbench.draw.envelopes.solid import outer_faces
 from workbench.errors import InputError, one_of
-from workbench.live.playing import WINDOW, Frames, Gaps, MotionScene
+from workbench.live.playing import WINDOW, Frames, Gaps, MotionScene, Near
 from workbench.live.protocol import Question, packed
 from workbench.live.replies import Made, Replies, Work
 from workbench.model.envelope import ReachTask
@@ -53,7 +53,13 @@ def looking_verbs(desk: Desk, *, placement: Callable[[], Answer]) -> Mapping[str
     def bound(verb: Callable[[Desk, Question], Replies]) -> Verb:
         return lambda question: verb(desk, question)
 
-    later = {"envelope": _envelope, "motion": _motion, "frames": _frames, "gaps": _gaps}
+    later = {
+        "envelope": _envelope,
+        "motion": _motion,
+        "frames": _frames,
+        "gaps": _gaps,
+        "near": _near,
+    }
     work = {name: bound(verb) for name, verb in later.items()}
     return {"measure": measure, **work}
 
@@ -68,7 +74,7 @@ def _measure(desk: Desk, placement: Placement, question: Question) -> Replies:
         "generation": desk.generation,
         "of": _name(one),
         "to": _name(other),
-        "mm": round(1e3 * found.distance, 2),
+        "mm": 1e3 * found.distance,
         "points": [found.start.round(6).tolist(), found.end.round(6).tolist()],
     }
     return Replies(asker=[packed(head)])
@@ -101,6 +107,12 @@ def _frames(desk: Desk, question: Question) -> Replies:
 def _gaps(desk: Desk, question: Question) -> Replies:
     _check_motion(desk, question)
     return _later(question, Gaps(*_state(desk), question.given["case"]))
+
+
+def _near(desk: Desk, question: Question) -> Replies:
+    _check_motion(desk, question)
+    work = Near(*_state(desk), question.given["case"], question.given["frame"])
+    return _later(question, work)
 
 
 def _state(desk: Desk) -> tuple[OpenStudy, Arrangement, int]:

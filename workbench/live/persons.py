@@ -8,7 +8,7 @@ from zlib import crc32
 
 from workbench.model.measures import MASS
 from workbench.model.person import Size
-from workbench.model.study import PredictedPosture
+from workbench.model.study import GivenPosture, PredictedPosture
 from workbench.study.bench.answers import Answer
 from workbench.study.bench.edits_people import percentile_of, reach_criteria, wearable
 from workbench.study.bench.edits_postures import Prediction, suggested
@@ -49,6 +49,7 @@ def person_state(opened: OpenStudy, found: Answer, row: int) -> dict[str, Any]:
         "clothes": [item.name for item in person.figure.clothes],
         "posture": "" if predicts else getattr(action, "name", ""),
         "predicted": predicts,
+        "hands": dict(action.hands) if isinstance(action, GivenPosture) else {},
         "drives": isinstance(action, PredictedPosture) and action.aims.driving is not None,
         "prediction": _prediction(wanted),
         "zone": _zone(opened, arrangement, person.role),

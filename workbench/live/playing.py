@@ -1,6 +1,6 @@
 """Motions as the page plays them: the place, frames in windows, and how near each frame comes.
 
-All of it is made in the judge's thread, of a frozen state with its number.
+All of it is made in a thread of its own, of a frozen state with its number.
 """
 
 from __future__ import annotations
@@ -21,6 +21,7 @@ from workbench.draw.web.motion_view import cord_counts, motion_bodies
 from workbench.draw.web.packing import Packing
 from workbench.draw.web.views import PEOPLE, WebBody, WebView
 from workbench.errors import InputError
+from workbench.live.frames import near_row
 from workbench.live.protocol import packed
 from workbench.live.replies import Made
 from workbench.model.arrays import Floats
@@ -28,11 +29,11 @@ from workbench.model.motion_case import MotionCase
 from workbench.model.moving import poses_at
 from workbench.model.poses import Placed
 from workbench.study.bench.answers import TOUCHES
-from workbench.study.bench.motions import Playing, playing
+from workbench.study.bench.motions import Playing, near_in_frame, playing
 from workbench.study.bench.state import Arrangement, OpenStudy
 from workbench.study.motion_gaps import asked_gaps, distance_criteria, frame_rooms
 
-__all__ = ["WINDOW", "Frames", "Gaps", "MotionScene"]
+__all__ = ["WINDOW", "Frames", "Gaps", "MotionScene", "Near"]
 
 WINDOW = 256
 """Frames that are sent at a time, and asked how near they come."""
@@ -114,6 +115,23 @@ class Frames(_Asked):
                 rows = np.concatenate([eyes.point, eyes.line(), eyes.axes[:, 2]], axis=1)
                 arrays.append((f"eyes{k}", rows.astype(np.float32)))
         return Made([self.frame("frames", {"from": self.begin, "count": len(times)}, arrays)])
+
+
+@dataclass(frozen=True, eq=False)
+class Near(_Asked):
+    """What is nearest to what at one frame of a motion."""
+
+    number: int
+    kind: str = "near"
+
+    def made(self) -> Made:
+        """Pack the nearest pairs, the worst first."""
+        found = self.playing
+        if self.number >= len(found.clock):
+            count = len(found.clock)
+            raise InputError(f"{self.case} has frames 0 to {count - 1}, got {self.number}")
+        rows = [near_row(pair) for pair in near_in_frame(found, self.number)]
+        return Made([self.frame("near", {"frame": self.number, "rows": rows}, [])])
 
 
 @dataclass(frozen=True, eq=False)

@@ -188,6 +188,10 @@ VERBS: Mapping[str, Mapping[str, _Taken]] = {
         "by": _Taken("three numbers of metres", _point),
         "done": _DONE,
     },
+    "adjust": {
+        "name": _Taken("the name of an adjustment", _text),
+        "value": _Taken("a number of metres, or of radians", _number),
+    },
     "size": {
         "person": _PERSON,
         "sex": _Taken("male or female", _any_of("male", "female"), "", needed=False),
@@ -228,6 +232,7 @@ VERBS: Mapping[str, Mapping[str, _Taken]] = {
     "motion": {"case": _MOTION},
     "frames": {"case": _MOTION, "from": _FRAME, "to": _FRAME},
     "gaps": {"case": _MOTION},
+    "near": {"case": _MOTION, "frame": _FRAME},
     "drop": {},
     "undo": {},
     "redo": {},

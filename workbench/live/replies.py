@@ -17,7 +17,7 @@ class Made:
 
 
 class Work(Protocol):
-    """Something that takes long, of a frozen state; it is done in the judge's thread.
+    """Something that takes long, of a frozen state; it is done in a thread of its own.
 
     A newer one of the same kind that the same page asks for takes its place.
     """

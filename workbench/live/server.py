@@ -1,8 +1,8 @@
 """The server of the bench: its page, and the socket over which the page asks.
 
 The loop of the server calls no engine. One thread does what is asked, in order; another makes bodies
-and predictions beforehand, a third judges the state once it rests. Two more are for a population: it
-is followed while something is dragged, and settled once that rests. What fails in one of them is
+and predictions beforehand, a third judges the state once it rests, a fourth makes motions, envelopes
+and what else takes long to look at. Two more are for a population: it is followed while something is dragged, and settled once that rests. What fails in one of them is
 reported to the pages, and it goes on.
 """
 
@@ -27,6 +27,7 @@ from workbench.live.desk import (
     Desk,
     Judgement,
     Preparation,
+    SupersededError,
     busy_frame,
     fault_frame,
     internal,
@@ -69,6 +70,7 @@ PAGE = {
     "eye.js": "text/javascript; charset=utf-8",
     "gizmo.js": "text/javascript; charset=utf-8",
     "grips.js": "text/javascript; charset=utf-8",
+    "keys.js": "text/javascript; charset=utf-8",
     "looks.js": "text/javascript; charset=utf-8",
     "measure.js": "text/javascript; charset=utf-8",
     "motion.js": "text/javascript; charset=utf-8",
@@ -76,7 +78,9 @@ PAGE = {
     "ways.js": "text/javascript; charset=utf-8",
     "people.js": "text/javascript; charset=utf-8",
     "person.js": "text/javascript; charset=utf-8",
+    "progress.js": "text/javascript; charset=utf-8",
     "size.js": "text/javascript; charset=utf-8",
+    "sliders.js": "text/javascript; charset=utf-8",
     "things.js": "text/javascript; charset=utf-8",
     "picture.js": "text/javascript; charset=utf-8",
     "describe.html": "text/html; charset=utf-8",
@@ -112,6 +116,7 @@ class Hub:
         self.work = ThreadPoolExecutor(1, "desk")
         self.preparing = ThreadPoolExecutor(1, "prepare")
         self.judging = ThreadPoolExecutor(1, "judge")
+        self.toiling = ThreadPoolExecutor(1, "toil")
         self.following = ThreadPoolExecutor(1, "follow")
         self.settling = ThreadPoolExecutor(1, "settle")
 
@@ -139,7 +144,14 @@ class Hub:
     def end(self) -> None:
         """Let the threads end with what they are at."""
         self.ended = True
-        for pool in (self.work, self.preparing, self.judging, self.following, self.settling):
+        for pool in (
+            self.work,
+            self.preparing,
+            self.judging,
+            self.toiling,
+            self.following,
+            self.settling,
+        ):
             pool.shutdown(wait=False, cancel_futures=True)
 
     async def at_desk(self, function: Callable[..., Found], *arguments: Any) -> Found:
@@ -201,7 +213,7 @@ class Hub:
             self.begin(asker, replies.work)
 
     def begin(self, page: WebSocket, work: Work) -> None:
-        """Let the judge's thread do something for a page, in the place of what is of the same
+        """Let another thread do something for a page, in the place of what is of the same
         kind."""
         self.works = [(one, w) for one, w in self.works if (one, w.kind) != (page, work.kind)]
         self.works.append((page, work))
@@ -217,7 +229,7 @@ class Hub:
         page, work = self.works.pop(0)
         if work.generation != self.study.generation or page not in self.sockets:
             return
-        made = await loop.run_in_executor(self.judging, work_made, work)
+        made = await loop.run_in_executor(self.toiling, work_made, work)
         for frame in made.frames:
             await self.send_one(page, frame)
         newer = any((one, w.kind) == (page, work.kind) for one, w in self.works)
@@ -235,12 +247,26 @@ class Hub:
         loop = asyncio.get_running_loop()
         found = await loop.run_in_executor(self.judging, asked.made)
         await self.send(Replies(everybody=await self.at_desk(self.study.take, asked, found)))
-        if asked.opened.moving is not None and not self.changed.is_set():
-            verdicts = await loop.run_in_executor(self.judging, asked.motions_made)
-            frames = await self.at_desk(self.study.take_motions, asked, verdicts)
-            await self.send(Replies(everybody=frames))
+        if asked.opened.moving is not None:
+            await self.judge_motions(asked)
         if asked.following.there:
             self.rested.set()
+
+    async def judge_motions(self, asked: Judgement) -> None:
+        """Judge the motions of a state one after the other, until it is another one."""
+        loop = asyncio.get_running_loop()
+
+        def go_on() -> None:
+            if self.changed.is_set() or self.ended:
+                raise SupersededError
+
+        motions = asked.motions(go_on)
+        while not self.changed.is_set():
+            found = await loop.run_in_executor(self.judging, next, motions, None)
+            if found is None:
+                return
+            frames = await self.at_desk(self.study.take_motions, asked, found)
+            await self.send(Replies(everybody=frames))
 
     async def settle(self) -> None:
         """Settle the people of a population in each state that rests, until it is another one."""

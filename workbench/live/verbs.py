@@ -8,7 +8,7 @@ from typing import Any
 
 from workbench.model.moves import Move
 from workbench.study.bench.criteria import PairLimit, asked_for
-from workbench.study.bench.edits import Edit, seated, shifted
+from workbench.study.bench.edits import Edit, adjusted_to, seated, shifted
 from workbench.study.bench.edits_joints import mirrored, turned
 from workbench.study.bench.edits_limbs import LimbTarget, reached
 from workbench.study.bench.edits_people import SizeWanted, dressed, harnessed, sized
@@ -77,6 +77,10 @@ def _move_words(given: Given) -> str:
     return ", ".join((*move.parts, *move.controls))
 
 
+def _adjust(opened: OpenStudy, placement: Placement, given: Given) -> Edit:
+    return adjusted_to(opened, placement.arrangement, given["name"], given["value"])
+
+
 def _size(opened: OpenStudy, placement: Placement, given: Given) -> Edit:
     wanted = SizeWanted(
         sex=given["sex"],
@@ -126,6 +130,7 @@ EDITS: Mapping[str, EditVerb] = {
     "hand": EditVerb(_reach, lambda given: f"{given['person']}: {given['limb']}"),
     "seat": EditVerb(_sit, _of_person("seat")),
     "move": EditVerb(_shift, _move_words),
+    "adjust": EditVerb(_adjust, lambda given: given["name"], "{name} is being set"),
     "size": EditVerb(_size, _of_person("size"), "the body of {person} is being made"),
     "clothes": EditVerb(_dress, _of_person("clothes"), "{person} is being dressed"),
     "harness": EditVerb(_harness, _of_person("harness")),

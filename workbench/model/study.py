@@ -79,10 +79,14 @@ class Role:
 
 @dataclass(frozen=True, eq=False)
 class GivenPosture:
-    """A posture by its name: one pose, in the world where the role is at a place."""
+    """A posture by its name: one pose, in the world where the role is at a place.
+
+    hands: by hand ("left hand", ...) the control that it holds; the arm is solved from the pose.
+    """
 
     name: str
     poses: Poses
+    hands: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False)
@@ -179,7 +183,8 @@ class ContactForce:
 class Study:
     """A study with everything it names.
 
-    moved: what of the environment stands elsewhere than its file has it; `environment` has it
+    settings: where the study states that adjustments are set [m or rad], by name; `environment` has
+    them so. moved: what of the environment stands elsewhere than its file has it; `environment` has it
     there. compare: the two cases whose motions are compared, by index. inputs: the files it was read from,
     by role.
     """
@@ -192,6 +197,7 @@ class Study:
     cases: tuple[Case, ...]
     criteria: tuple[Criterion, ...]
     inputs: Mapping[str, Path]
+    settings: Mapping[str, float] = field(default_factory=dict)
     moved: tuple[Move, ...] = ()
     shares: Shares = field(default_factory=Shares)
     reach_maps: tuple[MapTask, ...] = ()

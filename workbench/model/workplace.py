@@ -4,7 +4,7 @@ takes the role."""
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from workbench.model.criterion import Criterion
 from workbench.model.driving import DrivingAims
@@ -41,12 +41,20 @@ class WorkCase:
         That posture (P = 1) of the body as its file has it.
     aims
         What the posture is predicted from, None where it is given.
+    hands
+        Of a given posture, by hand the control that it holds.
     """
 
     name: str
     posture: str
     pose: Poses
     aims: Aims | None = None
+    hands: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def held(self) -> Mapping[str, str]:
+        """By limb ("left hand", ...) the control that it holds."""
+        return self.hands if self.aims is None else self.aims.controls
 
 
 @dataclass(frozen=True, eq=False)

@@ -24,14 +24,14 @@ AT_END = 1e-6
 def shortfalls(situation: Situation) -> list[str]:
     """What a person with the hands on the controls misses of the aims of a case."""
     seated = situation.seated
-    aims = situation.work.aims
-    if seated is None or aims is None:
-        return []
-    lines = [*_eyes_off(situation, seated), *_travel_off(seated), *_pressed(situation, seated)]
-    for foot, miss in seated.miss.items():
-        lines += _limb_off(foot, aims.controls[foot], miss, seated.limit[foot])
+    held = situation.work.held
+    lines: list[str] = []
+    if seated is not None and situation.work.aims is not None:
+        lines += [*_eyes_off(situation, seated), *_travel_off(seated), *_pressed(situation, seated)]
+        for foot, miss in seated.miss.items():
+            lines += _limb_off(foot, held[foot], miss, seated.limit[foot])
     for hand, miss in situation.hand_miss.items():
-        lines += _limb_off(hand, aims.controls[hand], miss, situation.hand_limit[hand])
+        lines += _limb_off(hand, held[hand], miss, situation.hand_limit[hand])
     return [f"{situation.place.role}, {situation.work.name}: {line}" for line in lines]
 
 

@@ -391,11 +391,8 @@ def with_hands(situation: Situation) -> Situation:
 
 
 def _hands_placed(situation: Situation) -> Situation:
-    aims = situation.work.aims
-    if aims is None:
-        return situation
     controls = {control.name: control for control in situation.environment.controls}
-    for hand, name in aims.controls.items():
+    for hand, name in situation.work.held.items():
         if hand in HANDS:
             situation = _with_hand(situation, hand, controls[name])
     return situation
@@ -405,10 +402,9 @@ def moved_by_hands(situation: Situation) -> Bools:
     """(S,) the spheres that are elsewhere with the hands on the controls that they hold: those
     beyond the joints that this turns, and those that share in the turns of these joints."""
     body = situation.body
-    aims = situation.work.aims
     turned = np.zeros(len(body.joints), dtype=np.bool_)
     controls = {control.name: control for control in situation.environment.controls}
-    for hand, name in aims.controls.items() if aims is not None else ():
+    for hand, name in situation.work.held.items():
         if hand in HANDS:
             control = controls[name]
             turned[list(limb(body, hand, grip=control.grip, zone=control.zone).free)] = True

@@ -59,7 +59,7 @@ def _work_case(case: Case, row: int) -> WorkCase:
     """What a role does in a case that is a posture."""
     action = case.actions[row]
     if isinstance(action, GivenPosture):
-        return WorkCase(case.name, action.name, action.poses)
+        return WorkCase(case.name, action.name, action.poses, hands=action.hands)
     assert isinstance(action, PredictedPosture)
     return WorkCase(case.name, action.like, action.poses, action.aims)
 

@@ -33,7 +33,9 @@ from workbench.files.study.schema import (
     DriverFile,
     MotionFile,
     PredictedFile,
+    RightFootFile,
     RoleFile,
+    SidesFile,
     StatedRestraintsFile,
     StudyPostureFile,
 )
@@ -147,7 +149,7 @@ def load_actions(work: Work, roles: dict[str, LoadedRole], room: Environment | N
         before = len(work.faults)
         action: Action | None
         if file.posture is not None:
-            action = _given(work, asked)
+            action = _given(work, asked, room)
         elif file.motion is not None:
             action = _recorded(work, asked, room)
         elif file.simulated is not None:
@@ -208,15 +210,21 @@ def library_of(work: Work, role: LoadedRole) -> dict[str, Poses]:
     return {name: _pose(role, postures, name, {}) for name in postures.postures}
 
 
-def _given(work: Work, asked: _Asked) -> GivenPosture | None:
+def _given(work: Work, asked: _Asked, room: Environment | None) -> GivenPosture | None:
     name = asked.file.posture or ""
+    hands: dict[str, str] = {}
+    if asked.file.hands is not None:
+        for limb, control, place in _sides(asked.file.hands, "hands", "hand"):
+            hands[limb] = control
+            if room is not None:
+                _control_fault(work, room, limb, control, (*asked.key, *place))
     postures = _named(work, asked, ("posture",), name)
     problems = flat_angles(asked.role.body, asked.file.angles or {})[1]
     for path, what in problems:
         work.fault((*asked.key, "angles", *path), what)
     if postures is None or problems:
         return None
-    return GivenPosture(name, _pose(asked.role, postures, name, asked.file.angles or {}))
+    return GivenPosture(name, _pose(asked.role, postures, name, asked.file.angles or {}), hands)
 
 
 def aims_of(file: PredictedFile | DriverFile) -> Aims:
@@ -263,14 +271,8 @@ def _sex_faults(work: Work, key: Key, file: DriverFile, role: RoleFile) -> None:
 
 def _aim_faults(work: Work, file: PredictedFile | DriverFile, key: Key, room: Environment) -> None:
     """Report controls and points that are not there, hands on pedals and feet on knobs."""
-    controls = {control.name: control for control in room.controls}
     for limb, control, place in _held(file):
-        where = (*key, *place)
-        what = f"environment {room.name} has no control {control!r}"
-        if work.check_name(where, control, controls, what):
-            meant = "feet" if controls[control].grip == "foot" else "hands"
-            if (meant == "feet") != limb.endswith("foot"):
-                work.fault(where, f"{control} is for {meant}; name it under '{meant}'")
+        _control_fault(work, room, limb, control, (*key, *place))
     for field in ("eyes", "heels", "wheel", "h_point"):
         point = getattr(file, field, None)
         if point is not None:
@@ -278,13 +280,31 @@ def _aim_faults(work: Work, file: PredictedFile | DriverFile, key: Key, room: En
             work.check_name((*key, field), point, room.points, what)
 
 
+def _control_fault(work: Work, room: Environment, limb: str, control: str, where: Key) -> None:
+    """Report a control that is not there, or is for feet where a hand is to hold it and the other
+    way round."""
+    controls = {one.name: one for one in room.controls}
+    what = f"environment {room.name} has no control {control!r}"
+    if work.check_name(where, control, controls, what):
+        meant = "feet" if controls[control].grip == "foot" else "hands"
+        if (meant == "feet") != limb.endswith("foot"):
+            work.fault(where, f"{control} is for {meant}; name it under '{meant}'")
+
+
 def _held(file: PredictedFile | DriverFile) -> Iterator[tuple[str, str, tuple[str, str]]]:
     """Limb, control and where in the action it stands, feet first."""
     for field, kind in (("feet", "foot"), ("hands", "hand")):
-        for side in ("left", "right"):
-            control = getattr(getattr(file, field), side)
-            if control is not None:
-                yield f"{side} {kind}", control, (field, side)
+        yield from _sides(getattr(file, field), field, kind)
+
+
+def _sides(
+    file: SidesFile | RightFootFile, field: str, kind: str
+) -> Iterator[tuple[str, str, tuple[str, str]]]:
+    """Limb, control and where it stands, the left one first."""
+    for side in ("left", "right"):
+        control = getattr(file, side)
+        if control is not None:
+            yield f"{side} {kind}", control, (field, side)
 
 
 def _recorded(work: Work, asked: _Asked, room: Environment | None) -> RecordedMotion | None:

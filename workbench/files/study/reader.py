@@ -430,6 +430,7 @@ def _study(
         ),
         criteria=tuple(criteria),
         inputs=work.inputs,
+        settings=stated,
         moved=moved,
         shares=_shares(file),
         reach_maps=_maps(work, file),

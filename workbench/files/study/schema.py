@@ -359,10 +359,12 @@ class SimulatedFile(FileModel):
 
 
 class ActionFile(FileModel):
-    """What a role does in a case: exactly one of five."""
+    """What a role does in a case: exactly one of five. hands: the controls that hands hold in a
+    `posture`."""
 
     posture: Name | None = None
     angles: AnglesFile | None = None
+    hands: SidesFile | None = None
     predicted: PredictedFile | None = None
     driver: DriverFile | None = None
     motion: MotionFile | None = None
@@ -379,6 +381,9 @@ class ActionFile(FileModel):
                 f"'angles' replace those of a 'posture'; {given[0]} takes a posture of the study "
                 "by its name"
             )
+        if self.hands is not None and self.posture is None:
+            inside = f"write them into {given[0]!r}" if self.predicts else "a motion has none"
+            raise ValueError(f"'hands' beside the action are those of a 'posture'; {inside}")
         return self
 
     @property

@@ -10,11 +10,13 @@ from dataclasses import dataclass
 from typing import Any
 
 from workbench.files.study.splice_people import (
+    AdjustChange,
     ClothesChange,
     HoldChange,
     PredictionChange,
     SizeChange,
     ZoneChange,
+    set_adjustment,
     set_clothes,
     set_hold,
     set_prediction,
@@ -119,7 +121,8 @@ class CriteriaChange:
 
 
 Change = (
-    ClothesChange
+    AdjustChange
+    | ClothesChange
     | CriteriaChange
     | HoldChange
     | JointChange
@@ -341,6 +344,7 @@ def _angles(angles: Sequence[AxisAngle]) -> str:
 
 
 _SPLICES: Mapping[type, Callable[[str, Any, Sharing], str]] = {
+    AdjustChange: set_adjustment,
     ClothesChange: set_clothes,
     CriteriaChange: _add_criteria,
     HoldChange: set_hold,

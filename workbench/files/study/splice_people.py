@@ -23,13 +23,17 @@ from workbench.files.yaml_edits import (
 )
 from workbench.model.measures import MASS
 
+_OTHER = {"left": "right", "right": "left"}
+
 __all__ = [
+    "AdjustChange",
     "ClothesChange",
     "HoldChange",
     "PredictionChange",
     "SizeChange",
     "StatedSize",
     "ZoneChange",
+    "set_adjustment",
     "set_clothes",
     "set_hold",
     "set_prediction",
@@ -91,20 +95,38 @@ class PredictionChange:
 
 
 @dataclass(frozen=True)
+class AdjustChange:
+    """Where an adjustment is set: in degrees of one that turns, else [m].
+
+    Parameters
+    ----------
+    role
+        In whose entry it stands where no other role's has it already.
+    """
+
+    role: str
+    name: str
+    value: float
+    turns: bool
+
+
+@dataclass(frozen=True)
 class HoldChange:
-    """The control that a hand or foot holds in a prediction.
+    """The control that a hand or foot holds.
 
     Parameters
     ----------
     kind
-        The key of the prediction: "predicted" or "driver".
+        The key of the prediction, "predicted" or "driver"; "" of a given posture.
+    control
+        None where it holds none any longer.
     """
 
     case: int
     role: str
     kind: str
     limb: str
-    control: str
+    control: str | None
 
 
 @dataclass(frozen=True)
@@ -260,11 +282,38 @@ def _set_side(
 
 
 def set_hold(text: str, change: HoldChange, sharing: Sharing) -> str:
-    """The text with another control that a limb of a prediction holds."""
+    """The text with another control that a limb holds."""
     side, limb = change.limb.split()
     group = "feet" if limb == "foot" else "hands"
-    key: Key = ("cases", change.case, "people", change.role, change.kind)
+    key: Key = ("cases", change.case, "people", change.role)
+    if change.kind:
+        key = (*key, change.kind)
+    elif change.control is None and node_text(text, (*key, group, _OTHER[side])) is None:
+        text = own_copy(text, key, sharing)
+        return _set(text, key, group, None)
+    else:
+        text = own_copy(text, key, sharing)
     return _set_side(text, key, (group, side), change.control, sharing)
+
+
+def set_adjustment(text: str, change: AdjustChange, sharing: Sharing) -> str:
+    """The text with another setting of an adjustment."""
+    people = mapping_at(text, ("people",))
+    names = [item.key.text for item in people.items if item.key is not None]
+    stated = [
+        name
+        for name in names
+        if node_text(text, ("people", name, "adjust", change.name)) is not None
+    ]
+    role: Key = ("people", stated[0] if stated else change.role)
+    value = (
+        f"{round(change.value, 1):g}" if change.turns else length_text(change.value / unit_of(text))
+    )
+    text = own_copy(text, (*role, "adjust"), sharing)
+    if node_at(text, (*role, "adjust")).node is None:
+        return with_entry(text, mapping_at(text, role), "adjust", f"{{{change.name}: {value}}}")
+    text = own_copy(text, (*role, "adjust", change.name), sharing)
+    return _set(text, (*role, "adjust"), change.name, value)
 
 
 def set_zone(text: str, change: ZoneChange, sharing: Sharing) -> str:

@@ -1,21 +1,28 @@
 // The page of the bench: picture, verdicts, nearest pairs and native controls. Names from files are only ever
 // written as text.
 
-import { ask, connect, waits } from "./connection.js";
+import { ask, connect } from "./connection.js";
 import { at, bindHistory, element, options } from "./elements.js";
 import { Grips } from "./grips.js";
+import { Keys, commandsOf } from "./keys.js";
 import { Looks } from "./looks.js";
 import { People } from "./people.js";
 import { Person } from "./person.js";
 import { Picture } from "./picture.js";
+import { Progress, Waiting } from "./progress.js";
 import { nearRow, verdictRow } from "./rows.js";
+import { Sliders } from "./sliders.js";
 import { Things } from "./things.js";
 
-const state = { hello: null, answer: null, person: 0, held: null, letGo: false };
+const state = { hello: null, answer: null, person: 0 };
+const progress = new Progress();
+const waiting = new Waiting();
 const picture = new Picture(document.querySelector("#picture .turn"), say, (panel) => {
   for (const one of [grips, looks]) one.attach(panel);
+  progress.done(progress.steps.length - 1);
 });
-const things = new Things();
+const sliders = new Sliders(state);
+const things = new Things(say);
 const grips = new Grips(state, things, choosePerson);
 const people = new People();
 const person = new Person(state);
@@ -25,12 +32,15 @@ function take(found) {
   const { head } = found;
   const what = { hello: takeHello, answer: takeAnswer, verdicts: takeVerdicts, fault: takeFault };
   if (what[head.kind]) what[head.kind](head);
-  if (head.kind === "busy") say(head.what);
+  if (head.kind === "busy") busy(head.what);
   if (head.kind === "people") people.show(head);
   looks.take(found);
+  if (head.kind === "near") showNear(head.rows);
+  if (head.kind === "motion") progress.done(1);
   if (head.kind === "hello") {
     people.forget();
     looks.hello(head);
+    progress.begin(stepsOf(head));
   }
   if (head.kind === "answer") {
     picture.show(found);
@@ -41,11 +51,24 @@ function take(found) {
 /* ---- writing ---- */
 
 function say(words, fault = false) {
+  waiting.end();
   at("status").textContent = words;
   at("status").classList.toggle("fault", fault);
 }
 
+function busy(words) {
+  say(words);
+  waiting.begin(words);
+}
+
+// What is done until the picture is there.
+function stepsOf({ cases }) {
+  const motion = cases.length ? [] : ["the motion is being read"];
+  return ["the first answer is being made", ...motion, "the picture is being made"];
+}
+
 function takeHello(head) {
+  if (head.cases.length) looks.motion.wantsPlay = false;
   state.hello = head;
   state.person = Math.max(0, Math.min(state.person, head.people.length - 1));
   document.title = head.title;
@@ -58,7 +81,7 @@ function takeHello(head) {
   if (head.notes.length) say(head.notes.join("; "));
   things.build(head);
   person.build();
-  buildPosture();
+  sliders.build();
 }
 
 function takeAnswer(head) {
@@ -71,25 +94,39 @@ function takeAnswer(head) {
   at("took").textContent = head.ms < 2000 ? `answered in ${head.ms} ms` : `made ready in ${Math.round(head.ms / 1000)} s`;
   document.title = (head.unsaved ? "● " : "") + state.hello.title;
   if (head.words || head.answers || first) say(head.words);
-  at("near").replaceChildren(...head.near.map((pair) => nearRow(pair, look, (one) => looks.measure.fill(one))));
-  at("verdicts").classList.add("waiting");
+  progress.done(0);
+  if (!looks.motion.there) showNear(head.near);
+  if (head.generation !== judged) at("verdicts").classList.add("waiting");
   things.show(head);
   person.show();
-  showPosture();
+  sliders.show();
   grips.show();
+}
+
+function showNear(rows) {
+  at("near").replaceChildren(...rows.map((pair) => nearRow(pair, look, (one) => looks.measure.fill(one))));
 }
 
 const look = (point, words) => picture.lookAt(point, words);
 
+let judged = null; // the number of the state that the verdicts are of
+
 function takeVerdicts(head) {
+  judged = head.generation;
   const failed = head.rows.filter((row) => !row.passed).length;
-  const known = head.waits ? "motions are being judged" : "all passed";
-  at("failed").textContent = failed ? `(${failed} failed)` : `(${known})`;
+  const known = failed ? [`${failed} failed`] : head.waits || !head.rows.length ? [] : ["all passed"];
+  const { warnings } = head;
+  if (warnings.length) known.push(warnings.length > 1 ? `${warnings.length} warnings` : "1 warning");
+  if (head.waits) known.push(head.motions ? `${head.motions[0]} of ${head.motions[1]} motions judged` : "motions are being judged");
+  at("failed").textContent = known.length ? `(${known.join(", ")})` : "";
   at("verdicts").classList.remove("waiting");
   at("verdicts").replaceChildren(...head.rows.map((row) => verdictRow(row, look, showCase)));
+  at("warnings").hidden = !warnings.length;
+  at("warnings").querySelector("ul").replaceChildren(...warnings.map((words) => element("li", words)));
 }
 
 function takeFault(head) {
+  if (state.answer && head.where) restore();
   say(head.words, true);
   const choices = {
     sharing: [["change all", { sharing: "all" }], ["this one only", { sharing: "one" }]],
@@ -103,85 +140,13 @@ function takeFault(head) {
   );
 }
 
-/* ---- the posture of the person who is chosen ---- */
-
-const sliders = [];
-
-function slider(words, unit, send) {
-  const row = element("label", "", { className: "slider" });
-  const name = element("span", words);
-  const input = element("input", "", { type: "range", step: "0.1" });
-  input.setAttribute("aria-label", words);
-  const value = element("output");
-  input.oninput = () => {
-    state.held = input;
-    state.letGo = false;
-    value.textContent = `${Number(input.value).toFixed(1)} ${unit}`;
-    send(Number(input.value), false);
-  };
-  input.onchange = () => {
-    state.letGo = true; // shown anew once the answer to this is there
-    send(Number(input.value), true);
-  };
-  row.append(name, input, value);
-  const show = (number, low, high, from = low, to = high) => {
-    if (state.held === input) return;
-    input.min = Math.min(from, number);
-    input.max = Math.max(to, number);
-    input.value = number;
-    value.textContent = `${number.toFixed(1)} ${unit}`;
-    const beyond = Math.max(number - high, low - number);
-    row.classList.toggle("beyond", beyond > 0.05);
-    const over = beyond > 0.05 ? `; ${beyond.toFixed(1)} beyond the stop` : "";
-    input.setAttribute("aria-valuetext", `${number.toFixed(1)} ${unit}${over}`);
-  };
-  return { row, show };
-}
-
-function buildPosture() {
-  const person = state.hello.people[state.person];
-  sliders.length = 0;
-  at("seat").replaceChildren();
-  at("joints").replaceChildren();
-  if (!person) return;
-  if (person.seat) {
-    ["forward", "up"].forEach((way) => {
-      const made = slider(`seat ${way}`, "mm", (mm, done) => {
-        const now = state.answer.people[state.person];
-        ask("seat", { person: person.role, forward: now.forward, up: now.up, [way]: mm / 1000, done });
-      });
-      sliders.push((now) => {
-        const [low, high] = person.seat[way].map((metres) => 1000 * metres);
-        made.show(1000 * now[way], low, high);
-      });
-      at("seat").append(made.row);
-    });
-  }
-  person.joints.forEach((joint, j) => {
-    if (!joint.axes.some(Boolean)) return;
-    const group = element("fieldset");
-    group.append(element("legend", joint.name));
-    joint.axes.forEach((motions, axis) => {
-      if (!motions) return;
-      const made = slider(`${motions[0]} / ${motions[1]}`, "°", (degrees, done) =>
-        ask("joint", { person: person.role, joint: joint.joint, axis, degrees, done }),
-      );
-      sliders.push((now) => {
-        const [up, down] = now.limits[j][axis];
-        made.show(now.angles[j][axis], -down, up, Math.max(-180, -down - 10), Math.min(180, up + 10));
-      });
-      group.append(made.row);
-    });
-    at("joints").append(group);
-  });
-  if (state.answer) showPosture();
-}
-
-function showPosture() {
-  const now = state.answer.people[state.person];
-  if (!now) return;
-  if (state.letGo && !waits()) state.held = null;
-  sliders.forEach((show) => show(now));
+// What was asked is refused: every field shows what holds.
+function restore() {
+  things.restore();
+  person.restore();
+  sliders.restore();
+  grips.show();
+  grips.showTip();
 }
 
 /* ---- commands ---- */
@@ -204,12 +169,21 @@ function choosePerson(number) {
   state.person = number;
   at("person").selectedIndex = number;
   person.build();
-  buildPosture();
+  sliders.build();
   grips.show();
 }
 
 at("person").onchange = () => choosePerson(at("person").selectedIndex);
 bindHistory({ undo: () => ask("undo"), redo: () => ask("redo"), save: () => save() });
+new Keys({
+  commands: () => commandsOf({ hello: state.hello, panel: picture.panel, show: showCase, choosePerson }),
+  picture: (event) => picture.panel?.touch.key(event),
+  other: (step) => {
+    const next = at("case").options[at("case").selectedIndex + step];
+    if (next) showCase(next.value);
+  },
+  play: () => looks.motion.play(Boolean(state.hello)),
+});
 addEventListener("beforeunload", (event) => state.answer?.unsaved && event.preventDefault());
 
 connect(take, say);

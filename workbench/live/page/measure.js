@@ -4,6 +4,7 @@ import { vec } from "/view/camera.js";
 import { named } from "/view/pick.js";
 import { ask } from "./connection.js";
 import { at, element } from "./elements.js";
+import { signed } from "./rows.js";
 
 const LINE = [232, 160, 19];
 const AXES = [
@@ -12,7 +13,7 @@ const AXES = [
   [44, 96, 214],
 ];
 
-const mm = (metres) => `${(1000 * metres).toFixed(1)}`.replace("-", "−");
+const mm = (metres) => signed(1000 * metres);
 
 // The components of a way from one point to another, in words.
 export function components(from, to) {
@@ -143,8 +144,8 @@ export class Measure {
     this.found = found;
     const [from, to] = found.points;
     const far = found.mm ?? 1000 * Math.hypot(...vec.sub(to, from));
-    const size = `${far.toFixed(1)} mm`.replace("-", "−");
-    const deep = far < 0 ? " (they overlap)" : "";
+    const size = `${signed(far)} mm`;
+    const deep = far < 0 ? " (they overlap)" : far === 0 ? " (they touch or cross)" : "";
     this.label.textContent = size;
     at("measured-words").textContent = `${found.of} to ${found.to}: ${size}${deep}; ${components(from, to)} mm`;
     at("measured").hidden = false;

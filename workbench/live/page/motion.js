@@ -31,6 +31,15 @@ export class Motion {
     return Boolean(this.name);
   }
 
+  // Play or pause; what is not there yet is played once it is.
+  play(opened = true) {
+    if (!opened) return (this.wantsPlay = true); // what is opened is perhaps a motion
+    if (!this.there) return this.say("this case is a posture: only motions are played", true);
+    if (this.panel) return this.panel.toggle();
+    this.wantsPlay = !this.wantsPlay;
+    this.say(this.wantsPlay ? "the motion will be played once it is there" : "the motion is being read");
+  }
+
   // Show a motion, at a time [s] or where it begins.
   open(name, time = null) {
     this.wanted = time;
@@ -74,6 +83,8 @@ export class Motion {
     this.scene = scene;
     this.panel = this.picture.replace(scene);
     this.say("");
+    if (this.wantsPlay) this.panel.toggle();
+    this.wantsPlay = false;
     this.anew(this.latest ?? head.generation);
     this.place();
     this.toWanted();
@@ -130,6 +141,7 @@ export class Motion {
       this.scene.bodies.forEach((body, k) => Object.assign(body, { frames: found.bodies[k].frames, touching: found.bodies[k].touching }));
     }
     this.frame = frame;
+    ask("near", { case: this.name, frame });
     queueMicrotask(() => this.shown()); // once the frame is in the picture
     return true;
   }

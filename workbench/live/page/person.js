@@ -21,7 +21,8 @@ export class Person {
     };
     at("posture-form").onsubmit = (event) => {
       event.preventDefault();
-      ask("posture", { person: this.role, name: at("posture-name").value });
+      const name = at("posture-name").value;
+      if (name) ask("posture", { person: this.role, name });
     };
     at("mirror").onclick = () => ask("mirror", { person: this.role });
     at("free").onclick = () => ask("free", { person: this.role });
@@ -59,7 +60,8 @@ export class Person {
     });
     at("clothes").replaceChildren(element("legend", "Clothes"), ...this.clothes.map(({ label }) => label));
     if (!wearable.length) at("clothes").hidden = true;
-    options(at("posture-name"), postures);
+    options(at("posture-name"), ["", ...postures]);
+    Object.assign(at("posture-name").options[0], { textContent: "predicted", hidden: true });
     options(at("predict-like"), postures);
     const foot = (one) => one.grip === "foot";
     for (const limb of LIMBS) {
@@ -71,7 +73,8 @@ export class Person {
     if (this.state.answer) this.show();
   }
 
-  show() {
+  // always: also what somebody is at.
+  show(always = false) {
     const now = this.state.answer.people[this.state.person];
     if (!now) return;
     this.size.show(now);
@@ -79,14 +82,24 @@ export class Person {
     at("harness").value = String(now.zone);
     at("free").disabled = now.free || !now.predicted;
     const kind = now.drives ? "a driver's, predicted" : now.predicted ? "predicted" : `given: ${words(now.posture)}`;
-    at("posture-now").textContent = now.free ? `${kind}; the seat is free` : kind;
+    const hands = Object.entries(now.hands).map(([hand, control]) => `${hand} on ${words(control)}`);
+    at("posture-now").textContent = [kind, ...hands, ...(now.free ? ["the seat is free"] : [])].join("; ");
     const known = JSON.stringify([this.state.person, now.posture, now.prediction]);
-    if (known === this.known || at("predict").contains(document.activeElement)) return;
+    if (known === this.known || (!always && at("predict").contains(document.activeElement))) return;
     this.known = known;
-    if (now.posture) at("posture-name").value = now.posture;
+    at("posture-name").value = now.posture; // "" where it is predicted
     at("predict-like").value = now.prediction.like;
     for (const limb of LIMBS) at(id(limb)).value = now.prediction.holds[limb] ?? "";
     for (const name of POINTS) at(id(name)).value = now.prediction[name];
+  }
+
+  // What was asked is refused: what holds is shown again.
+  restore() {
+    const now = this.state.answer.people[this.state.person];
+    if (!now) return;
+    this.size.restore(now);
+    this.known = "";
+    this.show(true);
   }
 
   // Put on what was ticked; what is worn stays in its order.

@@ -44,8 +44,9 @@ export class Picture {
   // Put people and seats where an answer has them; red is what is deeper than it may be.
   show(answer) {
     this.answer = answer;
-    const figures = answer.head.people.map((one) => one.figure).join();
-    if (this.figures && this.figures !== figures) this.open(); // somebody has another body
+    const set = answer.head.adjustments.map((one) => one.at);
+    const figures = [...answer.head.people.map((one) => one.figure), ...set].join();
+    if (this.figures && this.figures !== figures) this.open(); // another body, or a wheel set elsewhere
     this.figures = figures;
     if (!this.panel || this.panel.film) return;
     const { scene, viewer } = this.panel;

@@ -9,12 +9,25 @@ function lookCell(words, point, look) {
   return cell;
 }
 
-// A near pair; fill: is given it where a distance is to be asked for.
+// A number with so many digits behind the point, with a true minus sign and without one of zero.
+export function signed(number, digits = 1) {
+  const text = number.toFixed(digits);
+  return Number(text) === 0 ? text.replace("-", "") : text.replace("-", "−");
+}
+
+// How much of the overlap of a near pair is allowed, in mm; "" where nothing overlaps.
+export function allowedWords({ mm, allowed }) {
+  if (mm >= 0) return "";
+  return allowed > 0 ? `${signed(allowed)} allowed` : "none allowed";
+}
+
+// A near pair, red where it is deeper than it may be; fill: is given it where a distance is to be asked for.
 export function nearRow(pair, look, fill) {
   const row = element("tr");
   const target = pair.other ? `${pair.other}: ${pair.target}` : pair.target;
   row.append(
-    element("td", pair.mm.toFixed(1), { className: `number ${pair.mm < 0 ? "failed" : ""}` }),
+    element("td", signed(pair.mm), { className: `number ${pair.deep ? "failed" : ""}` }),
+    element("td", allowedWords(pair), { className: `soft ${pair.deep ? "failed" : ""}` }),
     lookCell(`${pair.person}: ${pair.subject}`, pair.point, look),
     element("td", target),
   );
@@ -32,7 +45,7 @@ export function nearRow(pair, look, fill) {
 // A verdict; show: is given the case and the time [s] of one of a motion.
 export function verdictRow(verdict, look, show) {
   const row = element("tr");
-  const margin = verdict.margin === null ? "" : `${verdict.margin.toFixed(1)} ${verdict.unit}`;
+  const margin = verdict.margin === null ? "" : `${signed(verdict.margin)} ${verdict.unit}`;
   const where = verdict.case ? `${verdict.words} (${verdict.case})` : verdict.words;
   const place = lookCell(where, verdict.point, look);
   if (verdict.time !== null) {
@@ -43,7 +56,7 @@ export function verdictRow(verdict, look, show) {
     place.replaceChildren(element("button", `${where} at ${verdict.time.toFixed(3)} s`, { type: "button", className: "look", onclick: moment }));
   }
   row.append(
-    element("td", verdict.passed ? "✓ passed" : "✗ FAILED", { className: verdict.passed ? "passed" : "failed" }),
+    element("td", verdict.passed ? "✓ passed" : "✗ FAILED", { className: `short ${verdict.passed ? "passed" : "failed"}` }),
     element("td", verdict.name),
     element("td", margin, { className: "number" }),
     place,

@@ -38,6 +38,12 @@ export class Size {
     at("size").onsubmit = (event) => event.preventDefault();
   }
 
+  // What was asked is refused: what holds is shown again.
+  restore(person) {
+    this.held = false;
+    this.show(person, true);
+  }
+
   row(name) {
     const field = (label, change) => {
       const input = element("input", "", { type: "number", step: "any", min: 0 });
@@ -57,8 +63,8 @@ export class Size {
     return { row, value, percentile };
   }
 
-  show({ size }) {
-    if (this.held && at("size").contains(document.activeElement)) return; // it is being typed
+  show({ size }, always = false) {
+    if (!always && this.held && at("size").contains(document.activeElement)) return; // it is being typed
     this.held = false;
     const names = rowsOf(size);
     if (names.join() !== [...this.rows.keys()].join()) {

@@ -6,7 +6,9 @@ import { at, element } from "./elements.js";
 const AXES = ["x", "y", "z"];
 
 export class Things {
-  constructor() {
+  // say: is told what is wrong with what was typed.
+  constructor(say) {
+    this.say = say;
     this.answer = null;
     this.held = false;
     at("thing-name").onchange = () => {
@@ -17,6 +19,7 @@ export class Things {
       at(`thing-${name}`).oninput = () => this.ask(false);
       at(`thing-${name}`).onchange = () => this.ask(true);
     }
+    at("thing").onsubmit = (event) => event.preventDefault();
     at("thing-back").onclick = () => this.move([0, 0, 0], true);
   }
 
@@ -77,7 +80,16 @@ export class Things {
   ask(done) {
     this.held = true;
     const by = AXES.map((name) => at(`thing-${name}`).valueAsNumber / 1000);
-    if (by.every(Number.isFinite)) this.move(by, done);
+    if (by.every(Number.isFinite)) return this.move(by, done);
+    if (!done) return; // it is being typed
+    this.restore();
+    this.say("a number of mm is needed", true);
+  }
+
+  // What was asked is refused: what holds is shown again.
+  restore() {
+    this.held = false;
+    if (this.answer) this.write();
   }
 
   move(by, done) {

@@ -57,7 +57,7 @@ def borne_by(place: Workplace, asked: Sequence[Asked], change: Change) -> list[i
     """The numbers of the requirements that a change bears on: of a control its own and those about
     its part; all of them where it is one that the sitters hold, or anything else is moved."""
     every = list(range(len(asked)))
-    held = {name for case in place.cases if case.aims for name in case.aims.controls.values()}
+    held = {name for case in place.cases for name in case.held.values()}
     if not change.control or change.control in held:
         return every
     parts = set(moved_parts(place.environment, change))

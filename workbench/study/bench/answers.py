@@ -19,47 +19,27 @@ from workbench.contact.arranged import (
 )
 from workbench.contact.collide import body_clearance, self_clearance
 from workbench.model.arrays import Floats
-from workbench.model.body import Body
 from workbench.model.contacts import Clearance
 from workbench.model.result import PosturesFound
 from workbench.posture.reaching.limbs import FEET, HANDS, limb
 from workbench.posture.stops import stop_limits
+from workbench.study.bench.near import (
+    MOST_NEAR,
+    NearPair,
+    Someone,
+    Tolerances,
+    own_pair,
+    part_pairs,
+    people_pair,
+)
 from workbench.study.bench.placing import PlacedPerson, Placement
 from workbench.study.bench.state import Arrangement, OpenStudy, arranged_study, given_angles
 from workbench.study.people import Present, people_found, present_people
 
-__all__ = ["Answer", "Judged", "NearPair", "PersonAnswer", "answer", "judged", "near_pairs"]
+__all__ = ["TOUCHES", "Answer", "Judged", "PersonAnswer", "answer", "judged", "near_pairs"]
 
 TOUCHES = 1e-6
 """[m] Spheres that overlap by less only touch."""
-
-
-@dataclass(frozen=True)
-class NearPair:
-    """Two things that are near each other, or overlap.
-
-    Parameters
-    ----------
-    room
-        [m] the distance, with the overlap that is allowed added: negative is a fault.
-    person, subject
-        The role and its side in words.
-    other_person, target
-        The other side; the role is "" of a part.
-    point
-        (3,) [m] on the other side.
-    segment, other_segment
-        The segments of both sides by name; the other is "" of a part.
-    """
-
-    room: float
-    person: str
-    subject: str
-    other_person: str
-    target: str
-    point: tuple[float, float, float]
-    segment: str
-    other_segment: str = ""
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,12 +79,15 @@ class Answer:
     ----------
     overlaps
         By person, the spheres that are in somebody else.
+    tolerances
+        What criteria let overlap beyond what parts and flesh allow.
     """
 
     placement: Placement
     people: tuple[PersonAnswer, ...]
     between: tuple[NearPair, ...]
     overlaps: tuple[frozenset[int], ...]
+    tolerances: Tolerances
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,22 +99,28 @@ class Judged:
     found: PosturesFound
 
 
-def answer(placement: Placement, before: Answer | None = None) -> Answer:
+def answer(
+    placement: Placement, before: Answer | None = None, tolerances: Tolerances | None = None
+) -> Answer:
     """Find what is near to what in a placement.
 
     Parameters
     ----------
     before
         The answer to another state: of who is in the same place, only what has moved is asked again.
+    tolerances
+        What criteria let overlap beyond what parts and flesh allow; nothing if None.
     """
+    tolerances = tolerances or Tolerances()
     people = []
     for row, person in enumerate(placement.people):
         known = before.people[row] if before is not None else None
         same = known is not None and known.person is person
         people.append(_of_person(person, placement, known if same else None))
     overlaps: list[set[int]] = [set() for _ in people]
-    between = tuple(_between(placement.people, overlaps))
-    return Answer(placement, tuple(people), between, tuple(map(frozenset, overlaps)))
+    between = tuple(_between(placement.people, overlaps, tolerances))
+    deep = tuple(map(frozenset, overlaps))
+    return Answer(placement, tuple(people), between, deep, tolerances)
 
 
 def _of_person(
@@ -167,7 +156,9 @@ def _tips(person: PlacedPerson) -> dict[str, Floats]:
     return found
 
 
-def _between(people: Sequence[PlacedPerson], overlaps: Sequence[set[int]]) -> Iterator[NearPair]:
+def _between(
+    people: Sequence[PlacedPerson], overlaps: Sequence[set[int]], tolerances: Tolerances
+) -> Iterator[NearPair]:
     """The nearest segments of each two people; the spheres that overlap are put into the sets of
     their people."""
     for (row, one), (column, other) in combinations(enumerate(people), 2):
@@ -176,78 +167,24 @@ def _between(people: Sequence[PlacedPerson], overlaps: Sequence[set[int]]) -> It
         deep = distance < -TOUCHES
         overlaps[row].update(near.sphere[deep].tolist())
         overlaps[column].update(near.target[deep].tolist())
-        where = tuple(int(k) for k in np.unravel_index(int(distance.argmin()), distance.shape))
-        yield NearPair(
-            room=float(distance[where]),
-            person=one.state.role,
-            subject=near.name((where[0], where[1], where[2])),
-            other_person=other.state.role,
-            target=near.other_name((where[0], where[1], where[2])),
-            point=_point(near.point[where]),
-            segment=one.body.segment_names[where[0]],
-            other_segment=other.body.segment_names[where[1]],
-        )
+        yield people_pair(_someone(one), _someone(other), near, tolerances=tolerances)
 
 
-def near_pairs(found: Answer, most: int = 14) -> list[NearPair]:
+def _someone(person: PlacedPerson) -> Someone:
+    return Someone(person.state.role, person.body)
+
+
+def near_pairs(found: Answer, most: int = MOST_NEAR) -> list[NearPair]:
     """The nearest pairs of an answer, the worst first: of each segment and what is nearest to it, of
     each body and itself, and of each two people."""
     rows = list(found.between)
+    environment = found.placement.parts.environment
     for one in found.people:
-        rows += _near_parts(one, found.placement, most)
-        rows += _near_self(one)
+        someone = _someone(one.person)
+        tolerances = found.tolerances
+        rows += part_pairs(someone, environment, one.near, tolerances=tolerances, most=most)
+        rows += own_pair(someone, one.own)
     return sorted(rows, key=lambda pair: pair.room)[:most]
-
-
-def _near_parts(found: PersonAnswer, placement: Placement, most: int) -> Iterator[NearPair]:
-    """The pairs of the segments that have the least room."""
-    body = found.person.body
-    environment = placement.parts.environment
-    room = found.near.room[0]
-    for n in np.argsort(room, kind="stable")[:most].tolist():
-        if not np.isfinite(room[n]):
-            return
-        polygon = int(found.near.polygon[0, n])
-        part = int(np.searchsorted(environment.part_start, polygon, side="right")) - 1
-        yield NearPair(
-            room=float(room[n]),
-            person=found.person.state.role,
-            subject=_sphere_words(body, int(found.near.sphere[0, n])),
-            other_person="",
-            target=environment.parts[part],
-            point=_point(found.near.point[0, n]),
-            segment=body.segment_names[n],
-        )
-
-
-def _near_self(found: PersonAnswer) -> Iterator[NearPair]:
-    body = found.person.body
-    room = found.own.distance[0] + body.allowance[0]
-    room = np.where(np.isfinite(room), room, np.inf)
-    row, column = (int(k) for k in np.unravel_index(int(room.argmin()), room.shape))
-    if np.isfinite(room[row, column]):
-        yield NearPair(
-            room=float(room[row, column]),
-            person=found.person.state.role,
-            subject=_sphere_words(body, int(found.own.sphere[0, row, column])),
-            other_person=found.person.state.role,
-            target=_sphere_words(body, int(found.own.target[0, row, column])),
-            point=_point(found.own.point[0, row, column]),
-            segment=body.segment_names[row],
-            other_segment=body.segment_names[column],
-        )
-
-
-def _sphere_words(body: Body, sphere: int) -> str:
-    name = body.sphere_names[sphere]
-    at = int(np.searchsorted(body.start, sphere, side="right")) - 1
-    segment = body.segment_names[at]
-    return f"{segment}, {name}" if name else segment
-
-
-def _point(values: Floats) -> tuple[float, float, float]:
-    x, y, z = values.tolist()
-    return x, y, z
 
 
 def judged(opened: OpenStudy, arrangement: Arrangement) -> Judged:

@@ -266,8 +266,7 @@ def _moved(before: Settled, arrangement: Arrangement) -> _Moved:
 
 def _held(place: Workplace) -> frozenset[str]:
     """The controls that hands and feet hold in some case."""
-    aims = [case.aims for case in place.cases if case.aims is not None]
-    return frozenset(name for one in aims for name in one.controls.values())
+    return frozenset(name for case in place.cases for name in case.held.values())
 
 
 def followed(
@@ -301,7 +300,9 @@ def followed(
         for limb, name in case.aims.controls.items()
         if limb.endswith("foot")
     }
-    adjusted = any(question.place.environment.parts[k] in _adjusted(opened) for k in moved.parts)
+    adjusted = known.arrangement.settings != arrangement.settings
+    parts = _adjusted(opened)
+    adjusted |= any(question.place.environment.parts[k] in parts for k in moved.parts)
     zones = known.arrangement.zones != arrangement.zones
     if old is not new or zones or feet & moved.controls or adjusted:
         return _seated_anew(opened, crowd, known, question, arrangement)
@@ -410,7 +411,7 @@ def _seated_anew(
     new = arrangement.people[crowd.row]
     if new.free and known.arrangement.people[crowd.row].free:
         situations = in_positions(place, who, known.fitted.tried.seat, situations)
-    plain = arranged_environment(opened, arrangement.moves)
+    plain = arranged_environment(opened, arrangement)
     if place.seat is not None and len(arrangement.people) == 1:
         # but for the travel of the seat the same, and indexed already
         around = [replace(one, place=replace(place, environment=plain)) for one in situations]

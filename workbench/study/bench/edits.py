@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from workbench.errors import InputError, one_of
+from workbench.model.environment import Adjustment
 from workbench.model.moves import Move
 from workbench.study.bench.state import Arrangement, OpenStudy
 
@@ -20,6 +21,8 @@ __all__ = [
     "FARTHEST",
     "LENGTH_STEP",
     "Edit",
+    "adjusted_to",
+    "adjuster_of",
     "looking_at",
     "rounded",
     "seated",
@@ -141,6 +144,45 @@ def _with_move(moves: Sequence[Move], wanted: Move) -> tuple[Move, ...]:
         if left.parts or left.controls:
             found.append(left)
     return tuple(found) if told else (*found, wanted)
+
+
+def adjusted_to(opened: OpenStudy, arrangement: Arrangement, name: str, value: float) -> Edit:
+    """Set an adjustment of the environment, to 0.1 mm or 0.1 degrees.
+
+    Parameters
+    ----------
+    value
+        [m] of a slide, [rad] of a turn, from its nominal setting.
+
+    Raises
+    ------
+    InputError
+        If there is no such adjustment, nobody sits where it is set from, or the value is beyond its
+        travel.
+    """
+    one = opened.study.environment.adjustment(name)
+    if not adjuster_of(opened, one):
+        where = f"seat {one.seat}" if one.seat else "a seat"
+        raise InputError(f"{name} is set by who is in {where}: nobody is")
+    scale, unit = (float(np.degrees(1.0)), "degrees") if one.turns else (1e3, "mm")
+    low, high = one.travel
+    if not low - 1e-9 <= value <= high + 1e-9:
+        travel = f"{scale * low:g} to {scale * high:g} {unit}"
+        raise InputError(f"{name}: its travel is {travel}, got {scale * value:g} {unit}")
+    tenths = min(max(rounded(scale * value, 0.1), scale * low), scale * high)
+    settings = dict(arrangement.settings)
+    if name in settings and abs(scale * settings[name] - tenths) < 0.05:
+        return Edit(arrangement)
+    settings[name] = tenths / scale
+    after = replace(arrangement, settings=tuple(sorted(settings.items())))
+    return Edit(after, f"{name.replace('_', ' ')} at {tenths:g} {unit}".replace("-", "−"))
+
+
+def adjuster_of(opened: OpenStudy, one: Adjustment) -> str:
+    """The role in whose entry of the file an adjustment is set: the first in its seat, or in any
+    where it has none; "" where nobody is."""
+    found = [role.name for role in opened.study.roles if role.seat and one.seat in ("", role.seat)]
+    return found[0] if found else ""
 
 
 def looking_at(opened: OpenStudy, arrangement: Arrangement, case: str) -> Edit:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import replace
 
 import numpy as np
@@ -12,12 +13,13 @@ from workbench.model.body import Body
 from workbench.model.poses import Poses
 from workbench.model.posing import compose
 from workbench.model.study import GivenPosture, PredictedPosture
+from workbench.posture.reaching.limbs import limb
 from workbench.posture.stops import nearest_legal, stop_limits
 from workbench.study.bench.edits import LENGTH_STEP, Edit, rounded
 from workbench.study.bench.placing import Placement
 from workbench.study.bench.state import PersonState, given_angles
 
-__all__ = ["as_given", "mirrored", "poses_in", "turnable", "turned", "with_angles"]
+__all__ = ["as_given", "let_go", "mirrored", "poses_in", "turnable", "turned", "with_angles"]
 
 ANGLE_STEP = 0.1
 """[degrees]"""
@@ -69,7 +71,7 @@ def turned(placement: Placement, person: str, joint: str, axis: int, degrees: fl
         raise InputError(f"{body.joint_names[j]} does not turn about this axis")
     if not abs(degrees) <= MOST_DEGREES:
         raise InputError(f"{joint}: an angle of -180 to 180 degrees is possible, got {degrees:g}")
-    before = as_given(placement, row)
+    before = let_go(placement, row, as_given(placement, row), [j])
     angles = given_angles(body, poses_in(before, arrangement.case))
     wanted = angles.copy()
     wanted[j, axis] = np.radians(degrees)
@@ -113,7 +115,7 @@ def mirrored(placement: Placement, person: str) -> Edit:
     arrangement = placement.arrangement
     row = arrangement.row(person)
     body = arrangement.body(row)
-    before = as_given(placement, row)
+    before = let_go(placement, row, as_given(placement, row), range(len(body.joints)))
     angles = given_angles(body, poses_in(before, arrangement.case))
     goal = _mirrored_angles(body, angles)
     poses = poses_in(before, arrangement.case)
@@ -188,6 +190,39 @@ def as_given(placement: Placement, row: int) -> PersonState:
     return with_angles(person, arrangement.case, base, goal)
 
 
+def let_go(
+    placement: Placement, row: int, person: PersonState, joints: Iterable[int]
+) -> PersonState:
+    """A person whose hands let go of the controls for which any of some joints is solved; the
+    joints stay where they are shown.
+
+    Parameters
+    ----------
+    person
+        The person of a row with a given posture in the case.
+    """
+    case = placement.arrangement.case
+    action = person.actions[case]
+    assert isinstance(action, GivenPosture)
+    wanted = set(joints)
+    there = placement.people[row]
+    controls = {one.name: one for one in placement.parts.environment.controls}
+    for hand, name in action.hands.items():
+        control = controls[name]
+        free = list(limb(there.body, hand, grip=control.grip, zone=control.zone).free)
+        if not wanted.intersection(free):
+            continue
+        before = given_angles(there.body, poses_in(person, case))
+        goal = before.copy()
+        goal[free] = given_angles(there.body, there.poses)[free]
+        person = with_angles(person, case, before, goal)
+        held = person.actions[case]
+        assert isinstance(held, GivenPosture)
+        kept = {key: value for key, value in held.hands.items() if key != hand}
+        person = person.doing(case, replace(held, hands=kept))
+    return person
+
+
 def with_angles(person: PersonState, case: int, before: Floats, goal: Floats) -> PersonState:
     """A person with other angles (J, 3) [rad] in a case, in steps of ANGLE_STEP; joints that are
     nearer to where they were than half a step stay."""
@@ -203,4 +238,4 @@ def with_angles(person: PersonState, case: int, before: Floats, goal: Floats) ->
     action = person.actions[case]
     assert isinstance(action, GivenPosture)
     turned_poses = Poses(rotations, poses.reference, poses.world_from_reference)
-    return person.doing(case, GivenPosture(action.name, turned_poses))
+    return person.doing(case, replace(action, poses=turned_poses))

@@ -8,16 +8,15 @@ from dataclasses import dataclass, replace
 from workbench.errors import InputError, one_of
 from workbench.model.environment import Control
 from workbench.model.reach import Reach
-from workbench.model.study import PredictedPosture
-from workbench.posture.reaching.limbs import FEET, limb
+from workbench.model.study import GivenPosture, PredictedPosture
+from workbench.posture.reaching.limbs import FEET, HANDS, limb
 from workbench.posture.reaching.reach import reach
 from workbench.study.bench.edits import FARTHEST, Edit
-from workbench.study.bench.edits_joints import as_given, poses_in, with_angles
-from workbench.study.bench.placing import Placement
+from workbench.study.bench.edits_joints import as_given, let_go, poses_in, with_angles
+from workbench.study.bench.placing import Placement, placed_environment
 from workbench.study.bench.state import (
     Arrangement,
     OpenStudy,
-    arranged_environment,
     given_angles,
 )
 
@@ -55,8 +54,9 @@ class LimbTarget:
 def reached(opened: OpenStudy, placement: Placement, person: str, wanted: LimbTarget) -> Edit:
     """Bring a hand or foot to a target or a control, as near as the joint stops allow.
 
-    A posture that is predicted stays so where the limb takes hold of a control: the prediction
-    holds this one then. To any other target it becomes a given one.
+    A hand that takes hold of a control holds it from then on: the arm is solved anew whenever
+    anything else is another. So does a foot of a posture that is predicted. A posture that is
+    predicted becomes a given one where a limb goes to any other target.
 
     Returns
     -------
@@ -75,11 +75,17 @@ def reached(opened: OpenStudy, placement: Placement, person: str, wanted: LimbTa
     action = arrangement.people[row].actions[arrangement.case]
     if isinstance(action, PredictedPosture) and _may_hold(opened, wanted):
         return Edit(_holding(arrangement, row, action, wanted), _reach_words(found, wanted))
-    before = as_given(placement, row)
+    if isinstance(action, GivenPosture) and wanted.limb in HANDS and wanted.control:
+        after = arrangement.people[row]
+        if action.hands.get(wanted.limb) != wanted.control:
+            held = replace(action, hands={**action.hands, wanted.limb: wanted.control})
+            after = after.doing(arrangement.case, held)
+        return Edit(arrangement.with_person(row, after), _reach_words(found, wanted))
+    free = list(found.free)
+    before = let_go(placement, row, as_given(placement, row), free)
     angles = given_angles(body, poses_in(before, arrangement.case))
     goal = angles.copy()
     solution = given_angles(body, found.poses)
-    free = list(found.free)
     goal[free] = solution[free]
     after = with_angles(before, arrangement.case, angles, goal)
     return Edit(arrangement.with_person(row, after), _reach_words(found, wanted))
@@ -106,7 +112,7 @@ def _solved(opened: OpenStudy, placement: Placement, row: int, wanted: LimbTarge
     """The reach to a target; to a control in the tightest harness zone that will do."""
     body = placement.people[row].body
     poses = placement.people[row].poses
-    environment = arranged_environment(opened, placement.arrangement.moves)
+    environment = placed_environment(opened, placement)
     target, grip, zones = _aimed(environment.controls, wanted)
     for zone in zones:
         found = reach(

@@ -14,8 +14,8 @@ from workbench.model.study import GivenPosture, PredictedPosture
 from workbench.model.workplace import Aims
 from workbench.posture.reaching.limbs import FEET, HANDS, limb
 from workbench.study.bench.edits import LENGTH_STEP, Edit, rounded
-from workbench.study.bench.placing import PlacedPerson, Placement
-from workbench.study.bench.state import Arrangement, OpenStudy, PersonState, arranged_environment
+from workbench.study.bench.placing import PlacedPerson, Placement, placed_environment
+from workbench.study.bench.state import Arrangement, OpenStudy, PersonState
 
 __all__ = ["Prediction", "freed", "posed", "predicted", "suggested"]
 
@@ -135,7 +135,7 @@ def suggested(
     if known is not None:
         aims = known.aims
         return Prediction(known.like, aims.controls, aims.eyes or "", aims.heels or "")
-    environment = arranged_environment(opened, placement.arrangement.moves)
+    environment = placed_environment(opened, placement)
     controls: dict[str, str] = {}
     there = placement.people[row]
     for name in limbs:
@@ -211,10 +211,5 @@ def freed(opened: OpenStudy, arrangement: Arrangement, person: str) -> Edit:
         )
     if state.free:
         return Edit(arrangement)
-    if opened.study.environment.adjustments and not opened.start.people[row].free:
-        raise InputError(
-            f"{person}: a free seat comes with adjustments of {opened.study.environment.name}, "
-            "which the bench does not search; write 'position: free' into the study's file"
-        )
     after = replace(state, free=True, forward=0.0, up=0.0)
     return Edit(arrangement.with_person(row, after), f"{person}: the seat is free")

@@ -10,11 +10,12 @@ from workbench.contact.arranged import bodies_displaced
 from workbench.contact.collide import body_clearance, clearance_of_rows, self_clearance
 from workbench.errors import InputError, one_of
 from workbench.geometry.nearest import build_solid, mesh_distance
+from workbench.geometry.surfaces import surface_gap
 from workbench.model.arrays import Floats
 from workbench.model.contacts import Clearance
 from workbench.study.bench.criteria import segment_of
-from workbench.study.bench.placing import PlacedPerson, Placement
-from workbench.study.bench.state import OpenStudy, arranged_environment
+from workbench.study.bench.placing import PlacedPerson, Placement, placed_environment
+from workbench.study.bench.state import OpenStudy
 
 __all__ = ["Measured", "Thing", "measured"]
 
@@ -53,12 +54,13 @@ def measured(opened: OpenStudy, placement: Placement, one: Thing, other: Thing) 
     """Measure between two things where a placement has them.
 
     A control is a point. Of a segment and a part, or two segments, the points are those of the
-    nearest spheres.
+    nearest spheres. Two parts are measured between their surfaces: 0 where these cross.
 
     Raises
     ------
     InputError
-        If either is not there, both are parts, or two segments are next to each other.
+        If either is not there or has no surface, two meshes are too fine, or two segments are next
+        to each other.
     """
     if one == other:
         raise InputError("two different things are needed to measure between them")
@@ -68,9 +70,8 @@ def measured(opened: OpenStudy, placement: Placement, one: Thing, other: Thing) 
     if one.segment:
         return _from_segment(opened, placement, _segment(placement, one), other)
     if one.part and other.part:
-        raise InputError(
-            "between two parts no distance is found: choose two points in the picture instead"
-        )
+        gap = surface_gap(_surface(placement, one.part), _surface(placement, other.part))
+        return Measured(gap.start, gap.end, gap.distance)
     if one.part:
         back = _from_point(opened, placement, _control(opened, placement, other), one)
         return Measured(back.end, back.start, back.distance)
@@ -87,7 +88,7 @@ def _segment(placement: Placement, thing: Thing) -> _Segment:
 
 def _control(opened: OpenStudy, placement: Placement, thing: Thing) -> Floats:
     """(3,) [m] where a control is."""
-    controls = arranged_environment(opened, placement.arrangement.moves).controls
+    controls = placed_environment(opened, placement).controls
     found = next((one for one in controls if one.name == thing.control), None)
     if found is None:
         names = [one.name for one in controls]
@@ -153,15 +154,21 @@ def _from_point(opened: OpenStudy, placement: Placement, point: Floats, other: T
     if other.control:
         end = _control(opened, placement, other)
         return Measured(point, end, float(np.linalg.norm(end - point)))
-    environment = placement.parts.environment
-    part = environment.part(other.part)
-    shift = placement.parts.by_part[part]
-    corners = environment.triangle_corners(part).reshape(-1, 3) + shift
-    if not len(corners):
-        raise InputError(f"{other.part} has no surface to measure to")
+    corners = _surface(placement, other.part).reshape(-1, 3)
     solid = build_solid(corners, np.arange(len(corners)).reshape(-1, 3))
     distance = np.empty(1)
     face = np.empty(1, dtype=np.int64)
     foot = np.empty((1, 3))
     mesh_distance(point[None], solid, distance, face, foot)
     return Measured(point, foot[0], float(np.linalg.norm(foot[0] - point)))
+
+
+def _surface(placement: Placement, name: str) -> Floats:
+    """(T, 3, 3) [m] the corners of the triangles of a part where a placement has it."""
+    environment = placement.parts.environment
+    part = environment.part(name)
+    corners = environment.triangle_corners(part).reshape(-1, 3, 3)
+    if not len(corners):
+        raise InputError(f"{name} has no surface to measure to")
+    found: Floats = corners + placement.parts.by_part[part]
+    return found

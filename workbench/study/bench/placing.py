@@ -20,9 +20,11 @@ from workbench.study.bench.state import (
     Arrangement,
     OpenStudy,
     PersonState,
+    Settings,
     arranged_environment,
     arranged_parts,
     arranged_study,
+    seat_shift,
 )
 from workbench.study.people import Present, present_people
 from workbench.study.situation import (
@@ -35,7 +37,7 @@ from workbench.study.situation import (
 )
 from workbench.study.workplaces import workplace_of
 
-__all__ = ["PlacedPerson", "Placement", "placed_people"]
+__all__ = ["PlacedPerson", "Placement", "placed_environment", "placed_people"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,6 +56,8 @@ class PlacedPerson:
         [m] where the seat stands.
     shift
         (3,) [m] by how much the parts that move with the seat are displaced.
+    settings
+        Where the person has set what may be adjusted and the state does not say.
     """
 
     state: PersonState
@@ -63,6 +67,7 @@ class PlacedPerson:
     forward: float
     up: float
     shift: Floats
+    settings: Settings = ()
 
     @cached_property
     def placed(self) -> Placed:
@@ -72,11 +77,13 @@ class PlacedPerson:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Placement:
-    """A state, its people where they are in its case, and the environment with their seats there."""
+    """A state, its people where they are in its case, the environment with their seats there, and
+    where adjustments are set in it, by the study or by its people."""
 
     arrangement: Arrangement
     people: tuple[PlacedPerson, ...]
     parts: Arranged
+    settings: Settings = ()
 
     def __repr__(self) -> str:
         return f"Placement({self.arrangement!r})"
@@ -103,8 +110,9 @@ def placed_people(
     for row, person in enumerate(arrangement.people):
         known = before.people[row] if before is not None else None
         same = known is not None and known.state is person and known.case == arrangement.case
-        if before is not None and before.arrangement.moves != arrangement.moves:  # aims move too
-            same = same and isinstance(person.actions[arrangement.case], GivenPosture)
+        if before is not None and _surroundings_moved(before.arrangement, arrangement, row):
+            action = person.actions[arrangement.case]
+            same = same and isinstance(action, GivenPosture) and not action.hands
         if same and known is not None and not person.free:
             people.append(known)
             continue
@@ -115,8 +123,27 @@ def placed_people(
         else:
             people.append(_placed(opened, arrangement, row, people, known))
     shifts = np.array([person.shift for person in people]).reshape(-1, 3)
-    parts = arranged_parts(opened, arrangement.moves, shifts)
-    return Placement(arrangement, tuple(people), parts)
+    settings = dict(arrangement.settings)
+    for there_is in people:
+        settings |= dict(there_is.settings)
+    set_so = tuple(sorted(settings.items()))
+    parts = arranged_parts(opened, arrangement.moves, shifts, set_so)
+    return Placement(arrangement, tuple(people), parts, set_so)
+
+
+def placed_environment(opened: OpenStudy, placement: Placement) -> Environment:
+    """Build the environment of a placement with parts, controls and adjustments where they are, and
+    the seats at rest."""
+    return arranged_environment(opened, replace(placement.arrangement, settings=placement.settings))
+
+
+def _surroundings_moved(one: Arrangement, other: Arrangement, row: int) -> bool:
+    """Whether controls, points, parts or the seats of others may stand elsewhere for a person."""
+    if (one.moves, one.settings) != (other.moves, other.settings):
+        return True
+    pairs = zip(one.people, other.people, strict=True)
+    seats = [(a.forward, a.up, a.free) == (b.forward, b.up, b.free) for a, b in pairs]
+    return not all(seats[:row] + seats[row + 1 :])
 
 
 def _placed(
@@ -137,7 +164,7 @@ def _placed(
     """
     person = arrangement.people[row]
     action = person.actions[arrangement.case]
-    if not isinstance(action, GivenPosture):
+    if not isinstance(action, GivenPosture) or action.hands:
         return _of_situation(person, _predicted(opened, arrangement, row, before))
     role = opened.study.roles[row]
     seat = opened.seat(row)
@@ -170,6 +197,8 @@ def _rests_alike(seat: Seat, known: PlacedPerson, person: PersonState, poses: Po
     old = known.state.actions[known.case]
     if not isinstance(old, GivenPosture) or poses.reference != old.poses.reference:
         return False
+    if old.hands:
+        return False
     body = known.body
     turned = np.any(poses.rotations[0] != old.poses.rotations[0], axis=1)
     names = {*seat.cushion.segments, *seat.back.segments, body.segments[poses.reference]}
@@ -180,29 +209,40 @@ def _rests_alike(seat: Seat, known: PlacedPerson, person: PersonState, poses: Po
 def _predicted(
     opened: OpenStudy, arrangement: Arrangement, row: int, before: Sequence[PlacedPerson]
 ) -> Situation:
-    """A person whose posture is predicted in a seat that is held; hands keep clear of the seats of
-    those before."""
+    """A person whose posture is predicted, or whose hands hold controls, in a seat that is held;
+    hands keep clear of the seats of others."""
     study = arranged_study(opened, arrangement)
-    place_there = workplace_of(study, row, _surroundings(opened, arrangement, before))
+    place_there = workplace_of(study, row, _surroundings(opened, arrangement, row, before))
     who = arrangement.people[row].figure.who
     return with_hands(situated(place_there, arrangement.case, who))
 
 
 def _surroundings(
-    opened: OpenStudy, arrangement: Arrangement, before: Sequence[PlacedPerson]
+    opened: OpenStudy, arrangement: Arrangement, row: int, before: Sequence[PlacedPerson]
 ) -> Environment:
-    """The environment of a state with the seats of some people where they have put them."""
-    environment = arranged_environment(opened, arrangement.moves)
-    for row, person in enumerate(before):
-        if person.shift.any():
-            parts = [environment.parts[k] for k in opened.movers[row]]
-            environment = moved(environment, parts, person.shift)
+    """The environment of a state with the seats of others where they have put them, of those after
+    a person where these are held."""
+    environment = arranged_environment(opened, arrangement)
+    for other, person in enumerate(arrangement.people):
+        if other < len(before):
+            shift = before[other].shift
+        elif other != row and not person.free:
+            shift = seat_shift(opened.seat(other), person.forward, person.up)
+        else:
+            continue
+        if shift.any():
+            parts = [environment.parts[k] for k in opened.movers[other]]
+            environment = moved(environment, parts, shift)
     return environment
 
 
 def _of_situation(person: PersonState, situation: Situation) -> PlacedPerson:
     """A person as a situation has the person."""
     seated = situation.seated
+    place_there = situation.place
+    settings = tuple(
+        (one, place_there.environment.adjustment(one).at) for one in place_there.adjusts
+    )
     return PlacedPerson(
         state=person,
         case=situation.case,
@@ -211,4 +251,5 @@ def _of_situation(person: PersonState, situation: Situation) -> PlacedPerson:
         forward=person.forward if seated is None else float(seated.forward[0]),
         up=person.up if seated is None else float(seated.up[0]),
         shift=np.zeros(3) if seated is None else seated.shift[0],
+        settings=settings,
     )

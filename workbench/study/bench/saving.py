@@ -20,6 +20,7 @@ from workbench.files.study.splice import (
     spliced,
 )
 from workbench.files.study.splice_people import (
+    AdjustChange,
     ClothesChange,
     HoldChange,
     PredictionChange,
@@ -35,6 +36,8 @@ from workbench.model.moves import Move
 from workbench.model.person import Size
 from workbench.model.poses import Poses
 from workbench.model.study import Action, GivenPosture, PredictedPosture, Role, Study
+from workbench.posture.reaching.limbs import HANDS
+from workbench.study.bench.edits import adjuster_of
 from workbench.study.bench.state import Arrangement, OpenStudy, PersonState, given_angles
 
 __all__ = ["changes_of", "save"]
@@ -109,6 +112,7 @@ def changes_of(
     """
     if arrangement.moves != opened.start.moves:
         yield MovedChange(opened.start.moves, arrangement.moves)
+    yield from _setting_changes(opened, arrangement)
     for k, zone in enumerate(arrangement.zones):
         if zone != opened.start.zones[k]:
             yield ZoneChange(k, zone)
@@ -124,6 +128,16 @@ def changes_of(
                 case = opened.case_rows[number]
                 library = opened.study.roles[row].library
                 yield from _action_changes(library, person, case, (old, action), whole)
+
+
+def _setting_changes(opened: OpenStudy, arrangement: Arrangement) -> Iterator[Change]:
+    """Where adjustments are set, of those that are set elsewhere or were not before."""
+    before = dict(opened.start.settings)
+    for name, value in arrangement.settings:
+        if before.get(name) != value:
+            one = opened.study.environment.adjustment(name)
+            shown = float(np.degrees(value)) if one.turns else value
+            yield AdjustChange(adjuster_of(opened, one), name, shown, one.turns)
 
 
 def _figure_changes(
@@ -189,9 +203,13 @@ def _action_changes(
     stated = {j: _stated(body, after, j, changed, whole) for j in joints}
     if not same:
         yield PostureChange(case, role, new.name, {body.joints[j]: stated[j] for j in joints})
-        return
-    for j in joints:
-        yield JointChange(case, role, body.joints[j], stated[j])
+    else:
+        for j in joints:
+            yield JointChange(case, role, body.joints[j], stated[j])
+    held = old.hands if same and isinstance(old, GivenPosture) else {}
+    for hand in HANDS:
+        if held.get(hand) != new.hands.get(hand):
+            yield HoldChange(case, role, "", hand, new.hands.get(hand))
 
 
 def _prediction_changes(
@@ -231,6 +249,8 @@ def _check_saved(opened: OpenStudy, arrangement: Arrangement, study: Study) -> N
         raise _OtherStudyError("the parts that were moved could not be saved")
     if tuple(one.zone for one in study.criteria[: len(arrangement.zones)]) != arrangement.zones:
         raise _OtherStudyError("the harness zones could not be saved")
+    if not _set_alike(study.settings, dict(arrangement.settings)):
+        raise _OtherStudyError("the adjustments could not be saved")
     asked = {one.name: one for one in study.criteria}
     for one in arrangement.added:
         if one.name not in asked or not _asked_alike(asked[one.name], one):
@@ -269,6 +289,13 @@ def _sizes_alike(one: StatedSize | None, other: StatedSize | None) -> bool:
     )
 
 
+def _set_alike(one: Mapping[str, float], other: Mapping[str, float]) -> bool:
+    """Whether adjustments are set alike."""
+    return set(one) == set(other) and all(
+        abs(value - other[name]) < SAME_LENGTH for name, value in one.items()
+    )
+
+
 def _moved_alike(one: Sequence[Move], other: Sequence[Move]) -> bool:
     """Whether two lists of moves come to the same."""
     if [(move.parts, move.controls) for move in one] != [(m.parts, m.controls) for m in other]:
@@ -289,7 +316,8 @@ def _alike(body: Body, one: Action, other: Action) -> bool:
     """Whether two actions come to the same."""
     if isinstance(one, GivenPosture) and isinstance(other, GivenPosture):
         off = np.abs(given_angles(body, one.poses) - given_angles(body, other.poses)).max()
-        return one.name == other.name and bool(off < 10 * SAME_ANGLE)
+        named = (one.name, dict(one.hands)) == (other.name, dict(other.hands))
+        return named and bool(off < 10 * SAME_ANGLE)
     if isinstance(one, PredictedPosture) and isinstance(other, PredictedPosture):
         return (one.like, one.aims) == (other.like, other.aims)
     return False

@@ -15,6 +15,8 @@ import numpy as np
 
 from workbench.contact.arranged import Arranged
 from workbench.errors import InputError
+from workbench.files.study.settings import Sitter, adjusts_of
+from workbench.model.adjusting import adjusted
 from workbench.model.arrays import Floats
 from workbench.model.body import Body
 from workbench.model.criterion import Criterion
@@ -25,7 +27,7 @@ from workbench.model.person import Size
 from workbench.model.population import Population
 from workbench.model.poses import Poses
 from workbench.model.posing import angles_of
-from workbench.model.study import Action, Case, PeopleDrawn, Role, Study
+from workbench.model.study import Action, Case, PeopleDrawn, PredictedPosture, Role, Study
 from workbench.posture.seating.seating import seat_planes
 from workbench.study.situation import Occupants
 from workbench.study.workplaces import occupant
@@ -35,14 +37,20 @@ __all__ = [
     "Figure",
     "OpenStudy",
     "PersonState",
+    "Settings",
     "arranged_environment",
     "arranged_parts",
     "arranged_study",
+    "environment_at",
     "figure_of",
     "given_angles",
     "open_study",
     "seat_shift",
 ]
+
+
+Settings = tuple[tuple[str, float], ...]
+"""Where adjustments are set [m or rad], by name."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,6 +126,8 @@ class Arrangement:
         The harness zone that each criterion asks for, None for that of each control.
     added
         The criteria that were added to those of the file.
+    settings
+        The adjustments that are set, by name and in their order, each with where [m or rad].
     """
 
     people: tuple[PersonState, ...]
@@ -125,6 +135,7 @@ class Arrangement:
     moves: tuple[Move, ...] = ()
     zones: tuple[int | None, ...] = ()
     added: tuple[Criterion, ...] = ()
+    settings: Settings = ()
 
     def __repr__(self) -> str:
         return f"Arrangement({', '.join(one.role for one in self.people)}; case {self.case})"
@@ -132,7 +143,7 @@ class Arrangement:
     @property
     def content(self) -> tuple[object, ...]:
         """What is saved of it: two states with the same content are the same study."""
-        return self.people, self.moves, self.zones, self.added
+        return self.people, self.moves, self.zones, self.added, self.settings
 
     def row(self, role: str) -> int:
         """The index of a role; InputError with those that there are."""
@@ -211,7 +222,8 @@ class OpenStudy:
             for row, role in enumerate(self.study.roles)
         )
         zones = tuple(criterion.zone for criterion in self.study.criteria)
-        return Arrangement(tuple(people), moves=self.study.moved, zones=zones)
+        settings = tuple(sorted(self.study.settings.items()))
+        return Arrangement(tuple(people), moves=self.study.moved, zones=zones, settings=settings)
 
     @property
     def folder(self) -> Path:
@@ -334,23 +346,43 @@ def arranged_study(opened: OpenStudy, arrangement: Arrangement) -> Study:
         Case(case.name, tuple(person.actions[number] for person in arrangement.people))
         for number, case in enumerate(study.cases)
     )
-    environment = arranged_environment(opened, arrangement.moves)
+    environment = arranged_environment(opened, arrangement)
+    settings = dict(arrangement.settings)
+    adjusts = adjusts_of(_sitters(opened, arrangement), environment, settings)
+    roles = tuple(replace(role, adjusts=adjusts.get(role.name, ())) for role in roles)
     return replace(
         study,
         roles=roles,
         cases=cases,
         criteria=(*criteria, *arrangement.added),
         environment=environment,
+        settings=settings,
         moved=arrangement.moves,
     )
 
 
-def arranged_environment(opened: OpenStudy, moves: tuple[Move, ...]) -> Environment:
-    """Build the environment with parts and controls where a state has them, and the seats at rest.
+def _sitters(opened: OpenStudy, arrangement: Arrangement) -> list[Sitter]:
+    """Who acts on controls from a seat, in the order in which the seats are taken."""
+    found = []
+    order = sorted(range(len(arrangement.people)), key=lambda row: row == opened.crowd)
+    for row in order:
+        person = arrangement.people[row]
+        aims = [one.aims for one in person.actions if isinstance(one, PredictedPosture)]
+        seat = opened.study.roles[row].seat
+        if seat is not None and aims:
+            driver = any(one.driving is not None for one in aims)
+            found.append(Sitter(person.role, seat, person.free, driver))
+    return found
+
+
+def arranged_environment(opened: OpenStudy, arrangement: Arrangement) -> Environment:
+    """Build the environment with parts, controls and adjustments where a state has them, and the
+    seats at rest.
 
     It is indexed anew where parts have moved: `arranged_parts` is not.
     """
-    return _environment(opened.study.environment, moves, opened.study.moved)
+    settled = environment_at(opened, arrangement.settings)
+    return _environment(settled, arrangement.moves, opened.study.moved)
 
 
 @lru_cache(maxsize=4)
@@ -361,8 +393,22 @@ def _environment(
     return displaced(environment, moves, before)
 
 
-def arranged_parts(opened: OpenStudy, moves: tuple[Move, ...], shifts: Floats) -> Arranged:
-    """Build the environment as opened with parts displaced.
+def environment_at(opened: OpenStudy, settings: Settings) -> Environment:
+    """Build the environment as opened with adjustments set elsewhere; the same object where they
+    are set so already."""
+    return _adjusted(opened.study.environment, settings)
+
+
+@lru_cache(maxsize=8)
+def _adjusted(environment: Environment, settings: Settings) -> Environment:
+    """The same object for the same settings, so that its index is made once."""
+    return adjusted(environment, dict(settings))
+
+
+def arranged_parts(
+    opened: OpenStudy, moves: tuple[Move, ...], shifts: Floats, settings: Settings = ()
+) -> Arranged:
+    """Build the environment as opened with parts displaced, which needs no other index.
 
     Parameters
     ----------
@@ -370,8 +416,10 @@ def arranged_parts(opened: OpenStudy, moves: tuple[Move, ...], shifts: Floats) -
         Of a state.
     shifts
         (R, 3) [m] of the seats, role by role.
+    settings
+        Adjustments that are set elsewhere than as opened: with others it is indexed anew.
     """
-    environment = opened.study.environment
+    environment = environment_at(opened, settings)
     by = part_moves(environment, moves) - part_moves(environment, opened.study.moved)
     ways = np.unique(by[by.any(axis=1)], axis=0)
     groups = tuple(tuple(np.flatnonzero((by == way).all(axis=1)).tolist()) for way in ways)

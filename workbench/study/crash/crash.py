@@ -3,6 +3,7 @@ fast, how deep."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -33,26 +34,39 @@ _LOOKS = 16
 """Frames in which the surroundings are searched for open parts that enclose the person."""
 
 
-def motion_found(study: MotionCase) -> MotionFound:
-    """Find what meets what in a motion, when, how fast and how deep, and judge its criteria."""
+def motion_found(study: MotionCase, *, go_on: Callable[[], None] | None = None) -> MotionFound:
+    """Find what meets what in a motion, when, how fast and how deep, and judge its criteria.
+
+    Parameters
+    ----------
+    go_on
+        Is called between the steps, and may raise what ends them.
+    """
+    check = go_on or _nothing
     body = study.body
     motion = study.motion
     environment = study.environment
     found = episodes(body, motion, environment)
+    check()
     own = self_episodes(body, motion)
+    check()
     frames = frames_of(study)
+    check()
+    breaches = stop_breaches(body, motion)
+    check()
     pairs = ruled_pairs(study)
     signals = tuple(
         signal_of(motion.clock, path, point, study)
         for path, point in zip(frames.paths, study.points, strict=True)
     )
     meetings = (*with_forces(study, environment_meetings(study, found)), *own_meetings(study, own))
+    check()
     unasked = unasked_meetings(study.criteria, meetings)
     result = MotionFound(
         study=study,
         episodes=found,
         meetings=tuple(sorted(meetings, key=lambda m: m.enter)),
-        breaches=stop_breaches(body, motion),
+        breaches=breaches,
         signals=signals,
         clearance=frames.clearance,
         excursions=frames.excursions,
@@ -69,6 +83,10 @@ def motion_found(study: MotionCase) -> MotionFound:
     return replace(
         result, verdicts=tuple(motion_verdict(criterion, result) for criterion in study.criteria)
     )
+
+
+def _nothing() -> None:
+    """Every step is taken."""
 
 
 def _enclosed(study: MotionCase) -> tuple[str, ...]:
