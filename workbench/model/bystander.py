@@ -42,9 +42,7 @@ class Bystander:
         if len(self.placed) != 1:
             raise UsageError(f"bystander {self.name}: expected one pose, got {len(self.placed)}")
         count = len(self.placed.body.sphere_names)
-        object.__setattr__(
-            self, "solid", frozen(self.solid, np.bool_, (count,), "bystander.solid")
-        )
+        object.__setattr__(self, "solid", frozen(self.solid, np.bool_, (count,), "bystander.solid"))
 
     def __repr__(self) -> str:
         return f"Bystander({self.name!r}, {self.placed.body!r})"

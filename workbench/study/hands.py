@@ -19,6 +19,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
+from workbench.model.bystander import Bystander
 from workbench.study.situation import Situation, as_bystander, with_hands
 
 __all__ = ["hands_together"]
@@ -27,25 +28,29 @@ SAME = 1e-4
 """[m] A hand that stays off its control by less more than alone does not for the sake of others."""
 
 
-def hands_together(resting: Sequence[Situation]) -> list[Situation]:
+def hands_together(
+    resting: Sequence[Situation], standing: Sequence[Bystander] = ()
+) -> list[Situation]:
     """Bring the hands of people on the controls that they hold, clear of one another.
 
     Parameters
     ----------
     resting
         The people who are there in one case, one person each (B = 1), with the hands at rest.
+    standing
+        Others who are there and do not move.
 
     Returns
     -------
     list[Situation]
         The same with the hands on the controls, or as near as was found.
     """
-    best = _in_order(resting, range(len(resting)))
+    best = _in_order(resting, standing, range(len(resting)))
     least = [_kept_off(*both) for both in zip(resting, best, strict=True)]
     for order in _other_orders(least):
         if sum(least) == 0.0:
             break
-        found = _in_order(resting, order)
+        found = _in_order(resting, standing, order)
         off = [_kept_off(*both) for both in zip(resting, found, strict=True)]
         if sum(off) < sum(least):
             best = found
@@ -53,12 +58,14 @@ def hands_together(resting: Sequence[Situation]) -> list[Situation]:
     return best
 
 
-def _in_order(resting: Sequence[Situation], order: Sequence[int]) -> list[Situation]:
+def _in_order(
+    resting: Sequence[Situation], standing: Sequence[Bystander], order: Sequence[int]
+) -> list[Situation]:
     """The people with the hands on their controls, brought there in an order."""
     found = list(resting)
     for k in order:
-        others = tuple(as_bystander(one) for i, one in enumerate(found) if i != k)
-        found[k] = with_hands(replace(resting[k], bystanders=others))
+        others = [as_bystander(one) for i, one in enumerate(found) if i != k]
+        found[k] = with_hands(replace(resting[k], bystanders=(*standing, *others)))
     return found
 
 
@@ -73,6 +80,6 @@ def _kept_off(resting: Situation, found: Situation) -> float:
     """How much farther [m] the hands of a person stay off their controls than alone, in all."""
     if not any(miss[0] > 0.0 for miss in found.hand_miss.values()):
         return 0.0
-    alone = with_hands(replace(resting, bystanders=())).hand_miss
+    alone = with_hands(resting.at_rest).hand_miss
     more = [float(miss[0] - alone[hand][0]) for hand, miss in found.hand_miss.items()]
     return sum(off for off in more if off > SAME)

@@ -37,9 +37,9 @@ from workbench.study.settings import at_setting
 from workbench.study.situation import (
     Occupants,
     Situation,
+    as_bystander,
     position_of,
     seats_moved,
-    solid_to_others,
 )
 from workbench.study.unasked import overlap_warnings, unasked_overlaps
 from workbench.study.warnings import result_warnings, seat_verdicts
@@ -73,7 +73,7 @@ class Present:
             Beside(
                 role.name,
                 place(mine[0].body, poses_of(mine)),
-                np.array([solid_to_others(situation) for situation in mine]),
+                np.array([as_bystander(situation).solid for situation in mine]),
             )
             for role, mine in zip(self.roles, self.situations, strict=True)
         ]

@@ -182,6 +182,11 @@ class Situation:
         """The same with the hands on the controls that they hold, see `with_hands`."""
         return _hands_placed(self)
 
+    @cached_property
+    def at_rest(self) -> Situation:
+        """The same with the hands at rest and nobody whom they keep clear of."""
+        return replace(self, poses=self.taken.poses, bystanders=(), hand_miss={}, hand_limit={})
+
     def rows(self, keep: Ints) -> Situation:
         """The people at indices, in their order, with what is known of them."""
         found = Situation(
@@ -446,17 +451,22 @@ def _holding_limbs(situation: Situation, freest: int = max(ZONES)) -> list[Limb]
     ]
 
 
-def solid_to_others(situation: Situation) -> Bools:
+def solid_to_others(situation: Situation, *, hands_on: bool) -> Bools:
     """(S,) the spheres of the first person that the hands of others keep clear of.
 
     These are not the fingers of hands that hold controls, which bend around them. As long as hands
-    rest that will hold controls, nor are it their arms, which are still to go elsewhere.
+    rest that will hold controls, their arms do not count either: they are still to go elsewhere.
+
+    Parameters
+    ----------
+    hands_on
+        Whether the hands are on the controls already.
     """
     arms = _holding_limbs(situation, ARMS_ALONE)
     solid = np.ones(len(situation.body.sphere_segment), dtype=np.bool_)
     for arm in arms:
         solid &= arm.solid[0] | (situation.body.sphere_segment != arm.end)
-    if arms and not situation.hand_miss:
+    if arms and not hands_on:
         solid &= ~_moved_by_limbs(situation, arms)
     return solid
 
@@ -464,7 +474,8 @@ def solid_to_others(situation: Situation) -> Bools:
 def as_bystander(situation: Situation) -> Bystander:
     """The first person of a situation as others find the person."""
     here = situation.placed.of_person(0, np.array([0]))
-    return Bystander(situation.place.role, here, solid_to_others(situation))
+    solid = solid_to_others(situation, hands_on=bool(situation.hand_miss))
+    return Bystander(situation.place.role, here, solid)
 
 
 def moved_by(body: Body, turned: Bools) -> Bools:

@@ -286,9 +286,7 @@ def _solved_crowd(crowd: _Crowd, ask: _Ask) -> _Solved:
     doubt = np.zeros(len(task), np.int64)
     if ask.environment is not None:
         moving = np.isin(ask.environment.parts, list(ask.moving_parts)).astype(np.int64)
-        room = Room(
-            ask.environment, moving, crowd.displacement, ask.bystanders, ask.threads
-        )
+        room = Room(ask.environment, moving, crowd.displacement, ask.bystanders, ask.threads)
         found, doubt = cleared(task, found, room)
     reached = (found.numbers[:, 0] <= REACHED) & (found.overlap <= 0)
     extension = np.zeros(len(task))
