@@ -9,6 +9,7 @@ from itertools import pairwise
 import numpy as np
 
 from workbench.errors import UsageError
+from workbench.model.arguments import check_fields
 from workbench.model.arrays import Bools, Ints, frozen
 from workbench.model.poses import Placed
 
@@ -39,6 +40,7 @@ class Bystander:
     solid: Bools
 
     def __post_init__(self) -> None:
+        check_fields(self)
         if len(self.placed) != 1:
             raise UsageError(f"bystander {self.name}: expected one pose, got {len(self.placed)}")
         count = len(self.placed.body.sphere_names)

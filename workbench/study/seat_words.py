@@ -20,6 +20,11 @@ REPORTED = 1e-3
 AT_END = 1e-6
 """Travel [m] that is none."""
 
+_NO_ROOM = (
+    ": no posture was found in which all hands are on their controls and nobody touches another"
+)
+"""What is said where people keep each other off: a search that fails is no proof."""
+
 
 def shortfalls(situation: Situation) -> list[str]:
     """What a person with the hands on the controls misses of the aims of a case."""
@@ -31,8 +36,15 @@ def shortfalls(situation: Situation) -> list[str]:
     for foot, miss in seated.miss.items():
         lines += _limb_off(foot, aims.controls[foot], miss, seated.limit[foot])
     for hand, miss in situation.hand_miss.items():
-        lines += _limb_off(hand, aims.controls[hand], miss, situation.hand_limit[hand])
+        limit = situation.hand_limit[hand]
+        for line in _limb_off(hand, aims.controls[hand], miss, limit):
+            lines.append(line + (_NO_ROOM if _by_others(situation, limit[0]) else ""))
     return [f"{situation.place.role}, {situation.work.name}: {line}" for line in lines]
+
+
+def _by_others(situation: Situation, limit: str) -> bool:
+    """Whether what limits a hand is somebody else."""
+    return any(limit in one.segment_names for one in situation.bystanders)
 
 
 def _eyes_off(situation: Situation, seated: Seated) -> list[str]:
