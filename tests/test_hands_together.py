@@ -11,7 +11,7 @@ import pytest
 import workbench as wb
 from tests.reach_judge import Judge, Surroundings
 from tests.test_hands_held import seated  # noqa: F401 (a fixture)
-from workbench.model.bystander import Bystander
+from workbench import Bystander
 from workbench.study.bench.placing import placed_people
 from workbench.study.bench.state import open_study
 from workbench.study.hands import hands_together
