@@ -23,7 +23,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.compiled import batch_loop, inlined
+from workbench.compiled import batch_loop, inlined, inner
 from workbench.contact.kernels.field import nearest_in
 from workbench.contact.kernels.fronts import FAR, NODE, SPARE, near_place, place_blocks
 from workbench.contact.kernels.groups import carried
@@ -204,6 +204,61 @@ def _apart(x, y, z, point):  # type: ignore[no-untyped-def]
     return math.sqrt(u * u + v * v + w * w)
 
 
+@inner
+def _measure(  # type: ignore[no-untyped-def]
+    centres, p, s, k, radius, trees, faces, shells, origin, plane, spare, near, found, free, space
+):
+    """Improve what was found by sphere s of pose p.
+
+    near: whether the polygon found is likely to be nearest to this sphere too. found: the least
+    signed distance to part k [m], its sphere and the rank of its polygon. free: centre and radius
+    of the ball without surface. Returns both anew.
+    """
+    best, sphere, rank = found
+    hub = free[0], free[1], free[2]
+    clear = free[3]
+    x = centres[p, s, 0]
+    y = centres[p, s, 1]
+    z = centres[p, s, 2]
+    r = radius[s]
+    inside = False
+    boxed = faces.solid[k] > 0 and _box_gap(x, y, z, trees.span, k) == 0.0
+    if boxed and _apart(x, y, z, hub) + HAIR >= clear:
+        over = plane[0] * (x - origin[0]) + plane[1] * (y - origin[1])
+        over += plane[2] * (z - origin[2]) - plane[3]
+        inside = over <= spare and inside_part(x, y, z, faces, shells, k, space.stack)
+    # the sum's rounding counts where a centre lies on a surface
+    reach = best + r + (1e-15 * (abs(best) + r) if best < np.inf else 0.0)
+    if not inside and reach < 0.0:
+        return found, free
+    limit = np.inf if inside or best == np.inf else reach * reach * (1.0 + 1e-12)
+    hint = rank if near or inside else np.int64(-1)
+    square, f = nearest_in(x, y, z, trees, trees.root[k], hint, limit, space.stack, space.gaps)
+    away = math.sqrt(square)
+    if not inside and away > clear:
+        free = x, y, z, away
+    signed = (-away if inside else away) - r
+    if f >= 0 and (signed < best or (signed == best and s < sphere)):
+        found = signed, s, f
+    return found, free
+
+
+@inlined
+def _sphere_near(point, origin, blocks, n, space):  # type: ignore[no-untyped-def]
+    """The sphere of segment n that is nearest to a point."""
+    first = blocks.first[n]
+    place = near_place(
+        np.float32(point[0] - origin[0]),
+        np.float32(point[1] - origin[1]),
+        np.float32(point[2] - origin[2]),
+        space.ball,
+        first,
+        blocks.first[n + 1],
+        space.spare,
+    )
+    return np.int64(place) + blocks.start[n] - 8 * first
+
+
 @inlined
 def _segment_part(  # type: ignore[no-untyped-def]
     centres, p, n, k, crowd, blocks, trees, faces, shells, origin, most_at, most, begun, space
@@ -214,16 +269,14 @@ def _segment_part(  # type: ignore[no-untyped-def]
     begun: a place of the blocks and a rank, -1 for none, that may be nearest; most_at: the greatest
     coordinate and radius as seen from the origin.
 
-    Stage 0 measures the sphere at the place begun with, stage 1 the one nearest to the point found,
-    stage 2 all that may be nearer. Where `most` is finite there is only stage 2.
+    First the sphere at the place begun with is measured, then the one nearest to the point found,
+    then all that may be nearer. Where `most` is finite there is only the last.
     """
     radius = crowd.radius
     first = blocks.first[n]
     last = blocks.first[n + 1]
     base = blocks.start[n] - 8 * first
-    front = space.front
     span = trees.span
-    solid = faces.solid[k] > 0
     middle = (
         0.5 * (span[k, 0] + span[k, 3]) - origin[0],
         0.5 * (span[k, 1] + span[k, 4]) - origin[1],
@@ -232,96 +285,97 @@ def _segment_part(  # type: ignore[no-untyped-def]
     reach = abs(middle[0]) + abs(middle[1]) + abs(middle[2])
     reach += span[k, 3] - span[k, 0] + span[k, 4] - span[k, 1] + span[k, 5] - span[k, 2]
     spare = SPARE * (most_at + reach)
-    best = most
-    sphere = np.int64(-1)
-    rank = np.int64(begun[1])
-    point = origin
-    seen = np.int64(-1)  # the sphere whose nearest point that is
     plane = 0.0, 0.0, 0.0, 0.0
-    hub = origin
-    clear = -np.inf
-    way = np.inf
+    found = most, np.int64(-1), np.int64(begun[1])
+    free = origin[0], origin[1], origin[2], -np.inf
+    point = origin
     one = np.int64(-1)
     other = np.int64(-1)
-    front[0] = np.float32(begun[0])
-    stage = 0 if most == np.inf else 1
-    count = np.uint64(1 - stage)
-    i = np.uint64(0)
-    while True:
-        if i == count:
-            if sphere != seen:
-                point = _foot(centres, p, sphere, trees, rank)
-                seen = sphere
-            if stage == 2:
-                break
-            stage += 1
-            i = np.uint64(0)
-            if stage == 1:
-                one = sphere
-                place = near_place(
-                    np.float32(point[0] - origin[0]),
-                    np.float32(point[1] - origin[1]),
-                    np.float32(point[2] - origin[2]),
-                    space.ball,
-                    first,
-                    last,
-                    space.spare,
-                )
-                other = np.int64(place) + base
-                front[0] = np.float32(np.int64(place))
-                count = np.uint64(1 if other != one else 0)
-                continue
-            if sphere >= 0:
-                plane = _plane(centres, p, sphere, rank, point, best, radius, trees, k, middle)
-                way = _apart(hub[0], hub[1], hub[2], point)
-            free = hub[0] - origin[0], hub[1] - origin[1], hub[2] - origin[2], clear, way
-            count = _candidates(
-                space.ball,
-                first,
-                last,
+    if most == np.inf:
+        one = np.int64(begun[0]) + base
+        found, free = _measure(
+            centres,
+            p,
+            one,
+            k,
+            radius,
+            trees,
+            faces,
+            shells,
+            origin,
+            plane,
+            spare,
+            True,
+            found,
+            free,
+            space,
+        )
+        point = _foot(centres, p, one, trees, found[2])
+        other = _sphere_near(point, origin, blocks, n, space)
+    if other != one:
+        found, free = _measure(
+            centres,
+            p,
+            other,
+            k,
+            radius,
+            trees,
+            faces,
+            shells,
+            origin,
+            plane,
+            spare,
+            True,
+            found,
+            free,
+            space,
+        )
+        if found[1] == other:
+            point = _foot(centres, p, other, trees, found[2])
+    way = np.inf
+    seen = found[1]
+    if seen >= 0:
+        plane = _plane(centres, p, seen, found[2], point, found[0], radius, trees, k, middle)
+        way = _apart(free[0], free[1], free[2], point)
+    hub = free[0] - origin[0], free[1] - origin[1], free[2] - origin[2], free[3], way
+    front = space.front
+    count = _candidates(
+        space.ball,
+        first,
+        last,
+        origin,
+        plane,
+        hub,
+        trees,
+        k,
+        faces.solid[k] > 0,
+        found[0],
+        spare,
+        front,
+    )
+    for i in range(np.int64(count)):
+        s = np.int64(front[i]) + base
+        if s not in (one, other):
+            found, free = _measure(
+                centres,
+                p,
+                s,
+                k,
+                radius,
+                trees,
+                faces,
+                shells,
                 origin,
                 plane,
-                free,
-                trees,
-                k,
-                solid,
-                best,
                 spare,
-                front,
+                False,
+                found,
+                free,
+                space,
             )
-            continue
-        s = np.int64(front[i]) + base
-        i += np.uint64(1)
-        if stage == 2 and s in (one, other):
-            continue
-        x = centres[p, s, 0]
-        y = centres[p, s, 1]
-        z = centres[p, s, 2]
-        r = radius[s]
-        inside = False
-        if solid and _box_gap(x, y, z, span, k) == 0.0 and _apart(x, y, z, hub) + HAIR >= clear:
-            over = plane[0] * (x - origin[0]) + plane[1] * (y - origin[1])
-            over += plane[2] * (z - origin[2]) - plane[3]
-            inside = over <= spare and inside_part(x, y, z, faces, shells, k, space.stack)
-        # the sum's rounding counts where a centre lies on a surface
-        reach = best + r + (1e-15 * (abs(best) + r) if best < np.inf else 0.0)
-        if not inside and reach < 0.0:
-            continue
-        limit = np.inf if inside or best == np.inf else reach * reach * (1.0 + 1e-12)
-        hint = rank if stage < 2 or inside else np.int64(-1)
-        square, f = nearest_in(x, y, z, trees, trees.root[k], hint, limit, space.stack, space.gaps)
-        away = math.sqrt(square)
-        if not inside and away > clear:
-            hub = x, y, z
-            clear = away
-        if f < 0:
-            continue
-        signed = (-away if inside else away) - r
-        if signed < best or (signed == best and s < sphere):
-            best = signed
-            sphere = s
-            rank = f
-    return best, sphere, rank, point
+    if found[1] != seen:
+        point = _foot(centres, p, found[1], trees, found[2])
+    return found[0], found[1], found[2], point
 
 
 @inlined
