@@ -27,7 +27,7 @@ from workbench.compiled import batch_loop, inlined, inner
 from workbench.contact.kernels.field import nearest_in
 from workbench.contact.kernels.fronts import FAR, NODE, SPARE, near_place, place_blocks
 from workbench.contact.kernels.groups import carried
-from workbench.contact.kernels.inside import inside_part
+from workbench.contact.kernels.inside import Shells, inside_part
 from workbench.geometry.lanes import (
     eight,
     greatest,
@@ -38,7 +38,7 @@ from workbench.geometry.lanes import (
     root,
     where_below,
 )
-from workbench.geometry.polygon import nearest_of_record
+from workbench.geometry.polygon import Faces, nearest_of_record
 from workbench.geometry.tree import wider
 
 __all__ = ["Nearest", "PartSpace", "PartTrees", "part_clearance"]
@@ -95,6 +95,25 @@ class PartSpace(NamedTuple):
     """(DEEP,)."""
     gaps: NDArray[np.float32]
     """(DEEP + EIGHT,)."""
+
+
+class Pair(NamedTuple):
+    """One segment in one pose, and one part: what stays the same while they are searched."""
+
+    centres: NDArray[np.float64]
+    """(P, S, 3) [m]."""
+    radius: NDArray[np.float64]
+    """(S,) [m]."""
+    p: int
+    k: int
+    """Numbers of the pose and the part."""
+    trees: PartTrees
+    faces: Faces
+    shells: Shells
+    origin: tuple[float, float, float]
+    """Where the blocks of spheres are seen from [m]."""
+    spare: float
+    """More [m] than the rounding of single precision."""
 
 
 @inlined
@@ -205,15 +224,15 @@ def _apart(x, y, z, point):  # type: ignore[no-untyped-def]
 
 
 @inner
-def _measure(  # type: ignore[no-untyped-def]
-    centres, p, s, k, radius, trees, faces, shells, origin, plane, spare, near, found, free, space
-):
-    """Improve what was found by sphere s of pose p.
+def _measure(pair, s, plane, near, found, free, space):  # type: ignore[no-untyped-def]
+    """Improve what was found by sphere s.
 
-    near: whether the polygon found is likely to be nearest to this sphere too. found: the least
-    signed distance to part k [m], its sphere and the rank of its polygon. free: centre and radius
-    of the ball without surface. Returns both anew.
+    plane: which touches the part, unit normal and height as seen from the origin; zeros where none
+    is known. near: whether the polygon found is likely to be nearest to this sphere too. found: the
+    least signed distance [m], its sphere and the rank of its polygon. free: centre and radius of
+    the ball without surface. Returns both anew.
     """
+    centres, radius, p, k, trees, faces, shells, origin, spare = pair
     best, sphere, rank = found
     hub = free[0], free[1], free[2]
     clear = free[3]
@@ -285,6 +304,7 @@ def _segment_part(  # type: ignore[no-untyped-def]
     reach = abs(middle[0]) + abs(middle[1]) + abs(middle[2])
     reach += span[k, 3] - span[k, 0] + span[k, 4] - span[k, 1] + span[k, 5] - span[k, 2]
     spare = SPARE * (most_at + reach)
+    pair = Pair(centres, radius, p, k, trees, faces, shells, origin, spare)
     plane = 0.0, 0.0, 0.0, 0.0
     found = most, np.int64(-1), np.int64(begun[1])
     free = origin[0], origin[1], origin[2], -np.inf
@@ -293,43 +313,11 @@ def _segment_part(  # type: ignore[no-untyped-def]
     other = np.int64(-1)
     if most == np.inf:
         one = np.int64(begun[0]) + base
-        found, free = _measure(
-            centres,
-            p,
-            one,
-            k,
-            radius,
-            trees,
-            faces,
-            shells,
-            origin,
-            plane,
-            spare,
-            True,
-            found,
-            free,
-            space,
-        )
+        found, free = _measure(pair, one, plane, True, found, free, space)
         point = _foot(centres, p, one, trees, found[2])
         other = _sphere_near(point, origin, blocks, n, space)
     if other != one:
-        found, free = _measure(
-            centres,
-            p,
-            other,
-            k,
-            radius,
-            trees,
-            faces,
-            shells,
-            origin,
-            plane,
-            spare,
-            True,
-            found,
-            free,
-            space,
-        )
+        found, free = _measure(pair, other, plane, True, found, free, space)
         if found[1] == other:
             point = _foot(centres, p, other, trees, found[2])
     way = np.inf
@@ -356,23 +344,7 @@ def _segment_part(  # type: ignore[no-untyped-def]
     for i in range(np.int64(count)):
         s = np.int64(front[i]) + base
         if s not in (one, other):
-            found, free = _measure(
-                centres,
-                p,
-                s,
-                k,
-                radius,
-                trees,
-                faces,
-                shells,
-                origin,
-                plane,
-                spare,
-                False,
-                found,
-                free,
-                space,
-            )
+            found, free = _measure(pair, s, plane, False, found, free, space)
     if found[1] != seen:
         point = _foot(centres, p, found[1], trees, found[2])
     return found[0], found[1], found[2], point
