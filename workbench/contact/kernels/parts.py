@@ -24,7 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.compiled import batch_loop, inlined, inner
-from workbench.contact.kernels.field import nearest_in
+from workbench.contact.kernels.field import Trees, nearest_in
 from workbench.contact.kernels.fronts import FAR, NODE, SPARE, near_place, place_blocks
 from workbench.contact.kernels.groups import carried
 from workbench.contact.kernels.inside import Shells, inside_part
@@ -51,18 +51,9 @@ HAIR = 1e-9
 
 
 class PartTrees(NamedTuple):
-    """The polygons of each part with a tree of boxes, as `Field` has them, and its vertices."""
+    """The trees of K parts, each a group by itself, and their vertices."""
 
-    record: NDArray[np.float64]
-    begin: NDArray[np.int64]
-    box: NDArray[np.float32]
-    child: NDArray[np.int32]
-    many: NDArray[np.int64]
-    head: NDArray[np.float32]
-    root: NDArray[np.int64]
-    """(K,) the tree of each part, -1 for one without polygons or hidden."""
-    span: NDArray[np.float64]
-    """(K, 6) low and high of each part [m]."""
+    trees: Trees
     corner: NDArray[np.float32]
     """(24 B,) vertices in blocks of eight, seen from the middle of their part's box [m]."""
     first: NDArray[np.int64]
@@ -107,7 +98,7 @@ class Pair(NamedTuple):
     p: int
     k: int
     """Numbers of the pose and the part."""
-    trees: PartTrees
+    parts: PartTrees
     faces: Faces
     shells: Shells
     origin: tuple[float, float, float]
@@ -117,16 +108,16 @@ class Pair(NamedTuple):
 
 
 @inlined
-def _top(n0, n1, n2, trees, k):  # type: ignore[no-untyped-def]
+def _top(n0, n1, n2, parts, k):  # type: ignore[no-untyped-def]
     """How far the vertices of part k reach along a direction, seen from the middle of its box."""
     x = eight(np.float32(n0))
     y = eight(np.float32(n1))
     z = eight(np.float32(n2))
     top = eight(-FAR)
-    for b in range(np.uint64(trees.first[k]), np.uint64(trees.first[k + 1])):
+    for b in range(np.uint64(parts.first[k]), np.uint64(parts.first[k + 1])):
         e = b * CORNERS
-        reach = x * load(trees.corner, e) + y * load(trees.corner, e + _L)
-        top = larger(top, reach + z * load(trees.corner, e + _L + _L))
+        reach = x * load(parts.corner, e) + y * load(parts.corner, e + _L)
+        top = larger(top, reach + z * load(parts.corner, e + _L + _L))
     return np.float64(greatest(top))
 
 
@@ -137,7 +128,7 @@ def _beyond(value, low, high):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def _candidates(ball, a, b, origin, plane, free, trees, k, solid, most, spare, front):  # type: ignore[no-untyped-def]
+def _candidates(ball, a, b, origin, plane, free, parts, k, solid, most, spare, front):  # type: ignore[no-untyped-def]
     """Write the places in the blocks a..b whose spheres may come as near as `most` into front; how
     many.
 
@@ -156,7 +147,7 @@ def _candidates(ball, a, b, origin, plane, free, trees, k, solid, most, spare, f
     none = eight(np.float32(0.0))
     margin = eight(np.float32(spare))
     limit = eight(np.float32(most + spare))
-    s = trees.span
+    s = parts.trees.span
     used = np.uint64(0)
     for g in range(np.uint64(a), np.uint64(b)):
         e = g * NODE
@@ -189,18 +180,20 @@ def _box_gap(x, y, z, span, k):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def _foot(centres, p, s, trees, rank):  # type: ignore[no-untyped-def]
+def _foot(centres, p, s, parts, rank):  # type: ignore[no-untyped-def]
     """The point of the polygon of a rank that is nearest to sphere s of pose p."""
     x = centres[p, s, 0]
     y = centres[p, s, 1]
     z = centres[p, s, 2]
-    at = trees.begin[rank]
-    _, u, v, w = nearest_of_record(x, y, z, trees.record, at, trees.begin[rank + 1], np.inf)
+    at = parts.trees.begin[rank]
+    _, u, v, w = nearest_of_record(
+        x, y, z, parts.trees.record, at, parts.trees.begin[rank + 1], np.inf
+    )
     return u, v, w
 
 
 @inlined
-def _plane(centres, p, sphere, rank, point, best, radius, trees, k, middle):  # type: ignore[no-untyped-def]
+def _plane(centres, p, sphere, rank, point, best, radius, parts, k, middle):  # type: ignore[no-untyped-def]
     """The plane that touches part k from the side of the nearest sphere so far: unit normal and
     height, as seen from where `middle` of the part's box is."""
     u = centres[p, sphere, 0] - point[0]
@@ -211,7 +204,7 @@ def _plane(centres, p, sphere, rank, point, best, radius, trees, k, middle):  # 
     u = u * per
     v = v * per
     w = w * per
-    return u, v, w, _top(u, v, w, trees, k) + u * middle[0] + v * middle[1] + w * middle[2]
+    return u, v, w, _top(u, v, w, parts, k) + u * middle[0] + v * middle[1] + w * middle[2]
 
 
 @inlined
@@ -232,7 +225,7 @@ def _measure(pair, s, plane, near, found, free, space):  # type: ignore[no-untyp
     least signed distance [m], its sphere and the rank of its polygon. free: centre and radius of
     the ball without surface. Returns both anew.
     """
-    centres, radius, p, k, trees, faces, shells, origin, spare = pair
+    centres, radius, p, k, parts, faces, shells, origin, spare = pair
     best, sphere, rank = found
     hub = free[0], free[1], free[2]
     clear = free[3]
@@ -241,7 +234,7 @@ def _measure(pair, s, plane, near, found, free, space):  # type: ignore[no-untyp
     z = centres[p, s, 2]
     r = radius[s]
     inside = False
-    boxed = faces.solid[k] > 0 and _box_gap(x, y, z, trees.span, k) == 0.0
+    boxed = faces.solid[k] > 0 and _box_gap(x, y, z, parts.trees.span, k) == 0.0
     if boxed and _apart(x, y, z, hub) + HAIR >= clear:
         over = plane[0] * (x - origin[0]) + plane[1] * (y - origin[1])
         over += plane[2] * (z - origin[2]) - plane[3]
@@ -252,7 +245,9 @@ def _measure(pair, s, plane, near, found, free, space):  # type: ignore[no-untyp
         return found, free
     limit = np.inf if inside or best == np.inf else reach * reach * (1.0 + 1e-12)
     hint = rank if near or inside else np.int64(-1)
-    square, f = nearest_in(x, y, z, trees, trees.root[k], hint, limit, space.stack, space.gaps)
+    square, f = nearest_in(
+        x, y, z, parts.trees, parts.trees.root[k], hint, limit, space.stack, space.gaps
+    )
     away = math.sqrt(square)
     if not inside and away > clear:
         free = x, y, z, away
@@ -280,7 +275,7 @@ def _sphere_near(point, origin, blocks, n, space):  # type: ignore[no-untyped-de
 
 @inlined
 def _segment_part(  # type: ignore[no-untyped-def]
-    centres, p, n, k, crowd, blocks, trees, faces, shells, origin, most_at, most, begun, space
+    centres, p, n, k, crowd, blocks, parts, faces, shells, origin, most_at, most, begun, space
 ):
     """Least signed distance [m] of segment n to part k in pose p, its sphere, the rank of its
     polygon, and the point; a sphere of -1 where it is not less than `most`.
@@ -295,7 +290,7 @@ def _segment_part(  # type: ignore[no-untyped-def]
     first = blocks.first[n]
     last = blocks.first[n + 1]
     base = blocks.start[n] - 8 * first
-    span = trees.span
+    span = parts.trees.span
     middle = (
         0.5 * (span[k, 0] + span[k, 3]) - origin[0],
         0.5 * (span[k, 1] + span[k, 4]) - origin[1],
@@ -304,7 +299,7 @@ def _segment_part(  # type: ignore[no-untyped-def]
     reach = abs(middle[0]) + abs(middle[1]) + abs(middle[2])
     reach += span[k, 3] - span[k, 0] + span[k, 4] - span[k, 1] + span[k, 5] - span[k, 2]
     spare = SPARE * (most_at + reach)
-    pair = Pair(centres, radius, p, k, trees, faces, shells, origin, spare)
+    pair = Pair(centres, radius, p, k, parts, faces, shells, origin, spare)
     plane = 0.0, 0.0, 0.0, 0.0
     found = most, np.int64(-1), np.int64(begun[1])
     free = origin[0], origin[1], origin[2], -np.inf
@@ -314,16 +309,16 @@ def _segment_part(  # type: ignore[no-untyped-def]
     if most == np.inf:
         one = np.int64(begun[0]) + base
         found, free = _measure(pair, one, plane, True, found, free, space)
-        point = _foot(centres, p, one, trees, found[2])
+        point = _foot(centres, p, one, parts, found[2])
         other = _sphere_near(point, origin, blocks, n, space)
     if other != one:
         found, free = _measure(pair, other, plane, True, found, free, space)
         if found[1] == other:
-            point = _foot(centres, p, other, trees, found[2])
+            point = _foot(centres, p, other, parts, found[2])
     way = np.inf
     seen = found[1]
     if seen >= 0:
-        plane = _plane(centres, p, seen, found[2], point, found[0], radius, trees, k, middle)
+        plane = _plane(centres, p, seen, found[2], point, found[0], radius, parts, k, middle)
         way = _apart(free[0], free[1], free[2], point)
     hub = free[0] - origin[0], free[1] - origin[1], free[2] - origin[2], free[3], way
     front = space.front
@@ -334,7 +329,7 @@ def _segment_part(  # type: ignore[no-untyped-def]
         origin,
         plane,
         hub,
-        trees,
+        parts,
         k,
         faces.solid[k] > 0,
         found[0],
@@ -346,7 +341,7 @@ def _segment_part(  # type: ignore[no-untyped-def]
         if s not in (one, other):
             found, free = _measure(pair, s, plane, False, found, free, space)
     if found[1] != seen:
-        point = _foot(centres, p, found[1], trees, found[2])
+        point = _foot(centres, p, found[1], parts, found[2])
     return found[0], found[1], found[2], point
 
 
@@ -364,24 +359,24 @@ def _begun(p, n, k, begin, blocks, faces, out, before):  # type: ignore[no-untyp
 
 
 @inlined
-def _far(world, p, n, k, crowd, trees, most):  # type: ignore[no-untyped-def]
+def _far(world, p, n, k, crowd, parts, most):  # type: ignore[no-untyped-def]
     """True where segment n is farther from part k than `most` [m] by the sphere around it and the
     part's box."""
     if most == np.inf:
         return False
     x, y, z = carried(world, p, n, crowd.around[n, 0], crowd.around[n, 1], crowd.around[n, 2])
     reach = max(crowd.big[n] + most, 0.0)
-    return _box_gap(x, y, z, trees.span, k) > wider(reach * reach)
+    return _box_gap(x, y, z, parts.trees.span, k) > wider(reach * reach)
 
 
 @batch_loop
 def part_clearance(  # type: ignore[no-untyped-def]
-    centres, world, crowd, blocks, trees, faces, shells, most, out, space, begin, end
+    centres, world, crowd, blocks, parts, faces, shells, most, out, space, begin, end
 ):
     """Fill out with the least signed distance of each segment to each part, where it is less than
     most (N, K) [m], for the poses begin..end.
 
-    centres (P, S, 3), world (P, N, 3, 4) [m]; trees: PartTrees; out: Nearest, left as it is for
+    centres (P, S, 3), world (P, N, 3, 4) [m]; parts: PartTrees; out: Nearest, left as it is for
     hidden parts and for segments without spheres; space: PartSpace.
     """
     shown = crowd.shown
@@ -400,14 +395,14 @@ def part_clearance(  # type: ignore[no-untyped-def]
         size = big + place_blocks(
             centres, p, shown, blocks, space.ball, origin[0], origin[1], origin[2]
         )
-        for k in range(len(trees.root)):
-            if trees.root[k] < 0:
+        for k in range(len(parts.trees.root)):
+            if parts.trees.root[k] < 0:
                 continue
             before = -1
             for n in range(lead, len(shown)):
                 if shown[n] == 0 or blocks.start[n] == blocks.start[n + 1]:
                     continue
-                if _far(world, p, n, k, crowd, trees, most[n, k]):
+                if _far(world, p, n, k, crowd, parts, most[n, k]):
                     continue
                 d, s, f, point = _segment_part(
                     centres,
@@ -416,7 +411,7 @@ def part_clearance(  # type: ignore[no-untyped-def]
                     k,
                     crowd,
                     blocks,
-                    trees,
+                    parts,
                     faces,
                     shells,
                     origin,
@@ -429,7 +424,7 @@ def part_clearance(  # type: ignore[no-untyped-def]
                     continue
                 out.distance[p, n, k] = d
                 out.sphere[p, n, k] = s
-                out.polygon[p, n, k] = int(trees.record[trees.begin[f] + 8])
+                out.polygon[p, n, k] = int(parts.trees.record[parts.trees.begin[f] + 8])
                 for axis in range(3):
                     out.point[p, n, k, axis] = point[axis]
                 before = n

@@ -291,27 +291,27 @@ def _near_polygons(x, y, z, r, s, n, g, room, clear, far, entered, count, space)
     gaps = space.gaps
     least = far * far
     limit = wider(least)
-    stack[0] = field.root[g]
+    stack[0] = field.trees.root[g]
     size = 1
     point = point_lanes(x, y, z)
     while size > 0:
         size -= 1
         m = stack[size]
-        bits = near_boxes(point, field.box, m, field.many[m], limit, gaps)
+        bits = near_boxes(point, field.trees.box, m, field.trees.many[m], limit, gaps)
         if bits != 0:
-            bits &= near_heads(x, y, z, field.head, m, limit, gaps)
+            bits &= near_heads(x, y, z, field.trees.head, m, limit, gaps)
         while bits != 0:
-            c = np.int64(field.child[m, first_bit(bits)])
+            c = np.int64(field.trees.child[m, first_bit(bits)])
             bits &= bits - np.uint64(1)
             if c >= 0:
                 stack[size] = c
                 size += 1
                 continue
-            gap = record_gap(x, y, z, field, -1 - c, limit)
+            gap = record_gap(x, y, z, field.trees, -1 - c, limit)
             if gap > limit:
                 continue
             least = min(least, gap)
-            f = int(field.record[field.begin[-1 - c] + 8])
+            f = int(field.trees.record[field.trees.begin[-1 - c] + 8])
             excess = r - math.sqrt(gap) - room.allowed[n, room.owner[f]]
             if f != entered and _may_count(excess, clear, count, space.found):
                 count = _keep_contact(x, y, z, s, f, excess, 0.0, count, room, space)
@@ -337,7 +337,7 @@ def _sphere(x, y, z, r, s, n, g, room, clear, outside, count, space):  # type: i
     if not sure and not outside:
         depth, rank = deepest(x, y, z, room.faces, room.shells, field, g, space.stack, space.gaps)
         if rank >= 0:  # the centre is inside a solid: its surface holds nothing back
-            entered = int(field.record[field.begin[rank] + 8])
+            entered = int(field.trees.record[field.trees.begin[rank] + 8])
             far = near
             excess = depth + r - room.allowed[n, room.owner[entered]]
             if _may_count(excess, clear, count, space.found):
@@ -425,8 +425,8 @@ def touch(limbs, b, held, base, p, angles, q, room, near, space):  # type: ignor
     field = room.field
     count = np.int64(0)
     _placed(limbs, b, held, base, p, angles, q, space)
-    for g in range(field.root.shape[0]):
-        if field.root[g] < 0:
+    for g in range(field.trees.root.shape[0]):
+        if field.trees.root[g] < 0:
             continue
         shift = vector(room.shift[b]) if g == 1 else (0.0, 0.0, 0.0)
         for s in range(limbs.centre.shape[2]):
@@ -463,7 +463,7 @@ def _away(room, b, i, space):  # type: ignore[no-untyped-def]
         n = scale(1.0 / size, n) if size > 1e-9 else (0.0, 0.0, 1.0)
         return n, dot(n, point) + room.people.radius[polygon - room.normal.shape[0]]
     shift = (0.0, 0.0, 0.0)
-    if room.field.root.shape[0] > 1 and room.moving[room.owner[polygon]] > 0:
+    if room.field.trees.root.shape[0] > 1 and room.moving[room.owner[polygon]] > 0:
         shift = vector(room.shift[b])
     point = add(vector(found[3:]), shift)
     sign = -1.0 if found[6] > 0.0 else 1.0

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from workbench.contact.collide import allowed_depth
 from workbench.contact.fields import field_of, packed_faces, packed_shells
-from workbench.contact.kernels.field import Field
+from workbench.contact.kernels.field import Field, Trees
 from workbench.contact.kernels.inside import Shells
 from workbench.contact.kernels.pairs import Balls
 from workbench.geometry.polygon import Faces
@@ -182,7 +182,8 @@ def _fixed(topology: Topology, environment: Environment, moving: tuple[int, ...]
     )
     faces = Faces(*_plain(packed_faces(environment)))
     shells = Shells(*_plain(packed_shells(environment)))
-    field = Field(*_plain(field_of(environment, chosen)))
+    index = field_of(environment, chosen)
+    field = Field(Trees(*_plain(index.trees)), *_plain(index[1:]))
     owner, allowed, moves, normal, least = _plain(
         [environment.polygon_part, allowed, moves, environment.normal, least]
     )
