@@ -28,6 +28,8 @@ class Bystander:
         The body where it is (P = 1).
     solid
         (S,) the spheres that are kept clear of; those of segments outside the window never are.
+    kept_off
+        [m] by how much.
 
     Raises
     ------
@@ -38,6 +40,7 @@ class Bystander:
     name: str
     placed: Placed
     solid: Bools
+    kept_off: float = 0.0
 
     def __post_init__(self) -> None:
         check_fields(self)

@@ -8,7 +8,9 @@ controls. Fingers on a control bend around it and count for nobody.
 2. Where somebody then stays off a control that alone would be reached, orders are tried in which
    each who does goes first.
 
-The first order in which nobody stays off a control for the sake of others is taken, or else the one
+3. Where that is not enough, who is not kept off makes room for those who are, by ever more.
+
+The first of these in which nobody stays off a control for the sake of others is taken, or else the one
 in which the hands stay off least, of equal ones the first. Who is not in the way of others is where
 he or she would be alone, in every order. A failed search is no proof: there may be postures in which
 all hands are on their controls although none was found.
@@ -24,6 +26,8 @@ from workbench.study.situation import Situation, as_bystander, with_hands
 
 __all__ = ["hands_together"]
 
+ROOM_MADE = (0.003, 0.006, 0.012, 0.024)
+"""[m] How far hands keep off people who are themselves kept off their controls."""
 SAME = 1e-4
 """[m] A hand that stays off its control by less more than alone does not for the sake of others."""
 
@@ -46,16 +50,35 @@ def hands_together(
         The same with the hands on the controls, or as near as was found.
     """
     best = _in_order(resting, standing, range(len(resting)))
-    least = [_kept_off(*both) for both in zip(resting, best, strict=True)]
-    for order in _other_orders(least):
+    least = _kept_off(resting, best)
+    for tried in _other_ways(resting, standing, best, least):
+        off = _kept_off(resting, tried)
+        if sum(off) < sum(least):
+            best = tried
+            least = off
         if sum(least) == 0.0:
             break
-        found = _in_order(resting, standing, order)
-        off = [_kept_off(*both) for both in zip(resting, found, strict=True)]
-        if sum(off) < sum(least):
-            best = found
-            least = off
     return best
+
+
+def _other_ways(
+    resting: Sequence[Situation],
+    standing: Sequence[Bystander],
+    first: Sequence[Situation],
+    off: Sequence[float],
+) -> Iterator[list[Situation]]:
+    """The people with the hands on their controls in other ways, where some are kept off: in other
+    orders, then with room that is made for these."""
+    everybody = range(len(resting))
+    kept = [k for k in everybody if off[k] > 0.0]
+    orders = [[*everybody], *([k, *(i for i in everybody if i != k)] for k in kept if k > 0)]
+    tried = [list(first)]
+    for order in orders[1:]:
+        tried.append(_in_order(resting, standing, order))
+        yield tried[-1]
+    for room in ROOM_MADE if kept else ():
+        for found in tried:
+            yield _with_room(resting, standing, found, room)
 
 
 def _in_order(
@@ -69,17 +92,45 @@ def _in_order(
     return found
 
 
-def _other_orders(off: Sequence[float]) -> Iterator[list[int]]:
-    """Orders in which each who stays off a control goes first, the others as they were."""
-    for k, miss in enumerate(off):
-        if k > 0 and miss > 0.0:
-            yield [k, *(i for i in range(len(off)) if i != k)]
+def _with_room(
+    resting: Sequence[Situation],
+    standing: Sequence[Bystander],
+    before: Sequence[Situation],
+    room: float,
+) -> list[Situation]:
+    """The people with the hands on their controls anew: first who is not kept off, at a distance
+    [m] from those who are; then these."""
+    off = _kept_off(resting, before)
+    found = list(before)
+    for k in sorted(range(len(off)), key=lambda k: off[k] > 0.0):
+        others = [
+            replace(as_bystander(one), kept_off=room if off[i] > 0.0 and off[k] == 0.0 else 0.0)
+            for i, one in enumerate(found)
+            if i != k
+        ]
+        found[k] = with_hands(replace(resting[k], bystanders=(*standing, *others)))
+    return found
 
 
-def _kept_off(resting: Situation, found: Situation) -> float:
-    """How much farther [m] the hands of a person stay off their controls than alone, in all."""
-    if not any(miss[0] > 0.0 for miss in found.hand_miss.values()):
+def _kept_off(resting: Sequence[Situation], found: Sequence[Situation]) -> list[float]:
+    """How much farther [m] the hands of each person stay off their controls than alone, in all."""
+    return [_farther(*both) for both in zip(resting, found, strict=True)]
+
+
+def _farther(resting: Situation, found: Situation) -> float:
+    """How much farther [m] the hands of a person stay off their controls than alone, what they are
+    deeper in obstacles added."""
+    short = _shortages(found)
+    if not any(short.values()):
         return 0.0
-    alone = with_hands(resting.at_rest).hand_miss
-    more = [float(miss[0] - alone[hand][0]) for hand, miss in found.hand_miss.items()]
+    alone = _shortages(with_hands(resting.at_rest))
+    more = [short[hand] - alone[hand] for hand in short]
     return sum(off for off in more if off > SAME)
+
+
+def _shortages(situation: Situation) -> dict[str, float]:
+    """By hand that holds a control how far [m] it stays from it and how deep it is in obstacles."""
+    return {
+        hand: float(miss[0] + situation.hand_overlap[hand][0])
+        for hand, miss in situation.hand_miss.items()
+    }

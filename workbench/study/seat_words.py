@@ -37,7 +37,8 @@ def shortfalls(situation: Situation) -> list[str]:
         lines += _limb_off(foot, aims.controls[foot], miss, seated.limit[foot])
     for hand, miss in situation.hand_miss.items():
         limit = situation.hand_limit[hand]
-        for line in _limb_off(hand, aims.controls[hand], miss, limit):
+        overlap = float(situation.hand_overlap[hand][0])
+        for line in _limb_off(hand, aims.controls[hand], miss, limit, overlap):
             lines.append(line + (_NO_ROOM if _by_others(situation, limit[0]) else ""))
     return [f"{situation.place.role}, {situation.work.name}: {line}" for line in lines]
 
@@ -91,12 +92,15 @@ def _pressed(situation: Situation, seated: Seated) -> list[str]:
     ]
 
 
-def _limb_off(limb: str, control: str, miss: Floats, limit: tuple[str, ...]) -> list[str]:
-    """How far a hand or foot stays from its control."""
+def _limb_off(
+    limb: str, control: str, miss: Floats, limit: tuple[str, ...], overlap: float = 0.0
+) -> list[str]:
+    """How far a hand or foot stays from its control, and how deep [m] it is in an obstacle."""
     if miss[0] <= (REPORTED if limb.endswith("foot") else 0.0):
         return []
     why = f", limited by {limit[0]}" if limit[0] else ""
-    return [f"the {limb} stays {1000 * miss[0]:.0f} mm from {control}{why}"]
+    depth = f", {1000 * overlap:.0f} mm in an obstacle" if overlap > 0.0 else ""
+    return [f"the {limb} stays {1000 * miss[0]:.0f} mm from {control}{depth}{why}"]
 
 
 def setting_words(situation: Situation, place: Workplace, found: Fitted) -> list[str]:

@@ -123,9 +123,9 @@ class Situation:
         (B, 2) [m] the travel that is left to the rear and to the front where the seat is wanted.
     bystanders
         Other people, whom the hands keep clear of.
-    hand_miss, hand_limit
-        (B,) by hand that holds a control: [m] how far it stays from it, and what limits it in
-        words; empty while the hands are at rest.
+    hand_miss, hand_overlap, hand_limit
+        (B,) by hand that holds a control: [m] how far it stays from it, [m] how deep the arm is in
+        an obstacle, and what limits it in words; empty while the hands are at rest.
     """
 
     place: Workplace
@@ -137,6 +137,7 @@ class Situation:
     spare: Floats
     bystanders: tuple[Bystander, ...] = ()
     hand_miss: Mapping[str, Floats] = field(default_factory=dict)
+    hand_overlap: Mapping[str, Floats] = field(default_factory=dict)
     hand_limit: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
 
     def __len__(self) -> int:
@@ -185,7 +186,14 @@ class Situation:
     @cached_property
     def at_rest(self) -> Situation:
         """The same with the hands at rest and nobody whom they keep clear of."""
-        return replace(self, poses=self.taken.poses, bystanders=(), hand_miss={}, hand_limit={})
+        return replace(
+            self,
+            poses=self.taken.poses,
+            bystanders=(),
+            hand_miss={},
+            hand_overlap={},
+            hand_limit={},
+        )
 
     def rows(self, keep: Ints) -> Situation:
         """The people at indices, in their order, with what is known of them."""
@@ -198,14 +206,16 @@ class Situation:
             displacement=self.displacement[keep],
             spare=self.spare[keep],
             bystanders=self.bystanders,
-            hand_miss=_miss_of(self, keep),
+            hand_miss=_rows_of(self.hand_miss, keep),
+            hand_overlap=_rows_of(self.hand_overlap, keep),
             hand_limit=_limit_of(self, keep),
         )
         if "held" in self.__dict__:
             found.__dict__["held"] = replace(
                 found,
                 poses=self.held.poses.rows(keep),
-                hand_miss=_miss_of(self.held, keep),
+                hand_miss=_rows_of(self.held.hand_miss, keep),
+                hand_overlap=_rows_of(self.held.hand_overlap, keep),
                 hand_limit=_limit_of(self.held, keep),
             )
         return found
@@ -216,8 +226,8 @@ class Situation:
         return replace(self, place=place, displacement=np.zeros_like(self.displacement))
 
 
-def _miss_of(situation: Situation, keep: Ints) -> dict[str, Floats]:
-    return {hand: miss[keep] for hand, miss in situation.hand_miss.items()}
+def _rows_of(by_hand: Mapping[str, Floats], keep: Ints) -> dict[str, Floats]:
+    return {hand: values[keep] for hand, values in by_hand.items()}
 
 
 def _limit_of(situation: Situation, keep: Ints) -> dict[str, tuple[str, ...]]:
@@ -496,6 +506,7 @@ def _with_hand(situation: Situation, name: str, control: Control) -> Situation:
     poses = situation.poses
     rotations = poses.rotations.copy()
     miss = np.zeros(len(situation))
+    overlap = np.zeros(len(situation))
     limit = np.full(len(situation), "", dtype=object)
     left = np.arange(len(situation))
     for zone in range(1, control.zone + 1):
@@ -514,6 +525,7 @@ def _with_hand(situation: Situation, name: str, control: Control) -> Situation:
         )
         rotations[left] = found.poses.rotations
         miss[left] = np.where(found.reached[:, 0], 0.0, found.miss[:, 0])
+        overlap[left] = found.overlap[:, 0]
         limit[left] = [found.limit(row, 0) for row in range(len(left))]
         left = left[~found.reached[:, 0]]
         if not len(left):
@@ -522,6 +534,7 @@ def _with_hand(situation: Situation, name: str, control: Control) -> Situation:
         situation,
         poses=Poses(rotations, poses.reference, poses.world_from_reference),
         hand_miss={**situation.hand_miss, name: miss},
+        hand_overlap={**situation.hand_overlap, name: overlap},
         hand_limit={**situation.hand_limit, name: tuple(limit.tolist())},
     )
 

@@ -139,7 +139,8 @@ def _with_people(parts: Obstacles, people: Sequence[Bystander]) -> Obstacles:
     for person in people:
         row = int(person.placed.person[0])
         at += [person.placed.centres[0, spheres] for spheres in person.spheres]
-        radius += [person.placed.body.radius[row, spheres] for spheres in person.spheres]
+        size = person.placed.body.radius[row] + person.kept_off
+        radius += [size[spheres] for spheres in person.spheres]
     if not at:
         return parts
     around = [0.5 * (points.min(axis=0) + points.max(axis=0)) for points in at]
