@@ -18,18 +18,28 @@ all hands are on their controls although none was found.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import replace
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 from workbench.model.bystander import Bystander
 from workbench.study.situation import Situation, as_bystander, with_hands
 
-__all__ = ["hands_together"]
+__all__ = ["hands_together", "kept_off_by_others"]
 
 ROOM_MADE = (0.003, 0.006, 0.012, 0.024)
 """[m] How far hands keep off people who are themselves kept off their controls."""
+ROOMS = 2
+"""Ways of those that were tried first, from which room is made."""
 SAME = 1e-4
 """[m] A hand that stays off its control by less more than alone does not for the sake of others."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Tried:
+    """People with the hands on their controls, and how much farther [m] each stays off than alone."""
+
+    people: list[Situation]
+    off: list[float]
 
 
 def hands_together(
@@ -49,36 +59,20 @@ def hands_together(
     list[Situation]
         The same with the hands on the controls, or as near as was found.
     """
-    best = _in_order(resting, standing, range(len(resting)))
-    least = _kept_off(resting, best)
-    for tried in _other_ways(resting, standing, best, least):
-        off = _kept_off(resting, tried)
-        if sum(off) < sum(least):
-            best = tried
-            least = off
-        if sum(least) == 0.0:
-            break
-    return best
-
-
-def _other_ways(
-    resting: Sequence[Situation],
-    standing: Sequence[Bystander],
-    first: Sequence[Situation],
-    off: Sequence[float],
-) -> Iterator[list[Situation]]:
-    """The people with the hands on their controls in other ways, where some are kept off: in other
-    orders, then with room that is made for these."""
     everybody = range(len(resting))
-    kept = [k for k in everybody if off[k] > 0.0]
-    orders = [[*everybody], *([k, *(i for i in everybody if i != k)] for k in kept if k > 0)]
-    tried = [list(first)]
-    for order in orders[1:]:
-        tried.append(_in_order(resting, standing, order))
-        yield tried[-1]
-    for room in ROOM_MADE if kept else ():
-        for found in tried:
-            yield _with_room(resting, standing, found, room)
+    tried = [_tried(_in_order(resting, standing, everybody))]
+    for k in everybody[1:]:
+        if tried[0].off[k] > 0.0:
+            order = [k, *(i for i in everybody if i != k)]
+            tried.append(_tried(_in_order(resting, standing, order)))
+    for room in ROOM_MADE:
+        if min(sum(one.off) for one in tried) > 0.0:
+            tried += [_tried(_with_room(resting, standing, one, room)) for one in tried[:ROOMS]]
+    return min(tried, key=lambda one: sum(one.off)).people
+
+
+def _tried(people: list[Situation]) -> _Tried:
+    return _Tried(people, [sum(kept_off_by_others(one).values()) for one in people])
 
 
 def _in_order(
@@ -93,15 +87,12 @@ def _in_order(
 
 
 def _with_room(
-    resting: Sequence[Situation],
-    standing: Sequence[Bystander],
-    before: Sequence[Situation],
-    room: float,
+    resting: Sequence[Situation], standing: Sequence[Bystander], before: _Tried, room: float
 ) -> list[Situation]:
     """The people with the hands on their controls anew: first who is not kept off, at a distance
     [m] from those who are; then these."""
-    off = _kept_off(resting, before)
-    found = list(before)
+    found = list(before.people)
+    off = before.off
     for k in sorted(range(len(off)), key=lambda k: off[k] > 0.0):
         others = [
             replace(as_bystander(one), kept_off=room if off[i] > 0.0 and off[k] == 0.0 else 0.0)
@@ -112,20 +103,14 @@ def _with_room(
     return found
 
 
-def _kept_off(resting: Sequence[Situation], found: Sequence[Situation]) -> list[float]:
-    """How much farther [m] the hands of each person stay off their controls than alone, in all."""
-    return [_farther(*both) for both in zip(resting, found, strict=True)]
-
-
-def _farther(resting: Situation, found: Situation) -> float:
-    """How much farther [m] the hands of a person stay off their controls than alone, what they are
-    deeper in obstacles added."""
-    short = _shortages(found)
-    if not any(short.values()):
-        return 0.0
-    alone = _shortages(with_hands(resting.at_rest))
-    more = [short[hand] - alone[hand] for hand in short]
-    return sum(off for off in more if off > SAME)
+def kept_off_by_others(situation: Situation) -> dict[str, float]:
+    """How much farther [m] hands of the first person stay off their controls than they would without
+    bystanders, what they are deeper in obstacles added; hands that do not are left out."""
+    short = _shortages(situation)
+    if not situation.bystanders or not any(short.values()):
+        return {}
+    alone = _shortages(with_hands(situation.at_rest))
+    return {hand: more for hand in short if (more := short[hand] - alone[hand]) > SAME}
 
 
 def _shortages(situation: Situation) -> dict[str, float]:

@@ -9,6 +9,7 @@ from workbench.model.arrays import Floats
 from workbench.model.workplace import Workplace
 from workbench.posture.seating.driving import DrivingPosture
 from workbench.posture.seating.seat import Seated
+from workbench.study.hands import kept_off_by_others
 from workbench.study.positions import Fitted, Tried
 from workbench.study.settings import adjustments_of, setting_text
 from workbench.study.situation import Situation
@@ -35,17 +36,13 @@ def shortfalls(situation: Situation) -> list[str]:
     lines = [*_eyes_off(situation, seated), *_travel_off(seated), *_pressed(situation, seated)]
     for foot, miss in seated.miss.items():
         lines += _limb_off(foot, aims.controls[foot], miss, seated.limit[foot])
+    kept_off = kept_off_by_others(situation)
     for hand, miss in situation.hand_miss.items():
         limit = situation.hand_limit[hand]
         overlap = float(situation.hand_overlap[hand][0])
         for line in _limb_off(hand, aims.controls[hand], miss, limit, overlap):
-            lines.append(line + (_NO_ROOM if _by_others(situation, limit[0]) else ""))
+            lines.append(line + (_NO_ROOM if hand in kept_off else ""))
     return [f"{situation.place.role}, {situation.work.name}: {line}" for line in lines]
-
-
-def _by_others(situation: Situation, limit: str) -> bool:
-    """Whether what limits a hand is somebody else."""
-    return any(limit in one.segment_names for one in situation.bystanders)
 
 
 def _eyes_off(situation: Situation, seated: Seated) -> list[str]:
