@@ -387,3 +387,19 @@ def random_arm(one_arm):
         return wb.Poses(q, 0, world)
 
     return make
+
+
+@pytest.fixture(scope="session")
+def trainer():
+    """The shipped study of two people in the trainer, open at the bench."""
+    from workbench.study.bench.state import open_study
+
+    return open_study(wb.load_study("trainer_clearance"))
+
+
+@pytest.fixture(scope="session")
+def placement(trainer):
+    """The people of that study where they are as it is opened."""
+    from workbench.study.bench.placing import placed_people
+
+    return placed_people(trainer, trainer.start)

@@ -243,6 +243,7 @@ def human_cases(tmp_path):
     feet = {"left foot": (0.85, 0.1, 0.15), "right foot": (0.85, -0.1, 0.15)}
     hand = {"name": "right hand", "grip": "push", "zone": 1}
     arm = wb.limb(body, "right hand")
+    beside = wb.place(body, wb.pose(body, {}, reference="LT", position=(0.1, -0.6, 0.35)))
     rows = tmp_path / "rows.csv"
     rows.write_text("subjectid,Gender,stature\n1,Male,1750\n2,Female,1640\n")
     return {
@@ -310,6 +311,7 @@ def human_cases(tmp_path):
             "environment": room,
             "moving_parts": (),
             "displacement": np.zeros((1, 3)),
+            "bystanders": [wb.Bystander("other", beside, np.ones(len(body.sphere_names), bool))],
             "initial": upright,
             "restarts": 1,
             "max_extension": 0.0,

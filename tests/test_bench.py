@@ -43,16 +43,6 @@ from workbench.study.bench.state import (
 )
 
 
-@pytest.fixture(scope="module")
-def trainer():
-    return open_study(wb.load_study("trainer_clearance"))
-
-
-@pytest.fixture(scope="module")
-def placement(trainer):
-    return placed_people(trainer, trainer.start)
-
-
 def moved_environment(arranged):
     """The environment with the parts where they are displaced to: its index is made anew."""
     environment = arranged.environment

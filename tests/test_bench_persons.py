@@ -76,16 +76,6 @@ def there(small):
     return placed_people(small, small.start)
 
 
-@pytest.fixture(scope="module")
-def trainer():
-    return open_study(wb.load_study("trainer_clearance"))
-
-
-@pytest.fixture(scope="module")
-def placement(trainer):
-    return placed_people(trainer, trainer.start)
-
-
 def saved(opened, arrangement, path):
     """The text of a study with a state saved in it; the file is as before."""
     before = path.read_bytes()

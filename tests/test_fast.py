@@ -309,7 +309,7 @@ def test_records_hold_the_same_polygons(kind):
     for x in np.random.default_rng(2).uniform(-1, 1, (50, 3)):
         for f in range(len(environment.normal)):
             assert (
-                record_gap(*x, field, faces.rank[f], np.inf)
+                record_gap(*x, field.trees, faces.rank[f], np.inf)
                 == point_polygon(*x, faces, f, np.inf)[0]
             )
 
@@ -352,8 +352,13 @@ def test_the_nearest_polygon_is_the_first_of_all_at_its_distance_wherever_the_se
     for x in np.random.default_rng(3).uniform(-1, 1, (60, 3)) + middle:
         every = [point_polygon(*x, faces, f, np.inf)[0] for f in range(len(environment.normal))]
         for hint in (-1, 0, len(every) - 1):
-            square, rank = nearest_in(*x, field, field.root[0], hint, np.inf, stack, gaps)
-            assert (square, field.record[field.begin[rank] + 8]) == (min(every), np.argmin(every))
+            square, rank = nearest_in(
+                *x, field.trees, field.trees.root[0], hint, np.inf, stack, gaps
+            )
+            assert (square, field.trees.record[field.trees.begin[rank] + 8]) == (
+                min(every),
+                np.argmin(every),
+            )
 
 
 @given(st.integers(0, 10**6))

@@ -13,35 +13,35 @@ from workbench.contact.kernels.wide import DEEP, EIGHT
 from workbench.geometry.polygon import point_polygon
 
 
-def below(field, c):
+def below(trees, c):
     """Ranks of the polygons under a child of a node."""
     if c < 0:
         return [-1 - c]
-    return [f for k in range(field.many[c]) for f in below(field, field.child[c, k])]
+    return [f for k in range(trees.many[c]) for f in below(trees, trees.child[c, k])]
 
 
 @pytest.mark.parametrize("kind", ZOO)
 @pytest.mark.parametrize("far", [0.0, 1e4])
 def test_no_bound_of_a_box_or_head_is_more_than_the_distance(kind, far):
     environment = moved(ZOO[kind](4), [far, -far, far])
-    field = field_of(environment, (tuple(range(len(environment.parts))),))
+    trees = field_of(environment, (tuple(range(len(environment.parts))),)).trees
     faces = packed_faces(environment)
     gaps = np.zeros(DEEP + EIGHT, dtype=np.float32)
     middle = environment.bounds.mean(axis=0)
-    number = field.record[field.begin[:-1] + 8].astype(int)
+    number = trees.record[trees.begin[:-1] + 8].astype(int)
     for x in np.random.default_rng(5).uniform(-1, 1, (12, 3)) + middle:
-        for m in range(len(field.many)):
-            ranks = [below(field, c) for c in field.child[m, : field.many[m]]]
+        for m in range(len(trees.many)):
+            ranks = [below(trees, c) for c in trees.child[m, : trees.many[m]]]
             exact = [
                 min(point_polygon(*x, faces, number[f], np.inf)[0] for f in some) for some in ranks
             ]
             for limit in (np.inf, *exact):
-                bits = node_bounds(x, field.box, field.head, m, field.many[m], limit, gaps)
+                bits = node_bounds(x, trees.box, trees.head, m, trees.many[m], limit, gaps)
                 assert all(
-                    gaps[DEEP + k] <= exact[k] * (1 + 1e-6) + 1e-30 for k in range(field.many[m])
+                    gaps[DEEP + k] <= exact[k] * (1 + 1e-6) + 1e-30 for k in range(trees.many[m])
                 )
-                assert all(bits >> k & 1 for k in range(field.many[m]) if exact[k] <= limit)
-                assert bits >> field.many[m] == 0
+                assert all(bits >> k & 1 for k in range(trees.many[m]) if exact[k] <= limit)
+                assert bits >> trees.many[m] == 0
 
 
 def test_the_head_of_a_slanting_square_is_flat_where_its_box_is_thick():
@@ -52,8 +52,8 @@ def test_the_head_of_a_slanting_square_is_flat_where_its_box_is_thick():
 
     corners = np.array([[0, 0, 0], [1, 0, 1], [1, 1, 1.0001], [0, 1, 0]])
     environment = environment_of(RawPart("square", corners, np.array([[0, 1, 2], [0, 2, 3]])))
-    field = field_of(environment, ((0,),))
+    trees = field_of(environment, ((0,),)).trees
     gaps = np.zeros(DEEP + EIGHT, dtype=np.float32)
     x = np.array([0.5, 0.5, 0.5]) + np.array([-1, 0, 1]) / np.sqrt(2)
-    node_bounds(x, field.box, field.head, field.root[0], 2, np.inf, gaps)
+    node_bounds(x, trees.box, trees.head, trees.root[0], 2, np.inf, gaps)
     assert gaps[DEEP : DEEP + 2] == pytest.approx(1.0, abs=1e-3)

@@ -26,22 +26,11 @@ from workbench.study.bench.criteria import PairLimit, asked_for
 from workbench.study.bench.edits import shifted
 from workbench.study.bench.measuring import Thing, measured
 from workbench.study.bench.motions import motions_judged, near_in_frame, playing
-from workbench.study.bench.placing import placed_people
 from workbench.study.bench.saving import changes_of, save
 from workbench.study.bench.state import open_study
 from workbench.study.crash.frames import frames_of
 
 LAP = "the lap belt alone"
-
-
-@pytest.fixture(scope="module")
-def trainer():
-    return open_study(wb.load_study("trainer_clearance"))
-
-
-@pytest.fixture(scope="module")
-def placement(trainer):
-    return placed_people(trainer, trainer.start)
 
 
 @pytest.fixture(scope="module")

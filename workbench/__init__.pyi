@@ -42,6 +42,7 @@ from .files.study.reader import load_study as load_study
 from .model.body import Body as Body
 from .model.body import Topology as Topology
 from .model.body import stack_bodies as stack_bodies
+from .model.bystander import Bystander as Bystander
 from .model.comparison import Comparison as Comparison
 from .model.contacts import Clearance as Clearance
 from .model.contacts import Contacts as Contacts

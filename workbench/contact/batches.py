@@ -271,7 +271,7 @@ def touching(
     found: dict[int, tuple[Ints, Floats]] = {}
 
     def work(begin: int, end: int) -> None:
-        if field is not None and field.root[0] >= 0:
+        if field is not None and field.trees.root[0] >= 0:
             near[begin:end] = False
             may_touch(
                 placed.centres, placed.world_from_segment, crowd, field, margin, near, begin, end

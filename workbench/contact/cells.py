@@ -38,7 +38,7 @@ def with_solids(field: Field, faces: Faces, shells: Shells) -> Field:
     held = np.zeros(len(field.near), dtype=np.int32)
     sets: dict[tuple[tuple[int, int], ...], int] = {(): 0}
     found: list[tuple[tuple[int, int], ...]] = [()]
-    for g in range(len(field.root)):
+    for g in range(len(field.trees.root)):
         nx, ny, nz, first = field.shape[g].tolist()
         cells = held[first : first + nx * ny * nz].reshape(nx, ny, nz)
         for s in range(field.solid_start[g], field.solid_start[g + 1]):

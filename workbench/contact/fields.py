@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from workbench.contact.borders import straightened
 from workbench.contact.cells import pack_cells, with_solids
 from workbench.contact.index_cache import kept
-from workbench.contact.kernels.field import Field, fill_rows
+from workbench.contact.kernels.field import Field, Trees, fill_rows
 from workbench.contact.kernels.heads import heads_of
 from workbench.contact.kernels.inside import Shells, is_closed
 from workbench.contact.kernels.parts import PartTrees
@@ -122,8 +122,9 @@ def _shells(environment: Environment) -> Shells:
 
 def part_trees(environment: Environment) -> PartTrees:
     """A tree over the polygons of each part, and its vertices; hidden parts have none."""
-    trees = _trees(_shape(environment))
-    return trees._replace(root=np.where(environment.hidden, -1, trees.root))
+    parts = _trees(_shape(environment))
+    root = np.where(environment.hidden, -1, parts.trees.root)
+    return parts._replace(trees=parts.trees._replace(root=root))
 
 
 @lru_cache(maxsize=16)
@@ -136,18 +137,9 @@ def _trees(environment: Environment) -> PartTrees:
     boxes, child, many, bases = widened(box, link, faces.rank[item], roots)
     reach = float(np.abs(environment.vertices).max(initial=0.0))
     corner, first = _corners(environment, 0.5 * (span[:, :3] + span[:, 3:]))
-    return PartTrees(
-        record=faces.record,
-        begin=faces.begin,
-        box=boxes,
-        child=child,
-        many=many,
-        head=heads_of(child, many, faces.record, faces.begin, reach),
-        root=bases,
-        span=span,
-        corner=corner,
-        first=first,
-    )
+    heads = heads_of(child, many, faces.record, faces.begin, reach)
+    trees = Trees(faces.record, faces.begin, boxes, child, many, heads, bases, span)
+    return PartTrees(trees, corner, first)
 
 
 def _corners(environment: Environment, middle: Floats) -> tuple[NDArray[np.float32], Ints]:
@@ -179,16 +171,17 @@ def field_of(environment: Environment, groups: Groups) -> Field:
     """
     shape = _shape(environment)
     faces = _faces(shape)
-    record = faces.record
-    begin = faces.begin
 
     def make() -> dict[str, NDArray[Any]]:
-        made = _made(shape, groups)._asdict()
-        return {name: values for name, values in made.items() if name not in ("record", "begin")}
+        made = _made(shape, groups)
+        arrays = {**made.trees._asdict(), **made._asdict()}
+        return {name: arrays[name] for name in arrays if name not in ("trees", "record", "begin")}
 
-    if len(begin) < WORTH_KEEPING:
-        return Field(record, begin, **make())
-    return Field(record, begin, **kept(content_key("contact index", shape, groups), make))
+    large = len(faces.begin) >= WORTH_KEEPING
+    known = kept(content_key("contact index", shape, groups), make) if large else make()
+    trees = {name: known[name] for name in Trees._fields if name in known}
+    grids = {name: known[name] for name in known if name not in trees}
+    return Field(Trees(faces.record, faces.begin, **trees), **grids)
 
 
 @lru_cache(maxsize=16)
@@ -257,15 +250,11 @@ def _made(environment: Environment, groups: Groups) -> Field:
     grid, shape, wide = _grids(span[:count], environment)
     nodes = int(shape[:, :3].prod(axis=1).sum())
     reach = float(np.abs(environment.vertices).max(initial=0.0))
+    heads = heads_of(child, many, faces.record, faces.begin, reach)
     field = Field(
-        record=faces.record,
-        begin=faces.begin,
-        box=boxes,
-        child=child,
-        many=many,
-        head=heads_of(child, many, faces.record, faces.begin, reach),
-        root=bases[:count],
-        span=span[:count],
+        trees=Trees(
+            faces.record, faces.begin, boxes, child, many, heads, bases[:count], span[:count]
+        ),
         wide=wide,
         grid=grid,
         shape=shape,
@@ -291,14 +280,14 @@ def _fill(field: Field) -> None:
     """Fill the nodes and cells of all grids, on all cores."""
     square = np.zeros(len(field.near), dtype=np.float32)
     for g in range(len(field.grid)):
-        group = g % len(field.root)
+        group = g % len(field.trees.root)
 
         def work(begin: int, end: int, g: int = g, group: int = group) -> None:
             stack = np.empty(DEEP, dtype=np.int64)
             gaps = np.empty(DEEP + EIGHT, dtype=np.float32)
             fill_rows(field, square, g, group, stack, gaps, begin, end)
 
-        if field.root[group] >= 0:
+        if field.trees.root[group] >= 0:
             rows = int(field.shape[g, 0] * field.shape[g, 1])
             in_pieces(work, rows, max(rows // 32, 64))
     pack_cells(field, square)

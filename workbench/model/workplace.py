@@ -6,6 +6,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+import numpy as np
+
+from workbench.model.arrays import Bools
+from workbench.model.bystander import Bystander
 from workbench.model.criterion import Criterion
 from workbench.model.driving import DrivingAims
 from workbench.model.environment import Environment, Seat
@@ -59,10 +63,26 @@ class WorkCase:
 
 @dataclass(frozen=True, eq=False)
 class Beside:
-    """Somebody who is there too: the role, and the body in each of the cases."""
+    """Somebody who is there too.
+
+    Parameters
+    ----------
+    role
+        The name of the role.
+    placed
+        (P,) the body in each of the cases.
+    solid
+        (P, S) the spheres that hands of others keep clear of in each case.
+    """
 
     role: str
     placed: Placed
+    solid: Bools
+
+    def in_case(self, case: int) -> Bystander:
+        """The person in one of the cases."""
+        here = self.placed.of_person(0, np.array([case]))
+        return Bystander(self.role, here, self.solid[case])
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,7 +105,7 @@ class Workplace:
     stand
         (3,) [m] the point that the lowest sphere stands on, where there is one.
     beside
-        Others who are there too, each with a pose for every case.
+        Others who are there too, each with a pose for every case. Hands keep clear of them.
     adjusts
         The adjustments of the environment that the role may make.
     """

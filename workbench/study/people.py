@@ -25,6 +25,7 @@ from workbench.study.buried import buried_controls
 from workbench.study.checks import between_people, reach
 from workbench.study.checks.table import findings_of, verdict
 from workbench.study.envelope.envelope import envelopes
+from workbench.study.hands import hands_together
 from workbench.study.positions import (
     comfortable_situations,
     fitted_positions,
@@ -33,7 +34,13 @@ from workbench.study.positions import (
 from workbench.study.requirements import asked_of
 from workbench.study.seat_words import move_words, setting_words, shortfalls
 from workbench.study.settings import at_setting
-from workbench.study.situation import Occupants, Situation, position_of, seats_moved, with_hands
+from workbench.study.situation import (
+    Occupants,
+    Situation,
+    as_bystander,
+    position_of,
+    seats_moved,
+)
 from workbench.study.unasked import overlap_warnings, unasked_overlaps
 from workbench.study.warnings import result_warnings, seat_verdicts
 from workbench.study.workplaces import occupant, workplace_of
@@ -63,7 +70,11 @@ class Present:
     def beside(self) -> list[Beside]:
         """The people as somebody else finds them."""
         return [
-            Beside(role.name, place(mine[0].body, poses_of(mine)))
+            Beside(
+                role.name,
+                place(mine[0].body, poses_of(mine)),
+                np.array([as_bystander(situation).solid for situation in mine]),
+            )
             for role, mine in zip(self.roles, self.situations, strict=True)
         ]
 
@@ -74,7 +85,7 @@ def present_people(
     """Let the single people of a study take their places.
 
     They are seated in the order of the roles; a later one heeds those before. The hands go on their
-    controls when everybody sits.
+    controls when everybody sits, clear of one another (`hands_together`).
 
     Parameters
     ----------
@@ -98,10 +109,11 @@ def present_people(
         roles.append(role)
         seated.append(found)
         words += [*notes, *moves]
-    done = tuple(
-        tuple(with_hands(situation.seat_moved(environment)) for situation in mine)
-        for mine in seated
-    )
+    by_case = [
+        hands_together([situation.seat_moved(environment) for situation in case])
+        for case in zip(*seated, strict=True)
+    ]
+    done = tuple(zip(*by_case, strict=True))
     words += [line for mine in done for situation in mine for line in shortfalls(situation)]
     return Present(environment, tuple(roles), done, tuple(words))
 

@@ -9,6 +9,7 @@ from workbench.model.arrays import Floats
 from workbench.model.workplace import Workplace
 from workbench.posture.seating.driving import DrivingPosture
 from workbench.posture.seating.seat import Seated
+from workbench.study.hands import kept_off_by_others
 from workbench.study.positions import Fitted, Tried
 from workbench.study.settings import adjustments_of, setting_text
 from workbench.study.situation import Situation
@@ -20,6 +21,11 @@ REPORTED = 1e-3
 AT_END = 1e-6
 """Travel [m] that is none."""
 
+_NO_ROOM = (
+    ": no posture was found in which all hands are on their controls and nobody touches another"
+)
+"""What is said where people keep each other off: a search that fails is no proof."""
+
 
 def shortfalls(situation: Situation) -> list[str]:
     """What a person with the hands on the controls misses of the aims of a case."""
@@ -30,8 +36,12 @@ def shortfalls(situation: Situation) -> list[str]:
         lines += [*_eyes_off(situation, seated), *_travel_off(seated), *_pressed(situation, seated)]
         for foot, miss in seated.miss.items():
             lines += _limb_off(foot, held[foot], miss, seated.limit[foot])
+    kept_off = kept_off_by_others(situation)
     for hand, miss in situation.hand_miss.items():
-        lines += _limb_off(hand, held[hand], miss, situation.hand_limit[hand])
+        limit = situation.hand_limit[hand]
+        overlap = float(situation.hand_overlap[hand][0])
+        for line in _limb_off(hand, held[hand], miss, limit, overlap):
+            lines.append(line + (_NO_ROOM if hand in kept_off else ""))
     return [f"{situation.place.role}, {situation.work.name}: {line}" for line in lines]
 
 
@@ -79,12 +89,15 @@ def _pressed(situation: Situation, seated: Seated) -> list[str]:
     ]
 
 
-def _limb_off(limb: str, control: str, miss: Floats, limit: tuple[str, ...]) -> list[str]:
-    """How far a hand or foot stays from its control."""
+def _limb_off(
+    limb: str, control: str, miss: Floats, limit: tuple[str, ...], overlap: float = 0.0
+) -> list[str]:
+    """How far a hand or foot stays from its control, and how deep [m] it is in an obstacle."""
     if miss[0] <= (REPORTED if limb.endswith("foot") else 0.0):
         return []
     why = f", limited by {limit[0]}" if limit[0] else ""
-    return [f"the {limb} stays {1000 * miss[0]:.0f} mm from {control}{why}"]
+    depth = f", {1000 * overlap:.0f} mm in an obstacle" if overlap > 0.0 else ""
+    return [f"the {limb} stays {1000 * miss[0]:.0f} mm from {control}{depth}{why}"]
 
 
 def setting_words(situation: Situation, place: Workplace, found: Fitted) -> list[str]:

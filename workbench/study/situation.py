@@ -18,6 +18,7 @@ from workbench.body.parts import moved
 from workbench.contact.collide import nearest, self_clearance
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.body import Body, stack_bodies
+from workbench.model.bystander import Bystander
 from workbench.model.contacts import Clearance
 from workbench.model.driving import DrivingAims, Package
 from workbench.model.environment import Control, Environment, Seat
@@ -25,7 +26,7 @@ from workbench.model.population import Population
 from workbench.model.poses import Placed, Poses
 from workbench.model.posing import join_poses
 from workbench.model.workplace import Aims, WorkCase, Workplace
-from workbench.posture.reaching.limbs import FEET, HANDS, limb
+from workbench.posture.reaching.limbs import FEET, HANDS, ZONES, Limb, limb
 from workbench.posture.reaching.reach import reach
 from workbench.posture.seating.driving import driving_posture
 from workbench.posture.seating.posture import Pedals
@@ -37,6 +38,7 @@ __all__ = [
     "Seating",
     "Situation",
     "Taken",
+    "as_bystander",
     "feet_of",
     "in_place",
     "join_situations",
@@ -47,11 +49,16 @@ __all__ = [
     "seating_of",
     "seats_moved",
     "situated",
+    "solid_to_others",
     "take_places",
     "with_hands",
     "without_parts",
     "without_seat",
 ]
+
+
+ARMS_ALONE = 2
+"""The freest harness zone in which a hand moves its arm and nothing of the trunk."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,9 +121,11 @@ class Situation:
         (B, 3) [m] of the parts that move with the own seat.
     spare
         (B, 2) [m] the travel that is left to the rear and to the front where the seat is wanted.
-    hand_miss, hand_limit
-        (B,) by hand that holds a control: [m] how far it stays from it, and what limits it in
-        words; empty while the hands are at rest.
+    bystanders
+        Other people, whom the hands keep clear of.
+    hand_miss, hand_overlap, hand_limit
+        (B,) by hand that holds a control: [m] how far it stays from it, [m] how deep the arm is in
+        an obstacle, and what limits it in words; empty while the hands are at rest.
     """
 
     place: Workplace
@@ -126,7 +135,9 @@ class Situation:
     poses: Poses
     displacement: Floats
     spare: Floats
+    bystanders: tuple[Bystander, ...] = ()
     hand_miss: Mapping[str, Floats] = field(default_factory=dict)
+    hand_overlap: Mapping[str, Floats] = field(default_factory=dict)
     hand_limit: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
 
     def __len__(self) -> int:
@@ -172,6 +183,18 @@ class Situation:
         """The same with the hands on the controls that they hold, see `with_hands`."""
         return _hands_placed(self)
 
+    @cached_property
+    def at_rest(self) -> Situation:
+        """The same with the hands at rest and nobody whom they keep clear of."""
+        return replace(
+            self,
+            poses=self.taken.poses,
+            bystanders=(),
+            hand_miss={},
+            hand_overlap={},
+            hand_limit={},
+        )
+
     def rows(self, keep: Ints) -> Situation:
         """The people at indices, in their order, with what is known of them."""
         found = Situation(
@@ -182,14 +205,17 @@ class Situation:
             poses=self.poses.rows(keep),
             displacement=self.displacement[keep],
             spare=self.spare[keep],
-            hand_miss=_miss_of(self, keep),
+            bystanders=self.bystanders,
+            hand_miss=_rows_of(self.hand_miss, keep),
+            hand_overlap=_rows_of(self.hand_overlap, keep),
             hand_limit=_limit_of(self, keep),
         )
         if "held" in self.__dict__:
             found.__dict__["held"] = replace(
                 found,
                 poses=self.held.poses.rows(keep),
-                hand_miss=_miss_of(self.held, keep),
+                hand_miss=_rows_of(self.held.hand_miss, keep),
+                hand_overlap=_rows_of(self.held.hand_overlap, keep),
                 hand_limit=_limit_of(self.held, keep),
             )
         return found
@@ -200,8 +226,8 @@ class Situation:
         return replace(self, place=place, displacement=np.zeros_like(self.displacement))
 
 
-def _miss_of(situation: Situation, keep: Ints) -> dict[str, Floats]:
-    return {hand: miss[keep] for hand, miss in situation.hand_miss.items()}
+def _rows_of(by_hand: Mapping[str, Floats], keep: Ints) -> dict[str, Floats]:
+    return {hand: values[keep] for hand, values in by_hand.items()}
 
 
 def _limit_of(situation: Situation, keep: Ints) -> dict[str, tuple[str, ...]]:
@@ -219,6 +245,7 @@ def join_situations(parts: Sequence[Situation]) -> Situation:
         poses=join_poses([part.taken.poses for part in parts]),
         displacement=np.concatenate([part.displacement for part in parts]),
         spare=np.concatenate([part.spare for part in parts]),
+        bystanders=first.bystanders,
     )
 
 
@@ -373,7 +400,8 @@ def in_place(place: Workplace, case: int, who: Occupants, taken: Taken) -> Situa
     seated = taken.seated
     shift = np.zeros((len(who), 3)) if seated is None else seated.shift
     spare = np.full((len(who), 2), np.nan) if seated is None else seated.spare_travel[:, :2]
-    return Situation(place, case, who.body, taken, taken.poses, shift, spare)
+    beside = tuple(one.in_case(case) for one in place.beside)
+    return Situation(place, case, who.body, taken, taken.poses, shift, spare, beside)
 
 
 def position_of(situation: Situation) -> Floats:
@@ -386,7 +414,8 @@ def position_of(situation: Situation) -> Floats:
 
 def with_hands(situation: Situation) -> Situation:
     """The same with the hands on the controls that they hold, each in the tightest harness zone
-    that will do. They are brought there once: rows of a situation have them there too."""
+    that will do, clear of the surroundings and of bystanders. They are brought there once: rows of
+    a situation have them there too."""
     return situation.held
 
 
@@ -401,14 +430,58 @@ def _hands_placed(situation: Situation) -> Situation:
 def moved_by_hands(situation: Situation) -> Bools:
     """(S,) the spheres that are elsewhere with the hands on the controls that they hold: those
     beyond the joints that this turns, and those that share in the turns of these joints."""
-    body = situation.body
-    turned = np.zeros(len(body.joints), dtype=np.bool_)
+    return _moved_by_limbs(situation, _holding_limbs(situation))
+
+
+def _moved_by_limbs(situation: Situation, limbs: Sequence[Limb]) -> Bools:
+    """(S,) the spheres that are elsewhere once the free joints of limbs are turned."""
+    turned = np.zeros(len(situation.body.joints), dtype=np.bool_)
+    for one in limbs:
+        turned[list(one.free)] = True
+    return moved_by(situation.body, turned)
+
+
+def _holding_limbs(situation: Situation, freest: int = max(ZONES)) -> list[Limb]:
+    """The arms whose hands hold controls in a case, in the freest zone of the control, or in
+    `freest` where that is tighter."""
     controls = {control.name: control for control in situation.environment.controls}
-    for hand, name in situation.work.held.items():
-        if hand in HANDS:
-            control = controls[name]
-            turned[list(limb(body, hand, grip=control.grip, zone=control.zone).free)] = True
-    return moved_by(body, turned)
+    return [
+        limb(
+            situation.body,
+            hand,
+            grip=controls[name].grip,
+            zone=min(controls[name].zone, freest),
+        )
+        for hand, name in situation.work.held.items()
+        if hand in HANDS
+    ]
+
+
+def solid_to_others(situation: Situation, *, hands_on: bool) -> Bools:
+    """(S,) the spheres of the first person that the hands of others keep clear of.
+
+    These are not the fingers of hands that hold controls, which bend around them. As long as hands
+    rest that will hold controls, their arms do not count either: they are still to go elsewhere.
+
+    Parameters
+    ----------
+    hands_on
+        Whether the hands are on the controls already.
+    """
+    arms = _holding_limbs(situation, ARMS_ALONE)
+    solid = np.ones(len(situation.body.sphere_segment), dtype=np.bool_)
+    for arm in arms:
+        solid &= arm.solid[0] | (situation.body.sphere_segment != arm.end)
+    if arms and not hands_on:
+        solid &= ~_moved_by_limbs(situation, arms)
+    return solid
+
+
+def as_bystander(situation: Situation) -> Bystander:
+    """The first person of a situation as others find the person."""
+    here = situation.placed.of_person(0, np.array([0]))
+    solid = solid_to_others(situation, hands_on=bool(situation.hand_miss))
+    return Bystander(situation.place.role, here, solid)
 
 
 def moved_by(body: Body, turned: Bools) -> Bools:
@@ -429,6 +502,7 @@ def _with_hand(situation: Situation, name: str, control: Control) -> Situation:
     poses = situation.poses
     rotations = poses.rotations.copy()
     miss = np.zeros(len(situation))
+    overlap = np.zeros(len(situation))
     limit = np.full(len(situation), "", dtype=object)
     left = np.arange(len(situation))
     for zone in range(1, control.zone + 1):
@@ -442,10 +516,12 @@ def _with_hand(situation: Situation, name: str, control: Control) -> Situation:
             environment=situation.environment,
             moving_parts=situation.place.moving_parts,
             displacement=situation.displacement[left],
+            bystanders=situation.bystanders,
             tighter_zones=False,  # those who are left have missed in them
         )
         rotations[left] = found.poses.rotations
         miss[left] = np.where(found.reached[:, 0], 0.0, found.miss[:, 0])
+        overlap[left] = found.overlap[:, 0]
         limit[left] = [found.limit(row, 0) for row in range(len(left))]
         left = left[~found.reached[:, 0]]
         if not len(left):
@@ -454,6 +530,7 @@ def _with_hand(situation: Situation, name: str, control: Control) -> Situation:
         situation,
         poses=Poses(rotations, poses.reference, poses.world_from_reference),
         hand_miss={**situation.hand_miss, name: miss},
+        hand_overlap={**situation.hand_overlap, name: overlap},
         hand_limit={**situation.hand_limit, name: tuple(limit.tolist())},
     )
 

@@ -66,13 +66,13 @@ def _mark_surface(touched, first, field, g, s):  # type: ignore[no-untyped-def]
     for rank in range(field.solid_rank[s, 0], field.solid_rank[s, 1]):
         low[:] = np.inf
         high[:] = -np.inf
-        for e in range(field.begin[rank] + RECORD, field.begin[rank + 1], EDGES):
+        for e in range(field.trees.begin[rank] + RECORD, field.trees.begin[rank + 1], EDGES):
             for axis in range(3):
                 for tail in range(e + FOUR * axis, e + FOUR * (axis + 1)):
-                    low[axis] = min(low[axis], field.record[tail])
-                    high[axis] = max(high[axis], field.record[tail])
-        at = field.begin[rank]
-        r = field.record
+                    low[axis] = min(low[axis], field.trees.record[tail])
+                    high[axis] = max(high[axis], field.trees.record[tail])
+        at = field.trees.begin[rank]
+        r = field.trees.record
         plane = r[at], r[at + 1], r[at + 2], r[at + 3], r[at + 4], r[at + 5], r[at + 9]
         _mark(touched, first, field, g, low, high, plane)
 

@@ -30,6 +30,7 @@ from workbench.geometry.tree import wider
 
 __all__ = [
     "Field",
+    "Trees",
     "deepest",
     "deepest_may_be",
     "fill_rows",
@@ -42,14 +43,8 @@ __all__ = [
 ]
 
 
-class Field(NamedTuple):
-    """G groups of parts, each with a tree over its polygons and a grid of nodes around them.
-
-    Grid g is that of group g around its own box; wide[g] is a second, coarse one around the
-    environment, asked from outside that box. Node (i, j, k) of grid g is number
-    shape[g, 3] + (i ny + j) nz + k. The solid parts of group g are those from solid_start[g] to
-    solid_start[g + 1], each with a tree of its own.
-    """
+class Trees(NamedTuple):
+    """The polygons of all parts, and a tree of boxes over those of each of G groups of parts."""
 
     record: NDArray[np.float64]
     """The polygons of all parts, as `geometry.polygon.Faces` has them."""
@@ -64,9 +59,22 @@ class Field(NamedTuple):
     head: NDArray[np.float32]
     """(M, 8, 8) a cylinder around each child, for `near_heads`."""
     root: NDArray[np.int64]
-    """(G,) the tree of each group, -1 where it is empty."""
+    """(G,) the tree of each group, -1 where it is empty or hidden."""
     span: NDArray[np.float64]
     """(G, 6) low and high of each group [m]."""
+
+
+class Field(NamedTuple):
+    """G groups of parts, each with a tree over its polygons and a grid of nodes around them.
+
+    Grid g is that of group g around its own box; wide[g] is a second, coarse one around the
+    environment, asked from outside that box. Node (i, j, k) of grid g is number
+    shape[g, 3] + (i ny + j) nz + k. The solid parts of group g are those from solid_start[g] to
+    solid_start[g + 1], each with a tree of its own.
+    """
+
+    trees: Trees
+    """Of the groups, and of each solid part alone."""
     wide: NDArray[np.int64]
     """(G,) the coarse grid of each group, -1 for none."""
     grid: NDArray[np.float64]
@@ -120,7 +128,7 @@ def span_bound(x, y, z, field, g):  # type: ignore[no-untyped-def]
     solids."""
     if field.wide[g] < 0:
         return 0.0
-    s = field.span
+    s = field.trees.span
     u = max(max(s[g, 0] - x, x - s[g, 3]), 0.0)
     v = max(max(s[g, 1] - y, y - s[g, 4]), 0.0)
     w = max(max(s[g, 2] - z, z - s[g, 5]), 0.0)
@@ -225,20 +233,20 @@ def near_polygon(x, y, z, field, g):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def record_gap(x, y, z, field, rank, limit):  # type: ignore[no-untyped-def]
+def record_gap(x, y, z, trees, rank, limit):  # type: ignore[no-untyped-def]
     """Squared distance [m2] of a point to the polygon of a rank, infinite beyond `limit`."""
-    at = field.begin[rank]
-    return nearest_of_record(x, y, z, field.record, at, field.begin[rank + 1], limit)[0]
+    at = trees.begin[rank]
+    return nearest_of_record(x, y, z, trees.record, at, trees.begin[rank + 1], limit)[0]
 
 
 @inlined
-def _before(field, f, g):  # type: ignore[no-untyped-def]
+def _before(trees, f, g):  # type: ignore[no-untyped-def]
     """True where the polygon of rank f has a lower number than that of rank g, or g is none."""
-    return g < 0 or field.record[field.begin[f] + 8] < field.record[field.begin[g] + 8]
+    return g < 0 or trees.record[trees.begin[f] + 8] < trees.record[trees.begin[g] + 8]
 
 
 @inlined
-def nearest_in(x, y, z, field, root, hint, limit, stack, gaps):  # type: ignore[no-untyped-def]
+def nearest_in(x, y, z, trees, root, hint, limit, stack, gaps):  # type: ignore[no-untyped-def]
     """Nearest polygon under a tree node: squared distance and rank, -1 where none is within
     sqrt(limit).
 
@@ -248,7 +256,7 @@ def nearest_in(x, y, z, field, root, hint, limit, stack, gaps):  # type: ignore[
     best = limit
     found = np.int64(-1)
     if hint >= 0:
-        gap = record_gap(x, y, z, field, hint, wider(best))
+        gap = record_gap(x, y, z, trees, hint, wider(best))
         if gap <= best:
             best = gap
             found = hint
@@ -263,16 +271,16 @@ def nearest_in(x, y, z, field, root, hint, limit, stack, gaps):  # type: ignore[
             continue
         m = stack[size]
         low = size
-        bits = near_boxes(point, field.box, m, field.many[m], wider(best), gaps)
+        bits = near_boxes(point, trees.box, m, trees.many[m], wider(best), gaps)
         if bits != 0:
-            bits &= near_heads(x, y, z, field.head, m, wider(best), gaps)
+            bits &= near_heads(x, y, z, trees.head, m, wider(best), gaps)
         while bits != 0:
             k = first_bit(bits)
             bits &= bits - np.uint64(1)
             near = gaps[DEEP + k]
             if near > most:
                 continue
-            c = np.int64(field.child[m, k])
+            c = np.int64(trees.child[m, k])
             if c >= 0:
                 at = size
                 while at > low and gaps[at - 1] < near:  # the nearest child on top
@@ -286,8 +294,8 @@ def nearest_in(x, y, z, field, root, hint, limit, stack, gaps):  # type: ignore[
             f = -1 - c
             if f == hint:
                 continue
-            gap = record_gap(x, y, z, field, f, wider(best))
-            if gap < best or (gap == best and gap < np.inf and _before(field, f, found)):
+            gap = record_gap(x, y, z, trees, f, wider(best))
+            if gap < best or (gap == best and gap < np.inf and _before(trees, f, found)):
                 best = gap
                 found = f
                 most = widest(wider(gap))
@@ -299,24 +307,27 @@ def reaches(x, y, z, r, field, g, allowed, stack, gaps):  # type: ignore[no-unty
     """True where a sphere of radius r overlaps a polygon of a group by more than allowed, which is
     less than r."""
     limit = wider((r - allowed) * (r - allowed))
-    if r - math.sqrt(record_gap(x, y, z, field, near_polygon(x, y, z, field, g), limit)) > allowed:
+    if (
+        r - math.sqrt(record_gap(x, y, z, field.trees, near_polygon(x, y, z, field, g), limit))
+        > allowed
+    ):
         return True
-    stack[0] = field.root[g]
+    stack[0] = field.trees.root[g]
     size = 1
     point = point_lanes(x, y, z)
     while size > 0:
         size -= 1
         m = stack[size]
-        bits = near_boxes(point, field.box, m, field.many[m], limit, gaps)
+        bits = near_boxes(point, field.trees.box, m, field.trees.many[m], limit, gaps)
         if bits != 0:
-            bits &= near_heads(x, y, z, field.head, m, limit, gaps)
+            bits &= near_heads(x, y, z, field.trees.head, m, limit, gaps)
         while bits != 0:
-            c = np.int64(field.child[m, first_bit(bits)])
+            c = np.int64(field.trees.child[m, first_bit(bits)])
             bits &= bits - np.uint64(1)
             if c >= 0:
                 stack[size] = c
                 size += 1
-            elif r - math.sqrt(record_gap(x, y, z, field, -1 - c, limit)) > allowed:
+            elif r - math.sqrt(record_gap(x, y, z, field.trees, -1 - c, limit)) > allowed:
                 return True
     return False
 
@@ -336,7 +347,9 @@ def deepest(x, y, z, faces, shells, field, g, stack, gaps):  # type: ignore[no-u
         if field.set_sure[m] or inside_part(x, y, z, faces, shells, field.solid_part[s], stack):
             own = field.solid_rank[s, 0] <= near < field.solid_rank[s, 1]
             hint = near if own else -1
-            square, f = nearest_in(x, y, z, field, field.solid_root[s], hint, np.inf, stack, gaps)
+            square, f = nearest_in(
+                x, y, z, field.trees, field.solid_root[s], hint, np.inf, stack, gaps
+            )
             if math.sqrt(square) > depth:
                 depth = math.sqrt(square)
                 rank = f
@@ -373,7 +386,9 @@ def fill_rows(field, square, g, group, stack, gaps, begin, end):  # type: ignore
         hint = -1
         for k in range(nz):
             z = field.grid[g, 2] + k * h
-            gap, hint = nearest_in(x, y, z, field, field.root[group], hint, np.inf, stack, gaps)
+            gap, hint = nearest_in(
+                x, y, z, field.trees, field.trees.root[group], hint, np.inf, stack, gaps
+            )
             free = math.sqrt(gap)
             low = np.float32(max(free - field.grid[g, 6], 0.0) ** 2 * (1.0 - 2e-7))
             at = field.shape[g, 3] + row * nz + k

@@ -166,7 +166,9 @@ def _sphere(x, y, z, r, s, faces, shells, field, g, best, most, turn, space):  #
         return best
     limit = reach * reach * (1.0 + 1e-12)
     hint = near_polygon(x, y, z, field, g)
-    square, f = nearest_in(x, y, z, field, field.root[g], hint, limit, space.stack, space.gaps)
+    square, f = nearest_in(
+        x, y, z, field.trees, field.trees.root[g], hint, limit, space.stack, space.gaps
+    )
     away = math.sqrt(square)
     j = turn % len(space.free)
     space.free[j, 0] = x
@@ -203,7 +205,7 @@ def _cluster(centres, p, crowd, c, field, g, most, low):  # type: ignore[no-unty
         if sure and least > most:
             continue
         rank = near_polygon(x, y, z, field, g)
-        way = math.sqrt(record_gap(x, y, z, field, rank, np.inf))
+        way = math.sqrt(record_gap(x, y, z, field.trees, rank, np.inf))
         low[i] = least if sure else -deepest_may_be(x, y, z, field, g, rank, way) - r
         most = min(most, way - r)
     return most
@@ -300,15 +302,15 @@ def group_clearance(centres, world, crowd, faces, shells, field, out, space, beg
         for n in range(len(crowd.shown)):
             if crowd.shown[n] == 0 or crowd.start[n] == crowd.start[n + 1]:
                 continue
-            for g in range(len(field.root)):
-                if field.root[g] < 0:
+            for g in range(len(field.trees.root)):
+                if field.trees.root[g] < 0:
                     continue
                 d, s, f = _segment(
                     centres, world, p, crowd, n, faces, shells, field, g, np.inf, space
                 )
                 out.distance[p, n, g] = d
                 out.sphere[p, n, g] = s
-                out.polygon[p, n, g] = int(field.record[field.begin[f] + 8])
+                out.polygon[p, n, g] = int(field.trees.record[field.trees.begin[f] + 8])
 
 
 @inlined
@@ -318,7 +320,7 @@ def _bound_groups(world, p, crowd, n, field, allowed, key):  # type: ignore[no-u
     x, y, z = carried(world, p, n, crowd.around[n, 0], crowd.around[n, 1], crowd.around[n, 2])
     for g in range(len(key)):
         key[g] = np.inf
-        if field.root[g] >= 0:
+        if field.trees.root[g] >= 0:
             key[g] = _cluster_bound(x, y, z, crowd.big[n], field, g) + allowed[n, g]
 
 
@@ -337,8 +339,8 @@ def group_room(centres, world, crowd, faces, shells, field, allowed, out, space,
                 continue
             _bound_groups(world, p, crowd, n, field, allowed, space.key)
             best = np.inf
-            for _ in range(len(field.root)):
-                g = _least(space.key, 0, len(field.root))
+            for _ in range(len(field.trees.root)):
+                g = _least(space.key, 0, len(field.trees.root))
                 if space.key[g] > best or space.key[g] == np.inf:
                     break
                 space.key[g] = np.inf
@@ -350,7 +352,7 @@ def group_room(centres, world, crowd, faces, shells, field, allowed, out, space,
                     best = d + allowed[n, g]
                     out.distance[p, n, 0] = best
                     out.sphere[p, n, 0] = s
-                    out.polygon[p, n, 0] = int(field.record[field.begin[f] + 8])
+                    out.polygon[p, n, 0] = int(field.trees.record[field.trees.begin[f] + 8])
 
 
 @njit(cache=True, nogil=True)
@@ -406,13 +408,13 @@ def _segment_hits(centres, world, p, crowd, n, faces, shells, field, g, allowed,
 def _candidates(world, p, crowd, field, allowed, key, pair):  # type: ignore[no-untyped-def]
     """Segments and groups that may collide in pose p, the most promising first; how many."""
     used = 0
-    groups = len(field.root)
+    groups = len(field.trees.root)
     for n in range(len(crowd.shown)):
         if crowd.shown[n] == 0 or crowd.start[n] == crowd.start[n + 1]:
             continue
         x, y, z = carried(world, p, n, crowd.around[n, 0], crowd.around[n, 1], crowd.around[n, 2])
         for g in range(groups):
-            if field.root[g] < 0:
+            if field.trees.root[g] < 0:
                 continue
             square, sure = square_bound(x, y, z, field, g)
             limit = max(crowd.big[n] - allowed[n, g], 0.0)
@@ -435,7 +437,7 @@ def group_collides(centres, world, crowd, faces, shells, field, allowed, hit, sp
     """Fill hit (P,) for the poses begin..end: is any sphere deeper in a group than allowed (N, G)
     [m], tolerance included, for its segment? centres (P, S, 3), world (P, N, 3, 4) [m]; space:
     GroupSpace."""
-    groups = len(field.root)
+    groups = len(field.trees.root)
     for p in range(begin, end):
         used = _candidates(world, p, crowd, field, allowed, space.lows, space.pair)
         found = False

@@ -23,11 +23,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.compiled import batch_loop, inlined
-from workbench.contact.kernels.field import nearest_in
+from workbench.compiled import batch_loop, inlined, inner
+from workbench.contact.kernels.field import Trees, nearest_in
 from workbench.contact.kernels.fronts import FAR, NODE, SPARE, near_place, place_blocks
 from workbench.contact.kernels.groups import carried
-from workbench.contact.kernels.inside import inside_part
+from workbench.contact.kernels.inside import Shells, inside_part
 from workbench.geometry.lanes import (
     eight,
     greatest,
@@ -38,7 +38,7 @@ from workbench.geometry.lanes import (
     root,
     where_below,
 )
-from workbench.geometry.polygon import nearest_of_record
+from workbench.geometry.polygon import Faces, nearest_of_record
 from workbench.geometry.tree import wider
 
 __all__ = ["Nearest", "PartSpace", "PartTrees", "part_clearance"]
@@ -51,18 +51,9 @@ HAIR = 1e-9
 
 
 class PartTrees(NamedTuple):
-    """The polygons of each part with a tree of boxes, as `Field` has them, and its vertices."""
+    """The trees of K parts, each a group by itself, and their vertices."""
 
-    record: NDArray[np.float64]
-    begin: NDArray[np.int64]
-    box: NDArray[np.float32]
-    child: NDArray[np.int32]
-    many: NDArray[np.int64]
-    head: NDArray[np.float32]
-    root: NDArray[np.int64]
-    """(K,) the tree of each part, -1 for one without polygons or hidden."""
-    span: NDArray[np.float64]
-    """(K, 6) low and high of each part [m]."""
+    trees: Trees
     corner: NDArray[np.float32]
     """(24 B,) vertices in blocks of eight, seen from the middle of their part's box [m]."""
     first: NDArray[np.int64]
@@ -97,17 +88,36 @@ class PartSpace(NamedTuple):
     """(DEEP + EIGHT,)."""
 
 
+class Pair(NamedTuple):
+    """One segment in one pose, and one part: what stays the same while they are searched."""
+
+    centres: NDArray[np.float64]
+    """(P, S, 3) [m]."""
+    radius: NDArray[np.float64]
+    """(S,) [m]."""
+    p: int
+    k: int
+    """Numbers of the pose and the part."""
+    parts: PartTrees
+    faces: Faces
+    shells: Shells
+    origin: tuple[float, float, float]
+    """Where the blocks of spheres are seen from [m]."""
+    spare: float
+    """More [m] than the rounding of single precision."""
+
+
 @inlined
-def _top(n0, n1, n2, trees, k):  # type: ignore[no-untyped-def]
+def _top(n0, n1, n2, parts, k):  # type: ignore[no-untyped-def]
     """How far the vertices of part k reach along a direction, seen from the middle of its box."""
     x = eight(np.float32(n0))
     y = eight(np.float32(n1))
     z = eight(np.float32(n2))
     top = eight(-FAR)
-    for b in range(np.uint64(trees.first[k]), np.uint64(trees.first[k + 1])):
+    for b in range(np.uint64(parts.first[k]), np.uint64(parts.first[k + 1])):
         e = b * CORNERS
-        reach = x * load(trees.corner, e) + y * load(trees.corner, e + _L)
-        top = larger(top, reach + z * load(trees.corner, e + _L + _L))
+        reach = x * load(parts.corner, e) + y * load(parts.corner, e + _L)
+        top = larger(top, reach + z * load(parts.corner, e + _L + _L))
     return np.float64(greatest(top))
 
 
@@ -118,7 +128,7 @@ def _beyond(value, low, high):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def _candidates(ball, a, b, origin, plane, free, trees, k, solid, most, spare, front):  # type: ignore[no-untyped-def]
+def _candidates(ball, a, b, origin, plane, free, parts, k, solid, most, spare, front):  # type: ignore[no-untyped-def]
     """Write the places in the blocks a..b whose spheres may come as near as `most` into front; how
     many.
 
@@ -137,7 +147,7 @@ def _candidates(ball, a, b, origin, plane, free, trees, k, solid, most, spare, f
     none = eight(np.float32(0.0))
     margin = eight(np.float32(spare))
     limit = eight(np.float32(most + spare))
-    s = trees.span
+    s = parts.trees.span
     used = np.uint64(0)
     for g in range(np.uint64(a), np.uint64(b)):
         e = g * NODE
@@ -170,18 +180,20 @@ def _box_gap(x, y, z, span, k):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def _foot(centres, p, s, trees, rank):  # type: ignore[no-untyped-def]
+def _foot(centres, p, s, parts, rank):  # type: ignore[no-untyped-def]
     """The point of the polygon of a rank that is nearest to sphere s of pose p."""
     x = centres[p, s, 0]
     y = centres[p, s, 1]
     z = centres[p, s, 2]
-    at = trees.begin[rank]
-    _, u, v, w = nearest_of_record(x, y, z, trees.record, at, trees.begin[rank + 1], np.inf)
+    at = parts.trees.begin[rank]
+    _, u, v, w = nearest_of_record(
+        x, y, z, parts.trees.record, at, parts.trees.begin[rank + 1], np.inf
+    )
     return u, v, w
 
 
 @inlined
-def _plane(centres, p, sphere, rank, point, best, radius, trees, k, middle):  # type: ignore[no-untyped-def]
+def _plane(centres, p, sphere, rank, point, best, radius, parts, k, middle):  # type: ignore[no-untyped-def]
     """The plane that touches part k from the side of the nearest sphere so far: unit normal and
     height, as seen from where `middle` of the part's box is."""
     u = centres[p, sphere, 0] - point[0]
@@ -192,7 +204,7 @@ def _plane(centres, p, sphere, rank, point, best, radius, trees, k, middle):  # 
     u = u * per
     v = v * per
     w = w * per
-    return u, v, w, _top(u, v, w, trees, k) + u * middle[0] + v * middle[1] + w * middle[2]
+    return u, v, w, _top(u, v, w, parts, k) + u * middle[0] + v * middle[1] + w * middle[2]
 
 
 @inlined
@@ -204,9 +216,66 @@ def _apart(x, y, z, point):  # type: ignore[no-untyped-def]
     return math.sqrt(u * u + v * v + w * w)
 
 
+@inner
+def _measure(pair, s, plane, near, found, free, space):  # type: ignore[no-untyped-def]
+    """Improve what was found by sphere s.
+
+    plane: which touches the part, unit normal and height as seen from the origin; zeros where none
+    is known. near: whether the polygon found is likely to be nearest to this sphere too. found: the
+    least signed distance [m], its sphere and the rank of its polygon. free: centre and radius of
+    the ball without surface. Returns both anew.
+    """
+    centres, radius, p, k, parts, faces, shells, origin, spare = pair
+    best, sphere, rank = found
+    hub = free[0], free[1], free[2]
+    clear = free[3]
+    x = centres[p, s, 0]
+    y = centres[p, s, 1]
+    z = centres[p, s, 2]
+    r = radius[s]
+    inside = False
+    boxed = faces.solid[k] > 0 and _box_gap(x, y, z, parts.trees.span, k) == 0.0
+    if boxed and _apart(x, y, z, hub) + HAIR >= clear:
+        over = plane[0] * (x - origin[0]) + plane[1] * (y - origin[1])
+        over += plane[2] * (z - origin[2]) - plane[3]
+        inside = over <= spare and inside_part(x, y, z, faces, shells, k, space.stack)
+    # the sum's rounding counts where a centre lies on a surface
+    reach = best + r + (1e-15 * (abs(best) + r) if best < np.inf else 0.0)
+    if not inside and reach < 0.0:
+        return found, free
+    limit = np.inf if inside or best == np.inf else reach * reach * (1.0 + 1e-12)
+    hint = rank if near or inside else np.int64(-1)
+    square, f = nearest_in(
+        x, y, z, parts.trees, parts.trees.root[k], hint, limit, space.stack, space.gaps
+    )
+    away = math.sqrt(square)
+    if not inside and away > clear:
+        free = x, y, z, away
+    signed = (-away if inside else away) - r
+    if f >= 0 and (signed < best or (signed == best and s < sphere)):
+        found = signed, s, f
+    return found, free
+
+
+@inlined
+def _sphere_near(point, origin, blocks, n, space):  # type: ignore[no-untyped-def]
+    """The sphere of segment n that is nearest to a point."""
+    first = blocks.first[n]
+    place = near_place(
+        np.float32(point[0] - origin[0]),
+        np.float32(point[1] - origin[1]),
+        np.float32(point[2] - origin[2]),
+        space.ball,
+        first,
+        blocks.first[n + 1],
+        space.spare,
+    )
+    return np.int64(place) + blocks.start[n] - 8 * first
+
+
 @inlined
 def _segment_part(  # type: ignore[no-untyped-def]
-    centres, p, n, k, crowd, blocks, trees, faces, shells, origin, most_at, most, begun, space
+    centres, p, n, k, crowd, blocks, parts, faces, shells, origin, most_at, most, begun, space
 ):
     """Least signed distance [m] of segment n to part k in pose p, its sphere, the rank of its
     polygon, and the point; a sphere of -1 where it is not less than `most`.
@@ -214,16 +283,14 @@ def _segment_part(  # type: ignore[no-untyped-def]
     begun: a place of the blocks and a rank, -1 for none, that may be nearest; most_at: the greatest
     coordinate and radius as seen from the origin.
 
-    Stage 0 measures the sphere at the place begun with, stage 1 the one nearest to the point found,
-    stage 2 all that may be nearer. Where `most` is finite there is only stage 2.
+    First the sphere at the place begun with is measured, then the one nearest to the point found,
+    then all that may be nearer. Where `most` is finite there is only the last.
     """
     radius = crowd.radius
     first = blocks.first[n]
     last = blocks.first[n + 1]
     base = blocks.start[n] - 8 * first
-    front = space.front
-    span = trees.span
-    solid = faces.solid[k] > 0
+    span = parts.trees.span
     middle = (
         0.5 * (span[k, 0] + span[k, 3]) - origin[0],
         0.5 * (span[k, 1] + span[k, 4]) - origin[1],
@@ -232,96 +299,50 @@ def _segment_part(  # type: ignore[no-untyped-def]
     reach = abs(middle[0]) + abs(middle[1]) + abs(middle[2])
     reach += span[k, 3] - span[k, 0] + span[k, 4] - span[k, 1] + span[k, 5] - span[k, 2]
     spare = SPARE * (most_at + reach)
-    best = most
-    sphere = np.int64(-1)
-    rank = np.int64(begun[1])
-    point = origin
-    seen = np.int64(-1)  # the sphere whose nearest point that is
+    pair = Pair(centres, radius, p, k, parts, faces, shells, origin, spare)
     plane = 0.0, 0.0, 0.0, 0.0
-    hub = origin
-    clear = -np.inf
-    way = np.inf
+    found = most, np.int64(-1), np.int64(begun[1])
+    free = origin[0], origin[1], origin[2], -np.inf
+    point = origin
     one = np.int64(-1)
     other = np.int64(-1)
-    front[0] = np.float32(begun[0])
-    stage = 0 if most == np.inf else 1
-    count = np.uint64(1 - stage)
-    i = np.uint64(0)
-    while True:
-        if i == count:
-            if sphere != seen:
-                point = _foot(centres, p, sphere, trees, rank)
-                seen = sphere
-            if stage == 2:
-                break
-            stage += 1
-            i = np.uint64(0)
-            if stage == 1:
-                one = sphere
-                place = near_place(
-                    np.float32(point[0] - origin[0]),
-                    np.float32(point[1] - origin[1]),
-                    np.float32(point[2] - origin[2]),
-                    space.ball,
-                    first,
-                    last,
-                    space.spare,
-                )
-                other = np.int64(place) + base
-                front[0] = np.float32(np.int64(place))
-                count = np.uint64(1 if other != one else 0)
-                continue
-            if sphere >= 0:
-                plane = _plane(centres, p, sphere, rank, point, best, radius, trees, k, middle)
-                way = _apart(hub[0], hub[1], hub[2], point)
-            free = hub[0] - origin[0], hub[1] - origin[1], hub[2] - origin[2], clear, way
-            count = _candidates(
-                space.ball,
-                first,
-                last,
-                origin,
-                plane,
-                free,
-                trees,
-                k,
-                solid,
-                best,
-                spare,
-                front,
-            )
-            continue
+    if most == np.inf:
+        one = np.int64(begun[0]) + base
+        found, free = _measure(pair, one, plane, True, found, free, space)
+        point = _foot(centres, p, one, parts, found[2])
+        other = _sphere_near(point, origin, blocks, n, space)
+    if other != one:
+        found, free = _measure(pair, other, plane, True, found, free, space)
+        if found[1] == other:
+            point = _foot(centres, p, other, parts, found[2])
+    way = np.inf
+    seen = found[1]
+    if seen >= 0:
+        plane = _plane(centres, p, seen, found[2], point, found[0], radius, parts, k, middle)
+        way = _apart(free[0], free[1], free[2], point)
+    hub = free[0] - origin[0], free[1] - origin[1], free[2] - origin[2], free[3], way
+    front = space.front
+    count = _candidates(
+        space.ball,
+        first,
+        last,
+        origin,
+        plane,
+        hub,
+        parts,
+        k,
+        faces.solid[k] > 0,
+        found[0],
+        spare,
+        front,
+    )
+    for i in range(np.int64(count)):
         s = np.int64(front[i]) + base
-        i += np.uint64(1)
-        if stage == 2 and s in (one, other):
-            continue
-        x = centres[p, s, 0]
-        y = centres[p, s, 1]
-        z = centres[p, s, 2]
-        r = radius[s]
-        inside = False
-        if solid and _box_gap(x, y, z, span, k) == 0.0 and _apart(x, y, z, hub) + HAIR >= clear:
-            over = plane[0] * (x - origin[0]) + plane[1] * (y - origin[1])
-            over += plane[2] * (z - origin[2]) - plane[3]
-            inside = over <= spare and inside_part(x, y, z, faces, shells, k, space.stack)
-        # the sum's rounding counts where a centre lies on a surface
-        reach = best + r + (1e-15 * (abs(best) + r) if best < np.inf else 0.0)
-        if not inside and reach < 0.0:
-            continue
-        limit = np.inf if inside or best == np.inf else reach * reach * (1.0 + 1e-12)
-        hint = rank if stage < 2 or inside else np.int64(-1)
-        square, f = nearest_in(x, y, z, trees, trees.root[k], hint, limit, space.stack, space.gaps)
-        away = math.sqrt(square)
-        if not inside and away > clear:
-            hub = x, y, z
-            clear = away
-        if f < 0:
-            continue
-        signed = (-away if inside else away) - r
-        if signed < best or (signed == best and s < sphere):
-            best = signed
-            sphere = s
-            rank = f
-    return best, sphere, rank, point
+        if s not in (one, other):
+            found, free = _measure(pair, s, plane, False, found, free, space)
+    if found[1] != seen:
+        point = _foot(centres, p, found[1], parts, found[2])
+    return found[0], found[1], found[2], point
 
 
 @inlined
@@ -338,24 +359,24 @@ def _begun(p, n, k, begin, blocks, faces, out, before):  # type: ignore[no-untyp
 
 
 @inlined
-def _far(world, p, n, k, crowd, trees, most):  # type: ignore[no-untyped-def]
+def _far(world, p, n, k, crowd, parts, most):  # type: ignore[no-untyped-def]
     """True where segment n is farther from part k than `most` [m] by the sphere around it and the
     part's box."""
     if most == np.inf:
         return False
     x, y, z = carried(world, p, n, crowd.around[n, 0], crowd.around[n, 1], crowd.around[n, 2])
     reach = max(crowd.big[n] + most, 0.0)
-    return _box_gap(x, y, z, trees.span, k) > wider(reach * reach)
+    return _box_gap(x, y, z, parts.trees.span, k) > wider(reach * reach)
 
 
 @batch_loop
 def part_clearance(  # type: ignore[no-untyped-def]
-    centres, world, crowd, blocks, trees, faces, shells, most, out, space, begin, end
+    centres, world, crowd, blocks, parts, faces, shells, most, out, space, begin, end
 ):
     """Fill out with the least signed distance of each segment to each part, where it is less than
     most (N, K) [m], for the poses begin..end.
 
-    centres (P, S, 3), world (P, N, 3, 4) [m]; trees: PartTrees; out: Nearest, left as it is for
+    centres (P, S, 3), world (P, N, 3, 4) [m]; parts: PartTrees; out: Nearest, left as it is for
     hidden parts and for segments without spheres; space: PartSpace.
     """
     shown = crowd.shown
@@ -374,14 +395,14 @@ def part_clearance(  # type: ignore[no-untyped-def]
         size = big + place_blocks(
             centres, p, shown, blocks, space.ball, origin[0], origin[1], origin[2]
         )
-        for k in range(len(trees.root)):
-            if trees.root[k] < 0:
+        for k in range(len(parts.trees.root)):
+            if parts.trees.root[k] < 0:
                 continue
             before = -1
             for n in range(lead, len(shown)):
                 if shown[n] == 0 or blocks.start[n] == blocks.start[n + 1]:
                     continue
-                if _far(world, p, n, k, crowd, trees, most[n, k]):
+                if _far(world, p, n, k, crowd, parts, most[n, k]):
                     continue
                 d, s, f, point = _segment_part(
                     centres,
@@ -390,7 +411,7 @@ def part_clearance(  # type: ignore[no-untyped-def]
                     k,
                     crowd,
                     blocks,
-                    trees,
+                    parts,
                     faces,
                     shells,
                     origin,
@@ -403,7 +424,7 @@ def part_clearance(  # type: ignore[no-untyped-def]
                     continue
                 out.distance[p, n, k] = d
                 out.sphere[p, n, k] = s
-                out.polygon[p, n, k] = int(trees.record[trees.begin[f] + 8])
+                out.polygon[p, n, k] = int(parts.trees.record[parts.trees.begin[f] + 8])
                 for axis in range(3):
                     out.point[p, n, k, axis] = point[axis]
                 before = n

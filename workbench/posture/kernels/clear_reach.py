@@ -605,8 +605,8 @@ def _buried_in(case, desk):  # type: ignore[no-untyped-def]
     n = limbs.segment[sphere]
     radius = limbs.radius[case.body, sphere]
     arm = limbs.grip_arm[case.body] + REACHED
-    for g in range(room.field.root.shape[0]):
-        if room.field.root[g] < 0:
+    for g in range(room.field.trees.root.shape[0]):
+        if room.field.trees.root[g] < 0:
             continue
         shift = vector(room.shift[case.body]) if g == 1 else (0.0, 0.0, 0.0)
         point = subtract(vector(case.goal[case.row]), shift)
@@ -619,7 +619,7 @@ def _buried_in(case, desk):  # type: ignore[no-untyped-def]
         )
         if rank < 0:
             continue
-        part = np.int64(room.owner[int(room.field.record[room.field.begin[rank] + 8])])
+        part = np.int64(room.owner[int(room.field.trees.record[room.field.trees.begin[rank] + 8])])
         inside = max(0.0, depth - arm)
         allowed = _most_allowed(room, g, n, part, point, arm, inside)
         if radius + depth - arm - allowed > SURELY:

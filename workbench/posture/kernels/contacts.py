@@ -1,4 +1,5 @@
-"""Contacts of the spheres of moving limbs with the parts of an environment, and planes from them.
+"""Contacts of the spheres of moving limbs with the parts of an environment and with people who stand
+still there, and planes from them.
 
 A search places one limb again and again, a little farther each time, and most of its spheres are far
 from everything. So the distance of each sphere from all parts is cached with the place where it was
@@ -20,6 +21,7 @@ from workbench.compiled import inlined, inner, njit
 from workbench.contact.kernels.field import Field, deepest, record_gap, square_bound
 from workbench.contact.kernels.heads import near_heads
 from workbench.contact.kernels.inside import Shells
+from workbench.contact.kernels.pairs import Balls
 from workbench.contact.kernels.wide import DEEP, EIGHT, near_boxes, point_lanes
 from workbench.geometry.lanes import first_bit
 from workbench.geometry.polygon import Faces, point_polygon
@@ -53,8 +55,9 @@ __all__ = [
 
 DEEPEST = 16
 """Number of contacts of a limb that are kept, the deepest."""
-GROUPS = 2
-"""Groups of parts: those that stay, and those that are displaced for each body."""
+PEOPLE = 2
+"""The group of the people, after the parts that stay and those that are displaced for each body."""
+GROUPS = 3
 WIDER = 5e-3
 """How much farther [m] than asked for polygons are searched, so that a sphere that moves a little
 need not be searched again."""
@@ -63,13 +66,15 @@ ROUNDING_MARGIN = 1e-9
 
 
 class Obstacles(NamedTuple):
-    """Parts in the way, as F polygons in one or two groups. The second group is displaced."""
+    """What is in the way: parts, as F polygons in one or two groups, of which the second is
+    displaced; and people who stand still, as S spheres in segments. A segment counts as a part:
+    these are numbered after the K of the environment, and their spheres after the polygons."""
 
     faces: Faces
     shells: Shells
     field: Field
     owner: NDArray[np.int64]
-    """(F,) the part of each polygon."""
+    """(F + S,) the part of each polygon and sphere."""
     allowed: NDArray[np.float64]
     """(N, parts) [m] how deep each segment may enter each part."""
     moving: NDArray[np.int64]
@@ -80,6 +85,8 @@ class Obstacles(NamedTuple):
     """(N, groups) [m] the least that is allowed to each segment in a group."""
     shift: NDArray[np.float64]
     """(B, 3) [m] displacement of the second group for each body."""
+    people: Balls
+    """The spheres of the people, in the world (P = 1)."""
 
 
 class Space(NamedTuple):
@@ -96,7 +103,7 @@ class Space(NamedTuple):
     """Working arrays of the trees of polygons."""
     found: NDArray[np.float64]
     """(1, DEEPEST, 7) the contacts: excess [m], sphere, polygon, point (3) [m], 1 where the centre
-    is inside."""
+    is inside. Of a sphere of a person, its number after the polygons, its centre and 0."""
     last: NDArray[np.float64]
     """(groups, S, 3) [m] where a sphere was last looked at, in its group's own frame."""
     gap: NDArray[np.float64]
@@ -284,27 +291,27 @@ def _near_polygons(x, y, z, r, s, n, g, room, clear, far, entered, count, space)
     gaps = space.gaps
     least = far * far
     limit = wider(least)
-    stack[0] = field.root[g]
+    stack[0] = field.trees.root[g]
     size = 1
     point = point_lanes(x, y, z)
     while size > 0:
         size -= 1
         m = stack[size]
-        bits = near_boxes(point, field.box, m, field.many[m], limit, gaps)
+        bits = near_boxes(point, field.trees.box, m, field.trees.many[m], limit, gaps)
         if bits != 0:
-            bits &= near_heads(x, y, z, field.head, m, limit, gaps)
+            bits &= near_heads(x, y, z, field.trees.head, m, limit, gaps)
         while bits != 0:
-            c = np.int64(field.child[m, first_bit(bits)])
+            c = np.int64(field.trees.child[m, first_bit(bits)])
             bits &= bits - np.uint64(1)
             if c >= 0:
                 stack[size] = c
                 size += 1
                 continue
-            gap = record_gap(x, y, z, field, -1 - c, limit)
+            gap = record_gap(x, y, z, field.trees, -1 - c, limit)
             if gap > limit:
                 continue
             least = min(least, gap)
-            f = int(field.record[field.begin[-1 - c] + 8])
+            f = int(field.trees.record[field.trees.begin[-1 - c] + 8])
             excess = r - math.sqrt(gap) - room.allowed[n, room.owner[f]]
             if f != entered and _may_count(excess, clear, count, space.found):
                 count = _keep_contact(x, y, z, s, f, excess, 0.0, count, room, space)
@@ -330,13 +337,56 @@ def _sphere(x, y, z, r, s, n, g, room, clear, outside, count, space):  # type: i
     if not sure and not outside:
         depth, rank = deepest(x, y, z, room.faces, room.shells, field, g, space.stack, space.gaps)
         if rank >= 0:  # the centre is inside a solid: its surface holds nothing back
-            entered = int(field.record[field.begin[rank] + 8])
+            entered = int(field.trees.record[field.trees.begin[rank] + 8])
             far = near
             excess = depth + r - room.allowed[n, room.owner[entered]]
             if _may_count(excess, clear, count, space.found):
                 count = _keep_contact(x, y, z, s, entered, excess, 1.0, count, room, space)
     count, least = _near_polygons(x, y, z, r, s, n, g, room, clear, far, entered, count, space)
     space.gap[g, s] = -1.0 if entered >= 0 else math.sqrt(least)
+    return count
+
+
+@inlined
+def _near_people(x, y, z, r, s, room, clear, count, space):  # type: ignore[no-untyped-def]
+    """Keep what sphere s, with its centre at (x, y, z) and radius r [m], enters of people by more
+    than -clear [m]: of each of their segments the sphere that it is deepest in."""
+    people = room.people
+    polygons = room.normal.shape[0]
+    at = (x, y, z)
+    store(at, space.last[PEOPLE, s])
+    least = np.inf
+    for g in range(people.big.shape[0]):
+        gap = norm(subtract(at, vector(people.around[0, g]))) - people.big[g]
+        foremost = -1
+        if gap <= r + clear + WIDER:
+            gap = np.inf
+            for v in range(people.start[g], people.start[g + 1]):
+                apart = norm(subtract(at, vector(people.centres[0, v]))) - people.radius[v]
+                if apart < gap:
+                    gap = apart
+                    foremost = v
+        least = min(least, gap)
+        if foremost >= 0 and _may_count(r - gap, clear, count, space.found):
+            px, py, pz = vector(people.centres[0, foremost])
+            values = (r - gap, float(s), float(polygons + foremost), px, py, pz, 0.0)
+            count = _keep(space.found, 0, count, values)
+    space.gap[PEOPLE, s] = least
+    return count
+
+
+@inner
+def _touch_people(limbs, b, room, near, count, space):  # type: ignore[no-untyped-def]
+    """Keep what a limb that is placed enters of people by more than -near [m]; returns the new
+    count of contacts."""
+    for s in range(limbs.centre.shape[2]):
+        if not limbs.solid[b, s]:
+            continue
+        x, y, z = vector(space.centres[0, s])
+        r = limbs.radius[b, s]
+        some = min(near, -space.found[0, DEEPEST - 1, 0]) if count == DEEPEST else near
+        if _spare(x, y, z, s, PEOPLE, space) <= r + some:
+            count = _near_people(x, y, z, r, s, room, some, count, space)
     return count
 
 
@@ -375,8 +425,8 @@ def touch(limbs, b, held, base, p, angles, q, room, near, space):  # type: ignor
     field = room.field
     count = np.int64(0)
     _placed(limbs, b, held, base, p, angles, q, space)
-    for g in range(field.root.shape[0]):
-        if field.root[g] < 0:
+    for g in range(field.trees.root.shape[0]):
+        if field.trees.root[g] < 0:
             continue
         shift = vector(room.shift[b]) if g == 1 else (0.0, 0.0, 0.0)
         for s in range(limbs.centre.shape[2]):
@@ -390,6 +440,8 @@ def touch(limbs, b, held, base, p, angles, q, room, near, space):  # type: ignor
             spare = _spare(x, y, z, s, g, space)
             if spare <= max(r + some - room.least[n, g], 0.0):
                 count = _sphere(x, y, z, r, s, n, g, room, some, spare > 0.0, count, space)
+    if room.people.radius.shape[0] > 0:
+        count = _touch_people(limbs, b, room, near, count, space)
     return count
 
 
@@ -399,12 +451,19 @@ def _away(room, b, i, space):  # type: ignore[no-untyped-def]
 
     The unit vector leads from the polygon's nearest point to the centre, or back if the centre is
     inside. If both coincide, it is the polygon's normal. The height is that of the nearest point
-    along it, in the world.
+    along it, in the world. From a sphere of a person it leads from centre to centre, up if both
+    coincide; the nearest point is that of the sphere's surface.
     """
     found = space.found[0, i]
     polygon = int(found[2])
+    if polygon >= room.normal.shape[0]:
+        point = vector(found[3:])
+        n = subtract(vector(space.centres[0, int(found[1])]), point)
+        size = norm(n)
+        n = scale(1.0 / size, n) if size > 1e-9 else (0.0, 0.0, 1.0)
+        return n, dot(n, point) + room.people.radius[polygon - room.normal.shape[0]]
     shift = (0.0, 0.0, 0.0)
-    if room.field.root.shape[0] > 1 and room.moving[room.owner[polygon]] > 0:
+    if room.field.trees.root.shape[0] > 1 and room.moving[room.owner[polygon]] > 0:
         shift = vector(room.shift[b])
     point = add(vector(found[3:]), shift)
     sign = -1.0 if found[6] > 0.0 else 1.0

@@ -1,4 +1,4 @@
-"""Reaches kept off obstacles.
+"""Reaches kept off obstacles: parts of an environment, and other people.
 
 A reach is in doubt where its posture enters something, or misses the target by little. Another
 posture is then searched for (kernels.clear_reach), by each reach for itself: the answer does not
@@ -18,11 +18,13 @@ from numpy.typing import NDArray
 
 from workbench.contact.collide import allowed_depth
 from workbench.contact.fields import field_of, packed_faces, packed_shells
-from workbench.contact.kernels.field import Field
+from workbench.contact.kernels.field import Field, Trees
 from workbench.contact.kernels.inside import Shells
+from workbench.contact.kernels.pairs import Balls
 from workbench.geometry.polygon import Faces
 from workbench.model.arrays import Floats, Ints
 from workbench.model.body import Body, Topology
+from workbench.model.bystander import Bystander
 from workbench.model.environment import Environment
 from workbench.posture.kernels.clear_reach import Outcome, clear_reaches
 from workbench.posture.kernels.contacts import Limbs, Obstacles
@@ -33,14 +35,42 @@ from workbench.threads import in_pieces
 __all__ = ["Room", "cleared", "obstacles_of"]
 
 
+ENCLOSING = 1e-9
+"""[m] More than the rounding of the radius of an enclosing sphere."""
+
+
+def _plain(arrays: Sequence[NDArray[Any]]) -> list[NDArray[Any]]:
+    """Arrays as read-only ones in memory, whether they were that, or maps of a file: for each kind
+    of array the kernels would be compiled again."""
+    views = [np.asarray(array).view() for array in arrays]
+    for view in views:
+        view.flags.writeable = False
+    return views
+
+
+NOBODY = Balls(
+    *_plain(
+        [
+            np.zeros((1, 0, 3)),
+            np.zeros(0),
+            np.zeros(1, np.int64),
+            np.zeros((1, 0, 3)),
+            np.zeros(0),
+        ]
+    )
+)
+"""No people."""
+
+
 @dataclass(frozen=True, eq=False)
 class Room:
     """Obstacles: an environment, and which of its parts (K,) stand aside by shift (B, 3) [m] for
-    each body."""
+    each body; and people who stand still."""
 
     environment: Environment
     moving: Ints
     shift: Floats
+    people: Sequence[Bystander] = ()
     threads: int | None = None
 
 
@@ -88,7 +118,8 @@ def cleared(task: Task, found: Found, room: Room) -> tuple[Found, Ints]:
 
 
 def _packed(task: Task, room: Room) -> tuple[Limbs, Obstacles]:
-    around = obstacles_of(task.body, room.environment, room.moving, room.shift)
+    parts = obstacles_of(task.body, room.environment, room.moving, room.shift)
+    around = _with_people(parts, room.people) if room.people else parts
     return packed_limbs(task.body, task.limb), around
 
 
@@ -98,6 +129,45 @@ def obstacles_of(body: Body, environment: Environment, moving: Ints, shift: Floa
     return _fixed(body.topology, environment, tuple(moving.tolist()))._replace(
         shift=np.array(shift)
     )
+
+
+def _with_people(parts: Obstacles, people: Sequence[Bystander]) -> Obstacles:
+    """Obstacles with people in them; each of their segments counts as a part, in the order of
+    `Bystander.segment_names`."""
+    at: list[Floats] = []
+    radius: list[Floats] = []
+    for person in people:
+        row = int(person.placed.person[0])
+        at += [person.placed.centres[0, spheres] for spheres in person.spheres]
+        size = person.placed.body.radius[row] + person.kept_off
+        radius += [size[spheres] for spheres in person.spheres]
+    if not at:
+        return parts
+    around = [0.5 * (points.min(axis=0) + points.max(axis=0)) for points in at]
+    big = [
+        float(np.max(np.linalg.norm(points - hub, axis=1) + size)) + ENCLOSING
+        for points, hub, size in zip(at, around, radius, strict=True)
+    ]
+    counts = np.array([len(points) for points in at])
+    first = len(parts.moving)
+    balls = _plain(
+        [
+            np.concatenate(at)[None],
+            np.concatenate(radius),
+            np.concatenate([[0], np.cumsum(counts)]),
+            np.array(around)[None],
+            np.array(big),
+        ]
+    )
+    part = first + np.repeat(np.arange(len(counts)), counts)
+    owner, allowed, moving = _plain(
+        [
+            np.concatenate([parts.owner, part]),
+            np.pad(parts.allowed, ((0, 0), (0, len(counts)))),
+            np.pad(parts.moving, (0, len(counts))),
+        ]
+    )
+    return parts._replace(owner=owner, allowed=allowed, moving=moving, people=Balls(*balls))
 
 
 @lru_cache(maxsize=8)
@@ -113,17 +183,10 @@ def _fixed(topology: Topology, environment: Environment, moving: tuple[int, ...]
     )
     faces = Faces(*_plain(packed_faces(environment)))
     shells = Shells(*_plain(packed_shells(environment)))
-    field = Field(*_plain(field_of(environment, chosen)))
+    index = field_of(environment, chosen)
+    field = Field(Trees(*_plain(index.trees)), *_plain(index[1:]))
     owner, allowed, moves, normal, least = _plain(
         [environment.polygon_part, allowed, moves, environment.normal, least]
     )
-    return Obstacles(faces, shells, field, owner, allowed, moves, normal, least, np.zeros((1, 3)))
-
-
-def _plain(arrays: Sequence[NDArray[Any]]) -> list[NDArray[Any]]:
-    """Arrays as read-only ones in memory, whether they were that, or maps of a file: for each kind
-    of array the kernels would be compiled again."""
-    views = [np.asarray(array).view() for array in arrays]
-    for view in views:
-        view.flags.writeable = False
-    return views
+    shift = np.zeros((1, 3))
+    return Obstacles(faces, shells, field, owner, allowed, moves, normal, least, shift, NOBODY)

@@ -14,6 +14,7 @@ from workbench.body.forward import segment_frames
 from workbench.errors import UsageError
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.body import Body
+from workbench.model.bystander import Bystander
 from workbench.model.environment import Environment
 from workbench.model.poses import Poses, check_joints, people_of
 from workbench.model.posing import angles_of
@@ -57,6 +58,7 @@ class _Ask:
     directed: bool
     environment: Environment | None
     moving_parts: Sequence[str]
+    bystanders: Sequence[Bystander]
     most: float
     tighter: bool
     threads: int | None
@@ -72,6 +74,7 @@ def reach(
     environment: Environment | None = None,
     moving_parts: Sequence[str] = (),
     displacement: ArrayLike | None = None,
+    bystanders: Sequence[Bystander] = (),
     initial: Poses | None = None,
     restarts: int | None = None,
     max_extension: float = 0.0,
@@ -100,6 +103,8 @@ def reach(
         Obstacles, with the contact that they allow; none if None.
     moving_parts, displacement
         The names of obstacles that are displaced, and (B, 3) [m] by how much for each person.
+    bystanders
+        People who are obstacles too, and stand still; beside an environment only.
     initial
         1 or B poses near the solutions, from which the search starts. If None it starts from the
         solution of a standard limb for a target near by.
@@ -122,8 +127,11 @@ def reach(
     Raises
     ------
     UsageError
-        If the numbers of rows do not match, or the limb is of another body.
+        If the numbers of rows do not match, the limb is of another body, or bystanders are given
+        without an environment.
     """
+    if bystanders and environment is None:
+        raise UsageError("bystanders: they are heeded beside an environment only, got none")
     goals, ways = _goals(body, poses, targets, direction)
     count = len(poses)
     displaced = np.zeros((count, 3)) if displacement is None else np.asarray(displacement, float)
@@ -134,6 +142,7 @@ def reach(
         directed=direction is not None,
         environment=environment,
         moving_parts=moving_parts,
+        bystanders=tuple(bystanders),
         most=max_extension,
         tighter=tighter_zones,
         threads=threads,
@@ -255,7 +264,13 @@ class _Solved:
 
 def _crowd_reach(crowd: _Crowd, ask: _Ask) -> Reach:
     """The reaches of a crowd, obstacles and extension included."""
-    return _answer(crowd, _solved_crowd(crowd, ask), ask.environment)
+    return _answer(crowd, _solved_crowd(crowd, ask), _obstacle_names(ask))
+
+
+def _obstacle_names(ask: _Ask) -> tuple[str, ...]:
+    """What obstacles are called: parts, then the segments of bystanders."""
+    parts = ask.environment.parts if ask.environment is not None else ()
+    return (*parts, *(name for one in ask.bystanders for name in one.segment_names))
 
 
 def _solved_crowd(crowd: _Crowd, ask: _Ask) -> _Solved:
@@ -271,7 +286,7 @@ def _solved_crowd(crowd: _Crowd, ask: _Ask) -> _Solved:
     doubt = np.zeros(len(task), np.int64)
     if ask.environment is not None:
         moving = np.isin(ask.environment.parts, list(ask.moving_parts)).astype(np.int64)
-        room = Room(ask.environment, moving, crowd.displacement, ask.threads)
+        room = Room(ask.environment, moving, crowd.displacement, ask.bystanders, ask.threads)
         found, doubt = cleared(task, found, room)
     reached = (found.numbers[:, 0] <= REACHED) & (found.overlap <= 0)
     extension = np.zeros(len(task))
@@ -397,7 +412,7 @@ def _roots(task: Task, held: Poses) -> Floats:
     return apply(world[:, :, :3], task.body.joint_in_child[person, joint]) + world[:, :, 3]
 
 
-def _answer(crowd: _Crowd, solved_rows: _Solved, environment: Environment | None) -> Reach:
+def _answer(crowd: _Crowd, solved_rows: _Solved, obstacles: tuple[str, ...]) -> Reach:
     """The answers of the rows (P,), a row (T,) for each person."""
     task = solved_rows.task
     found = solved_rows.found
@@ -432,5 +447,5 @@ def _answer(crowd: _Crowd, solved_rows: _Solved, environment: Environment | None
         side=side.reshape(shape),
         part=np.where(reached, -1, found.part).reshape(shape),
         doubt=solved_rows.doubt.reshape(shape),
-        parts=environment.parts if environment is not None else (),
+        parts=obstacles,
     )

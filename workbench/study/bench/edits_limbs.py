@@ -40,7 +40,7 @@ class LimbTarget:
     zone
         Harness zone 1, 2 or 3, for a target.
     obstacles
-        Whether parts are kept clear of.
+        Whether parts and other people are kept clear of.
     """
 
     limb: str
@@ -113,6 +113,7 @@ def _solved(opened: OpenStudy, placement: Placement, row: int, wanted: LimbTarge
     body = placement.people[row].body
     poses = placement.people[row].poses
     environment = placed_environment(opened, placement)
+    others = [one.bystander for k, one in enumerate(placement.people) if k != row]
     target, grip, zones = _aimed(environment.controls, wanted)
     for zone in zones:
         found = reach(
@@ -123,6 +124,7 @@ def _solved(opened: OpenStudy, placement: Placement, row: int, wanted: LimbTarge
             environment=environment if wanted.obstacles else None,
             moving_parts=[environment.parts[k] for k in opened.movers[row]],
             displacement=placement.people[row].shift[None],
+            bystanders=others if wanted.obstacles else (),
             initial=poses,
             restarts=0,
             tighter_zones=len(zones) == 1,  # the zones before have missed it

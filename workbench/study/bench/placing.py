@@ -13,6 +13,7 @@ from workbench.body.parts import moved
 from workbench.contact.arranged import Arranged
 from workbench.model.arrays import Floats
 from workbench.model.body import Body
+from workbench.model.bystander import Bystander
 from workbench.model.environment import Environment, Seat
 from workbench.model.poses import Placed, Poses
 from workbench.model.study import GivenPosture
@@ -26,14 +27,15 @@ from workbench.study.bench.state import (
     arranged_study,
     seat_shift,
 )
+from workbench.study.hands import hands_together
 from workbench.study.people import Present, present_people
 from workbench.study.situation import (
     Seating,
     Situation,
     moved_by,
     situated,
+    solid_to_others,
     take_places,
-    with_hands,
 )
 from workbench.study.workplaces import workplace_of
 
@@ -58,6 +60,8 @@ class PlacedPerson:
         (3,) [m] by how much the parts that move with the seat are displaced.
     settings
         Where the person has set what may be adjusted and the state does not say.
+    resting
+        The person with the hands at rest, where they are brought to controls.
     """
 
     state: PersonState
@@ -68,11 +72,20 @@ class PlacedPerson:
     up: float
     shift: Floats
     settings: Settings = ()
+    resting: Situation | None = None
 
     @cached_property
     def placed(self) -> Placed:
         """The body in the world."""
         return place(self.body, self.poses)
+
+    @cached_property
+    def bystander(self) -> Bystander:
+        """The person as hands of others keep clear of the person."""
+        solid = np.ones(len(self.body.sphere_names), dtype=np.bool_)
+        if self.resting is not None:
+            solid = solid_to_others(self.resting, hands_on=True)
+        return Bystander(self.state.role, self.placed, solid)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -107,21 +120,27 @@ def placed_people(
         A placement of another state: who is the same there is not placed again.
     """
     people: list[PlacedPerson] = []
+    if there is None and any(person.free for person in arrangement.people):
+        there = present_people(arranged_study(opened, arrangement), arrangement.occupants)
     for row, person in enumerate(arrangement.people):
         known = before.people[row] if before is not None else None
+        free = there.situations[row][arrangement.case] if there is not None else None
         same = known is not None and known.state is person and known.case == arrangement.case
-        if before is not None and _surroundings_moved(before.arrangement, arrangement, row):
+        if known is not None and person.free:
+            same = same and free is not None and known.resting is free.at_rest
+        elif before is not None and _surroundings_moved(before.arrangement, arrangement, row):
             action = person.actions[arrangement.case]
             same = same and isinstance(action, GivenPosture) and not action.hands
-        if same and known is not None and not person.free:
+        if same and known is not None:
             people.append(known)
-            continue
-        if person.free:
-            if there is None:
-                there = present_people(arranged_study(opened, arrangement), arrangement.occupants)
-            people.append(_of_situation(person, there.situations[row][arrangement.case]))
+        elif person.free and free is not None:
+            people.append(_of_situation(person, free, free.at_rest))
         else:
             people.append(_placed(opened, arrangement, row, people, known))
+    if before is None or any(
+        now is not known for now, known in zip(people, before.people, strict=True)
+    ):
+        people = _with_hands_on(people, before)
     shifts = np.array([person.shift for person in people]).reshape(-1, 3)
     settings = dict(arrangement.settings)
     for there_is in people:
@@ -146,6 +165,31 @@ def _surroundings_moved(one: Arrangement, other: Arrangement, row: int) -> bool:
     return not all(seats[:row] + seats[row + 1 :])
 
 
+def _with_hands_on(people: Sequence[PlacedPerson], before: Placement | None) -> list[PlacedPerson]:
+    """People with the hands on the controls that a prediction holds, clear of one another; who is
+    then as in another placement is the same object."""
+    rows = [row for row, person in enumerate(people) if person.resting is not None]
+    standing = [person.bystander for person in people if person.resting is None]
+    resting = [one for person in people if (one := person.resting) is not None]
+    found = list(people)
+    for row, situation in zip(rows, hands_together(resting, standing), strict=True):
+        person = people[row]
+        now = _of_situation(person.state, situation, person.resting)
+        known = before.people[row] if before is not None else None
+        found[row] = known if known is not None and _as_known(now, known) else now
+    return found
+
+
+def _as_known(now: PlacedPerson, known: PlacedPerson) -> bool:
+    """Whether a person is in the same state at the same place as in another placement."""
+    return (
+        now.state is known.state
+        and now.resting is known.resting
+        and np.array_equal(now.poses.rotations, known.poses.rotations)
+        and np.array_equal(now.poses.world_from_reference, known.poses.world_from_reference)
+    )
+
+
 def _placed(
     opened: OpenStudy,
     arrangement: Arrangement,
@@ -165,7 +209,8 @@ def _placed(
     person = arrangement.people[row]
     action = person.actions[arrangement.case]
     if not isinstance(action, GivenPosture) or action.hands:
-        return _of_situation(person, _predicted(opened, arrangement, row, before))
+        resting = _predicted(opened, arrangement, row, before)
+        return _of_situation(person, resting, resting)
     role = opened.study.roles[row]
     seat = opened.seat(row)
     if known is not None and seat is not None and _rests_alike(seat, known, person, action.poses):
@@ -209,12 +254,12 @@ def _rests_alike(seat: Seat, known: PlacedPerson, person: PersonState, poses: Po
 def _predicted(
     opened: OpenStudy, arrangement: Arrangement, row: int, before: Sequence[PlacedPerson]
 ) -> Situation:
-    """A person whose posture is predicted, or whose hands hold controls, in a seat that is held;
-    hands keep clear of the seats of others."""
+    """A person whose posture is predicted, or whose hands hold controls, in a seat that is held,
+    with the hands at rest; they will keep clear of the seats of others."""
     study = arranged_study(opened, arrangement)
     place_there = workplace_of(study, row, _surroundings(opened, arrangement, row, before))
     who = arrangement.people[row].figure.who
-    return with_hands(situated(place_there, arrangement.case, who))
+    return situated(place_there, arrangement.case, who)
 
 
 def _surroundings(
@@ -236,7 +281,9 @@ def _surroundings(
     return environment
 
 
-def _of_situation(person: PersonState, situation: Situation) -> PlacedPerson:
+def _of_situation(
+    person: PersonState, situation: Situation, resting: Situation | None
+) -> PlacedPerson:
     """A person as a situation has the person."""
     seated = situation.seated
     place_there = situation.place
@@ -252,4 +299,5 @@ def _of_situation(person: PersonState, situation: Situation) -> PlacedPerson:
         up=person.up if seated is None else float(seated.up[0]),
         shift=np.zeros(3) if seated is None else seated.shift[0],
         settings=settings,
+        resting=resting,
     )
