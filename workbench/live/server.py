@@ -12,6 +12,7 @@ import asyncio
 import os
 import secrets
 import socket
+import sys
 import traceback
 from collections.abc import AsyncIterator, Callable, Coroutine
 from concurrent.futures import ThreadPoolExecutor
@@ -59,6 +60,9 @@ WATCH = 1.0
 """Time [s] between looks at the study's file."""
 SLOWEST = 10.0
 """Time [s] after which a page that takes no answers is given up."""
+SWITCH = 5e-4
+"""Time [s] after which a thread lets another one go on. Of the 5e-3 that are usual, an answer waits
+for several where a state is judged meanwhile."""
 PAGE = {
     "index.html": "text/html; charset=utf-8",
     "style.css": "text/css; charset=utf-8",
@@ -67,6 +71,7 @@ PAGE = {
     "elements.js": "text/javascript; charset=utf-8",
     "envelope.js": "text/javascript; charset=utf-8",
     "eye.js": "text/javascript; charset=utf-8",
+    "far_painting.js": "text/javascript; charset=utf-8",
     "gizmo.js": "text/javascript; charset=utf-8",
     "grips.js": "text/javascript; charset=utf-8",
     "looks.js": "text/javascript; charset=utf-8",
@@ -74,6 +79,7 @@ PAGE = {
     "motion.js": "text/javascript; charset=utf-8",
     "rows.js": "text/javascript; charset=utf-8",
     "ways.js": "text/javascript; charset=utf-8",
+    "painter.js": "text/javascript; charset=utf-8",
     "people.js": "text/javascript; charset=utf-8",
     "person.js": "text/javascript; charset=utf-8",
     "size.js": "text/javascript; charset=utf-8",
@@ -435,6 +441,7 @@ def serve(desk: Desk | DescribeDesk, *, port: int = 0, ready: Callable[[str], No
     InputError
         If the port is taken.
     """
+    sys.setswitchinterval(SWITCH)
     with socket.socket(socket.AF_INET, socket.SOCK_STREAM) as bound:
         if os.name == "posix":  # elsewhere it lets two programs have one port
             bound.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)

@@ -38,6 +38,7 @@ MODULES = (
     "list",
     "wipe",
     "card",
+    "painting",
     "viewer",
     "labels",
     "film",
