@@ -18,7 +18,6 @@ import pytest
 from tests.conftest import ROOT
 from workbench.cli import main
 from workbench.errors import InputError
-from workbench.live import pages
 from workbench.live.pages import MOST_ASKED, TOO_MUCH, Page, PageClosedError
 from workbench.live.protocol import LONGEST, SUBPROTOCOL, packed, parsed, unpacked
 from workbench.live.waiting import MOST_WAITING, Waiting
@@ -380,7 +379,7 @@ def test_a_page_that_asks_without_end_is_closed_and_others_are_answered(client, 
         assert asked(other, "undo")["kind"] == "answer"
         with monkeypatch.context() as patched, page_of(client) as page:
             frames_until(page, "answer")
-            patched.setattr(pages, "MOST_ASKED", 0)
+            patched.setattr("workbench.live.pages.MOST_ASKED", 0)
             page.send_text("junk")
             with pytest.raises(WebSocketDisconnect) as closed:
                 frames_until(page, "fault")
@@ -408,7 +407,7 @@ class Deaf:
     ("limit", "words"), [("SLOWEST", "takes no answers"), ("MOST_UNSENT", "too slowly")]
 )
 def test_a_page_that_takes_no_answers_is_given_up(monkeypatch, limit, words):
-    monkeypatch.setattr(pages, limit, 0.01)
+    monkeypatch.setattr(f"workbench.live.pages.{limit}", 0.01)
 
     async def delivered():
         page = Page(Deaf())

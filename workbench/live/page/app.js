@@ -11,7 +11,7 @@ import { Picture } from "./picture.js";
 import { nearRow, verdictRow } from "./rows.js";
 import { Things } from "./things.js";
 
-const state = { hello: null, answer: null, person: 0, held: null, letGo: false };
+const state = { hello: null, answer: null, person: 0, judged: 0, held: null, letGo: false };
 const picture = new Picture(document.querySelector("#picture .turn"), say, (panel) => {
   for (const one of [grips, looks]) one.attach(panel);
 });
@@ -40,9 +40,16 @@ function take(found) {
 
 /* ---- writing ---- */
 
+const SPEAK = 1000; // milliseconds between two messages that are read aloud
+let spoken = 0;
+
 function say(words, fault = false) {
   at("status").textContent = words;
   at("status").classList.toggle("fault", fault);
+  spoken ||= setTimeout(() => {
+    spoken = 0;
+    at("spoken").textContent = at("status").textContent;
+  }, SPEAK);
 }
 
 function takeHello(head) {
@@ -72,7 +79,7 @@ function takeAnswer(head) {
   document.title = (head.unsaved ? "● " : "") + state.hello.title;
   if (head.words || head.answers || first) say(head.words);
   at("near").replaceChildren(...head.near.map((pair) => nearRow(pair, look, (one) => looks.measure.fill(one))));
-  at("verdicts").classList.add("waiting");
+  at("verdicts").classList.toggle("waiting", head.generation !== state.judged);
   things.show(head);
   person.show();
   showPosture();
@@ -82,6 +89,7 @@ function takeAnswer(head) {
 const look = (point, words) => picture.lookAt(point, words);
 
 function takeVerdicts(head) {
+  state.judged = head.generation;
   const failed = head.rows.filter((row) => !row.passed).length;
   const known = head.waits ? "motions are being judged" : "all passed";
   at("failed").textContent = failed ? `(${failed} failed)` : `(${known})`;
@@ -112,11 +120,12 @@ function slider(words, unit, send) {
   const name = element("span", words);
   const input = element("input", "", { type: "range", step: "0.1" });
   input.setAttribute("aria-label", words);
-  const value = element("output");
+  const value = element("output", "", { ariaLive: "off" }); // the slider says its value itself
   input.oninput = () => {
     state.held = input;
     state.letGo = false;
     value.textContent = `${Number(input.value).toFixed(1)} ${unit}`;
+    input.setAttribute("aria-valuetext", value.textContent);
     send(Number(input.value), false);
   };
   input.onchange = () => {

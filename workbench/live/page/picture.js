@@ -30,6 +30,7 @@ export class Picture {
       if (this.answer) this.show(this.answer);
     } catch (error) {
       this.say(`no picture: ${error.message}`);
+      this.place.querySelector(".still").textContent = `There is no picture: ${error.message}. All else can be used.`;
     }
   }
 
