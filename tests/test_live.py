@@ -389,9 +389,9 @@ def test_a_page_that_asks_without_end_is_closed_and_others_are_answered(client, 
 
 def test_messages_are_counted_by_the_second():
     page = Page(Deaf())
-    for time in (1.0, 2.0):
+    for second in (1.0, 2.0):
         for _ in range(MOST_ASKED):
-            page.count(time)
+            page.count(second)
     with pytest.raises(PageClosedError, match="500 times a second"):
         page.count(2.5)
 
