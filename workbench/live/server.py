@@ -21,7 +21,9 @@ from functools import partial
 from importlib.resources import files
 from typing import Any, TypeVar
 
+from workbench.draw.web.packing import Packing
 from workbench.draw.web.snippet import MODULES
+from workbench.draw.web.views import WebView
 from workbench.errors import InputError, MissingPartError, WorkbenchError
 from workbench.live.describe_desk import DescribeDesk
 from workbench.live.desk import (
@@ -378,6 +380,13 @@ class Hub:
         self.asked.set()
 
 
+def packed_text(view: WebView) -> str:
+    """A picture, packed as on a page of a report."""
+    packing = Packing()
+    packing.add(view)
+    return packing.text()
+
+
 async def closed(opened: WebSocket, error: PageClosedError) -> None:
     """Close a page and say why, as far as it hears that."""
     try:
@@ -415,7 +424,9 @@ def live_application(desk: Desk | DescribeDesk, *, port: int, token: str) -> App
 
     async def scene(request: Request) -> Response:
         try:
-            return Response(await hub.at_desk(desk.scene), media_type="text/plain")
+            view = await hub.at_desk(desk.scene)
+            # a million triangles take seconds, in which the desk must answer
+            return Response(await asyncio.to_thread(packed_text, view), media_type="text/plain")
         except WorkbenchError as error:
             return Response(str(error), 409, media_type="text/plain")
 
