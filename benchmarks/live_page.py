@@ -21,13 +21,13 @@ PAUSE = 120
 WATCH = """() => {
   window.taken = [];
   let pressed = 0;
-  addEventListener("keydown", () => (pressed = performance.now()), true);
+  addEventListener("keydown", (event) => (pressed = event.timeStamp), true);
   new MutationObserver(() => {
     if (pressed) taken.push(performance.now() - pressed);
     pressed = 0;
   }).observe(document.getElementById("near"), { childList: true });
 }"""
-"""Notes the time from each key to the next list of what is nearest [ms]."""
+"""Notes the time from each key, as it is pressed, to the next list of what is nearest [ms]."""
 
 
 def measure(page: Page, address: str) -> None:

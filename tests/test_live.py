@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import base64
 import json
 import shutil
@@ -17,6 +18,7 @@ import pytest
 from tests.conftest import ROOT
 from workbench.cli import main
 from workbench.errors import InputError
+from workbench.live.pages import MOST_ASKED, TOO_MUCH, Page, PageClosedError
 from workbench.live.protocol import LONGEST, SUBPROTOCOL, packed, parsed, unpacked
 from workbench.live.waiting import MOST_WAITING, Waiting
 
@@ -61,6 +63,7 @@ FILES = (
     "elements.js",
     "envelope.js",
     "eye.js",
+    "far_painting.js",
     "gizmo.js",
     "grips.js",
     "keys.js",
@@ -69,6 +72,7 @@ FILES = (
     "looks.js",
     "measure.js",
     "motion.js",
+    "painter.js",
     "people.js",
     "person.js",
     "picture.js",
@@ -360,6 +364,62 @@ def test_too_many_questions_are_refused():
         waiting.put("a", parsed('{"do": "undo"}'))
     with pytest.raises(InputError, match="wait already"):
         waiting.put("a", parsed('{"do": "undo"}'))
+
+
+def test_who_asks_much_makes_nobody_else_wait():
+    waiting = Waiting()
+    for _ in range(MOST_WAITING):
+        waiting.put("a", parsed('{"do": "undo"}'))
+    for asker in ("b", "c"):
+        waiting.put(asker, parsed('{"do": "redo"}'))
+    assert [waiting.take()[0] for _ in range(4)] == ["a", "b", "c", "a"]
+    assert len(waiting) == MOST_WAITING - 2
+
+
+def test_a_page_that_asks_without_end_is_closed_and_others_are_answered(client, monkeypatch):
+    entered(client)
+    with page_of(client) as other:
+        assert asked(other, "undo")["kind"] == "answer"
+        with monkeypatch.context() as patched, page_of(client) as page:
+            frames_until(page, "answer")
+            patched.setattr("workbench.live.pages.MOST_ASKED", 0)
+            page.send_text("junk")
+            with pytest.raises(WebSocketDisconnect) as closed:
+                frames_until(page, "fault")
+        assert closed.value.code == TOO_MUCH
+        assert asked(other, "undo")["kind"] == "answer"
+
+
+def test_messages_are_counted_by_the_second():
+    page = Page(Deaf())
+    for second in (1.0, 2.0):
+        for _ in range(MOST_ASKED):
+            page.count(second)
+    with pytest.raises(PageClosedError, match="500 times a second"):
+        page.count(2.5)
+
+
+class Deaf:
+    """A socket that takes nothing."""
+
+    async def send_bytes(self, data):
+        await asyncio.Event().wait()
+
+
+@pytest.mark.parametrize(
+    ("limit", "words"), [("SLOWEST", "takes no answers"), ("MOST_UNSENT", "too slowly")]
+)
+def test_a_page_that_takes_no_answers_is_given_up(monkeypatch, limit, words):
+    monkeypatch.setattr(f"workbench.live.pages.{limit}", 0.01)
+
+    async def delivered():
+        page = Page(Deaf())
+        page.put(b"one")
+        page.put(b"two")
+        await page.deliver()
+
+    with pytest.raises(PageClosedError, match=words):
+        asyncio.run(delivered())
 
 
 # --- what it answers --------------------------------------------------------------------------------

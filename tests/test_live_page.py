@@ -38,6 +38,8 @@ def page(study):
         opened.set_default_timeout(60_000)
         opened.said = []
         opened.asked = []
+        opened.starter = running
+        opened.entrance = address
         opened.on("console", lambda message: opened.said.append(message.text))
         opened.on("pageerror", lambda error: opened.said.append(str(error)))
         opened.on("request", lambda request: opened.asked.append(request.url))
@@ -53,6 +55,107 @@ def elbow(page):
 def faults(page):
     """What the page says of itself; drivers of graphics tell of their pace."""
     return [words for words in page.said if "GL Driver Message" not in words]
+
+
+PANES = ("#picture", "#found", "#grips", "#who", "#seat", "#limb")
+GOLDEN = ROOT / "tests" / "data" / "live_page_panes.txt"
+"""What a screen reader is told of the panes; written anew where it is absent."""
+
+
+def test_a_screen_reader_is_told_what_the_golden_file_says(page):
+    page.wait_for_selector("#picture canvas")
+    found = "\n".join(page.locator(pane).aria_snapshot() for pane in PANES) + "\n"
+    if not GOLDEN.exists():
+        GOLDEN.write_text(found)
+    assert found == GOLDEN.read_text()
+
+
+def focused(page):
+    return page.evaluate("() => document.activeElement.getAttribute('aria-label') ?? ''")
+
+
+def tabbed_to(page, words, most=20):
+    for _ in range(most):
+        page.keyboard.press("Tab")
+        if words in focused(page):
+            return
+    raise AssertionError(f"no {words} within {most} tabs")
+
+
+def test_by_keys_alone_a_joint_of_another_person_is_turned_judged_and_saved(page, study):
+    before = study.read_text()
+    page.locator("#person").focus()
+    page.keyboard.press("ArrowDown")
+    assert page.locator("#person").input_value() == "instructor"
+    page.get_by_role("button", name="Envelope").focus()
+    tabbed_to(page, "flexion / extension")
+    assert page.evaluate("() => getComputedStyle(document.activeElement).outlineStyle") == "solid"
+    page.keyboard.press("ArrowRight")
+    page.wait_for_function("() => document.title.startsWith('●')")
+    page.wait_for_selector("#verdicts:not(.waiting) tr")
+    page.keyboard.press("Control+s")
+    said(page, "saved")
+    assert study.read_text() != before
+    page.keyboard.press("Control+z")
+    page.wait_for_function("() => document.title.startsWith('●')")
+    page.keyboard.press("Control+s")
+    page.wait_for_function("() => !document.title.startsWith('●')")
+    assert study.read_text() == before
+    page.locator("#person").select_option("pilot")
+
+
+def test_the_list_of_parts_is_one_tab_stop_with_arrows(page):
+    page.get_by_role("button", name="parts", exact=True).click()
+    boxes = page.get_by_role("group", name="shown").get_by_role("checkbox")
+    assert boxes.count() > 80
+    page.get_by_label("find a part").focus()
+    page.keyboard.press("Tab")
+    page.keyboard.press("ArrowDown")
+    assert boxes.nth(1).evaluate("(box) => box === document.activeElement")
+    stops = "(boxes) => boxes.filter((box) => box.tabIndex === 0).length"
+    assert boxes.evaluate_all(stops) == 1
+    page.get_by_role("button", name="parts", exact=True).click()
+
+
+def first_slider(window, joint):
+    return window.locator("fieldset", has_text=joint).get_by_role("slider").first
+
+
+def shows(window, slider, value):
+    """Wait until a slider of a window has a value."""
+    window.wait_for_function("([one, value]) => one.value === value", arg=[slider, value])
+
+
+def test_two_windows_see_each_others_edits_while_both_are_dragged(page, study):
+    before = study.read_text()
+    other = page.context.browser.new_page()
+    other.goto(page.entrance, wait_until="commit")
+    other.wait_for_selector("#verdicts tr")
+    windows = (page, other)
+    elbows = [first_slider(window, "right elbow").element_handle() for window in windows]
+    knees = [first_slider(window, "right knee").element_handle() for window in windows]
+    knee = knees[0].input_value()
+    for _ in range(4):
+        elbows[0].press("ArrowRight")
+        knees[1].press("ArrowRight")
+    for k, window in enumerate(windows):
+        shows(window, elbows[k], "75.4")
+        shows(window, knees[k], f"{float(knee) + 0.4:g}")
+    page.get_by_role("button", name="Save").click()
+    said(other, "saved")
+    other.close()
+    study.write_text(before)  # an editor puts the file back: it is read again
+    said(page, "read again")
+    shows(page, first_slider(page, "right knee").element_handle(), knee)
+
+
+def test_without_webgl_the_bench_works_and_says_why_there_is_no_picture(page):
+    with launched(page.starter, "--disable-3d-apis") as browser:
+        opened = browser.new_page()
+        opened.goto(page.entrance, wait_until="commit")
+        opened.wait_for_selector("#verdicts tr")
+        words = "There is no picture: this browser has no WebGL 2 here"
+        opened.get_by_text(words).first.wait_for()
 
 
 def test_the_picture_is_there_and_a_row_looks_at_its_place(page):
@@ -76,9 +179,9 @@ def test_a_slider_moves_by_keys_and_each_key_counts(page):
     for _ in range(12):
         slider.press("ArrowRight")
     page.wait_for_function("() => document.title.startsWith('●')")
-    page.wait_for_timeout(500)
     assert slider.input_value() == "76.2"
     assert slider.get_attribute("aria-valuetext") == "76.2 °"
+    page.wait_for_timeout(500)
     for _ in range(12):  # one step where the keys came within a second of each other
         if page.title().startswith("●"):
             page.get_by_role("button", name="Undo").click()

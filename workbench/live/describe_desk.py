@@ -11,7 +11,6 @@ from typing import Any
 
 import numpy as np
 
-from workbench.draw.web.packing import Packing
 from workbench.draw.web.thinning import ThinMesh, thinned
 from workbench.draw.web.views import PEOPLE, WebView, body_view
 from workbench.errors import InputError, WorkbenchError, printable
@@ -130,7 +129,7 @@ class DescribeDesk:
         """The description as it is."""
         return [self._answered(0, "; ".join(self.opened.notes))]
 
-    def scene(self) -> str:
+    def scene(self) -> WebView:
         """The picture as it is now: the meshes, the person beside them, and who is seated."""
         description = self.live
         bounds = standing_of(self.opened, description).bounds
@@ -141,10 +140,8 @@ class DescribeDesk:
         if self.sitting:
             for name, colour in zip(file.seats, cycle(PEOPLE), strict=False):
                 bodies.append(body_view(seated_person(file, name).placed, name, colour))
-        packing = Packing()
         place = drawn_place(self.opened, description, self._thin)
-        packing.add(WebView(str(description.says["environment"]), tuple(bodies), place))
-        return packing.text()
+        return WebView(str(description.says["environment"]), tuple(bodies), place)
 
     def do(self, question: Question) -> Replies:
         """Do what is asked. What cannot be done leaves everything as it was, and is reported to who

@@ -11,7 +11,6 @@ from dataclasses import dataclass
 from itertools import cycle
 from pathlib import Path
 
-from workbench.draw.web.packing import Packing
 from workbench.draw.web.views import PEOPLE, WebView, body_view
 from workbench.errors import InputError, WorkbenchError, printable
 from workbench.files.catalogue import find
@@ -229,17 +228,15 @@ class Desk:
             frames.append(people or waiting_frame("the people are being seated"))
         return frames if self.verdicts is None else [*frames, self.verdicts]
 
-    def scene(self) -> str:
-        """The picture as it is now, packed as on a page of a report: the place, and the people."""
+    def scene(self) -> WebView:
+        """The picture as it is now: the place, and the people."""
         shown = self._placement()
         bodies = tuple(
             body_view(one.person.placed, one.person.state.role, colour)
             for one, colour in zip(shown.people, cycle(PEOPLE), strict=False)
         )
-        packing = Packing()
         place = shown.placement.parts.environment
-        packing.add(WebView(self.opened.study.title, bodies, place))
-        return packing.text()
+        return WebView(self.opened.study.title, bodies, place)
 
     def preparation(self, question: Question) -> Preparation | None:
         """What another thread is to do before `do`; None where nothing is."""

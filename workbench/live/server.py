@@ -12,6 +12,7 @@ import asyncio
 import os
 import secrets
 import socket
+import sys
 import traceback
 from collections.abc import AsyncIterator, Callable, Coroutine
 from concurrent.futures import ThreadPoolExecutor
@@ -20,7 +21,9 @@ from functools import partial
 from importlib.resources import files
 from typing import Any, TypeVar
 
+from workbench.draw.web.packing import Packing
 from workbench.draw.web.snippet import MODULES
+from workbench.draw.web.views import WebView
 from workbench.errors import InputError, MissingPartError, WorkbenchError
 from workbench.live.describe_desk import DescribeDesk
 from workbench.live.desk import (
@@ -34,6 +37,7 @@ from workbench.live.desk import (
     work_made,
 )
 from workbench.live.guard import Application, Guard
+from workbench.live.pages import Page, PageClosedError
 from workbench.live.protocol import LONGEST, SUBPROTOCOL, Question, parsed
 from workbench.live.replies import Replies, Work
 from workbench.live.waiting import Waiting
@@ -58,8 +62,11 @@ OFTEN = 0.1
 """Time [s] between two frames about a population that is followed."""
 WATCH = 1.0
 """Time [s] between looks at the study's file."""
-SLOWEST = 10.0
-"""Time [s] after which a page that takes no answers is given up."""
+CLOSING = 1.0
+"""Time [s] in which a page is told why it is closed."""
+SWITCH = 5e-4
+"""Time [s] after which a thread lets another one go on. Of the 5e-3 that are usual, an answer waits
+for several where a state is judged meanwhile."""
 PAGE = {
     "index.html": "text/html; charset=utf-8",
     "style.css": "text/css; charset=utf-8",
@@ -68,6 +75,7 @@ PAGE = {
     "elements.js": "text/javascript; charset=utf-8",
     "envelope.js": "text/javascript; charset=utf-8",
     "eye.js": "text/javascript; charset=utf-8",
+    "far_painting.js": "text/javascript; charset=utf-8",
     "gizmo.js": "text/javascript; charset=utf-8",
     "grips.js": "text/javascript; charset=utf-8",
     "keys.js": "text/javascript; charset=utf-8",
@@ -76,6 +84,7 @@ PAGE = {
     "motion.js": "text/javascript; charset=utf-8",
     "rows.js": "text/javascript; charset=utf-8",
     "ways.js": "text/javascript; charset=utf-8",
+    "painter.js": "text/javascript; charset=utf-8",
     "people.js": "text/javascript; charset=utf-8",
     "person.js": "text/javascript; charset=utf-8",
     "progress.js": "text/javascript; charset=utf-8",
@@ -99,20 +108,20 @@ Found = TypeVar("Found")
 
 
 class Hub:
-    """The pages that are open on one desk."""
+    """What is done for the pages that are open on one desk."""
 
     def __init__(self, desk: Desk | DescribeDesk) -> None:
         self.desk = desk
-        self.sockets: set[WebSocket] = set()
-        self.waiting: Waiting[WebSocket] = Waiting()
+        self.pages: set[Page] = set()
+        self.waiting: Waiting[Page] = Waiting()
         self.asked = asyncio.Event()
         self.changed = asyncio.Event()
         self.moved = asyncio.Event()
         self.rested = asyncio.Event()
         self.begun = asyncio.Event()
-        self.works: list[tuple[WebSocket, Work]] = []
+        self.works: list[tuple[Page, Work]] = []
         self.ended = False
-        self.preparations: asyncio.Queue[tuple[WebSocket, Preparation]] = asyncio.Queue()
+        self.preparations: asyncio.Queue[tuple[Page, Preparation]] = asyncio.Queue()
         self.work = ThreadPoolExecutor(1, "desk")
         self.preparing = ThreadPoolExecutor(1, "prepare")
         self.judging = ThreadPoolExecutor(1, "judge")
@@ -186,7 +195,7 @@ class Hub:
         except Exception as error:  # noqa: BLE001 (a page waits for an answer to each question)
             await self.failed(error, question)
 
-    async def answer_one(self, asker: WebSocket, question: Question) -> None:
+    async def answer_one(self, asker: Page, question: Question) -> None:
         """Do what is asked, or let it be prepared first."""
         preparation = None
         if isinstance(self.desk, Desk):
@@ -206,13 +215,13 @@ class Hub:
         done = await self.at_desk(self.study.prepared, preparation, found)
         await self.replied(done, asker)
 
-    async def replied(self, replies: Replies, asker: WebSocket) -> None:
+    async def replied(self, replies: Replies, asker: Page) -> None:
         """Send replies, and begin what is to be done for who asked."""
         await self.send(replies, asker)
         if replies.work is not None:
             self.begin(asker, replies.work)
 
-    def begin(self, page: WebSocket, work: Work) -> None:
+    def begin(self, page: Page, work: Work) -> None:
         """Let another thread do something for a page, in the place of what is of the same
         kind."""
         self.works = [(one, w) for one, w in self.works if (one, w.kind) != (page, work.kind)]
@@ -227,11 +236,11 @@ class Hub:
             self.begun.clear()
             return
         page, work = self.works.pop(0)
-        if work.generation != self.study.generation or page not in self.sockets:
+        if work.generation != self.study.generation or page not in self.pages:
             return
         made = await loop.run_in_executor(self.toiling, work_made, work)
         for frame in made.frames:
-            await self.send_one(page, frame)
+            page.put(frame)
         newer = any((one, w.kind) == (page, work.kind) for one, w in self.works)
         if made.more is not None and not newer:
             self.works.append((page, made.more))
@@ -320,45 +329,55 @@ class Hub:
         await asyncio.sleep(WATCH)
         await self.send(await self.at_desk(self.study.watched))
 
-    async def send(self, replies: Replies, asker: WebSocket | None = None) -> None:
+    async def send(self, replies: Replies, asker: Page | None = None) -> None:
         """Send frames to all pages, and to the one that asked."""
-        for page in list(self.sockets):
+        for page in self.pages:
             own = replies.asker if page is asker else []
             for frame in (*replies.everybody, *own):
-                await self.send_one(page, frame)
+                page.put(frame)
         if replies.changed:
             self.changed.set()
             self.moved.set()
 
-    async def send_one(self, page: WebSocket, frame: bytes) -> None:
-        """Send a frame; a page that has gone, or takes none, is forgotten."""
-        if page not in self.sockets:
-            return
-        try:
-            await asyncio.wait_for(page.send_bytes(frame), SLOWEST)
-        except (WebSocketDisconnect, RuntimeError, TimeoutError):
-            self.sockets.discard(page)
-
-    async def meet(self, page: WebSocket) -> None:
+    async def meet(self, opened: WebSocket) -> None:
         """Serve one page as long as it is open."""
-        if SUBPROTOCOL not in page.scope.get("subprotocols", ()):
-            await page.close(4400, "reload the page: it is of another version")
+        if SUBPROTOCOL not in opened.scope.get("subprotocols", ()):
+            await opened.close(4400, "reload the page: it is of another version")
             return
-        await page.accept(SUBPROTOCOL)
-        self.sockets.add(page)
+        await opened.accept(SUBPROTOCOL)
+        page = Page(opened)
+        self.pages.add(page)
+        delivering = asyncio.create_task(self.deliver(page, opened))
         try:
-            for made in (self.desk.greeting, self.desk.state):
-                await self.show(page, made)
-            self.changed.set()
-            while True:
-                await self.listen(page)
+            await self.talk(page, opened)
         except (WebSocketDisconnect, RuntimeError):
             return
+        except PageClosedError as error:
+            await closed(opened, error)
         finally:
-            self.sockets.discard(page)
+            self.pages.discard(page)
             self.waiting.forget(page)
+            delivering.cancel()
 
-    async def show(self, page: WebSocket, made: Callable[[], list[bytes]]) -> None:
+    async def deliver(self, page: Page, opened: WebSocket) -> None:
+        """Send a page its frames, as long as it takes them."""
+        try:
+            await page.deliver()
+        except (WebSocketDisconnect, RuntimeError):
+            return
+        except PageClosedError as error:
+            self.pages.discard(page)
+            await closed(opened, error)
+
+    async def talk(self, page: Page, opened: WebSocket) -> None:
+        """Greet a page, and take its questions."""
+        for made in (self.desk.greeting, self.desk.state):
+            await self.show(page, made)
+        self.changed.set()
+        while True:
+            await self.listen(page, opened)
+
+    async def show(self, page: Page, made: Callable[[], list[bytes]]) -> None:
         """Send frames to a page that was just opened; a fault where they cannot be made."""
         try:
             frames = await self.at_desk(made)
@@ -366,23 +385,40 @@ class Hub:
             await self.failed(error)
             return
         for frame in frames:
-            await self.send_one(page, frame)
+            page.put(frame)
 
-    async def listen(self, page: WebSocket) -> None:
+    async def listen(self, page: Page, opened: WebSocket) -> None:
         """Take one question of a page."""
-        message = await page.receive()
-        if message["type"] == "websocket.disconnect":
+        message = await opened.receive()
+        if message["type"] == "websocket.disconnect" or page not in self.pages:
             raise WebSocketDisconnect(message.get("code", 1000))
+        page.count(asyncio.get_running_loop().time())
         text = message.get("text")
+        question = None
         try:
             question = parsed(
                 text if text is not None else message.get("bytes") or b"", self.desk.verbs
             )
             self.waiting.put(page, question)
         except InputError as error:
-            await self.send_one(page, fault_frame(None, str(error)))
+            page.put(fault_frame(question, str(error)))
             return
         self.asked.set()
+
+
+def packed_text(view: WebView) -> str:
+    """A picture, packed as on a page of a report."""
+    packing = Packing()
+    packing.add(view)
+    return packing.text()
+
+
+async def closed(opened: WebSocket, error: PageClosedError) -> None:
+    """Close a page and say why, as far as it hears that."""
+    try:
+        await asyncio.wait_for(opened.close(error.code, str(error)), CLOSING)
+    except (WebSocketDisconnect, RuntimeError, TimeoutError):
+        return
 
 
 def live_application(desk: Desk | DescribeDesk, *, port: int, token: str) -> Application:
@@ -414,7 +450,9 @@ def live_application(desk: Desk | DescribeDesk, *, port: int, token: str) -> App
 
     async def scene(request: Request) -> Response:
         try:
-            return Response(await hub.at_desk(desk.scene), media_type="text/plain")
+            view = await hub.at_desk(desk.scene)
+            # a million triangles take seconds, in which the desk must answer
+            return Response(await asyncio.to_thread(packed_text, view), media_type="text/plain")
         except WorkbenchError as error:
             return Response(str(error), 409, media_type="text/plain")
 
@@ -461,6 +499,7 @@ def serve(desk: Desk | DescribeDesk, *, port: int = 0, ready: Callable[[str], No
     InputError
         If the port is taken.
     """
+    sys.setswitchinterval(SWITCH)
     with socket.socket(socket.AF_INET, socket.SOCK_STREAM) as bound:
         if os.name == "posix":  # elsewhere it lets two programs have one port
             bound.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)

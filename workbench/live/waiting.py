@@ -1,4 +1,7 @@
-"""Questions that wait for an answer: of one subject the newest, but none that ends a drag is lost."""
+"""Questions that wait for an answer: of one subject the newest, but none that ends a drag is lost.
+
+Who asks is answered in turn, so that nobody waits for all that another one asks.
+"""
 
 from __future__ import annotations
 
@@ -12,18 +15,18 @@ from workbench.live.protocol import Question
 __all__ = ["MOST_WAITING", "Waiting"]
 
 MOST_WAITING = 256
-"""Questions that may wait; who sends more has lost count."""
+"""Questions of one who asks that may wait; who sends more has lost count."""
 Asker = TypeVar("Asker", bound=Hashable)
 
 
 @dataclass
 class Waiting(Generic[Asker]):
-    """Questions in their order, each with who asks."""
+    """The questions of each who asks, in their order; whose turn is next comes first."""
 
-    rows: list[tuple[Asker, Question]] = field(default_factory=list)
+    rows: dict[Asker, list[Question]] = field(default_factory=dict)
 
     def __len__(self) -> int:
-        return len(self.rows)
+        return sum(map(len, self.rows.values()))
 
     def put(self, asker: Asker, question: Question) -> None:
         """Let a question wait, in the place of one on the way of the same drag.
@@ -33,18 +36,22 @@ class Waiting(Generic[Asker]):
         InputError
             If too many wait.
         """
-        for k, (other, before) in enumerate(self.rows):
-            if other == asker and before.subject == question.subject and not before.done:
-                del self.rows[k]
-                break
-        if len(self.rows) >= MOST_WAITING:
+        mine = self.rows.get(asker, [])
+        kept = [one for one in mine if one.done or one.subject != question.subject]
+        if len(kept) >= MOST_WAITING:
             raise InputError(f"{MOST_WAITING} questions wait already")
-        self.rows.append((asker, question))
+        self.rows[asker] = [*kept, question]
 
     def take(self) -> tuple[Asker, Question]:
-        """The question that has waited longest."""
-        return self.rows.pop(0)
+        """The question that has waited longest of the one whose turn it is."""
+        asker = next(iter(self.rows))
+        first, *rest = self.rows.pop(asker)
+        if rest:
+            self.rows[asker] = rest  # behind the others
+        return asker, first
 
     def forget(self, asker: Asker) -> None:
         """Drop what somebody asked who has gone; what ends a drag is still done."""
-        self.rows = [row for row in self.rows if row[0] != asker or row[1].done]
+        done = [question for question in self.rows.pop(asker, []) if question.done]
+        if done:
+            self.rows[asker] = done

@@ -1,7 +1,7 @@
 // What lives on the graphics card: programs, buffers and how a frame is painted with them.
 // All of it can be made again from the arrays of the scene, as after the loss of a context.
 
-import { inView, lineNumbers, looksOf, program } from "./programs.js";
+import { inView, lineNumbers, program } from "./programs.js";
 import { LINE, MARK, MESH, SPHERE } from "./shaders.js";
 import { isOf, stripes } from "./wipe.js";
 
@@ -9,12 +9,11 @@ const VEIL = 0.42; // opacity of walls that stand before a body
 
 export class Card {
   constructor(gl, scene) {
-    this.gl = gl;
-    this.scene = scene;
+    Object.assign(this, { gl, scene, looks: [], lines: [], given: null });
     this.build();
   }
 
-  // Everything that lives on the graphics card, from the arrays that are kept here.
+  // Everything that lives on the graphics card, from what is kept here.
   build() {
     const { gl, scene } = this;
     this.programs = {};
@@ -22,14 +21,14 @@ export class Card {
       this.programs[name] = program(gl, source);
     }
     this.people = scene.bodies.map((body) => this.buildBody(body));
-    this.faces = this.lines = null;
+    this.faces = this.edges = null;
     if (scene.place) {
       const { vertices, part, triangles, edges } = scene.place;
       this.faces = this.buildMesh(vertices, part, triangles);
-      this.lines = this.buildMesh(vertices, part, edges);
+      this.edges = this.buildMesh(vertices, part, edges);
       this.parts = [0, 1].slice(0, scene.states ? 2 : 1).map(() => gl.createTexture());
     }
-    this.marks = { vao: gl.createVertexArray(), buffer: gl.createBuffer(), lines: [] };
+    this.marks = { vao: gl.createVertexArray(), buffer: gl.createBuffer() };
     gl.bindVertexArray(this.marks.vao);
     gl.bindBuffer(gl.ARRAY_BUFFER, this.marks.buffer);
     for (let k = 0; k < 3; k++) {
@@ -37,7 +36,8 @@ export class Card {
       gl.vertexAttribPointer(k, 3, gl.FLOAT, false, 36, 12 * k);
       gl.vertexAttribDivisor(k, 1);
     }
-    this.veil = null;
+    this.setParts(this.looks);
+    this.setVeil(this.given);
   }
 
   attribute(place, array, size, type, { normal = false, each = 0, whole = false } = {}) {
@@ -74,14 +74,10 @@ export class Card {
     return { vao, count: index.length };
   }
 
-  // Colours, opacity and displacement of the parts, after one was hidden or the theme changed.
-  setParts(shown, dim) {
-    const { parts } = this.scene.place ?? {};
-    if (!parts) return;
-    this.parts.forEach((texture, state) => {
-      const isShown = (k) => shown.part(k) && isOf(parts[k], state);
-      this.setLooks(texture, looksOf(parts, isShown, dim));
-    });
+  // Looks of the parts in each state (see `looksOf`), after one was hidden or the theme changed.
+  setParts(looks) {
+    this.looks = looks;
+    looks.forEach((each, state) => this.setLooks(this.parts[state], each));
   }
 
   // Eight numbers a part: colour and opacity, displacement.
@@ -96,6 +92,7 @@ export class Card {
   // A see-through surface with lines on it: { vertices, part (the index of a look), triangles, edges,
   // looks: [[r, g, b, opacity]], ink }, null for none.
   setVeil(veil) {
+    this.given = veil;
     this.veil = null;
     if (!veil) return;
     const { vertices, part, triangles, edges, ink } = veil;
@@ -105,24 +102,23 @@ export class Card {
     this.veil = { faces, lines, looks, ink };
   }
 
-  // One frame as a viewer has it: camera, section, theme, what is shown; of two states each in its stripe.
-  paint(viewer) {
+  // One frame of a picture (see `Viewer.picture`); of two states each in its stripe.
+  paint(picture) {
     const { gl } = this;
-    const { width, height } = viewer.canvas;
-    if (!this.scene.states) return this.paintState(viewer, 0);
+    const { width, height } = picture;
+    if (!this.scene.states) return this.paintState(picture, 0);
     gl.enable(gl.SCISSOR_TEST);
-    for (const { state, from, to } of stripes(viewer.wipe, width)) {
+    for (const { state, from, to } of stripes(picture.wipe, width)) {
       gl.scissor(from, 0, to - from, height);
-      this.paintState(viewer, state);
+      this.paintState(picture, state);
     }
     gl.disable(gl.SCISSOR_TEST);
   }
 
-  paintState(viewer, state) {
+  paintState(picture, state) {
     const { gl, scene } = this;
-    const { width, height } = viewer.canvas;
-    const matrices = viewer.camera.matrices();
-    const plane = viewer.section ? inView(viewer.section, matrices.view) : [0, 0, 0, -1];
+    const { width, height, matrices } = picture;
+    const plane = picture.section ? inView(picture.section, matrices.view) : [0, 0, 0, -1];
     const use = (name) => {
       const { made, at } = this.programs[name];
       gl.useProgram(made);
@@ -133,7 +129,7 @@ export class Card {
       return at;
     };
     gl.viewport(0, 0, width, height);
-    gl.clearColor(...viewer.look.paper, 1);
+    gl.clearColor(...picture.look.paper, 1);
     gl.depthMask(true);
     gl.disable(gl.BLEND);
     gl.enable(gl.DEPTH_TEST);
@@ -145,17 +141,17 @@ export class Card {
     gl.stencilOp(gl.KEEP, gl.KEEP, gl.REPLACE);
     const sphere = use("SPHERE");
     scene.bodies.forEach((body, k) => {
-      if (viewer.shown.body(k) && isOf(body, state)) this.paintBody(sphere, body, k);
+      if (picture.bodies[k] && isOf(body, state)) this.paintBody(sphere, body, k);
     });
-    if (this.faces) this.paintPlace(use, viewer);
+    if (this.faces) this.paintPlace(use, picture);
     gl.disable(gl.STENCIL_TEST);
-    if (viewer.through) this.paintThrough(use("SPHERE"), viewer.through);
+    if (picture.through) this.paintThrough(use("SPHERE"), picture.through);
     if (this.veil) this.paintVeil(use);
-    const lines = this.marks.lines.filter((line) => isOf(line, state));
+    const lines = this.lines.filter((line) => isOf(line, state));
     if (lines.length) {
       const at = use("MARK");
       gl.uniform2f(at.size, width, height);
-      gl.uniform1f(at.width, viewer.strokes);
+      gl.uniform1f(at.width, picture.strokes);
       gl.disable(gl.DEPTH_TEST);
       gl.bindVertexArray(this.marks.vao);
       gl.bindBuffer(gl.ARRAY_BUFFER, this.marks.buffer);
@@ -224,8 +220,8 @@ export class Card {
     gl.stencilFunc(gl.ALWAYS, 0, 1);
     const line = use("LINE");
     gl.uniform4fv(line.ink, look.ink);
-    gl.bindVertexArray(this.lines.vao);
-    gl.drawElements(gl.LINES, this.lines.count, gl.UNSIGNED_INT, 0);
+    gl.bindVertexArray(this.edges.vao);
+    gl.drawElements(gl.LINES, this.edges.count, gl.UNSIGNED_INT, 0);
     gl.useProgram(this.programs.MESH.made);
     gl.bindVertexArray(this.faces.vao);
     faces(1);

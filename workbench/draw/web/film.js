@@ -16,7 +16,7 @@ export class Film {
     Object.assign(this, { times, words, show, ready, frame: 0, playing: 0, worst: null });
     this.time = element("input", { type: "range", min: 0, max: times.length - 1, value: 0 });
     this.time.setAttribute("aria-label", "time");
-    this.clock = element("output");
+    this.clock = element("output", { ariaLive: "off" }); // the slider says its time itself
     this.play = element("button", { type: "button", textContent: "play", onclick: () => this.toggle() });
     this.bar = element("div", { className: "film" }, this.play, this.time, this.clock);
     this.time.oninput = () => {

@@ -17,7 +17,8 @@ const HELP =
   "F looks at what was clicked, H hides it, I shows it alone, X walls, C section, [ ] other cases, space plays, Esc undoes.";
 
 export class Panel {
-  constructor(place, scene, dark) {
+  // Paints: what paints the canvas, see viewer.js.
+  constructor(place, scene, dark, Paints) {
     this.place = place;
     this.scene = scene;
     this.still = place.querySelector(".still");
@@ -34,7 +35,7 @@ export class Panel {
     this.still.hidden = true;
     this.still.style.display = "none";
     try {
-      this.viewer = new Viewer(canvas, scene);
+      this.viewer = new Viewer(canvas, scene, Paints);
     } catch (error) {
       this.end();
       throw error;

@@ -40,6 +40,7 @@ MODULES = (
     "list",
     "wipe",
     "card",
+    "painting",
     "viewer",
     "labels",
     "film",

@@ -2,22 +2,23 @@
 // It knows arrays, not pages: report, notebook and bench hand it a scene (see wire.js).
 
 import { Camera } from "./camera.js";
-import { Card } from "./card.js";
+import { Painting } from "./painting.js";
+import { looksOf } from "./programs.js";
 import { boundsOf } from "./wire.js";
 import { isOf, stateAt } from "./wipe.js";
 
-const REST = 150; // milliseconds without a change after which the picture is drawn in full
+const REST = 350; // milliseconds without a change after which the picture is drawn in full
 const ROUGH = 0.4; // size while something moves, where a program draws and no graphics card
 const SLOW = 40; // milliseconds of a first frame from which it counts as such
 const LOOKS = {
   light: { paper: [0.957, 0.964, 0.972], ink: [0.2, 0.24, 0.3, 0.8], part: 1 },
   dark: { paper: [0.075, 0.09, 0.115], ink: [0.02, 0.03, 0.04, 0.9], part: 0.62 },
 };
-const DEFAULTS = { alpha: false, stencil: true, powerPreference: "high-performance" };
 
 let slow = null; // whether GL is software, found once a page
 
-function isSoftware() {
+// Whether a program draws, and no graphics card.
+export function isSoftware() {
   if (slow !== null) return slow;
   const gl = document.createElement("canvas").getContext("webgl2");
   if (!gl) return (slow = false);
@@ -29,7 +30,8 @@ function isSoftware() {
 }
 
 export class Viewer extends EventTarget {
-  constructor(canvas, scene) {
+  // Paints: what paints the canvas, here or in another thread.
+  constructor(canvas, scene, Paints = Painting) {
     super();
     this.canvas = canvas;
     this.scene = scene;
@@ -43,22 +45,8 @@ export class Viewer extends EventTarget {
     this.through = null; // { body, ranges }: spheres that are seen through what hides them
     this.hiddenBodies = new Set();
     this.hiddenParts = new Set();
-    this.gl = canvas.getContext("webgl2", { ...DEFAULTS, antialias: !isSoftware() });
-    if (!this.gl) throw new Error("this browser has no WebGL 2 here");
-    canvas.addEventListener("webglcontextlost", (event) => {
-      event.preventDefault();
-      this.lost = true;
-    });
-    canvas.addEventListener("webglcontextrestored", () => {
-      this.lost = false;
-      this.card.build();
-      this.card.marks.lines = [...this.lines.values()].flat();
-      this.card.setVeil(this.veil);
-      this.partsChanged();
-    });
-    this.card = new Card(this.gl, scene);
     this.lines = new Map();
-    this.veil = null;
+    this.painting = new Paints(canvas, scene, { antialias: !isSoftware(), painted: () => this.dispatchEvent(new Event("frame")) });
     this.partsChanged();
     this.watch = new ResizeObserver(() => this.draw());
     this.watch.observe(canvas);
@@ -84,21 +72,23 @@ export class Viewer extends EventTarget {
 
   // A part was hidden, shown or moved, or the theme changed.
   partsChanged() {
-    if (!this.lost) this.card.setParts(this.shown, this.look.part);
+    const { place, states } = this.scene;
+    const { parts } = place ?? {};
+    const looks = (state) => looksOf(parts, (k) => this.shown.part(k) && isOf(parts[k], state), this.look.part);
+    if (parts) this.painting.setParts((states ?? [0]).map((_, state) => looks(state)));
     this.draw();
   }
 
   // Lines from point to point: [{ from, to, colour }]; those of another owner stay.
   setMarks(lines, owner = "") {
     this.lines.set(owner, lines);
-    this.card.marks.lines = [...this.lines.values()].flat();
+    this.painting.setMarks([...this.lines.values()].flat());
     this.draw();
   }
 
   // Something see-through over the picture: see card.js; null for nothing.
   setVeil(veil) {
-    this.veil = veil;
-    if (!this.lost) this.card.setVeil(veil);
+    this.painting.setVeil(veil);
     this.draw();
   }
 
@@ -145,26 +135,34 @@ export class Viewer extends EventTarget {
 
   resize() {
     const { canvas } = this;
-    const ratio = (window.devicePixelRatio || 1) * this.scale;
-    const width = Math.max(1, Math.round(canvas.clientWidth * ratio));
-    const height = Math.max(1, Math.round(canvas.clientHeight * ratio));
-    if (canvas.width !== width || canvas.height !== height) Object.assign(canvas, { width, height });
     this.camera.aspect = (canvas.clientWidth || 1) / (canvas.clientHeight || 1);
   }
 
+  // All that a frame shows, apart from the scene, as plain data.
+  picture() {
+    const { canvas, camera, look, section, walls, through, wipe, strokes, shown } = this;
+    const ratio = (window.devicePixelRatio || 1) * this.scale;
+    return {
+      ...{ look, section, walls, through, wipe, strokes },
+      width: Math.max(1, Math.round(canvas.clientWidth * ratio)),
+      height: Math.max(1, Math.round(canvas.clientHeight * ratio)),
+      matrices: camera.matrices(),
+      bodies: this.scene.bodies.map((_, k) => shown.body(k)),
+    };
+  }
+
   render() {
-    if (this.lost || this.gone) return;
-    const { gl } = this;
+    if (this.gone) return;
+    if (this.painting.busy) return this.draw(); // the newest is painted once that is done
     this.resize();
     const start = performance.now();
-    this.card.paint(this);
+    this.painting.paint(this.picture());
     if (slow === false && !this.timed) {
-      gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(4)); // waits for the frame
+      this.painting.finish();
       slow = performance.now() - start > SLOW && this.frames > 0;
       this.timed = this.frames > 0;
     }
     this.frames = (this.frames || 0) + 1;
-    this.dispatchEvent(new Event("frame"));
   }
 
   // Give the context back: a browser keeps few of them.
@@ -173,6 +171,6 @@ export class Viewer extends EventTarget {
     this.watch.disconnect();
     cancelAnimationFrame(this.asked);
     clearTimeout(this.resting);
-    this.gl.getExtension("WEBGL_lose_context")?.loseContext();
+    this.painting.end();
   }
 }

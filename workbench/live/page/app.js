@@ -14,7 +14,7 @@ import { nearRow, verdictRow } from "./rows.js";
 import { Sliders } from "./sliders.js";
 import { Things } from "./things.js";
 
-const state = { hello: null, answer: null, person: 0 };
+const state = { hello: null, answer: null, person: 0, judged: 0 };
 const progress = new Progress();
 const waiting = new Waiting();
 const picture = new Picture(document.querySelector("#picture .turn"), say, (panel) => {
@@ -50,10 +50,17 @@ function take(found) {
 
 /* ---- writing ---- */
 
+const SPEAK = 1000; // milliseconds between two messages that are read aloud
+let spoken = 0;
+
 function say(words, fault = false) {
   waiting.end();
   at("status").textContent = words;
   at("status").classList.toggle("fault", fault);
+  spoken ||= setTimeout(() => {
+    spoken = 0;
+    at("spoken").textContent = at("status").textContent;
+  }, SPEAK);
 }
 
 function busy(words) {
@@ -96,7 +103,7 @@ function takeAnswer(head) {
   if (head.words || head.answers || first) say(head.words);
   progress.done(0);
   if (!looks.motion.there) showNear(head.near);
-  if (head.generation !== judged) at("verdicts").classList.add("waiting");
+  at("verdicts").classList.toggle("waiting", head.generation !== state.judged);
   things.show(head);
   person.show();
   sliders.show();
@@ -109,10 +116,8 @@ function showNear(rows) {
 
 const look = (point, words) => picture.lookAt(point, words);
 
-let judged = null; // the number of the state that the verdicts are of
-
 function takeVerdicts(head) {
-  judged = head.generation;
+  state.judged = head.generation;
   const failed = head.rows.filter((row) => !row.passed).length;
   const known = failed ? [`${failed} failed`] : head.waits || !head.rows.length ? [] : ["all passed"];
   const { warnings } = head;

@@ -5,6 +5,7 @@ import { unpack } from "/view/wire.js";
 // Answers go to all pages: numbers of different pages must differ.
 let number = Math.floor(Math.random() * 2 ** 40);
 let onItsWay = 0;
+let since = 0; // [ms] when it was sent
 let single = 0;
 let socket = null;
 let slow = 0;
@@ -27,12 +28,16 @@ export function ask(verb, given = {}, each = false) {
 // Whether a question is on its way or waits.
 export const waits = () => Boolean(onItsWay || waiting.size);
 
+// For how long [ms] an answer has been waited for, 0 where none is.
+export const waited = () => (onItsWay ? performance.now() - since : 0);
+
 function next() {
   if (onItsWay || !waiting.size || socket?.readyState !== WebSocket.OPEN) return;
   const [subject, question] = waiting.entries().next().value;
   waiting.delete(subject);
   number += 1;
   onItsWay = number;
+  since = performance.now();
   socket.send(JSON.stringify({ n: number, ...question }));
   clearTimeout(slow);
   slow = setTimeout(() => told("the bench is at work; what is asked for the first time can take a minute"), SLOW);

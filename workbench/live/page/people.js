@@ -63,7 +63,7 @@ function shareBar({ name, share, was }) {
   row.append(
     element("span", name),
     meter,
-    element("output", percent(share)),
+    element("output", percent(share), { ariaLive: "off" }),
     element("span", difference, { className: difference.startsWith("−") ? "failed" : "passed" }),
   );
   return row;

@@ -1,9 +1,14 @@
 // The picture of the bench: the viewer of the reports, moved by the answers.
 
 import { Panel } from "/view/panel.js";
+import { isSoftware } from "/view/viewer.js";
 import { coloured, readPage, sceneOf } from "/view/wire.js";
+import { canPaintFar, FarPainting } from "./far_painting.js";
 
 const TOUCHES = -1e-6; // room [m] below which a sphere is deeper somewhere than it may be
+
+// A program that draws keeps its thread: then a worker paints. A graphics card works beside the page.
+const paints = () => (isSoftware() && canPaintFar() ? FarPainting : undefined);
 
 export class Picture {
   // place: the element that the picture takes; say: is told why there is none; opened: is given
@@ -25,6 +30,7 @@ export class Picture {
       if (this.answer) this.show(this.answer);
     } catch (error) {
       this.say(`no picture: ${error.message}`);
+      this.place.querySelector(".still").textContent = `There is no picture: ${error.message}. All else can be used.`;
     }
   }
 
@@ -35,7 +41,7 @@ export class Picture {
     const before = this.panel?.viewer;
     this.panel?.end();
     this.panel = null;
-    this.panel = new Panel(this.place, scene, matchMedia("(prefers-color-scheme: dark)").matches);
+    this.panel = new Panel(this.place, scene, matchMedia("(prefers-color-scheme: dark)").matches, paints());
     if (before) this.panel.resume(before);
     this.opened(this.panel);
     return this.panel;

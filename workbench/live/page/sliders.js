@@ -90,11 +90,12 @@ export class Sliders {
     const row = element("label", "", { className: "slider" });
     const input = element("input", "", { type: "range", step: String(STEP) });
     input.setAttribute("aria-label", words);
-    const value = element("output");
+    const value = element("output", "", { ariaLive: "off" }); // the slider says its value itself
     input.oninput = () => {
       this.held = input;
       this.letGo = false;
       value.textContent = `${signed(Number(input.value))} ${unit}`;
+      input.setAttribute("aria-valuetext", value.textContent);
       send(Number(input.value), false);
     };
     input.onchange = () => {

@@ -1,0 +1,24 @@
+// A worker that paints a canvas of the page: where a program draws and no graphics card, a frame keeps
+// the thread that paints it for tens of milliseconds, in which the page would answer nothing.
+
+import { Painting } from "/view/painting.js";
+
+let painting = null;
+let scene = null;
+
+const acts = {
+  begin({ canvas, ...given }) {
+    scene = given.scene;
+    painting = new Painting(canvas, scene, { antialias: given.antialias, painted: () => postMessage("painted") });
+  },
+  setParts: ({ looks }) => painting.setParts(looks),
+  setMarks: ({ lines }) => painting.setMarks(lines),
+  setVeil: ({ veil }) => painting.setVeil(veil),
+  paint({ picture, bodies }) {
+    bodies?.forEach((body, k) => Object.assign(scene.bodies[k], body));
+    if (bodies) scene.frame = (scene.frame || 0) + 1;
+    requestAnimationFrame(() => painting.paint(picture));
+  },
+};
+
+onmessage = ({ data }) => acts[data.act](data);
