@@ -16,7 +16,7 @@ import { veilOf } from "./page/envelope.js";
 import { across, fieldWords } from "./page/eye.js";
 import { components, dimensionLines, thingOf } from "./page/measure.js";
 import { nearestToFailing, startOf } from "./page/motion.js";
-import { change, who } from "./page/people.js";
+import { change, range, who } from "./page/people.js";
 import { rowsOf, wanted } from "./page/size.js";
 import { alongAxis, fromLine, handleAt, inPlane } from "./page/ways.js";
 
@@ -110,9 +110,13 @@ test("the handle under a pointer is the middle, the nearest arrow or none", () =
 test("people and changes of shares are put into words", () => {
   assert.equal(who({ person: 3, sex: "female", stature: 1602 }), "person 3, a woman of 1602 mm");
   assert.equal(who({ person: 4, sex: "male", stature: null }), "person 4, a man");
-  assert.equal(change(0.5, 0.62), "−12.0");
-  assert.equal(change(0.62, 0.5), "+12.0");
-  assert.equal(change(0.5, 0.5004), "");
+  assert.equal(change({ share: 0.5, most: 0.5, was: 0.62 }), "−12.0");
+  assert.equal(change({ share: 0.62, most: 0.62, was: 0.5 }), "+12.0");
+  assert.equal(change({ share: 0.5, most: 0.5, was: 0.5004 }), "");
+  assert.equal(change({ share: 0.4, most: 0.6, was: 0.5 }), "");
+  assert.equal(change({ share: 0.1, most: 0.4, was: 0.5 }), "−10.0");
+  assert.equal(range({ share: 0.5, most: 0.5 }), "50.0 %");
+  assert.equal(range({ share: 0.4, most: 0.75 }), "40.0 to 75.0 %");
 });
 
 test("a size is asked for by measures, and by the percentile that was changed alone", () => {

@@ -15,12 +15,14 @@ from tests.conftest import ROOT
 from workbench.files.study.saving import read_text
 from workbench.live.following import Following
 from workbench.live.protocol import parsed, unpacked
+from workbench.model.accommodation import met_of
 from workbench.model.moves import Move
 from workbench.study.bench.crowd import (
     crowd_question,
     followed,
     met_all,
     open_crowd,
+    remember,
     settled,
 )
 from workbench.study.bench.edits import seated, shifted
@@ -101,13 +103,14 @@ def test_people_who_are_settled_are_those_of_a_run_of_the_saved_study(
 def test_nobody_is_asked_again_where_nothing_has_moved(opened, crowd, start):
     question = crowd_question(opened, crowd, opened.start)
     found = followed(opened, crowd, start, question, opened.start)
-    assert np.array_equal(found, start.margin, equal_nan=True)
+    assert found.known.all()
+    assert np.array_equal(found.margin, start.margin, equal_nan=True)
 
 
 def test_a_moved_part_bears_on_what_is_about_it_alone(opened, crowd, start):
     arrangement = STATES["a part"](opened)
     question = crowd_question(opened, crowd, arrangement)
-    found = followed(opened, crowd, start, question, arrangement)
+    found = followed(opened, crowd, start, question, arrangement).margin
     asked = question.asked
     other = np.array([not {"canopy", "canopy_frame"} & set(one.criterion.parts) for one in asked])
     assert np.array_equal(found[:, other], start.margin[:, other], equal_nan=True)
@@ -127,11 +130,65 @@ def test_a_moved_part_bears_on_what_is_about_it_alone(opened, crowd, start):
 def test_who_fits_while_a_control_is_dragged_fits_at_rest(opened, crowd, start, control, by):
     arrangement = moved(opened, (), (control,), by)
     question = crowd_question(opened, crowd, arrangement)
-    quick = followed(opened, crowd, start, question, arrangement)
+    quick = followed(opened, crowd, start, question, arrangement).margin
     exact = settled(crowd, question, arrangement, start.rows, start)
     assert not np.any(met_all(quick) & ~met_all(exact.margin))
     stays = (exact.fitted.tried.seat == start.fitted.tried.seat).all(axis=1)
     assert np.allclose(quick[stays], exact.margin[stays], atol=1e-9, equal_nan=True)
+
+
+def at(opened, forward, up, control, by):
+    """The seat held in a position, and a control moved."""
+    held = seated(opened, opened.start, "pilot", forward, up).arrangement
+    return shifted(opened, held, Move((), (control,), by)).arrangement
+
+
+TRAVEL = st.tuples(st.floats(-0.1, 0.1), st.floats(-0.06, 0.06))
+
+
+@settings(max_examples=2)
+@given(
+    st.lists(TRAVEL, min_size=2, max_size=2),
+    st.sampled_from(["flaps", "throttle", "left_stick", "left_seat_left_pedal"]),
+    st.tuples(*[st.floats(-0.08, 0.08)] * 3),
+)
+def test_who_fits_while_the_seat_is_dragged_is_who_does_in_a_run(
+    opened, crowd, start, places, control, by
+):
+    remember(start)
+    for forward, up in places:  # each follows from where the people were last
+        arrangement = at(opened, *within(opened, forward, up), control, by)
+        question = crowd_question(opened, crowd, arrangement)
+        quick = followed(opened, crowd, start, question, arrangement, search=False)
+        found = followed(opened, crowd, start, question, arrangement)
+        exact = settled(crowd, question, arrangement, start.rows)
+        assert found.known.all()
+        assert np.array_equal(met_of(found.margin), met_of(exact.margin))
+        assert np.array_equal(met_of(quick.margin)[quick.known], met_of(exact.margin)[quick.known])
+        reach = np.array([one.control is not None for one in question.asked])
+        assert np.allclose(
+            found.margin[:, ~reach], exact.margin[:, ~reach], atol=1e-9, equal_nan=True
+        )
+        assert np.all(found.margin[:, reach] <= np.maximum(exact.margin[:, reach], 0.0) + 1e-9)
+
+
+def within(opened, forward, up):
+    """A position within the travel of the seat."""
+    seat = opened.seat(opened.crowd)
+    return np.clip(forward, *seat.travel_forward), np.clip(up, *seat.travel_up)
+
+
+@pytest.mark.parametrize("control", ["throttle", "left_stick"])
+def test_a_control_that_a_hand_holds_is_followed_with_that_hand(opened, crowd, start, control):
+    arrangement = moved(opened, (), (control,), (0.03, 0.02, 0.02))
+    question = crowd_question(opened, crowd, arrangement)
+    found = followed(opened, crowd, start, question, arrangement).margin
+    exact = settled(crowd, question, arrangement, start.rows)
+    stays = (exact.fitted.tried.seat == start.fitted.tried.seat).all(axis=1)
+    assert stays.any()
+    assert np.allclose(found[stays], exact.margin[stays], atol=1e-9, equal_nan=True)
+    shoulder = [one.requirement.name for one in question.asked].index("left shoulder to canopy")
+    assert np.array_equal(found[:, shoulder], start.margin[:, shoulder]) == (control == "throttle")
 
 
 def test_people_are_settled_piece_by_piece_and_followed_from_there(opened):

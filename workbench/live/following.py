@@ -14,7 +14,7 @@ import numpy as np
 
 from workbench.errors import InputError
 from workbench.live.frames import PeopleShown, people_frame, waiting_frame
-from workbench.model.arrays import Floats, Ints
+from workbench.model.arrays import Bools, Floats, Ints
 from workbench.study.accommodation.chunks import Question
 from workbench.study.bench.crowd import (
     Crowd,
@@ -22,22 +22,26 @@ from workbench.study.bench.crowd import (
     crowd_question,
     followed,
     open_crowd,
+    remember,
     settled,
 )
 from workbench.study.bench.state import Arrangement, OpenStudy
 
-__all__ = ["PIECE", "Following"]
+__all__ = ["Following"]
 
-PIECE = 16
-"""People who are worked on without a break."""
+FIRST_PIECE = 16
+PIECE = 64
+"""People who are worked on without a break: few at first, so that something is shown soon."""
 
 
 @dataclass(frozen=True, eq=False)
 class _Margins:
-    """What people have to spare (B, R) [m] in a state, and whether they were settled in it."""
+    """What people have to spare (B, R) [m] in a state, what is known (B, R) of that, and whether
+    they were settled in it."""
 
     generation: int
     margin: Floats
+    known: Bools
     settled: bool
 
 
@@ -66,7 +70,10 @@ class Following:
     @property
     def at_hand(self) -> int:
         """How many pieces are followed."""
-        return 0 if self.crowd is None else -(-self.crowd.at_hand // PIECE)
+        if self.crowd is None:
+            return 0
+        sizes = np.cumsum([len(rows) for rows in self.pieces])
+        return int(np.searchsorted(sizes, self.crowd.at_hand)) + 1
 
     def begin(self) -> bytes | None:
         """Make the bodies, where they are not made yet; a frame where that cannot be."""
@@ -80,33 +87,50 @@ class Following:
             self.words = str(error)
             return waiting_frame(self.words)
         order = crowd.order
-        self.pieces = [order[k : k + PIECE] for k in range(0, len(order), PIECE)]
+        ends = [FIRST_PIECE, *range(PIECE, len(order), PIECE)]
+        self.pieces = [rows for rows in np.split(order, ends) if len(rows)]
         self._first = [None] * len(self.pieces)
         self._last = [None] * len(self.pieces)
         self._shown = [None] * len(self.pieces)
         self.crowd = crowd
         return None
 
-    def follow(self, number: int, arrangement: Arrangement, generation: int) -> bool:
+    def follow(
+        self, number: int, arrangement: Arrangement, generation: int, *, search: bool = True
+    ) -> bool:
         """Ask a piece of people what a change touches, where they were settled; whether anything is
-        known of them then."""
+        known of them then.
+
+        Parameters
+        ----------
+        search
+            Whether what is not known at once is searched for.
+        """
         crowd = self.crowd
         if crowd is None or len(arrangement.people) > 1:
             return False
         shown = self._shown[number]
-        if shown is not None and shown.generation == generation:
+        same = shown is not None and shown.generation == generation
+        if same and shown is not None and (shown.known.all() or not search):
             return True
         known = self._nearest(number, crowd, arrangement)
         if known is None:
             return False
         try:
             question = self._question(crowd, arrangement)
-            margin = followed(self.opened, crowd, known, question, arrangement)
+            found = followed(self.opened, crowd, known, question, arrangement, search=search)
         except InputError:
             return False  # settling reports it
         exact = known.arrangement.content == arrangement.content
-        self._shown[number] = _Margins(generation, margin, exact)
+        self._shown[number] = _Margins(generation, found.margin, found.known, exact)
         return True
+
+    def remember(self, number: int) -> None:
+        """Make a piece of people who are settled ready to be followed while their seat is dragged."""
+        for known in (self._last[number], self._first[number]):
+            if known is not None:
+                remember(known)
+                return
 
     def _nearest(self, number: int, crowd: Crowd, arrangement: Arrangement) -> Settled | None:
         """What is known of a piece in the state that is the most like another."""
@@ -158,7 +182,8 @@ class Following:
             return None
         except InputError as error:
             return waiting_frame(str(error))
-        self._shown[number] = _Margins(generation, known.margin, True)
+        everything = np.ones(known.margin.shape, dtype=np.bool_)
+        self._shown[number] = _Margins(generation, known.margin, everything, True)
         return None
 
     def _kept(self, number: int, found: Settled) -> Settled:
@@ -193,6 +218,7 @@ class Following:
             PeopleShown(
                 rows=np.concatenate([rows for rows, _, _ in known]),
                 margin=np.concatenate([shown.margin for _, shown, _ in known]),
+                known=np.concatenate([shown.known for _, shown, _ in known]),
                 settled=np.repeat([shown.settled for _, shown, _ in known], counts),
                 before=np.concatenate([first.margin for _, _, first in known]),
                 asked=known[0][2].question.asked,

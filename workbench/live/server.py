@@ -18,6 +18,7 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import asynccontextmanager
 from functools import partial
 from importlib.resources import files
+from itertools import product
 from typing import Any, TypeVar
 
 from workbench.draw.web.snippet import MODULES
@@ -257,6 +258,9 @@ class Hub:
             settle = partial(people.settle, number, *state)
             refused = await loop.run_in_executor(self.settling, settle)
             await self.send(Replies(everybody=self.people_frames(asked)))
+        for number in range(people.at_hand):
+            if not self.superseded() and refused is None:
+                await loop.run_in_executor(self.settling, people.remember, number)
         if refused is not None:
             await self.send(Replies(everybody=[refused]))
 
@@ -265,20 +269,22 @@ class Hub:
         return self.changed.is_set() or self.rested.is_set() or self.ended
 
     async def follow(self) -> None:
-        """Follow each change with the people who are at hand; of a drag the newest counts."""
+        """Follow each change with the people who are at hand, and then search for what is not known
+        of them at once; of a drag the newest counts."""
         loop = asyncio.get_running_loop()
         await self.moved.wait()
         self.moved.clear()
         asked = await self.at_desk(self.study.judgement)
         people = asked.following
         sent = 0.0
-        for number in range(people.at_hand):
-            follow = partial(people.follow, number, asked.arrangement, asked.generation)
+        last = people.at_hand - 1
+        for search, number in product((False, True), range(people.at_hand)):
+            state = asked.arrangement, asked.generation
+            follow = partial(people.follow, number, *state, search=search)
             known = await loop.run_in_executor(self.following, follow)
             if self.moved.is_set():
                 break
-            last = number + 1 == people.at_hand
-            if known and (last or loop.time() - sent > OFTEN):
+            if known and (number == last or loop.time() - sent > OFTEN):
                 sent = loop.time()
                 await self.send(Replies(everybody=self.people_frames(asked)))
 

@@ -7,7 +7,7 @@ is the order of Zehner and Kennedy's cockpit assessments.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence, Set
 from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
 
@@ -38,6 +38,7 @@ __all__ = [
     "Situation",
     "Taken",
     "feet_of",
+    "hands_moved",
     "in_place",
     "join_situations",
     "moved_by",
@@ -49,6 +50,8 @@ __all__ = [
     "situated",
     "take_places",
     "with_hands",
+    "with_hands_again",
+    "with_some_hands",
     "without_parts",
     "without_seat",
 ]
@@ -390,40 +393,102 @@ def with_hands(situation: Situation) -> Situation:
     return situation.held
 
 
-def _hands_placed(situation: Situation) -> Situation:
-    aims = situation.work.aims
-    if aims is None:
-        return situation
-    controls = {control.name: control for control in situation.environment.controls}
-    for hand, name in aims.controls.items():
-        if hand in HANDS:
-            situation = _with_hand(situation, hand, controls[name])
+def with_some_hands(situation: Situation, hands: Collection[str]) -> Situation:
+    """The same, where `with_hands` brings some hands alone to the controls that they hold: for what
+    does not depend on the others."""
+    found = replace(situation)
+    found.__dict__["held"] = _hands_placed(situation, hands)
+    return found
+
+
+def _hands_placed(situation: Situation, hands: Collection[str] = HANDS) -> Situation:
+    for hand, control in _hands_of(situation):
+        if hand in hands:
+            situation = _with_hand(situation, hand, control)
     return situation
 
 
-def moved_by_hands(situation: Situation) -> Bools:
-    """(S,) the spheres that are elsewhere with the hands on the controls that they hold: those
-    beyond the joints that this turns, and those that share in the turns of these joints."""
-    body = situation.body
+def _hands_of(situation: Situation) -> list[tuple[str, Control]]:
+    """The hands that hold a control, in the order in which they are brought there."""
     aims = situation.work.aims
-    turned = np.zeros(len(body.joints), dtype=np.bool_)
     controls = {control.name: control for control in situation.environment.controls}
-    for hand, name in aims.controls.items() if aims is not None else ():
-        if hand in HANDS:
-            control = controls[name]
+    held = aims.controls if aims is not None else {}
+    return [(hand, controls[name]) for hand, name in held.items() if hand in HANDS]
+
+
+def hands_moved(situation: Situation, controls: Set[str]) -> tuple[str, ...]:
+    """The hands that are elsewhere once some controls are: those that hold one, and those that hang
+    on a joint that these turn."""
+    found: list[str] = []
+    for hand, control in _hands_of(situation):
+        arm = limb(situation.body, hand, grip=control.grip, zone=control.zone)
+        turned = _turned_by(situation, found)
+        bears = _beyond(situation.body, turned)[arm.base] or turned[list(arm.free)].any()
+        if control.name in controls or bears:
+            found.append(hand)
+    return tuple(found)
+
+
+def with_hands_again(situation: Situation, hands: Collection[str], before: Situation) -> Situation:
+    """The same as `with_hands`, where only some hands are elsewhere than they were.
+
+    Parameters
+    ----------
+    situation
+        People with their hands at rest.
+    hands
+        Those that are brought to their controls anew, as of `hands_moved`.
+    before
+        The same people in the same place with all hands on their controls.
+    """
+    for hand, control in _hands_of(situation):
+        if hand in hands:
+            situation = _with_hand(situation, hand, control)
+            continue
+        free = list(limb(situation.body, hand, grip=control.grip, zone=control.zone).free)
+        poses = situation.poses
+        rotations = poses.rotations.copy()
+        rotations[:, free] = before.poses.rotations[:, free]
+        situation = replace(
+            situation,
+            poses=Poses(rotations, poses.reference, poses.world_from_reference),
+            hand_miss={**situation.hand_miss, hand: before.hand_miss[hand]},
+            hand_limit={**situation.hand_limit, hand: before.hand_limit[hand]},
+        )
+    return situation
+
+
+def moved_by_hands(situation: Situation, hands: Collection[str] = HANDS) -> Bools:
+    """(S,) the spheres that are elsewhere with some hands on the controls that they hold: those
+    beyond the joints that this turns, and those that share in the turns of these joints."""
+    return moved_by(situation.body, _turned_by(situation, hands))
+
+
+def _turned_by(situation: Situation, hands: Collection[str]) -> Bools:
+    """(J,) the joints that some hands turn on the way to the controls that they hold."""
+    body = situation.body
+    turned = np.zeros(len(body.joints), dtype=np.bool_)
+    for hand, control in _hands_of(situation):
+        if hand in hands:
             turned[list(limb(body, hand, grip=control.grip, zone=control.zone).free)] = True
-    return moved_by(body, turned)
+    return turned
 
 
 def moved_by(body: Body, turned: Bools) -> Bools:
     """(S,) the spheres that are elsewhere, seen from the root of the body, once some joints (J,)
     are turned: those beyond them, and those that share in their turns."""
-    moved = np.zeros(len(body.segments), dtype=np.bool_)
-    for n in range(1, len(body.segments)):
-        moved[n] = moved[body.parent[n]] or turned[n - 1]  # joint n - 1 bears segment n
+    moved = _beyond(body, turned)
     shared = turned[body.blend_joint] & (body.blend_joint >= 0)
     twisted = turned[body.topology.twist_joint] & (body.topology.twist_joint >= 0)
     found: Bools = (moved | twisted)[body.sphere_segment] | shared
+    return found
+
+
+def _beyond(body: Body, turned: Bools) -> Bools:
+    """(N,) the segments beyond some joints (J,)."""
+    found = np.zeros(len(body.segments), dtype=np.bool_)
+    for n in range(1, len(body.segments)):
+        found[n] = found[body.parent[n]] or turned[n - 1]  # joint n - 1 bears segment n
     return found
 
 

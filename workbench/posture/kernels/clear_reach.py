@@ -54,7 +54,15 @@ from workbench.posture.kernels.limits import Planes, within
 from workbench.posture.kernels.linkage import Linkage, State, new_state
 from workbench.posture.kernels.newton import Work, equations, go, new_work, newton
 
-__all__ = ["BURIED", "Outcome", "clear_reaches"]
+__all__ = [
+    "BURIED",
+    "KEPT",
+    "NEARLY",
+    "Looked",
+    "Outcome",
+    "clear_reaches",
+    "still_reaches",
+]
 
 CLEAR = 2e-4
 """How far [m] beyond what is allowed a posture is kept off obstacles, so that rounding does not
@@ -134,6 +142,15 @@ class Outcome(NamedTuple):
     """(P,) the part that keeps the limb from its target, -1 where none does."""
     doubt: NDArray[np.int64]
     """(P,) CERTAIN, OWN_WAY, OTHER_WAY, KEPT or BURIED."""
+
+
+class Looked(NamedTuple):
+    """What was looked at about P reaches, filled in place: as of `contacts.Space`."""
+
+    last: NDArray[np.float64]
+    """(P, groups, S, 3) [m] where each sphere of the limb was last looked at."""
+    gap: NDArray[np.float64]
+    """(P, groups, S) [m] how far its centre was from all surfaces at least, -1 where not known."""
 
 
 class Case(NamedTuple):
@@ -708,3 +725,48 @@ def _clear_rows(link, limbs, who, held, problem, room, seeds, out, rows, desk): 
             _come_near(case, missed, free.part, desk, out)
         if out.doubt[p] == BURIED:
             out.part[p] = buried
+
+
+@njit(cache=True, nogil=True)
+def still_reaches(link, limbs, who, held, problem, room, looked, out, begin, end):  # type: ignore[no-untyped-def]
+    """Look whether reaches are still there once their people are elsewhere, rows begin..end of P.
+
+    Each begins from its posture before, in `out.angles`, and is a reach where the search from there
+    finds one: then `out.doubt` is OWN_WAY, and the posture is the new one. Else it is KEPT, and the
+    posture stays. Rows that are KEPT before are left out.
+
+    looked: a `Looked` in the same room, with the same parts shown; the others as of `clear_reaches`.
+    """
+    desk = _new_desk(link, limbs, held.shape[1], np.int64(1))
+    _look_again(link, limbs, who, held, problem, room, looked, out, (begin, end), desk)
+
+
+@inlined
+def _copy_looked(last, gap, to_last, to_gap):  # type: ignore[no-untyped-def]
+    """Copy what was looked at about one reach."""
+    for g in range(gap.shape[0]):
+        for s in range(gap.shape[1]):
+            to_gap[g, s] = gap[g, s]
+            for axis in range(3):
+                to_last[g, s, axis] = last[g, s, axis]
+
+
+@inner
+def _look_again(link, limbs, who, held, problem, room, looked, out, rows, desk):  # type: ignore[no-untyped-def]
+    """Look at the rows rows[0]..rows[1] of P again, each by itself."""
+    base, goal = problem
+    begin, end = rows
+    space = desk.space
+    for p in range(begin, end):
+        if out.doubt[p] == KEPT:
+            continue
+        case = Case(link, limbs, room, held, base, goal, who[p], p)
+        _copy_looked(looked.last[p], looked.gap[p], space.last, space.gap)
+        take_row(out.angles, p, desk.state.angles)
+        desk.least[0] = np.inf
+        if _solve(case, 0.0, desk, out):
+            put_row(desk.state.angles, out.angles, p)
+            out.doubt[p] = OWN_WAY
+        else:
+            out.doubt[p] = KEPT
+        _copy_looked(space.last, space.gap, looked.last[p], looked.gap[p])

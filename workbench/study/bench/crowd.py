@@ -25,6 +25,7 @@ from workbench.model.environment import Control, Environment
 from workbench.model.moves import control_moves, part_moves
 from workbench.model.population import Population
 from workbench.model.workplace import Workplace
+from workbench.posture.reaching.limbs import HANDS
 from workbench.study.accommodation.accommodation import population_question
 from workbench.study.accommodation.chunks import Question
 from workbench.study.accommodation.population_bodies import PopulationBodies, fit_population
@@ -35,7 +36,15 @@ from workbench.study.bench.state import (
     arranged_study,
 )
 from workbench.study.checks.margins import Asked
-from workbench.study.checks.table import AFTER_SEATING, CHECKS, margins_of, needs_hands
+from workbench.study.checks.reach import ReachMemory, margins_again
+from workbench.study.checks.table import (
+    AFTER_SEATING,
+    CHECKS,
+    IN_POSTURE,
+    REACHING,
+    margins_of,
+    needs_hands,
+)
 from workbench.study.people import present_people
 from workbench.study.positions import (
     Before,
@@ -45,17 +54,27 @@ from workbench.study.positions import (
     in_positions,
 )
 from workbench.study.settings import at_setting, nominal_setting, renewed
-from workbench.study.situation import Occupants, Situation, with_hands, without_parts
+from workbench.study.situation import (
+    Occupants,
+    Situation,
+    hands_moved,
+    with_hands,
+    with_hands_again,
+    with_some_hands,
+    without_parts,
+)
 from workbench.study.workplaces import population_of
 
 __all__ = [
     "AT_HAND",
     "Crowd",
+    "Followed",
     "Settled",
     "crowd_question",
     "followed",
     "met_all",
     "open_crowd",
+    "remember",
     "settled",
 ]
 
@@ -101,8 +120,8 @@ class Settled:
     ----------
     arrangement, question
         The state, and what is asked of everybody in it.
-    rows
-        (B,) of the people in their population.
+    who
+        B people.
     fitted
         In the positions that suit them best, with their margins there.
     places
@@ -111,16 +130,40 @@ class Settled:
 
     arrangement: Arrangement
     question: Question
-    rows: Ints
+    who: Occupants
     fitted: Fitted
     places: Places
     hands: dict[object, Situation] = field(default_factory=dict)
     """The people with their hands on their controls, while some parts are no obstacles."""
+    memory: ReachMemory = field(default_factory=dict)
+    """What all of them reached where they sat last."""
+
+    @property
+    def rows(self) -> Ints:
+        """(B,) of the people in their population."""
+        return self.who.numbers
 
     @property
     def margin(self) -> Floats:
         """(B, R) [m]."""
         return self.fitted.tried.margin
+
+
+@dataclass(frozen=True, eq=False)
+class Followed:
+    """What people have to spare where they are while the study is changed.
+
+    Parameters
+    ----------
+    margin
+        (B, R) [m], NaN where a requirement does not apply, or is not known.
+    known
+        (B, R) what is known. Of reaches in another position of the seat only that is known at once
+        which needs no search.
+    """
+
+    margin: Floats
+    known: Bools
 
 
 def open_crowd(opened: OpenStudy, say: Callable[[str], None] = lambda text: None) -> Crowd | None:
@@ -204,7 +247,7 @@ def settled(
         place, question.asked, question.members, who, situations, known, proceed=proceed
     )
     places = _places(question, who, situations, fitted)
-    return Settled(arrangement, question, rows, fitted, places)
+    return Settled(arrangement, question, who, fitted, places)
 
 
 def _before(before: Settled, question: Question, arrangement: Arrangement) -> Before | None:
@@ -276,7 +319,9 @@ def followed(
     known: Settled,
     question: Question,
     arrangement: Arrangement,
-) -> Floats:
+    *,
+    search: bool = True,
+) -> Followed:
     """Measure what people have to spare in another state, each where the person was settled.
 
     Parameters
@@ -285,11 +330,14 @@ def followed(
         The people in a state before.
     question
         What is asked in the other state.
+    search
+        Whether what is not known at once is searched for.
 
     Returns
     -------
-    (B, R) array
-        Margins [m]: of what the change does not touch those of before.
+    Followed
+        Of what the change does not touch the margins of before. Where people sit otherwise, a
+        control that is reached has 0 to spare: how much more is not asked for.
     """
     old = known.arrangement.people[crowd.row]
     new = arrangement.people[crowd.row]
@@ -304,17 +352,18 @@ def followed(
     adjusted = any(question.place.environment.parts[k] in _adjusted(opened) for k in moved.parts)
     zones = known.arrangement.zones != arrangement.zones
     if old is not new or zones or feet & moved.controls or adjusted:
-        return _seated_anew(opened, crowd, known, question, arrangement)
+        return _seated_anew(opened, crowd, known, question, arrangement, search=search)
     margin = known.margin.copy()
-    columns = _touched(question, moved)
+    everything = np.ones(margin.shape, dtype=np.bool_)
+    columns = _touched(question, known, moved)
     if not columns:
-        return margin
+        return Followed(margin, everything)
     for rows, situations in known.places:
         at = at_setting(question.place, known.fitted.setting[rows[0]])
         asked = renewed(at, [question.asked[r] for r in columns])
         found = _margins_there(known, situations, at, asked, moved)
         margin[np.ix_(rows, np.array(columns))] = found
-    return margin
+    return Followed(margin, everything)
 
 
 def _adjusted(opened: OpenStudy) -> set[str]:
@@ -322,18 +371,19 @@ def _adjusted(opened: OpenStudy) -> set[str]:
     return {name for one in opened.study.environment.adjustments for name in one.parts}
 
 
-def _touched(question: Question, moved: _Moved) -> list[int]:
+def _touched(question: Question, known: Settled, moved: _Moved) -> list[int]:
     """The requirements that a move bears on: reaches of the controls, what is about the parts, and
-    what depends on hands that hold a control."""
+    what depends on a hand that holds a control."""
     names = {question.place.environment.parts[k] for k in moved.parts}
-    hands = bool(moved.controls & _held(question.place))
+    _, situations = known.places[0]
     found = []
     for r, one in enumerate(question.asked):
         if one.control is not None:
             touched = one.control.name in moved.controls
         else:
             touched = bool(names & set(one.criterion.parts))
-            touched |= hands and CHECKS[one.requirement.check].cost > AFTER_SEATING
+            there = situations[one.case]
+            touched |= needs_hands(there, one, hands_moved(there, moved.controls))
         if touched:
             found.append(r)
     return found
@@ -369,8 +419,7 @@ def _margins_there(
             key = number, situation, parts, _held_points(at)
             hands = known.hands.get(key)
             if hands is None:
-                held_controls = moved.controls & _held(at)
-                hands = with_hands(_with_controls(reaching, at) if held_controls else reaching)
+                hands = _hands_there(situation, reaching, at, moved)
                 known.hands.clear()
                 known.hands[key] = hands
             posed = replace(hands, place=at if parts else old)
@@ -379,6 +428,19 @@ def _margins_there(
                 assert check.margins is not None
                 margin[:, q] = check.margins(posed, [asked[q]]).margin[:, 0]
     return margin
+
+
+def _hands_there(
+    situation: Situation, reaching: Situation, at: Workplace, moved: _Moved
+) -> Situation:
+    """The people of a situation with their hands on their controls while some are dragged;
+    reaching: the same without the parts that are, as obstacles."""
+    if not moved.controls & _held(at):
+        return with_hands(reaching)
+    there = _with_controls(reaching, at)
+    if moved.parts:
+        return with_hands(there)
+    return with_hands_again(there, hands_moved(situation, moved.controls), with_hands(situation))
 
 
 def _held_points(place: Workplace) -> tuple[object, ...]:
@@ -400,12 +462,18 @@ def _controlled(environment: Environment, controls: tuple[Control, ...]) -> Envi
 
 
 def _seated_anew(
-    opened: OpenStudy, crowd: Crowd, known: Settled, question: Question, arrangement: Arrangement
-) -> Floats:
-    """(B, R) [m] what people have to spare where they sit otherwise: in the seat where it is held,
-    else in the positions that they were in."""
+    opened: OpenStudy,
+    crowd: Crowd,
+    known: Settled,
+    question: Question,
+    arrangement: Arrangement,
+    *,
+    search: bool,
+) -> Followed:
+    """What people have to spare where they sit otherwise: in the seat where it is held, else in the
+    positions that they were in."""
     place = question.place
-    who = crowd.occupants(known.rows)
+    who = known.who
     situations = comfortable_situations(place, who)
     new = arrangement.people[crowd.row]
     if new.free and known.arrangement.people[crowd.row].free:
@@ -416,16 +484,61 @@ def _seated_anew(
         around = [replace(one, place=replace(place, environment=plain)) for one in situations]
     else:
         around = situations
-    seats = np.array(
-        [CHECKS[one.requirement.check].cost == AFTER_SEATING for one in question.asked]
-    )
-    margin = np.full((len(known.rows), len(question.asked)), np.nan)
-    for some, there in ((seats, situations), (~seats, around)):
-        columns = np.flatnonzero(some)
+    cost = np.array([CHECKS[one.requirement.check].cost for one in question.asked])
+    around = [_with_needed_hands(one, question.asked) for one in around]
+    margin = np.full((len(who), len(question.asked)), np.nan)
+    for some, there in ((AFTER_SEATING, situations), (IN_POSTURE, around)):
+        columns = np.flatnonzero(cost == some)
         if len(columns):
             asked = [question.asked[r] for r in columns.tolist()]
             margin[:, columns] = margins_of(there, asked).margin
-    return margin
+    known_there = np.ones(margin.shape, dtype=np.bool_)
+    columns = np.flatnonzero(cost == REACHING)
+    found = _reaches_again(around, question, columns, known.memory, search=search)
+    margin[:, columns] = found
+    known_there[:, columns] = ~np.isnan(found)
+    return Followed(margin, known_there)
+
+
+def _with_needed_hands(situation: Situation, asked: Sequence[Asked]) -> Situation:
+    """The same, with no hand brought to its control that nothing depends on."""
+    mine = [one for one in asked if one.case == situation.case]
+    needed = [hand for hand in HANDS if any(needs_hands(situation, one, [hand]) for one in mine)]
+    return with_some_hands(situation, needed)
+
+
+def _reaches_again(
+    situations: Sequence[Situation],
+    question: Question,
+    columns: Ints,
+    memory: ReachMemory,
+    *,
+    search: bool,
+) -> Floats:
+    """(B, Q) [m] what people have to spare in some reaches, as of `margins_again`."""
+    found = np.full((len(situations[0]), len(columns)), np.nan)
+    for number, situation in enumerate(situations):
+        mine = [q for q, r in enumerate(columns) if question.asked[r].case == number]
+        if mine:
+            asked = [question.asked[columns[q]] for q in mine]
+            found[:, mine] = margins_again(situation, asked, memory, search=search)
+    return found
+
+
+def remember(known: Settled) -> None:
+    """Find what settled people reach where they sit, so that they can be followed from there once
+    their seat is dragged."""
+    place = known.question.place
+    if known.memory or place.own_seat is None:
+        return
+    columns = np.array(
+        [r for r, one in enumerate(known.question.asked) if one.control is not None], dtype=np.int64
+    )
+    comfortable = comfortable_situations(place, known.who)
+    situations = in_positions(place, known.who, known.fitted.tried.seat, comfortable)
+    memory: ReachMemory = {}
+    _reaches_again(situations, known.question, columns, memory, search=True)
+    known.memory.update(memory)
 
 
 def met_all(margin: Floats, columns: Bools | None = None) -> Bools:
