@@ -108,6 +108,8 @@ OFF = 0.05
 """Distance [m] and breach [rad] within which a start reaches the target, obstacles aside."""
 TOWARD = 24
 """Steps of a start toward the target."""
+FOLLOWING_STEPS = 4
+"""Steps of a reach that is looked at again toward the target, obstacles aside."""
 EASY_TURNS = 3
 EASY_STEPS = 24
 GAIN = 0.98
@@ -741,6 +743,25 @@ def still_reaches(link, limbs, who, held, problem, room, looked, out, begin, end
     _look_again(link, limbs, who, held, problem, room, looked, out, (begin, end), desk)
 
 
+@inner
+def _follow_tip(case, desk):  # type: ignore[no-untyped-def]
+    """Bring the tip to the target from a state near by, obstacles aside: that spares most of the
+    looks at them."""
+    desk.work.pushed[:] = 0.0
+    desk.work.press[:] = 0.0
+    desk.many[0] = 0
+    bent = np.bool_(False)
+    for _ in range(FOLLOWING_STEPS):
+        error, breach = _look(case, desk)
+        if error < ARRIVED and breach < INSIDE:
+            return
+        pull = _aim(case, error, 0.0, desk)
+        equations(case.link, case.goal, case.row, desk.state, desk.work, pull, EASE, bent)
+        if not newton(case.link, desk.state, desk.work, DAMPING):
+            return
+        go(case.link, desk.state, desk.work)
+
+
 @inlined
 def _copy_looked(last, gap, to_last, to_gap):  # type: ignore[no-untyped-def]
     """Copy what was looked at about one reach."""
@@ -764,6 +785,7 @@ def _look_again(link, limbs, who, held, problem, room, looked, out, rows, desk):
         _copy_looked(looked.last[p], looked.gap[p], space.last, space.gap)
         take_row(out.angles, p, desk.state.angles)
         desk.least[0] = np.inf
+        _follow_tip(case, desk)
         if _solve(case, 0.0, desk, out):
             put_row(desk.state.angles, out.angles, p)
             out.doubt[p] = OWN_WAY

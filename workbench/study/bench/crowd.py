@@ -41,7 +41,6 @@ from workbench.study.checks.table import (
     AFTER_SEATING,
     CHECKS,
     IN_POSTURE,
-    REACHING,
     margins_of,
     needs_hands,
 )
@@ -137,6 +136,8 @@ class Settled:
     """The people with their hands on their controls, while some parts are no obstacles."""
     memory: ReachMemory = field(default_factory=dict)
     """What all of them reached where they sat last."""
+    last: list[_Posed] = field(default_factory=list)
+    """Where they sat last while the seat was dragged; empty before."""
 
     @property
     def rows(self) -> Ints:
@@ -147,6 +148,16 @@ class Settled:
     def margin(self) -> Floats:
         """(B, R) [m]."""
         return self.fitted.tried.margin
+
+
+@dataclass(frozen=True, eq=False)
+class _Posed:
+    """People where they sit in a state, and their margins (B, R) [m] there, NaN where a requirement
+    does not apply or is not known."""
+
+    content: tuple[object, ...]
+    situations: Sequence[Situation]
+    margin: Floats
 
 
 @dataclass(frozen=True, eq=False)
@@ -472,6 +483,26 @@ def _seated_anew(
 ) -> Followed:
     """What people have to spare where they sit otherwise: in the seat where it is held, else in the
     positions that they were in."""
+    posed = known.last[0] if known.last else None
+    if posed is None or posed.content != arrangement.content:
+        posed = _posed(opened, crowd, known, question, arrangement)
+        known.last[:] = [posed]
+        before = None
+    else:
+        before = posed.margin
+    reaches = np.array([one.control is not None for one in question.asked])
+    columns = np.flatnonzero(reaches)
+    margin = posed.margin
+    some = None if before is None else before[:, columns]
+    found = _reaches_again(posed.situations, question, columns, known.memory, some, search=search)
+    margin[:, columns] = found
+    return Followed(margin.copy(), ~(reaches & np.isnan(margin)))
+
+
+def _posed(
+    opened: OpenStudy, crowd: Crowd, known: Settled, question: Question, arrangement: Arrangement
+) -> _Posed:
+    """People where they sit otherwise, with all margins but those of reaches."""
     place = question.place
     who = known.who
     situations = comfortable_situations(place, who)
@@ -492,12 +523,7 @@ def _seated_anew(
         if len(columns):
             asked = [question.asked[r] for r in columns.tolist()]
             margin[:, columns] = margins_of(there, asked).margin
-    known_there = np.ones(margin.shape, dtype=np.bool_)
-    columns = np.flatnonzero(cost == REACHING)
-    found = _reaches_again(around, question, columns, known.memory, search=search)
-    margin[:, columns] = found
-    known_there[:, columns] = ~np.isnan(found)
-    return Followed(margin, known_there)
+    return _Posed(arrangement.content, around, margin)
 
 
 def _with_needed_hands(situation: Situation, asked: Sequence[Asked]) -> Situation:
@@ -512,16 +538,18 @@ def _reaches_again(
     question: Question,
     columns: Ints,
     memory: ReachMemory,
+    before: Floats | None = None,
     *,
     search: bool,
 ) -> Floats:
-    """(B, Q) [m] what people have to spare in some reaches, as of `margins_again`."""
+    """(B, Q) [m] what people have to spare in some reaches; arguments as of `margins_again`."""
     found = np.full((len(situations[0]), len(columns)), np.nan)
     for number, situation in enumerate(situations):
         mine = [q for q, r in enumerate(columns) if question.asked[r].case == number]
         if mine:
             asked = [question.asked[columns[q]] for q in mine]
-            found[:, mine] = margins_again(situation, asked, memory, search=search)
+            some = None if before is None else before[:, mine]
+            found[:, mine] = margins_again(situation, asked, memory, some, search=search)
     return found
 
 

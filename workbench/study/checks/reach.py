@@ -228,7 +228,12 @@ ReachMemory = dict[tuple[object, ...], KeptReaches]
 
 
 def margins_again(
-    situation: Situation, asked: Sequence[Asked], memory: ReachMemory, *, search: bool
+    situation: Situation,
+    asked: Sequence[Asked],
+    memory: ReachMemory,
+    before: Floats | None = None,
+    *,
+    search: bool,
 ) -> Floats:
     """What people have to spare in each control, as far as it is known at once.
 
@@ -241,6 +246,8 @@ def margins_again(
     memory
         What the same people reached where they were before; it is made to be what they reach now.
         Without anything in it everybody is searched for.
+    before
+        (B, R) what is known already of where they are now, NaN where it is not; None for nothing.
     search
         Whether those are searched for who are not known.
 
@@ -252,7 +259,8 @@ def margins_again(
     found = np.full((len(situation), len(asked)), np.nan)
     for group, rows in _grouped(situation.place, asked, 0.0).items():
         controls = tuple(control for r in rows if (control := asked[r].control) is not None)
-        found[:, rows] = _Again(situation, group, controls, memory, search).margin()
+        some = None if before is None else before[:, rows]
+        found[:, rows] = _Again(situation, group, controls, memory, some, search).margin()
     return found
 
 
@@ -264,6 +272,7 @@ class _Again:
     group: _Group
     controls: tuple[Control, ...]
     memory: ReachMemory
+    before: Floats | None
     search: bool
 
     def margin(self) -> Floats:
@@ -271,18 +280,20 @@ class _Again:
         shape = len(self.situation), len(self.controls)
         margin = np.full(shape, -np.inf)
         known = np.ones(shape, dtype=np.bool_)
+        sure = np.zeros(shape, dtype=np.bool_) if self.before is None else ~np.isnan(self.before)
         for name in self.group.limbs:
-            if np.all(margin >= 0):
+            if np.all((margin >= 0) | sure):
                 break
-            self._ask(name, margin, known)
-        return np.where((margin >= 0) | known, margin, np.nan)
+            self._ask(name, margin, known, sure)
+        found = np.where((margin >= 0) | known, margin, np.nan)
+        return found if self.before is None else np.where(sure, self.before, found)
 
-    def _ask(self, name: str, margin: Floats, known: Bools) -> None:
-        """Ask one limb for what is not reached yet."""
+    def _ask(self, name: str, margin: Floats, known: Bools, sure: Bools) -> None:
+        """Ask one limb for what is not reached yet, nor sure."""
         kept = self._kept(name)
-        if kept.reached.any():
+        if kept.reached.any() and self.before is None:
             margin[self._still(name, kept)] = 0.0
-        who, at = np.nonzero(margin < 0)
+        who, at = np.nonzero((margin < 0) & ~sure)
         if not len(who):
             return
         free = self._reach(name, who, at, None)
