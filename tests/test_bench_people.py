@@ -17,6 +17,7 @@ from workbench.live.following import Following
 from workbench.live.protocol import parsed, unpacked
 from workbench.model.accommodation import met_of
 from workbench.model.moves import Move
+from workbench.study.bench.criteria import PairLimit, asked_for
 from workbench.study.bench.crowd import (
     crowd_question,
     followed,
@@ -69,7 +70,14 @@ def moved(opened, parts, controls, by):
     return shifted(opened, opened.start, Move(parts, controls, by)).arrangement
 
 
+def asked_of_everybody(opened):
+    """A clearance made of a pair at the bench."""
+    limit = PairLimit("pilot", "RUL", part="instrument_panel", at_least=0.03)
+    return asked_for(opened, opened.start, limit).arrangement
+
+
 STATES = {
+    "a criterion": asked_of_everybody,
     "a control": lambda opened: moved(opened, (), ("flaps",), (-0.35, 0.1, 0.0)),
     "a part": lambda opened: moved(opened, ("canopy", "canopy_frame"), (), (0.0, 0.0, -0.04)),
     "a lever": lambda opened: moved(opened, ("throttle_lever",), (), (0.08, 0.0, 0.0)),
@@ -98,6 +106,24 @@ def test_people_who_are_settled_are_those_of_a_run_of_the_saved_study(
     assert names == [one.name for one in run.requirements]
     assert np.nanmax(np.abs(found.margin - run.margin)) < 1e-9
     assert not np.array_equal(found.margin, start.margin)
+
+
+def test_a_criterion_made_of_a_pair_is_asked_of_everybody_where_they_sit(opened, crowd, start):
+    arrangement = asked_of_everybody(opened)
+    question = crowd_question(opened, crowd, arrangement)
+    found = followed(opened, crowd, start, question, arrangement)
+    exact = settled(crowd, question, arrangement, start.rows)
+    assert found.margin.shape == (FEW, start.margin.shape[1] + 1) and found.known.all()
+    assert np.array_equal(found.margin[:, :-1], start.margin, equal_nan=True)
+    stays = (exact.fitted.tried.seat == start.fitted.tried.seat).all(axis=1)
+    assert stays.any() and found.margin[stays, -1] == pytest.approx(exact.margin[stays, -1])
+    following = Following(opened)
+    following.begin()
+    following.settle(0, opened.start, 1)
+    assert following.follow(0, arrangement, 2)
+    head, _ = unpacked(following.frame(2))
+    new = [row for row in head["rows"] if row["was"] is None]
+    assert [row["name"] for row in new] == [arrangement.added[0].name]
 
 
 def test_nobody_is_asked_again_where_nothing_has_moved(opened, crowd, start):

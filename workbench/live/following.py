@@ -7,7 +7,7 @@ of another.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -21,11 +21,14 @@ from workbench.study.bench.crowd import (
     Settled,
     crowd_question,
     followed,
+    in_columns,
     open_crowd,
     remember,
+    same_columns,
     settled,
 )
 from workbench.study.bench.state import Arrangement, OpenStudy
+from workbench.study.checks.margins import Asked
 
 __all__ = ["Following"]
 
@@ -36,10 +39,11 @@ PIECE = 64
 
 @dataclass(frozen=True, eq=False)
 class _Margins:
-    """What people have to spare (B, R) [m] in a state, what is known (B, R) of that, and whether
-    they were settled in it."""
+    """What people have to spare (B, R) [m] in R requirements of a state, what is known (B, R) of
+    that, and whether they were settled in it."""
 
     generation: int
+    asked: Sequence[Asked]
     margin: Floats
     known: Bools
     settled: bool
@@ -122,7 +126,9 @@ class Following:
         except InputError:
             return False  # settling reports it
         exact = known.arrangement.content == arrangement.content
-        self._shown[number] = _Margins(generation, found.margin, found.known, exact)
+        self._shown[number] = _Margins(
+            generation, question.asked, found.margin, found.known, exact
+        )
         return True
 
     def remember(self, number: int) -> None:
@@ -183,7 +189,9 @@ class Following:
         except InputError as error:
             return waiting_frame(str(error))
         everything = np.ones(known.margin.shape, dtype=np.bool_)
-        self._shown[number] = _Margins(generation, known.margin, everything, True)
+        self._shown[number] = _Margins(
+            generation, known.question.asked, known.margin, everything, True
+        )
         return None
 
     def _kept(self, number: int, found: Settled) -> Settled:
@@ -213,6 +221,8 @@ class Following:
         if not known:
             return None
         counts = [len(rows) for rows, _, _ in known]
+        asked = known[0][1].asked
+        same = same_columns(known[0][2].question.asked, asked)
         return people_frame(
             crowd,
             PeopleShown(
@@ -220,8 +230,9 @@ class Following:
                 margin=np.concatenate([shown.margin for _, shown, _ in known]),
                 known=np.concatenate([shown.known for _, shown, _ in known]),
                 settled=np.repeat([shown.settled for _, shown, _ in known], counts),
-                before=np.concatenate([first.margin for _, _, first in known]),
-                asked=known[0][2].question.asked,
+                before=in_columns(np.concatenate([first.margin for _, _, first in known]), same),
+                new=same < 0,
+                asked=asked,
             ),
             generation,
         )

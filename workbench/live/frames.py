@@ -294,6 +294,8 @@ class PeopleShown:
         (B, R) what is known now.
     settled
         (B,) whether a run finds the same now.
+    new
+        (R,) the requirements that are not in the study as it was opened.
     asked
         The R requirements.
     """
@@ -303,6 +305,7 @@ class PeopleShown:
     known: Bools
     settled: Bools
     before: Floats
+    new: Bools
     asked: Sequence[Asked]
 
 
@@ -332,7 +335,7 @@ def people_frame(crowd: Crowd, shown: PeopleShown, generation: int) -> bytes:
             "name": one.requirement.name,
             "share": share(now[:, r] & shown.known[:, r]),
             "most": share(now[:, r]),
-            "was": share(before[:, r]),
+            "was": None if shown.new[r] else share(before[:, r]),
         }
         for r, one in enumerate(shown.asked)
     ]

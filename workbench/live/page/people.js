@@ -30,7 +30,7 @@ export class People {
     if (head.words) return;
     at("people-shares").replaceChildren(...head.shares.map(shareBar));
     this.changes(head);
-    const rows = head.rows.filter((row) => row.share < 1 || row.was < 1);
+    const rows = head.rows.filter((row) => row.share < 1 || row.was !== 1);
     at("people-rows").replaceChildren(...rows.map(requirementRow));
   }
 
@@ -78,11 +78,12 @@ function shareBar(one) {
 }
 
 function requirementRow(one) {
-  const { name, most, was } = one;
+  const { name, most } = one;
+  const was = one.was ?? 1;
   const row = element("tr");
   row.append(
     element("td", range(one), { className: `number ${most < was - 1e-9 ? "failed" : ""}` }),
-    element("td", percent(was), { className: "number" }),
+    element("td", one.was === null ? "new" : percent(was), { className: "number" }),
     element("td", name),
   );
   return row;

@@ -71,9 +71,11 @@ __all__ = [
     "Settled",
     "crowd_question",
     "followed",
+    "in_columns",
     "met_all",
     "open_crowd",
     "remember",
+    "same_columns",
     "settled",
 ]
 
@@ -271,12 +273,40 @@ def _before(before: Settled, question: Question, arrangement: Arrangement) -> Be
     moved = _moved(before, arrangement)
     if moved.parts or moved.controls & _held(question.place):
         return None
-    rows = [r for r, one in enumerate(question.asked) if one.requirement.target in moved.controls]
+    same = same_columns(before.question.asked, question.asked)
+    borne = [
+        r
+        for r, one in enumerate(question.asked)
+        if same[r] < 0 or one.requirement.target in moved.controls
+    ]
     fitted = before.fitted
     there = (fitted.tried.seat == fitted.comfortable).all(axis=1)
     there &= (fitted.setting == nominal_setting(before.question.place)).all(axis=1)
     stays = met_of(before.margin).all(axis=1) & there
-    return Before(before.margin, stays, tuple(rows))
+    return Before(in_columns(before.margin, same), stays, tuple(borne))
+
+
+def same_columns(old: Sequence[Asked], new: Sequence[Asked]) -> Ints:
+    """(R,) the number among some requirements of each of others, -1 of those that are not there."""
+
+    def about(one: Asked) -> tuple[object, ...]:
+        control = one.control.name if one.control is not None else ""
+        return one.criterion.name, one.requirement.name, control, one.case
+
+    at = {about(one): r for r, one in enumerate(old)}
+    found = np.array([at.get(about(one), -1) for one in new], dtype=np.int64)
+    for r in np.flatnonzero(found >= 0):
+        limits = [
+            (one.criterion.at_least, one.criterion.at_most) for one in (old[found[r]], new[r])
+        ]
+        if limits[0] != limits[1]:
+            found[r] = -1
+    return found
+
+
+def in_columns(values: Floats, columns: Ints) -> Floats:
+    """(B, R) the columns of values (B, Q) in another order, NaN for those numbered -1."""
+    return np.where(columns >= 0, values[:, columns], np.nan)
 
 
 def _places(
@@ -350,8 +380,7 @@ def followed(
         Of what the change does not touch the margins of before. Where people sit otherwise, a
         control that is reached has 0 to spare: how much more is not asked for.
     """
-    old = known.arrangement.people[crowd.row]
-    new = arrangement.people[crowd.row]
+    person = arrangement.people[crowd.row]
     moved = _moved(known, arrangement)
     feet = {
         name
@@ -362,11 +391,14 @@ def followed(
     }
     adjusted = any(question.place.environment.parts[k] in _adjusted(opened) for k in moved.parts)
     zones = known.arrangement.zones != arrangement.zones
-    if old is not new or zones or feet & moved.controls or adjusted:
+    sits = known.arrangement.people[crowd.row] is person
+    if not sits or zones or feet & moved.controls or adjusted:
         return _seated_anew(opened, crowd, known, question, arrangement, search=search)
-    margin = known.margin.copy()
+    same = same_columns(known.question.asked, question.asked)
+    margin = in_columns(known.margin, same)
     everything = np.ones(margin.shape, dtype=np.bool_)
-    columns = _touched(question, known, moved)
+    new = set(np.flatnonzero(same < 0).tolist())
+    columns = sorted(new.union(_touched(question, known, moved)))
     if not columns:
         return Followed(margin, everything)
     for rows, situations in known.places:
