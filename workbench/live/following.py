@@ -126,9 +126,7 @@ class Following:
         except InputError:
             return False  # settling reports it
         exact = known.arrangement.content == arrangement.content
-        self._shown[number] = _Margins(
-            generation, question.asked, found.margin, found.known, exact
-        )
+        self._shown[number] = _Margins(generation, question.asked, found.margin, found.known, exact)
         return True
 
     def remember(self, number: int) -> None:

@@ -50,6 +50,7 @@ from workbench.study.positions import (
     Fitted,
     comfortable_situations,
     fitted_positions,
+    found_places,
     in_positions,
 )
 from workbench.study.settings import at_setting, nominal_setting, renewed
@@ -81,7 +82,7 @@ __all__ = [
 
 AT_HAND = 256
 """People who are followed while something is dragged."""
-Places = tuple[tuple[Ints, tuple[Situation, ...]], ...]
+Places = tuple[tuple[Ints, list[Situation]], ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -259,8 +260,8 @@ def settled(
     fitted = fitted_positions(
         place, question.asked, question.members, who, situations, known, proceed=proceed
     )
-    places = _places(question, who, situations, fitted)
-    return Settled(arrangement, question, who, fitted, places)
+    places = found_places(place, who, situations, fitted)
+    return Settled(arrangement, question, who, fitted, tuple(places))
 
 
 def _before(before: Settled, question: Question, arrangement: Arrangement) -> Before | None:
@@ -295,7 +296,7 @@ def same_columns(old: Sequence[Asked], new: Sequence[Asked]) -> Ints:
 
     at = {about(one): r for r, one in enumerate(old)}
     found = np.array([at.get(about(one), -1) for one in new], dtype=np.int64)
-    for r in np.flatnonzero(found >= 0):
+    for r in np.flatnonzero(found >= 0).tolist():
         limits = [
             (one.criterion.at_least, one.criterion.at_most) for one in (old[found[r]], new[r])
         ]
@@ -307,25 +308,6 @@ def same_columns(old: Sequence[Asked], new: Sequence[Asked]) -> Ints:
 def in_columns(values: Floats, columns: Ints) -> Floats:
     """(B, R) the columns of values (B, Q) in another order, NaN for those numbered -1."""
     return np.where(columns >= 0, values[:, columns], np.nan)
-
-
-def _places(
-    question: Question, who: Occupants, comfortable: Sequence[Situation], fitted: Fitted
-) -> Places:
-    """People in the positions and settings that their margins are of."""
-    place = question.place
-    stays = (fitted.tried.seat == fitted.comfortable).all(axis=1)
-    stays &= (fitted.setting == nominal_setting(place)).all(axis=1)
-    rows = np.flatnonzero(stays)
-    found = [(rows, tuple(one.rows(rows) for one in comfortable))] if len(rows) else []
-    rest = np.flatnonzero(~stays)
-    for setting in np.unique(fitted.setting[rest], axis=0):
-        rows = rest[(fitted.setting[rest] == setting).all(axis=1)]
-        wanted = [one.rows(rows) for one in comfortable]
-        at = at_setting(place, setting)
-        there = in_positions(at, who.rows(rows), fitted.tried.seat[rows], wanted)
-        found.append((rows, tuple(there)))
-    return tuple(found)
 
 
 @dataclass(frozen=True)
