@@ -16,6 +16,7 @@ import { veilOf } from "./page/envelope.js";
 import { across, fieldWords } from "./page/eye.js";
 import { components, dimensionLines, thingOf } from "./page/measure.js";
 import { nearestToFailing, startOf } from "./page/motion.js";
+import { band, bands, ticks } from "./page/reach_map.js";
 import { change, range, who } from "./page/people.js";
 import { rowsOf, wanted } from "./page/size.js";
 import { alongAxis, fromLine, handleAt, inPlane } from "./page/ways.js";
@@ -209,4 +210,12 @@ test("two states share a picture without a gap, and what is of no state is in bo
   assert.deepEqual([{}, { state: 0 }, { state: 1 }].map((thing) => isOf(thing, 1)), [true, false, true]);
   assert.deepEqual([0, 0.4, 1].map((wipe) => wipeWords(["old", "new"], wipe)),
     ["new alone", "old to the left of 40 %, new to the right", "old alone"]);
+});
+
+test("a reach map's bands and ticks", () => {
+  const levels = [0.5, 0.9, 0.95, 0.99];
+  assert.deepEqual([0, 0.5, 0.89, 0.95, 1].map((share) => band(share, levels)), [0, 1, 1, 3, 4]);
+  assert.deepEqual(bands(levels), ["under 50 %", "50 to 90 %", "90 to 95 %", "95 to 99 %", "99 % and more"]);
+  assert.deepEqual(ticks(-230, 310), [-200, -100, 0, 100, 200, 300]);
+  assert.deepEqual(ticks(0, 12), [0, 10]);
 });

@@ -15,6 +15,7 @@ from tests.conftest import ROOT
 from workbench.files.study.saving import read_text
 from workbench.live.following import Following
 from workbench.live.protocol import parsed, unpacked
+from workbench.live.reach_maps import COARSE
 from workbench.model.accommodation import met_of
 from workbench.model.moves import Move
 from workbench.study.bench.criteria import PairLimit, asked_for
@@ -34,11 +35,11 @@ TEXT = (ROOT / "studies" / "trainer_accommodation.yaml").read_text()
 FEW = 6
 
 
-def few_people(folder):
-    """The study of the catalogue with few people and controls, and nothing asked but who fits."""
+def few_people(folder, *, but=("shares:", "reach_maps:")):
+    """The study of the catalogue with few people and controls, without the lines that begin so."""
     path = folder / "few.yaml"
     text = re.sub(r"  - {name: switches and radios.*?}\n", "", TEXT, flags=re.DOTALL)
-    lines = [line for line in text.split("\n") if not line.startswith(("shares:", "reach_maps:"))]
+    lines = [line for line in text.split("\n") if not line.startswith(but)]
     text = "\n".join(lines).replace("people: 200, seed: 1", f"people: {FEW}, seed: 5")
     assert f"people: {FEW}" in text
     path.write_text(text)
@@ -243,6 +244,40 @@ def test_people_are_settled_piece_by_piece_and_followed_from_there(opened):
     assert following.follow(0, opened.start, 3)
     head, _ = unpacked(following.frame(3))
     assert head["settled"] == FEW and head["changed"] == []
+
+
+def map_of(frames):
+    """The head of the one reach map among frames."""
+    (head,) = [head for head, _ in map(unpacked, frames) if head["kind"] == "reach_map"]
+    return head
+
+
+def test_the_reach_map_beside_the_bench_is_that_of_a_run_of_the_saved_study(tmp_path):
+    path = few_people(tmp_path, but=("shares:",))
+    opened = open_study(wb.load_study(path))
+    following = Following(opened)
+    following.begin()
+    following.settle(0, opened.start, 1)
+    following.map(0, opened.start, 1, whole=True)
+    first = map_of(following.frames(1))
+    arrangement = seated(opened, opened.start, "pilot", -0.05, 0.0).arrangement
+    panel = Move(("instrument_panel",), (), (0.05, 0.0, 0.02))
+    arrangement = shifted(opened, arrangement, panel).arrangement
+    assert following.follow(0, arrangement, 2)
+    following.map(0, arrangement, 2, whole=False)
+    coarse = map_of(following.frames(2))
+    following.map(0, arrangement, 2, whole=True)
+    whole = map_of(following.frames(2))
+    save(opened, read_text(path), arrangement)
+    (run,) = wb.run(wb.load_study(path)).population.maps
+    assert first["whole"] and whole["whole"] and not coarse["whole"]
+    wanted = dict(zip(map(tuple, np.round(1e3 * run.flat, 1).tolist()), run.share, strict=True))
+    got = dict(zip(map(tuple, whole["points"]), whole["share"], strict=True))
+    assert got == pytest.approx(wanted, abs=1e-4)
+    assert len(coarse["points"]) == COARSE and coarse["people"] == FEW
+    assert coarse["share"] == whole["share"][:COARSE]
+    assert whole["share"] != first["share"]
+    assert "nav_com_radio" in {name for name, *_ in whole["controls"]}
 
 
 def test_a_population_of_which_nothing_is_asked_says_so(tmp_path):

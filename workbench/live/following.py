@@ -14,6 +14,7 @@ import numpy as np
 
 from workbench.errors import InputError
 from workbench.live.frames import PeopleShown, people_frame, waiting_frame
+from workbench.live.reach_maps import ReachMaps
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.study.accommodation.chunks import Question
 from workbench.study.bench.crowd import (
@@ -23,6 +24,7 @@ from workbench.study.bench.crowd import (
     followed,
     in_columns,
     open_crowd,
+    poses_there,
     remember,
     same_columns,
     settled,
@@ -65,6 +67,7 @@ class Following:
         self._last: list[Settled | None] = []
         self._shown: list[_Margins | None] = []
         self._questions: list[tuple[tuple[object, ...], Question]] = []
+        self._maps = ReachMaps(opened.maps, ())
 
     @property
     def there(self) -> bool:
@@ -96,6 +99,7 @@ class Following:
         self._first = [None] * len(self.pieces)
         self._last = [None] * len(self.pieces)
         self._shown = [None] * len(self.pieces)
+        self._maps = ReachMaps(self.opened.maps, self.pieces)
         self.crowd = crowd
         return None
 
@@ -128,6 +132,26 @@ class Following:
         exact = known.arrangement.content == arrangement.content
         self._shown[number] = _Margins(generation, question.asked, found.margin, found.known, exact)
         return True
+
+    def map(self, number: int, arrangement: Arrangement, generation: int, *, whole: bool) -> None:
+        """Find what a piece of people reaches of the maps that the study asks for.
+
+        Parameters
+        ----------
+        whole
+            Whether all points are asked about, or few.
+        """
+        crowd = self.crowd
+        if crowd is None or not self.opened.maps or len(arrangement.people) > 1:
+            return
+        known = self._nearest(number, crowd, arrangement)
+        if known is None:
+            return
+        body = crowd.bodies[self.pieces[number]] if known.who is None else known.who.body
+        cases = range(len(known.comfortable))
+        poses = [poses_there(known, arrangement, case) for case in cases]
+        place = self._question(crowd, arrangement).place
+        self._maps.ask(number, body, poses, place, generation, whole=whole)
 
     def remember(self, number: int) -> None:
         """Make a piece of people who are settled ready to be followed while their seat is dragged."""
@@ -194,7 +218,7 @@ class Following:
 
     def _kept(self, number: int, found: Settled) -> Settled:
         """What is kept of people: where they are, of those at hand alone."""
-        return found if number < self.at_hand else replace(found, places=())
+        return found if number < self.at_hand else replace(found, places=(), who=None)
 
     def _question(self, crowd: Crowd, arrangement: Arrangement) -> Question:
         """The same question for the same state, so that what is indexed for it serves again."""
@@ -205,6 +229,15 @@ class Following:
         first = self._questions[:1]  # the state as opened stays
         self._questions = [*first, *self._questions[1:][-2:], (arrangement.content, question)]
         return question
+
+    def frames(self, generation: int) -> list[bytes]:
+        """Pack what is known of the people in a state, and the maps of what they reach."""
+        frame = self.frame(generation)
+        if frame is None:
+            return []
+        if self.crowd is None:
+            return [frame]
+        return [frame, *self._maps.frames(self.crowd.people.weight, generation)]
 
     def frame(self, generation: int) -> bytes | None:
         """Pack what is known of the people in a state; None where nothing is."""

@@ -76,6 +76,7 @@ PAGE = {
     "rows.js": "text/javascript; charset=utf-8",
     "ways.js": "text/javascript; charset=utf-8",
     "people.js": "text/javascript; charset=utf-8",
+    "reach_map.js": "text/javascript; charset=utf-8",
     "person.js": "text/javascript; charset=utf-8",
     "size.js": "text/javascript; charset=utf-8",
     "things.js": "text/javascript; charset=utf-8",
@@ -257,6 +258,9 @@ class Hub:
             state = asked.arrangement, asked.generation, self.superseded
             settle = partial(people.settle, number, *state)
             refused = await loop.run_in_executor(self.settling, settle)
+            if refused is None and not self.superseded():
+                repaint = partial(people.map, number, *state[:2], whole=True)
+                await loop.run_in_executor(self.settling, repaint)
             await self.send(Replies(everybody=self.people_frames(asked)))
         for number in range(people.at_hand):
             if not self.superseded() and refused is None:
@@ -269,22 +273,26 @@ class Hub:
         return self.changed.is_set() or self.rested.is_set() or self.ended
 
     async def follow(self) -> None:
-        """Follow each change with the people who are at hand, and then search for what is not known
-        of them at once; of a drag the newest counts."""
+        """Follow each change with the people who are at hand: what is known of them at once, the
+        maps of what they reach, and what must be searched for; of a drag the newest counts."""
         loop = asyncio.get_running_loop()
         await self.moved.wait()
         self.moved.clear()
         asked = await self.at_desk(self.study.judgement)
         people = asked.following
         sent = 0.0
+        state = asked.arrangement, asked.generation
+        steps: tuple[Callable[..., object], ...] = (
+            partial(people.follow, search=False),
+            partial(people.map, whole=False),
+            partial(people.follow, search=True),
+        )
         last = people.at_hand - 1
-        for search, number in product((False, True), range(people.at_hand)):
-            state = asked.arrangement, asked.generation
-            follow = partial(people.follow, number, *state, search=search)
-            known = await loop.run_in_executor(self.following, follow)
+        for step, number in product(steps, range(people.at_hand)):
+            await loop.run_in_executor(self.following, partial(step, number, *state))
             if self.moved.is_set():
                 break
-            if known and (number == last or loop.time() - sent > OFTEN):
+            if number == last or loop.time() - sent > OFTEN:
                 sent = loop.time()
                 await self.send(Replies(everybody=self.people_frames(asked)))
 
@@ -292,8 +300,7 @@ class Hub:
         """What is known of a population in a state; nothing where the state is another by now."""
         if asked.generation != self.study.generation:
             return []
-        frame = asked.following.frame(asked.generation)
-        return [] if frame is None else [frame]
+        return asked.following.frames(asked.generation)
 
     async def watch(self) -> None:
         """Look at the study's file from time to time."""

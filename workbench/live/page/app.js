@@ -8,6 +8,7 @@ import { Looks } from "./looks.js";
 import { People } from "./people.js";
 import { Person } from "./person.js";
 import { Picture } from "./picture.js";
+import { ReachMaps } from "./reach_map.js";
 import { nearRow, verdictRow } from "./rows.js";
 import { Things } from "./things.js";
 
@@ -18,6 +19,7 @@ const picture = new Picture(document.querySelector("#picture .turn"), say, (pane
 const things = new Things();
 const grips = new Grips(state, things, choosePerson);
 const people = new People();
+const maps = new ReachMaps(at("people-maps"));
 const person = new Person(state);
 const looks = new Looks(state, picture, say);
 
@@ -27,9 +29,11 @@ function take(found) {
   if (what[head.kind]) what[head.kind](head);
   if (head.kind === "busy") say(head.what);
   if (head.kind === "people") people.show(head);
+  if (head.kind === "reach_map") maps.show(head);
   looks.take(found);
   if (head.kind === "hello") {
     people.forget();
+    maps.forget();
     looks.hello(head);
   }
   if (head.kind === "answer") {

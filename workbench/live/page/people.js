@@ -40,8 +40,8 @@ export class People {
 
   known({ known, settled, of, asked }) {
     if (known === of && settled === of) return `– all ${of} people`;
-    const before = settled < known ? `, the seats of ${known - settled} still as before` : "";
-    return `– ${known} of ${of} people${before}${asked ? `, ${asked} still being asked` : ""}`;
+    const rest = settled < known ? `, ${known - settled} to be settled` : "";
+    return `– ${known} of ${of} people${rest}${asked ? `, ${asked} still being asked` : ""}`;
   }
 
   changes({ changed }) {

@@ -24,6 +24,7 @@ from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.environment import Control, Environment
 from workbench.model.moves import control_moves, part_moves
 from workbench.model.population import Population
+from workbench.model.poses import Poses
 from workbench.model.workplace import Workplace
 from workbench.posture.reaching.limbs import HANDS
 from workbench.study.accommodation.accommodation import population_question
@@ -75,6 +76,7 @@ __all__ = [
     "in_columns",
     "met_all",
     "open_crowd",
+    "poses_there",
     "remember",
     "same_columns",
     "settled",
@@ -122,8 +124,12 @@ class Settled:
     ----------
     arrangement, question
         The state, and what is asked of everybody in it.
+    rows
+        (B,) of the people in their population.
     who
-        B people.
+        The people; None of those who are not followed.
+    comfortable
+        (B,) their postures in each case, in the comfortable position and with the hands at rest.
     fitted
         In the positions that suit them best, with their margins there.
     places
@@ -132,7 +138,9 @@ class Settled:
 
     arrangement: Arrangement
     question: Question
-    who: Occupants
+    rows: Ints
+    who: Occupants | None
+    comfortable: tuple[Poses, ...]
     fitted: Fitted
     places: Places
     hands: dict[object, Situation] = field(default_factory=dict)
@@ -141,11 +149,6 @@ class Settled:
     """What all of them reached where they sat last."""
     last: list[_Posed] = field(default_factory=list)
     """Where they sat last while the seat was dragged; empty before."""
-
-    @property
-    def rows(self) -> Ints:
-        """(B,) of the people in their population."""
-        return self.who.numbers
 
     @property
     def margin(self) -> Floats:
@@ -249,7 +252,7 @@ def settled(
         (B,) of the people.
     before
         The same people in another state: of who met everything in the comfortable position, only
-        what has changed since is asked.
+        what has changed since is asked. What they reached goes along.
     proceed
         As of `fitted_positions`.
     """
@@ -261,7 +264,9 @@ def settled(
         place, question.asked, question.members, who, situations, known, proceed=proceed
     )
     places = found_places(place, who, situations, fitted)
-    return Settled(arrangement, question, who, fitted, tuple(places))
+    comfortable = tuple(situation.taken.poses for situation in situations)
+    found = Settled(arrangement, question, rows, who, comfortable, fitted, tuple(places))
+    return found if before is None else replace(found, memory=before.memory)
 
 
 def _before(before: Settled, question: Question, arrangement: Arrangement) -> Before | None:
@@ -519,6 +524,7 @@ def _posed(
     """People where they sit otherwise, with all margins but those of reaches."""
     place = question.place
     who = known.who
+    assert who is not None
     situations = comfortable_situations(place, who)
     new = arrangement.people[crowd.row]
     if new.free and known.arrangement.people[crowd.row].free:
@@ -571,7 +577,7 @@ def remember(known: Settled) -> None:
     """Find what settled people reach where they sit, so that they can be followed from there once
     their seat is dragged."""
     place = known.question.place
-    if known.memory or place.own_seat is None:
+    if known.memory or place.own_seat is None or known.who is None:
         return
     columns = np.array(
         [r for r, one in enumerate(known.question.asked) if one.control is not None], dtype=np.int64
@@ -581,6 +587,14 @@ def remember(known: Settled) -> None:
     memory: ReachMemory = {}
     _reaches_again(situations, known.question, columns, memory, search=True)
     known.memory.update(memory)
+
+
+def poses_there(known: Settled, arrangement: Arrangement, case: int) -> Poses:
+    """(B,) the postures of people in a state, with the hands at rest: where they were followed to,
+    else in their comfortable positions."""
+    if known.last and known.last[0].content == arrangement.content:
+        return known.last[0].situations[case].taken.poses
+    return known.comfortable[case]
 
 
 def met_all(margin: Floats, columns: Bools | None = None) -> Bools:
