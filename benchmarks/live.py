@@ -11,7 +11,9 @@ from __future__ import annotations
 import sys
 import time
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -26,6 +28,7 @@ from workbench.study.bench.edits_joints import turned
 from workbench.study.bench.edits_limbs import LimbTarget, reached
 from workbench.study.bench.placing import placed_people
 from workbench.study.bench.state import OpenStudy, open_study
+from workbench.threads import cores
 
 ROUNDS = 40
 FOLLOWED = {
@@ -126,22 +129,30 @@ def measure_people(opened: OpenStudy) -> None:
     generations = iter(range(1, 1000))
 
     def follow(name: str, state: Callable[[int], Edit], rounds: int) -> None:
-        """Print the CPU time of all threads for one step of a drag, the first one apart."""
-        at_once = []
-        whole = []
+        """Print the time of one step of a drag, the first one apart, and the CPU time of all
+        threads."""
+        rows = []
         for number in range(rounds):
             arrangement = state(number).arrangement
             generation = next(generations)
-            begin = time.process_time()
-            for times, search in ((at_once, False), (whole, True)):
-                for piece in range(people.at_hand):
-                    people.follow(piece, arrangement, generation, search=search)
-                times.append(1e3 * (time.process_time() - begin))
+            row = []
+            begin = time.perf_counter(), time.process_time()
+            for search in (False, True):
+                one = partial(
+                    people.follow, arrangement=arrangement, generation=generation, search=search
+                )
+                for turn in people.turns:
+                    list(pool.map(one, turn))
+                row += [time.perf_counter() - begin[0], time.process_time() - begin[1]]
+            rows.append(1e3 * np.array(row))
+        first = rows[0]
+        then = np.median(rows[1:], axis=0)
         print(
-            f"{name:25s} first {at_once[0]:7.0f} ms, then {np.median(at_once[1:]):7.0f}; "
-            f"with searches {whole[0]:7.0f}, then {np.median(whole[1:]):7.0f}"
+            f"{name:25s} {then[0]:5.0f} ms ({then[1]:5.0f} of CPU), first {first[0]:5.0f} "
+            f"({first[1]:5.0f}); with searches {then[2]:5.0f} ({then[3]:5.0f}), first {first[2]:5.0f}"
         )
 
+    pool = ThreadPoolExecutor(cores())
     for name, move in FOLLOWED.get(opened.study.environment.name, {}).items():
 
         def dragged(number: int, move: Move = move) -> Edit:

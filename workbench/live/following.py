@@ -1,14 +1,15 @@
 """The population beside the bench: settled while the study rests, followed while it is changed.
 
-Two threads are at work on it: `follow` is called by one, `begin` and `settle` by the other. Each
-takes people piece by piece, can be left off between two pieces, and puts a whole value in the place
-of another.
+Several threads are at work on it: `follow` is called by some, each with another piece of people,
+`begin` and `settle` by one other. Each takes people piece by piece, can be left off between two
+pieces, and puts a whole value in the place of another.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from threading import Lock
 
 import numpy as np
 
@@ -31,6 +32,7 @@ from workbench.study.bench.crowd import (
 )
 from workbench.study.bench.state import Arrangement, OpenStudy
 from workbench.study.checks.margins import Asked
+from workbench.threads import cores, one_thread
 
 __all__ = ["Following"]
 
@@ -67,6 +69,7 @@ class Following:
         self._last: list[Settled | None] = []
         self._shown: list[_Margins | None] = []
         self._questions: list[tuple[tuple[object, ...], Question]] = []
+        self._asking = Lock()
         self._maps = ReachMaps(opened.maps, ())
 
     @property
@@ -81,6 +84,15 @@ class Following:
             return 0
         sizes = np.cumsum([len(rows) for rows in self.pieces])
         return int(np.searchsorted(sizes, self.crowd.at_hand)) + 1
+
+    @property
+    def turns(self) -> list[range]:
+        """The pieces that are followed, those together that are at once: the first alone, since what
+        is indexed for it serves the others."""
+        first = min(1, self.at_hand)
+        rest = range(first, self.at_hand)
+        some = [rest[k : k + cores()] for k in range(0, len(rest), cores())]
+        return [range(first), *some] if first else []
 
     def begin(self) -> bytes | None:
         """Make the bodies, where they are not made yet; a frame where that cannot be."""
@@ -126,7 +138,8 @@ class Following:
             return False
         try:
             question = self._question(crowd, arrangement)
-            found = followed(self.opened, crowd, known, question, arrangement, search=search)
+            with one_thread():
+                found = followed(self.opened, crowd, known, question, arrangement, search=search)
         except InputError:
             return False  # settling reports it
         exact = known.arrangement.content == arrangement.content
@@ -151,7 +164,8 @@ class Following:
         cases = range(len(known.comfortable))
         poses = [poses_there(known, arrangement, case) for case in cases]
         place = self._question(crowd, arrangement).place
-        self._maps.ask(number, body, poses, place, generation, whole=whole)
+        with one_thread():
+            self._maps.ask(number, body, poses, place, generation, whole=whole)
 
     def remember(self, number: int) -> None:
         """Make a piece of people who are settled ready to be followed while their seat is dragged."""
@@ -222,13 +236,14 @@ class Following:
 
     def _question(self, crowd: Crowd, arrangement: Arrangement) -> Question:
         """The same question for the same state, so that what is indexed for it serves again."""
-        for content, question in self._questions:
-            if content == arrangement.content:
-                return question
-        question = crowd_question(self.opened, crowd, arrangement)
-        first = self._questions[:1]  # the state as opened stays
-        self._questions = [*first, *self._questions[1:][-2:], (arrangement.content, question)]
-        return question
+        with self._asking:
+            for content, question in self._questions:
+                if content == arrangement.content:
+                    return question
+            question = crowd_question(self.opened, crowd, arrangement)
+            first = self._questions[:1]  # the state as opened stays
+            self._questions = [*first, *self._questions[1:][-2:], (arrangement.content, question)]
+            return question
 
     def frames(self, generation: int) -> list[bytes]:
         """Pack what is known of the people in a state, and the maps of what they reach."""

@@ -37,6 +37,7 @@ from workbench.live.guard import Application, Guard
 from workbench.live.protocol import LONGEST, SUBPROTOCOL, Question, parsed
 from workbench.live.replies import Replies, Work
 from workbench.live.waiting import Waiting
+from workbench.threads import cores
 
 try:
     import uvicorn
@@ -114,7 +115,7 @@ class Hub:
         self.work = ThreadPoolExecutor(1, "desk")
         self.preparing = ThreadPoolExecutor(1, "prepare")
         self.judging = ThreadPoolExecutor(1, "judge")
-        self.following = ThreadPoolExecutor(1, "follow")
+        self.following = ThreadPoolExecutor(cores(), "follow")
         self.settling = ThreadPoolExecutor(1, "settle")
 
     @property
@@ -287,12 +288,13 @@ class Hub:
             partial(people.map, whole=False),
             partial(people.follow, search=True),
         )
-        last = people.at_hand - 1
-        for step, number in product(steps, range(people.at_hand)):
-            await loop.run_in_executor(self.following, partial(step, number, *state))
+        turns = people.turns
+        for step, some in product(steps, turns):
+            work = [partial(step, number, *state) for number in some]
+            await asyncio.gather(*(loop.run_in_executor(self.following, one) for one in work))
             if self.moved.is_set():
                 break
-            if number == last or loop.time() - sent > OFTEN:
+            if some is turns[-1] or loop.time() - sent > OFTEN:
                 sent = loop.time()
                 await self.send(Replies(everybody=self.people_frames(asked)))
 

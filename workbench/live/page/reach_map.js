@@ -34,25 +34,24 @@ export function ticks(low, high) {
 export class ReachMaps {
   constructor(box) {
     this.box = box;
-    this.list = box.querySelector("div");
   }
 
   show(head) {
     this.box.hidden = false;
-    while (this.list.children.length <= head.map) this.list.append(element("figure"));
-    this.list.children[head.map].replaceChildren(drawn(head), caption(head), key(head.levels));
+    while (this.box.children.length <= head.map) this.box.append(element("figure"));
+    this.box.children[head.map].replaceChildren(drawn(head), caption(head), key(head.levels));
   }
 
   forget() {
     this.box.hidden = true;
-    this.list.replaceChildren();
+    this.box.replaceChildren();
   }
 }
 
 function drawn(head) {
   const frame = frameOf(head);
   const svg = shape("svg", { viewBox: `0 0 ${WIDTH} ${frame.height}`, role: "img", "aria-label": words(head) });
-  const radius = Math.max(3, 0.58 * head.spacing * frame.scale);
+  const radius = Math.max(3, 0.75 * head.spacing * frame.scale);
   head.points.forEach((point, k) => {
     const fill = COLOURS[band(head.share[k], head.levels)];
     const disc = shape("circle", { cx: frame.x(point[0]), cy: frame.y(point[1]), r: radius, fill });
@@ -89,15 +88,16 @@ function axes(svg, { low, high, height, x, y }) {
 }
 
 function mark(svg, { x, y }, name, right, up, named) {
-  const cross = shape("path", { class: "control", d: `M${x(right) - 4} ${y(up)}h8M${x(right)} ${y(up) - 4}v8` });
+  const d = `M${x(right) - 4} ${y(up)}h8M${x(right)} ${y(up) - 4}v8`;
+  const cross = shape("path", { class: "control", d });
   cross.append(shape("title", {}, plain(name)));
-  svg.append(cross);
+  svg.append(shape("path", { class: "control under", d }), cross);
   if (named) svg.append(shape("text", { class: "control", x: x(right) + 6, y: y(up) - 4 }, plain(name)));
 }
 
 function caption(head) {
-  const coarse = head.whole ? "" : `, on ${head.points.length} of its points while something is dragged`;
-  return element("figcaption", `${words(head)}: ${head.people} people${coarse}. Obstacles do not count.`);
+  const coarse = head.whole ? "" : `, ${head.points.length} points while it changes`;
+  return element("figcaption", `${words(head)}: ${head.people} people${coarse}; obstacles aside`);
 }
 
 function words({ part, hand, grip, zone }) {
