@@ -25,6 +25,7 @@ from workbench.model.population import Population
 from workbench.model.poses import Placed, Poses
 from workbench.model.posing import join_poses
 from workbench.model.workplace import Aims, WorkCase, Workplace
+from workbench.posture.kernels.clear_reach import KEPT
 from workbench.posture.reaching.limbs import FEET, HANDS, limb
 from workbench.posture.reaching.reach import reach
 from workbench.posture.seating.driving import driving_posture
@@ -131,6 +132,8 @@ class Situation:
     spare: Floats
     hand_miss: Mapping[str, Floats] = field(default_factory=dict)
     hand_limit: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    unsure: Bools | None = None
+    """(B,) whose hands were not searched for wherever they may be; None where all were."""
 
     def __len__(self) -> int:
         return len(self.poses)
@@ -393,18 +396,28 @@ def with_hands(situation: Situation) -> Situation:
     return situation.held
 
 
-def with_some_hands(situation: Situation, hands: Collection[str]) -> Situation:
+def with_some_hands(
+    situation: Situation, hands: Collection[str], *, brief: bool = False
+) -> Situation:
     """The same, where `with_hands` brings some hands alone to the controls that they hold: for what
-    does not depend on the others."""
+    does not depend on the others.
+
+    Parameters
+    ----------
+    brief
+        As of `reach`: then some are `unsure`.
+    """
     found = replace(situation)
-    found.__dict__["held"] = _hands_placed(situation, hands)
+    found.__dict__["held"] = _hands_placed(situation, hands, brief=brief)
     return found
 
 
-def _hands_placed(situation: Situation, hands: Collection[str] = HANDS) -> Situation:
+def _hands_placed(
+    situation: Situation, hands: Collection[str] = HANDS, *, brief: bool = False
+) -> Situation:
     for hand, control in _hands_of(situation):
         if hand in hands:
-            situation = _with_hand(situation, hand, control)
+            situation = _with_hand(situation, hand, control, brief=brief)
     return situation
 
 
@@ -492,13 +505,18 @@ def _beyond(body: Body, turned: Bools) -> Bools:
     return found
 
 
-def _with_hand(situation: Situation, name: str, control: Control) -> Situation:
+def _with_hand(
+    situation: Situation, name: str, control: Control, *, brief: bool = False
+) -> Situation:
     """The same with one hand on its control."""
     body = situation.body
     poses = situation.poses
     rotations = poses.rotations.copy()
     miss = np.zeros(len(situation))
     limit = np.full(len(situation), "", dtype=object)
+    unsure = np.zeros(len(situation), dtype=np.bool_)
+    if situation.unsure is not None:
+        unsure |= situation.unsure
     left = np.arange(len(situation))
     for zone in range(1, control.zone + 1):
         found = reach(
@@ -512,15 +530,18 @@ def _with_hand(situation: Situation, name: str, control: Control) -> Situation:
             moving_parts=situation.place.moving_parts,
             displacement=situation.displacement[left],
             tighter_zones=False,  # those who are left have missed in them
+            brief=brief,
         )
         rotations[left] = found.poses.rotations
         miss[left] = np.where(found.reached[:, 0], 0.0, found.miss[:, 0])
         limit[left] = [found.limit(row, 0) for row in range(len(left))]
+        unsure[left] |= brief & (found.doubt[:, 0] == KEPT)
         left = left[~found.reached[:, 0]]
         if not len(left):
             break
     return replace(
         situation,
+        unsure=unsure if brief else situation.unsure,
         poses=Poses(rotations, poses.reference, poses.world_from_reference),
         hand_miss={**situation.hand_miss, name: miss},
         hand_limit={**situation.hand_limit, name: tuple(limit.tolist())},

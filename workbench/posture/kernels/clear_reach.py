@@ -143,7 +143,7 @@ class Outcome(NamedTuple):
     part: NDArray[np.int64]
     """(P,) the part that keeps the limb from its target, -1 where none does."""
     doubt: NDArray[np.int64]
-    """(P,) CERTAIN, OWN_WAY, OTHER_WAY, KEPT or BURIED."""
+    """(P,) CERTAIN, OWN_WAY, OTHER_WAY, KEPT or BURIED. KEPT before: no other way is searched for."""
 
 
 class Looked(NamedTuple):
@@ -703,6 +703,7 @@ def _clear_rows(link, limbs, who, held, problem, room, seeds, out, rows, desk): 
         take(desk.state.angles, desk.free)
         out.overlap[p] = free.depth
         out.part[p] = free.part
+        brief = out.doubt[p] == KEPT
         out.doubt[p] = CERTAIN
         desk.least[0] = np.inf
         desk.blocking[0] = free.part
@@ -715,12 +716,15 @@ def _clear_rows(link, limbs, who, held, problem, room, seeds, out, rows, desk): 
             if free.depth > 0.0:
                 buried = _buried_in(case, desk)
             lots = lots if buried < 0 else LOTS_OF_BURIED
+            lots = 0 if brief else lots
             out.doubt[p] = _search(case, seeds, lots, desk, out)
             if out.doubt[p] == KEPT and buried >= 0:
                 out.doubt[p] = BURIED
             if out.doubt[p] < KEPT:
                 _make_comfortable(case, desk, out)
                 out.part[p] = -1
+                continue
+            if brief:
                 continue
             take(desk.best, desk.state.angles)
         if free.depth > 0.0:

@@ -159,11 +159,12 @@ class Settled:
 @dataclass(frozen=True, eq=False)
 class _Posed:
     """People where they sit in a state, and their margins (B, R) [m] there, NaN where a requirement
-    does not apply or is not known."""
+    does not apply or is not known; waiting (B, R): those that wait for a hand to be searched for."""
 
     content: tuple[object, ...]
     situations: Sequence[Situation]
     margin: Floats
+    waiting: Bools
 
 
 @dataclass(frozen=True, eq=False)
@@ -504,24 +505,48 @@ def _seated_anew(
     positions that they were in."""
     posed = known.last[0] if known.last else None
     if posed is None or posed.content != arrangement.content:
-        posed = _posed(opened, crowd, known, question, arrangement)
+        posed = _posed(opened, crowd, known, question, arrangement, brief=not search)
         known.last[:] = [posed]
         before = None
     else:
         before = posed.margin
+    if search and posed.waiting.any():
+        _ask_those_waiting(posed, question)
     reaches = np.array([one.control is not None for one in question.asked])
     columns = np.flatnonzero(reaches)
     margin = posed.margin
     some = None if before is None else before[:, columns]
     found = _reaches_again(posed.situations, question, columns, known.memory, some, search=search)
     margin[:, columns] = found
-    return Followed(margin.copy(), ~(reaches & np.isnan(margin)))
+    return Followed(margin.copy(), ~(posed.waiting | (reaches & np.isnan(margin))))
+
+
+def _ask_those_waiting(posed: _Posed, question: Question) -> None:
+    """Search for the hands of those whose margins wait for that, and ask these."""
+    for number, situation in enumerate(posed.situations):
+        mine = np.array([one.case == number for one in question.asked])
+        rows = np.flatnonzero((posed.waiting & mine).any(axis=1))
+        if not len(rows):
+            continue
+        columns = np.flatnonzero(posed.waiting[rows].any(axis=0) & mine)
+        asked = [question.asked[r] for r in columns.tolist()]
+        there = _with_needed_hands(situation.rows(rows), asked)
+        every = [there] * len(posed.situations)
+        posed.margin[np.ix_(rows, columns)] = margins_of(every, asked).margin
+    posed.waiting[:] = False
 
 
 def _posed(
-    opened: OpenStudy, crowd: Crowd, known: Settled, question: Question, arrangement: Arrangement
+    opened: OpenStudy,
+    crowd: Crowd,
+    known: Settled,
+    question: Question,
+    arrangement: Arrangement,
+    *,
+    brief: bool,
 ) -> _Posed:
-    """People where they sit otherwise, with all margins but those of reaches."""
+    """People where they sit otherwise, with all margins but those of reaches, and where it is to be
+    brief of those that wait for a hand."""
     place = question.place
     who = known.who
     assert who is not None
@@ -536,21 +561,30 @@ def _posed(
     else:
         around = situations
     cost = np.array([CHECKS[one.requirement.check].cost for one in question.asked])
-    around = [_with_needed_hands(one, question.asked) for one in around]
+    around = [_with_needed_hands(one, question.asked, brief=brief) for one in around]
     margin = np.full((len(who), len(question.asked)), np.nan)
     for some, there in ((AFTER_SEATING, situations), (IN_POSTURE, around)):
         columns = np.flatnonzero(cost == some)
         if len(columns):
             asked = [question.asked[r] for r in columns.tolist()]
             margin[:, columns] = margins_of(there, asked).margin
-    return _Posed(arrangement.content, around, margin)
+    waiting = np.zeros(margin.shape, dtype=np.bool_)
+    for r, one in enumerate(question.asked):
+        unsure = with_hands(around[one.case]).unsure
+        if unsure is not None and needs_hands(around[one.case], one):
+            waiting[:, r] = unsure
+    margin[waiting] = np.nan
+    return _Posed(arrangement.content, around, margin, waiting)
 
 
-def _with_needed_hands(situation: Situation, asked: Sequence[Asked]) -> Situation:
-    """The same, with no hand brought to its control that nothing depends on."""
+def _with_needed_hands(
+    situation: Situation, asked: Sequence[Asked], *, brief: bool = False
+) -> Situation:
+    """The same, with no hand brought to its control that nothing depends on; `brief` as of
+    `reach`."""
     mine = [one for one in asked if one.case == situation.case]
     needed = [hand for hand in HANDS if any(needs_hands(situation, one, [hand]) for one in mine)]
-    return with_some_hands(situation, needed)
+    return with_some_hands(situation, needed, brief=brief)
 
 
 def _reaches_again(
