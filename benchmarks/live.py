@@ -11,30 +11,26 @@ from __future__ import annotations
 import sys
 import time
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
 import workbench as wb
+from workbench.live.following import Following
 from workbench.model.moves import Move
+from workbench.model.study import PeopleDrawn
 from workbench.study.bench.answers import answer, judged, near_pairs
-from workbench.study.bench.crowd import (
-    Crowd,
-    Settled,
-    crowd_question,
-    followed,
-    open_crowd,
-    settled,
-)
+from workbench.study.bench.crowd import AT_HAND
 from workbench.study.bench.edits import Edit, seated, shifted
 from workbench.study.bench.edits_joints import turned
 from workbench.study.bench.edits_limbs import LimbTarget, reached
 from workbench.study.bench.placing import placed_people
 from workbench.study.bench.state import OpenStudy, open_study
+from workbench.threads import cores
 
 ROUNDS = 40
-PIECE = 16
-"""People who follow without a break."""
 FOLLOWED = {
     "trainer": {
         "a control": Move((), ("flaps",), (0.0, 0.0, 0.0)),
@@ -112,40 +108,51 @@ def measure(opened: OpenStudy) -> None:
     print(f"verdicts of all cases {cpu_of(lambda number: judged(opened, start), 5)}")
 
 
-def measure_people(opened: OpenStudy, crowd: Crowd) -> None:
-    """Print how long the people at hand take to follow, and how many of them do in 300 ms."""
+def measure_people(opened: OpenStudy) -> None:
+    """Print how long the people at hand take to follow: what is known at once, and with what must
+    be searched for."""
+    people = Following(opened)
+    people.begin()
+    crowd = people.crowd
+    assert crowd is not None
     start = opened.start
-    rows = crowd.order[: crowd.at_hand]
-    question = crowd_question(opened, crowd, start)
-    pieces: list[Settled] = []
-
-    def settle() -> None:
-        for first in range(0, len(rows), PIECE):
-            some = rows[first : first + PIECE]
-            pieces.append(settled(crowd, question, start, some))
-
     begin = time.process_time()
-    settle()
-    took = time.process_time() - begin
-    print(f"{len(rows)} people settled {took:.1f} s of CPU time")
+    for number in range(people.at_hand):
+        people.settle(number, start, 0)
+    settle = time.process_time() - begin
+    for number in range(people.at_hand):
+        people.remember(number)
+    remember = time.process_time() - begin - settle
+    count = crowd.at_hand
+    print(f"{count} people settled {settle:.1f} s of CPU time, made ready {remember:.1f}")
     who = start.people[crowd.row].role
+    generations = iter(range(1, 1000))
 
     def follow(name: str, state: Callable[[int], Edit], rounds: int) -> None:
-        """Print the CPU time of all threads for one step of a drag, the first one apart."""
-        times = []
+        """Print the time of one step of a drag, the first one apart, and the CPU time of all
+        threads."""
+        rows = []
         for number in range(rounds):
             arrangement = state(number).arrangement
-            begin = time.process_time()
-            after = crowd_question(opened, crowd, arrangement)
-            for piece in pieces:
-                followed(opened, crowd, piece, after, arrangement)
-            times.append(1e3 * (time.process_time() - begin))
-        within = 300.0 / np.median(times[1:]) * len(rows)
+            generation = next(generations)
+            row = []
+            begin = time.perf_counter(), time.process_time()
+            for search in (False, True):
+                one = partial(
+                    people.follow, arrangement=arrangement, generation=generation, search=search
+                )
+                for turn in people.turns:
+                    list(pool.map(one, turn))
+                row += [time.perf_counter() - begin[0], time.process_time() - begin[1]]
+            rows.append(1e3 * np.array(row))
+        first = rows[0]
+        then = np.median(rows[1:], axis=0)
         print(
-            f"{name:25s} first {times[0]:7.0f} ms, then {np.median(times[1:]):7.0f}; "
-            f"{min(int(within), len(rows))} people in 300 ms"
+            f"{name:25s} {then[0]:5.0f} ms ({then[1]:5.0f} of CPU), first {first[0]:5.0f} "
+            f"({first[1]:5.0f}); with searches {then[2]:5.0f} ({then[3]:5.0f}), first {first[2]:5.0f}"
         )
 
+    pool = ThreadPoolExecutor(cores())
     for name, move in FOLLOWED.get(opened.study.environment.name, {}).items():
 
         def dragged(number: int, move: Move = move) -> Edit:
@@ -153,7 +160,17 @@ def measure_people(opened: OpenStudy, crowd: Crowd) -> None:
 
         follow(name, dragged, 6)
     if opened.seat(crowd.row) is not None:
-        follow("the seat", lambda n: seated(opened, start, who, 0.002 * n, 0.0), 3)
+        follow("the seat", lambda n: seated(opened, start, who, 0.002 * n, 0.0), 6)
+
+
+def at_hand(study: wb.Study) -> wb.Study:
+    """A study with as many people drawn from a population as are followed, if it draws any."""
+    roles = []
+    for role in study.roles:
+        drawn = role.population
+        many = replace(drawn, people=AT_HAND) if isinstance(drawn, PeopleDrawn) else drawn
+        roles.append(replace(role, population=many))
+    return replace(study, roles=tuple(roles))
 
 
 def main() -> None:
@@ -162,13 +179,12 @@ def main() -> None:
     if len(sys.argv) > 2:
         body = wb.load_body(sys.argv[2])
         study = replace(study, roles=tuple(replace(role, body=body) for role in study.roles))
-    opened = open_study(study)
+    opened = open_study(at_hand(study))
     spheres = [len(opened.start.body(row).sphere_names) for row in range(len(study.roles))]
     print(f"{study.name}: {len(spheres)} people of {spheres} spheres")
     measure(opened)
-    crowd = open_crowd(opened)
-    if crowd is not None:
-        measure_people(opened, crowd)
+    if opened.crowd is not None:
+        measure_people(opened)
 
 
 if __name__ == "__main__":

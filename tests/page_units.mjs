@@ -17,7 +17,8 @@ import { veilOf } from "./page/envelope.js";
 import { across, fieldWords } from "./page/eye.js";
 import { components, dimensionLines, thingOf } from "./page/measure.js";
 import { nearestToFailing, startOf } from "./page/motion.js";
-import { change, who } from "./page/people.js";
+import { band, bands, ticks } from "./page/reach_map.js";
+import { change, range, who } from "./page/people.js";
 import { isOfElement } from "./page/keys.js";
 import { stepWords } from "./page/progress.js";
 import { allowedWords, signed } from "./page/rows.js";
@@ -114,9 +115,13 @@ test("the handle under a pointer is the middle, the nearest arrow or none", () =
 test("people and changes of shares are put into words", () => {
   assert.equal(who({ person: 3, sex: "female", stature: 1602 }), "person 3, a woman of 1602 mm");
   assert.equal(who({ person: 4, sex: "male", stature: null }), "person 4, a man");
-  assert.equal(change(0.5, 0.62), "−12.0");
-  assert.equal(change(0.62, 0.5), "+12.0");
-  assert.equal(change(0.5, 0.5004), "");
+  assert.equal(change({ share: 0.5, most: 0.5, was: 0.62 }), "−12.0");
+  assert.equal(change({ share: 0.62, most: 0.62, was: 0.5 }), "+12.0");
+  assert.equal(change({ share: 0.5, most: 0.5, was: 0.5004 }), "");
+  assert.equal(change({ share: 0.4, most: 0.6, was: 0.5 }), "");
+  assert.equal(change({ share: 0.1, most: 0.4, was: 0.5 }), "−10.0");
+  assert.equal(range({ share: 0.5, most: 0.5 }), "50.0 %");
+  assert.equal(range({ share: 0.4, most: 0.75 }), "40.0 to 75.0 %");
 });
 
 test("a size is asked for by measures, and by the percentile that was changed alone", () => {
@@ -211,6 +216,7 @@ test("two states share a picture without a gap, and what is of no state is in bo
     ["new alone", "old to the left of 40 %, new to the right", "old alone"]);
 });
 
+<<<<<<< HEAD
 test("a section is called by the side that goes, and its place", () => {
   assert.deepEqual(sectionOf("left=0.3"), { axis: 1, sign: 1, at: 0.3 });
   assert.deepEqual(sectionOf("back"), { axis: 0, sign: -1, at: undefined });
@@ -252,4 +258,12 @@ test("keys that an element needs are its own", () => {
 test("a step says its number and for how long it is taken", () => {
   assert.equal(stepWords(2, 3, "the motion is being read", 0.4), "Step 2 of 3: the motion is being read.");
   assert.equal(stepWords(2, 3, "the motion is being read", 4.9), "Step 2 of 3: the motion is being read, 4 s.");
+=======
+test("a reach map's bands and ticks", () => {
+  const levels = [0.5, 0.9, 0.95, 0.99];
+  assert.deepEqual([0, 0.5, 0.89, 0.95, 1].map((share) => band(share, levels)), [0, 1, 1, 3, 4]);
+  assert.deepEqual(bands(levels), ["under 50 %", "50 to 90 %", "90 to 95 %", "95 to 99 %", "99 % and more"]);
+  assert.deepEqual(ticks(-230, 310), [-200, -100, 0, 100, 200, 300]);
+  assert.deepEqual(ticks(0, 12), [0, 10]);
+>>>>>>> people
 });

@@ -316,6 +316,7 @@ def human_cases(tmp_path):
             "restarts": 1,
             "max_extension": 0.0,
             "tighter_zones": True,
+            "brief": False,
             "threads": 1,
         },
         "reach_map": {

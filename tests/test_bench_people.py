@@ -15,12 +15,16 @@ from tests.conftest import ROOT
 from workbench.files.study.saving import read_text
 from workbench.live.following import Following
 from workbench.live.protocol import parsed, unpacked
+from workbench.live.reach_maps import COARSE
+from workbench.model.accommodation import met_of
 from workbench.model.moves import Move
+from workbench.study.bench.criteria import PairLimit, asked_for
 from workbench.study.bench.crowd import (
     crowd_question,
     followed,
     met_all,
     open_crowd,
+    remember,
     settled,
 )
 from workbench.study.bench.edits import seated, shifted
@@ -31,11 +35,11 @@ TEXT = (ROOT / "studies" / "trainer_accommodation.yaml").read_text()
 FEW = 6
 
 
-def few_people(folder):
-    """The study of the catalogue with few people and controls, and nothing asked but who fits."""
+def few_people(folder, *, but=("shares:", "reach_maps:")):
+    """The study of the catalogue with few people and controls, without the lines that begin so."""
     path = folder / "few.yaml"
     text = re.sub(r"  - {name: switches and radios.*?}\n", "", TEXT, flags=re.DOTALL)
-    lines = [line for line in text.split("\n") if not line.startswith(("shares:", "reach_maps:"))]
+    lines = [line for line in text.split("\n") if not line.startswith(but)]
     text = "\n".join(lines).replace("people: 200, seed: 1", f"people: {FEW}, seed: 5")
     assert f"people: {FEW}" in text
     path.write_text(text)
@@ -67,7 +71,14 @@ def moved(opened, parts, controls, by):
     return shifted(opened, opened.start, Move(parts, controls, by)).arrangement
 
 
+def asked_of_everybody(opened):
+    """A clearance made of a pair at the bench."""
+    limit = PairLimit("pilot", "RUL", part="instrument_panel", at_least=0.03)
+    return asked_for(opened, opened.start, limit).arrangement
+
+
 STATES = {
+    "a criterion": asked_of_everybody,
     "a control": lambda opened: moved(opened, (), ("flaps",), (-0.35, 0.1, 0.0)),
     "a part": lambda opened: moved(opened, ("canopy", "canopy_frame"), (), (0.0, 0.0, -0.04)),
     "a lever": lambda opened: moved(opened, ("throttle_lever",), (), (0.08, 0.0, 0.0)),
@@ -98,16 +109,35 @@ def test_people_who_are_settled_are_those_of_a_run_of_the_saved_study(
     assert not np.array_equal(found.margin, start.margin)
 
 
+def test_a_criterion_made_of_a_pair_is_asked_of_everybody_where_they_sit(opened, crowd, start):
+    arrangement = asked_of_everybody(opened)
+    question = crowd_question(opened, crowd, arrangement)
+    found = followed(opened, crowd, start, question, arrangement)
+    exact = settled(crowd, question, arrangement, start.rows)
+    assert found.margin.shape == (FEW, start.margin.shape[1] + 1) and found.known.all()
+    assert np.array_equal(found.margin[:, :-1], start.margin, equal_nan=True)
+    stays = (exact.fitted.tried.seat == start.fitted.tried.seat).all(axis=1)
+    assert stays.any() and found.margin[stays, -1] == pytest.approx(exact.margin[stays, -1])
+    following = Following(opened)
+    following.begin()
+    following.settle(0, opened.start, 1)
+    assert following.follow(0, arrangement, 2)
+    head, _ = unpacked(following.frame(2))
+    new = [row for row in head["rows"] if row["was"] is None]
+    assert [row["name"] for row in new] == [arrangement.added[0].name]
+
+
 def test_nobody_is_asked_again_where_nothing_has_moved(opened, crowd, start):
     question = crowd_question(opened, crowd, opened.start)
     found = followed(opened, crowd, start, question, opened.start)
-    assert np.array_equal(found, start.margin, equal_nan=True)
+    assert found.known.all()
+    assert np.array_equal(found.margin, start.margin, equal_nan=True)
 
 
 def test_a_moved_part_bears_on_what_is_about_it_alone(opened, crowd, start):
     arrangement = STATES["a part"](opened)
     question = crowd_question(opened, crowd, arrangement)
-    found = followed(opened, crowd, start, question, arrangement)
+    found = followed(opened, crowd, start, question, arrangement).margin
     asked = question.asked
     other = np.array([not {"canopy", "canopy_frame"} & set(one.criterion.parts) for one in asked])
     assert np.array_equal(found[:, other], start.margin[:, other], equal_nan=True)
@@ -127,11 +157,65 @@ def test_a_moved_part_bears_on_what_is_about_it_alone(opened, crowd, start):
 def test_who_fits_while_a_control_is_dragged_fits_at_rest(opened, crowd, start, control, by):
     arrangement = moved(opened, (), (control,), by)
     question = crowd_question(opened, crowd, arrangement)
-    quick = followed(opened, crowd, start, question, arrangement)
+    quick = followed(opened, crowd, start, question, arrangement).margin
     exact = settled(crowd, question, arrangement, start.rows, start)
     assert not np.any(met_all(quick) & ~met_all(exact.margin))
     stays = (exact.fitted.tried.seat == start.fitted.tried.seat).all(axis=1)
     assert np.allclose(quick[stays], exact.margin[stays], atol=1e-9, equal_nan=True)
+
+
+def at(opened, forward, up, control, by):
+    """The seat held in a position, and a control moved."""
+    held = seated(opened, opened.start, "pilot", forward, up).arrangement
+    return shifted(opened, held, Move((), (control,), by)).arrangement
+
+
+TRAVEL = st.tuples(st.floats(-0.1, 0.1), st.floats(-0.06, 0.06))
+
+
+@settings(max_examples=2)
+@given(
+    st.lists(TRAVEL, min_size=2, max_size=2),
+    st.sampled_from(["flaps", "throttle", "left_stick", "left_seat_left_pedal"]),
+    st.tuples(*[st.floats(-0.08, 0.08)] * 3),
+)
+def test_who_fits_while_the_seat_is_dragged_is_who_does_in_a_run(
+    opened, crowd, start, places, control, by
+):
+    remember(start)
+    for forward, up in places:  # each follows from where the people were last
+        arrangement = at(opened, *within(opened, forward, up), control, by)
+        question = crowd_question(opened, crowd, arrangement)
+        quick = followed(opened, crowd, start, question, arrangement, search=False)
+        found = followed(opened, crowd, start, question, arrangement)
+        exact = settled(crowd, question, arrangement, start.rows)
+        assert found.known.all()
+        assert np.array_equal(met_of(found.margin), met_of(exact.margin))
+        assert np.array_equal(met_of(quick.margin)[quick.known], met_of(exact.margin)[quick.known])
+        reach = np.array([one.control is not None for one in question.asked])
+        assert np.allclose(
+            found.margin[:, ~reach], exact.margin[:, ~reach], atol=1e-9, equal_nan=True
+        )
+        assert np.all(found.margin[:, reach] <= np.maximum(exact.margin[:, reach], 0.0) + 1e-9)
+
+
+def within(opened, forward, up):
+    """A position within the travel of the seat."""
+    seat = opened.seat(opened.crowd)
+    return np.clip(forward, *seat.travel_forward), np.clip(up, *seat.travel_up)
+
+
+@pytest.mark.parametrize("control", ["throttle", "left_stick"])
+def test_a_control_that_a_hand_holds_is_followed_with_that_hand(opened, crowd, start, control):
+    arrangement = moved(opened, (), (control,), (0.03, 0.02, 0.02))
+    question = crowd_question(opened, crowd, arrangement)
+    found = followed(opened, crowd, start, question, arrangement).margin
+    exact = settled(crowd, question, arrangement, start.rows)
+    stays = (exact.fitted.tried.seat == start.fitted.tried.seat).all(axis=1)
+    assert stays.any()
+    assert np.allclose(found[stays], exact.margin[stays], atol=1e-9, equal_nan=True)
+    shoulder = [one.requirement.name for one in question.asked].index("left shoulder to canopy")
+    assert np.array_equal(found[:, shoulder], start.margin[:, shoulder]) == (control == "throttle")
 
 
 def test_people_are_settled_piece_by_piece_and_followed_from_there(opened):
@@ -160,6 +244,40 @@ def test_people_are_settled_piece_by_piece_and_followed_from_there(opened):
     assert following.follow(0, opened.start, 3)
     head, _ = unpacked(following.frame(3))
     assert head["settled"] == FEW and head["changed"] == []
+
+
+def map_of(frames):
+    """The head of the one reach map among frames."""
+    (head,) = [head for head, _ in map(unpacked, frames) if head["kind"] == "reach_map"]
+    return head
+
+
+def test_the_reach_map_beside_the_bench_is_that_of_a_run_of_the_saved_study(tmp_path):
+    path = few_people(tmp_path, but=("shares:",))
+    opened = open_study(wb.load_study(path))
+    following = Following(opened)
+    following.begin()
+    following.settle(0, opened.start, 1)
+    following.map(0, opened.start, 1, whole=True)
+    first = map_of(following.frames(1))
+    arrangement = seated(opened, opened.start, "pilot", -0.05, 0.0).arrangement
+    panel = Move(("instrument_panel",), (), (0.05, 0.0, 0.02))
+    arrangement = shifted(opened, arrangement, panel).arrangement
+    assert following.follow(0, arrangement, 2)
+    following.map(0, arrangement, 2, whole=False)
+    coarse = map_of(following.frames(2))
+    following.map(0, arrangement, 2, whole=True)
+    whole = map_of(following.frames(2))
+    save(opened, read_text(path), arrangement)
+    (run,) = wb.run(wb.load_study(path)).population.maps
+    assert first["whole"] and whole["whole"] and not coarse["whole"]
+    wanted = dict(zip(map(tuple, np.round(1e3 * run.flat, 1).tolist()), run.share, strict=True))
+    got = dict(zip(map(tuple, whole["points"]), whole["share"], strict=True))
+    assert got == pytest.approx(wanted, abs=1e-4)
+    assert len(coarse["points"]) == COARSE and coarse["people"] == FEW
+    assert coarse["share"] == whole["share"][:COARSE]
+    assert whole["share"] != first["share"]
+    assert "nav_com_radio" in {name for name, *_ in whole["controls"]}
 
 
 def test_a_population_of_which_nothing_is_asked_says_so(tmp_path):

@@ -76,6 +76,7 @@ FILES = (
     "people.js",
     "person.js",
     "picture.js",
+    "reach_map.js",
     "rows.js",
     "size.js",
     "things.js",

@@ -3,15 +3,32 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
+from contextvars import ContextVar
 
 from workbench.errors import UsageError
 
-__all__ = ["THREADS", "cores", "in_pieces"]
+__all__ = ["THREADS", "cores", "in_pieces", "one_thread"]
 
 THREADS = "WORKBENCH_THREADS"
 """The environment's word on how many cores may be used at most."""
+
+
+_ALONE: ContextVar[bool] = ContextVar("alone", default=False)
+"""Whether what is called goes on in this thread alone."""
+
+
+@contextmanager
+def one_thread() -> Iterator[None]:
+    """Let what is called within work in this thread alone: for callers that share out the work
+    themselves, to whom more threads are only a burden."""
+    token = _ALONE.set(True)
+    try:
+        yield
+    finally:
+        _ALONE.reset(token)
 
 
 def cores() -> int:
@@ -40,7 +57,8 @@ def in_pieces(
     if threads is not None and threads < 1:
         raise UsageError(f"threads: expected 1 or more, got {threads}")
     begins = range(0, count, max(size, 1))
-    at_once = min(cores() if threads is None else threads, len(begins))
+    most = 1 if _ALONE.get() else cores()
+    at_once = min(most if threads is None else threads, len(begins))
     if at_once <= 1:
         for begin in begins:
             work(begin, min(begin + size, count))

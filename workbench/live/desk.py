@@ -224,8 +224,8 @@ class Desk:
         except WorkbenchError as error:
             frames = [fault_frame(None, str(error))]
         if self.following.there:
-            people = self.following.frame(self.generation)
-            frames.append(people or waiting_frame("the people are being seated"))
+            people = self.following.frames(self.generation)
+            frames += people or [waiting_frame("the people are being seated")]
         return frames if self.verdicts is None else [*frames, self.verdicts]
 
     def scene(self) -> WebView:

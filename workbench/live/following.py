@@ -1,43 +1,55 @@
 """The population beside the bench: settled while the study rests, followed while it is changed.
 
-Two threads are at work on it: `follow` is called by one, `begin` and `settle` by the other. Each
-takes people piece by piece, can be left off between two pieces, and puts a whole value in the place
-of another.
+Several threads are at work on it: `follow` is called by some, each with another piece of people,
+`begin` and `settle` by one other. Each takes people piece by piece, can be left off between two
+pieces, and puts a whole value in the place of another.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from threading import Lock
 
 import numpy as np
 
 from workbench.errors import InputError
 from workbench.live.frames import PeopleShown, people_frame, waiting_frame
-from workbench.model.arrays import Floats, Ints
+from workbench.live.reach_maps import ReachMaps
+from workbench.model.arrays import Bools, Floats, Ints
 from workbench.study.accommodation.chunks import Question
 from workbench.study.bench.crowd import (
     Crowd,
     Settled,
     crowd_question,
     followed,
+    in_columns,
     open_crowd,
+    poses_there,
+    remember,
+    same_columns,
     settled,
 )
 from workbench.study.bench.state import Arrangement, OpenStudy
+from workbench.study.checks.margins import Asked
+from workbench.threads import cores, one_thread
 
-__all__ = ["PIECE", "Following"]
+__all__ = ["Following"]
 
-PIECE = 16
-"""People who are worked on without a break."""
+FIRST_PIECE = 16
+PIECE = 64
+"""People who are worked on without a break: few at first, so that something is shown soon."""
 
 
 @dataclass(frozen=True, eq=False)
 class _Margins:
-    """What people have to spare (B, R) [m] in a state, and whether they were settled in it."""
+    """What people have to spare (B, R) [m] in R requirements of a state, what is known (B, R) of
+    that, and whether they were settled in it."""
 
     generation: int
+    asked: Sequence[Asked]
     margin: Floats
+    known: Bools
     settled: bool
 
 
@@ -57,6 +69,8 @@ class Following:
         self._last: list[Settled | None] = []
         self._shown: list[_Margins | None] = []
         self._questions: list[tuple[tuple[object, ...], Question]] = []
+        self._asking = Lock()
+        self._maps = ReachMaps(opened.maps, ())
 
     @property
     def there(self) -> bool:
@@ -66,7 +80,19 @@ class Following:
     @property
     def at_hand(self) -> int:
         """How many pieces are followed."""
-        return 0 if self.crowd is None else -(-self.crowd.at_hand // PIECE)
+        if self.crowd is None:
+            return 0
+        sizes = np.cumsum([len(rows) for rows in self.pieces])
+        return int(np.searchsorted(sizes, self.crowd.at_hand)) + 1
+
+    @property
+    def turns(self) -> list[range]:
+        """The pieces that are followed, those together that are at once: the first alone, since what
+        is indexed for it serves the others."""
+        first = min(1, self.at_hand)
+        rest = range(first, self.at_hand)
+        some = [rest[k : k + cores()] for k in range(0, len(rest), cores())]
+        return [range(first), *some] if first else []
 
     def begin(self) -> bytes | None:
         """Make the bodies, where they are not made yet; a frame where that cannot be."""
@@ -80,33 +106,73 @@ class Following:
             self.words = str(error)
             return waiting_frame(self.words)
         order = crowd.order
-        self.pieces = [order[k : k + PIECE] for k in range(0, len(order), PIECE)]
+        ends = [FIRST_PIECE, *range(PIECE, len(order), PIECE)]
+        self.pieces = [rows for rows in np.split(order, ends) if len(rows)]
         self._first = [None] * len(self.pieces)
         self._last = [None] * len(self.pieces)
         self._shown = [None] * len(self.pieces)
+        self._maps = ReachMaps(self.opened.maps, self.pieces)
         self.crowd = crowd
         return None
 
-    def follow(self, number: int, arrangement: Arrangement, generation: int) -> bool:
+    def follow(
+        self, number: int, arrangement: Arrangement, generation: int, *, search: bool = True
+    ) -> bool:
         """Ask a piece of people what a change touches, where they were settled; whether anything is
-        known of them then."""
+        known of them then.
+
+        Parameters
+        ----------
+        search
+            Whether what is not known at once is searched for.
+        """
         crowd = self.crowd
         if crowd is None or len(arrangement.people) > 1:
             return False
         shown = self._shown[number]
-        if shown is not None and shown.generation == generation:
+        same = shown is not None and shown.generation == generation
+        if same and shown is not None and (shown.known.all() or not search):
             return True
         known = self._nearest(number, crowd, arrangement)
         if known is None:
             return False
         try:
             question = self._question(crowd, arrangement)
-            margin = followed(self.opened, crowd, known, question, arrangement)
+            with one_thread():
+                found = followed(self.opened, crowd, known, question, arrangement, search=search)
         except InputError:
             return False  # settling reports it
         exact = known.arrangement.content == arrangement.content
-        self._shown[number] = _Margins(generation, margin, exact)
+        self._shown[number] = _Margins(generation, question.asked, found.margin, found.known, exact)
         return True
+
+    def map(self, number: int, arrangement: Arrangement, generation: int, *, whole: bool) -> None:
+        """Find what a piece of people reaches of the maps that the study asks for.
+
+        Parameters
+        ----------
+        whole
+            Whether all points are asked about, or few.
+        """
+        crowd = self.crowd
+        if crowd is None or not self.opened.maps or len(arrangement.people) > 1:
+            return
+        known = self._nearest(number, crowd, arrangement)
+        if known is None:
+            return
+        body = crowd.bodies[self.pieces[number]] if known.who is None else known.who.body
+        cases = range(len(known.comfortable))
+        poses = [poses_there(known, arrangement, case) for case in cases]
+        place = self._question(crowd, arrangement).place
+        with one_thread():
+            self._maps.ask(number, body, poses, place, generation, whole=whole)
+
+    def remember(self, number: int) -> None:
+        """Make a piece of people who are settled ready to be followed while their seat is dragged."""
+        for known in (self._last[number], self._first[number]):
+            if known is not None:
+                remember(known)
+                return
 
     def _nearest(self, number: int, crowd: Crowd, arrangement: Arrangement) -> Settled | None:
         """What is known of a piece in the state that is the most like another."""
@@ -158,22 +224,35 @@ class Following:
             return None
         except InputError as error:
             return waiting_frame(str(error))
-        self._shown[number] = _Margins(generation, known.margin, True)
+        everything = np.ones(known.margin.shape, dtype=np.bool_)
+        self._shown[number] = _Margins(
+            generation, known.question.asked, known.margin, everything, True
+        )
         return None
 
     def _kept(self, number: int, found: Settled) -> Settled:
         """What is kept of people: where they are, of those at hand alone."""
-        return found if number < self.at_hand else replace(found, places=())
+        return found if number < self.at_hand else replace(found, places=(), who=None)
 
     def _question(self, crowd: Crowd, arrangement: Arrangement) -> Question:
         """The same question for the same state, so that what is indexed for it serves again."""
-        for content, question in self._questions:
-            if content == arrangement.content:
-                return question
-        question = crowd_question(self.opened, crowd, arrangement)
-        first = self._questions[:1]  # the state as opened stays
-        self._questions = [*first, *self._questions[1:][-2:], (arrangement.content, question)]
-        return question
+        with self._asking:
+            for content, question in self._questions:
+                if content == arrangement.content:
+                    return question
+            question = crowd_question(self.opened, crowd, arrangement)
+            first = self._questions[:1]  # the state as opened stays
+            self._questions = [*first, *self._questions[1:][-2:], (arrangement.content, question)]
+            return question
+
+    def frames(self, generation: int) -> list[bytes]:
+        """Pack what is known of the people in a state, and the maps of what they reach."""
+        frame = self.frame(generation)
+        if frame is None:
+            return []
+        if self.crowd is None:
+            return [frame]
+        return [frame, *self._maps.frames(self.crowd.people.weight, generation)]
 
     def frame(self, generation: int) -> bytes | None:
         """Pack what is known of the people in a state; None where nothing is."""
@@ -188,14 +267,18 @@ class Following:
         if not known:
             return None
         counts = [len(rows) for rows, _, _ in known]
+        asked = known[0][1].asked
+        same = same_columns(known[0][2].question.asked, asked)
         return people_frame(
             crowd,
             PeopleShown(
                 rows=np.concatenate([rows for rows, _, _ in known]),
                 margin=np.concatenate([shown.margin for _, shown, _ in known]),
+                known=np.concatenate([shown.known for _, shown, _ in known]),
                 settled=np.repeat([shown.settled for _, shown, _ in known], counts),
-                before=np.concatenate([first.margin for _, _, first in known]),
-                asked=known[0][2].question.asked,
+                before=in_columns(np.concatenate([first.margin for _, _, first in known]), same),
+                new=same < 0,
+                asked=asked,
             ),
             generation,
         )

@@ -325,16 +325,22 @@ class PeopleShown:
         (B,) of the people.
     margin, before
         (B, R) [m] what they have to spare now, and in the study as it was opened.
+    known
+        (B, R) what is known now.
     settled
         (B,) whether a run finds the same now.
+    new
+        (R,) the requirements that are not in the study as it was opened.
     asked
         The R requirements.
     """
 
     rows: Ints
     margin: Floats
+    known: Bools
     settled: Bools
     before: Floats
+    new: Bools
     asked: Sequence[Asked]
 
 
@@ -344,7 +350,8 @@ def waiting_frame(words: str) -> bytes:
 
 
 def people_frame(crowd: Crowd, shown: PeopleShown, generation: int) -> bytes:
-    """Pack who of a population fits, reaches and clears, and whom a change has made to."""
+    """Pack who of a population fits, reaches and clears, and whom a change has made to: shares from
+    `share` to `most`, which differ where something is not known yet."""
     weight = crowd.people.weight[shown.rows]
 
     def share(met: Bools) -> float:
@@ -359,7 +366,12 @@ def people_frame(crowd: Crowd, shown: PeopleShown, generation: int) -> bytes:
     now = met_of(shown.margin)
     before = met_of(shown.before)
     rows = [
-        {"name": one.requirement.name, "share": share(now[:, r]), "was": share(before[:, r])}
+        {
+            "name": one.requirement.name,
+            "share": share(now[:, r] & shown.known[:, r]),
+            "most": share(now[:, r]),
+            "was": None if shown.new[r] else share(before[:, r]),
+        }
         for r, one in enumerate(shown.asked)
     ]
     rows.sort(key=lambda row: (row["share"], row["name"]))
@@ -371,10 +383,12 @@ def people_frame(crowd: Crowd, shown: PeopleShown, generation: int) -> bytes:
             "of": len(crowd.order),
             "known": len(shown.rows),
             "settled": int(shown.settled.sum()),
+            "asked": int((~shown.known).any(axis=1).sum()),
             "shares": [
                 {
                     "name": name,
-                    "share": share(met_all(shown.margin, some)),
+                    "share": share(met_all(shown.margin, some) & shown.known[:, some].all(axis=1)),
+                    "most": share(met_all(shown.margin, some)),
                     "was": share(met_all(shown.before, some)),
                 }
                 for name, some in sets.items()
@@ -389,7 +403,8 @@ def people_frame(crowd: Crowd, shown: PeopleShown, generation: int) -> bytes:
 def _changed(crowd: Crowd, shown: PeopleShown) -> list[dict[str, Any]]:
     """The people who fit now and did not, or did and do no longer, with what is missed by most."""
     fits = met_all(shown.margin)
-    rows = np.flatnonzero(fits != met_all(shown.before))
+    sure = shown.known.all(axis=1) | ~fits
+    rows = np.flatnonzero((fits != met_all(shown.before)) & sure)
     people = crowd.people
     stature = people.column("stature") if "stature" in people.names else None
     found = []

@@ -19,6 +19,7 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import asynccontextmanager
 from functools import partial
 from importlib.resources import files
+from itertools import product
 from typing import Any, TypeVar
 
 from workbench.draw.web.packing import Packing
@@ -41,6 +42,7 @@ from workbench.live.pages import Page, PageClosedError
 from workbench.live.protocol import LONGEST, SUBPROTOCOL, Question, parsed
 from workbench.live.replies import Replies, Work
 from workbench.live.waiting import Waiting
+from workbench.threads import cores
 
 try:
     import uvicorn
@@ -86,6 +88,7 @@ PAGE = {
     "ways.js": "text/javascript; charset=utf-8",
     "painter.js": "text/javascript; charset=utf-8",
     "people.js": "text/javascript; charset=utf-8",
+    "reach_map.js": "text/javascript; charset=utf-8",
     "person.js": "text/javascript; charset=utf-8",
     "progress.js": "text/javascript; charset=utf-8",
     "size.js": "text/javascript; charset=utf-8",
@@ -126,7 +129,7 @@ class Hub:
         self.preparing = ThreadPoolExecutor(1, "prepare")
         self.judging = ThreadPoolExecutor(1, "judge")
         self.toiling = ThreadPoolExecutor(1, "toil")
-        self.following = ThreadPoolExecutor(1, "follow")
+        self.following = ThreadPoolExecutor(cores(), "follow")
         self.settling = ThreadPoolExecutor(1, "settle")
 
     @property
@@ -291,7 +294,13 @@ class Hub:
             state = asked.arrangement, asked.generation, self.superseded
             settle = partial(people.settle, number, *state)
             refused = await loop.run_in_executor(self.settling, settle)
+            if refused is None and not self.superseded():
+                repaint = partial(people.map, number, *state[:2], whole=True)
+                await loop.run_in_executor(self.settling, repaint)
             await self.send(Replies(everybody=self.people_frames(asked)))
+        for number in range(people.at_hand):
+            if not self.superseded() and refused is None:
+                await loop.run_in_executor(self.settling, people.remember, number)
         if refused is not None:
             await self.send(Replies(everybody=[refused]))
 
@@ -300,20 +309,27 @@ class Hub:
         return self.changed.is_set() or self.rested.is_set() or self.ended
 
     async def follow(self) -> None:
-        """Follow each change with the people who are at hand; of a drag the newest counts."""
+        """Follow each change with the people who are at hand: what is known of them at once, the
+        maps of what they reach, and what must be searched for; of a drag the newest counts."""
         loop = asyncio.get_running_loop()
         await self.moved.wait()
         self.moved.clear()
         asked = await self.at_desk(self.study.judgement)
         people = asked.following
         sent = 0.0
-        for number in range(people.at_hand):
-            follow = partial(people.follow, number, asked.arrangement, asked.generation)
-            known = await loop.run_in_executor(self.following, follow)
+        state = asked.arrangement, asked.generation
+        steps: tuple[Callable[..., object], ...] = (
+            partial(people.follow, search=False),
+            partial(people.map, whole=False),
+            partial(people.follow, search=True),
+        )
+        turns = people.turns
+        for step, some in product(steps, turns):
+            work = [partial(step, number, *state) for number in some]
+            await asyncio.gather(*(loop.run_in_executor(self.following, one) for one in work))
             if self.moved.is_set():
                 break
-            last = number + 1 == people.at_hand
-            if known and (last or loop.time() - sent > OFTEN):
+            if some is turns[-1] or loop.time() - sent > OFTEN:
                 sent = loop.time()
                 await self.send(Replies(everybody=self.people_frames(asked)))
 
@@ -321,8 +337,7 @@ class Hub:
         """What is known of a population in a state; nothing where the state is another by now."""
         if asked.generation != self.study.generation:
             return []
-        frame = asked.following.frame(asked.generation)
-        return [] if frame is None else [frame]
+        return asked.following.frames(asked.generation)
 
     async def watch(self) -> None:
         """Look at the study's file from time to time."""

@@ -23,7 +23,7 @@ from workbench.model.poses import Placed, Poses
 from workbench.model.study import Study
 from workbench.model.workplace import Workplace
 
-__all__ = ["PopulationFound", "Shown"]
+__all__ = ["PeopleOverlap", "PopulationFound", "Shown"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,6 +46,31 @@ class Shown:
     limb: str = ""
     target: tuple[float, float, float] | None = None
     tip: tuple[float, float, float] | None = None
+
+
+@dataclass(frozen=True)
+class PeopleOverlap:
+    """Two things that overlap in some people more than is allowed, about which no criterion asks.
+
+    Parameters
+    ----------
+    segment
+        Of the body, in words.
+    part, other_segment
+        The part that it is in, else the other segment of the same body; "" for the other one.
+    people, share
+        How many people, and their weighted share.
+    deepest, person
+        [m] beyond what is allowed, of the person (row) of whom it is the most.
+    """
+
+    segment: str
+    part: str
+    other_segment: str
+    people: int
+    share: float
+    deepest: float
+    person: int
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,6 +149,7 @@ class PopulationFound:
     maps: tuple[ReachMap, ...]
     warnings: tuple[str, ...]
     shown: tuple[Shown, ...] = ()
+    overlaps: tuple[PeopleOverlap, ...] = ()
 
     @property
     def moved(self) -> Bools:

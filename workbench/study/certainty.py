@@ -12,31 +12,26 @@ from collections.abc import Sequence
 import numpy as np
 
 from workbench.model.accommodation import OF_SURFACE
-from workbench.model.workplace import Workplace
+from workbench.model.arrays import Ints
 from workbench.study.checks.margins import Asked, Bounds
 from workbench.study.checks.table import bounds_of
-from workbench.study.positions import Fitted, in_positions
-from workbench.study.settings import at_setting, nominal_setting
-from workbench.study.situation import Occupants, Situation
+from workbench.study.positions import Fitted
+from workbench.study.situation import Situation
 
 __all__ = ["true_bounds"]
 
 
 def true_bounds(
-    place: Workplace,
     asked: Sequence[Asked],
-    who: Occupants,
-    comfortable: Sequence[Situation],
+    places: Sequence[tuple[Ints, Sequence[Situation]]],
     fitted: Fitted,
 ) -> Bounds:
     """Bound the true margins of people in the positions that suit them best.
 
     Parameters
     ----------
-    who
-        B people.
-    comfortable
-        The same people in each case, in their comfortable positions.
+    places
+        The people there, as of `found_places`.
     fitted
         The positions, with the margins of the R requirements there.
 
@@ -52,18 +47,6 @@ def true_bounds(
     if not len(columns):
         return found
     some = [asked[r] for r in columns.tolist()]
-    nominal = nominal_setting(place)
-    stay = (fitted.tried.seat == fitted.comfortable).all(axis=1)
-    stay &= (fitted.setting == nominal).all(axis=1)
-    rows = np.flatnonzero(stay)
-    if len(rows):
-        there = [situation.rows(rows) for situation in comfortable]
-        found.put(rows, columns, bounds_of(there, some))
-    rest = np.flatnonzero(~stay)
-    for setting in np.unique(fitted.setting[rest], axis=0):
-        rows = rest[(fitted.setting[rest] == setting).all(axis=1)]
-        at = at_setting(place, setting)
-        wanted = [situation.rows(rows) for situation in comfortable]
-        there = in_positions(at, who.rows(rows), fitted.tried.seat[rows], wanted)
+    for rows, there in places:
         found.put(rows, columns, bounds_of(there, some))
     return found

@@ -73,6 +73,7 @@ __all__ = [
     "Tried",
     "comfortable_situations",
     "fitted_positions",
+    "found_places",
     "in_positions",
     "lattice",
     "tried",
@@ -200,6 +201,34 @@ class Fitted:
         self.window[rows] = other.window
         self.sets[rows] = other.sets
         self.setting[rows] = other.setting
+
+
+def found_places(
+    place: Workplace, who: Occupants, comfortable: Sequence[Situation], fitted: Fitted
+) -> list[tuple[Ints, list[Situation]]]:
+    """People in the positions and settings that their margins are of.
+
+    Parameters
+    ----------
+    comfortable
+        The same people in each case, in their comfortable positions.
+
+    Returns
+    -------
+    list of tuple
+        By setting the indices of people, and these people case by case.
+    """
+    stays = (fitted.tried.seat == fitted.comfortable).all(axis=1)
+    stays &= (fitted.setting == nominal_setting(place)).all(axis=1)
+    rows = np.flatnonzero(stays)
+    found = [(rows, [one.rows(rows) for one in comfortable])] if len(rows) else []
+    rest = np.flatnonzero(~stays)
+    for setting in np.unique(fitted.setting[rest], axis=0):
+        rows = rest[(fitted.setting[rest] == setting).all(axis=1)]
+        wanted = [one.rows(rows) for one in comfortable]
+        at = at_setting(place, setting)
+        found.append((rows, in_positions(at, who.rows(rows), fitted.tried.seat[rows], wanted)))
+    return found
 
 
 @dataclass(frozen=True, eq=False)

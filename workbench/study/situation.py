@@ -7,7 +7,7 @@ is the order of Zehner and Kennedy's cockpit assessments.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence, Set
 from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
 
@@ -26,6 +26,7 @@ from workbench.model.population import Population
 from workbench.model.poses import Placed, Poses
 from workbench.model.posing import join_poses
 from workbench.model.workplace import Aims, WorkCase, Workplace
+from workbench.posture.kernels.clear_reach import KEPT
 from workbench.posture.reaching.limbs import FEET, HANDS, ZONES, Limb, limb
 from workbench.posture.reaching.reach import reach
 from workbench.posture.seating.driving import driving_posture
@@ -40,6 +41,7 @@ __all__ = [
     "Taken",
     "as_bystander",
     "feet_of",
+    "hands_moved",
     "in_place",
     "join_situations",
     "moved_by",
@@ -52,6 +54,8 @@ __all__ = [
     "solid_to_others",
     "take_places",
     "with_hands",
+    "with_hands_again",
+    "with_some_hands",
     "without_parts",
     "without_seat",
 ]
@@ -139,6 +143,8 @@ class Situation:
     hand_miss: Mapping[str, Floats] = field(default_factory=dict)
     hand_overlap: Mapping[str, Floats] = field(default_factory=dict)
     hand_limit: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    unsure: Bools | None = None
+    """(B,) whose hands were not searched for wherever they may be; None where all were."""
 
     def __len__(self) -> int:
         return len(self.poses)
@@ -419,42 +425,105 @@ def with_hands(situation: Situation) -> Situation:
     return situation.held
 
 
-def _hands_placed(situation: Situation) -> Situation:
-    controls = {control.name: control for control in situation.environment.controls}
-    for hand, name in situation.work.held.items():
-        if hand in HANDS:
-            situation = _with_hand(situation, hand, controls[name])
+def with_some_hands(
+    situation: Situation, hands: Collection[str], *, brief: bool = False
+) -> Situation:
+    """The same, where `with_hands` brings some hands alone to the controls that they hold: for what
+    does not depend on the others.
+
+    Parameters
+    ----------
+    brief
+        As of `reach`: then some are `unsure`.
+    """
+    found = replace(situation)
+    found.__dict__["held"] = _hands_placed(situation, hands, brief=brief)
+    return found
+
+
+def _hands_placed(
+    situation: Situation, hands: Collection[str] = HANDS, *, brief: bool = False
+) -> Situation:
+    for hand, control in _hands_of(situation):
+        if hand in hands:
+            situation = _with_hand(situation, hand, control, brief=brief)
     return situation
 
 
-def moved_by_hands(situation: Situation) -> Bools:
-    """(S,) the spheres that are elsewhere with the hands on the controls that they hold: those
-    beyond the joints that this turns, and those that share in the turns of these joints."""
-    return _moved_by_limbs(situation, _holding_limbs(situation))
-
-
-def _moved_by_limbs(situation: Situation, limbs: Sequence[Limb]) -> Bools:
-    """(S,) the spheres that are elsewhere once the free joints of limbs are turned."""
-    turned = np.zeros(len(situation.body.joints), dtype=np.bool_)
-    for one in limbs:
-        turned[list(one.free)] = True
-    return moved_by(situation.body, turned)
-
-
-def _holding_limbs(situation: Situation, freest: int = max(ZONES)) -> list[Limb]:
-    """The arms whose hands hold controls in a case, in the freest zone of the control, or in
-    `freest` where that is tighter."""
+def _hands_of(situation: Situation) -> list[tuple[str, Control]]:
+    """The hands that hold a control, in the order in which they are brought there."""
     controls = {control.name: control for control in situation.environment.controls}
+    held = situation.work.held
+    return [(hand, controls[name]) for hand, name in held.items() if hand in HANDS]
+
+
+def _holding_arms(
+    situation: Situation, hands: Collection[str] = HANDS, freest: int = max(ZONES)
+) -> list[Limb]:
+    """The arms whose hands hold a control, of some hands, in the freest zone of the control, or in
+    `freest` where that is tighter."""
     return [
-        limb(
-            situation.body,
-            hand,
-            grip=controls[name].grip,
-            zone=min(controls[name].zone, freest),
-        )
-        for hand, name in situation.work.held.items()
-        if hand in HANDS
+        limb(situation.body, hand, grip=control.grip, zone=min(control.zone, freest))
+        for hand, control in _hands_of(situation)
+        if hand in hands
     ]
+
+
+def hands_moved(situation: Situation, controls: Set[str]) -> tuple[str, ...]:
+    """The hands that are elsewhere once some controls are: those that hold one, and those that hang
+    on a joint that these turn."""
+    found: list[str] = []
+    for hand, control in _hands_of(situation):
+        arm = limb(situation.body, hand, grip=control.grip, zone=control.zone)
+        turned = _turned_by(situation, _holding_arms(situation, found))
+        bears = _beyond(situation.body, turned)[arm.base] or turned[list(arm.free)].any()
+        if control.name in controls or bears:
+            found.append(hand)
+    return tuple(found)
+
+
+def with_hands_again(situation: Situation, hands: Collection[str], before: Situation) -> Situation:
+    """The same as `with_hands`, where only some hands are elsewhere than they were.
+
+    Parameters
+    ----------
+    situation
+        People with their hands at rest.
+    hands
+        Those that are brought to their controls anew, as of `hands_moved`.
+    before
+        The same people in the same place with all hands on their controls.
+    """
+    for hand, control in _hands_of(situation):
+        if hand in hands:
+            situation = _with_hand(situation, hand, control)
+            continue
+        free = list(limb(situation.body, hand, grip=control.grip, zone=control.zone).free)
+        poses = situation.poses
+        rotations = poses.rotations.copy()
+        rotations[:, free] = before.poses.rotations[:, free]
+        situation = replace(
+            situation,
+            poses=Poses(rotations, poses.reference, poses.world_from_reference),
+            hand_miss={**situation.hand_miss, hand: before.hand_miss[hand]},
+            hand_overlap={**situation.hand_overlap, hand: before.hand_overlap[hand]},
+            hand_limit={**situation.hand_limit, hand: before.hand_limit[hand]},
+        )
+    return situation
+
+
+def moved_by_hands(situation: Situation, hands: Collection[str] = HANDS) -> Bools:
+    """(S,) the spheres that are elsewhere with some hands on the controls that they hold: those
+    beyond the joints that this turns, and those that share in the turns of these joints."""
+    return moved_by(situation.body, _turned_by(situation, _holding_arms(situation, hands)))
+
+
+def _turned_by(situation: Situation, arms: Sequence[Limb]) -> Bools:
+    """(J,) the joints that arms turn on the way to the controls that they hold."""
+    turned = np.zeros(len(situation.body.joints), dtype=np.bool_)
+    for arm in arms:
+        turned[list(arm.free)] = True
+    return turned
 
 
 def solid_to_others(situation: Situation, *, hands_on: bool) -> Bools:
@@ -468,12 +537,12 @@ def solid_to_others(situation: Situation, *, hands_on: bool) -> Bools:
     hands_on
         Whether the hands are on the controls already.
     """
-    arms = _holding_limbs(situation, ARMS_ALONE)
+    arms = _holding_arms(situation, freest=ARMS_ALONE)
     solid = np.ones(len(situation.body.sphere_segment), dtype=np.bool_)
     for arm in arms:
         solid &= arm.solid[0] | (situation.body.sphere_segment != arm.end)
     if arms and not hands_on:
-        solid &= ~_moved_by_limbs(situation, arms)
+        solid &= ~moved_by(situation.body, _turned_by(situation, arms))
     return solid
 
 
@@ -487,16 +556,24 @@ def as_bystander(situation: Situation) -> Bystander:
 def moved_by(body: Body, turned: Bools) -> Bools:
     """(S,) the spheres that are elsewhere, seen from the root of the body, once some joints (J,)
     are turned: those beyond them, and those that share in their turns."""
-    moved = np.zeros(len(body.segments), dtype=np.bool_)
-    for n in range(1, len(body.segments)):
-        moved[n] = moved[body.parent[n]] or turned[n - 1]  # joint n - 1 bears segment n
+    moved = _beyond(body, turned)
     shared = turned[body.blend_joint] & (body.blend_joint >= 0)
     twisted = turned[body.topology.twist_joint] & (body.topology.twist_joint >= 0)
     found: Bools = (moved | twisted)[body.sphere_segment] | shared
     return found
 
 
-def _with_hand(situation: Situation, name: str, control: Control) -> Situation:
+def _beyond(body: Body, turned: Bools) -> Bools:
+    """(N,) the segments beyond some joints (J,)."""
+    found = np.zeros(len(body.segments), dtype=np.bool_)
+    for n in range(1, len(body.segments)):
+        found[n] = found[body.parent[n]] or turned[n - 1]  # joint n - 1 bears segment n
+    return found
+
+
+def _with_hand(
+    situation: Situation, name: str, control: Control, *, brief: bool = False
+) -> Situation:
     """The same with one hand on its control."""
     body = situation.body
     poses = situation.poses
@@ -504,6 +581,9 @@ def _with_hand(situation: Situation, name: str, control: Control) -> Situation:
     miss = np.zeros(len(situation))
     overlap = np.zeros(len(situation))
     limit = np.full(len(situation), "", dtype=object)
+    unsure = np.zeros(len(situation), dtype=np.bool_)
+    if situation.unsure is not None:
+        unsure |= situation.unsure
     left = np.arange(len(situation))
     for zone in range(1, control.zone + 1):
         found = reach(
@@ -518,16 +598,19 @@ def _with_hand(situation: Situation, name: str, control: Control) -> Situation:
             displacement=situation.displacement[left],
             bystanders=situation.bystanders,
             tighter_zones=False,  # those who are left have missed in them
+            brief=brief,
         )
         rotations[left] = found.poses.rotations
         miss[left] = np.where(found.reached[:, 0], 0.0, found.miss[:, 0])
         overlap[left] = found.overlap[:, 0]
         limit[left] = [found.limit(row, 0) for row in range(len(left))]
+        unsure[left] |= brief & (found.doubt[:, 0] == KEPT)
         left = left[~found.reached[:, 0]]
         if not len(left):
             break
     return replace(
         situation,
+        unsure=unsure if brief else situation.unsure,
         poses=Poses(rotations, poses.reference, poses.world_from_reference),
         hand_miss={**situation.hand_miss, name: miss},
         hand_overlap={**situation.hand_overlap, name: overlap},

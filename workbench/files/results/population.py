@@ -10,6 +10,7 @@ __all__ = [
     "GroupRow",
     "HardRow",
     "MapRow",
+    "OverlapRow",
     "PeopleRow",
     "PopulationRows",
     "RequirementRow",
@@ -131,9 +132,27 @@ class MapRow(Row):
     share: list[float]
 
 
+class OverlapRow(Row):
+    """Two things that overlap in some people more than is allowed, about which no criterion asks.
+
+    segment: of the body, in words; part: that it is in, else other_segment of the same body, "" for
+    the other one; people, share: how many, and their weighted share; deepest_mm: beyond what is
+    allowed, of the person (counted from 0) of whom it is the most.
+    """
+
+    segment: str
+    part: str
+    other_segment: str
+    people: int
+    share: float
+    deepest_mm: float
+    person: int
+
+
 class PopulationRows(Row):
     """A population in a role: shares, requirements, who is hardest to serve, and everybody.
 
+    overlaps: none in results from before they were looked for.
     people_hash: SHA-256 of who the people are; seed: of those who are drawn, null of others.
     """
 
@@ -149,5 +168,6 @@ class PopulationRows(Row):
     hardest: list[HardRow]
     gains: list[GainRow]
     maps: list[MapRow]
+    overlaps: list[OverlapRow] = []
     reasons: list[str]
     people: PeopleRow

@@ -10,6 +10,7 @@ import { People } from "./people.js";
 import { Person } from "./person.js";
 import { Picture } from "./picture.js";
 import { Progress, Waiting } from "./progress.js";
+import { ReachMaps } from "./reach_map.js";
 import { nearRow, verdictRow } from "./rows.js";
 import { Sliders } from "./sliders.js";
 import { Things } from "./things.js";
@@ -25,6 +26,7 @@ const sliders = new Sliders(state);
 const things = new Things(say);
 const grips = new Grips(state, things, choosePerson);
 const people = new People();
+const maps = new ReachMaps(at("people-maps"));
 const person = new Person(state);
 const looks = new Looks(state, picture, say);
 
@@ -34,11 +36,13 @@ function take(found) {
   if (what[head.kind]) what[head.kind](head);
   if (head.kind === "busy") busy(head.what);
   if (head.kind === "people") people.show(head);
+  if (head.kind === "reach_map") maps.show(head);
   looks.take(found);
   if (head.kind === "near") showNear(head.rows);
   if (head.kind === "motion") progress.done(1);
   if (head.kind === "hello") {
     people.forget();
+    maps.forget();
     looks.hello(head);
     progress.begin(stepsOf(head));
   }

@@ -10,9 +10,15 @@ export function who({ person, sex, stature }) {
   return `person ${person}, a ${kind}${stature ? ` of ${stature} mm` : ""}`;
 }
 
-// By how much a share has changed, in words; "" where it has not.
-export function change(share, was) {
-  const points = 100 * (share - was);
+// A share in words: between which two it lies where not everybody is known.
+export function range({ share, most }) {
+  if (most - share < 0.0005) return percent(share);
+  return `${(100 * share).toFixed(1)} to ${percent(most)}`;
+}
+
+// By how much a share has changed at least, in words; "" where it has not, or may not have.
+export function change({ share, most, was }) {
+  const points = 100 * Math.max(share - was, 0) + 100 * Math.min(most - was, 0);
   if (Math.abs(points) < 0.05) return "";
   return `${points > 0 ? "+" : "−"}${Math.abs(points).toFixed(1)}`;
 }
@@ -24,7 +30,7 @@ export class People {
     if (head.words) return;
     at("people-shares").replaceChildren(...head.shares.map(shareBar));
     this.changes(head);
-    const rows = head.rows.filter((row) => row.share < 1 || row.was < 1);
+    const rows = head.rows.filter((row) => row.share < 1 || row.was !== 1);
     at("people-rows").replaceChildren(...rows.map(requirementRow));
   }
 
@@ -32,9 +38,10 @@ export class People {
     at("people").hidden = true;
   }
 
-  known({ known, settled, of }) {
+  known({ known, settled, of, asked }) {
     if (known === of && settled === of) return `– all ${of} people`;
-    return `– ${known} of ${of} people${settled < known ? `, the seats of ${known - settled} still as before` : ""}`;
+    const rest = settled < known ? `, ${known - settled} to be settled` : "";
+    return `– ${known} of ${of} people${rest}${asked ? `, ${asked} still being asked` : ""}`;
   }
 
   changes({ changed }) {
@@ -55,25 +62,28 @@ export class People {
   }
 }
 
-function shareBar({ name, share, was }) {
+function shareBar(one) {
+  const { name, share } = one;
   const row = element("div", "", { className: "share" });
   const meter = element("meter", "", { min: 0, max: 1, value: share });
   meter.setAttribute("aria-label", `share who ${name}`);
-  const difference = change(share, was);
+  const difference = change(one);
   row.append(
     element("span", name),
     meter,
-    element("output", percent(share), { ariaLive: "off" }),
+    element("output", range(one), { ariaLive: "off" }),
     element("span", difference, { className: difference.startsWith("−") ? "failed" : "passed" }),
   );
   return row;
 }
 
-function requirementRow({ name, share, was }) {
+function requirementRow(one) {
+  const { name, most } = one;
+  const was = one.was ?? 1;
   const row = element("tr");
   row.append(
-    element("td", percent(share), { className: `number ${share < was - 1e-9 ? "failed" : ""}` }),
-    element("td", percent(was), { className: "number" }),
+    element("td", range(one), { className: `number ${most < was - 1e-9 ? "failed" : ""}` }),
+    element("td", one.was === null ? "new" : percent(was), { className: "number" }),
     element("td", name),
   );
   return row;

@@ -54,7 +54,15 @@ from workbench.posture.kernels.limits import Planes, within
 from workbench.posture.kernels.linkage import Linkage, State, new_state
 from workbench.posture.kernels.newton import Work, equations, go, new_work, newton
 
-__all__ = ["BURIED", "Outcome", "clear_reaches"]
+__all__ = [
+    "BURIED",
+    "KEPT",
+    "NEARLY",
+    "Looked",
+    "Outcome",
+    "clear_reaches",
+    "still_reaches",
+]
 
 CLEAR = 2e-4
 """How far [m] beyond what is allowed a posture is kept off obstacles, so that rounding does not
@@ -100,6 +108,8 @@ OFF = 0.05
 """Distance [m] and breach [rad] within which a start reaches the target, obstacles aside."""
 TOWARD = 24
 """Steps of a start toward the target."""
+FOLLOWING_STEPS = 4
+"""Steps of a reach that is looked at again toward the target, obstacles aside."""
 EASY_TURNS = 3
 EASY_STEPS = 24
 GAIN = 0.98
@@ -133,7 +143,16 @@ class Outcome(NamedTuple):
     part: NDArray[np.int64]
     """(P,) the part that keeps the limb from its target, -1 where none does."""
     doubt: NDArray[np.int64]
-    """(P,) CERTAIN, OWN_WAY, OTHER_WAY, KEPT or BURIED."""
+    """(P,) CERTAIN, OWN_WAY, OTHER_WAY, KEPT or BURIED. KEPT before: no other way is searched for."""
+
+
+class Looked(NamedTuple):
+    """What was looked at about P reaches, filled in place: as of `contacts.Space`."""
+
+    last: NDArray[np.float64]
+    """(P, groups, S, 3) [m] where each sphere of the limb was last looked at."""
+    gap: NDArray[np.float64]
+    """(P, groups, S) [m] how far its centre was from all surfaces at least, -1 where not known."""
 
 
 class Case(NamedTuple):
@@ -684,6 +703,7 @@ def _clear_rows(link, limbs, who, held, problem, room, seeds, out, rows, desk): 
         take(desk.state.angles, desk.free)
         out.overlap[p] = free.depth
         out.part[p] = free.part
+        brief = out.doubt[p] == KEPT
         out.doubt[p] = CERTAIN
         desk.least[0] = np.inf
         desk.blocking[0] = free.part
@@ -696,6 +716,7 @@ def _clear_rows(link, limbs, who, held, problem, room, seeds, out, rows, desk): 
             if free.depth > 0.0:
                 buried = _buried_in(case, desk)
             lots = lots if buried < 0 else LOTS_OF_BURIED
+            lots = 0 if brief else lots
             out.doubt[p] = _search(case, seeds, lots, desk, out)
             if out.doubt[p] == KEPT and buried >= 0:
                 out.doubt[p] = BURIED
@@ -703,8 +724,75 @@ def _clear_rows(link, limbs, who, held, problem, room, seeds, out, rows, desk): 
                 _make_comfortable(case, desk, out)
                 out.part[p] = -1
                 continue
+            if brief:
+                continue
             take(desk.best, desk.state.angles)
         if free.depth > 0.0:
             _come_near(case, missed, free.part, desk, out)
         if out.doubt[p] == BURIED:
             out.part[p] = buried
+
+
+@njit(cache=True, nogil=True)
+def still_reaches(link, limbs, who, held, problem, room, looked, out, begin, end):  # type: ignore[no-untyped-def]
+    """Look whether reaches are still there once their people are elsewhere, rows begin..end of P.
+
+    Each begins from its posture before, in `out.angles`, and is a reach where the search from there
+    finds one: then `out.doubt` is OWN_WAY, and the posture is the new one. Else it is KEPT, and the
+    posture stays. Rows that are KEPT before are left out.
+
+    looked: a `Looked` in the same room, with the same parts shown; the others as of `clear_reaches`.
+    """
+    desk = _new_desk(link, limbs, held.shape[1], np.int64(1))
+    _look_again(link, limbs, who, held, problem, room, looked, out, (begin, end), desk)
+
+
+@inner
+def _follow_tip(case, desk):  # type: ignore[no-untyped-def]
+    """Bring the tip to the target from a state near by, obstacles aside: that spares most of the
+    looks at them."""
+    desk.work.pushed[:] = 0.0
+    desk.work.press[:] = 0.0
+    desk.many[0] = 0
+    bent = np.bool_(False)
+    for _ in range(FOLLOWING_STEPS):
+        error, breach = _look(case, desk)
+        if error < ARRIVED and breach < INSIDE:
+            return
+        pull = _aim(case, error, 0.0, desk)
+        equations(case.link, case.goal, case.row, desk.state, desk.work, pull, EASE, bent)
+        if not newton(case.link, desk.state, desk.work, DAMPING):
+            return
+        go(case.link, desk.state, desk.work)
+
+
+@inlined
+def _copy_looked(last, gap, to_last, to_gap):  # type: ignore[no-untyped-def]
+    """Copy what was looked at about one reach."""
+    for g in range(gap.shape[0]):
+        for s in range(gap.shape[1]):
+            to_gap[g, s] = gap[g, s]
+            for axis in range(3):
+                to_last[g, s, axis] = last[g, s, axis]
+
+
+@inner
+def _look_again(link, limbs, who, held, problem, room, looked, out, rows, desk):  # type: ignore[no-untyped-def]
+    """Look at the rows rows[0]..rows[1] of P again, each by itself."""
+    base, goal = problem
+    begin, end = rows
+    space = desk.space
+    for p in range(begin, end):
+        if out.doubt[p] == KEPT:
+            continue
+        case = Case(link, limbs, room, held, base, goal, who[p], p)
+        _copy_looked(looked.last[p], looked.gap[p], space.last, space.gap)
+        take_row(out.angles, p, desk.state.angles)
+        desk.least[0] = np.inf
+        _follow_tip(case, desk)
+        if _solve(case, 0.0, desk, out):
+            put_row(desk.state.angles, out.angles, p)
+            out.doubt[p] = OWN_WAY
+        else:
+            out.doubt[p] = KEPT
+        _copy_looked(space.last, space.gap, looked.last[p], looked.gap[p])

@@ -26,7 +26,7 @@ from workbench.model.arrays import Floats, Ints
 from workbench.model.body import Body, Topology
 from workbench.model.bystander import Bystander
 from workbench.model.environment import Environment
-from workbench.posture.kernels.clear_reach import Outcome, clear_reaches
+from workbench.posture.kernels.clear_reach import KEPT, Outcome, clear_reaches
 from workbench.posture.kernels.contacts import Limbs, Obstacles
 from workbench.posture.reaching.chains import PIECE, Found, Task
 from workbench.posture.reaching.packing import packed_limbs
@@ -74,7 +74,7 @@ class Room:
     threads: int | None = None
 
 
-def cleared(task: Task, found: Found, room: Room) -> tuple[Found, Ints]:
+def cleared(task: Task, found: Found, room: Room, *, brief: bool = False) -> tuple[Found, Ints]:
     """Keep reaches clear of obstacles.
 
     Parameters
@@ -83,6 +83,9 @@ def cleared(task: Task, found: Found, room: Room) -> tuple[Found, Ints]:
         P reaches, and what they have come to without obstacles.
     room
         The obstacles.
+    brief
+        Whether a reach is left in doubt where no way about the obstacles is found from its own
+        posture.
 
     Returns
     -------
@@ -95,7 +98,7 @@ def cleared(task: Task, found: Found, room: Room) -> tuple[Found, Ints]:
         np.array(found.numbers),
         np.zeros(count),
         np.full(count, -1),
-        np.zeros(count, np.int64),
+        np.full(count, KEPT if brief else 0),
     )
     limbs, obstacles = _packed(task, room)
 

@@ -61,6 +61,7 @@ class _Ask:
     bystanders: Sequence[Bystander]
     most: float
     tighter: bool
+    brief: bool
     threads: int | None
 
 
@@ -79,6 +80,7 @@ def reach(
     restarts: int | None = None,
     max_extension: float = 0.0,
     tighter_zones: bool = True,
+    brief: bool = False,
     threads: int | None = None,
 ) -> Reach:
     """Solve the inverse kinematics of one limb for B people with T targets each.
@@ -116,6 +118,9 @@ def reach(
     tighter_zones
         Whether what a hand misses in its own harness zone is tried in the tighter ones. A caller
         who knows that they miss it spares the time.
+    brief
+        Whether what obstacles put in doubt is left so where no way about them is found from the
+        posture that reaches without them: it counts as missed, and may not be.
     threads
         All cores if None. No answer depends on it.
 
@@ -145,6 +150,7 @@ def reach(
         bystanders=tuple(bystanders),
         most=max_extension,
         tighter=tighter_zones,
+        brief=brief,
         threads=threads,
     )
     person = people_of(body, poses)
@@ -287,7 +293,7 @@ def _solved_crowd(crowd: _Crowd, ask: _Ask) -> _Solved:
     if ask.environment is not None:
         moving = np.isin(ask.environment.parts, list(ask.moving_parts)).astype(np.int64)
         room = Room(ask.environment, moving, crowd.displacement, ask.bystanders, ask.threads)
-        found, doubt = cleared(task, found, room)
+        found, doubt = cleared(task, found, room, brief=ask.brief)
     reached = (found.numbers[:, 0] <= REACHED) & (found.overlap <= 0)
     extension = np.zeros(len(task))
     own = _Solved(task, found, doubt, reached, extension)

@@ -14,6 +14,7 @@ from workbench.files.results.population import (
     GroupRow,
     HardRow,
     MapRow,
+    OverlapRow,
     PeopleRow,
     PopulationRows,
     RequirementRow,
@@ -22,7 +23,7 @@ from workbench.model.accommodation import Gain, GroupShare, ReachMap
 from workbench.model.arrays import Floats
 from workbench.model.measures import MASS
 from workbench.model.population import SEXES
-from workbench.model.population_found import PopulationFound
+from workbench.model.population_found import PeopleOverlap, PopulationFound
 from workbench.model.study import PeopleDrawn, Study
 from workbench.report.population.words import (
     certain_shares,
@@ -67,6 +68,7 @@ def population_rows(result: PopulationFound, people_hash: str) -> PopulationRows
         hardest=[_hard(result, row) for row in result.hardest],
         gains=[_gain(gain) for gain in result.gains],
         maps=[_map(found) for found in result.maps],
+        overlaps=[_overlap(found) for found in result.overlaps],
         reasons=list(result.reasons),
         people=_people(result),
     )
@@ -81,6 +83,18 @@ def _group(group: GroupShare) -> GroupRow:
         count=group.count,
         certain=_share_or_none(group.certain),
         possible=_share_or_none(group.possible),
+    )
+
+
+def _overlap(found: PeopleOverlap) -> OverlapRow:
+    return OverlapRow(
+        segment=found.segment,
+        part=found.part,
+        other_segment=found.other_segment,
+        people=found.people,
+        share=_share(found.share),
+        deepest_mm=_mm(found.deepest),
+        person=found.person,
     )
 
 

@@ -23,6 +23,7 @@ from workbench.study.accommodation.chunks import Chunk, Question, joined_chunks,
 from workbench.study.accommodation.gains import gains_of
 from workbench.study.accommodation.hardest import found_situations, hardest_rows, shown_people
 from workbench.study.accommodation.limiting import bearing_on, limiting_measures
+from workbench.study.accommodation.overlaps import Overlaps, overlap_warnings, summed_overlaps
 from workbench.study.accommodation.people_maps import people_maps
 from workbench.study.accommodation.population_bodies import (
     PopulationBodies,
@@ -94,6 +95,9 @@ def accommodation(
     hardest = hardest_rows(found.margin)
     gains = gains_of(question, study.changes, bodies, found, keep=keep, say=say, executor=executor)
     maps = people_maps(question, study.reach_maps, bodies, say=say, executor=executor)
+    overlaps = summed_overlaps(
+        Overlaps(found.overlap, found.depth), body, place.environment, people.weight
+    )
     return PopulationFound(
         study=study,
         place=place,
@@ -122,9 +126,11 @@ def accommodation(
         warnings=(
             *_warnings(question, body, bodies, met),
             *_around(question, bodies, found, hardest),
+            *overlap_warnings(overlaps, len(people)),
             *study.warnings,
         ),
         shown=tuple(shown_people(question, bodies, found, hardest)),
+        overlaps=overlaps,
     )
 
 
@@ -202,6 +208,8 @@ def person_shown(found: PopulationFound, row: int, requirement: str) -> Shown | 
         window=found.window[one],
         sets=found.sets[one],
         setting=found.setting[one],
+        overlap=np.zeros((0, 4), dtype=np.int64),
+        depth=np.zeros(0),
         words=found.reasons,
     )
     question = replace(population_question(found.study), people=people)

@@ -24,6 +24,7 @@ from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.content import content_key
 from workbench.model.population import Population
 from workbench.model.workplace import Workplace
+from workbench.study.accommodation.overlaps import Overlaps, join_overlaps, people_overlaps
 from workbench.study.accommodation.population_bodies import BareRows, Family, PopulationBodies
 from workbench.study.certainty import true_bounds
 from workbench.study.checks.margins import Asked, Bounds, no_bounds
@@ -33,6 +34,7 @@ from workbench.study.positions import (
     Fitted,
     comfortable_situations,
     fitted_positions,
+    found_places,
     tried,
 )
 from workbench.study.situation import Occupants, Taken, seating_of
@@ -58,7 +60,8 @@ class Chunk:
     margin (B, R), between low and high (B, R) where the surface of the body truly is, see
     `margins.Bounds`: all NaN where that was not asked; reason (B, R): index into `words`, -1 where
     there is none; toward (B, R, 3); seat, comfortable (B, 2), window (B, 4), sets (B, K), setting
-    (B, A): see `positions.Fitted`.
+    (B, A): see `positions.Fitted`. overlap (O, 4), depth (O,): see `overlaps.Overlaps`; none where
+    the bounds were not asked.
     """
 
     margin: Floats
@@ -71,6 +74,8 @@ class Chunk:
     window: Floats
     sets: Bools
     setting: Floats
+    overlap: Ints
+    depth: Floats
     words: tuple[str, ...]
 
 
@@ -199,6 +204,8 @@ class _Files:
             "window": chunk.window,
             "sets": chunk.sets,
             "setting": chunk.setting,
+            "overlap": chunk.overlap,
+            "depth": chunk.depth,
             "words": np.array(chunk.words, dtype=str),
         }
         try:
@@ -289,10 +296,15 @@ def _evaluate_chunk(
     before = question.before.rows(numbers) if question.before is not None else None
     fitted = fitted_positions(place, question.asked, question.members, who, situations, before)
     bounds = no_bounds(len(who), question.asked)
+    overlaps = join_overlaps([], [])
     if question.bounded:
-        bounds = true_bounds(place, question.asked, who, situations, fitted)
+        places = found_places(place, who, situations, fitted)
+        bounds = true_bounds(question.asked, places, fitted)
+        overlaps = join_overlaps(
+            [people_overlaps(there) for _, there in places], [rows for rows, _ in places]
+        )
     found = None if taken is not None else tuple(situation.taken for situation in situations)
-    return _as_numbers(fitted, bounds), found
+    return _as_numbers(fitted, bounds, overlaps), found
 
 
 def taken_places(
@@ -350,7 +362,7 @@ def time_left(begun: float, done: int, left: int) -> str:
     return f", {seconds:.0f} s left" if seconds < 120 else f", {seconds / 60:.0f} min left"
 
 
-def _as_numbers(fitted: Fitted, bounds: Bounds) -> Chunk:
+def _as_numbers(fitted: Fitted, bounds: Bounds, overlaps: Overlaps) -> Chunk:
     """What became of some people as numbers: words become indices into a list."""
     found = fitted.tried
     every = found.words.ravel().tolist()
@@ -368,6 +380,8 @@ def _as_numbers(fitted: Fitted, bounds: Bounds) -> Chunk:
         window=fitted.window,
         sets=fitted.sets,
         setting=fitted.setting,
+        overlap=overlaps.pair,
+        depth=overlaps.depth,
         words=words,
     )
 
@@ -380,6 +394,11 @@ def joined_chunks(chunks: Sequence[Chunk]) -> Chunk:
     for chunk in chunks:
         table = np.array([number[word] for word in chunk.words] + [-1], dtype=np.int64)
         reasons.append(table[chunk.reason])
+    ends = np.cumsum([0, *(len(chunk.margin) for chunk in chunks)])
+    overlaps = join_overlaps(
+        [Overlaps(chunk.overlap, chunk.depth) for chunk in chunks],
+        [np.arange(*ends[k : k + 2]) for k in range(len(chunks))],
+    )
     return Chunk(
         margin=np.concatenate([chunk.margin for chunk in chunks]),
         low=np.concatenate([chunk.low for chunk in chunks]),
@@ -391,5 +410,7 @@ def joined_chunks(chunks: Sequence[Chunk]) -> Chunk:
         window=np.concatenate([chunk.window for chunk in chunks]),
         sets=np.concatenate([chunk.sets for chunk in chunks]),
         setting=np.concatenate([chunk.setting for chunk in chunks]),
+        overlap=overlaps.pair,
+        depth=overlaps.depth,
         words=words,
     )

@@ -57,13 +57,9 @@ def asked_for(opened: OpenStudy, arrangement: Arrangement, wanted: PairLimit) ->
     Raises
     ------
     InputError
-        If a person, segment or part is not there, the two may touch, the limit is out of range, the
-        name is taken, or the study is of a population.
+        If a person, segment or part is not there, the two may touch, the limit is out of range, or
+        the name is taken.
     """
-    if opened.crowd is not None:
-        raise InputError(
-            "a criterion of a study with a population is asked of everybody: add it in the file"
-        )
     if bool(wanted.part) == bool(wanted.other):
         raise InputError("a part or another person must be named, one of the two")
     if not 0.0 <= wanted.at_least <= FARTHEST:

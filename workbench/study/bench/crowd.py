@@ -24,7 +24,9 @@ from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.environment import Control, Environment
 from workbench.model.moves import control_moves, part_moves
 from workbench.model.population import Population
+from workbench.model.poses import Poses
 from workbench.model.workplace import Workplace
+from workbench.posture.reaching.limbs import HANDS
 from workbench.study.accommodation.accommodation import population_question
 from workbench.study.accommodation.chunks import Question
 from workbench.study.accommodation.population_bodies import PopulationBodies, fit_population
@@ -35,33 +37,54 @@ from workbench.study.bench.state import (
     arranged_study,
 )
 from workbench.study.checks.margins import Asked
-from workbench.study.checks.table import AFTER_SEATING, CHECKS, margins_of, needs_hands
+from workbench.study.checks.reach import ReachMemory, margins_again
+from workbench.study.checks.table import (
+    AFTER_SEATING,
+    CHECKS,
+    IN_POSTURE,
+    margins_of,
+    needs_hands,
+)
 from workbench.study.people import present_people
 from workbench.study.positions import (
     Before,
     Fitted,
     comfortable_situations,
     fitted_positions,
+    found_places,
     in_positions,
 )
 from workbench.study.settings import at_setting, nominal_setting, renewed
-from workbench.study.situation import Occupants, Situation, with_hands, without_parts
+from workbench.study.situation import (
+    Occupants,
+    Situation,
+    hands_moved,
+    with_hands,
+    with_hands_again,
+    with_some_hands,
+    without_parts,
+)
 from workbench.study.workplaces import population_of
 
 __all__ = [
     "AT_HAND",
     "Crowd",
+    "Followed",
     "Settled",
     "crowd_question",
     "followed",
+    "in_columns",
     "met_all",
     "open_crowd",
+    "poses_there",
+    "remember",
+    "same_columns",
     "settled",
 ]
 
 AT_HAND = 256
 """People who are followed while something is dragged."""
-Places = tuple[tuple[Ints, tuple[Situation, ...]], ...]
+Places = tuple[tuple[Ints, list[Situation]], ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,6 +126,10 @@ class Settled:
         The state, and what is asked of everybody in it.
     rows
         (B,) of the people in their population.
+    who
+        The people; None of those who are not followed.
+    comfortable
+        (B,) their postures in each case, in the comfortable position and with the hands at rest.
     fitted
         In the positions that suit them best, with their margins there.
     places
@@ -112,15 +139,49 @@ class Settled:
     arrangement: Arrangement
     question: Question
     rows: Ints
+    who: Occupants | None
+    comfortable: tuple[Poses, ...]
     fitted: Fitted
     places: Places
     hands: dict[object, Situation] = field(default_factory=dict)
     """The people with their hands on their controls, while some parts are no obstacles."""
+    memory: ReachMemory = field(default_factory=dict)
+    """What all of them reached where they sat last."""
+    last: list[_Posed] = field(default_factory=list)
+    """Where they sat last while the seat was dragged; empty before."""
 
     @property
     def margin(self) -> Floats:
         """(B, R) [m]."""
         return self.fitted.tried.margin
+
+
+@dataclass(frozen=True, eq=False)
+class _Posed:
+    """People where they sit in a state, and their margins (B, R) [m] there, NaN where a requirement
+    does not apply or is not known; waiting (B, R): those that wait for a hand to be searched for."""
+
+    content: tuple[object, ...]
+    situations: Sequence[Situation]
+    margin: Floats
+    waiting: Bools
+
+
+@dataclass(frozen=True, eq=False)
+class Followed:
+    """What people have to spare where they are while the study is changed.
+
+    Parameters
+    ----------
+    margin
+        (B, R) [m], NaN where a requirement does not apply, or is not known.
+    known
+        (B, R) what is known. Of reaches in another position of the seat only that is known at once
+        which needs no search.
+    """
+
+    margin: Floats
+    known: Bools
 
 
 def open_crowd(opened: OpenStudy, say: Callable[[str], None] = lambda text: None) -> Crowd | None:
@@ -192,7 +253,7 @@ def settled(
         (B,) of the people.
     before
         The same people in another state: of who met everything in the comfortable position, only
-        what has changed since is asked.
+        what has changed since is asked. What they reached goes along.
     proceed
         As of `fitted_positions`.
     """
@@ -203,8 +264,10 @@ def settled(
     fitted = fitted_positions(
         place, question.asked, question.members, who, situations, known, proceed=proceed
     )
-    places = _places(question, who, situations, fitted)
-    return Settled(arrangement, question, rows, fitted, places)
+    places = found_places(place, who, situations, fitted)
+    comfortable = tuple(situation.taken.poses for situation in situations)
+    found = Settled(arrangement, question, rows, who, comfortable, fitted, tuple(places))
+    return found if before is None else replace(found, memory=before.memory)
 
 
 def _before(before: Settled, question: Question, arrangement: Arrangement) -> Before | None:
@@ -217,31 +280,40 @@ def _before(before: Settled, question: Question, arrangement: Arrangement) -> Be
     moved = _moved(before, arrangement)
     if moved.parts or moved.controls & _held(question.place):
         return None
-    rows = [r for r, one in enumerate(question.asked) if one.requirement.target in moved.controls]
+    same = same_columns(before.question.asked, question.asked)
+    borne = [
+        r
+        for r, one in enumerate(question.asked)
+        if same[r] < 0 or one.requirement.target in moved.controls
+    ]
     fitted = before.fitted
     there = (fitted.tried.seat == fitted.comfortable).all(axis=1)
     there &= (fitted.setting == nominal_setting(before.question.place)).all(axis=1)
     stays = met_of(before.margin).all(axis=1) & there
-    return Before(before.margin, stays, tuple(rows))
+    return Before(in_columns(before.margin, same), stays, tuple(borne))
 
 
-def _places(
-    question: Question, who: Occupants, comfortable: Sequence[Situation], fitted: Fitted
-) -> Places:
-    """People in the positions and settings that their margins are of."""
-    place = question.place
-    stays = (fitted.tried.seat == fitted.comfortable).all(axis=1)
-    stays &= (fitted.setting == nominal_setting(place)).all(axis=1)
-    rows = np.flatnonzero(stays)
-    found = [(rows, tuple(one.rows(rows) for one in comfortable))] if len(rows) else []
-    rest = np.flatnonzero(~stays)
-    for setting in np.unique(fitted.setting[rest], axis=0):
-        rows = rest[(fitted.setting[rest] == setting).all(axis=1)]
-        wanted = [one.rows(rows) for one in comfortable]
-        at = at_setting(place, setting)
-        there = in_positions(at, who.rows(rows), fitted.tried.seat[rows], wanted)
-        found.append((rows, tuple(there)))
-    return tuple(found)
+def same_columns(old: Sequence[Asked], new: Sequence[Asked]) -> Ints:
+    """(R,) the number among some requirements of each of others, -1 of those that are not there."""
+
+    def about(one: Asked) -> tuple[object, ...]:
+        control = one.control.name if one.control is not None else ""
+        return one.criterion.name, one.requirement.name, control, one.case
+
+    at = {about(one): r for r, one in enumerate(old)}
+    found = np.array([at.get(about(one), -1) for one in new], dtype=np.int64)
+    for r in np.flatnonzero(found >= 0).tolist():
+        limits = [
+            (one.criterion.at_least, one.criterion.at_most) for one in (old[found[r]], new[r])
+        ]
+        if limits[0] != limits[1]:
+            found[r] = -1
+    return found
+
+
+def in_columns(values: Floats, columns: Ints) -> Floats:
+    """(B, R) the columns of values (B, Q) in another order, NaN for those numbered -1."""
+    return np.where(columns >= 0, values[:, columns], np.nan)
 
 
 @dataclass(frozen=True)
@@ -275,7 +347,9 @@ def followed(
     known: Settled,
     question: Question,
     arrangement: Arrangement,
-) -> Floats:
+    *,
+    search: bool = True,
+) -> Followed:
     """Measure what people have to spare in another state, each where the person was settled.
 
     Parameters
@@ -284,14 +358,16 @@ def followed(
         The people in a state before.
     question
         What is asked in the other state.
+    search
+        Whether what is not known at once is searched for.
 
     Returns
     -------
-    (B, R) array
-        Margins [m]: of what the change does not touch those of before.
+    Followed
+        Of what the change does not touch the margins of before. Where people sit otherwise, a
+        control that is reached has 0 to spare: how much more is not asked for.
     """
-    old = known.arrangement.people[crowd.row]
-    new = arrangement.people[crowd.row]
+    person = arrangement.people[crowd.row]
     moved = _moved(known, arrangement)
     feet = {
         name
@@ -304,18 +380,22 @@ def followed(
     parts = _adjusted(opened)
     adjusted |= any(question.place.environment.parts[k] in parts for k in moved.parts)
     zones = known.arrangement.zones != arrangement.zones
-    if old is not new or zones or feet & moved.controls or adjusted:
-        return _seated_anew(opened, crowd, known, question, arrangement)
-    margin = known.margin.copy()
-    columns = _touched(question, moved)
+    sits = known.arrangement.people[crowd.row] is person
+    if not sits or zones or feet & moved.controls or adjusted:
+        return _seated_anew(opened, crowd, known, question, arrangement, search=search)
+    same = same_columns(known.question.asked, question.asked)
+    margin = in_columns(known.margin, same)
+    everything = np.ones(margin.shape, dtype=np.bool_)
+    new = set(np.flatnonzero(same < 0).tolist())
+    columns = sorted(new.union(_touched(question, known, moved)))
     if not columns:
-        return margin
+        return Followed(margin, everything)
     for rows, situations in known.places:
         at = at_setting(question.place, known.fitted.setting[rows[0]])
         asked = renewed(at, [question.asked[r] for r in columns])
         found = _margins_there(known, situations, at, asked, moved)
         margin[np.ix_(rows, np.array(columns))] = found
-    return margin
+    return Followed(margin, everything)
 
 
 def _adjusted(opened: OpenStudy) -> set[str]:
@@ -323,18 +403,19 @@ def _adjusted(opened: OpenStudy) -> set[str]:
     return {name for one in opened.study.environment.adjustments for name in one.parts}
 
 
-def _touched(question: Question, moved: _Moved) -> list[int]:
+def _touched(question: Question, known: Settled, moved: _Moved) -> list[int]:
     """The requirements that a move bears on: reaches of the controls, what is about the parts, and
-    what depends on hands that hold a control."""
+    what depends on a hand that holds a control."""
     names = {question.place.environment.parts[k] for k in moved.parts}
-    hands = bool(moved.controls & _held(question.place))
+    _, situations = known.places[0]
     found = []
     for r, one in enumerate(question.asked):
         if one.control is not None:
             touched = one.control.name in moved.controls
         else:
             touched = bool(names & set(one.criterion.parts))
-            touched |= hands and CHECKS[one.requirement.check].cost > AFTER_SEATING
+            there = situations[one.case]
+            touched |= needs_hands(there, one, hands_moved(there, moved.controls))
         if touched:
             found.append(r)
     return found
@@ -370,8 +451,7 @@ def _margins_there(
             key = number, situation, parts, _held_points(at)
             hands = known.hands.get(key)
             if hands is None:
-                held_controls = moved.controls & _held(at)
-                hands = with_hands(_with_controls(reaching, at) if held_controls else reaching)
+                hands = _hands_there(situation, reaching, at, moved)
                 known.hands.clear()
                 known.hands[key] = hands
             posed = replace(hands, place=at if parts else old)
@@ -380,6 +460,19 @@ def _margins_there(
                 assert check.margins is not None
                 margin[:, q] = check.margins(posed, [asked[q]]).margin[:, 0]
     return margin
+
+
+def _hands_there(
+    situation: Situation, reaching: Situation, at: Workplace, moved: _Moved
+) -> Situation:
+    """The people of a situation with their hands on their controls while some are dragged;
+    reaching: the same without the parts that are, as obstacles."""
+    if not moved.controls & _held(at):
+        return with_hands(reaching)
+    there = _with_controls(reaching, at)
+    if moved.parts:
+        return with_hands(there)
+    return with_hands_again(there, hands_moved(situation, moved.controls), with_hands(situation))
 
 
 def _held_points(place: Workplace) -> tuple[object, ...]:
@@ -401,12 +494,63 @@ def _controlled(environment: Environment, controls: tuple[Control, ...]) -> Envi
 
 
 def _seated_anew(
-    opened: OpenStudy, crowd: Crowd, known: Settled, question: Question, arrangement: Arrangement
-) -> Floats:
-    """(B, R) [m] what people have to spare where they sit otherwise: in the seat where it is held,
-    else in the positions that they were in."""
+    opened: OpenStudy,
+    crowd: Crowd,
+    known: Settled,
+    question: Question,
+    arrangement: Arrangement,
+    *,
+    search: bool,
+) -> Followed:
+    """What people have to spare where they sit otherwise: in the seat where it is held, else in the
+    positions that they were in."""
+    posed = known.last[0] if known.last else None
+    if posed is None or posed.content != arrangement.content:
+        posed = _posed(opened, crowd, known, question, arrangement, brief=not search)
+        known.last[:] = [posed]
+        before = None
+    else:
+        before = posed.margin
+    if search and posed.waiting.any():
+        _ask_those_waiting(posed, question)
+    reaches = np.array([one.control is not None for one in question.asked])
+    columns = np.flatnonzero(reaches)
+    margin = posed.margin
+    some = None if before is None else before[:, columns]
+    found = _reaches_again(posed.situations, question, columns, known.memory, some, search=search)
+    margin[:, columns] = found
+    return Followed(margin.copy(), ~(posed.waiting | (reaches & np.isnan(margin))))
+
+
+def _ask_those_waiting(posed: _Posed, question: Question) -> None:
+    """Search for the hands of those whose margins wait for that, and ask these."""
+    for number, situation in enumerate(posed.situations):
+        mine = np.array([one.case == number for one in question.asked])
+        rows = np.flatnonzero((posed.waiting & mine).any(axis=1))
+        if not len(rows):
+            continue
+        columns = np.flatnonzero(posed.waiting[rows].any(axis=0) & mine)
+        asked = [question.asked[r] for r in columns.tolist()]
+        there = _with_needed_hands(situation.rows(rows), asked)
+        every = [there] * len(posed.situations)
+        posed.margin[np.ix_(rows, columns)] = margins_of(every, asked).margin
+    posed.waiting[:] = False
+
+
+def _posed(
+    opened: OpenStudy,
+    crowd: Crowd,
+    known: Settled,
+    question: Question,
+    arrangement: Arrangement,
+    *,
+    brief: bool,
+) -> _Posed:
+    """People where they sit otherwise, with all margins but those of reaches, and where it is to be
+    brief of those that wait for a hand."""
     place = question.place
-    who = crowd.occupants(known.rows)
+    who = known.who
+    assert who is not None
     situations = comfortable_situations(place, who)
     new = arrangement.people[crowd.row]
     if new.free and known.arrangement.people[crowd.row].free:
@@ -417,16 +561,75 @@ def _seated_anew(
         around = [replace(one, place=replace(place, environment=plain)) for one in situations]
     else:
         around = situations
-    seats = np.array(
-        [CHECKS[one.requirement.check].cost == AFTER_SEATING for one in question.asked]
-    )
-    margin = np.full((len(known.rows), len(question.asked)), np.nan)
-    for some, there in ((seats, situations), (~seats, around)):
-        columns = np.flatnonzero(some)
+    cost = np.array([CHECKS[one.requirement.check].cost for one in question.asked])
+    around = [_with_needed_hands(one, question.asked, brief=brief) for one in around]
+    margin = np.full((len(who), len(question.asked)), np.nan)
+    for some, there in ((AFTER_SEATING, situations), (IN_POSTURE, around)):
+        columns = np.flatnonzero(cost == some)
         if len(columns):
             asked = [question.asked[r] for r in columns.tolist()]
             margin[:, columns] = margins_of(there, asked).margin
-    return margin
+    waiting = np.zeros(margin.shape, dtype=np.bool_)
+    for r, one in enumerate(question.asked):
+        unsure = with_hands(around[one.case]).unsure
+        if unsure is not None and needs_hands(around[one.case], one):
+            waiting[:, r] = unsure
+    margin[waiting] = np.nan
+    return _Posed(arrangement.content, around, margin, waiting)
+
+
+def _with_needed_hands(
+    situation: Situation, asked: Sequence[Asked], *, brief: bool = False
+) -> Situation:
+    """The same, with no hand brought to its control that nothing depends on; `brief` as of
+    `reach`."""
+    mine = [one for one in asked if one.case == situation.case]
+    needed = [hand for hand in HANDS if any(needs_hands(situation, one, [hand]) for one in mine)]
+    return with_some_hands(situation, needed, brief=brief)
+
+
+def _reaches_again(
+    situations: Sequence[Situation],
+    question: Question,
+    columns: Ints,
+    memory: ReachMemory,
+    before: Floats | None = None,
+    *,
+    search: bool,
+) -> Floats:
+    """(B, Q) [m] what people have to spare in some reaches; arguments as of `margins_again`."""
+    found = np.full((len(situations[0]), len(columns)), np.nan)
+    for number, situation in enumerate(situations):
+        mine = [q for q, r in enumerate(columns) if question.asked[r].case == number]
+        if mine:
+            asked = [question.asked[columns[q]] for q in mine]
+            some = None if before is None else before[:, mine]
+            found[:, mine] = margins_again(situation, asked, memory, some, search=search)
+    return found
+
+
+def remember(known: Settled) -> None:
+    """Find what settled people reach where they sit, so that they can be followed from there once
+    their seat is dragged."""
+    place = known.question.place
+    if known.memory or place.own_seat is None or known.who is None:
+        return
+    columns = np.array(
+        [r for r, one in enumerate(known.question.asked) if one.control is not None], dtype=np.int64
+    )
+    comfortable = comfortable_situations(place, known.who)
+    situations = in_positions(place, known.who, known.fitted.tried.seat, comfortable)
+    memory: ReachMemory = {}
+    _reaches_again(situations, known.question, columns, memory, search=True)
+    known.memory.update(memory)
+
+
+def poses_there(known: Settled, arrangement: Arrangement, case: int) -> Poses:
+    """(B,) the postures of people in a state, with the hands at rest: where they were followed to,
+    else in their comfortable positions."""
+    if known.last and known.last[0].content == arrangement.content:
+        return known.last[0].situations[case].taken.poses
+    return known.comfortable[case]
 
 
 def met_all(margin: Floats, columns: Bools | None = None) -> Bools:

@@ -16,6 +16,7 @@ import numpy as np
 from workbench.contact.arranged import Arranged
 from workbench.errors import InputError
 from workbench.files.study.settings import Sitter, adjusts_of
+from workbench.model.accommodation import MapTask
 from workbench.model.adjusting import adjusted
 from workbench.model.arrays import Floats
 from workbench.model.body import Body
@@ -186,6 +187,8 @@ class OpenStudy:
         The index of the role that a population takes, and the population; None where none does.
     shown_size
         Of a role that several sizes take one at a time, the name of the one that is shown.
+    maps
+        The reach maps that are asked of the population.
     moving
         The study with its cases that are motions alone; None where it has none.
     """
@@ -198,6 +201,7 @@ class OpenStudy:
     population: Population | PeopleDrawn | None = None
     shown_size: Mapping[str, str] = field(default_factory=dict)
     moving: Study | None = None
+    maps: tuple[MapTask, ...] = ()
 
     def __repr__(self) -> str:
         return f"OpenStudy({self.study.name})"
@@ -279,7 +283,17 @@ def open_study(study: Study, size: str = "") -> OpenStudy:
     case_rows = tuple(row for row, case in enumerate(study.cases) if not case.moves)
     crowd = next((k for k, role in enumerate(study.roles) if role.population is not None), None)
     people = None if crowd is None else study.roles[crowd].population
-    return OpenStudy(single, figures, case_rows, tuple(notes), crowd, people, sizes, moving)
+    return OpenStudy(
+        single,
+        figures,
+        case_rows,
+        tuple(notes),
+        crowd,
+        people,
+        sizes,
+        moving,
+        () if crowd is None else study.reach_maps,
+    )
 
 
 def figure_of(role: Role, row: int) -> Figure:

@@ -20,16 +20,18 @@ from workbench.model.body import Body
 from workbench.model.criterion import Criterion
 from workbench.model.environment import Control, Environment
 from workbench.model.poses import Poses
-from workbench.model.reach import DOUBTS, MOST_SPARE
+from workbench.model.reach import DOUBTS, MOST_SPARE, Reach
 from workbench.model.result import ControlReach, Finding
 from workbench.model.workplace import Workplace
-from workbench.posture.reaching.limbs import ZONES, limb
+from workbench.posture.kernels.clear_reach import NEARLY
+from workbench.posture.reaching.again import KeptReaches, no_reaches, still_reached
+from workbench.posture.reaching.limbs import ZONES, Limb, limb
 from workbench.posture.reaching.reach import reach
 from workbench.posture.seating.sides import leftward, middle
 from workbench.study.checks.margins import Asked, Margins, no_margins
 from workbench.study.situation import Situation, without_seat
 
-__all__ = ["control_reaches", "findings", "margins"]
+__all__ = ["ReachMemory", "control_reaches", "findings", "margins", "margins_again"]
 
 LEAST_MISS = 1e-4
 """What is reached through an obstacle only is missed by this [m] at least."""
@@ -126,19 +128,23 @@ def _nothing_reached(people: int, controls: int) -> _Reached:
 def margins(situation: Situation, asked: Sequence[Asked]) -> Margins:
     """What everybody has to spare in each control; controls of one grip, zone and side together."""
     found = no_margins(len(situation), asked)
-    groups: dict[_Group, list[int]] = {}
-    for r, one in enumerate(asked):
-        assert one.control is not None
-        zone = one.requirement.zone
-        group = _group(situation.place, one.control, zone, one.criterion, MOST_SPARE)
-        groups.setdefault(group, []).append(r)
-    for group, rows in groups.items():
+    for group, rows in _grouped(situation.place, asked, MOST_SPARE).items():
         controls = [control for r in rows if (control := asked[r].control) is not None]
         best = _reached_by(situation, group, controls)
         found.margin[:, rows] = best.margin
         found.words[:, rows] = best.limit
         found.toward[:, rows] = best.toward
     return found
+
+
+def _grouped(place: Workplace, asked: Sequence[Asked], spare: float) -> dict[_Group, list[int]]:
+    """The requirements of each group of controls, by number."""
+    groups: dict[_Group, list[int]] = {}
+    for r, one in enumerate(asked):
+        assert one.control is not None
+        group = _group(place, one.control, one.requirement.zone, one.criterion, spare)
+        groups.setdefault(group, []).append(r)
+    return groups
 
 
 def _group(
@@ -158,15 +164,25 @@ def _reached_by(situation: Situation, group: _Group, controls: Sequence[Control]
     """How people reach the controls of a group: by the first limb, and who misses any by the
     other."""
     best = _nothing_reached(len(situation), len(controls))
-    environment = situation.environment
-    if group.grip == "foot" and situation.place.seat is not None:
-        environment = without_seat(situation.place)
+    environment = _obstacles(situation, group)
     for name in group.limbs:
         who = np.flatnonzero(best.short.any(axis=1))
         if len(who):
             some = situation if len(who) == len(situation) else situation.rows(who)
             best.take_better(who, _reached_with(some, group, controls, name, environment))
     return best
+
+
+def _obstacles(situation: Situation, group: _Group) -> Environment:
+    """What is in the way of a limb."""
+    if group.grip == "foot" and situation.place.seat is not None:
+        return without_seat(situation.place)
+    return situation.environment
+
+
+def _limb(body: Body, group: _Group, name: str) -> Limb:
+    """A limb that asks for the controls of a group."""
+    return limb(body, name, grip="ball" if group.grip == "foot" else group.grip, zone=group.zone)
 
 
 def _reached_with(
@@ -183,7 +199,7 @@ def _reached_with(
         body,
         situation.taken.poses,
         targets,
-        limb=limb(body, name, grip="ball" if group.grip == "foot" else group.grip, zone=group.zone),
+        limb=_limb(body, group, name),
         environment=environment,
         moving_parts=situation.place.moving_parts,
         displacement=situation.displacement,
@@ -205,6 +221,137 @@ def _reached_with(
         limit=limit,
         toward=way / np.maximum(np.linalg.norm(way, axis=2, keepdims=True), 1e-9),
     )
+
+
+ReachMemory = dict[tuple[object, ...], KeptReaches]
+"""The reaches that people were found to have, by case, group of controls and limb."""
+
+
+def margins_again(
+    situation: Situation,
+    asked: Sequence[Asked],
+    memory: ReachMemory,
+    before: Floats | None = None,
+    *,
+    search: bool,
+) -> Floats:
+    """What people have to spare in each control, as far as it is known at once.
+
+    Who reached a control and still does next to the posture before is asked no further. Who stays
+    away from it by more than obstacles could be blamed for misses it. The others are not known,
+    unless they are searched for.
+
+    Parameters
+    ----------
+    memory
+        What the same people reached where they were before; it is made to be what they reach now.
+        Without anything in it everybody is searched for.
+    before
+        (B, R) what is known already of where they are now, NaN where it is not; None for nothing.
+    search
+        Whether those are searched for who are not known.
+
+    Returns
+    -------
+    (B, R) array
+        0 where a control is reached; how far it is missed [m], negative; NaN where it is not known.
+    """
+    found = np.full((len(situation), len(asked)), np.nan)
+    for group, rows in _grouped(situation.place, asked, 0.0).items():
+        controls = tuple(control for r in rows if (control := asked[r].control) is not None)
+        some = None if before is None else before[:, rows]
+        found[:, rows] = _Again(situation, group, controls, memory, some, search).margin()
+    return found
+
+
+@dataclass(frozen=True, eq=False)
+class _Again:
+    """Controls of a group that are asked for again; arguments as of `margins_again`."""
+
+    situation: Situation
+    group: _Group
+    controls: tuple[Control, ...]
+    memory: ReachMemory
+    before: Floats | None
+    search: bool
+
+    def margin(self) -> Floats:
+        """(B, T) [m] what is to spare, NaN where it is not known."""
+        shape = len(self.situation), len(self.controls)
+        margin = np.full(shape, -np.inf)
+        known = np.ones(shape, dtype=np.bool_)
+        sure = np.zeros(shape, dtype=np.bool_) if self.before is None else ~np.isnan(self.before)
+        for name in self.group.limbs:
+            if np.all((margin >= 0) | sure):
+                break
+            self._ask(name, margin, known, sure)
+        found = np.where((margin >= 0) | known, margin, np.nan)
+        return found if self.before is None else np.where(sure, self.before, found)
+
+    def _ask(self, name: str, margin: Floats, known: Bools, sure: Bools) -> None:
+        """Ask one limb for what is not reached yet, nor sure."""
+        kept = self._kept(name)
+        if kept.reached.any() and self.before is None:
+            margin[self._still(name, kept)] = 0.0
+        who, at = np.nonzero((margin < 0) & ~sure)
+        if not len(who):
+            return
+        free = self._reach(name, who, at, None)
+        short = np.where(free.reached[:, 0], LEAST_MISS, free.miss[:, 0])
+        margin[who, at] = np.maximum(margin[who, at], -short)
+        left = np.flatnonzero(free.reached[:, 0] | (free.miss[:, 0] <= NEARLY))
+        who = who[left]
+        at = at[left]
+        if not self.search:
+            known[who, at] = False
+        elif len(left):
+            found = self._reach(name, who, at, _obstacles(self.situation, self.group))
+            got = found.reached[:, 0]
+            short = np.maximum(found.miss + found.overlap, LEAST_MISS)[:, 0]
+            margin[who, at] = np.where(got, 0.0, np.minimum(margin[who, at], -short))
+            kept.put(who[got], at[got], found.angles[got, 0])
+
+    def _kept(self, name: str) -> KeptReaches:
+        """What is known of a limb; nothing is reached yet where nothing is."""
+        body = self.situation.body
+        names = tuple(control.name for control in self.controls)
+        key = self.situation.case, self.group, names, name
+        if key not in self.memory:
+            arm = _limb(body, self.group, name)
+            shape = len(self.situation), len(self.controls)
+            self.memory[key] = no_reaches(body, arm, shape)
+        return self.memory[key]
+
+    def _still(self, name: str, kept: KeptReaches) -> Bools:
+        situation = self.situation
+        return still_reached(
+            situation.body,
+            situation.taken.poses,
+            np.array([control.at for control in self.controls]),
+            limb=_limb(situation.body, self.group, name),
+            kept=kept,
+            environment=_obstacles(situation, self.group),
+            moving_parts=situation.place.moving_parts,
+            displacement=situation.displacement,
+        )
+
+    def _reach(self, name: str, who: Ints, at: Ints, environment: Environment | None) -> Reach:
+        """Reaches of some people (P,) for a control (P,) each, in any posture."""
+        situation = self.situation
+        poses = situation.taken.poses
+        targets = np.array([control.at for control in self.controls])
+        each = Poses(
+            poses.rotations[who], poses.reference, poses.world_from_reference[who], person=who
+        )
+        return reach(
+            situation.body,
+            each,
+            targets[at][:, None],
+            limb=_limb(situation.body, self.group, name),
+            environment=environment,
+            moving_parts=situation.place.moving_parts,
+            displacement=situation.displacement[who] if environment is not None else None,
+        )
 
 
 def _root(body: Body, poses: Poses, limb: str) -> Floats:

@@ -7,7 +7,7 @@ surface, the file has `bounds` too, and the check is one of `model.accommodation
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import TypeVar
 
@@ -18,6 +18,7 @@ from workbench.model.arrays import Bools, Floats
 from workbench.model.criterion import Criterion
 from workbench.model.motion_case import MotionCase
 from workbench.model.result import Finding, MotionFound, Verdict
+from workbench.posture.reaching.limbs import HANDS
 from workbench.study.checks import (
     between_people,
     excursion,
@@ -184,15 +185,16 @@ def _posed(
         yield with_hands(situation), held
 
 
-def needs_hands(situation: Situation, one: Asked) -> bool:
-    """Whether the margin of a requirement depends on where the hands are: else it is the same while
+def needs_hands(situation: Situation, one: Asked, hands: Collection[str] = HANDS) -> bool:
+    """Whether the margin of a requirement depends on where some hands are: else it is the same while
     they rest, and no hand has to be brought to its control for it."""
     check = CHECKS[one.requirement.check]
     if check.cost != IN_POSTURE:
         return False
     if check.spheres is None:
-        return True
-    return bool(np.any(check.spheres(situation, one.criterion) & moved_by_hands(situation)))
+        return bool(hands)
+    moved = moved_by_hands(situation, hands)
+    return bool(np.any(check.spheres(situation, one.criterion) & moved))
 
 
 def most_of(situations: Sequence[Situation], asked: Sequence[Asked]) -> Floats:
