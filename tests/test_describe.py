@@ -20,18 +20,11 @@ from workbench.files.environments import load_environment
 from workbench.files.meshes.parts import RawMesh, RawPart
 from workbench.files.yaml_changes import changed_text, yaml_text
 from workbench.files.yaml_text import parse_yaml
-from workbench.study.describe.edits import (
-    faced,
-    floored,
-    framed,
-    placed_point,
-    removed,
-    renamed,
-    ruled,
-    typed,
-)
+from workbench.study.describe.edits_frame import agreed, floored, framed, scaled
+from workbench.study.describe.edits_parts import dropped, joined, put_back, ruled, split_part
+from workbench.study.describe.edits_seats import carried, faced
+from workbench.study.describe.edits_things import placed_point, removed, renamed, typed
 from workbench.study.describe.meshes import Meshes, Ray
-from workbench.study.describe.parts import dropped, joined, put_back, split_part
 from workbench.study.describe.planes import Surface, fitted_plane, grown_faces
 from workbench.study.describe.saving import ForeignFileError, SavedPlace, save_description
 from workbench.study.describe.seats import seat_figures
@@ -204,6 +197,32 @@ def test_the_floor_takes_everything_along(tmp_path):
         floored(opened, seat, ray("floor", (3.0, 0.0, 0.47), (-1, 0, 0)))
 
 
+def test_a_floor_stays_a_floor_when_the_unit_is_put_right_after_it(tmp_path):
+    parts = {name: points + np.array([0, 0, 0.5]) for name, points in seat_parts().items()}
+    opened = placed(tmp_path, obj_text(parts))
+    on_floor = floored(opened, opened.start, ray("floor", (0.9, -0.4, 2.0), DOWN)).description
+    feet = framed(opened, on_floor, 0, {"length": "ft", "up": None, "forward": None}).description
+    assert feet.says["meshes"][0]["move"] == [0, 0, -152.4]
+    assert standing_of(opened, feet).bounds[0, 2] == pytest.approx(-0.05 * 0.3048)
+
+
+def test_a_mesh_is_as_long_as_is_typed_and_its_unit_follows(tmp_path):
+    opened = placed(tmp_path, obj_text(seat_parts()))
+    edit = scaled(opened, opened.start, 0, 3.6)
+    assert edit.description.says["meshes"][0]["length"] == "2000 mm"
+    assert edit.words == "one unit of the file is 2000 mm"
+    assert float(np.ptp(standing_of(opened, edit.description).bounds[:, 0])) == pytest.approx(3.6)
+    with pytest.raises(InputError, match="a length from 0.01 to 1000 m is needed, got 0 m"):
+        scaled(opened, opened.start, 0, 0.0)
+
+
+def test_a_guess_that_is_right_is_no_guess_any_more(tmp_path):
+    opened = placed(tmp_path, obj_text(seat_parts()))
+    assert opened.start.why[("meshes", 0, "up")].startswith("guessed")
+    found = agreed(opened.start).description
+    assert set(found.why.values()) == {"chosen"} and found.content != opened.start.content
+
+
 def test_sizes_that_no_vehicle_has_are_said_as_the_reader_does(tmp_path):
     opened = placed(tmp_path, obj_text(seat_parts()))
     wrong = framed(opened, opened.start, 0, {"length": "mm", "up": None, "forward": None})
@@ -330,6 +349,45 @@ def test_a_new_file_says_how_each_figure_was_got_and_opens_again_as_it_was(tmp_p
         "back_angle: 20  # fitted: plane of 2 faces, 0.0 mm off in the mean",
         "back_angle: 21  # typed",
     )
+
+
+def test_picked_faces_are_in_the_file_and_a_seat_goes_on_from_there(tmp_path):
+    opened = placed(tmp_path, obj_text(seat_parts()))
+    seat = typed(seated(opened), "seat", "driver", "back_angle", 25.0).description
+    save_description(opened, seat, None)
+    text = (tmp_path / "environment.yaml").read_text()
+    assert "picked: [[300, 300, 335.3]]" in text
+    again = open_place(tmp_path / "environment.yaml")
+    assert again.start.picks["driver"].faces("cushion") == seat.picks["driver"].faces("cushion")
+    assert again.start.why[("seats", "driver", "back_angle")] == "typed"
+    assert again.start.why[("seats", "driver", "cushion_angle")].startswith("fitted: plane of 2")
+    larger = framed(again, again.start, 0, {"length": "cm", "up": None, "forward": None})
+    found = larger.description.says["seats"]["driver"]
+    assert found["srp"] == [1, 2, 3] and found["back_angle"] == 25
+    assert found["cushion"]["picked"] == [[3, 3, 3.4]]
+
+
+def test_picks_that_are_off_the_mesh_are_said_and_the_seat_stays(tmp_path):
+    opened = placed(tmp_path, obj_text(seat_parts()))
+    save_description(opened, seated(opened), None)
+    path = tmp_path / "environment.yaml"
+    path.write_text(path.read_text().replace("335.3", "395.3"))
+    again = open_place(path)
+    assert again.notes == (
+        "driver: what was picked of the cushion is not on the mesh any more: pick it again",
+    )
+    assert again.start.picks["driver"].lacks == ("cushion",)
+    assert again.start.says["seats"]["driver"]["cushion_angle"] == 10
+
+
+def test_which_parts_go_along_with_a_seat_is_chosen(tmp_path):
+    opened = placed(tmp_path, obj_text(seat_parts()))
+    found = carried(opened, seated(opened), "driver", ["pan", "rest", "lever"]).description
+    assert found.says["seats"]["driver"]["moves"] == ["pan", "rest", "lever"]
+    tilted = typed(found, "seat", "driver", "tilt", [-3.0, 6.0]).description
+    assert tilted.says["seats"]["driver"]["travel"] == {"tilt": [-3, 6]}
+    with pytest.raises(InputError, match="there is no part 'pam'; did you mean 'pan'"):
+        carried(opened, found, "driver", ["pam"])
 
 
 def test_a_file_that_was_not_made_here_is_asked_about(tmp_path):

@@ -126,6 +126,30 @@ class Standing:
         best = int(np.nanargmin(np.abs(np.where(np.isfinite(far), far, np.nan) - ray.far)))
         return Hit(int(own[best]), start + far[best] * way)
 
+    def nearest(self, point: Floats, within: float) -> Hit | None:
+        """Find the face of a part that a point (3,) [m] lies on, None where none is so near [m].
+
+        The point of a face is that of the barycentric coordinates of the projection, each clipped
+        to the face: the nearest one where the projection is inside, near enough elsewhere.
+        """
+        low = self.vertices[self.faces].min(axis=1) - within
+        high = self.vertices[self.faces].max(axis=1) + within
+        own = np.flatnonzero(((low <= point) & (point <= high)).all(axis=1) & (self.part >= 0))
+        if not len(own):
+            return None
+        a, b, c = np.moveaxis(self.corners(own), 1, 0)
+        one, two, way = b - a, c - a, point - a
+        aa, ab, bb = (np.einsum("ij,ij->i", x, y) for x, y in ((one, one), (one, two), (two, two)))
+        pa, pb = (np.einsum("ij,ij->i", way, x) for x in (one, two))
+        det = aa * bb - ab * ab
+        safe = np.where(det > 0.0, det, 1.0)
+        v = np.clip((bb * pa - ab * pb) / safe, 0.0, 1.0)
+        w = np.clip((aa * pb - ab * pa) / safe, 0.0, 1.0 - v)
+        met = a + v[:, None] * one + w[:, None] * two
+        far = np.where(det > 0.0, np.linalg.norm(met - point, axis=1), np.inf)
+        best = int(far.argmin())
+        return Hit(int(own[best]), met[best]) if far[best] <= within else None
+
 
 def _met(corners: Floats, start: Floats, way: Floats) -> Floats:
     """(T,) how far along a ray triangles (T, 3, 3) are met, infinite where they are not.
@@ -228,6 +252,10 @@ class Meshes:
     def all_in_world(self, says: Sequence[MeshFile], row: int, points: Floats) -> Floats:
         """(N, 3) [m] where points of a mesh file stand."""
         return _in_world(points, mesh_frame(self.raws[row], says[row]))
+
+    def frame(self, says: Sequence[MeshFile], row: int) -> MeshFrame:
+        """How a mesh stands in the world."""
+        return mesh_frame(self.raws[row], says[row])
 
     def in_file(self, says: Sequence[MeshFile], row: int, point: Floats) -> Floats:
         """(3,) where a point of the world [m] is in a mesh file, in its own unit and axes."""
