@@ -88,11 +88,21 @@ def test_a_seat_of_boxes_gives_the_figures_it_was_made_to(cushion, back, yaw):
     parts = seat_parts(cushion, back, yaw)
     top = parts["pan"][[1, 3, 5, 7]][[[0, 1, 2], [1, 3, 2]]]
     front = parts["rest"][[4, 5, 6, 7]][[[0, 1, 2], [1, 3, 2]]]
-    found = seat_figures(top, front)
+    found = seat_figures(top, front, top.mean(axis=1))
     assert np.allclose(found.srp, SRP, atol=1e-9)
     angles = np.degrees([found.cushion_angle, found.back_angle, found.yaw])
     assert np.allclose(angles, [cushion, back, yaw], atol=1e-6)
     assert found.doubts == ()
+
+
+def test_on_a_bench_the_seat_is_where_it_was_clicked():
+    bench = np.array(
+        [[[0, -1, 0], [0.5, -1, 0], [0.5, 1, 0]], [[0, -1, 0], [0.5, 1, 0], [0, 1, 0]]]
+    )
+    back = bench[..., [2, 1, 0]]
+    found = seat_figures(bench, back, np.array([[0.2, 0.4, 0.0], [0.3, 0.5, 0.0]]))
+    assert np.allclose(found.srp, [0, 0.45, 0])
+    assert "a bench of 2000 mm: the seat is where it was clicked" in found.doubts[0]
 
 
 @pytest.mark.parametrize("picked", [0, 150, 299, 410, 690])
@@ -122,7 +132,7 @@ def test_a_seat_that_is_turned_by_little_is_straight_and_that_is_said():
     parts = seat_parts(yaw=1.2)
     top = parts["pan"][[1, 3, 5, 7]][[[0, 1, 2], [1, 3, 2]]]
     front = parts["rest"][[4, 5, 6, 7]][[[0, 1, 2], [1, 3, 2]]]
-    found = seat_figures(top, front)
+    found = seat_figures(top, front, top.mean(axis=1))
     assert found.yaw == 0.0
     assert found.doubts == (
         "by its planes the seat is turned 1.2 degrees; it is taken as straight",
@@ -144,7 +154,7 @@ def test_planes_of_no_seat_are_refused(cushion, back, words):
         return np.array([[[0, 0, 0], a, b]], dtype=float)
 
     with pytest.raises(InputError, match=words):
-        seat_figures(square(cushion) + np.array([0.2, 0, 0]), square(back))
+        seat_figures(square(cushion) + np.array([0.2, 0, 0]), square(back), np.zeros((1, 3)))
 
 
 # --- a mesh in any unit and axes --------------------------------------------------------------------
@@ -179,7 +189,7 @@ def test_what_was_pointed_at_goes_along_and_what_was_typed_stays(tmp_path):
     over = typed(spot, "seat", "driver", "back_angle", 25.0).description
     larger = framed(opened, over, 0, {"length": "cm", "up": None, "forward": None}).description
     found = larger.says["seats"]["driver"]
-    assert found["srp"] == [1000, 2000, 3000] and found["back_angle"] == 25
+    assert found["srp"][::2] == [1000, 3000] and found["back_angle"] == 25
     assert larger.says["controls"]["lever"]["at"] == [6200, 200, 6000]
     assert larger.why[("seats", "driver", "back_angle")] == "typed"
 
@@ -190,7 +200,7 @@ def test_the_floor_takes_everything_along(tmp_path):
     seat = seated(opened, cushion=on_cushion((0.1, 0.2, 0.8)), back=ray("rest", (3, 0.1, 1.1), (-1, 0, 0)))  # fmt: skip
     seat = typed(seat, "seat", "driver", "srp", [0.1, 0.2, 0.9]).description
     found = floored(opened, seat, ray("floor", (0.9, -0.4, 2.0), DOWN))
-    assert found.words == "the floor is at height 0: everything goes -500 mm up"
+    assert found.words == "the floor is at height 0: everything goes 500 mm down"
     assert found.description.says["seats"]["driver"]["srp"] == [100, 200, 400]
     assert standing_of(opened, found.description).bounds[0, 2] == pytest.approx(-0.05)
     with pytest.raises(InputError, match="slopes 90 degrees: a floor is level"):

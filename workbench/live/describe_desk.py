@@ -25,7 +25,13 @@ from workbench.model.arrays import Ints
 from workbench.study.bench.history import Entry, History
 from workbench.study.describe.meshes import Meshes
 from workbench.study.describe.people import person_words, seated_person, standing_person
-from workbench.study.describe.saving import ForeignFileError, SavedPlace, save_description
+from workbench.study.describe.saving import (
+    ForeignFileError,
+    SavedPlace,
+    next_commands,
+    save_description,
+    unfinished,
+)
 from workbench.study.describe.state import Description, open_place, standing_of
 
 __all__ = ["DescribeDesk"]
@@ -157,6 +163,8 @@ class DescribeDesk:
             "file": self.target.name,
             "saved": self.disk is not None,
             "warnings": list(self.warnings),
+            "unfinished": unfinished(self.opened, description),
+            "next": [] if self.disk is None else next_commands(self.target),
             "drawn": len(self._thin.faces),
             "of": len(meshes.faces),
             "sitting": self.sitting,
@@ -216,12 +224,16 @@ class DescribeDesk:
         )
         self.target = self.disk.text.path
         self.source = self.target
-        self.warnings = self.disk.warnings
+        sizes = self.opened.meshes.size_words(self.live.file.meshes)
+        self.warnings = tuple(words for words in self.disk.warnings if words not in sizes)
         self.saved_content = self.live.content
         head = {"kind": "saved", "answers": question.number, "file": self.target.name}
         words = f"saved {self.target.name}; it loads without a fault"
         if self.warnings:
-            words += f", with {len(self.warnings)} warnings"
+            count = len(self.warnings)
+            words += f", with {count} warning{'s' if count > 1 else ''}"
+        lead = f"next: {next_commands(self.target)[0]}"
+        words = "; ".join([words, *unfinished(self.opened, self.live), lead])
         return Replies([packed(head), self._answered(0, words)])
 
     def _new_file(self, name: str) -> Path | None:

@@ -132,6 +132,7 @@ def _mesh(opened: OpenPlace, description: Description, row: int) -> dict[str, An
         "length": mesh.length or _unit_name(raw.metres),
         "up": mesh.up or raw.up,
         "forward": mesh.forward or raw.forward,
+        "move": _rounded(mesh.move),
         "how": [
             description.why.get(("meshes", row, key), "") for key in ("length", "up", "forward")
         ],

@@ -213,14 +213,14 @@ def _guessed_forward(
     sure = bool(size[along] > LONGER * size[first + second - along])
     if abs(float(mirror[first] - mirror[second])) > SYMMETRIC:
         along = first if mirror[first] < mirror[second] else second
-        why = "across the axis along which left and right are alike"
+        why = f"left and right are alike along {_NAMES[first + second - along]}"
         sure = True
     lean = _lean(parts, up.way, along)
     way = np.zeros(3)
     way[along] = -1.0 if lean < 0.0 else 1.0
     if abs(lean) < LEANING:
-        return _Direction(way, f"{why}; which of its ends is the front is not known", False)
-    return _Direction(way, f"{why}; what slopes leans away from it", sure)
+        return _Direction(way, f"{why}; which end is the front is not known", False)
+    return _Direction(way, f"{why}, and slopes lean away from it", sure)
 
 
 def _by_names(

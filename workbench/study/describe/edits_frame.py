@@ -137,7 +137,8 @@ def floored(opened: OpenPlace, before: Description, ray: Ray) -> Edit:
         if one.about is not None:
             key: Key = ("adjustments", name, "about", "point")
             says = with_value(says, key, _raised(before, one.about.point, by))
-    words = f"the floor is at height 0: everything goes {step:g} {says['length']} up"
+    way = "up" if step > 0.0 else "down"
+    words = f"the floor is at height 0: everything goes {abs(step):g} {says['length']} {way}"
     if slope > 0.5:
         words += f"; this face slopes {slope:.1f} degrees, which is left as it is"
     spots = before.spots | {FLOOR: spot}

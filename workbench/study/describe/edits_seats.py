@@ -84,19 +84,43 @@ def faced(
         other = "back" if surface == "cushion" else "cushion"
         if name in (before.says.get("seats") or {}):
             return Edit(after, f"{name}: pick the {other} too, and the figures follow")
-        return Edit(after, f"{name}: now pick the {other}")
+        across = _size_words(opened, after, changed.faces(surface))
+        return Edit(after, f"{name}: a {surface} of {across}; now pick the {other}")
+    more = []
     if name not in (before.says.get("seats") or {}):
         after = _new_seat(opened, after, name)
+        more = _part_doubts(opened, after, name)
     stale = [("seats", name, key) for key in FITTED]
     why = {key: words for key, words in after.why.items() if key not in stale}
     after = with_picked(opened, replace(after, why=why), name)
     after = with_seat_figures(opened, after, name)
-    return Edit(after, _seat_words(opened, after, name))
+    return Edit(after, "; ".join([_seat_words(opened, after, name), *more]))
 
 
 def _seat_words(opened: OpenPlace, description: Description, name: str) -> str:
     doubts = figures_of(opened, description, name).doubts
     return "; ".join([f"{name}: the figures are those of the planes", *doubts])
+
+
+def _part_doubts(opened: OpenPlace, description: Description, name: str) -> list[str]:
+    """Sentences about parts of a seat that are more than a seat."""
+    stands = standing_of(opened, description)
+    seat = description.says["seats"][name]
+    parts = dict.fromkeys(seat[surface]["part"] for surface in SURFACES)
+    size = np.ptp(stands.boxes, axis=1).max(axis=1)
+    return [
+        f"{part} is {size[stands.names.index(part)]:.2f} m large, and a sitter may enter all of it: "
+        f"if it can be split, remove the seat, split the part and pick again"
+        for part in parts
+        if size[stands.names.index(part)] > SEAT_PART
+    ]
+
+
+def _size_words(opened: OpenPlace, description: Description, faces: tuple[int, ...]) -> str:
+    """How large the surface is that was picked, by the two larger sides of its box."""
+    corners = standing_of(opened, description).corners(opened.meshes.grown(faces))
+    sides = np.sort(np.ptp(corners.reshape(-1, 3), axis=0))[1:]
+    return f"{1e3 * sides[0]:.0f} x {1e3 * sides[1]:.0f} mm"
 
 
 def _main_part(opened: OpenPlace, description: Description, faces: tuple[int, ...]) -> str:

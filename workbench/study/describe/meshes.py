@@ -7,7 +7,7 @@ whatever becomes of units, axes and parts.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Hashable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -82,8 +82,8 @@ class Standing:
     faces: Ints
     part: Ints
     names: tuple[str, ...]
-    figures: dict[tuple[tuple[int, ...], ...], SeatFigures] = field(default_factory=dict)
-    """Of seats that were computed, by the faces that were pointed at."""
+    figures: dict[Hashable, SeatFigures] = field(default_factory=dict)
+    """Of seats that were computed, by what was pointed at."""
 
     @cached_property
     def boxes(self) -> Floats:

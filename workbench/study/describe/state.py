@@ -301,12 +301,12 @@ def figures_of(opened: OpenPlace, description: Description, seat: str) -> SeatFi
     """Compute the figures of a seat from what was pointed at. InputError as of `seat_figures`."""
     picks = description.picks[seat]
     stands = standing_of(opened, description)
-    key = picks.faces("cushion"), picks.faces("back")
-    if key not in stands.figures:
-        cushion = stands.corners(opened.meshes.grown(key[0]))
-        back = stands.corners(opened.meshes.grown(key[1]))
-        stands.figures[key] = seat_figures(cushion, back)
-    return stands.figures[key]
+    if picks not in stands.figures:
+        cushion = stands.corners(opened.meshes.grown(picks.faces("cushion")))
+        back = stands.corners(opened.meshes.grown(picks.faces("back")))
+        places = [spot_place(opened, description, spot) for spot in picks.cushion]
+        stands.figures[picks] = seat_figures(cushion, back, np.array(places))
+    return stands.figures[picks]
 
 
 def figure_values(description: Description, figures: SeatFigures) -> dict[str, Any]:
@@ -323,7 +323,7 @@ def figure_reasons(opened: OpenPlace, description: Description, seat: str) -> di
     found = figures_of(opened, description, seat)
     picks = description.picks[seat]
     return {
-        "srp": "fitted: where the planes of cushion and back meet, in the middle of the cushion",
+        "srp": f"fitted: where the planes of cushion and back meet, {found.across}",
         "cushion_angle": _plane_words(opened, picks.faces("cushion"), found.cushion.off),
         "back_angle": _plane_words(opened, picks.faces("back"), found.back.off),
         "yaw": "fitted: square to the line in which the planes meet",
