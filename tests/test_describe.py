@@ -12,21 +12,30 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.conftest import ROOT
-from tests.made_seat import METRES, SRP, corners, obj_text, seat_parts
+from tests.made_seat import BOX, METRES, SRP, corners, obj_text, seat_parts
 from workbench.cli import main
 from workbench.draw.web.thinning import sharp_edges, thinned
 from workbench.errors import InputError
 from workbench.files.environments import load_environment
 from workbench.files.meshes.parts import RawMesh, RawPart
+from workbench.files.meshes.reading import axes_rotation, read_mesh
+from workbench.files.study.reader import load_study
 from workbench.files.yaml_changes import changed_text, yaml_text
 from workbench.files.yaml_text import parse_yaml
+from workbench.study.describe.axes import guessed_axes
 from workbench.study.describe.edits_frame import agreed, floored, framed, scaled
 from workbench.study.describe.edits_parts import dropped, joined, put_back, ruled, split_part
 from workbench.study.describe.edits_seats import carried, faced
 from workbench.study.describe.edits_things import placed_point, removed, renamed, typed
+from workbench.study.describe.first_study import first_study
 from workbench.study.describe.meshes import Meshes, Ray
 from workbench.study.describe.planes import Surface, fitted_plane, grown_faces
-from workbench.study.describe.saving import ForeignFileError, SavedPlace, save_description
+from workbench.study.describe.saving import (
+    ForeignFileError,
+    SavedPlace,
+    save_description,
+    unfinished,
+)
 from workbench.study.describe.seats import seat_figures
 from workbench.study.describe.state import open_place, standing_of
 
@@ -222,7 +231,7 @@ def test_a_mesh_is_as_long_as_is_typed_and_its_unit_follows(tmp_path):
     assert edit.description.says["meshes"][0]["length"] == "2000 mm"
     assert edit.words == "one unit of the file is 2000 mm"
     assert float(np.ptp(standing_of(opened, edit.description).bounds[:, 0])) == pytest.approx(3.6)
-    with pytest.raises(InputError, match="a length from 0.01 to 1000 m is needed, got 0 m"):
+    with pytest.raises(InputError, match=r"a length from 0\.01 to 1000 m is needed, got 0 m"):
         scaled(opened, opened.start, 0, 0.0)
 
 
@@ -240,6 +249,79 @@ def test_sizes_that_no_vehicle_has_are_said_as_the_reader_does(tmp_path):
     assert "0.0018 m large, and 0.3 to 60 m is plausible" in words
     turned = framed(opened, opened.start, 0, {"length": None, "up": "x", "forward": None})
     assert turned.words == "up and forward are at right angles: forward is y"
+
+
+@pytest.mark.parametrize(
+    ("moved", "words"),
+    [("2 m", ()), ("30 m", ("it is 30 m high: are the unit and the axes right?",))],
+)
+def test_a_mesh_of_thirty_metres_is_doubted(tmp_path, moved, words):
+    high = 2.0 if moved == "2 m" else 30.0
+    opened = placed(tmp_path, obj_text({"box": corners((0, 0, 0), (3, 2, high))}))
+    given = {"length": "m", "up": "z", "forward": "x"}
+    found = framed(opened, opened.start, 0, given).description
+    assert tuple(opened.meshes.size_words(found.file.meshes)) == words
+
+
+# --- axes that are guessed --------------------------------------------------------------------------
+
+
+def guess(parts, up="z", forward="x"):
+    """The axes that are guessed of boxes by their names, whose file has other axes."""
+    rotation = axes_rotation(up, forward)
+    faces = np.array(BOX)
+    raws = tuple(RawPart(name, points @ rotation, faces) for name, points in parts.items())
+    return guessed_axes(RawMesh("x.obj", "OBJ", raws))
+
+
+FRAMES = [("z", "x"), ("z", "-y"), ("y", "z"), ("y", "-x"), ("x", "y")]
+
+
+@pytest.mark.parametrize(("up", "forward"), FRAMES)
+def test_front_and_rear_and_roof_and_floor_tell_the_axes(up, forward):
+    parts = {
+        "wheel_front": corners((1, 0, 0), (1.5, 1, 0.5)),
+        "WheelRear": corners((-1.5, 0, 0), (-1, 1, 0.5)),
+        "roof": corners((-1, 0, 1.5), (1, 1, 1.6)),
+        "floor": corners((-1, 0, 0.4), (1, 1, 0.5)),
+    }
+    found = guess(parts, up, forward)
+    assert (found.up, found.forward, found.sure_forward) == (up, forward, True)
+    assert found.why_forward == "by the names wheel_front and WheelRear"
+    assert found.why_up == "by the names roof and floor"
+
+
+@pytest.mark.parametrize(("up", "forward"), FRAMES)
+def test_left_and_right_tell_the_front(up, forward):
+    parts = {
+        "left_door": corners((0, 0.8, 0.2), (1, 0.9, 1)),
+        "right_door": corners((0, -0.9, 0.2), (1, -0.8, 1)),
+        "roof": corners((-1, -0.9, 1.5), (1, 0.9, 1.6)),
+        "floor": corners((-1, -0.9, 0.0), (1, 0.9, 0.1)),
+    }
+    assert guess(parts, up, forward).forward == forward
+
+
+@pytest.mark.parametrize("name", ["trainer", "compact_car"])
+@pytest.mark.parametrize(("up", "forward"), FRAMES)
+def test_shape_alone_tells_the_axes_of_the_catalogue(name, up, forward):
+    raw = read_mesh(ROOT / "environments" / name / f"{name}.obj")
+    rotation = axes_rotation(up, forward)
+    parts = tuple(RawPart(f"p{k}", part.vertices @ rotation, part.faces) for k, part in enumerate(raw.parts))  # fmt: skip
+    found = guessed_axes(RawMesh("x.obj", "OBJ", parts))
+    assert (found.up, found.forward, found.sure_up) == (up, forward, True)
+
+
+def test_which_end_of_a_box_is_the_front_is_asked():
+    found = guess({"box": corners((0, -0.5, 0), (3, 0.5, 1.0))})
+    assert found.forward == "x" and not found.sure_forward
+    assert "which end is the front is not known" in found.why_forward
+
+
+def test_axes_that_a_file_says_are_not_guessed(tmp_path):
+    raw = replace(RawMesh("x.glb", "GLB", (RawPart("a", corners((0, 0, 0), (1, 2, 3)), np.array(BOX)),)), up="y", forward="z")  # fmt: skip
+    found = guessed_axes(raw)
+    assert (found.up, found.forward, found.why_up, found.why_forward) == ("y", "z", "", "")
 
 
 # --- parts ------------------------------------------------------------------------------------------
@@ -398,6 +480,89 @@ def test_which_parts_go_along_with_a_seat_is_chosen(tmp_path):
     assert tilted.says["seats"]["driver"]["travel"] == {"tilt": [-3, 6]}
     with pytest.raises(InputError, match="there is no part 'pam'; did you mean 'pan'"):
         carried(opened, found, "driver", ["pam"])
+
+
+def test_a_mesh_that_has_changed_on_the_disk_is_asked_about(tmp_path):
+    opened = placed(tmp_path, obj_text(seat_parts()))
+    (tmp_path / "cab.obj").write_text(obj_text(seat_parts(cushion=5)) + "# new\n")
+    with pytest.raises(
+        ForeignFileError, match=r"cab\.obj has changed on the disk since it was opened"
+    ):
+        save_description(opened, opened.start, None)
+    (tmp_path / "cab.obj").unlink()
+    with pytest.raises(ForeignFileError, match=r"cab\.obj has changed"):
+        save_description(opened, opened.start, None)
+
+
+def test_what_is_unfinished_is_said(tmp_path):
+    opened = placed(tmp_path, obj_text(seat_parts()))
+    (tmp_path / "box").mkdir()
+    box = placed(tmp_path / "box", obj_text({"box": corners((0, -0.5, 0), (3, 0.5, 1))}))
+    assert unfinished(box, box.start) == ["cab.obj: up and forward: a guess that nobody confirmed"]
+    sure = agreed(opened.start).description
+    half = faced(opened, sure, "driver", "cushion", on_cushion()).description
+    assert unfinished(opened, half) == ["seat driver is not in the file: its back was not picked"]
+    again = faced(opened, seated(opened, sure), "driver", "back", None).description
+    assert unfinished(opened, again) == [
+        "seat driver has the figures of before: its back is not picked again yet"
+    ]
+    assert unfinished(opened, seated(opened, sure)) == []
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "words"),
+    [
+        ("environment.yaml", "environment: x\nlength: mm\nmeshes: [{file: gone.obj}]\n", "meshes: "),
+        ("environment.yaml", "environment: x\nlength: [mm\n", "not YAML"),
+        ("environment.yaml", "environment: x\ncolour: red\nlength: mm\n", "unknown key 'colour'"),
+    ],
+)  # fmt: skip
+def test_an_environment_with_mistakes_is_refused_with_their_places(tmp_path, name, text, words, capsys):  # fmt: skip
+    (tmp_path / name).write_text(text)
+    assert main(["live", str(tmp_path / name), "--no-browser"]) == 3
+    said = capsys.readouterr().err
+    assert words in said and "environment.yaml" in said
+
+
+def test_a_folder_without_an_environment_is_refused(tmp_path, capsys):
+    assert main(["live", str(tmp_path), "--no-browser"]) == 3
+    assert "holds no environment.yaml: name the mesh in it" in capsys.readouterr().err
+
+
+def test_names_of_no_part_are_said_at_opening(tmp_path):
+    (tmp_path / "cab.obj").write_text(obj_text(seat_parts()))
+    text = "environment: x\nlength: mm\nmeshes: [{file: cab.obj, up: z, forward: x}]\ncontrols: {a: {at: [0, 0, 0], grip: push, zone: 1, part: pam}}\n"  # fmt: skip
+    (tmp_path / "environment.yaml").write_text(text)
+    first, second = open_place(tmp_path).notes
+    assert "controls.a.part: no part 'pam'; did you mean 'pan'" in first
+    assert second == "cab.obj: the file does not say its unit: choose it"
+
+
+# --- a first study ----------------------------------------------------------------------------------
+
+
+def test_a_first_study_is_checked_and_leads_on(tmp_path, capsys):
+    opened = placed(tmp_path, obj_text(seat_parts()))
+    sure = framed(opened, opened.start, 0, {"length": "m", "up": "z", "forward": "x"}).description
+    place = placed_point(opened, seated(opened, sure), "control", "gear lever", {"grip": "grasp", "zone": 1}, ray("lever", (0.62, 0.02, 2), DOWN)).description  # fmt: skip
+    save_description(opened, place, None)
+    assert main(["new", str(tmp_path)]) == 0
+    study = load_study(str(tmp_path / "study.yaml"))
+    assert [role.name for role in study.roles] == ["driver"]
+    text = (tmp_path / "study.yaml").read_text()
+    assert 'driver: {predicted: {hands: {right: "gear lever"}}}' in text
+    assert "next: workbench run" in capsys.readouterr().err
+    assert main(["new", str(tmp_path)]) == 3
+    assert "is there already" in capsys.readouterr().err
+
+
+def test_without_a_seat_somebody_stands_behind(tmp_path):
+    opened = placed(tmp_path, obj_text({"desk": corners((0, -1, 0), (1, 1, 1))}))
+    sure = framed(opened, opened.start, 0, {"length": "m", "up": "z", "forward": "x"}).description
+    save_description(opened, sure, None)
+    text = first_study(load_environment(tmp_path / "environment.yaml"), "environment.yaml")
+    assert 'stand: {"on": [-500, 0, 0]}' in text
+    assert main(["new", str(tmp_path / "cab.obj")]) == 2
 
 
 def test_a_file_that_was_not_made_here_is_asked_about(tmp_path):

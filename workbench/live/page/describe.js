@@ -180,7 +180,7 @@ function takeFault(head) {
   at("choices").hidden = head.ask !== "over";
   const over = element("button", "save over it", { onclick: () => ask("save", { ...state.asked, over: true }) });
   const again = element("button", "read the file again", { onclick: () => ask("reload") });
-  at("choices").replaceChildren(over, ...(state.found.saved ? [again] : []));
+  at("choices").replaceChildren(over, again);
 }
 
 function save(to) {

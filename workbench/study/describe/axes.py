@@ -103,6 +103,8 @@ SAMPLES = 20_000
 """Points of the surface that are compared, about."""
 SYMMETRIC = 0.1
 """The mirror image of an axis is better than another one's by this share, or they are alike."""
+ALIKE = 0.5
+"""A mesh that has less in common with any of its mirror images has no sides that are alike."""
 LONGER = 1.15
 """A side that is so many times as long as the other is the longer one."""
 SLOPES = (0.3, 0.95)
@@ -184,7 +186,7 @@ def _guessed_up(parts: Sequence[RawPart], points: Floats, size: Floats) -> _Dire
     rest = [axis for axis in range(3) if axis != across]
     faces = _facing_area(parts)
     way = np.zeros(3)
-    if faces[rest].max() <= 0.0:
+    if faces[rest].max() <= 0.0 or mirror[across] < ALIKE:
         way[2] = 1.0
         return _Direction(way, "z, as in most files", False)
     # z where it is as good as the other one: most files have it so
@@ -211,7 +213,8 @@ def _guessed_forward(
     along = first if size[first] >= size[second] else second
     why = "the longer of two axes"
     sure = bool(size[along] > LONGER * size[first + second - along])
-    if abs(float(mirror[first] - mirror[second])) > SYMMETRIC:
+    sides = mirror[[first, second]]
+    if np.ptp(sides) > SYMMETRIC and sides.max() >= ALIKE:
         along = first if mirror[first] < mirror[second] else second
         why = f"left and right are alike along {_NAMES[first + second - along]}"
         sure = True

@@ -19,7 +19,7 @@ from workbench.files.environment_parts import face_parts
 from workbench.files.environment_schema import MeshFile
 from workbench.files.environments import MeshFrame, mesh_frame
 from workbench.files.meshes.parts import RawMesh, RawPart
-from workbench.files.meshes.reading import implausible, read_mesh
+from workbench.files.meshes.reading import LARGEST, implausible, read_mesh
 from workbench.files.meshes.sizes import implausible_sizes
 from workbench.model.arrays import Floats, Ints
 from workbench.study.describe.planes import Surface, grown_faces, outline
@@ -29,6 +29,8 @@ __all__ = ["MOST_FACES", "Hit", "Meshes", "Ray", "Standing"]
 
 MOST_FACES = 3_000_000
 """Triangles that are described: of more, each answer would take seconds."""
+HIGHEST = 12.0
+"""A place for people that is higher [m] is doubted."""
 _PARALLEL = 1e-12
 _KEPT = 4
 """Ways in which the meshes have stood that are kept: undo and redo go back to them."""
@@ -303,6 +305,9 @@ class Meshes:
     def _size_words(self, says: Sequence[MeshFile]) -> list[str]:
         stands = self.standing(says)
         words = []
+        high = float(np.ptp(stands.bounds[:, 2]))
+        if HIGHEST < high <= LARGEST:
+            words.append(f"it is {high:.3g} m high: are the unit and the axes right?")
         for row, (raw, mesh) in enumerate(zip(self.raws, says, strict=True)):
             frame = mesh_frame(raw, mesh)
             own = self.mesh == row

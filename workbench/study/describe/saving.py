@@ -139,6 +139,12 @@ def save_description(
     """
     path = (opened.target if to is None else to).absolute()
     with write_errors(path):
+        changed = opened.changed_meshes()
+        if changed and not over:
+            raise ForeignFileError(
+                f"{', '.join(changed)} has changed on the disk since it was opened: what was picked "
+                f"may be elsewhere"
+            )
         same = before is not None and before.text.path == path.resolve()
         if path.exists() and not over:
             if not same:

@@ -15,6 +15,7 @@ import numpy as np
 from workbench.errors import InputError
 from workbench.files.environment_parts import MOST_PIECES, pieces
 from workbench.files.environment_schema import EnvironmentFile
+from workbench.files.environments import unknown_names
 from workbench.files.meshes.obj import outside_folder
 from workbench.files.meshes.parts import RawMesh
 from workbench.files.meshes.reading import axes_rotation, implausible, read_mesh, to_world
@@ -163,7 +164,9 @@ class OpenPlace:
     text
         The file that it was opened from, None for a bare mesh.
     notes
-        What was guessed, in words.
+        What was guessed, or is wrong, in words.
+    stamps
+        Size and time of each mesh file as it was read.
     """
 
     target: Path
@@ -172,6 +175,22 @@ class OpenPlace:
     start: Description
     text: StudyText | None
     notes: tuple[str, ...]
+    stamps: tuple[tuple[int, int], ...]
+
+    def changed_meshes(self) -> list[str]:
+        """The mesh files that are others now than those that were read, or are gone."""
+        paths = [Path(raw.file) for raw in self.meshes.raws]
+        found = zip(paths, self.stamps, map(_stamp, paths), strict=True)
+        return [path.name for path, before, now in found if before != now]
+
+
+def _stamp(path: Path) -> tuple[int, int]:
+    """Size and time of a file, -1 where it is not there."""
+    try:
+        stat = path.stat()
+    except OSError:
+        return -1, -1
+    return stat.st_size, stat.st_mtime_ns
 
 
 def open_place(source: Path, out: Path | None = None) -> OpenPlace:
@@ -201,16 +220,28 @@ def open_place(source: Path, out: Path | None = None) -> OpenPlace:
                     f"{path}: {mesh.file}: a mesh lies in the folder of its environment file, or "
                     f"below it"
                 )
-        meshes = Meshes.read(path.parent, [mesh.file for mesh in file.meshes])
+        files = [mesh.file for mesh in file.meshes]
+        stamps = tuple(_stamp(path.parent / name) for name in files)
+        try:
+            meshes = Meshes.read(path.parent, files)
+        except InputError as error:
+            raise InputError([f"{path}: meshes: {words}" for words in error.problems]) from None
         start = Description(says.value)
-        meshes.standing(start.file.meshes)
-        opened = OpenPlace(target or path, path.parent, meshes, start, text, ())
+        names = meshes.standing(start.file.meshes).names
+        opened = OpenPlace(target or path, path.parent, meshes, start, text, (), stamps)
         start, notes = _picked_before(opened)
+        notes += unknown_names(says, file, list(names))
+        notes += [
+            f"{mesh.file}: the file does not say its unit: choose it"
+            for raw, mesh in zip(meshes.raws, file.meshes, strict=True)
+            if raw.metres is None and mesh.length is None
+        ]
         return replace(opened, start=start, notes=tuple(notes))
+    stamp = _stamp(source)
     raw = read_mesh(source)
     start, notes = _bare(source, raw)
     beside = target or source.parent / INNER
-    return OpenPlace(beside, source.parent, Meshes([raw]), start, None, tuple(notes))
+    return OpenPlace(beside, source.parent, Meshes([raw]), start, None, tuple(notes), (stamp,))
 
 
 def _target(out: Path) -> Path:
