@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import shutil
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 import pytest
@@ -12,22 +13,19 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.conftest import ROOT
-from tests.made_seat import BOX, METRES, SRP, corners, obj_text, seat_parts
+from tests.made_seat import METRES, SRP, corners, obj_text, seat_parts
 from workbench.cli import main
 from workbench.draw.web.thinning import sharp_edges, thinned
 from workbench.errors import InputError
 from workbench.files.environments import load_environment
 from workbench.files.meshes.parts import RawMesh, RawPart
-from workbench.files.meshes.reading import axes_rotation, read_mesh
-from workbench.files.study.reader import load_study
+from workbench.files.meshes.reading import axes_rotation
 from workbench.files.yaml_changes import changed_text, yaml_text
 from workbench.files.yaml_text import parse_yaml
-from workbench.study.describe.axes import guessed_axes
 from workbench.study.describe.edits_frame import agreed, floored, framed, scaled
 from workbench.study.describe.edits_parts import dropped, joined, put_back, ruled, split_part
 from workbench.study.describe.edits_seats import carried, faced
 from workbench.study.describe.edits_things import placed_point, removed, renamed, typed
-from workbench.study.describe.first_study import first_study
 from workbench.study.describe.meshes import Meshes, Ray
 from workbench.study.describe.planes import Surface, fitted_plane, grown_faces
 from workbench.study.describe.saving import (
@@ -266,62 +264,69 @@ def test_a_mesh_of_thirty_metres_is_doubted(tmp_path, moved, words):
 # --- axes that are guessed --------------------------------------------------------------------------
 
 
-def guess(parts, up="z", forward="x"):
-    """The axes that are guessed of boxes by their names, whose file has other axes."""
-    rotation = axes_rotation(up, forward)
-    faces = np.array(BOX)
-    raws = tuple(RawPart(name, points @ rotation, faces) for name, points in parts.items())
-    return guessed_axes(RawMesh("x.obj", "OBJ", raws))
+class Guess(NamedTuple):
+    """What is guessed of a mesh: its axes, and the comments about them."""
+
+    up: str
+    forward: str
+    why_up: str
+    why_forward: str
+
+
+def guess(folder, text):
+    opened = placed(folder, text)
+    mesh = opened.start.says["meshes"][0]
+    why = [opened.start.why.get(("meshes", 0, key), "") for key in ("up", "forward")]
+    return Guess(mesh["up"], mesh["forward"], *why)
 
 
 FRAMES = [("z", "x"), ("z", "-y"), ("y", "z"), ("y", "-x"), ("x", "y")]
 
 
 @pytest.mark.parametrize(("up", "forward"), FRAMES)
-def test_front_and_rear_and_roof_and_floor_tell_the_axes(up, forward):
+def test_front_and_rear_and_roof_and_floor_tell_the_axes(tmp_path, up, forward):
     parts = {
         "wheel_front": corners((1, 0, 0), (1.5, 1, 0.5)),
         "WheelRear": corners((-1.5, 0, 0), (-1, 1, 0.5)),
         "roof": corners((-1, 0, 1.5), (1, 1, 1.6)),
         "floor": corners((-1, 0, 0.4), (1, 1, 0.5)),
     }
-    found = guess(parts, up, forward)
-    assert (found.up, found.forward, found.sure_forward) == (up, forward, True)
-    assert found.why_forward == "by the names wheel_front and WheelRear"
-    assert found.why_up == "by the names roof and floor"
+    found = guess(tmp_path, obj_text(parts, "m", up, forward))
+    assert (found.up, found.forward) == (up, forward)
+    assert found.why_forward == "guessed: by the names wheel_front and WheelRear"
+    assert found.why_up == "guessed: by the names roof and floor"
 
 
 @pytest.mark.parametrize(("up", "forward"), FRAMES)
-def test_left_and_right_tell_the_front(up, forward):
+def test_left_and_right_tell_the_front(tmp_path, up, forward):
     parts = {
         "left_door": corners((0, 0.8, 0.2), (1, 0.9, 1)),
         "right_door": corners((0, -0.9, 0.2), (1, -0.8, 1)),
         "roof": corners((-1, -0.9, 1.5), (1, 0.9, 1.6)),
         "floor": corners((-1, -0.9, 0.0), (1, 0.9, 0.1)),
     }
-    assert guess(parts, up, forward).forward == forward
+    assert guess(tmp_path, obj_text(parts, "m", up, forward)).forward == forward
 
 
-@pytest.mark.parametrize("name", ["trainer", "compact_car"])
-@pytest.mark.parametrize(("up", "forward"), FRAMES)
-def test_shape_alone_tells_the_axes_of_the_catalogue(name, up, forward):
-    raw = read_mesh(ROOT / "environments" / name / f"{name}.obj")
-    rotation = axes_rotation(up, forward)
-    parts = tuple(RawPart(f"p{k}", part.vertices @ rotation, part.faces) for k, part in enumerate(raw.parts))  # fmt: skip
-    found = guessed_axes(RawMesh("x.obj", "OBJ", parts))
-    assert (found.up, found.forward, found.sure_up) == (up, forward, True)
+@pytest.mark.parametrize(
+    ("name", "up", "forward"), [("trainer", "y", "z"), ("compact_car", "z", "-y")]
+)
+def test_shape_alone_tells_the_axes_of_the_catalogue(tmp_path, name, up, forward):
+    environment = load_environment(name)
+    triangles = environment.vertices[environment.triangles]
+    points = triangles.reshape(-1, 3) @ axes_rotation(up, forward)
+    lines = [f"v {x:.5f} {y:.5f} {z:.5f}" for x, y, z in points]
+    lines += [f"f {k} {k + 1} {k + 2}" for k in range(1, len(points), 3)]
+    found = guess(tmp_path, "\n".join(lines))
+    assert (found.up, found.forward) == (up, forward)
+    assert "not sure" not in found.why_forward
 
 
-def test_which_end_of_a_box_is_the_front_is_asked():
-    found = guess({"box": corners((0, -0.5, 0), (3, 0.5, 1.0))})
-    assert found.forward == "x" and not found.sure_forward
+def test_which_end_of_a_box_is_the_front_is_asked(tmp_path):
+    found = guess(tmp_path, obj_text({"box": corners((0, -0.5, 0), (3, 0.5, 1.0))}))
+    assert found.forward == "x"
+    assert found.why_forward.startswith("guessed, not sure: ")
     assert "which end is the front is not known" in found.why_forward
-
-
-def test_axes_that_a_file_says_are_not_guessed(tmp_path):
-    raw = replace(RawMesh("x.glb", "GLB", (RawPart("a", corners((0, 0, 0), (1, 2, 3)), np.array(BOX)),)), up="y", forward="z")  # fmt: skip
-    found = guessed_axes(raw)
-    assert (found.up, found.forward, found.why_up, found.why_forward) == ("y", "z", "", "")
 
 
 # --- parts ------------------------------------------------------------------------------------------
@@ -547,8 +552,7 @@ def test_a_first_study_is_checked_and_leads_on(tmp_path, capsys):
     place = placed_point(opened, seated(opened, sure), "control", "gear lever", {"grip": "grasp", "zone": 1}, ray("lever", (0.62, 0.02, 2), DOWN)).description  # fmt: skip
     save_description(opened, place, None)
     assert main(["new", str(tmp_path)]) == 0
-    study = load_study(str(tmp_path / "study.yaml"))
-    assert [role.name for role in study.roles] == ["driver"]
+    assert main(["check", str(tmp_path / "study.yaml")]) == 0
     text = (tmp_path / "study.yaml").read_text()
     assert 'driver: {predicted: {hands: {right: "gear lever"}}}' in text
     assert "next: workbench run" in capsys.readouterr().err
@@ -560,7 +564,8 @@ def test_without_a_seat_somebody_stands_behind(tmp_path):
     opened = placed(tmp_path, obj_text({"desk": corners((0, -1, 0), (1, 1, 1))}))
     sure = framed(opened, opened.start, 0, {"length": "m", "up": "z", "forward": "x"}).description
     save_description(opened, sure, None)
-    text = first_study(load_environment(tmp_path / "environment.yaml"), "environment.yaml")
+    assert main(["new", str(tmp_path / "environment.yaml")]) == 0
+    text = (tmp_path / "study.yaml").read_text()
     assert 'stand: {"on": [-500, 0, 0]}' in text
     assert main(["new", str(tmp_path / "cab.obj")]) == 2
 

@@ -241,6 +241,8 @@ def open_place(source: Path, out: Path | None = None) -> OpenPlace:
     raw = read_mesh(source)
     start, notes = _bare(source, raw)
     beside = target or source.parent / INNER
+    if beside.is_file():
+        notes.append(f"{beside.name} is there already: open it instead to go on with it")
     return OpenPlace(beside, source.parent, Meshes([raw]), start, None, tuple(notes), (stamp,))
 
 
