@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import shutil
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 import pytest
@@ -18,22 +19,21 @@ from workbench.draw.web.thinning import sharp_edges, thinned
 from workbench.errors import InputError
 from workbench.files.environments import load_environment
 from workbench.files.meshes.parts import RawMesh, RawPart
+from workbench.files.meshes.reading import axes_rotation
 from workbench.files.yaml_changes import changed_text, yaml_text
 from workbench.files.yaml_text import parse_yaml
-from workbench.study.describe.edits import (
-    faced,
-    floored,
-    framed,
-    placed_point,
-    removed,
-    renamed,
-    ruled,
-    typed,
-)
+from workbench.study.describe.edits_frame import agreed, floored, framed, scaled
+from workbench.study.describe.edits_parts import dropped, joined, put_back, ruled, split_part
+from workbench.study.describe.edits_seats import carried, faced
+from workbench.study.describe.edits_things import placed_point, removed, renamed, typed
 from workbench.study.describe.meshes import Meshes, Ray
-from workbench.study.describe.parts import dropped, joined, put_back, split_part
 from workbench.study.describe.planes import Surface, fitted_plane, grown_faces
-from workbench.study.describe.saving import ForeignFileError, SavedPlace, save_description
+from workbench.study.describe.saving import (
+    ForeignFileError,
+    SavedPlace,
+    save_description,
+    unfinished,
+)
 from workbench.study.describe.seats import seat_figures
 from workbench.study.describe.state import open_place, standing_of
 
@@ -95,11 +95,21 @@ def test_a_seat_of_boxes_gives_the_figures_it_was_made_to(cushion, back, yaw):
     parts = seat_parts(cushion, back, yaw)
     top = parts["pan"][[1, 3, 5, 7]][[[0, 1, 2], [1, 3, 2]]]
     front = parts["rest"][[4, 5, 6, 7]][[[0, 1, 2], [1, 3, 2]]]
-    found = seat_figures(top, front)
+    found = seat_figures(top, front, top.mean(axis=1))
     assert np.allclose(found.srp, SRP, atol=1e-9)
     angles = np.degrees([found.cushion_angle, found.back_angle, found.yaw])
     assert np.allclose(angles, [cushion, back, yaw], atol=1e-6)
     assert found.doubts == ()
+
+
+def test_on_a_bench_the_seat_is_where_it_was_clicked():
+    bench = np.array(
+        [[[0, -1, 0], [0.5, -1, 0], [0.5, 1, 0]], [[0, -1, 0], [0.5, 1, 0], [0, 1, 0]]]
+    )
+    back = bench[..., [2, 1, 0]]
+    found = seat_figures(bench, back, np.array([[0.2, 0.4, 0.0], [0.3, 0.5, 0.0]]))
+    assert np.allclose(found.srp, [0, 0.45, 0])
+    assert "a bench of 2000 mm: the seat is where it was clicked" in found.doubts[0]
 
 
 @pytest.mark.parametrize("picked", [0, 150, 299, 410, 690])
@@ -129,7 +139,7 @@ def test_a_seat_that_is_turned_by_little_is_straight_and_that_is_said():
     parts = seat_parts(yaw=1.2)
     top = parts["pan"][[1, 3, 5, 7]][[[0, 1, 2], [1, 3, 2]]]
     front = parts["rest"][[4, 5, 6, 7]][[[0, 1, 2], [1, 3, 2]]]
-    found = seat_figures(top, front)
+    found = seat_figures(top, front, top.mean(axis=1))
     assert found.yaw == 0.0
     assert found.doubts == (
         "by its planes the seat is turned 1.2 degrees; it is taken as straight",
@@ -151,7 +161,7 @@ def test_planes_of_no_seat_are_refused(cushion, back, words):
         return np.array([[[0, 0, 0], a, b]], dtype=float)
 
     with pytest.raises(InputError, match=words):
-        seat_figures(square(cushion) + np.array([0.2, 0, 0]), square(back))
+        seat_figures(square(cushion) + np.array([0.2, 0, 0]), square(back), np.zeros((1, 3)))
 
 
 # --- a mesh in any unit and axes --------------------------------------------------------------------
@@ -186,7 +196,7 @@ def test_what_was_pointed_at_goes_along_and_what_was_typed_stays(tmp_path):
     over = typed(spot, "seat", "driver", "back_angle", 25.0).description
     larger = framed(opened, over, 0, {"length": "cm", "up": None, "forward": None}).description
     found = larger.says["seats"]["driver"]
-    assert found["srp"] == [1000, 2000, 3000] and found["back_angle"] == 25
+    assert found["srp"][::2] == [1000, 3000] and found["back_angle"] == 25
     assert larger.says["controls"]["lever"]["at"] == [6200, 200, 6000]
     assert larger.why[("seats", "driver", "back_angle")] == "typed"
 
@@ -197,11 +207,37 @@ def test_the_floor_takes_everything_along(tmp_path):
     seat = seated(opened, cushion=on_cushion((0.1, 0.2, 0.8)), back=ray("rest", (3, 0.1, 1.1), (-1, 0, 0)))  # fmt: skip
     seat = typed(seat, "seat", "driver", "srp", [0.1, 0.2, 0.9]).description
     found = floored(opened, seat, ray("floor", (0.9, -0.4, 2.0), DOWN))
-    assert found.words == "the floor is at height 0: everything goes -500 mm up"
+    assert found.words == "the floor is at height 0: everything goes 500 mm down"
     assert found.description.says["seats"]["driver"]["srp"] == [100, 200, 400]
     assert standing_of(opened, found.description).bounds[0, 2] == pytest.approx(-0.05)
     with pytest.raises(InputError, match="slopes 90 degrees: a floor is level"):
         floored(opened, seat, ray("floor", (3.0, 0.0, 0.47), (-1, 0, 0)))
+
+
+def test_a_floor_stays_a_floor_when_the_unit_is_put_right_after_it(tmp_path):
+    parts = {name: points + np.array([0, 0, 0.5]) for name, points in seat_parts().items()}
+    opened = placed(tmp_path, obj_text(parts))
+    on_floor = floored(opened, opened.start, ray("floor", (0.9, -0.4, 2.0), DOWN)).description
+    feet = framed(opened, on_floor, 0, {"length": "ft", "up": None, "forward": None}).description
+    assert feet.says["meshes"][0]["move"] == [0, 0, -152.4]
+    assert standing_of(opened, feet).bounds[0, 2] == pytest.approx(-0.05 * 0.3048)
+
+
+def test_a_mesh_is_as_long_as_is_typed_and_its_unit_follows(tmp_path):
+    opened = placed(tmp_path, obj_text(seat_parts()))
+    edit = scaled(opened, opened.start, 0, 3.6)
+    assert edit.description.says["meshes"][0]["length"] == "2000 mm"
+    assert edit.words == "one unit of the file is 2000 mm"
+    assert float(np.ptp(standing_of(opened, edit.description).bounds[:, 0])) == pytest.approx(3.6)
+    with pytest.raises(InputError, match=r"a length from 0\.01 to 1000 m is needed, got 0 m"):
+        scaled(opened, opened.start, 0, 0.0)
+
+
+def test_a_guess_that_is_right_is_no_guess_any_more(tmp_path):
+    opened = placed(tmp_path, obj_text(seat_parts()))
+    assert opened.start.why[("meshes", 0, "up")].startswith("guessed")
+    found = agreed(opened.start).description
+    assert set(found.why.values()) == {"chosen"} and found.content != opened.start.content
 
 
 def test_sizes_that_no_vehicle_has_are_said_as_the_reader_does(tmp_path):
@@ -211,6 +247,86 @@ def test_sizes_that_no_vehicle_has_are_said_as_the_reader_does(tmp_path):
     assert "0.0018 m large, and 0.3 to 60 m is plausible" in words
     turned = framed(opened, opened.start, 0, {"length": None, "up": "x", "forward": None})
     assert turned.words == "up and forward are at right angles: forward is y"
+
+
+@pytest.mark.parametrize(
+    ("moved", "words"),
+    [("2 m", ()), ("30 m", ("it is 30 m high: are the unit and the axes right?",))],
+)
+def test_a_mesh_of_thirty_metres_is_doubted(tmp_path, moved, words):
+    high = 2.0 if moved == "2 m" else 30.0
+    opened = placed(tmp_path, obj_text({"box": corners((0, 0, 0), (3, 2, high))}))
+    given = {"length": "m", "up": "z", "forward": "x"}
+    found = framed(opened, opened.start, 0, given).description
+    assert tuple(opened.meshes.size_words(found.file.meshes)) == words
+
+
+# --- axes that are guessed --------------------------------------------------------------------------
+
+
+class Guess(NamedTuple):
+    """What is guessed of a mesh: its axes, and the comments about them."""
+
+    up: str
+    forward: str
+    why_up: str
+    why_forward: str
+
+
+def guess(folder, text):
+    opened = placed(folder, text)
+    mesh = opened.start.says["meshes"][0]
+    why = [opened.start.why.get(("meshes", 0, key), "") for key in ("up", "forward")]
+    return Guess(mesh["up"], mesh["forward"], *why)
+
+
+FRAMES = [("z", "x"), ("z", "-y"), ("y", "z"), ("y", "-x"), ("x", "y")]
+
+
+@pytest.mark.parametrize(("up", "forward"), FRAMES)
+def test_front_and_rear_and_roof_and_floor_tell_the_axes(tmp_path, up, forward):
+    parts = {
+        "wheel_front": corners((1, 0, 0), (1.5, 1, 0.5)),
+        "WheelRear": corners((-1.5, 0, 0), (-1, 1, 0.5)),
+        "roof": corners((-1, 0, 1.5), (1, 1, 1.6)),
+        "floor": corners((-1, 0, 0.4), (1, 1, 0.5)),
+    }
+    found = guess(tmp_path, obj_text(parts, "m", up, forward))
+    assert (found.up, found.forward) == (up, forward)
+    assert found.why_forward == "guessed: by the names wheel_front and WheelRear"
+    assert found.why_up == "guessed: by the names roof and floor"
+
+
+@pytest.mark.parametrize(("up", "forward"), FRAMES)
+def test_left_and_right_tell_the_front(tmp_path, up, forward):
+    parts = {
+        "left_door": corners((0, 0.8, 0.2), (1, 0.9, 1)),
+        "right_door": corners((0, -0.9, 0.2), (1, -0.8, 1)),
+        "roof": corners((-1, -0.9, 1.5), (1, 0.9, 1.6)),
+        "floor": corners((-1, -0.9, 0.0), (1, 0.9, 0.1)),
+    }
+    assert guess(tmp_path, obj_text(parts, "m", up, forward)).forward == forward
+
+
+@pytest.mark.parametrize(
+    ("name", "up", "forward"), [("trainer", "y", "z"), ("compact_car", "z", "-y")]
+)
+def test_shape_alone_tells_the_axes_of_the_catalogue(tmp_path, name, up, forward):
+    environment = load_environment(name)
+    triangles = environment.vertices[environment.triangles]
+    points = triangles.reshape(-1, 3) @ axes_rotation(up, forward)
+    lines = [f"v {x:.5f} {y:.5f} {z:.5f}" for x, y, z in points]
+    lines += [f"f {k} {k + 1} {k + 2}" for k in range(1, len(points), 3)]
+    found = guess(tmp_path, "\n".join(lines))
+    assert (found.up, found.forward) == (up, forward)
+    assert "not sure" not in found.why_forward
+
+
+def test_which_end_of_a_box_is_the_front_is_asked(tmp_path):
+    found = guess(tmp_path, obj_text({"box": corners((0, -0.5, 0), (3, 0.5, 1.0))}))
+    assert found.forward == "x"
+    assert found.why_forward.startswith("guessed, not sure: ")
+    assert "which end is the front is not known" in found.why_forward
 
 
 # --- parts ------------------------------------------------------------------------------------------
@@ -330,6 +446,128 @@ def test_a_new_file_says_how_each_figure_was_got_and_opens_again_as_it_was(tmp_p
         "back_angle: 20  # fitted: plane of 2 faces, 0.0 mm off in the mean",
         "back_angle: 21  # typed",
     )
+
+
+def test_picked_faces_are_in_the_file_and_a_seat_goes_on_from_there(tmp_path):
+    opened = placed(tmp_path, obj_text(seat_parts()))
+    seat = typed(seated(opened), "seat", "driver", "back_angle", 25.0).description
+    save_description(opened, seat, None)
+    text = (tmp_path / "environment.yaml").read_text()
+    assert "picked: [[300, 300, 335.3]]" in text
+    again = open_place(tmp_path / "environment.yaml")
+    assert again.start.picks["driver"].faces("cushion") == seat.picks["driver"].faces("cushion")
+    assert again.start.why[("seats", "driver", "back_angle")] == "typed"
+    assert again.start.why[("seats", "driver", "cushion_angle")].startswith("fitted: plane of 2")
+    larger = framed(again, again.start, 0, {"length": "cm", "up": None, "forward": None})
+    found = larger.description.says["seats"]["driver"]
+    assert found["srp"] == [1, 2, 3] and found["back_angle"] == 25
+    assert found["cushion"]["picked"] == [[3, 3, 3.4]]
+
+
+def test_picks_that_are_off_the_mesh_are_said_and_the_seat_stays(tmp_path):
+    opened = placed(tmp_path, obj_text(seat_parts()))
+    save_description(opened, seated(opened), None)
+    path = tmp_path / "environment.yaml"
+    path.write_text(path.read_text().replace("335.3", "395.3"))
+    again = open_place(path)
+    assert again.notes == (
+        "driver: what was picked of the cushion is not on the mesh any more: pick it again",
+    )
+    assert again.start.picks["driver"].lacks == ("cushion",)
+    assert again.start.says["seats"]["driver"]["cushion_angle"] == 10
+
+
+def test_which_parts_go_along_with_a_seat_is_chosen(tmp_path):
+    opened = placed(tmp_path, obj_text(seat_parts()))
+    found = carried(opened, seated(opened), "driver", ["pan", "rest", "lever"]).description
+    assert found.says["seats"]["driver"]["moves"] == ["pan", "rest", "lever"]
+    tilted = typed(found, "seat", "driver", "tilt", [-3.0, 6.0]).description
+    assert tilted.says["seats"]["driver"]["travel"] == {"tilt": [-3, 6]}
+    with pytest.raises(InputError, match="there is no part 'pam'; did you mean 'pan'"):
+        carried(opened, found, "driver", ["pam"])
+
+
+def test_a_mesh_that_has_changed_on_the_disk_is_asked_about(tmp_path):
+    opened = placed(tmp_path, obj_text(seat_parts()))
+    (tmp_path / "cab.obj").write_text(obj_text(seat_parts(cushion=5)) + "# new\n")
+    with pytest.raises(
+        ForeignFileError, match=r"cab\.obj has changed on the disk since it was opened"
+    ):
+        save_description(opened, opened.start, None)
+    (tmp_path / "cab.obj").unlink()
+    with pytest.raises(ForeignFileError, match=r"cab\.obj has changed"):
+        save_description(opened, opened.start, None)
+
+
+def test_what_is_unfinished_is_said(tmp_path):
+    opened = placed(tmp_path, obj_text(seat_parts()))
+    (tmp_path / "box").mkdir()
+    box = placed(tmp_path / "box", obj_text({"box": corners((0, -0.5, 0), (3, 0.5, 1))}))
+    assert unfinished(box, box.start) == ["cab.obj: up and forward: a guess that nobody confirmed"]
+    sure = agreed(opened.start).description
+    half = faced(opened, sure, "driver", "cushion", on_cushion()).description
+    assert unfinished(opened, half) == ["seat driver is not in the file: its back was not picked"]
+    again = faced(opened, seated(opened, sure), "driver", "back", None).description
+    assert unfinished(opened, again) == [
+        "seat driver has the figures of before: its back is not picked again yet"
+    ]
+    assert unfinished(opened, seated(opened, sure)) == []
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "words"),
+    [
+        ("environment.yaml", "environment: x\nlength: mm\nmeshes: [{file: gone.obj}]\n", "meshes: "),
+        ("environment.yaml", "environment: x\nlength: [mm\n", "not YAML"),
+        ("environment.yaml", "environment: x\ncolour: red\nlength: mm\n", "unknown key 'colour'"),
+    ],
+)  # fmt: skip
+def test_an_environment_with_mistakes_is_refused_with_their_places(tmp_path, name, text, words, capsys):  # fmt: skip
+    (tmp_path / name).write_text(text)
+    assert main(["live", str(tmp_path / name), "--no-browser"]) == 3
+    said = capsys.readouterr().err
+    assert words in said and "environment.yaml" in said
+
+
+def test_a_folder_without_an_environment_is_refused(tmp_path, capsys):
+    assert main(["live", str(tmp_path), "--no-browser"]) == 3
+    assert "holds no environment.yaml: name the mesh in it" in capsys.readouterr().err
+
+
+def test_names_of_no_part_are_said_at_opening(tmp_path):
+    (tmp_path / "cab.obj").write_text(obj_text(seat_parts()))
+    text = "environment: x\nlength: mm\nmeshes: [{file: cab.obj, up: z, forward: x}]\ncontrols: {a: {at: [0, 0, 0], grip: push, zone: 1, part: pam}}\n"  # fmt: skip
+    (tmp_path / "environment.yaml").write_text(text)
+    first, second = open_place(tmp_path).notes
+    assert "controls.a.part: no part 'pam'; did you mean 'pan'" in first
+    assert second == "cab.obj: the file does not say its unit: choose it"
+
+
+# --- a first study ----------------------------------------------------------------------------------
+
+
+def test_a_first_study_is_checked_and_leads_on(tmp_path, capsys):
+    opened = placed(tmp_path, obj_text(seat_parts()))
+    sure = framed(opened, opened.start, 0, {"length": "m", "up": "z", "forward": "x"}).description
+    place = placed_point(opened, seated(opened, sure), "control", "gear lever", {"grip": "grasp", "zone": 1}, ray("lever", (0.62, 0.02, 2), DOWN)).description  # fmt: skip
+    save_description(opened, place, None)
+    assert main(["new", str(tmp_path)]) == 0
+    assert main(["check", str(tmp_path / "study.yaml")]) == 0
+    text = (tmp_path / "study.yaml").read_text()
+    assert 'driver: {predicted: {hands: {right: "gear lever"}}}' in text
+    assert "next: workbench run" in capsys.readouterr().err
+    assert main(["new", str(tmp_path)]) == 3
+    assert "is there already" in capsys.readouterr().err
+
+
+def test_without_a_seat_somebody_stands_behind(tmp_path):
+    opened = placed(tmp_path, obj_text({"desk": corners((0, -1, 0), (1, 1, 1))}))
+    sure = framed(opened, opened.start, 0, {"length": "m", "up": "z", "forward": "x"}).description
+    save_description(opened, sure, None)
+    assert main(["new", str(tmp_path / "environment.yaml")]) == 0
+    text = (tmp_path / "study.yaml").read_text()
+    assert 'stand: {"on": [-500, 0, 0]}' in text
+    assert main(["new", str(tmp_path / "cab.obj")]) == 2
 
 
 def test_a_file_that_was_not_made_here_is_asked_about(tmp_path):

@@ -58,7 +58,7 @@ def test_options_of_studies_and_of_environments_are_not_mixed(mesh, capsys):
 def test_a_seat_and_a_control_are_picked_typed_over_saved_and_undone(bench, mesh):
     _, page, _ = bench
     first = asked(page, "face", seat="driver", surface="cushion", **CUSHION)
-    assert first["words"] == "driver: now pick the back"
+    assert first["words"] == "driver: a cushion of 443 x 500 mm; now pick the back"
     seat = asked(page, "face", seat="driver", surface="back", **BACK)["seats"][0]
     assert (seat["srp"], seat["cushion_angle"], seat["back_angle"]) == ([0.1, 0.2, 0.3], 10, 20)
     lever = {"part": "lever", "start": [0.62, 0.02, 2], "way": [0, 0, -1]}
@@ -95,6 +95,26 @@ def test_the_picture_has_the_mesh_in_its_unit_and_a_person_beside(bench):
     asked(page, "mesh", row=0, length="m")
     asked(page, "leave", parts=["lever"])
     assert [part["name"] for part in view()["place"]["parts"]] == ["pan", "rest", "floor"]
+
+
+def test_a_size_is_typed_a_guess_agreed_to_and_what_is_unfinished_said_at_saving(bench):
+    _, page, _ = bench
+    found = asked(page, "long", row=0, size=3.6)
+    assert found["meshes"][0]["length"] == "2000 mm" and found["size"][0] == pytest.approx(3.6)
+    asked(page, "undo")
+    agreed = asked(page, "agree")
+    assert agreed["meshes"][0]["how"] == ["chosen"] * 3 and agreed["unfinished"] == []
+    asked(page, "face", seat="driver", surface="cushion", **CUSHION)
+    asked(page, "rule", part="lever", rule="hidden", value=True)
+    assert asked(page, "save")["kind"] == "saved"
+    after, _ = frames_until(page, "description")
+    assert "seat driver is not in the file: its back was not picked" in after["words"]
+    assert after["next"][0].startswith("workbench new ") and after["warnings"] == []
+    seat = asked(page, "face", seat="driver", surface="back", **BACK)["seats"][0]
+    assert seat["moves"] == ["pan", "rest"] and seat["tilt"] == [0, 0]
+    assert asked(page, "carry", seat="driver", parts=["pan"])["seats"][0]["moves"] == ["pan"]
+    tilted = asked(page, "figure", kind="seat", name="driver", figure="tilt", value=[-3, 6])
+    assert tilted["seats"][0]["tilt"] == [-3, 6]
 
 
 @pytest.mark.parametrize(
@@ -200,6 +220,7 @@ def test_a_cushion_and_a_back_are_clicked_and_the_file_says_so(mesh):
         page.wait_for_function("() => document.querySelector('.seat').textContent.includes('typed')")  # fmt: skip
         page.keyboard.press("Control+s")
         page.wait_for_function("() => document.getElementById('status').textContent.startsWith('saved')")  # fmt: skip
+        assert "workbench new" in page.locator("#next").inner_text()
     text = (mesh.parent / "environment.yaml").read_text()
     assert "srp: [100, 200, 300]  # fitted" in text and "yaw: 1  # typed" in text
     assert said == []

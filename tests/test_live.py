@@ -56,6 +56,7 @@ FILES = (
     "describe.css",
     "describe.html",
     "describe.js",
+    "describe_frame.js",
     "describe_marks.js",
     "describe_parts.js",
     "describe_things.js",

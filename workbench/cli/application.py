@@ -23,6 +23,7 @@ from workbench.cli.compare import compare
 from workbench.cli.fit import body_fit
 from workbench.cli.live import live
 from workbench.cli.motion import motion_app
+from workbench.cli.new import new
 from workbench.cli.people import people_app
 from workbench.cli.progress import Progress, emit, emit_verdict, tell
 from workbench.cli.render import render
@@ -58,6 +59,7 @@ app.command(motion_app)
 app.command(render)
 app.command(compare)
 app.command(live)
+app.command(new)
 app.register_install_completion_command(help="Complete commands and options in this shell.")
 
 Json = Annotated[bool, Parameter(name="--json", negative="", help="print data as JSON on stdout")]

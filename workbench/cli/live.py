@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import webbrowser
+from pathlib import Path
 from typing import Annotated
 
 from cyclopts import Parameter
 
 from workbench.cli.progress import Progress, emit, tell
-from workbench.errors import UsageError
+from workbench.errors import InputError, UsageError
 
 __all__ = ["live"]
 
@@ -46,11 +47,14 @@ def live(
     """
     if not 0 <= port <= 65535:
         raise UsageError(f"--port: a number from 0 to 65535 is needed, got {port}")
+    from workbench.files.catalogue import names
     from workbench.files.kinds import is_environment
     from workbench.live.describe_desk import DescribeDesk
     from workbench.live.desk import Desk
     from workbench.live.server import serve
 
+    if Path(study).is_dir() and study not in names("studies") and not is_environment(study):
+        raise InputError(f"{study}: holds no environment.yaml: name the mesh in it")
     desk: Desk | DescribeDesk
     with Progress() as say:
         say(f"reading {study}")

@@ -138,11 +138,16 @@ class PartFile(FileModel):
 
 
 class RestFile(FileModel):
-    """A surface that is sat on or leant against, by which segments and how deep [m]."""
+    """A surface that is sat on or leant against, by which segments and how deep [m].
+
+    picked: the points [m] of the part that the figures of the seat were fitted to. Only describing
+    by pointing reads them; what a seat is follows from its figures alone.
+    """
 
     part: Name
     segments: Literal["all"] | Annotated[list[Name], Field(min_length=1)]
     depth: Depth
+    picked: list[Vector] = Field(default_factory=list)
 
 
 class TravelFile(FileModel):

@@ -53,6 +53,7 @@ __all__ = [
     "load_environment",
     "mesh_frame",
     "seat_of",
+    "unknown_names",
 ]
 
 _INNER = "environment.yaml"
@@ -83,7 +84,7 @@ def load_environment(source: str | Path, *, near: Path | None = None) -> Environ
     parts, notes = _meshes(document, file, path.parent)
     names = [part.name for part in parts]
     rules, faults = _rules(document, file, names)
-    faults += _unknown_names(document, file, names)
+    faults += unknown_names(document, file, names)
     faults += adjustment_faults(document, file, names)
     if faults:
         raise InputError(faults)
@@ -273,7 +274,7 @@ def _rules(
     return list(chosen.values()), faults
 
 
-def _unknown_names(document: Document, file: EnvironmentFile, names: list[str]) -> list[str]:
+def unknown_names(document: Document, file: EnvironmentFile, names: list[str]) -> list[str]:
     """A line for each part that seats and controls name and that is not there."""
     return [
         fail(document, path, f"no part {name!r}; {one_of(name, names)}")

@@ -7,7 +7,6 @@ from collections.abc import Callable, Mapping
 from functools import cached_property
 from itertools import cycle
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -17,16 +16,21 @@ from workbench.errors import InputError, WorkbenchError, printable
 from workbench.geometry.components import component_labels
 from workbench.live.describe_frames import describe_hello, description_frame, drawn_place
 from workbench.live.describe_protocol import DESCRIBE_VERBS
+from workbench.live.describe_verbs import DESCRIBE_EDITS
 from workbench.live.desk import busy_frame, fault_frame, internal
 from workbench.live.protocol import Question, packed
 from workbench.live.replies import Replies
 from workbench.model.arrays import Ints
 from workbench.study.bench.history import Entry, History
-from workbench.study.describe import edits, parts
-from workbench.study.describe.edits import Edit
-from workbench.study.describe.meshes import Meshes, Ray
+from workbench.study.describe.meshes import Meshes
 from workbench.study.describe.people import person_words, seated_person, standing_person
-from workbench.study.describe.saving import ForeignFileError, SavedPlace, save_description
+from workbench.study.describe.saving import (
+    ForeignFileError,
+    SavedPlace,
+    next_commands,
+    save_description,
+    unfinished,
+)
 from workbench.study.describe.state import Description, open_place, standing_of
 
 __all__ = ["DescribeDesk"]
@@ -68,21 +72,7 @@ class DescribeDesk:
         self.read_only = read_only
         self.clock = clock
         self.sitting = False
-        self._verbs: Mapping[str, Callable[[Question], Replies]] = {
-            "mesh": self._mesh,
-            "floor": self._floor,
-            "face": self._face,
-            "anew": self._anew,
-            "place": self._place,
-            "eye": self._eye,
-            "figure": self._figure,
-            "rename": self._rename,
-            "remove": self._remove,
-            "join": self._join,
-            "leave": self._leave,
-            "back": self._back,
-            "split": self._split,
-            "rule": self._rule,
+        self._others: Mapping[str, Callable[[Question], Replies]] = {
             "sit": self._sit,
             "undo": self._undo,
             "redo": self._redo,
@@ -147,7 +137,9 @@ class DescribeDesk:
         """Do what is asked. What cannot be done leaves everything as it was, and is reported to who
         asked."""
         try:
-            return self._verbs[question.verb](question)
+            if question.verb in self._others:
+                return self._others[question.verb](question)
+            return self._edited(question)
         except ForeignFileError as error:
             return Replies(asker=[fault_frame(question, str(error), ask="over")])
         except WorkbenchError as error:
@@ -168,6 +160,8 @@ class DescribeDesk:
             "file": self.target.name,
             "saved": self.disk is not None,
             "warnings": list(self.warnings),
+            "unfinished": unfinished(self.opened, description),
+            "next": [] if self.disk is None else next_commands(self.target),
             "drawn": len(self._thin.faces),
             "of": len(meshes.faces),
             "sitting": self.sitting,
@@ -187,99 +181,18 @@ class DescribeDesk:
         ]
         return str(hash((*seats, self.sitting, *looks)))
 
-    def _edited(self, question: Question, edit: Edit) -> Replies:
-        """Take a description that an edit came to."""
-        frame = None
+    def _edited(self, question: Question) -> Replies:
+        """Do an edit. A description that cannot be answered is not taken."""
+        edit = DESCRIBE_EDITS[question.verb](self.opened, self.live, question.given)
+        before = self.history
         if edit.description.content != self.live.content:
-            before = self.history
             entry = Entry(edit.description, question.verb, time=self.clock())
             self.history = before.added(entry)
-            try:
-                frame = self._answered(question.number, edit.words)
-            except WorkbenchError:
-                self.history = before
-                raise
-        return Replies([frame or self._answered(question.number, edit.words)])
-
-    def _mesh(self, question: Question) -> Replies:
-        given = question.given
-        wanted = {name: given[name] for name in ("length", "up", "forward")}
-        return self._edited(
-            question, edits.framed(self.opened, self.live, int(given["row"]), wanted)
-        )
-
-    def _floor(self, question: Question) -> Replies:
-        return self._edited(question, edits.floored(self.opened, self.live, _ray(question.given)))
-
-    def _face(self, question: Question) -> Replies:
-        given = question.given
-        edit = edits.faced(
-            self.opened, self.live, given["seat"], given["surface"], _ray(question.given)
-        )
-        return self._edited(question, edit)
-
-    def _anew(self, question: Question) -> Replies:
-        given = question.given
-        edit = edits.faced(self.opened, self.live, given["seat"], given["surface"], None)
-        return self._edited(question, edit)
-
-    def _place(self, question: Question) -> Replies:
-        given = question.given
-        kind = given["kind"]
-        more = {"grip": given["grip"], "zone": given["zone"]} if kind == "control" else {}
-        edit = edits.placed_point(
-            self.opened, self.live, kind, given["name"], more, _ray(question.given)
-        )
-        return self._edited(question, edit)
-
-    def _eye(self, question: Question) -> Replies:
-        name = question.given["seat"]
-        if name not in self.live.file.seats:
-            raise InputError(f"there is no seat {name!r} yet: pick its cushion and back")
-        eye = seated_person(self.live.file, name).eye
-        how = f"assumed: the eyes of the {person_words().split(',')[0]} seated in {name}"
-        return self._edited(question, edits.pointed(self.live, f"{name}_design_eye", eye, how))
-
-    def _figure(self, question: Question) -> Replies:
-        given = question.given
-        edit = edits.typed(self.live, given["kind"], given["name"], given["figure"], given["value"])
-        return self._edited(question, edit)
-
-    def _rename(self, question: Question) -> Replies:
-        given = question.given
-        return self._edited(
-            question, edits.renamed(self.live, given["kind"], given["name"], given["to"])
-        )
-
-    def _remove(self, question: Question) -> Replies:
-        given = question.given
-        return self._edited(question, edits.removed(self.live, given["kind"], given["name"]))
-
-    def _join(self, question: Question) -> Replies:
-        given = question.given
-        return self._edited(
-            question, parts.joined(self.opened, self.live, given["parts"], given["to"])
-        )
-
-    def _leave(self, question: Question) -> Replies:
-        return self._edited(
-            question, parts.dropped(self.opened, self.live, question.given["parts"])
-        )
-
-    def _back(self, question: Question) -> Replies:
-        given = question.given
-        edit = parts.put_back(self.opened, self.live, int(given["row"]), given["name"])
-        return self._edited(question, edit)
-
-    def _split(self, question: Question) -> Replies:
-        return self._edited(
-            question, parts.split_part(self.opened, self.live, question.given["part"])
-        )
-
-    def _rule(self, question: Question) -> Replies:
-        given = question.given
-        edit = edits.ruled(self.opened, self.live, given["part"], given["rule"], given["value"])
-        return self._edited(question, edit)
+        try:
+            return Replies([self._answered(question.number, edit.words)])
+        except WorkbenchError:
+            self.history = before
+            raise
 
     def _sit(self, question: Question) -> Replies:
         on = bool(question.given["on"])
@@ -308,12 +221,16 @@ class DescribeDesk:
         )
         self.target = self.disk.text.path
         self.source = self.target
-        self.warnings = self.disk.warnings
+        sizes = self.opened.meshes.size_words(self.live.file.meshes)
+        self.warnings = tuple(words for words in self.disk.warnings if words not in sizes)
         self.saved_content = self.live.content
         head = {"kind": "saved", "answers": question.number, "file": self.target.name}
         words = f"saved {self.target.name}; it loads without a fault"
         if self.warnings:
-            words += f", with {len(self.warnings)} warnings"
+            count = len(self.warnings)
+            words += f", with {count} warning{'s' if count > 1 else ''}"
+        lead = f"next: {next_commands(self.target)[0]}"
+        words = "; ".join([words, *unfinished(self.opened, self.live), lead])
         return Replies([packed(head), self._answered(0, words)])
 
     def _new_file(self, name: str) -> Path | None:
@@ -328,15 +245,6 @@ class DescribeDesk:
     def _reload(self, question: Question) -> Replies:
         self.open()
         return Replies([*self.greeting(), self._answered(question.number, "read again")])
-
-
-def _ray(given: Mapping[str, Any]) -> Ray:
-    """Where a picture was clicked. InputError where it was not on a part."""
-    if not given["part"] or given["start"] is None or given["way"] is None:
-        raise InputError("nothing was picked: click on a part in the picture")
-    a, b, c = given["start"]
-    x, y, z = given["way"]
-    return Ray(given["part"], (a, b, c), (x, y, z), given["far"])
 
 
 def _groups(meshes: Meshes) -> Ints:

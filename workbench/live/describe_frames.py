@@ -18,8 +18,8 @@ from workbench.files.environment_schema import EnvironmentFile, PartFile
 from workbench.live.describe_protocol import GRIPS, UNITS, ZONES
 from workbench.live.protocol import packed
 from workbench.model.arrays import Floats
-from workbench.study.describe.edits import AXES
-from workbench.study.describe.parts import left_out
+from workbench.study.describe.edits_frame import AXES
+from workbench.study.describe.edits_parts import left_out
 from workbench.study.describe.state import Description, OpenPlace, figures_of, standing_of
 
 __all__ = ["describe_hello", "description_frame", "drawn_place", "part_rules"]
@@ -132,6 +132,7 @@ def _mesh(opened: OpenPlace, description: Description, row: int) -> dict[str, An
         "length": mesh.length or _unit_name(raw.metres),
         "up": mesh.up or raw.up,
         "forward": mesh.forward or raw.forward,
+        "move": _rounded(mesh.move),
         "how": [
             description.why.get(("meshes", row, key), "") for key in ("length", "up", "forward")
         ],
@@ -148,8 +149,8 @@ def _seat(opened: OpenPlace, description: Description, name: str) -> dict[str, A
     found: dict[str, Any] = {"name": name, "there": name in description.file.seats, "doubts": []}
     for surface in ("cushion", "back"):
         found[f"{surface}_faces"] = 0
-        if picks is not None and getattr(picks, surface):
-            found[f"{surface}_faces"] = len(opened.meshes.grown(getattr(picks, surface)))
+        if picks is not None and picks.faces(surface):
+            found[f"{surface}_faces"] = len(opened.meshes.grown(picks.faces(surface)))
     if picks is not None and picks.cushion and picks.back:
         try:
             found["doubts"] = list(figures_of(opened, description, name).doubts)
@@ -169,6 +170,7 @@ def _seat(opened: OpenPlace, description: Description, name: str) -> dict[str, A
         "back_depth": round(seat.back.depth, 6),
         "forward": _rounded(seat.travel.forward),
         "up": _rounded(seat.travel.up),
+        "tilt": [_degrees(angle) for angle in seat.travel.tilt],
         "moves": list(seat.moves),
         "how": {
             key: description.why.get(("seats", name, key), "")
@@ -180,7 +182,7 @@ def _seat(opened: OpenPlace, description: Description, name: str) -> dict[str, A
 def _borders(opened: OpenPlace, description: Description, seat: str, surface: str) -> Floats:
     """(E, 6) [m] the border lines of a surface that was picked, from end to end."""
     picks = description.picks.get(seat)
-    chosen = () if picks is None else getattr(picks, surface)
+    chosen = () if picks is None else picks.faces(surface)
     if not chosen:
         return np.zeros((0, 6))
     stands = standing_of(opened, description)

@@ -15,7 +15,7 @@ from workbench.live.protocol import (
     is_texts,
     one_valid,
 )
-from workbench.study.describe.edits import AXES
+from workbench.study.describe.edits_frame import AXES
 
 __all__ = ["DESCRIBE_VERBS", "GRIPS", "UNITS", "ZONES"]
 
@@ -39,15 +39,16 @@ def _is_value(value: Any) -> bool:
     return is_number(value) or (isinstance(value, str) and len(value) <= MOST_PIECES) or numbers
 
 
+_ROW = Taken("the number of a mesh from 0", lambda value: is_number(value) and value % 1 == 0)
 DESCRIBE_VERBS: Verbs = {
     "mesh": {
-        "row": Taken(
-            "the number of a mesh from 0", lambda value: is_number(value) and value % 1 == 0
-        ),
+        "row": _ROW,
         "length": Taken("a unit of length", is_text, needed=False),
         "up": Taken("an axis", one_valid(*AXES), needed=False),
         "forward": Taken("an axis", one_valid(*AXES), needed=False),
     },
+    "long": {"row": _ROW, "size": Taken("a number of metres", is_number)},
+    "agree": {},
     "floor": _RAY,
     "face": {
         "seat": _NAME,
@@ -58,6 +59,7 @@ DESCRIBE_VERBS: Verbs = {
         "seat": _NAME,
         "surface": Taken("cushion or back", one_valid("cushion", "back")),
     },
+    "carry": {"seat": _NAME, "parts": Taken("a list of names of parts", is_texts)},
     "place": {
         "kind": Taken("control or point", one_valid("control", "point")),
         "name": Taken("a name", is_text, "", needed=False),
@@ -76,7 +78,7 @@ DESCRIBE_VERBS: Verbs = {
     "remove": {"kind": _KIND, "name": _NAME},
     "join": {"parts": Taken("a list of names of parts", is_texts), "to": _NAME},
     "leave": {"parts": Taken("a list of names of parts", is_texts)},
-    "back": {"row": Taken("the number of a mesh from 0", is_number), "name": _NAME},
+    "back": {"row": _ROW, "name": _NAME},
     "split": {"part": _NAME},
     "rule": {
         "part": _NAME,

@@ -98,6 +98,7 @@ PAGE = {
     "describe.html": "text/html; charset=utf-8",
     "describe.css": "text/css; charset=utf-8",
     "describe.js": "text/javascript; charset=utf-8",
+    "describe_frame.js": "text/javascript; charset=utf-8",
     "describe_marks.js": "text/javascript; charset=utf-8",
     "describe_parts.js": "text/javascript; charset=utf-8",
     "describe_things.js": "text/javascript; charset=utf-8",

@@ -215,6 +215,7 @@ class Situation:
             hand_miss=_rows_of(self.hand_miss, keep),
             hand_overlap=_rows_of(self.hand_overlap, keep),
             hand_limit=_limit_of(self, keep),
+            unsure=self.unsure[keep] if self.unsure is not None else None,
         )
         if "held" in self.__dict__:
             found.__dict__["held"] = replace(
@@ -223,6 +224,7 @@ class Situation:
                 hand_miss=_rows_of(self.held.hand_miss, keep),
                 hand_overlap=_rows_of(self.held.hand_overlap, keep),
                 hand_limit=_limit_of(self.held, keep),
+                unsure=self.held.unsure[keep] if self.held.unsure is not None else None,
             )
         return found
 

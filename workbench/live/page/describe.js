@@ -4,15 +4,17 @@ import { pick } from "/view/pick.js";
 import { vec } from "/view/camera.js";
 import { ask, connect } from "./connection.js";
 import { at, bindHistory, element, options } from "./elements.js";
+import { Frame } from "./describe_frame.js";
 import { Marks } from "./describe_marks.js";
 import { Parts } from "./describe_parts.js";
 import { Things } from "./describe_things.js";
 import { Picture } from "./picture.js";
 
-const state = { hello: null, found: null, scene: "", frame: "", walls: true };
+const state = { hello: null, found: null, scene: "", axes: "", move: [0, 0, 0], walls: true };
+const frame = new Frame(each);
 const marks = new Marks();
 const parts = new Parts();
-const things = new Things(each);
+const things = new Things(each, () => parts.names);
 const picture = new Picture(document.querySelector("#picture .turn"), say, attach);
 
 function each(verb, given) {
@@ -21,7 +23,8 @@ function each(verb, given) {
 
 function take(found) {
   const { head } = found;
-  const what = { hello: takeHello, description: takeDescription, fault: takeFault };
+  const saved = () => (at("panels").scrollTop = 0); // where it goes on stands on top
+  const what = { hello: takeHello, description: takeDescription, fault: takeFault, saved };
   if (head.kind === "busy") say(head.what);
   if (what[head.kind]) what[head.kind](head, found.arrays);
 }
@@ -33,7 +36,7 @@ function say(words, fault = false) {
 
 function takeHello(head) {
   state.hello = head;
-  state.scene = state.frame = "";
+  state.scene = state.axes = "";
   options(at("control-grip"), head.grips, "grasp");
   options(at("control-zone"), head.zones.map(String), "1");
   at("choices").hidden = true;
@@ -53,9 +56,10 @@ function takeDescription(head, arrays) {
   at("sit").checked = head.sitting;
   if (head.words || head.answers || first) say(head.words);
   at("choices").hidden = true;
-  showMeshes(head);
+  frame.show(head, state.hello);
   parts.show(head);
   things.show(head, state.hello);
+  showNext(head);
   at("notes").hidden = !head.warnings.length;
   at("warnings").replaceChildren(...head.warnings.map((words) => element("li", words)));
   marks.show(head, arrays);
@@ -67,33 +71,12 @@ function takeDescription(head, arrays) {
   showHint();
 }
 
-/* ---- unit and axes ---- */
-
-function showMeshes(head) {
-  const rows = head.meshes.map((mesh, row) => {
-    const made = element("div", "", { className: "mesh" });
-    if (head.meshes.length > 1) made.append(element("strong", mesh.file));
-    const units = [...new Set([...state.hello.units, mesh.length])];
-    const choices = { length: ["unit", units], up: ["up", state.hello.axes], forward: ["forward", state.hello.axes] };
-    Object.entries(choices).forEach(([key, [words, names]], k) => {
-      const select = element("select", "", { id: `mesh-${row}-${key}` });
-      options(select, names, mesh[key]);
-      select.onchange = () => each("mesh", { row, [key]: select.value });
-      const label = element("label", `${words} `);
-      label.append(select);
-      if (mesh.how[k].startsWith("guessed")) label.append(element("span", " guessed", { className: "how" }));
-      made.append(label);
-    });
-    return made;
-  });
-  if (!at("meshes").contains(document.activeElement)) at("meshes").replaceChildren(...rows);
-  else head.meshes.forEach((mesh, row) => ["length", "up", "forward"].forEach((key) => (at(`mesh-${row}-${key}`).value = mesh[key])));
-  const [long, wide, high] = head.size.map(metres);
-  at("size").textContent = `${long} long, ${wide} wide, ${high} high. The person beside it: ${state.hello.person}.`;
-  at("sizes").replaceChildren(...head.sizes.map((words) => element("li", words)));
+// Once all is saved: what is not finished, and the commands that lead on.
+function showNext(head) {
+  at("next").hidden = !head.next.length || head.unsaved;
+  at("next-commands").textContent = head.next.join("\n");
+  at("unfinished").replaceChildren(...head.unfinished.map((words) => element("li", words)));
 }
-
-const metres = (value) => `${value >= 100 ? value.toFixed(0) : value.toPrecision(3)} m`;
 
 /* ---- the picture ---- */
 
@@ -103,17 +86,21 @@ function attach(panel) {
   const box = everything(scene);
   viewer.camera.farthest = Math.max(60, 4 * Math.hypot(...vec.sub(box[1], box[0]))); // of a mesh in a wrong unit
   panel.stage.dataset.box = JSON.stringify(box);
-  const frame = JSON.stringify(state.found.meshes.map(({ length, up, forward }) => [length, up, forward]));
+  const axes = JSON.stringify(state.found.meshes.map(({ length, up, forward }) => [length, up, forward]));
   viewer.fit = () => {
     viewer.resize();
     viewer.camera.fit(box);
     viewer.draw();
   };
-  if (state.walls) panel.toggleWalls();
+  if (state.walls) panel.toggleWalls(); // walls are opaque at first; later pictures go on as they were
+  state.walls = false;
   parts.attach(panel);
   marks.attach(panel);
-  if (frame !== state.frame) panel.reset();
-  state.frame = frame;
+  if (document.activeElement === document.body) viewer.canvas.focus({ preventScroll: true }); // the wheel zooms
+  const { move } = state.found.meshes[0];
+  if (axes !== state.axes) panel.reset();
+  else viewer.camera.at = vec.add(viewer.camera.at, vec.sub(move, state.move));
+  Object.assign(state, { axes, move });
 }
 
 function everything(scene) {
@@ -144,7 +131,7 @@ function advance(head) {
 function showHint() {
   const seat = at("seat-name").value.trim() || "a seat";
   const words = {
-    "": "Drag turns, a click names and chooses; hide what is in the way in the list of parts.",
+    "": "Drag turns, shift and drag moves, the wheel zooms once clicked. A click chooses; F looks at it, H hides what is in the way.",
     floor: "Click the floor: it becomes the height 0.",
     cushion: `Click the cushion of ${seat}; click again for more of it.`,
     back: `Click the back of ${seat}; click again for more of it.`,
@@ -193,7 +180,7 @@ function takeFault(head) {
   at("choices").hidden = head.ask !== "over";
   const over = element("button", "save over it", { onclick: () => ask("save", { ...state.asked, over: true }) });
   const again = element("button", "read the file again", { onclick: () => ask("reload") });
-  at("choices").replaceChildren(over, ...(state.found.saved ? [again] : []));
+  at("choices").replaceChildren(over, again);
 }
 
 function save(to) {

@@ -18,6 +18,7 @@ export class Parts {
     at("part-leave").onclick = () => this.ask("leave", { parts: this.names });
     at("part-split").onclick = () => this.names.forEach((part) => this.ask("split", { part }));
     at("part-glass").onclick = () => this.rule("see_through", !this.all((part) => part.see_through));
+    at("part-hidden").onclick = () => this.rule("hidden", !this.all((part) => part.hidden));
     at("part-solid").onchange = () => {
       const { value } = at("part-solid");
       this.rule("solid", value === "auto" ? value : value === "true");
@@ -43,7 +44,14 @@ export class Parts {
 
   attach(panel) {
     this.panel = panel;
+    panel.viewer.canvas.addEventListener("keyup", () => this.follow());
     this.hide();
+  }
+
+  // The boxes of the list follow what the keys of the picture have hidden.
+  follow() {
+    this.takeHidden();
+    for (const row of at("parts").rows) row.querySelector("input").checked = !this.hidden.has(row.dataset.name);
   }
 
   // Choose the part of a name alone; none for "".
@@ -138,7 +146,7 @@ export class Parts {
     }
     const names = this.names;
     if (document.activeElement !== at("part-name")) at("part-name").value = names[0] ?? "";
-    for (const id of ["part-leave", "part-split", "part-glass", "part-solid", "part-alone"]) at(id).disabled = !names.length;
+    for (const id of ["part-leave", "part-split", "part-glass", "part-hidden", "part-solid", "part-alone"]) at(id).disabled = !names.length;
     at("part-edit").querySelector("[type=submit]").disabled = !names.length;
     const solid = [...new Set(this.head.parts.filter((part) => this.chosen.has(part.name)).map((part) => String(part.solid)))];
     at("part-solid").value = solid.length === 1 ? solid[0] : "auto";
@@ -147,8 +155,8 @@ export class Parts {
   showOnly(names) {
     const gone = names ? this.head.parts.filter((part) => !names.has(part.name)) : [];
     this.hidden = new Set(gone.map((part) => part.name));
-    for (const row of at("parts").rows) row.querySelector("input").checked = !this.hidden.has(row.dataset.name);
     this.hide();
+    this.follow();
   }
 
   // What is hidden here, and what the environment says is hidden, is not in the picture.

@@ -7,8 +7,9 @@ const ANGLES = { cushion_angle: "cushion, front up", back_angle: "back, aft of u
 
 export class Things {
   // each: asks something of the bench.
-  constructor(each) {
-    Object.assign(this, { each, rows: new Map(), hello: null });
+  // chosen: the parts that are chosen.
+  constructor(each, chosen) {
+    Object.assign(this, { each, chosen, rows: new Map(), hello: null });
   }
 
   show(head, hello) {
@@ -97,6 +98,8 @@ export class Things {
       field("sinks into cushion [mm]", "cushion_depth", 1, 0.001, "1");
       field("sinks into back [mm]", "back_depth", 1, 0.001, "1");
       for (const [figure, words] of Object.entries(TRAVEL)) field(`${words} [mm]`, figure, 2, 0.001, "1");
+      field("travel tilt, front up [°]", "tilt", 2, 1, "0.5");
+      shows.push(this.moves(name, fields));
     }
     const show = (one) => {
       const faces = (count) => (count ? `${count} faces` : "not picked");
@@ -107,6 +110,17 @@ export class Things {
       shows.forEach((each) => each(one));
     };
     return { made, show };
+  }
+
+  // The parts that go along with a seat; returns what shows them.
+  moves(seat, fields) {
+    const words = element("span");
+    const set = element("button", "Take the chosen parts", { type: "button", className: "small" });
+    set.onclick = () => this.each("carry", { seat, parts: this.chosen() });
+    const cell = element("span");
+    cell.append(words, " ", set);
+    fields.append(element("span", "go along with it"), cell);
+    return ({ moves }) => (words.textContent = moves.length ? moves.join(", ") : "no part");
   }
 
   control({ name }) {

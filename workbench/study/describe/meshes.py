@@ -7,7 +7,7 @@ whatever becomes of units, axes and parts.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Hashable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -19,7 +19,7 @@ from workbench.files.environment_parts import face_parts
 from workbench.files.environment_schema import MeshFile
 from workbench.files.environments import MeshFrame, mesh_frame
 from workbench.files.meshes.parts import RawMesh, RawPart
-from workbench.files.meshes.reading import implausible, read_mesh
+from workbench.files.meshes.reading import LARGEST, implausible, read_mesh
 from workbench.files.meshes.sizes import implausible_sizes
 from workbench.model.arrays import Floats, Ints
 from workbench.study.describe.planes import Surface, grown_faces, outline
@@ -29,6 +29,8 @@ __all__ = ["MOST_FACES", "Hit", "Meshes", "Ray", "Standing"]
 
 MOST_FACES = 3_000_000
 """Triangles that are described: of more, each answer would take seconds."""
+HIGHEST = 12.0
+"""A place for people that is higher [m] is doubted."""
 _PARALLEL = 1e-12
 _KEPT = 4
 """Ways in which the meshes have stood that are kept: undo and redo go back to them."""
@@ -82,8 +84,8 @@ class Standing:
     faces: Ints
     part: Ints
     names: tuple[str, ...]
-    figures: dict[tuple[tuple[int, ...], ...], SeatFigures] = field(default_factory=dict)
-    """Of seats that were computed, by the faces that were pointed at."""
+    figures: dict[Hashable, SeatFigures] = field(default_factory=dict)
+    """Of seats that were computed, by what was pointed at."""
 
     @cached_property
     def boxes(self) -> Floats:
@@ -125,6 +127,30 @@ class Standing:
             raise InputError("nothing was picked: click on a part in the picture")
         best = int(np.nanargmin(np.abs(np.where(np.isfinite(far), far, np.nan) - ray.far)))
         return Hit(int(own[best]), start + far[best] * way)
+
+    def nearest(self, point: Floats, within: float) -> Hit | None:
+        """Find the face of a part that a point (3,) [m] lies on, None where none is so near [m].
+
+        The point of a face is that of the barycentric coordinates of the projection, each clipped
+        to the face: the nearest one where the projection is inside, near enough elsewhere.
+        """
+        low = self.vertices[self.faces].min(axis=1) - within
+        high = self.vertices[self.faces].max(axis=1) + within
+        own = np.flatnonzero(((low <= point) & (point <= high)).all(axis=1) & (self.part >= 0))
+        if not len(own):
+            return None
+        a, b, c = np.moveaxis(self.corners(own), 1, 0)
+        one, two, way = b - a, c - a, point - a
+        aa, ab, bb = (np.einsum("ij,ij->i", x, y) for x, y in ((one, one), (one, two), (two, two)))
+        pa, pb = (np.einsum("ij,ij->i", way, x) for x in (one, two))
+        det = aa * bb - ab * ab
+        safe = np.where(det > 0.0, det, 1.0)
+        v = np.clip((bb * pa - ab * pb) / safe, 0.0, 1.0)
+        w = np.clip((aa * pb - ab * pa) / safe, 0.0, 1.0 - v)
+        met = a + v[:, None] * one + w[:, None] * two
+        far = np.where(det > 0.0, np.linalg.norm(met - point, axis=1), np.inf)
+        best = int(far.argmin())
+        return Hit(int(own[best]), met[best]) if far[best] <= within else None
 
 
 def _met(corners: Floats, start: Floats, way: Floats) -> Floats:
@@ -229,6 +255,10 @@ class Meshes:
         """(N, 3) [m] where points of a mesh file stand."""
         return _in_world(points, mesh_frame(self.raws[row], says[row]))
 
+    def frame(self, says: Sequence[MeshFile], row: int) -> MeshFrame:
+        """How a mesh stands in the world."""
+        return mesh_frame(self.raws[row], says[row])
+
     def in_file(self, says: Sequence[MeshFile], row: int, point: Floats) -> Floats:
         """(3,) where a point of the world [m] is in a mesh file, in its own unit and axes."""
         frame = mesh_frame(self.raws[row], says[row])
@@ -275,6 +305,9 @@ class Meshes:
     def _size_words(self, says: Sequence[MeshFile]) -> list[str]:
         stands = self.standing(says)
         words = []
+        high = float(np.ptp(stands.bounds[:, 2]))
+        if HIGHEST < high <= LARGEST:
+            words.append(f"it is {high:.3g} m high: are the unit and the axes right?")
         for row, (raw, mesh) in enumerate(zip(self.raws, says, strict=True)):
             frame = mesh_frame(raw, mesh)
             own = self.mesh == row

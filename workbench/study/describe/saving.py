@@ -4,6 +4,8 @@ there."""
 from __future__ import annotations
 
 import json
+import os
+import shlex
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,9 +18,16 @@ from workbench.files.study.saving import StudyText, written_beside
 from workbench.files.yaml_changes import changed_text, yaml_text
 from workbench.files.yaml_edits import Key
 from workbench.files.yaml_text import parse_yaml
-from workbench.study.describe.state import Description, OpenPlace
+from workbench.study.describe.state import UNSURE, Description, OpenPlace
 
-__all__ = ["ForeignFileError", "SavedPlace", "description_text", "save_description"]
+__all__ = [
+    "ForeignFileError",
+    "SavedPlace",
+    "description_text",
+    "next_commands",
+    "save_description",
+    "unfinished",
+]
 
 ORDER = (
     "environment",
@@ -33,6 +42,7 @@ ORDER = (
     "controls",
     "adjustments",
 )
+_FRAME = ("length", "up", "forward")
 BESIDE = (".gltf",)
 """Meshes that are made of several files, which are not copied."""
 
@@ -129,6 +139,12 @@ def save_description(
     """
     path = (opened.target if to is None else to).absolute()
     with write_errors(path):
+        changed = opened.changed_meshes()
+        if changed and not over:
+            raise ForeignFileError(
+                f"{', '.join(changed)} has changed on the disk since it was opened: what was picked "
+                f"may be elsewhere"
+            )
         same = before is not None and before.text.path == path.resolve()
         if path.exists() and not over:
             if not same:
@@ -154,6 +170,39 @@ def save_description(
         finally:
             partial.unlink(missing_ok=True)
     return SavedPlace(StudyText(path, data), description.says, environment.warnings)
+
+
+def unfinished(opened: OpenPlace, description: Description) -> list[str]:
+    """Sentences about what is begun and is not in the file, or is in it as a guess alone."""
+    found = []
+    for name, picks in description.picks.items():
+        lacks = " and the ".join(picks.lacks)
+        if name not in description.file.seats:
+            found.append(f"seat {name} is not in the file: its {lacks} was not picked")
+        elif lacks:
+            found.append(
+                f"seat {name} has the figures of before: its {lacks} is not picked again yet"
+            )
+    for row, mesh in enumerate(description.file.meshes):
+        unsure = [
+            key
+            for key in _FRAME
+            if description.why.get(("meshes", row, key), "").startswith(UNSURE)
+        ]
+        if unsure:
+            found.append(f"{mesh.file}: {' and '.join(unsure)}: a guess that nobody confirmed")
+    return found
+
+
+def next_commands(saved: Path) -> list[str]:
+    """The commands that lead from an environment that was saved to a study."""
+    path = Path(os.path.relpath(saved))
+    shown = path if ".." not in path.parts else saved
+    study = shown.with_name("study.yaml")
+    rows = [["new", str(shown)], ["run", str(study)], ["live", str(study)]]
+    if study.exists():
+        del rows[0]
+    return [shlex.join(["workbench", *row]) for row in rows]
 
 
 def _copy_meshes(opened: OpenPlace, description: Description, folder: Path, *, over: bool) -> None:

@@ -1,7 +1,7 @@
 """The figures of a seat from the planes of its cushion and its back.
 
 The two planes meet in a line. The seat reference point is where this line crosses the middle of the
-cushion; the seat looks along the level direction square to the line, from the back over the
+cushion, or where it crosses the place that was pointed at, of a bench for several; the seat looks along the level direction square to the line, from the back over the
 cushion. Angles are those of the planes in the upright plane of that direction: of the cushion above
 the level, front edge up; of the back from the vertical, aft. These are the definitions of
 `workbench.model.environment.Seat`, whose planes are level across the seat.
@@ -10,6 +10,7 @@ the level, front edge up; of the back from the vertical, aft. These are the defi
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -33,6 +34,10 @@ LYING = math.radians(75.0)
 """A back farther [rad] from the vertical is a cushion."""
 UNEVEN = 0.015
 """A surface whose faces are farther [m] from their plane, in the root mean square, is no plane."""
+LONGEST = {"cushion": 0.8, "back": 1.2}
+"""A cushion that is longer [m] from back to front, or a back that is higher, is odd."""
+BENCH = 0.75
+"""A cushion that is wider [m] is a bench for several: the seat is where it was pointed at."""
 AWAY = 0.4
 """A seat reference point that is farther [m] from what was picked of the cushion is odd."""
 
@@ -49,6 +54,8 @@ class SeatFigures:
         [rad] as of `workbench.model.environment.Seat`.
     cushion, back
         The planes.
+    across
+        Where across the cushion the seat reference point is, in words.
     doubts
         Sentences about what is odd.
     """
@@ -59,16 +66,19 @@ class SeatFigures:
     yaw: float
     cushion: PlaneFit
     back: PlaneFit
+    across: str
     doubts: tuple[str, ...]
 
 
-def seat_figures(cushion: Floats, back: Floats) -> SeatFigures:
+def seat_figures(cushion: Floats, back: Floats, picked: Floats) -> SeatFigures:
     """Compute the figures of a seat.
 
     Parameters
     ----------
     cushion, back
         (T, 3, 3) [m] faces of each in the world, z up.
+    picked
+        (N, 3) [m] where the cushion was pointed at: across a bench the seat is in their middle.
 
     Raises
     ------
@@ -100,14 +110,19 @@ def seat_figures(cushion: Floats, back: Floats) -> SeatFigures:
     back_angle = _half_turn(math.atan2(float(lean.normal[2]), float(lean.normal @ ahead)))
     _check_angles(cushion_angle, back_angle)
     across = (cushion @ aside).reshape(-1)
+    wide = float(np.ptp(across))
     middle = 0.5 * (across.min() + across.max()) * aside
+    if wide > BENCH:
+        middle = float((picked @ aside).mean()) * aside
     planes = np.array([[n @ ahead, n @ above] for n in (lap.normal, lean.normal)])
     offsets = [plane.normal @ (plane.centre - middle) for plane in (lap, lean)]
     along, up = np.linalg.solve(planes, offsets)
     srp = middle + along * ahead + up * above
     away = float(np.linalg.norm(cushion.reshape(-1, 3) - srp, axis=1).min())
-    doubts = _doubts(lap, lean, turned, away)
-    return SeatFigures(srp, cushion_angle, back_angle, yaw, lap, lean, doubts)
+    extents = {"cushion": float(np.ptp(cushion @ ahead)), "back": float(np.ptp(back @ above))}
+    doubts = _bench_doubt(wide) + _size_doubts(extents) + _doubts(lap, lean, turned, away)
+    words = "where it was clicked" if wide > BENCH else "in the middle of the cushion"
+    return SeatFigures(srp, cushion_angle, back_angle, yaw, lap, lean, words, doubts)
 
 
 def _heading(line: Floats, lap: PlaneFit, lean: PlaneFit) -> tuple[float, float]:
@@ -145,6 +160,22 @@ def _check_angles(cushion: float, back: float) -> None:
         raise InputError(
             f"the back leans {math.degrees(-back):.0f} degrees forward: pick its front side"
         )
+
+
+def _bench_doubt(wide: float) -> tuple[str, ...]:
+    if wide <= BENCH:
+        return ()
+    words = "the seat is where it was clicked; type the y of its SRP if it is elsewhere"
+    return (f"the cushion is a bench of {1e3 * wide:.0f} mm: {words}",)
+
+
+def _size_doubts(extents: Mapping[str, float]) -> tuple[str, ...]:
+    return tuple(
+        f"the {surface} is {1e3 * extent:.0f} mm {'high' if surface == 'back' else 'long'}, and "
+        f"{1e3 * LONGEST[surface]:.0f} mm at most is usual: is it one?"
+        for surface, extent in extents.items()
+        if extent > LONGEST[surface]
+    )
 
 
 def _doubts(lap: PlaneFit, lean: PlaneFit, turned: float, away: float) -> tuple[str, ...]:

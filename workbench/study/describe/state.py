@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -15,6 +15,7 @@ import numpy as np
 from workbench.errors import InputError
 from workbench.files.environment_parts import MOST_PIECES, pieces
 from workbench.files.environment_schema import EnvironmentFile
+from workbench.files.environments import unknown_names
 from workbench.files.meshes.obj import outside_folder
 from workbench.files.meshes.parts import RawMesh
 from workbench.files.meshes.reading import axes_rotation, implausible, read_mesh, to_world
@@ -24,40 +25,67 @@ from workbench.files.study.saving import StudyText, read_text
 from workbench.files.yaml_edits import Key
 from workbench.files.yaml_text import Document, parse_yaml
 from workbench.model.arrays import Floats
-from workbench.study.describe.meshes import Meshes, Standing
+from workbench.study.describe.axes import guessed_axes
+from workbench.study.describe.meshes import Hit, Meshes, Standing
 from workbench.study.describe.seats import SeatFigures, seat_figures
 
 __all__ = [
+    "FITTED",
+    "SURFACES",
+    "UNSURE",
     "Description",
     "OpenPlace",
     "SeatPicks",
     "Spot",
+    "figure_reasons",
+    "figure_values",
     "figures_of",
     "open_place",
+    "spot_of",
+    "spot_place",
     "standing_of",
     "valid_file",
     "whole",
 ]
 
 INNER = "environment.yaml"
+SURFACES = ("cushion", "back")
+UNSURE = "guessed, not sure"
+"""How a figure was got that is asked about."""
+FITTED = ("srp", "cushion_angle", "back_angle", "yaw")
+"""Figures of a seat that are those of its planes."""
+ON_MESH = 0.002
+"""A point that was picked is on the mesh still where this is at most so far [m] from it."""
 DECIMALS = {"mm": 1, "cm": 2, "m": 4, "in": 3, "ft": 4}
 """Decimals of lengths in a file, by its unit: a tenth of a millimetre or finer."""
 
 
 @dataclass(frozen=True)
-class SeatPicks:
-    """The faces of a cushion and of a back that were pointed at, by their numbers."""
-
-    cushion: tuple[int, ...] = ()
-    back: tuple[int, ...] = ()
-
-
-@dataclass(frozen=True)
 class Spot:
-    """A point of a mesh file that was pointed at: the mesh, and the point in its unit and axes."""
+    """A point of a mesh file that was pointed at: the mesh, the point in its unit and axes, and the
+    number of its face."""
 
     mesh: int
     point: tuple[float, float, float]
+    face: int
+
+
+@dataclass(frozen=True)
+class SeatPicks:
+    """Where a cushion and a back were pointed at."""
+
+    cushion: tuple[Spot, ...] = ()
+    back: tuple[Spot, ...] = ()
+
+    def faces(self, surface: str) -> tuple[int, ...]:
+        """The faces of cushion or back that were pointed at."""
+        spots: tuple[Spot, ...] = getattr(self, surface)
+        return tuple(spot.face for spot in spots)
+
+    @property
+    def lacks(self) -> tuple[str, ...]:
+        """The surfaces of which nothing was picked."""
+        return tuple(surface for surface in SURFACES if not self.faces(surface))
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,7 +118,9 @@ class Description:
     @cached_property
     def content(self) -> str:
         """A text that is the same for descriptions that say the same."""
-        return json.dumps([self.says, [[name, *_faces(one)] for name, one in self.picks.items()]])
+        faces = [[name, *map(one.faces, SURFACES)] for name, one in self.picks.items()]
+        guesses = [words for words in self.why.values() if words.startswith("guessed")]
+        return json.dumps([self.says, faces, guesses])
 
     def length(self, metres: float) -> float:
         """A length [m] as it stands in the file, rounded; a whole number without a point."""
@@ -105,10 +135,6 @@ class Description:
 def whole(value: float) -> float:
     """A number as a file has it: without a point where it is whole."""
     return int(value) if value.is_integer() else value
-
-
-def _faces(picks: SeatPicks) -> list[list[int]]:
-    return [list(picks.cushion), list(picks.back)]
 
 
 def valid_file(says: Mapping[str, Any]) -> EnvironmentFile:
@@ -138,7 +164,9 @@ class OpenPlace:
     text
         The file that it was opened from, None for a bare mesh.
     notes
-        What was guessed, in words.
+        What was guessed, or is wrong, in words.
+    stamps
+        Size and time of each mesh file as it was read.
     """
 
     target: Path
@@ -147,6 +175,22 @@ class OpenPlace:
     start: Description
     text: StudyText | None
     notes: tuple[str, ...]
+    stamps: tuple[tuple[int, int], ...]
+
+    def changed_meshes(self) -> list[str]:
+        """The mesh files that are others now than those that were read, or are gone."""
+        paths = [Path(raw.file) for raw in self.meshes.raws]
+        found = zip(paths, self.stamps, map(_stamp, paths), strict=True)
+        return [path.name for path, before, now in found if before != now]
+
+
+def _stamp(path: Path) -> tuple[int, int]:
+    """Size and time of a file, -1 where it is not there."""
+    try:
+        stat = path.stat()
+    except OSError:
+        return -1, -1
+    return stat.st_size, stat.st_mtime_ns
 
 
 def open_place(source: Path, out: Path | None = None) -> OpenPlace:
@@ -176,14 +220,30 @@ def open_place(source: Path, out: Path | None = None) -> OpenPlace:
                     f"{path}: {mesh.file}: a mesh lies in the folder of its environment file, or "
                     f"below it"
                 )
-        meshes = Meshes.read(path.parent, [mesh.file for mesh in file.meshes])
+        files = [mesh.file for mesh in file.meshes]
+        stamps = tuple(_stamp(path.parent / name) for name in files)
+        try:
+            meshes = Meshes.read(path.parent, files)
+        except InputError as error:
+            raise InputError([f"{path}: meshes: {words}" for words in error.problems]) from None
         start = Description(says.value)
-        meshes.standing(start.file.meshes)
-        return OpenPlace(target or path, path.parent, meshes, start, text, ())
+        names = meshes.standing(start.file.meshes).names
+        opened = OpenPlace(target or path, path.parent, meshes, start, text, (), stamps)
+        start, notes = _picked_before(opened)
+        notes += unknown_names(says, file, list(names))
+        notes += [
+            f"{mesh.file}: the file does not say its unit: choose it"
+            for raw, mesh in zip(meshes.raws, file.meshes, strict=True)
+            if raw.metres is None and mesh.length is None
+        ]
+        return replace(opened, start=start, notes=tuple(notes))
+    stamp = _stamp(source)
     raw = read_mesh(source)
     start, notes = _bare(source, raw)
     beside = target or source.parent / INNER
-    return OpenPlace(beside, source.parent, Meshes([raw]), start, None, tuple(notes))
+    if beside.is_file():
+        notes.append(f"{beside.name} is there already: open it instead to go on with it")
+    return OpenPlace(beside, source.parent, Meshes([raw]), start, None, tuple(notes), (stamp,))
 
 
 def _target(out: Path) -> Path:
@@ -196,19 +256,22 @@ def _bare(source: Path, raw: RawMesh) -> tuple[Description, list[str]]:
     """A description of a bare mesh, and what was guessed for it."""
     why: dict[Key, str] = {}
     notes: list[str] = []
-    up = raw.up or "z"
-    forward = raw.forward or {"y": "z", "z": "x"}.get(up.lstrip("-"), "y")
-    mesh: dict[str, Any] = {"file": source.name, "length": _unit(source, raw, up, forward)}
-    mesh |= {"up": up, "forward": forward}
-    guessed = {"length": raw.metres is None, "up": raw.up is None, "forward": raw.forward is None}
-    if guessed["length"]:
-        notes.append(f"the file does not say its unit: {mesh['length']} is a guess by its size")
-        why[("meshes", 0, "length")] = "guessed by the size"
-    if guessed["up"] or guessed["forward"]:
-        notes.append("the file does not say its axes: compare with the person who stands beside it")
-    for name in ("up", "forward"):
-        if guessed[name]:
-            why[("meshes", 0, name)] = "guessed"
+    axes = guessed_axes(raw)
+    unit, plain = _unit(source, raw, axes.up, axes.forward)
+    mesh: dict[str, Any] = {"file": source.name, "length": unit}
+    mesh |= {"up": axes.up, "forward": axes.forward}
+    if raw.metres is None:
+        why[("meshes", 0, "length")] = f"{_guess(plain)}: by the size"
+        notes.append(f"the file does not say its unit: {unit} is a guess by its size")
+    if raw.up is None:
+        why[("meshes", 0, "up")] = f"{_guess(axes.sure_up)}: {axes.why_up}"
+    if raw.forward is None:
+        why[("meshes", 0, "forward")] = f"{_guess(axes.sure_forward)}: {axes.why_forward}"
+    if raw.up is None or raw.forward is None:
+        what = "axes" if raw.up is None else "forward axis"
+        notes.append(
+            f"the file does not say its {what}: look at the arrow and the person beside it"
+        )
     if len(raw.parts) == 1:
         count = int(pieces(raw.parts[0]).max()) + 1
         if 1 < count <= MOST_PIECES:
@@ -221,16 +284,20 @@ def _bare(source: Path, raw: RawMesh) -> tuple[Description, list[str]]:
     return Description(says, why=why), notes
 
 
-def _unit(source: Path, raw: RawMesh, up: str, forward: str) -> str:
-    """The unit of a mesh: as the file says, else the first in which nothing has an odd size."""
+def _guess(sure: bool) -> str:
+    return "guessed" if sure else UNSURE
+
+
+def _unit(source: Path, raw: RawMesh, up: str, forward: str) -> tuple[str, bool]:
+    """The unit of a mesh: as the file says, else the first in which the fewest sizes are odd; and
+    whether it is the only one."""
     if raw.metres is not None:
         named = [unit for unit, metres in metres_in.items() if math.isclose(metres, raw.metres)]
-        return named[0] if named else f"{1e3 * raw.metres:.9g} mm"
+        return named[0] if named else f"{1e3 * raw.metres:.9g} mm", True
     corners = np.concatenate([part.vertices[part.faces.ravel()] for part in raw.parts])
     largest = float(np.ptp(corners, axis=0).max())
     rotation = axes_rotation(up, forward)
-    best = "m"
-    fewest = math.inf
+    found: dict[str, float] = {}
     for unit in ("m", "mm", "cm", "in", "ft"):
         metres = metres_in[unit]
         odd = 100.0 if implausible(largest, metres, smallest=1.0) else 0.0
@@ -238,10 +305,10 @@ def _unit(source: Path, raw: RawMesh, up: str, forward: str) -> str:
             parts = to_world(raw, rotation, metres=metres)
             odd = float(len(implausible_sizes(parts, metres, file=source.stem)))
             odd += 0.5 * (largest * metres > 15.0)
-        if odd < fewest:
-            best = unit
-            fewest = odd
-    return best
+        found[unit] = odd
+    fewest = min(found.values())
+    best = [unit for unit, odd in found.items() if odd == fewest]
+    return best[0], len(best) == 1 and fewest == 0.0
 
 
 def standing_of(opened: OpenPlace, description: Description) -> Standing:
@@ -249,13 +316,99 @@ def standing_of(opened: OpenPlace, description: Description) -> Standing:
     return opened.meshes.standing(description.file.meshes)
 
 
+def spot_of(opened: OpenPlace, description: Description, hit: Hit) -> Spot:
+    """A point that was met, as a point of its mesh file."""
+    row = int(opened.meshes.mesh[hit.face])
+    x, y, z = opened.meshes.in_file(description.file.meshes, row, hit.point).tolist()
+    return Spot(row, (x, y, z), hit.face)
+
+
+def spot_place(opened: OpenPlace, description: Description, spot: Spot) -> Floats:
+    """(3,) [m] where a point of a mesh file stands."""
+    points = np.array([spot.point])
+    found: Floats = opened.meshes.all_in_world(description.file.meshes, spot.mesh, points)[0]
+    return found
+
+
 def figures_of(opened: OpenPlace, description: Description, seat: str) -> SeatFigures:
     """Compute the figures of a seat from what was pointed at. InputError as of `seat_figures`."""
     picks = description.picks[seat]
     stands = standing_of(opened, description)
-    key = picks.cushion, picks.back
-    if key not in stands.figures:
-        cushion = stands.corners(opened.meshes.grown(picks.cushion))
-        back = stands.corners(opened.meshes.grown(picks.back))
-        stands.figures[key] = seat_figures(cushion, back)
-    return stands.figures[key]
+    if picks not in stands.figures:
+        cushion = stands.corners(opened.meshes.grown(picks.faces("cushion")))
+        back = stands.corners(opened.meshes.grown(picks.faces("back")))
+        places = [spot_place(opened, description, spot) for spot in picks.cushion]
+        stands.figures[picks] = seat_figures(cushion, back, np.array(places))
+    return stands.figures[picks]
+
+
+def figure_values(description: Description, figures: SeatFigures) -> dict[str, Any]:
+    """Figures of a seat as they stand in the file, by their keys."""
+    degrees = {
+        key: whole(round(math.degrees(getattr(figures, key)), 1))
+        for key in ("cushion_angle", "back_angle", "yaw")
+    }
+    return {"srp": description.point(figures.srp), **degrees}
+
+
+def figure_reasons(opened: OpenPlace, description: Description, seat: str) -> dict[str, str]:
+    """How the figures of a seat were got, by their keys."""
+    found = figures_of(opened, description, seat)
+    picks = description.picks[seat]
+    return {
+        "srp": f"fitted: where the planes of cushion and back meet, {found.across}",
+        "cushion_angle": _plane_words(opened, picks.faces("cushion"), found.cushion.off),
+        "back_angle": _plane_words(opened, picks.faces("back"), found.back.off),
+        "yaw": "fitted: square to the line in which the planes meet",
+    }
+
+
+def _plane_words(opened: OpenPlace, picks: tuple[int, ...], off: float) -> str:
+    count = len(opened.meshes.grown(picks))
+    faces = "1 face" if count == 1 else f"{count} faces"
+    return f"fitted: plane of {faces}, {1e3 * off:.1f} mm off in the mean"
+
+
+def _picked_before(opened: OpenPlace) -> tuple[Description, list[str]]:
+    """The description as opened, with the picks that its file keeps, and what is wrong with them.
+
+    A figure that is not the one of the planes was typed.
+    """
+    description = opened.start
+    notes: list[str] = []
+    for name, seat in description.file.seats.items():
+        spots: dict[str, tuple[Spot, ...]] = {}
+        for surface in SURFACES:
+            rest = getattr(seat, surface)
+            found = [_spot_at(opened, description, point) for point in rest.picked]
+            spots[surface] = tuple(spot for spot in found if spot is not None)
+            if None in found:
+                notes.append(
+                    f"{name}: what was picked of the {surface} is not on the mesh any more: pick "
+                    f"it again"
+                )
+                spots[surface] = ()
+        if not any(spots.values()):
+            continue
+        picks = description.picks | {name: SeatPicks(**spots)}
+        description = replace(description, picks=picks)
+        if picks[name].lacks:
+            continue
+        try:
+            values = figure_values(description, figures_of(opened, description, name))
+            reasons = figure_reasons(opened, description, name)
+        except InputError as error:
+            notes.append(f"{name}: {error}")
+            continue
+        says = description.says["seats"][name]
+        why = {
+            ("seats", name, key): reasons[key] if says.get(key, 0) == value else "typed"
+            for key, value in values.items()
+        }
+        description = replace(description, why=description.why | why)
+    return description, notes
+
+
+def _spot_at(opened: OpenPlace, description: Description, point: Sequence[float]) -> Spot | None:
+    hit = standing_of(opened, description).nearest(np.array(point), ON_MESH)
+    return None if hit is None else spot_of(opened, description, hit)

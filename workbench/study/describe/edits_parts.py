@@ -6,15 +6,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
-from workbench.errors import InputError, has_controls, one_of
+from workbench.errors import InputError, one_of
 from workbench.files.environment_parts import pieces
 from workbench.files.yaml_edits import Key
-from workbench.study.describe.edits import Edit
+from workbench.study.describe.edits import Edit, good_name, with_value, without_value
 from workbench.study.describe.state import Description, OpenPlace, standing_of
 
-__all__ = ["dropped", "joined", "left_out", "put_back", "split_part"]
-
-LONGEST_NAME = 80
+__all__ = ["dropped", "joined", "left_out", "put_back", "ruled", "split_part"]
 
 
 def joined(opened: OpenPlace, before: Description, parts: Sequence[str], to: str) -> Edit:
@@ -41,9 +39,7 @@ def joined(opened: OpenPlace, before: Description, parts: Sequence[str], to: str
     for part in wanted:
         if part not in stands.names:
             raise InputError(f"there is no part {part!r}; {one_of(part, stands.names)}")
-    new = " ".join(to.split())
-    if not new or len(new) > LONGEST_NAME or has_controls(new):
-        raise InputError(f"a part needs a name of 1 to {LONGEST_NAME} characters")
+    new = good_name(to, "part")
     if new in stands.names and new not in wanted:
         raise InputError(f"there is a part {new!r} already; take another name")
     rows = {_mesh_of(opened, before, part) for part in wanted}
@@ -124,6 +120,30 @@ def split_part(opened: OpenPlace, before: Description, part: str) -> Edit:
     after = replace(before, says=says)
     count = len(standing_of(opened, after).names) - len(standing_of(opened, before).names) + 1
     return Edit(after, f"{part} is {count} parts")
+
+
+def ruled(opened: OpenPlace, before: Description, part: str, rule: str, value: bool | str) -> Edit:
+    """Say of a part whether it is hidden, see-through or solid.
+
+    Parameters
+    ----------
+    rule, value
+        hidden or see_through, true or false; solid: auto, true or false.
+    """
+    names = standing_of(opened, before).names
+    if part not in names:
+        raise InputError(f"there is no part {part!r}; {one_of(part, names)}")
+    own = dict((before.says.get("parts") or {}).get(part) or {})
+    own.pop(rule, None)
+    if value is not False or rule == "solid":
+        own[rule] = value
+    if own.get("solid") == "auto":
+        del own["solid"]
+    key: Key = ("parts", part)
+    says = with_value(before.says, key, own) if own else without_value(before.says, key)
+    after = replace(before, says=says)
+    after.file  # noqa: B018 (faults of what was given)
+    return Edit(after)
 
 
 def _mesh_of(opened: OpenPlace, before: Description, part: str) -> int:

@@ -1,0 +1,230 @@
+"""Edits of a description: controls and points, and figures that are typed over."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+from workbench.errors import InputError, one_of
+from workbench.files.yaml_edits import Key
+from workbench.model.arrays import Floats
+from workbench.study.describe.edits import (
+    SECTIONS,
+    Edit,
+    check_there,
+    good_name,
+    with_value,
+    without_value,
+)
+from workbench.study.describe.meshes import Ray
+from workbench.study.describe.state import (
+    FITTED,
+    Description,
+    OpenPlace,
+    spot_of,
+    standing_of,
+    whole,
+)
+
+__all__ = ["placed_point", "pointed", "removed", "renamed", "typed"]
+
+
+def placed_point(
+    opened: OpenPlace, before: Description, kind: str, name: str, given: Mapping[str, Any], ray: Ray
+) -> Edit:
+    """Put a control or a point where the picture was clicked.
+
+    Parameters
+    ----------
+    kind
+        control or point.
+    name
+        Of a new one, or of one that is there and is put elsewhere; "" for the name of the part.
+    given
+        grip and zone of a control.
+    """
+    stands = standing_of(opened, before)
+    hit = stands.hit(ray)
+    part = stands.names[int(stands.part[hit.face])]
+    section = SECTIONS[kind]
+    have = before.says.get(section) or {}
+    named = good_name(name or _free_name(part, have), kind)
+    key: Key = (section, named)
+    at = before.point(hit.point)
+    if kind == "point":
+        value: Any = at
+    else:
+        value = {**have.get(named, {}), "at": at, **given, "part": part}
+    after = replace(
+        before,
+        says=with_value(before.says, key, value),
+        spots=before.spots | {key: spot_of(opened, before, hit)},
+        why=before.why | {key: f"picked: on {part}"},
+    )
+    after.file  # noqa: B018 (faults of what was given)
+    return Edit(after, f"{named} is on {part}")
+
+
+def _free_name(wanted: str, taken: Mapping[str, Any]) -> str:
+    """A name that is not taken: with the next number behind it where it is."""
+    name = wanted
+    count = 2
+    while name in taken:
+        name = f"{wanted}_{count}"
+        count += 1
+    return name
+
+
+def pointed(before: Description, name: str, at: Floats, how: str) -> Edit:
+    """Put a point at a place (3,) [m] of the world that was found otherwise; how: in words."""
+    named = good_name(name, "point")
+    key: Key = ("points", named)
+    spots = {other: spot for other, spot in before.spots.items() if other != key}
+    says = with_value(before.says, key, before.point(at))
+    return Edit(
+        replace(before, says=says, spots=spots, why=before.why | {key: how}), f"{named}: {how}"
+    )
+
+
+_FIGURES: Mapping[str, Mapping[str, tuple[tuple[str, ...], str]]] = {
+    "seat": {
+        "srp": (("srp",), "point"),
+        "cushion_angle": (("cushion_angle",), "number"),
+        "back_angle": (("back_angle",), "number"),
+        "yaw": (("yaw",), "number"),
+        "cushion_depth": (("cushion", "depth"), "length"),
+        "back_depth": (("back", "depth"), "length"),
+        "forward": (("travel", "forward"), "range"),
+        "up": (("travel", "up"), "range"),
+        "tilt": (("travel", "tilt"), "angles"),
+    },
+    "control": {
+        "at": (("at",), "point"),
+        "grip": (("grip",), "text"),
+        "zone": (("zone",), "number"),
+        "part": (("part",), "text"),
+    },
+    "point": {"at": ((), "point")},
+}
+"""Figures by what they are of: where they stand in the file, and of which kind they are."""
+
+
+def typed(before: Description, kind: str, name: str, figure: str, value: Any) -> Edit:
+    """Type a figure over.
+
+    Parameters
+    ----------
+    kind, name
+        seat, control or point, and its name.
+    figure
+        One of those of the kind.
+    value
+        Lengths in metres, angles in degrees, or a text.
+
+    Raises
+    ------
+    InputError
+        If there is no such thing, or it cannot have this value.
+    """
+    if figure not in _FIGURES[kind]:
+        raise InputError(f"a {kind} has no {figure!r}; {one_of(figure, _FIGURES[kind])}")
+    inner, sort = _FIGURES[kind][figure]
+    check_there(before, kind, name)
+    key: Key = (SECTIONS[kind], name, *inner)
+    written = _written(before, sort, value, f"{name}: {figure}")
+    noted = key[:2] if kind == "control" else key
+    after = replace(
+        before,
+        says=with_value(before.says, key, written),
+        spots={other: spot for other, spot in before.spots.items() if other != noted}
+        if figure == "at"
+        else before.spots,
+        why=before.why | {noted: "typed"} if figure in ("at", *FITTED) else before.why,
+    )
+    after.file  # noqa: B018 (faults of what was given)
+    return Edit(after)
+
+
+def _written(before: Description, sort: str, value: Any, what: str) -> Any:
+    """A value as it stands in the file."""
+    if sort == "text":
+        if not isinstance(value, str):
+            raise InputError(f"{what}: a text is needed")
+        return value
+    if sort in ("point", "range"):
+        count = 3 if sort == "point" else 2
+        if not isinstance(value, list) or len(value) != count:
+            raise InputError(f"{what}: {count} lengths are needed")
+        return before.point(value)
+    if sort == "angles":
+        if not isinstance(value, list) or len(value) != 2:
+            raise InputError(f"{what}: two angles are needed")
+        return [whole(round(float(one), 1)) for one in value]
+    if isinstance(value, (str, list)):
+        raise InputError(f"{what}: a number is needed")
+    if sort == "length":
+        return before.length(value)
+    return whole(round(float(value), 1))
+
+
+def renamed(before: Description, kind: str, name: str, to: str) -> Edit:
+    """Give a seat, a control or a point another name. InputError where it is taken."""
+    check_there(before, kind, name)
+    section = SECTIONS[kind]
+    new = good_name(to, kind)
+    if new == name:
+        return Edit(before)
+    if new in before.says[section] or (kind == "seat" and new in before.picks):
+        raise InputError(f"there is a {kind} {new!r} already; take another name")
+    rows = {new if key == name else key: value for key, value in before.says[section].items()}
+    says: dict[str, Any] = {**before.says, section: rows}
+    if kind == "seat":
+        for key, one in (says.get("adjustments") or {}).items():
+            if one.get("seat") == name:
+                says = with_value(says, ("adjustments", key, "seat"), new)
+    elif kind == "point":
+        for key, one in (says.get("adjustments") or {}).items():
+            if name in one.get("points", ()):
+                points = [new if point == name else point for point in one["points"]]
+                says = with_value(says, ("adjustments", key, "points"), points)
+
+    def moved(key: Key) -> Key:
+        return (section, new, *key[2:]) if key[:2] == (section, name) else key
+
+    picks = before.picks
+    if kind == "seat":
+        picks = {new if key == name else key: one for key, one in picks.items()}
+    return Edit(
+        Description(
+            says,
+            picks,
+            {moved(key): spot for key, spot in before.spots.items()},
+            {moved(key): words for key, words in before.why.items()},
+        )
+    )
+
+
+def removed(before: Description, kind: str, name: str) -> Edit:
+    """Take a seat, a control or a point away. InputError where something depends on it."""
+    section = SECTIONS[kind]
+    picks = {key: one for key, one in before.picks.items() if kind != "seat" or key != name}
+    if kind == "seat" and name in before.picks and name not in (before.says.get(section) or {}):
+        return Edit(replace(before, picks=picks))
+    check_there(before, kind, name)
+    for key, one in (before.says.get("adjustments") or {}).items():
+        if (kind == "seat" and one.get("seat") == name) or (
+            kind == "point" and name in one.get("points", ())
+        ):
+            raise InputError(
+                f"adjustment {key!r} names the {kind} {name!r}: change it in the file first"
+            )
+    gone = (section, name)
+    return Edit(
+        Description(
+            without_value(before.says, gone),
+            picks,
+            {key: spot for key, spot in before.spots.items() if key != gone},
+            {key: words for key, words in before.why.items() if key[:2] != gone},
+        )
+    )
