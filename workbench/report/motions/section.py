@@ -21,7 +21,7 @@ from workbench.motion.signals import GRAVITY
 from workbench.report.motions.charts import clearance_curves, curves, timeline
 from workbench.report.motions.compared import compared_section
 from workbench.report.motions.paired import paired_motions
-from workbench.report.motions.pictures import FILM_CAPTION, motion_scene, motion_strips
+from workbench.report.motions.pictures import FILM_CAPTION, motion_positions, motion_scene
 from workbench.report.motions.words import (
     agreement_sentence,
     breach_sentence,
@@ -55,7 +55,7 @@ def motions_sections(result: Result, rows: ResultFile, making: Making) -> list[S
     making.progress("pictures of the motion")
     found = result.motions
     moments = _moments(found)
-    strips = motion_strips([m.study for m in found], moments)
+    positions = motion_positions([m.study for m in found], moments)
     several = len(found) > 1
     colours = [_COLOURS[k % len(_COLOURS)] for k in range(len(found))]
     shown = [motion_view(motion, colour) for motion, colour in zip(found, colours, strict=True)]
@@ -66,14 +66,16 @@ def motions_sections(result: Result, rows: ResultFile, making: Making) -> list[S
             case=motion.study.name or motion.study.case,
             near=partial(_near, motion, colours[k]),
         )
-        strip, caption = strips[k]
+        drawings, side = positions[k]
         html = template("motions/happens.html.j2").render(
             m=_motion(motion, row, index),
             making=making,
             turnable=_place(making.views, index, motion, colours[k]),
-            strip=Markup(strip),
-            caption=caption,
-            happens=[(milliseconds(t), happening(motion, t)) for t in moments.tolist()],
+            positions=[
+                (Markup(drawing), milliseconds(t), happening(motion, t))
+                for drawing, t in zip(drawings, moments.tolist(), strict=True)
+            ],
+            side=side,
             film=making.film if not k else "",
             film_caption=FILM_CAPTION,
         )

@@ -81,7 +81,7 @@ def postures_sections(
         title = f"Reach envelope: {envelope.person}, {envelope.limb}, zone {envelope.zone}"
         values = {
             "envelope": rows.envelopes[k],
-            "pictures": envelope_pictures(result, envelope),
+            "pictures": envelope_pictures(result, envelope, making.views),
             "legend": LEGEND,
         }
         found.append(writer.section("questions", f"envelope-{k + 1}", title, values))
