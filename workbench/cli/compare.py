@@ -16,9 +16,8 @@ if TYPE_CHECKING:
     from workbench.files.results.comparison import ComparisonFile
     from workbench.files.results.result import ResultFile
     from workbench.model.comparison import Comparison, Judged
-    from workbench.model.population_found import PopulationFound
+    from workbench.model.population_found import ChangedPerson, PopulationFound
     from workbench.model.study import Study
-    from workbench.report.comparison.picture import ChangedPerson
 
 __all__ = ["compare"]
 
@@ -119,7 +118,8 @@ def _seen(
     found: Comparison, before: PopulationFound | None, after: PopulationFound | None
 ) -> ChangedPerson | None:
     """Somebody who gains or loses in both designs; None unless both studies were run now."""
-    from workbench.report.comparison.picture import ChangedPerson, person_to_show
+    from workbench.model.population_found import ChangedPerson
+    from workbench.report.comparison.picture import person_to_show
     from workbench.study.accommodation.accommodation import person_shown
 
     wanted = person_to_show(found)

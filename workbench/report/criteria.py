@@ -13,7 +13,14 @@ from workbench.model.reach import MOST_SPARE
 from workbench.report.section import Making, Section
 from workbench.report.templates import template
 
-__all__ = ["asked_words", "criteria_sections", "deciding_sentence", "measured_words", "spare_words"]
+__all__ = [
+    "asked_words",
+    "criteria_sections",
+    "deciding_sentence",
+    "measured_words",
+    "none_measured_words",
+    "spare_words",
+]
 
 _MOST_CLOSE_UPS = 12
 _OVERLAPS = ("contact", "self_contact")
@@ -120,6 +127,12 @@ def asked_words(verdict: VerdictRow) -> str:
             return f"at most {limit} past the stop"
         return f"at least {limit} from the stop" if worst.limit > 0 else "not past the stop"
     return f"{'at most' if verdict.check in _AT_MOST else 'at least'} {_figure(worst.limit, worst)}"
+
+
+def none_measured_words(verdict: VerdictRow) -> str:
+    """What a criterion asks for of which nothing was measured: "no overlap" of contacts, of which
+    none may have been found; "–" of others."""
+    return "no overlap" if verdict.check in _OVERLAPS and verdict.passed else "–"
 
 
 def spare_words(verdict: VerdictRow) -> str:

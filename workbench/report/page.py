@@ -156,6 +156,10 @@ def _sections(result: Result, rows: ResultFile, making: Making) -> list[Section]
     for k, (postures, some) in enumerate(zip(result.postures, rows.postures, strict=True)):
         found += postures_sections(postures, some, making, number=k)
         overlaps += overlap_lines(postures, making.views)
+    if result.study.moved:
+        from workbench.report.postures.moved import moved_sections  # not loaded for other studies
+
+        found += moved_sections(result, making)
     if result.motions:
         from workbench.report.motions.section import (  # not loaded for other studies
             motions_sections,

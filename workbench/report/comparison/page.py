@@ -19,7 +19,8 @@ from workbench.files.results.comparison import MARK, ChangedPersonRow, Compariso
 from workbench.files.results.result import dump_json
 from workbench.model.comparison import Comparison, PairedShare
 from workbench.model.population import SEXES
-from workbench.report.comparison.picture import ChangedPerson, changed_picture
+from workbench.model.population_found import ChangedPerson
+from workbench.report.comparison.picture import changed_picture
 from workbench.report.comparison.words import (
     chance_words,
     change_sentence,

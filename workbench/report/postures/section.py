@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -17,8 +16,6 @@ from workbench.draw.scene import Mark, Scene, SceneBody
 from workbench.draw.source import PEOPLE_COLOURS
 from workbench.draw.views import four_views
 from workbench.draw.web.case_view import case_view
-from workbench.draw.web.compared_view import compared_view
-from workbench.draw.web.snippet import pair_html
 from workbench.draw.web.views import WebView
 from workbench.files.results.postures import PosturesRows, ReachRow
 from workbench.files.results.result import FindingRow
@@ -28,6 +25,7 @@ from workbench.report.postures.envelopes.pictures import envelope_pictures
 from workbench.report.postures.people import people_sections
 from workbench.report.postures.reach_rows import doubt_sentence
 from workbench.report.section import Making, Section, SectionWriter
+from workbench.report.states import TwoStates, two_states
 from workbench.report.turnable import Look, PageViews, close_up, look, still_picture
 from workbench.report.words import (
     contact_sentence,
@@ -37,7 +35,7 @@ from workbench.report.words import (
 )
 from workbench.study.unasked import unasked_overlaps
 
-__all__ = ["overlap_lines", "postures_sections"]
+__all__ = ["case_states", "overlap_lines", "postures_sections"]
 
 NEAR = 0.12
 PICTURE = 520
@@ -228,15 +226,56 @@ def _both(result: PosturesFound, views: PageViews) -> Markup:
     found = [[finding for _, finding in _shown(result, case)[0]] for case in (0, 1)]
     one, two = (case_view(result, case, found[case], within=NEAR) for case in (0, 1))
     who = " and ".join(person.name for person in result.people)
-    scenes = [_scene(result, case, found[case]) for case in (0, 1)]
-    index = views.add(
-        compared_view(one, two, names=names, title=f"{who}: {names[0]} and {names[1]}")
+    return two_states(
+        TwoStates(
+            views=(one, two),
+            scenes=(_scene(result, 0, found[0]), _scene(result, 1, found[1])),
+            names=names,
+            title=f"{who}: {names[0]} and {names[1]}",
+            said=who,
+            caption=BOTH,
+            side="corner",
+        ),
+        views.packing,
     )
-    every = replace(scenes[0], bodies=scenes[0].bodies + scenes[1].bodies)
-    camera = dict(four_views(every, width=PICTURE, height=PICTURE))["three_quarter"]
-    stills = (still_picture(scenes[0], camera), still_picture(scenes[1], camera))
-    html = pair_html(index, stills=stills, names=names, alt=who, caption=BOTH)
-    return Markup(html)
+
+
+def case_states(
+    found: tuple[PosturesFound, PosturesFound],
+    case: int,
+    *,
+    names: tuple[str, str],
+    caption: str,
+    making: Making,
+) -> Markup:
+    """Return the place of a picture of one case in two states of the environment.
+
+    Parameters
+    ----------
+    found
+        The same people in either state.
+    case
+        Index of the case.
+    names, caption
+        What the states are called, and what stands below the picture.
+    making
+        What the sections of the page share; a turnable picture is added.
+    """
+    marked = [[finding for _, finding in _shown(one, case)[0]] for one in found]
+    one, two = (case_view(each, case, marked[k], within=NEAR) for k, each in enumerate(found))
+    title = f"{one.title}: {names[0]} and {names[1]}"
+    return two_states(
+        TwoStates(
+            views=(one, two),
+            scenes=(_scene(found[0], case, marked[0]), _scene(found[1], case, marked[1])),
+            names=names,
+            title=title,
+            said=one.title,
+            caption=f"{one.title}; {caption}; the slider moves the line between the two",
+            side="corner",
+        ),
+        making.views.packing,
+    )
 
 
 def _same_case(result: PosturesFound, case: int) -> str:
