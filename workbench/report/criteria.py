@@ -151,8 +151,8 @@ def _figure(value: float, finding: FindingRow) -> str:
 
 
 def deciding_sentence(verdicts: Sequence[VerdictRow]) -> str:
-    """The criterion that decides, with its number: "The worst is “head to canopy”: 12.0 mm, asked
-    for is at least 50.0 mm (cruise, pilot)."; "" where nothing was measured.
+    """The criterion that decides, with its number: "The worst is “head to canopy”: 12.0 mm, where at
+    least 50.0 mm is asked for (cruise, pilot)."; "" where nothing was measured.
 
     A millimetre, a degree and a percent count alike; of other figures a hundredth of the limit.
     """
@@ -165,7 +165,7 @@ def deciding_sentence(verdicts: Sequence[VerdictRow]) -> str:
     where = ", ".join(word for word in (worst.case, worst.person) if word) if worst else ""
     if failed:
         lead = f"The worst is “{first.name}”" if len(failed) > 1 else f"“{first.name}” fails"
-        said = f"{lead}: {measured_words(first)}, asked for is {asked_words(first)}"
+        said = f"{lead}: {measured_words(first)}, where {asked_words(first)} is asked for"
     else:
         said = f"Nearest to failing is “{first.name}”: {spare_words(first)} to spare"
     return f"{said} ({where})." if where else f"{said}."

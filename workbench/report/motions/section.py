@@ -22,6 +22,7 @@ from workbench.motion.signals import GRAVITY
 from workbench.report.motions.charts import clearance_curves, curves, timeline
 from workbench.report.motions.compared import compared_section
 from workbench.report.motions.paired import decisive_time, paired_motions
+from workbench.report.motions.people import moving_people
 from workbench.report.motions.pictures import FILM_CAPTION, motion_positions, motion_scene
 from workbench.report.motions.words import (
     agreement_sentence,
@@ -88,7 +89,7 @@ def motions_sections(result: Result, rows: ResultFile, making: Making) -> list[S
     if several:
         both = paired_motions(result, shown, colours, making.views)
         sections.append(compared_section(rows, both=both))
-    return [*sections, *_tables(result, rows, making)]
+    return [*sections, moving_people(found, moments), *_tables(result, rows, making)]
 
 
 def _tables(result: Result, rows: ResultFile, making: Making) -> Iterator[Section]:

@@ -96,7 +96,7 @@ def population_sections(result: PopulationFound, making: Making) -> list[Section
         writer.section("questions", "margins", "Margins", margins),
         writer.section("people", "crowd", "The people of the population", _crowd(result)),
         writer.section("tables", "requirements", "All requirements", every),
-        writer.section("method", "method", "Method and its limits", _method(result)),
+        writer.section("method", "method", "Method and its limits", _method(result), folded=True),
     ]
 
 
@@ -166,7 +166,8 @@ def _crowd(result: PopulationFound) -> dict[str, Any]:
     if result.place.seat is not None:
         for words, column in (("forward", 0), ("up", 1)):
             values = np.percentile(1000.0 * result.seat[:, column], _LEVELS)
-            seats.append((f"seat position, {words}", "mm", [f"{v + 0.0:,.0f}" for v in values]))
+            texts = [f"{v + 0.0:,.0f}".replace("-", "−") for v in values]
+            seats.append((f"seat position, {words}", "mm", texts))
     count = len(people)
     return {
         "count": f"{count:,}",
@@ -378,10 +379,17 @@ def _compared(people: Population, name: str, mine: Bools) -> dict[str, str]:
     values = people.column(name)
     unit, factor = ("kg", 1.0) if name == MASS else ("mm", 1000.0)
     low, high = np.percentile(values, [5, 95])
-    # the mean share of all people who have less, those who have as much counted half
-    rank = np.mean([(values < v).mean() + (values == v).mean() / 2 for v in values[mine]])
+    middle = np.median(values)
+    ways = [
+        (word, int(count))
+        for word, count in (
+            ("small", (values[mine] < middle).sum()),
+            ("large", (values[mine] >= middle).sum()),
+        )
+        if count
+    ]
     return {
-        "way": "small" if rank < 0.35 else "large" if rank > 0.65 else "either way",
+        "way": ways[0][0] if len(ways) == 1 else ", ".join(f"{word} ({n})" for word, n in ways),
         "theirs": _range(values[mine].min() * factor, values[mine].max() * factor),
         "all": f"{_range(low * factor, high * factor)} {unit}",
     }

@@ -32,7 +32,9 @@ def clearance_drawing(
     """
     marks: tuple[Mark, ...] = ()
     for person in people:
-        marks += clearance_marks(person.placed, person.clearance, case, most=_EACH, within=within)
+        marks += clearance_marks(
+            person.placed, person.clearance, case, most=_EACH, within=within, named=True
+        )
     if not marks:
         return None
     views = four_views(scene, width=size, height=size)

@@ -22,6 +22,7 @@ from workbench.files.results.result import FindingRow
 from workbench.model.result import Finding, PersonFound, PosturesFound
 from workbench.report.postures.drawing import clearance_drawing
 from workbench.report.postures.envelopes.pictures import envelope_pictures
+from workbench.report.postures.held import posture_words
 from workbench.report.postures.people import people_sections
 from workbench.report.postures.reach_rows import doubt_sentence
 from workbench.report.section import Making, Section, SectionWriter
@@ -31,6 +32,7 @@ from workbench.report.words import (
     contact_sentence,
     finding_sentence,
     millimetres,
+    reach_spare,
     without_polygons,
 )
 from workbench.study.unasked import unasked_overlaps
@@ -172,10 +174,11 @@ def _short(row: ReachRow) -> str:
 
 
 def _zone_cell(row: ReachRow, place: Look) -> dict[str, Any]:
-    """Whether a control is reached in a zone, by which limb or by how much not; then with a link to
-    where the control is."""
+    """Whether a control is reached in a zone, by which limb and how much farther this would get, or by
+    how much not; then with a link to where the control is."""
     if row.reached:
-        return {"text": str(row.limb), "kind": "far", "look": Look()}
+        spare = "" if row.spare_mm is None else f", {reach_spare(row.spare_mm / 1000)} to spare"
+        return {"text": f"{row.limb}{spare}", "kind": "far", "look": Look()}
     text = f"{row.miss_mm:.0f} mm short: {row.limit}"
     kind = "hit" if row.zone >= row.own_zone else "close"
     return {"text": text, "kind": kind, "look": place}
@@ -207,7 +210,7 @@ def _case(result: PosturesFound, case: int, views: PageViews) -> dict[str, Any]:
         "turnable": views.place(
             index, still=still, alt=f"{name}, three quarter view", caption=_caption(result, view)
         ),
-        "people": [f"{p.name}: {p.postures[case].replace('_', ' ')}" for p in result.people],
+        "people": [f"{person.name}: {posture_words(person, case)}" for person in result.people],
         "stills": [(name.replace("_", " "), png) for name, png in stills.items()],
         "drawing": drawing,
         "marked": [
@@ -417,7 +420,7 @@ def _cell(distance: float, allowed: float, place: Look) -> dict[str, Any]:
     elif distance < 0.1:
         kind = "near"
     return {
-        "text": f"{round(distance * 1000) + 0}",
+        "text": f"{round(distance * 1000) + 0}".replace("-", "−"),
         "kind": kind,
         "look": place if kind == "hit" else Look(),
     }
@@ -441,7 +444,7 @@ def _stop_cell(person: PersonFound, p: int, j: int) -> dict[str, str]:
     """The margin of joint j to its stop in case p; near is under 5 degrees."""
     margin = person.margin[p, j]
     return {
-        "text": f"{math.degrees(margin) + 0.0:.1f}",
+        "text": f"{math.degrees(margin) + 0.0:.1f}".replace("-", "−"),
         "motion": person.margin_motion[p][j].replace("_", " "),
         "kind": "hit" if margin < -1e-9 else "close" if margin < 0.0873 else "far",
     }
