@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, NamedTuple
 
 from cyclopts import Parameter
 
-from workbench.cli.progress import Progress, emit, tell
+from workbench.cli.progress import Progress, emit, emit_sentence, tell
 
 if TYPE_CHECKING:
     from workbench.files.results.comparison import ComparisonFile
@@ -63,7 +63,7 @@ def compare(before: str, after: str, *, out: Path | None = None, as_json: Json =
     if as_json:
         emit(_json(rows))
     else:
-        emit(rows.headline)
+        emit_sentence(rows.headline)
         emit(folder / "report.html")
     return 0
 

@@ -75,7 +75,8 @@ class TriedChange:
     gain
         What it gains.
     person
-        Who gains by it and lacked most of its requirement before; None where nobody gains.
+        Who lacked most of its requirement and meets it by the change, with everything else as far as
+        anybody does; None where nobody meets it.
     margins
         [m] What that person has to spare at the requirement in either design, negative what is
         lacking.

@@ -190,6 +190,7 @@ def comparison_page(
         page_script=Markup(page_script_html()),
         rows=rows,
         picture=Markup(picture),
+        unseen=seen is None and bool(found.gained or found.lost),
         view_style=Markup(style() if picture else ""),
         view_scripts=Markup(scripts_html(packing)),
         sections=_sections(found, rows),

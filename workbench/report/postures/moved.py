@@ -17,7 +17,7 @@ from workbench.study.run import unmoved_postures
 __all__ = ["moved_sections"]
 
 _NAMES = ("before", "after")
-_CAPTION = "before: parts where the environment's file has them; after: where the study moves them"
+_CAPTION = "before: parts where the environment has them; after: where the study moves them"
 
 
 def moved_sections(result: Result, making: Making) -> list[Section]:
@@ -55,7 +55,7 @@ def _section(before: PosturesFound, after: PosturesFound, making: Making, number
     html = side_by_side(
         criteria,
         _NAMES,
-        what=f"Each criterion before and after, {words}",
+        what=f"Each criterion before and after; {words.replace('_', ' ')}",
         picture=picture,
     )
     end = f"-{number + 1}" if number else ""

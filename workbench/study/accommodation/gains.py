@@ -89,16 +89,21 @@ def _changed_question(question: Question, found: Chunk, change: Change) -> Quest
 def _with_person(
     gain: Gain, both: Sequence[tuple[Question, Chunk]], bodies: PopulationBodies
 ) -> TriedChange:
-    """A gain with the person who gains and lacked most of its requirement before.
+    """A gain with the person who lacked most of its requirement of those who meet everything by the
+    change; of those who meet the requirement by it where nobody meets everything.
 
     both: the question and its answer without and with the change.
     """
     (question, found), (_, then) = both
     r = [one.requirement.name for one in question.asked].index(gain.requirement)
     lacking = np.where(np.isnan(found.margin[:, r]), 0.0, -found.margin[:, r])
-    gains: Bools = np.asarray(met_of(then.margin).all(axis=1) & ~met_of(found.margin).all(axis=1))
-    row = int(np.argmax(np.where(gains, lacking, 0.0)))
-    if not gains[row] or lacking[row] <= MET:
+    before = met_of(found.margin)
+    after = met_of(then.margin)
+    meets = after[:, r] & (lacking > MET)
+    gains = meets & after.all(axis=1) & ~before.all(axis=1)
+    among = gains if gains.any() else meets
+    row = int(np.argmax(np.where(among, lacking, 0.0)))
+    if not among[row]:
         return TriedChange(gain)
     margins = (float(found.margin[row, r]), float(then.margin[row, r]))
     one, two = (
