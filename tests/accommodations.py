@@ -21,7 +21,7 @@ from workbench.model.accommodation import (
     Requirement,
 )
 from workbench.model.criterion import Criterion
-from workbench.model.population_found import PopulationFound, Shown
+from workbench.model.population_found import PopulationFound, Shown, TriedChange
 from workbench.study.provenance import people_hash
 from workbench.study.workplaces import workplace_of
 
@@ -189,7 +189,7 @@ def made(
         without - joint,
         spread,
         hardest,
-        tuple(gains),
+        tuple(TriedChange(gain) for gain in gains),
         tuple(maps),
         tuple(warnings),
         tuple(shown_of(body, p, int(worst[p]), requirements) for p in hardest) if shown else (),
@@ -336,4 +336,4 @@ def few(result, rows):
     """The same for some of the people, worked out again."""
     people = result.people.rows(np.asarray(rows))
     again = made(people, result.requirements, result.margin[rows], maps=result.maps)
-    return replace(again, gains=result.gains)
+    return replace(again, tried=result.tried)

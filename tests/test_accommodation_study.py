@@ -437,6 +437,9 @@ def test_a_change_of_the_design_is_confirmed_by_a_run_with_it(toy, tmp_path):
     column = [r.name for r in result.requirements].index(gain.requirement)
     short = result.margin[:, column] < -1e-6
     grown = nearer.margin[short, column] - result.margin[short, column]
+    row = result.tried[0].person.row
+    was, then = result.tried[0].margins
+    assert was == result.margin[row, column] < 0.0 <= then and not result.served[row]
     still = nearer.margin[short, column] < -1e-6  # what is to spare is counted along another way
     assert gain.margin_rate == pytest.approx(np.mean(grown[still]) / 0.06, abs=0.1)
 

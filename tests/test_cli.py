@@ -15,7 +15,7 @@ import pytest
 
 from tests.one_arm_cab import IN_PIECES, STUDY, changed, lines_of, write_cab
 from workbench.cli import main
-from workbench.cli.progress import emit_verdict
+from workbench.cli.progress import emit_verdict, tell
 from workbench.files import output_folder
 from workbench.files.yaml_text import read_yaml
 
@@ -337,6 +337,16 @@ def test_verdicts_are_coloured_and_broken_between_words_on_a_terminal(monkeypatc
     assert lines[0].startswith(f"{lead}  knees:") and len(lines) > 2
     assert all(line.startswith("        ") and len(line) <= 40 for line in lines[1:])
     assert "".join(lines).count("left_lower_leg") == 3  # no word is broken
+
+
+def test_warnings_are_broken_between_words_on_a_terminal(monkeypatch):
+    shown = _Terminal()
+    monkeypatch.setattr(sys, "stderr", shown)
+    monkeypatch.setenv("COLUMNS", "40")
+    tell("warning: " + "left_lower_leg is 12.3 mm into panel. " * 3)
+    lines = shown.getvalue().splitlines()
+    assert len(lines) > 2 and max(map(len, lines)) <= 40
+    assert "".join(lines).count("left_lower_leg") == 3
 
 
 def test_render_leaves_nothing_where_it_cannot_write(capsys, cab, tmp_path):

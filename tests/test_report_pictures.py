@@ -30,7 +30,13 @@ def test_the_drawing_states_the_least_clearance_of_the_case(result):
     scene = Scene((SceneBody(person.placed, 0),), found.environment)
     drawing = clearance_drawing(scene, found.people, 0, within=9.0, size=200)
     texts = [item.text for item in ElementTree.fromstring(drawing["svg"]).iter(SVG + "text")]
-    measured = {f"{1000 * value:.1f} mm" for value in person.clearance.distance[0].ravel().tolist()}
+    measured = {
+        f"{part} {1000 * value:.1f} mm"
+        for part, values in zip(
+            found.environment.parts, person.clearance.distance[0].T.tolist(), strict=True
+        )
+        for value in values
+    }
     assert len(set(texts) & measured) >= 2
     assert drawing["name"] in ("front", "left", "top", "three quarter")
 

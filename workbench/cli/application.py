@@ -25,7 +25,7 @@ from workbench.cli.live import live
 from workbench.cli.motion import motion_app
 from workbench.cli.new import new
 from workbench.cli.people import people_app
-from workbench.cli.progress import Progress, emit, emit_verdict, tell
+from workbench.cli.progress import Progress, emit, emit_sentence, emit_verdict, tell
 from workbench.cli.render import render
 from workbench.cli.simulate import simulate
 from workbench.errors import InputError, UsageError, WorkbenchError, one_of
@@ -192,7 +192,7 @@ def run(
     elif not quiet:
         for line in report_lines(result, rows):
             emit_verdict(line)
-        emit(rows.headline)
+        emit_sentence(rows.headline)
         emit(folder / "report.html")
     return 0 if result.passed else 1
 

@@ -10,15 +10,14 @@ from typing import TYPE_CHECKING, Annotated, NamedTuple
 
 from cyclopts import Parameter
 
-from workbench.cli.progress import Progress, emit, tell
+from workbench.cli.progress import Progress, emit, emit_sentence, tell
 
 if TYPE_CHECKING:
     from workbench.files.results.comparison import ComparisonFile
     from workbench.files.results.result import ResultFile
     from workbench.model.comparison import Comparison, Judged
-    from workbench.model.population_found import PopulationFound
+    from workbench.model.population_found import ChangedPerson, PopulationFound
     from workbench.model.study import Study
-    from workbench.report.comparison.picture import ChangedPerson
 
 __all__ = ["compare"]
 
@@ -64,7 +63,7 @@ def compare(before: str, after: str, *, out: Path | None = None, as_json: Json =
     if as_json:
         emit(_json(rows))
     else:
-        emit(rows.headline)
+        emit_sentence(rows.headline)
         emit(folder / "report.html")
     return 0
 
@@ -119,7 +118,8 @@ def _seen(
     found: Comparison, before: PopulationFound | None, after: PopulationFound | None
 ) -> ChangedPerson | None:
     """Somebody who gains or loses in both designs; None unless both studies were run now."""
-    from workbench.report.comparison.picture import ChangedPerson, person_to_show
+    from workbench.model.population_found import ChangedPerson
+    from workbench.report.comparison.picture import person_to_show
     from workbench.study.accommodation.accommodation import person_shown
 
     wanted = person_to_show(found)

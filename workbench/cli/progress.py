@@ -7,11 +7,11 @@ import shutil
 import sys
 import textwrap
 from collections.abc import Callable
-from typing import Any
+from typing import Any, TextIO
 
 from workbench.errors import printable
 
-__all__ = ["Progress", "emit", "emit_verdict", "tell"]
+__all__ = ["Progress", "emit", "emit_sentence", "emit_verdict", "tell"]
 
 _INKS = {"passed": "32", "FAILED": "1;31"}
 """Codes of colours on a terminal: green, and bold red."""
@@ -26,8 +26,30 @@ def emit(data: object) -> None:
 
 
 def tell(text: str) -> None:
-    """Print a line to stderr, where talk goes, with control characters escaped."""
-    print(printable(text), file=sys.stderr, flush=True)
+    """Print a line to stderr, where talk goes, with control characters escaped; on a terminal it is
+    broken between words."""
+    print(_broken(text, sys.stderr), file=sys.stderr, flush=True)
+
+
+def emit_sentence(text: str) -> None:
+    """Print a sentence to stdout; on a terminal it is broken between words."""
+    print(_broken(text, sys.stdout))
+
+
+def _broken(text: str, stream: TextIO, *, hang: int = 0) -> str:
+    """Text with control characters escaped, on a terminal in lines that end between words.
+
+    hang: columns by which all lines but the first are set in.
+    """
+    if not stream.isatty():
+        return printable(text)
+    lines = textwrap.TextWrapper(
+        max(shutil.get_terminal_size().columns, 2 * _INDENT),
+        subsequent_indent=" " * hang,
+        break_long_words=False,
+        break_on_hyphens=False,
+    )
+    return "\n".join(lines.fill(line) for line in printable(text).split("\n"))
 
 
 def emit_verdict(line: str) -> None:
@@ -36,20 +58,8 @@ def emit_verdict(line: str) -> None:
     On a terminal it is broken between words, and the first word is coloured; not where NO_COLOR is
     set.
     """
-    if not sys.stdout.isatty():
-        emit(line)
-        return
-    width = max(shutil.get_terminal_size().columns, 2 * _INDENT)
-    hang = " " * _INDENT
-    text = textwrap.fill(
-        printable(line),
-        width,
-        subsequent_indent=hang,
-        break_long_words=False,
-        break_on_hyphens=False,
-    )
-    word, space, rest = text.partition(" ")
-    if word in _INKS and not os.environ.get("NO_COLOR"):
+    word, space, rest = _broken(line, sys.stdout, hang=_INDENT).partition(" ")
+    if word in _INKS and sys.stdout.isatty() and not os.environ.get("NO_COLOR"):
         word = f"\x1b[{_INKS[word]}m{word}\x1b[0m"
     print(word + space + rest)
 

@@ -23,7 +23,7 @@ from workbench.model.poses import Placed, Poses
 from workbench.model.study import Study
 from workbench.model.workplace import Workplace
 
-__all__ = ["PeopleOverlap", "PopulationFound", "Shown"]
+__all__ = ["ChangedPerson", "PeopleOverlap", "PopulationFound", "Shown", "TriedChange"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,6 +74,45 @@ class PeopleOverlap:
 
 
 @dataclass(frozen=True, eq=False)
+class ChangedPerson:
+    """Somebody who gains or loses by a change of the design, as found in both designs at the
+    requirement that decides it.
+
+    Parameters
+    ----------
+    row
+        Of the person.
+    before, after
+        The person in either design.
+    """
+
+    row: int
+    before: Shown
+    after: Shown
+
+
+@dataclass(frozen=True, eq=False)
+class TriedChange:
+    """A change of the design as it was tried.
+
+    Parameters
+    ----------
+    gain
+        What it gains.
+    person
+        Who lacked most of its requirement and meets it by the change, with everything else as far as
+        anybody does; None where nobody meets it.
+    margins
+        [m] What that person has to spare at the requirement in either design, negative what is
+        lacking.
+    """
+
+    gain: Gain
+    person: ChangedPerson | None = None
+    margins: tuple[float, float] = (0.0, 0.0)
+
+
+@dataclass(frozen=True, eq=False)
 class PopulationFound:
     """What was found of a population: P people, R requirements.
 
@@ -118,6 +157,8 @@ class PopulationFound:
         were dropped; that is left out by nothing but it.
     spread
         (R, 5) [m] margins at 1, 5, 50, 95 and 99 % of the (weighted) people.
+    tried
+        The changes that were tried.
     hardest, shown
         Rows of the people farthest from being served, worst first, at most five; and the same
         people to be drawn.
@@ -145,11 +186,16 @@ class PopulationFound:
     alone: Floats
     spread: Floats
     hardest: tuple[int, ...]
-    gains: tuple[Gain, ...]
+    tried: tuple[TriedChange, ...]
     maps: tuple[ReachMap, ...]
     warnings: tuple[str, ...]
     shown: tuple[Shown, ...] = ()
     overlaps: tuple[PeopleOverlap, ...] = ()
+
+    @property
+    def gains(self) -> tuple[Gain, ...]:
+        """What the changes that were tried gain."""
+        return tuple(change.gain for change in self.tried)
 
     @property
     def moved(self) -> Bools:

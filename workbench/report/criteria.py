@@ -13,7 +13,14 @@ from workbench.model.reach import MOST_SPARE
 from workbench.report.section import Making, Section
 from workbench.report.templates import template
 
-__all__ = ["asked_words", "criteria_sections", "deciding_sentence", "measured_words", "spare_words"]
+__all__ = [
+    "asked_words",
+    "criteria_sections",
+    "deciding_sentence",
+    "measured_words",
+    "none_measured_words",
+    "spare_words",
+]
 
 _MOST_CLOSE_UPS = 12
 _OVERLAPS = ("contact", "self_contact")
@@ -122,6 +129,12 @@ def asked_words(verdict: VerdictRow) -> str:
     return f"{'at most' if verdict.check in _AT_MOST else 'at least'} {_figure(worst.limit, worst)}"
 
 
+def none_measured_words(verdict: VerdictRow) -> str:
+    """What a criterion asks for of which nothing was measured: "no overlap" of contacts, of which
+    none may have been found; "–" of others."""
+    return "no overlap" if verdict.check in _OVERLAPS and verdict.passed else "–"
+
+
 def spare_words(verdict: VerdictRow) -> str:
     """What is to spare or is lacking; "–" where it is not measured, as of pedals that are reached."""
     worst = verdict.worst
@@ -138,8 +151,8 @@ def _figure(value: float, finding: FindingRow) -> str:
 
 
 def deciding_sentence(verdicts: Sequence[VerdictRow]) -> str:
-    """The criterion that decides, with its number: "The worst is “head to canopy”: 12.0 mm, asked
-    for is at least 50.0 mm (cruise, pilot)."; "" where nothing was measured.
+    """The criterion that decides, with its number: "The worst is “head to canopy”: 12.0 mm, where at
+    least 50.0 mm is asked for (cruise, pilot)."; "" where nothing was measured.
 
     A millimetre, a degree and a percent count alike; of other figures a hundredth of the limit.
     """
@@ -152,7 +165,7 @@ def deciding_sentence(verdicts: Sequence[VerdictRow]) -> str:
     where = ", ".join(word for word in (worst.case, worst.person) if word) if worst else ""
     if failed:
         lead = f"The worst is “{first.name}”" if len(failed) > 1 else f"“{first.name}” fails"
-        said = f"{lead}: {measured_words(first)}, asked for is {asked_words(first)}"
+        said = f"{lead}: {measured_words(first)}, where {asked_words(first)} is asked for"
     else:
         said = f"Nearest to failing is “{first.name}”: {spare_words(first)} to spare"
     return f"{said} ({where})." if where else f"{said}."

@@ -4,16 +4,26 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
+import numpy as np
 from markupsafe import Markup
 
 from workbench.draw.web.snippet import policy, scripts_html, style
 from workbench.files.results.result import ResultFile, VerdictRow
 from workbench.model.environment import Environment
+from workbench.model.reach import MOST_SPARE
 from workbench.model.result import Result
+from workbench.model.study import PredictedPosture
 from workbench.report.criteria import criteria_sections, deciding_sentence
 from workbench.report.page_script import page_script, page_script_html
 from workbench.report.postures.section import overlap_lines, postures_sections
-from workbench.report.section import ORDER, Making, Section, data_section, provenance_section
+from workbench.report.section import (
+    ORDER,
+    Making,
+    Section,
+    data_section,
+    method_section,
+    provenance_section,
+)
 from workbench.report.templates import template
 from workbench.report.turnable import PageViews
 from workbench.report.words import adjusted_line, moved_line, part_count
@@ -75,6 +85,7 @@ def page(
         page_script=Markup(page_script_html()),
         rows=rows,
         lead=_differs(rows),
+        touched=_touched(result),
         share=_share(rows),
         deciding=deciding_sentence(rows.verdicts),
         description=result.study.description,
@@ -91,6 +102,15 @@ def _differs(rows: ResultFile) -> str:
     from workbench.report.motions.compared import differs_sentence  # not loaded for other studies
 
     return differs_sentence(rows)
+
+
+def _touched(result: Result) -> str:
+    """What each motion of a study touches, "" where there are not several."""
+    if len(result.motions) < 2:
+        return ""
+    from workbench.report.motions.words import touched_words  # not loaded for other studies
+
+    return touched_words(result.motions)
 
 
 def _lead(rows: ResultFile) -> tuple[str, str] | None:
@@ -156,6 +176,10 @@ def _sections(result: Result, rows: ResultFile, making: Making) -> list[Section]
     for k, (postures, some) in enumerate(zip(result.postures, rows.postures, strict=True)):
         found += postures_sections(postures, some, making, number=k)
         overlaps += overlap_lines(postures, making.views)
+    if result.study.moved:
+        from workbench.report.postures.moved import moved_sections  # not loaded for other studies
+
+        found += moved_sections(result, making)
     if result.motions:
         from workbench.report.motions.section import (  # not loaded for other studies
             motions_sections,
@@ -175,4 +199,23 @@ def _sections(result: Result, rows: ResultFile, making: Making) -> list[Section]
         found.append(Section("view", "view", title, making.views.lead))
     if making.files:
         found.append(data_section([(name, _HOLDS.get(name, "")) for name in making.files]))
+    if result.population is None:
+        found.append(method_section(_method(result)))
     return [*found, provenance_section(rows.provenance)]
+
+
+def _method(result: Result) -> dict[str, object]:
+    """What of the method applies to people in postures and motions."""
+    bodies = [person.body for found in result.postures for person in found.people]
+    bodies += [motion.study.body for motion in result.motions]
+    stated = {body.name: bool(np.isfinite(body.fit_error).all()) for body in bodies}
+    actions = [action for case in result.study.cases for action in case.actions]
+    return {
+        "known": [name for name, known in stated.items() if known],
+        "unknown": [name for name, known in stated.items() if not known],
+        "predicted": any(isinstance(action, PredictedPosture) for action in actions),
+        "reaches": any(found.reaches for found in result.postures),
+        "most": f"{1000 * MOST_SPARE:.0f}",
+        "envelopes": any(found.envelopes for found in result.postures),
+        "motions": bool(result.motions),
+    }

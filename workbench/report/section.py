@@ -17,6 +17,7 @@ __all__ = [
     "Section",
     "SectionWriter",
     "data_section",
+    "method_section",
     "provenance_section",
 ]
 
@@ -107,7 +108,15 @@ class SectionWriter:
     anchor_end: str = ""
     title_end: str = ""
 
-    def section(self, place: str, name: str, title: str, values: Mapping[str, Any]) -> Section:
+    def section(
+        self,
+        place: str,
+        name: str,
+        title: str,
+        values: Mapping[str, Any],
+        *,
+        folded: bool = False,
+    ) -> Section:
         """Write a section, see `Section`.
 
         Parameters
@@ -117,12 +126,22 @@ class SectionWriter:
         """
         file = f"{self.folder}/{name.rstrip('0123456789-')}.html.j2"
         html = Markup(template(file).render({**self.shared, **values}))
-        return Section(place, f"{name}{self.anchor_end}", f"{title}{self.title_end}", html)
+        title = f"{title}{self.title_end}"
+        return Section(place, f"{name}{self.anchor_end}", title, html, folded)
 
 
 def data_section(files: Sequence[tuple[str, str]]) -> Section:
     """The files beside a page. files: their names, and what is in them."""
     return Section("tables", "data", "Data", Markup(template("data.html.j2").render(files=files)))
+
+
+def method_section(values: Mapping[str, Any]) -> Section:
+    """How people in postures and motions are judged, and what that leaves out.
+
+    values: what of it applies, see the template.
+    """
+    html = Markup(template("method.html.j2").render(values))
+    return Section("method", "method", "Method and its limits", html, folded=True)
 
 
 def provenance_section(provenance: Mapping[str, Mapping[str, str]]) -> Section:

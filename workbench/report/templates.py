@@ -25,6 +25,7 @@ def template(name: str) -> jinja2.Template:
     environment.filters["for_reading"] = lambda text: without_polygons(text).replace("_", " ")
     environment.filters["plain"] = lambda name: name.replace("_", " ")
     environment.filters["percents"] = lambda text: text.replace(" %", "\u00a0%")
+    environment.filters["minus"] = lambda text: text.replace("-", "\u2212")
     environment.filters["figure"] = _figure
     return environment.get_template(name)
 

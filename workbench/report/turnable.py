@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import base64
-import io
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
@@ -15,18 +13,23 @@ from workbench.draw.camera import Camera, standard_view
 from workbench.draw.disks import disks
 from workbench.draw.scene import Mark, Scene
 from workbench.draw.web.packing import Packing
-from workbench.draw.web.snippet import place_html
+from workbench.draw.web.snippet import picture_address, place_html
 from workbench.draw.web.views import WebView
 from workbench.files.results.result import FindingRow, VerdictRow
 
-__all__ = ["CLOSE", "CloseUp", "Look", "PageViews", "close_up", "look", "still_picture"]
+__all__ = [
+    "CLOSE",
+    "CloseUp",
+    "Look",
+    "PageViews",
+    "close_up",
+    "look",
+    "still_picture",
+]
 
 CLOSE = 340
 """Width and height of a close-up [pixels]."""
-_COLOURS = 160
 _CLOSE_COLOURS = 128
-_METHOD = 1
-"""Of choosing the colours of a picture: that which covers all, so that marks keep theirs."""
 _AROUND = 0.22
 """How much a close-up shows on each side of its point [m]."""
 CloseUp = Callable[[FindingRow], str]
@@ -138,7 +141,7 @@ def look(view: int, point: Sequence[float], time: float | None = None, *, said: 
 
 def still_picture(scene: Scene, camera: Camera) -> str:
     """Draw a scene and return the picture as an address that holds it, in few colours."""
-    return _address(scene, camera, _COLOURS)
+    return picture_address(disks(scene, camera, mode="shaded"))
 
 
 def close_up(scene: Scene, point: Sequence[float], label: str) -> str:
@@ -170,12 +173,4 @@ def close_up(scene: Scene, point: Sequence[float], label: str) -> str:
     camera = min(cameras, key=lambda one: round(abs(float(one.toward @ way)), 6))
     x, y, z = at.tolist()
     marked = replace(scene, marks=(Mark((x, y, z), label),))
-    return _address(marked, camera, _CLOSE_COLOURS)
-
-
-def _address(scene: Scene, camera: Camera, colours: int) -> str:
-    """The picture of a scene as an address that holds it."""
-    out = io.BytesIO()
-    image = disks(scene, camera, mode="shaded").quantize(colours, method=_METHOD)
-    image.save(out, "PNG", optimize=True)
-    return "data:image/png;base64," + base64.b64encode(out.getvalue()).decode("ascii")
+    return picture_address(disks(marked, camera, mode="shaded"), colours=_CLOSE_COLOURS)

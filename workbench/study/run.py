@@ -8,6 +8,7 @@ from pathlib import Path
 
 from workbench.errors import UsageError
 from workbench.model.motion_case import Agreement, MotionCase
+from workbench.model.moves import displaced
 from workbench.model.population_found import PopulationFound
 from workbench.model.result import MotionFound, PosturesFound, Result, Verdict
 from workbench.model.study import Study
@@ -15,7 +16,7 @@ from workbench.study.checks.table import between_verdict
 from workbench.study.people import people_found, present_people
 from workbench.study.provenance import hashes, people_hash, versions
 
-__all__ = ["between_motions", "check_run", "run"]
+__all__ = ["between_motions", "check_run", "run", "unmoved_postures"]
 
 Say = Callable[[str], None]
 
@@ -64,10 +65,7 @@ def run(
 
 def _people(study: Study) -> Result:
     """Single people in postures and motions, those of several sizes one at a time."""
-    postures: list[PosturesFound] = []
-    for size, single in study.by_size() if study.postures else ():
-        there = present_people(single)
-        postures.append(_of_size(people_found(single, there), size))
+    postures = _postures(study)
     motions = _motions(study) if study.motions else ()
     verdicts = [verdict for posture in postures for verdict in posture.verdicts]
     verdicts += [verdict for motion in motions for verdict in motion.verdicts]
@@ -83,6 +81,21 @@ def _people(study: Study) -> Result:
         motions=motions,
         agreements=_agreements(study, motions),
     )
+
+
+def _postures(study: Study) -> list[PosturesFound]:
+    """Single people in postures, those of several sizes one at a time."""
+    return [
+        _of_size(people_found(single, present_people(single)), size)
+        for size, single in (study.by_size() if study.postures else ())
+    ]
+
+
+def unmoved_postures(study: Study) -> list[PosturesFound]:
+    """Find the single people of a study in postures with everything where the environment's file
+    has it; reach envelopes are left out."""
+    environment = displaced(study.environment, (), study.moved)
+    return _postures(replace(study, environment=environment, moved=(), reach_envelopes=()))
 
 
 def _motions(study: Study) -> tuple[MotionFound, ...]:

@@ -57,9 +57,9 @@ def percent(share: float, count: int) -> str:
     A share that is neither 0 nor 1 is never rounded to them: "under 1 %", "over 99.9 %".
     """
     least = 0.001 if count >= TENTHS_FROM else 0.01
-    if 1e-9 < share <= least / 2:
+    if 1e-9 < share <= least / 2 + 1e-9:
         return f"under {100 * least:g} %"
-    if 1 - least / 2 <= share < 1 - 1e-9:
+    if 1 - least / 2 - 1e-9 <= share < 1 - 1e-9:
         return f"over {100 * (1 - least):g} %"
     return f"{percent_number(share, count)} %"
 

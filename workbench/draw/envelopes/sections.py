@@ -109,8 +109,15 @@ def envelope_sections(
     middle = 0.5 * (low + high)
     forward, left, _ = np.eye(3)
     sections = [
-        _upright_section(envelope, "upright, forward to the right", forward, across=1),
-        _upright_section(envelope, "upright, seen from behind", -left, across=0),
+        _upright_section(
+            envelope,
+            "upright through the seat reference point, forward is to the right",
+            forward,
+            across=1,
+        ),
+        _upright_section(
+            envelope, "upright through the seat reference point, seen from behind", -left, across=0
+        ),
         *(_level_section(envelope, number) for number in range(len(envelope.heights))),
     ]
     slug = re.sub(r"[^a-z0-9]+", "-", f"{envelope.person}-{envelope.limb}-{envelope.zone}".lower())

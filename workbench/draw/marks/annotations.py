@@ -55,7 +55,13 @@ def contact_marks(contacts: Contacts, pose: int = 0, *, most: int = 20) -> tuple
 
 
 def clearance_marks(
-    placed: Placed, near: Clearance, pose: int = 0, *, most: int = 3, within: float = 0.15
+    placed: Placed,
+    near: Clearance,
+    pose: int = 0,
+    *,
+    most: int = 3,
+    within: float = 0.15,
+    named: bool = False,
 ) -> tuple[Mark, ...]:
     """Mark the nearest parts, or segments, that are not touched with dimension lines.
 
@@ -72,6 +78,8 @@ def clearance_marks(
         Largest number of dimension lines.
     within
         Largest distance [m].
+    named
+        Whether labels begin with the name of the part.
     """
     clear = _keeps_apart(near) & (near.distance[pose] > 0.0)
     distance = np.where(clear, near.distance[pose], np.inf)
@@ -79,7 +87,7 @@ def clearance_marks(
     nearest = distance[segment, np.arange(distance.shape[1])] if distance.size else np.empty(0)
     order = np.argsort(nearest, kind="stable")[:most]
     parts = [int(part) for part in order if nearest[part] <= within]
-    return tuple(dimension(placed, near, (pose, int(segment[k]), k)) for k in parts)
+    return tuple(dimension(placed, near, (pose, int(segment[k]), k), named=named) for k in parts)
 
 
 def _keeps_apart(near: Clearance) -> Bools:
@@ -94,8 +102,10 @@ def _keeps_apart(near: Clearance) -> Bools:
     return apart
 
 
-def dimension(placed: Placed, near: Clearance, pair: tuple[int, int, int]) -> Mark:
-    """Make the dimension line of one nearest pair, labelled "56.1 mm".
+def dimension(
+    placed: Placed, near: Clearance, pair: tuple[int, int, int], *, named: bool = False
+) -> Mark:
+    """Make the dimension line of one nearest pair, labelled "56.1 mm", or "canopy 56.1 mm".
 
     Parameters
     ----------
@@ -103,6 +113,8 @@ def dimension(placed: Placed, near: Clearance, pair: tuple[int, int, int]) -> Ma
         Placed body and its clearances.
     pair
         Indices of pose, segment and part.
+    named
+        Whether the label begins with the name of the part.
     """
     pose = pair[0]
     sphere = int(near.sphere[pair])
@@ -111,7 +123,12 @@ def dimension(placed: Placed, near: Clearance, pair: tuple[int, int, int]) -> Ma
     length = float(np.linalg.norm(point - centre))
     radius = placed.body.radius[placed.person[pose], sphere]
     on_body = centre + (point - centre) * (radius / length) if length > 0.0 else centre
-    return Mark(_point(on_body), _millimetres(near.distance[pair]), "clearance", _point(point))
+    label = _millimetres(near.distance[pair])
+    if named:
+        other = near.other
+        names = other.parts if isinstance(other, Environment) else other.segment_names
+        label = f"{names[pair[2]].replace('_', ' ')} {label}"
+    return Mark(_point(on_body), label, "clearance", _point(point))
 
 
 def stop_marks(

@@ -87,11 +87,13 @@ def _failing_mark(
         close = same & (person.clearance.distance[case] > 0.0)
         if person.name == finding.person and close.any():
             segment, part = np.argwhere(close)[0].tolist()
-            line = dimension(person.placed, person.clearance, (case, segment, part))
+            line = dimension(person.placed, person.clearance, (case, segment, part), named=True)
             return replace(mark_view(line), text=f"{number}: {line.label}", failing=True)
     return replace(mark_view(Mark(finding.point, str(number))), failing=True)
 
 
 def _near_marks(person: PersonFound, case: int, within: float) -> list[WebMark]:
-    marks = clearance_marks(person.placed, person.clearance, case, most=_EACH, within=within)
+    marks = clearance_marks(
+        person.placed, person.clearance, case, most=_EACH, within=within, named=True
+    )
     return [mark_view(mark) for mark in marks]

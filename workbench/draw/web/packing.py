@@ -79,6 +79,8 @@ class Packing:
             "times": None if view.times is None else _milliseconds(view.times),
             "gaps": None if view.gaps is None else self._gaps(view.gaps),
         }
+        if view.begin is not None and view.times is not None:
+            packed["begin"] = int(np.argmin(np.abs(np.array(view.times) - view.begin)))
         if view.states is not None:
             packed["states"] = list(view.states)
         self.views.append(packed)

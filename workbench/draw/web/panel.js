@@ -68,7 +68,7 @@ export class Panel {
     this.touch = new Touch(this);
     this.viewer.addEventListener("frame", () => this.labels.place());
     this.viewer.theme(dark);
-    this.at(0);
+    this.at(this.scene.begin ?? 0);
     this.reset();
     this.said.setAttribute("aria-live", "polite");
   }

@@ -9,10 +9,13 @@ from __future__ import annotations
 
 import base64
 import hashlib
+import io
 import re
 from functools import cache
 from html import escape
 from importlib.resources import files
+
+from PIL import Image
 
 from workbench.draw.web.packing import Packing
 from workbench.draw.web.views import WebView
@@ -23,6 +26,7 @@ __all__ = [
     "STILL",
     "WIDGET",
     "pair_html",
+    "picture_address",
     "place_html",
     "policy",
     "script",
@@ -56,6 +60,10 @@ _FRAME = 520
 """Height of an inline frame [pixels]."""
 STILL = 520
 """Width and height of a still picture [pixels]."""
+COLOURS = 160
+"""Colours of a still picture."""
+_COVERAGE = 1
+"""Of choosing the colours of a picture: that which covers all, so that marks keep theirs."""
 _IMPORT = re.compile(r"^import .*?;\n", re.MULTILINE | re.DOTALL)
 _COMMENT = re.compile(r"^\s*// .*\n", re.MULTILINE)
 _PAGE_STYLE = """:root { --ink: #1d2733; --soft: #5c6b7a; --line: #d9dfe5; --paper: #fff; --wash: #f5f7f9; }
@@ -67,6 +75,13 @@ body { margin: 0; font: 15px/1.5 system-ui, "Segoe UI", Roboto, "DejaVu Sans", s
 .turn { margin: 0; }
 .turn canvas { height: calc(100vh - 72px); min-height: 200px; }
 """
+
+
+def picture_address(image: Image.Image, *, colours: int = COLOURS) -> str:
+    """Return a picture as an address that holds it, a PNG of few colours."""
+    out = io.BytesIO()
+    image.quantize(colours, method=_COVERAGE).save(out, "PNG", optimize=True)
+    return "data:image/png;base64," + base64.b64encode(out.getvalue()).decode("ascii")
 
 
 @cache

@@ -138,6 +138,8 @@ class WebView:
     """Shown under the times of a motion."""
     look_from: str = "corner"
     """The view it opens with: left, right, front, back, top or corner."""
+    begin: float | None = None
+    """[s] of a motion that it opens at; its first frame if None."""
     states: tuple[str, str] | None = None
     """What the two states are called that a slider wipes between, None where there is but one."""
 

@@ -19,7 +19,8 @@ from workbench.files.results.comparison import MARK, ChangedPersonRow, Compariso
 from workbench.files.results.result import dump_json
 from workbench.model.comparison import Comparison, PairedShare
 from workbench.model.population import SEXES
-from workbench.report.comparison.picture import ChangedPerson, changed_picture
+from workbench.model.population_found import ChangedPerson
+from workbench.report.comparison.picture import changed_picture
 from workbench.report.comparison.words import (
     chance_words,
     change_sentence,
@@ -189,6 +190,7 @@ def comparison_page(
         page_script=Markup(page_script_html()),
         rows=rows,
         picture=Markup(picture),
+        unseen=seen is None and bool(found.gained or found.lost),
         view_style=Markup(style() if picture else ""),
         view_scripts=Markup(scripts_html(packing)),
         sections=_sections(found, rows),

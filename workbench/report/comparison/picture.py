@@ -2,33 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
 from html import escape
 
 from workbench.draw.scene import Mark, Scene, SceneBody
-from workbench.draw.views import four_views
-from workbench.draw.web.compared_view import compared_view
 from workbench.draw.web.packing import Packing
-from workbench.draw.web.snippet import STILL, pair_html
 from workbench.draw.web.views import scene_view
 from workbench.model.comparison import Comparison, Judged
-from workbench.model.population_found import Shown
+from workbench.model.population_found import ChangedPerson, Shown
 from workbench.report.comparison.words import change_sentence, worst_missed
 from workbench.report.population.words import millimetres_short, plain
-from workbench.report.turnable import still_picture
+from workbench.report.states import TwoStates, two_states
 
-__all__ = ["ChangedPerson", "changed_picture", "person_to_show"]
+__all__ = ["changed_picture", "person_to_show"]
 
 _NAMES = ("before", "after")
-
-
-@dataclass(frozen=True, eq=False)
-class ChangedPerson:
-    """Somebody who gains or loses, as found in both designs at the requirement that decides it."""
-
-    row: int
-    before: Shown
-    after: Shown
 
 
 def person_to_show(found: Comparison) -> tuple[int, str] | None:
@@ -54,13 +41,17 @@ def changed_picture(found: Comparison, seen: ChangedPerson, packing: Packing) ->
     scenes = [_scene(judged, shown, name, seen.row) for judged, shown in pairs]
     who = found.before.labels[seen.row]
     title = f"{who}: {plain(name)}"
-    one, two = (scene_view(scene, [who]) for scene in scenes)
-    index = packing.add(compared_view(one, two, names=_NAMES, title=title))
-    every = replace(scenes[0], bodies=scenes[0].bodies + scenes[1].bodies)
-    camera = dict(four_views(every, width=STILL, height=STILL))["left"]
-    stills = (still_picture(scenes[0], camera), still_picture(scenes[1], camera))
-    caption = "the slider moves the line between the designs before and after"
-    place = pair_html(index, stills=stills, names=_NAMES, alt=title, caption=caption)
+    place = two_states(
+        TwoStates(
+            views=(scene_view(scenes[0], [who]), scene_view(scenes[1], [who])),
+            scenes=(scenes[0], scenes[1]),
+            names=_NAMES,
+            title=title,
+            said=title,
+            caption="the slider moves the line between the designs before and after",
+        ),
+        packing,
+    )
     return f'<p class="soft">{escape(change_sentence(found, seen.row))}</p>\n{place}\n'
 
 

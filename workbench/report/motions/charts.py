@@ -28,6 +28,8 @@ _SOFT = f'font-size="12" fill="#5c6b7a" {_FONT}'
 _MOST_ROWS = 24
 _HEIGHT = 260
 _TOP = 14
+_KEY_ROW = 18
+"""Height [pixels] of a row of the key, which stands above the curves."""
 _BOTTOM = 34
 _CURVES_LEFT = 70
 
@@ -123,15 +125,17 @@ def curves(
         Whether the part below 0 is shaded.
     """
     axis = _Axis((float(time[0]), float(time[-1])), left=_CURVES_LEFT)
-    levels = _levels([values for _, values in lines])
+    top = _TOP + _KEY_ROW * (1 + (len(lines) - 1) // 3)
+    height = _HEIGHT + top - _TOP
+    levels = _levels([values for _, values in lines], top)
     across = f"{_CURVES_LEFT} {WIDTH - _RIGHT} {1000 * axis.start:g} {1000 * axis.end:g}"
-    down = f"{_TOP} {_HEIGHT - _BOTTOM} {levels.high:g} {levels.low:g}"
+    down = f"{top} {height - _BOTTOM} {levels.high:g} {levels.low:g}"
     data = f' data-across="{across}" data-down="{down}" data-unit="{escape(unit)}"'
-    parts = [_open(_HEIGHT, title, data)]
+    parts = [_open(height, title, data)]
     if zero and levels.low < 0:
         parts.append(levels.shade())
     parts += levels.grid()
-    parts += [*axis.grid(_HEIGHT), f'<text x="8" y="12" {_SOFT}>{unit}</text>']
+    parts += [*axis.grid(height, top), f'<text x="8" y="{top}" {_SOFT}>{unit}</text>']
     for k, (name, values) in enumerate(lines):
         samples = zip(*_thinned(time, values), strict=True)
         points = " ".join(f"{axis.x(t):.1f},{levels.y(v):.1f}" for t, v in samples)
@@ -153,7 +157,7 @@ def _dash(k: int) -> str:
 def _key(k: int, name: str, colour: str) -> str:
     """The k-th entry of the key, three a row."""
     x = 84 + (k % 3) * 330
-    y = _TOP + 12 + 16 * (k // 3)
+    y = 12 + _KEY_ROW * (k // 3)
     return (
         f'<path d="M{x - 12} {y - 4}h30" stroke="{colour}" stroke-width="2.4"{_dash(k)}/>'
         f'<text x="{x + 24}" y="{y}" '
@@ -163,16 +167,18 @@ def _key(k: int, name: str, colour: str) -> str:
 
 @dataclass(frozen=True)
 class _Levels:
-    """The values of curves from bottom to top: round numbers low and high, and steps between."""
+    """The values of curves from bottom to top: round numbers low and high, steps between, and where
+    the highest stands [pixels]."""
 
     low: float
     high: float
     step: float
+    top: int
 
     def y(self, value: float) -> float:
         """Where a value stands [pixels]."""
         share = (self.high - value) / (self.high - self.low)
-        return float(_TOP + share * (_HEIGHT - _TOP - _BOTTOM))
+        return float(self.top + share * (_HEIGHT - _TOP - _BOTTOM))
 
     def shade(self) -> str:
         """The part below 0."""
@@ -193,12 +199,12 @@ class _Levels:
         return parts
 
 
-def _levels(values: Sequence[Floats]) -> _Levels:
+def _levels(values: Sequence[Floats], top: int) -> _Levels:
     """Levels that hold all values, and 0."""
     low = min([float(v.min()) for v in values] + [0.0])
     high = max([float(v.max()) for v in values] + [low + 1e-9])
     step = _step(high - low)
-    return _Levels(step * np.floor(low / step), step * np.ceil(high / step), step)
+    return _Levels(step * np.floor(low / step), step * np.ceil(high / step), step, top)
 
 
 def _thinned(time: Floats, values: Floats, most: int = 900) -> tuple[Floats, Floats]:
@@ -225,13 +231,13 @@ class _Axis:
     def x(self, time: float) -> float:
         return self.left + (time - self.start) * self.scale
 
-    def grid(self, height: int) -> list[str]:
+    def grid(self, height: int, top: int = 4) -> list[str]:
         step = _step(1000 * (self.end - self.start), wanted=8)
         first = step * np.ceil(1000 * self.start / step - 1e-9)
         parts = []
         for ms in np.arange(first, 1000 * self.end + step * 1e-6, step):
             x = self.x(ms / 1000)
-            parts.append(f'<path d="M{x:.1f} 4V{height - 24}" stroke="#d9dfe5"/>')
+            parts.append(f'<path d="M{x:.1f} {top}V{height - 24}" stroke="#d9dfe5"/>')
             parts.append(
                 f'<text x="{x:.1f}" y="{height - 8}" text-anchor="middle" {_SOFT}>{ms + 0.0:g} ms</text>'
             )

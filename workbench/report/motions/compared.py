@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from markupsafe import Markup
 
 from workbench.files.results.result import ResultFile, VerdictRow
-from workbench.report.criteria import asked_words, measured_words
 from workbench.report.section import Section
-from workbench.report.templates import template
+from workbench.report.side_by_side import comes_out_differently, side_by_side
 
 __all__ = ["compared_section", "differs_sentence"]
 
@@ -20,20 +17,9 @@ def compared_section(rows: ResultFile, *, both: Markup | str = "") -> Section:
     both: the place of a picture of two of the motions, "" for none.
     """
     names = [motion.name for motion in rows.motions]
-    lines = []
-    for name, mine in _by_criterion(rows).items():
-        known = [verdict for verdict in mine.values() if verdict.worst is not None]
-        lines.append(
-            {
-                "name": name,
-                "cells": [_cell(mine.get(motion)) for motion in names],
-                "asked": asked_words(known[0]) if known else "–",
-                "differs": _differs(mine),
-            }
-        )
-    lines.sort(key=lambda line: not line["differs"])
-    html = template("motions/compared.html.j2").render(names=names, lines=lines, both=both)
-    return Section("compared", "compared", "What differs", Markup(html))
+    what = "Each criterion, motion by motion"
+    html = side_by_side(_by_criterion(rows), names, what=what, picture=both)
+    return Section("compared", "compared", "What differs", html)
 
 
 def _by_criterion(rows: ResultFile) -> dict[str, dict[str, VerdictRow]]:
@@ -45,19 +31,6 @@ def _by_criterion(rows: ResultFile) -> dict[str, dict[str, VerdictRow]]:
     return found
 
 
-def _differs(verdicts: dict[str, VerdictRow]) -> bool:
-    return len({verdict.passed for verdict in verdicts.values()}) > 1
-
-
-def _cell(verdict: VerdictRow | None) -> dict[str, Any]:
-    """What a criterion comes to in one motion."""
-    if verdict is None:
-        return {"text": "not asked", "passed": True, "asked": False}
-    measured = measured_words(verdict)
-    text = measured if verdict.worst is not None else verdict.sentence.rstrip(".").lower()
-    return {"text": text, "passed": verdict.passed, "asked": True}
-
-
 def differs_sentence(rows: ResultFile) -> str:
     """Which criteria do not come out alike in all motions: "4 of 7 criteria fail with “the lap belt
     alone” and hold with “lap and shoulder belts”: head excursion, ..."."""
@@ -66,7 +39,7 @@ def differs_sentence(rows: ResultFile) -> str:
         return "No criterion is asked of these motions."
     fails: dict[tuple[str, ...], list[str]] = {}
     for name, mine in criteria.items():
-        if _differs(mine):
+        if comes_out_differently(mine):
             failing = tuple(motion for motion, verdict in mine.items() if not verdict.passed)
             fails.setdefault(failing, []).append(name)
     if not fails:

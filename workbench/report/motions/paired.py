@@ -9,20 +9,21 @@ from dataclasses import replace
 import numpy as np
 from markupsafe import Markup
 
-from workbench.draw.views import four_views
-from workbench.draw.web.compared_view import compared_view
 from workbench.draw.web.motion_view import motion_view
-from workbench.draw.web.snippet import STILL, pair_html
 from workbench.draw.web.views import WebView
 from workbench.model.arrays import Floats
 from workbench.model.result import MotionFound, Result
 from workbench.report.motions.pictures import motion_scene
-from workbench.report.turnable import PageViews, still_picture
+from workbench.report.states import TwoStates, two_states
+from workbench.report.turnable import PageViews
 from workbench.report.words import milliseconds
 
-__all__ = ["paired_motions"]
+__all__ = ["decisive_time", "paired_motions"]
 
-_CAPTION = "the slider moves the line between the two; scrub or play to see both at one time"
+_CAPTION = (
+    "when the first criterion fails; the upper slider moves the line between the two, the lower one "
+    "the time"
+)
 
 
 def paired_motions(
@@ -54,19 +55,23 @@ def paired_motions(
             motion_view(motions[1], colours[two], times=times),
         )
     names = (motions[0].study.name, motions[1].study.name)
-    title = f"{motions[0].study.person}: {names[0]} and {names[1]}"
-    index = views.add(compared_view(*pair, names=names, title=title))
-    time = _decisive(motions)
-    scenes = [
+    time = decisive_time(motions)
+    first, second = (
         motion_scene(motion.study, time, colours[k])
         for motion, k in zip(motions, (one, two), strict=True)
-    ]
-    both = replace(scenes[0], bodies=scenes[0].bodies + scenes[1].bodies)
-    camera = dict(four_views(both, width=STILL, height=STILL))["left"]
-    stills = (still_picture(scenes[0], camera), still_picture(scenes[1], camera))
-    words = f"{motions[0].study.person} at {milliseconds(time)}, seen from the left"
-    html = pair_html(index, stills=stills, names=names, alt=words, caption=_CAPTION)
-    return Markup(html)
+    )
+    who = motions[0].study.person
+    return two_states(
+        TwoStates(
+            views=(replace(pair[0], begin=time), pair[1]),
+            scenes=(first, second),
+            names=names,
+            title=f"{who}: {names[0]} and {names[1]}",
+            said=f"{who} at {milliseconds(time)}, seen from the left",
+            caption=f"It begins at {milliseconds(time)}, {_CAPTION}",
+        ),
+        views.packing,
+    )
 
 
 def _common(pair: tuple[WebView, WebView]) -> Floats | None:
@@ -78,8 +83,8 @@ def _common(pair: tuple[WebView, WebView]) -> Floats | None:
     return np.linspace(start, end, max(len(first), 2)) if end > start else None
 
 
-def _decisive(motions: Sequence[MotionFound]) -> float:
-    """The time [s] at which the first criterion fails, the middle of the first motion where none
+def decisive_time(motions: Sequence[MotionFound]) -> float:
+    """Return the time [s] at which the first criterion fails, the middle of the first motion where none
     has a time."""
     times = [
         verdict.worst.time

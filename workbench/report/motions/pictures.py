@@ -1,9 +1,10 @@
-"""Pictures of motions: strips of positions with the belts where they run, and a film."""
+"""Pictures of motions: rows of positions with the belts where they run, and a film."""
 
 from __future__ import annotations
 
 import tempfile
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +15,8 @@ from workbench.draw.camera import Camera, standard_view
 from workbench.draw.disks import disks
 from workbench.draw.films.film import stamp_text, write_film
 from workbench.draw.films.motion import frame_times
-from workbench.draw.films.strip import strip_image, strip_svg
+from workbench.draw.films.strip import strip_image
+from workbench.draw.lines.compact import compacted
 from workbench.draw.lines.outline import outline
 from workbench.draw.scene import Scene, SceneBody
 from workbench.draw.section_planes import cut_away
@@ -27,7 +29,7 @@ from workbench.model.poses import Placed
 from workbench.report.words import milliseconds
 from workbench.study.crash.belts import with_belts
 
-__all__ = ["FILM_CAPTION", "motion_film", "motion_scene", "motion_strips"]
+__all__ = ["FILM_CAPTION", "motion_film", "motion_positions", "motion_scene"]
 
 FILM_CAPTION = "The motion in slow time."
 _SIZE = 420
@@ -48,9 +50,9 @@ def motion_scene(motion: MotionCase, time: float, colour: str) -> Scene:
     )
 
 
-def motion_strips(motions: Sequence[MotionCase], times: Floats) -> list[tuple[str, str]]:
-    """SVG and caption of a row of positions for each motion, seen from the side that shows most of
-    the way.
+def motion_positions(motions: Sequence[MotionCase], times: Floats) -> list[tuple[list[str], str]]:
+    """SVG of a row of positions for each motion, and from where they are seen: the side that shows
+    most of the way.
 
     Parameters
     ----------
@@ -61,16 +63,16 @@ def motion_strips(motions: Sequence[MotionCase], times: Floats) -> list[tuple[st
     """
     shown = _shown(motions, times)
     camera = _camera(shown, (_SIZE, _SIZE))
-    clock = [milliseconds(t) for t in times.tolist()]
-    strips = []
+    rows = []
     for row, (who, placed) in enumerate(shown):
         near = _opened(who.cabin, placed, camera)
-        scenes = (_scene(who, placed, k, near, row) for k in range(len(times)))
-        pictures = [outline(scene, camera) for scene in scenes]
-        name = f", {who.name}," if len(motions) > 1 else ""
-        caption = f"{who.person}{name} from the {camera.name} at {', '.join(clock)}"
-        strips.append((strip_svg(pictures, clock, title=caption), caption))
-    return strips
+        scenes = [
+            replace(scene, title=f"{scene.title} at {milliseconds(time)}")
+            for k, time in enumerate(times.tolist())
+            for scene in [_scene(who, placed, k, near, row)]
+        ]
+        rows.append(([compacted(outline(scene, camera)) for scene in scenes], camera.name))
+    return rows
 
 
 def motion_film(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -20,8 +21,9 @@ from workbench.model.result import MotionFound, Result
 from workbench.motion.signals import GRAVITY
 from workbench.report.motions.charts import clearance_curves, curves, timeline
 from workbench.report.motions.compared import compared_section
-from workbench.report.motions.paired import paired_motions
-from workbench.report.motions.pictures import FILM_CAPTION, motion_scene, motion_strips
+from workbench.report.motions.paired import decisive_time, paired_motions
+from workbench.report.motions.people import moving_people
+from workbench.report.motions.pictures import FILM_CAPTION, motion_positions, motion_scene
 from workbench.report.motions.words import (
     agreement_sentence,
     breach_sentence,
@@ -38,7 +40,7 @@ __all__ = ["motion_words", "motions_sections", "unasked_lines"]
 
 _POSITIONS = 5
 _COLOURS = ("warm", "blue")
-_CAPTION = "scrub or play; red spheres are deeper in something than is allowed"
+_CAPTION = "scrub or play; spheres are red while they are deeper in something than is allowed"
 _MOST_LINES = 14
 _MOST_FORCES = 6
 _FIGURES = ("peak", "3 ms", "HIC15", "HIC36", "delta-v")
@@ -55,10 +57,13 @@ def motions_sections(result: Result, rows: ResultFile, making: Making) -> list[S
     making.progress("pictures of the motion")
     found = result.motions
     moments = _moments(found)
-    strips = motion_strips([m.study for m in found], moments)
+    positions = motion_positions([m.study for m in found], moments)
     several = len(found) > 1
     colours = [_COLOURS[k % len(_COLOURS)] for k in range(len(found))]
-    shown = [motion_view(motion, colour) for motion, colour in zip(found, colours, strict=True)]
+    shown = [
+        replace(motion_view(motion, colour), begin=decisive_time([motion]), look_from="left")
+        for motion, colour in zip(found, colours, strict=True)
+    ]
     sections = []
     for k, (motion, row) in enumerate(zip(found, rows.motions, strict=True)):
         index = making.views.add(
@@ -66,14 +71,16 @@ def motions_sections(result: Result, rows: ResultFile, making: Making) -> list[S
             case=motion.study.name or motion.study.case,
             near=partial(_near, motion, colours[k]),
         )
-        strip, caption = strips[k]
+        drawings, side = positions[k]
         html = template("motions/happens.html.j2").render(
             m=_motion(motion, row, index),
             making=making,
             turnable=_place(making.views, index, motion, colours[k]),
-            strip=Markup(strip),
-            caption=caption,
-            happens=[(milliseconds(t), happening(motion, t)) for t in moments.tolist()],
+            positions=[
+                (Markup(drawing), milliseconds(t), happening(motion, t))
+                for drawing, t in zip(drawings, moments.tolist(), strict=True)
+            ],
+            side=side,
             film=making.film if not k else "",
             film_caption=FILM_CAPTION,
         )
@@ -82,7 +89,7 @@ def motions_sections(result: Result, rows: ResultFile, making: Making) -> list[S
     if several:
         both = paired_motions(result, shown, colours, making.views)
         sections.append(compared_section(rows, both=both))
-    return [*sections, *_tables(result, rows, making)]
+    return [*sections, moving_people(found, moments), *_tables(result, rows, making)]
 
 
 def _tables(result: Result, rows: ResultFile, making: Making) -> Iterator[Section]:
@@ -158,9 +165,7 @@ def _near(motion: MotionFound, colour: str, finding: FindingRow) -> str:
 def _place(views: PageViews, index: int, motion: MotionFound, colour: str) -> Markup:
     """The place of a motion's picture, with a still of what decides it."""
     name = motion.study.name or motion.study.case
-    times = [v.worst.time for v in motion.verdicts if not v.passed and v.worst is not None]
-    start, end = motion.episodes.span
-    time = next((t for t in times if np.isfinite(t)), (start + end) / 2)
+    time = decisive_time([motion])
     scene = motion_scene(motion.study, time, colour)
     camera = dict(four_views(scene, width=STILL, height=STILL))["left"]
     words = f"{name} at {milliseconds(time)}, seen from the left"

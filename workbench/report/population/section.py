@@ -16,13 +16,13 @@ from workbench.draw.camera import Camera, project
 from workbench.draw.reach_map import BANDS, LEVELS, map_controls, reach_map_svg
 from workbench.draw.scene import Mark, Scene, SceneBody
 from workbench.draw.views import four_views
-from workbench.draw.web.views import WebMark, scene_view
+from workbench.draw.web.views import WebMark, WebView, scene_view
 from workbench.model.accommodation import Gain, GroupShare, ReachMap
 from workbench.model.arrays import Bools, Floats
 from workbench.model.encumbrance import Encumbrance
 from workbench.model.measures import MASS
 from workbench.model.population import SEXES, Population
-from workbench.model.population_found import PopulationFound, Shown
+from workbench.model.population_found import PopulationFound, Shown, TriedChange
 from workbench.posture.seating.sides import middle
 from workbench.report.population.charts import (
     bar,
@@ -48,6 +48,7 @@ from workbench.report.population.words import (
     settable_words,
 )
 from workbench.report.section import Making, Section, SectionWriter
+from workbench.report.states import TwoStates, two_states
 from workbench.report.turnable import PageViews, still_picture
 from workbench.report.words import millimetres
 
@@ -55,6 +56,8 @@ __all__ = ["population_sections", "population_words"]
 
 _PICTURE = 520
 _MOST_MEASURES = 12
+_MOST_PAIRS = 3
+"""Changes that are shown before and after."""
 _TO_SCALE = 0.002
 """[m] How far a line may be longer or shorter than what it says."""
 _LEVELS = (1, 5, 50, 95, 99)
@@ -88,18 +91,24 @@ def population_sections(result: PopulationFound, making: Making) -> list[Section
     women = len(set(result.people.sex.tolist())) == 2
     every = {"requirements": requirements, "women": women}
     return [
-        *_changes(result, writer),
+        *_changes(result, making, writer),
         *_who(result, requirements, making, writer),
         writer.section("questions", "margins", "Margins", margins),
         writer.section("people", "crowd", "The people of the population", _crowd(result)),
         writer.section("tables", "requirements", "All requirements", every),
-        writer.section("method", "method", "Method and its limits", _method(result)),
+        writer.section("method", "method", "Method and its limits", _method(result), folded=True),
     ]
 
 
-def _changes(result: PopulationFound, writer: SectionWriter) -> Iterator[Section]:
+def _changes(result: PopulationFound, making: Making, writer: SectionWriter) -> Iterator[Section]:
     """The section of changes that were tried, the greatest gain first."""
-    gains = [_gain(gain, len(result.served)) for gain in result.gains]
+    count = len(result.served)
+    tried = sorted(result.tried, key=lambda change: -_joint_gain(change.gain))
+    gains = [
+        _gain(change.gain, count)
+        | {"picture": _tried_picture(result, change, making.views) if k < _MOST_PAIRS else ""}
+        for k, change in enumerate(tried)
+    ]
     no_gain = no_gain_words(result)
     if gains or no_gain:
         helpful = any(gain["helps"] for gain in gains) or not gains
@@ -157,7 +166,8 @@ def _crowd(result: PopulationFound) -> dict[str, Any]:
     if result.place.seat is not None:
         for words, column in (("forward", 0), ("up", 1)):
             values = np.percentile(1000.0 * result.seat[:, column], _LEVELS)
-            seats.append((f"seat position, {words}", "mm", [f"{v + 0.0:,.0f}" for v in values]))
+            texts = [f"{v + 0.0:,.0f}".replace("-", "−") for v in values]
+            seats.append((f"seat position, {words}", "mm", texts))
     count = len(people)
     return {
         "count": f"{count:,}",
@@ -369,10 +379,17 @@ def _compared(people: Population, name: str, mine: Bools) -> dict[str, str]:
     values = people.column(name)
     unit, factor = ("kg", 1.0) if name == MASS else ("mm", 1000.0)
     low, high = np.percentile(values, [5, 95])
-    # the mean share of all people who have less, those who have as much counted half
-    rank = np.mean([(values < v).mean() + (values == v).mean() / 2 for v in values[mine]])
+    middle = np.median(values)
+    ways = [
+        (word, int(count))
+        for word, count in (
+            ("small", (values[mine] < middle).sum()),
+            ("large", (values[mine] >= middle).sum()),
+        )
+        if count
+    ]
     return {
-        "way": "small" if rank < 0.35 else "large" if rank > 0.65 else "either way",
+        "way": ways[0][0] if len(ways) == 1 else ", ".join(f"{word} ({n})" for word, n in ways),
         "theirs": _range(values[mine].min() * factor, values[mine].max() * factor),
         "all": f"{_range(low * factor, high * factor)} {unit}",
     }
@@ -382,10 +399,15 @@ def _range(low: float, high: float) -> str:
     return f"{low:,.0f} to {high:,.0f}" if f"{low:.0f}" != f"{high:.0f}" else f"{low:,.0f}"
 
 
+def _joint_gain(gain: Gain) -> float:
+    """The share more that meets all requirements."""
+    return gain.joint_after - gain.joint_before
+
+
 def _gain(gain: Gain, count: int) -> dict[str, Any]:
     """One change as a sentence, with what a millimetre of it gives at first where that says
     something. count: of the people."""
-    joint = gain.joint_after - gain.joint_before
+    joint = _joint_gain(gain)
     helps = joint > 1e-9 or (gain.after > gain.before + 1e-9 and joint > -1e-9)
     rates = []
     if helps and gain.margin_rate >= 0.005:
@@ -408,19 +430,63 @@ def _picture(result: PopulationFound, found: Shown, views: PageViews) -> dict[st
     name = plain(result.requirements[found.requirement].name)
     label = person_label(result, found.row)
     mark = _lacking(result, found, lack)
-    scene = Scene((SceneBody(found.placed, 0, "warm"),), found.environment, (), name, label)
-    if mark is not None:
-        kind = "contact" if mark.to is None else "missed"
-        scene = replace(scene, marks=(Mark(mark.point, mark.text, kind, mark.to),))
+    scene = _scene(found, mark, name, label)
     cameras = four_views(scene, width=_PICTURE, height=_PICTURE)
     view, camera = max(cameras, key=lambda pair: (_length(pair[1], mark), pair[0] == "left"))
     alt = f"{name}: {lack} are lacking, seen {_FROM[view]}"
-    marks = () if mark is None else (mark,)
-    shown = replace(scene_view(scene, [label]), title=alt, marks=marks)
-    index = views.add(shown)
+    index = views.add(_view(scene, mark, alt))
     still = still_picture(scene, camera)
     caption = f"{label}, {name}: {lack} are lacking; lines are to scale"
     return {"turnable": views.place(index, still=still, alt=alt, caption=caption)}
+
+
+def _scene(found: Shown, mark: WebMark | None, name: str, label: str) -> Scene:
+    """The body in the cockpit as found, with a mark."""
+    scene = Scene((SceneBody(found.placed, 0, "warm"),), found.environment, (), name, label)
+    if mark is None:
+        return scene
+    kind = "reach" if not mark.failing else "contact" if mark.to is None else "missed"
+    return replace(scene, marks=(Mark(mark.point, mark.text, kind, mark.to),))
+
+
+def _view(scene: Scene, mark: WebMark | None, title: str) -> WebView:
+    """The same to be turned; the body is called what the scene says of it."""
+    marks = () if mark is None else (mark,)
+    return replace(scene_view(scene, [scene.description]), title=title, marks=marks)
+
+
+def _tried_picture(result: PopulationFound, change: TriedChange, views: PageViews) -> Markup:
+    """Somebody who gains by a change, before and after it; "" where nobody does."""
+    person = change.person
+    if person is None:
+        return Markup("")
+    before, after = change.margins
+    name = plain(change.gain.requirement)
+    label = person_label(result, person.row)
+    lack = f"{millimetres_short(-before)} mm"
+    point = person.after.tip or person.after.target
+    spare = None if point is None else WebMark(point, f"{1000 * after:,.0f} mm to spare")
+    marks = (_lacking(result, person.before, lack), spare)
+    one, two = (
+        _scene(found, mark, name, label)
+        for found, mark in zip((person.before, person.after), marks, strict=True)
+    )
+    title = f"{label}, {name}"
+    return two_states(
+        TwoStates(
+            views=(_view(one, marks[0], title), _view(two, marks[1], title)),
+            scenes=(one, two),
+            names=("as it is", plain(change.gain.words)),
+            title=title,
+            said=title,
+            caption=(
+                f"{label}: {lack} are lacking for “{name}” as it is, "
+                f"{1000 * after:,.0f} mm are to spare after {plain(change.gain.words)}; the slider "
+                "moves the line between the two"
+            ),
+        ),
+        views.packing,
+    )
 
 
 def _lacking(result: PopulationFound, found: Shown, lack: str) -> WebMark | None:

@@ -9,6 +9,7 @@ import numpy as np
 from markupsafe import Markup
 
 from workbench.draw.camera import Camera, project
+from workbench.draw.lines.compact import compacted
 from workbench.draw.lines.outline import outline
 from workbench.draw.marks.annotations import clearance_marks
 from workbench.draw.scene import Mark, Scene
@@ -31,14 +32,16 @@ def clearance_drawing(
     """
     marks: tuple[Mark, ...] = ()
     for person in people:
-        marks += clearance_marks(person.placed, person.clearance, case, most=_EACH, within=within)
+        marks += clearance_marks(
+            person.placed, person.clearance, case, most=_EACH, within=within, named=True
+        )
     if not marks:
         return None
     views = four_views(scene, width=size, height=size)
     name, camera = views[int(np.argmax([_length(camera, marks) for _, camera in views]))]
     words = f"line drawing with the {len(marks)} nearest clearances in millimetres"
     drawing = outline(replace(scene, marks=marks, description=words), camera)
-    return {"name": name.replace("_", " "), "svg": Markup(drawing)}
+    return {"name": name.replace("_", " "), "svg": Markup(compacted(drawing))}
 
 
 def _length(camera: Camera, marks: tuple[Mark, ...]) -> float:

@@ -16,6 +16,7 @@ from workbench.model.measures import MASS
 from workbench.model.person import Size
 from workbench.model.population import PopulationModel
 from workbench.model.result import PersonFound, PosturesFound
+from workbench.report.postures.held import posture_words
 from workbench.report.section import Making, Section
 from workbench.report.templates import template
 
@@ -54,15 +55,15 @@ def _person(found: PersonFound, row: PersonRow, cases: tuple[str, ...]) -> dict[
     return {
         "name": row.name,
         "description": row.description,
-        "body": f"{row.body}, {len(body.sphere_names):,} spheres"
-        + (f", level of detail {body.detail}" if body.detail else ""),
+        "detail": f"{len(body.sphere_names):,} spheres"
+        + (f" (level of detail {body.detail})" if body.detail else ""),
         "measures": [_measure(size, name) for name in size.measures] if size is not None else [],
         "source": size.population.name if size is not None else "",
         "seat": row.seat,
         "seat_at": _seat_words(row),
         "postures": [
-            (case, posture.name.replace("_", " "), _eyes(found, index))
-            for index, (case, posture) in enumerate(zip(cases, row.postures, strict=True))
+            (case, posture_words(found, index), _eyes(found, index))
+            for index, case in enumerate(cases)
         ],
         "angles": _angles(row, dict(zip(body.joints, body.joint_names, strict=True))),
     }
@@ -73,7 +74,15 @@ def _seat_words(row: PersonRow) -> str:
     forward, up = (round(value) + 0 for value in row.seat_mm or (0.0, 0.0))
     if not forward and not up:
         return "in its reference position"
-    return f"{forward:+d} mm forward and {up:+d} mm up of its reference position"
+    ways = [
+        f"{abs(value)} mm {more if value > 0 else less}"
+        for value, more, less in (
+            (forward, "in front of", "behind"),
+            (up, "above", "below"),
+        )
+        if value
+    ]
+    return f"{' and '.join(ways)} the reference position"
 
 
 def _measure(size: Size, name: str) -> tuple[str, str, str]:

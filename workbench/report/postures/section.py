@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -17,27 +16,28 @@ from workbench.draw.scene import Mark, Scene, SceneBody
 from workbench.draw.source import PEOPLE_COLOURS
 from workbench.draw.views import four_views
 from workbench.draw.web.case_view import case_view
-from workbench.draw.web.compared_view import compared_view
-from workbench.draw.web.snippet import pair_html
 from workbench.draw.web.views import WebView
 from workbench.files.results.postures import PosturesRows, ReachRow
 from workbench.files.results.result import FindingRow
 from workbench.model.result import Finding, PersonFound, PosturesFound
 from workbench.report.postures.drawing import clearance_drawing
 from workbench.report.postures.envelopes.pictures import envelope_pictures
+from workbench.report.postures.held import posture_words
 from workbench.report.postures.people import people_sections
 from workbench.report.postures.reach_rows import doubt_sentence
 from workbench.report.section import Making, Section, SectionWriter
+from workbench.report.states import TwoStates, two_states
 from workbench.report.turnable import Look, PageViews, close_up, look, still_picture
 from workbench.report.words import (
     contact_sentence,
     finding_sentence,
     millimetres,
+    reach_spare,
     without_polygons,
 )
 from workbench.study.unasked import unasked_overlaps
 
-__all__ = ["overlap_lines", "postures_sections"]
+__all__ = ["case_states", "overlap_lines", "postures_sections"]
 
 NEAR = 0.12
 PICTURE = 520
@@ -81,7 +81,7 @@ def postures_sections(
         title = f"Reach envelope: {envelope.person}, {envelope.limb}, zone {envelope.zone}"
         values = {
             "envelope": rows.envelopes[k],
-            "pictures": envelope_pictures(result, envelope),
+            "pictures": envelope_pictures(result, envelope, making.views),
             "legend": LEGEND,
         }
         found.append(writer.section("questions", f"envelope-{k + 1}", title, values))
@@ -174,10 +174,11 @@ def _short(row: ReachRow) -> str:
 
 
 def _zone_cell(row: ReachRow, place: Look) -> dict[str, Any]:
-    """Whether a control is reached in a zone, by which limb or by how much not; then with a link to
-    where the control is."""
+    """Whether a control is reached in a zone, by which limb and how much farther this would get, or by
+    how much not; then with a link to where the control is."""
     if row.reached:
-        return {"text": str(row.limb), "kind": "far", "look": Look()}
+        spare = "" if row.spare_mm is None else f", {reach_spare(row.spare_mm / 1000)} to spare"
+        return {"text": f"{row.limb}{spare}", "kind": "far", "look": Look()}
     text = f"{row.miss_mm:.0f} mm short: {row.limit}"
     kind = "hit" if row.zone >= row.own_zone else "close"
     return {"text": text, "kind": kind, "look": place}
@@ -209,7 +210,7 @@ def _case(result: PosturesFound, case: int, views: PageViews) -> dict[str, Any]:
         "turnable": views.place(
             index, still=still, alt=f"{name}, three quarter view", caption=_caption(result, view)
         ),
-        "people": [f"{p.name}: {p.postures[case].replace('_', ' ')}" for p in result.people],
+        "people": [f"{person.name}: {posture_words(person, case)}" for person in result.people],
         "stills": [(name.replace("_", " "), png) for name, png in stills.items()],
         "drawing": drawing,
         "marked": [
@@ -228,15 +229,56 @@ def _both(result: PosturesFound, views: PageViews) -> Markup:
     found = [[finding for _, finding in _shown(result, case)[0]] for case in (0, 1)]
     one, two = (case_view(result, case, found[case], within=NEAR) for case in (0, 1))
     who = " and ".join(person.name for person in result.people)
-    scenes = [_scene(result, case, found[case]) for case in (0, 1)]
-    index = views.add(
-        compared_view(one, two, names=names, title=f"{who}: {names[0]} and {names[1]}")
+    return two_states(
+        TwoStates(
+            views=(one, two),
+            scenes=(_scene(result, 0, found[0]), _scene(result, 1, found[1])),
+            names=names,
+            title=f"{who}: {names[0]} and {names[1]}",
+            said=who,
+            caption=BOTH,
+            side="corner",
+        ),
+        views.packing,
     )
-    every = replace(scenes[0], bodies=scenes[0].bodies + scenes[1].bodies)
-    camera = dict(four_views(every, width=PICTURE, height=PICTURE))["three_quarter"]
-    stills = (still_picture(scenes[0], camera), still_picture(scenes[1], camera))
-    html = pair_html(index, stills=stills, names=names, alt=who, caption=BOTH)
-    return Markup(html)
+
+
+def case_states(
+    found: tuple[PosturesFound, PosturesFound],
+    case: int,
+    *,
+    names: tuple[str, str],
+    caption: str,
+    making: Making,
+) -> Markup:
+    """Return the place of a picture of one case in two states of the environment.
+
+    Parameters
+    ----------
+    found
+        The same people in either state.
+    case
+        Index of the case.
+    names, caption
+        What the states are called, and what stands below the picture.
+    making
+        What the sections of the page share; a turnable picture is added.
+    """
+    marked = [[finding for _, finding in _shown(one, case)[0]] for one in found]
+    one, two = (case_view(each, case, marked[k], within=NEAR) for k, each in enumerate(found))
+    title = f"{one.title}: {names[0]} and {names[1]}"
+    return two_states(
+        TwoStates(
+            views=(one, two),
+            scenes=(_scene(found[0], case, marked[0]), _scene(found[1], case, marked[1])),
+            names=names,
+            title=title,
+            said=one.title,
+            caption=f"{one.title}; {caption}; the slider moves the line between the two",
+            side="corner",
+        ),
+        making.views.packing,
+    )
 
 
 def _same_case(result: PosturesFound, case: int) -> str:
@@ -378,7 +420,7 @@ def _cell(distance: float, allowed: float, place: Look) -> dict[str, Any]:
     elif distance < 0.1:
         kind = "near"
     return {
-        "text": f"{round(distance * 1000) + 0}",
+        "text": f"{round(distance * 1000) + 0}".replace("-", "−"),
         "kind": kind,
         "look": place if kind == "hit" else Look(),
     }
@@ -402,7 +444,7 @@ def _stop_cell(person: PersonFound, p: int, j: int) -> dict[str, str]:
     """The margin of joint j to its stop in case p; near is under 5 degrees."""
     margin = person.margin[p, j]
     return {
-        "text": f"{math.degrees(margin) + 0.0:.1f}",
+        "text": f"{math.degrees(margin) + 0.0:.1f}".replace("-", "−"),
         "motion": person.margin_motion[p][j].replace("_", " "),
         "kind": "hit" if margin < -1e-9 else "close" if margin < 0.0873 else "far",
     }

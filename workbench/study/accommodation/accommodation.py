@@ -121,7 +121,7 @@ def accommodation(
         alone=left_out_alone(met, found.sets[:, : len(asked)], people.weight),
         spread=spread_of(found.margin, people.weight),
         hardest=hardest,
-        gains=tuple(gains),
+        tried=tuple(gains),
         maps=tuple(maps),
         warnings=(
             *_warnings(question, body, bodies, met),

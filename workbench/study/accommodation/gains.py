@@ -10,10 +10,12 @@ from pathlib import Path
 
 import numpy as np
 
-from workbench.model.accommodation import Change, Gain, met_of
+from workbench.model.accommodation import MET, Change, Gain, met_of
 from workbench.model.arrays import Bools, Floats
+from workbench.model.population_found import ChangedPerson, TriedChange
 from workbench.study.accommodation.changes import borne_by, changed
 from workbench.study.accommodation.chunks import Chunk, Question, joined_chunks, result_chunks
+from workbench.study.accommodation.hardest import shown_people
 from workbench.study.accommodation.population_bodies import PopulationBodies
 from workbench.study.accommodation.proposals import growth, proposals
 from workbench.study.accommodation.shares import share_single
@@ -40,36 +42,41 @@ def gains_of(
     keep: Path | None,
     say: Callable[[str], None],
     executor: Executor | None = None,
-) -> Iterator[Gain]:
+) -> Iterator[TriedChange]:
     """The gains of changes that are asked for, or else of proposals that let more people meet
     everything."""
 
     def run(other: Question) -> Chunk:
         return joined_chunks(result_chunks(other, bodies, keep=keep, say=say, executor=executor))
 
-    def tried(change: Change, at: int | None) -> Gain:
+    def tried(change: Change, at: int | None) -> TriedChange:
         say(f"trying: {change.words}")
-        return _gain(question, found, run, change, at)
+        other = _changed_question(question, found, change)
+        then = run(other)
+        rows = borne_by(question.place, question.asked, change) if at is None else at
+        gain = _compared(question, found, then.margin, change, rows)
+        both = ((question, found), (other, then))
+        return _with_person(gain, both, bodies)
 
     if changes:
         yield from (tried(change, None) for change in changes)
         return
     good = 0
     for count, (change, at) in enumerate(proposals(question, found), 1):
-        gain = tried(change, at)
-        if gain.joint_after > gain.joint_before + 1e-12:
+        one = tried(change, at)
+        if one.gain.joint_after > one.gain.joint_before + 1e-12:
             good += 1
-            yield gain
+            yield one
         if good == MOST_GAINS or count == MOST_TRIES:
             return
 
 
-def _gain(question: Question, found: Chunk, run: Run, change: Change, at: int | None) -> Gain:
-    """The gain of a change, reported of the requirement `at`: else of the one it bears on most."""
+def _changed_question(question: Question, found: Chunk, change: Change) -> Question:
+    """What is asked of everybody with a change made."""
     asked = question.asked
     rows = borne_by(question.place, asked, change)
     place = changed(question.place, change)
-    other = replace(
+    return replace(
         question,
         place=place,
         asked=renewed(place, asked),
@@ -77,7 +84,39 @@ def _gain(question: Question, found: Chunk, run: Run, change: Change, at: int | 
         before=_before(question, found, rows),
         bounded=False,
     )
-    return _compared(question, found, run(other).margin, change, at if at is not None else rows)
+
+
+def _with_person(
+    gain: Gain, both: Sequence[tuple[Question, Chunk]], bodies: PopulationBodies
+) -> TriedChange:
+    """A gain with the person who lacked most of its requirement of those who meet everything by the
+    change; of those who meet the requirement by it where nobody meets everything.
+
+    both: the question and its answer without and with the change.
+    """
+    (question, found), (_, then) = both
+    r = [one.requirement.name for one in question.asked].index(gain.requirement)
+    lacking = np.where(np.isnan(found.margin[:, r]), 0.0, -found.margin[:, r])
+    before = met_of(found.margin)
+    after = met_of(then.margin)
+    meets = after[:, r] & (lacking > MET)
+    gains = meets & after.all(axis=1) & ~before.all(axis=1)
+    among = gains if gains.any() else meets
+    row = int(np.argmax(np.where(among, lacking, 0.0)))
+    if not among[row]:
+        return TriedChange(gain)
+    margins = (float(found.margin[row, r]), float(then.margin[row, r]))
+    one, two = (
+        next(shown_people(asked, bodies, _at_requirement(chunk, r), [row])) for asked, chunk in both
+    )
+    return TriedChange(gain, ChangedPerson(row, one, two), margins)
+
+
+def _at_requirement(chunk: Chunk, r: int) -> Chunk:
+    """A chunk as if nothing but one requirement were asked: people are shown at it."""
+    margin = np.full_like(chunk.margin, np.nan)
+    margin[:, r] = chunk.margin[:, r]
+    return replace(chunk, margin=margin)
 
 
 def _compared(

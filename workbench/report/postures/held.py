@@ -1,0 +1,36 @@
+"""What somebody does in a case, in words."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from workbench.model.posing import angles_of
+from workbench.model.result import PersonFound
+
+__all__ = ["posture_words"]
+
+_SAME = np.radians(0.05)
+"""[rad] Angles that are nearer to each other are shown alike."""
+_FOUND = ("predicted", "driver")
+"""Postures that are found anew in each case."""
+_MOST = 4
+"""Joints that are named."""
+
+
+def posture_words(person: PersonFound, case: int) -> str:
+    """Return the name of a posture, and the joints that are not as in the first case in which the
+    person takes it: "riding, but right shoulder, right elbow and right wrist"."""
+    name = person.postures[case]
+    first = person.postures.index(name)
+    words = name.replace("_", " ")
+    if first == case or name in _FOUND:
+        return words
+    angles = angles_of(person.body, person.poses)
+    other = np.flatnonzero((np.abs(angles[case] - angles[first]) > _SAME).any(axis=1))
+    if not len(other):
+        return words
+    names = [person.body.joint_names[int(joint)] for joint in other]
+    if len(names) > _MOST:
+        return f"{words}, but {len(names)} joints otherwise"
+    listed = " and ".join([", ".join(names[:-1]), names[-1]] if len(names) > 1 else names)
+    return f"{words}, but {listed} otherwise"
