@@ -40,6 +40,7 @@ from workbench.geometry.vectors import (
 
 __all__ = [
     "DEEPEST",
+    "GROUPS",
     "Limbs",
     "Obstacles",
     "Space",

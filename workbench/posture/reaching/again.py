@@ -20,6 +20,7 @@ from workbench.model.body import Body
 from workbench.model.environment import Environment
 from workbench.model.poses import Poses
 from workbench.posture.kernels.clear_reach import KEPT, Looked, Outcome, still_reaches
+from workbench.posture.kernels.contacts import GROUPS
 from workbench.posture.reaching.chains import goals_of, limb_task
 from workbench.posture.reaching.limbs import Limb
 from workbench.posture.reaching.linkage import joints_between
@@ -66,7 +67,7 @@ def no_reaches(body: Body, limb: Limb, shape: tuple[int, int]) -> KeptReaches:
     rows = shape[0] * shape[1]
     spheres = packed_limbs(body, limb).centre.shape[2]
     joints = len(joints_between(body, limb.base, limb.end))
-    looked = Looked(np.zeros((rows, 2, spheres, 3)), np.full((rows, 2, spheres), -1.0))
+    looked = Looked(np.zeros((rows, GROUPS, spheres, 3)), np.full((rows, GROUPS, spheres), -1.0))
     return KeptReaches(np.zeros((*shape, joints, 3)), np.zeros(shape, dtype=np.bool_), looked)
 
 
