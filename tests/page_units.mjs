@@ -16,7 +16,7 @@ import { isOf, stateAt, stripes, wipeWords } from "./view/wipe.js";
 import { veilOf } from "./page/envelope.js";
 import { across, fieldWords } from "./page/eye.js";
 import { components, dimensionLines, thingOf } from "./page/measure.js";
-import { nearestToFailing, startOf } from "./page/motion.js";
+import { nearestToFailing, startOf, surplus } from "./page/motion.js";
 import { band, bands, ticks } from "./page/reach_map.js";
 import { change, range, who } from "./page/people.js";
 import { isOfElement } from "./page/keys.js";
@@ -178,6 +178,14 @@ test("the least gap is found, drawn without gaps that are not known, and the cri
   assert.equal(startOf(600, 256), 512);
 });
 
+test("windows of a motion are let go by their bytes, what was looked at longest ago first", () => {
+  const windows = new Map([[512, { bytes: 30 }], [0, { bytes: 30 }], [256, { bytes: 30 }], [768, { bytes: 30 }]]);
+  assert.deepEqual(surplus(windows, 0, 120), []);
+  assert.deepEqual(surplus(windows, 0, 119), [512]);
+  assert.deepEqual(surplus(windows, 512, 60), [0, 256]);
+  assert.deepEqual(surplus(windows, 512, 1), [0, 256]); // the one that is shown and the last that came
+});
+
 test("frames of a window are shown, and an unseen segment is neither drawn nor picked", () => {
   const body = { ...SCENE.bodies[0], radius: [0.2, 0.1], failing: [], touching: [[0, 29, 31]], colour: [1, 2, 3], unseen: 1 };
   body.frames = Float32Array.of(0, 0, 0, 0, 0, 1, 5, 0, 0, 5, 0, 1);
@@ -216,7 +224,6 @@ test("two states share a picture without a gap, and what is of no state is in bo
     ["new alone", "old to the left of 40 %, new to the right", "old alone"]);
 });
 
-<<<<<<< HEAD
 test("a section is called by the side that goes, and its place", () => {
   assert.deepEqual(sectionOf("left=0.3"), { axis: 1, sign: 1, at: 0.3 });
   assert.deepEqual(sectionOf("back"), { axis: 0, sign: -1, at: undefined });
@@ -258,12 +265,12 @@ test("keys that an element needs are its own", () => {
 test("a step says its number and for how long it is taken", () => {
   assert.equal(stepWords(2, 3, "the motion is being read", 0.4), "Step 2 of 3: the motion is being read.");
   assert.equal(stepWords(2, 3, "the motion is being read", 4.9), "Step 2 of 3: the motion is being read, 4 s.");
-=======
+});
+
 test("a reach map's bands and ticks", () => {
   const levels = [0.5, 0.9, 0.95, 0.99];
   assert.deepEqual([0, 0.5, 0.89, 0.95, 1].map((share) => band(share, levels)), [0, 1, 1, 3, 4]);
   assert.deepEqual(bands(levels), ["under 50 %", "50 to 90 %", "90 to 95 %", "95 to 99 %", "99 % and more"]);
   assert.deepEqual(ticks(-230, 310), [-200, -100, 0, 100, 200, 300]);
   assert.deepEqual(ticks(0, 12), [0, 10]);
->>>>>>> people
 });

@@ -37,6 +37,9 @@ TENTH = 1e-4
 """Step [m] of lengths."""
 FINE = 1e-5
 """Step [m] of lengths that all lie within 0.3 m of each other."""
+_DEFLATED = 6
+"""How hard is deflated. A place of 10^6 triangles (27 MB) takes 0.8 s of CPU time and gives 2.16 MB;
+at level 9 it takes 14 s and gives 1.98 MB."""
 _FAR = 0.5
 """Gaps [m] beyond are shown alike."""
 
@@ -92,7 +95,7 @@ class Packing:
         text = {"arrays": entries, "views": self.views}
         header = json.dumps(text, ensure_ascii=False, separators=(",", ":")).encode()
         data = b"".join(array.data for array in self.arrays)
-        maker = zlib.compressobj(9, zlib.DEFLATED, -15)
+        maker = zlib.compressobj(_DEFLATED, zlib.DEFLATED, -15)
         whole = len(header).to_bytes(4, "little") + header + data
         return maker.compress(whole) + maker.flush()
 

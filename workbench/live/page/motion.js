@@ -3,7 +3,7 @@
 import { readBlock, sceneOf } from "/view/wire.js";
 import { ask } from "./connection.js";
 
-const KEPT = 40; // windows
+const KEPT = 32e6; // bytes of windows: two people of 400 spheres in 3,000 frames
 const REST = 300; // milliseconds after a change before its gaps are asked for
 
 // What is left of several gap curves: that of the criterion that is nearest to failing.
@@ -18,6 +18,21 @@ export function nearestToFailing(rows, asked) {
 
 // The frame of a window's grid that a frame belongs to.
 export const startOf = (frame, window) => window * Math.floor(frame / window);
+
+// The starts of windows to let go, the one that was looked at longest ago first, until no more than `most` bytes
+// are held. The one that is shown and the last that came stay, however large.
+export function surplus(windows, shown, most = KEPT) {
+  let held = 0;
+  for (const { bytes } of windows.values()) held += bytes;
+  const gone = [];
+  for (const start of [...windows.keys()].slice(0, -1)) {
+    if (held <= most) break;
+    if (start === shown) continue;
+    held -= windows.get(start).bytes;
+    gone.push(start);
+  }
+  return gone;
+}
 
 export class Motion {
   // picture: where it is shown; say: is told what goes on; shown: is called when a frame is shown.
@@ -135,6 +150,8 @@ export class Motion {
     if (frame - start > window / 2 && start + window < frames) this.want(start + window);
     const found = this.windows.get(start);
     if (!found) return false;
+    this.windows.delete(start); // the last in the order of the map: it was looked at last
+    this.windows.set(start, found);
     if (this.scene.first !== start || this.scene.window !== found) {
       this.scene.first = start;
       this.scene.window = found;
@@ -157,21 +174,23 @@ export class Motion {
     const { generation } = this;
     const { bodies } = sceneOf(await readBlock(arrays.block), 0);
     if (generation !== this.generation || !this.panel) return;
-    this.windows.set(head.from, { bodies, arrays });
-    if (this.windows.size > KEPT) {
-      const [oldest] = this.windows.keys();
-      this.windows.delete(oldest);
-      this.asked.delete(oldest);
-    }
+    const eyes = this.head.people.map((_, k) => arrays[`eyes${k}`]?.slice()); // without the message that they came in
+    const bytes = [...bodies.map((body) => body.frames), ...eyes].reduce((sum, some) => sum + (some?.byteLength ?? 0), 0);
+    this.windows.set(head.from, { bodies, eyes, bytes });
     const now = this.panel.film.frame;
-    if (startOf(now, this.head.window) === head.from) this.panel.at(now);
+    const shown = startOf(now, this.head.window);
+    for (const start of surplus(this.windows, shown)) {
+      this.windows.delete(start);
+      this.asked.delete(start);
+    }
+    if (shown === head.from) this.panel.at(now);
   }
 
   // Where somebody looks from in the frame that is shown: { at, sight, up, head, body }, or null.
   eyes(person) {
     const k = Math.max(0, this.head?.people.findIndex((one) => one.role === person) ?? 0);
     const start = this.scene?.first;
-    const rows = this.windows.get(start)?.arrays[`eyes${k}`];
+    const rows = this.windows.get(start)?.eyes[k];
     if (!rows || this.head.people[k].head === null) return null;
     const row = [...rows.subarray(9 * (this.frame - start), 9 * (this.frame - start + 1))];
     const body = this.head.people.slice(0, k).reduce((sum, one) => sum + one.bodies, 0);
