@@ -186,8 +186,7 @@ class DescribeDesk:
         edit = DESCRIBE_EDITS[question.verb](self.opened, self.live, question.given)
         before = self.history
         if edit.description.content != self.live.content:
-            entry = Entry(edit.description, question.verb, time=self.clock())
-            self.history = before.added(entry)
+            self.history = before.added(Entry(edit.description, time=self.clock()))
         try:
             return Replies([self._answered(question.number, edit.words)])
         except WorkbenchError:

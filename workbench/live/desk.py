@@ -344,8 +344,8 @@ class Desk:
 
     def _edit(self, question: Question) -> Replies:
         """Change the state; it is as it was where the state after has no answer."""
-        verb = EDITS[question.verb]
-        edit = verb.edit(self.opened, self._placement().placement, question.given)
+        make = EDITS[question.verb].edit
+        edit = make(self.opened, self._placement().placement, question.given)
         before = self.live, self.generation, self.verdicts, self.history
         same = edit.arrangement.content == self.live.content
         self.live = edit.arrangement
@@ -355,8 +355,7 @@ class Desk:
         if question.done and self.live.content != self.history.shown.arrangement.content:
             dragged = "done" in question.given  # other edits are steps of their own
             subject = " ".join(str(part) for part in question.subject) if dragged else ""
-            label = verb.label(question.given)
-            self.history = self.history.added(Entry(self.live, label, subject, self.clock()))
+            self.history = self.history.added(Entry(self.live, subject, self.clock()))
         try:
             return Replies([self._answered(question.number, edit.words)], changed=not same)
         except Exception:
