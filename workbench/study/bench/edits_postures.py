@@ -13,9 +13,9 @@ from workbench.model.environment import Control
 from workbench.model.study import GivenPosture, PredictedPosture
 from workbench.model.workplace import Aims
 from workbench.posture.reaching.limbs import FEET, HANDS, limb
-from workbench.study.bench.edits import LENGTH_STEP, Edit, rounded
+from workbench.study.bench.edits import Edit, held_seat
 from workbench.study.bench.placing import PlacedPerson, Placement, placed_environment
-from workbench.study.bench.state import Arrangement, OpenStudy, PersonState
+from workbench.study.bench.state import Arrangement, OpenStudy
 
 __all__ = ["Prediction", "freed", "posed", "predicted", "suggested"]
 
@@ -58,19 +58,9 @@ def posed(opened: OpenStudy, placement: Placement, person: str, name: str) -> Ed
     library = opened.study.roles[row].library
     if name not in library:
         raise InputError(f"no posture {name!r}; {one_of(name, library)}")
-    state = _held_seat(placement, row)
+    state = held_seat(placement, row)
     after = state.doing(arrangement.case, GivenPosture(name, library[name]))
     return Edit(arrangement.with_person(row, after), f"{person}: {name}")
-
-
-def _held_seat(placement: Placement, row: int) -> PersonState:
-    """A person whose seat is held where it stands."""
-    person = placement.arrangement.people[row]
-    if not person.free:
-        return person
-    there = placement.people[row]
-    forward, up = rounded(there.forward, LENGTH_STEP), rounded(there.up, LENGTH_STEP)
-    return replace(person, free=False, forward=forward, up=up)
 
 
 def predicted(opened: OpenStudy, placement: Placement, person: str, wanted: Prediction) -> Edit:
