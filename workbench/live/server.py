@@ -129,7 +129,7 @@ class Hub:
         self.work = ThreadPoolExecutor(1, "desk")
         self.preparing = ThreadPoolExecutor(1, "prepare")
         self.judging = ThreadPoolExecutor(1, "judge")
-        self.toiling = ThreadPoolExecutor(1, "toil")
+        self.jobs = ThreadPoolExecutor(1, "jobs")
         self.following = ThreadPoolExecutor(cores(), "follow")
         self.settling = ThreadPoolExecutor(1, "settle")
 
@@ -142,7 +142,7 @@ class Hub:
             self.answer,
             self.prepare,
             self.judge,
-            self.toil,
+            self.run_jobs,
             self.follow,
             self.settle,
             self.watch,
@@ -161,7 +161,7 @@ class Hub:
             self.work,
             self.preparing,
             self.judging,
-            self.toiling,
+            self.jobs,
             self.following,
             self.settling,
         ):
@@ -172,7 +172,7 @@ class Hub:
         loop = asyncio.get_running_loop()
         return await loop.run_in_executor(self.work, partial(function, *arguments))
 
-    async def go_on(self, step: Callable[[], Coroutine[Any, Any, None]]) -> None:
+    async def repeat(self, step: Callable[[], Coroutine[Any, Any, None]]) -> None:
         """Take a step again and again, also after one that failed."""
         while True:
             try:
@@ -232,7 +232,7 @@ class Hub:
         self.works.append((page, work))
         self.begun.set()
 
-    async def toil(self) -> None:
+    async def run_jobs(self) -> None:
         """Do what pages have asked for that takes long, piece by piece and in turn."""
         loop = asyncio.get_running_loop()
         await self.begun.wait()
@@ -242,7 +242,7 @@ class Hub:
         page, work = self.works.pop(0)
         if work.generation != self.study.generation or page not in self.pages:
             return
-        made = await loop.run_in_executor(self.toiling, work_made, work)
+        made = await loop.run_in_executor(self.jobs, work_made, work)
         for frame in made.frames:
             page.put(frame)
         newer = any((one, w.kind) == (page, work.kind) for one, w in self.works)
@@ -355,7 +355,7 @@ class Hub:
             self.changed.set()
             self.moved.set()
 
-    async def meet(self, opened: WebSocket) -> None:
+    async def serve_socket(self, opened: WebSocket) -> None:
         """Serve one page as long as it is open."""
         if SUBPROTOCOL not in opened.scope.get("subprotocols", ()):
             await opened.close(4400, "reload the page: it is of another version")
@@ -476,11 +476,11 @@ def live_application(desk: Desk | DescribeDesk, *, port: int, token: str) -> App
         return Response(pages["icon.svg"], media_type=PAGE["icon.svg"])
 
     async def ask(opened: WebSocket) -> None:
-        await hub.meet(opened)
+        await hub.serve_socket(opened)
 
     @asynccontextmanager
     async def running(app: Starlette) -> AsyncIterator[None]:
-        tasks = [asyncio.create_task(hub.go_on(one)) for one in hub.steps]
+        tasks = [asyncio.create_task(hub.repeat(one)) for one in hub.steps]
         try:
             yield
         finally:
