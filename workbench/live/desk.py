@@ -46,6 +46,7 @@ __all__ = [
     "busy_frame",
     "fault_frame",
     "internal",
+    "new_file",
     "work_made",
 ]
 
@@ -384,7 +385,10 @@ class Desk:
         return Replies([self._answered(question.number, "")], changed=True)
 
     def _save(self, question: Question) -> Replies:
-        to = self._new_file(question.given["to"])
+        name = question.given["to"]
+        if name and self.read_only:
+            raise InputError("the bench was started to read only")
+        to = new_file(Path.cwd(), name, like=self.path.stem) if name else None
         if to is None and not self.may_save:
             why = "a study of the catalogue" if self.catalogued else "opened to be read only"
             raise InputError(f"{self.path.name} is {why}: save it under another name")
@@ -404,17 +408,6 @@ class Desk:
         self.seen_change = False
         head = {"kind": "saved", "answers": question.number, "file": self.path.name}
         return Replies([packed(head), self._answered(0, f"saved {self.path.name}")])
-
-    def _new_file(self, name: str) -> Path | None:
-        """The file of the working folder that a name is of; None where none is given."""
-        if not name:
-            return None
-        if self.read_only:
-            raise InputError("the bench was started to read only")
-        hidden = name.startswith(".") or printable(name) != name
-        if hidden or Path(name).name != name or "\\" in name or not name.endswith(".yaml"):
-            raise InputError(f"a name such as {self.path.stem}_2.yaml is needed, got {name!r}")
-        return Path.cwd() / name
 
     def _reload(self, question: Question) -> Replies:
         return self._reloaded("read again", question.number)
@@ -439,6 +432,26 @@ def work_made(work: Work) -> Made:
         return Made([fault_frame(None, str(error))])
     except Exception as error:  # noqa: BLE001 (one work that fails must not end the bench)
         return Made([fault_frame(None, internal(error))])
+
+
+def new_file(folder: Path, name: str, *, like: str) -> Path:
+    """The file of a folder that a page names to save in.
+
+    Parameters
+    ----------
+    like
+        The name, without its ending, of the file that is saved; the message makes another of it.
+
+    Raises
+    ------
+    InputError
+        If the name is hidden, has a folder or what cannot be printed in it, or does not end in
+        .yaml.
+    """
+    hidden = name.startswith(".") or printable(name) != name
+    if hidden or Path(name).name != name or "\\" in name or not name.endswith(".yaml"):
+        raise InputError(f"a name such as {like}_2.yaml is needed, got {name!r}")
+    return folder / name
 
 
 def internal(error: Exception) -> str:
