@@ -133,6 +133,16 @@ class Preparation:
         return there
 
 
+@dataclass(frozen=True, eq=False)
+class _Restorable:
+    """What an edit changes of a desk; all of it is put back where the state after has no answer."""
+
+    live: Arrangement
+    generation: int
+    verdicts: bytes | None
+    history: History[Arrangement]
+
+
 class Desk:
     """One open study.
 
@@ -347,7 +357,7 @@ class Desk:
         """Change the state; it is as it was where the state after has no answer."""
         make = EDITS[question.verb].edit
         edit = make(self.opened, self._placement().placement, question.given)
-        before = self.live, self.generation, self.verdicts, self.history
+        before = _Restorable(self.live, self.generation, self.verdicts, self.history)
         same = edit.arrangement.content == self.live.content
         self.live = edit.arrangement
         if not same:
@@ -360,7 +370,10 @@ class Desk:
         try:
             return Replies([self._answered(question.number, edit.words)], changed=not same)
         except Exception:
-            self.live, self.generation, self.verdicts, self.history = before
+            self.live = before.live
+            self.generation = before.generation
+            self.verdicts = before.verdicts
+            self.history = before.history
             raise
 
     def _case(self, question: Question) -> Replies:
