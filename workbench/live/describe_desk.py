@@ -59,6 +59,7 @@ class DescribeDesk:
 
     page = "describe.html"
     verbs = DESCRIBE_VERBS
+    judges = False
 
     def __init__(
         self,
@@ -133,6 +134,9 @@ class DescribeDesk:
                 bodies.append(body_view(seated_person(file, name).placed, name, colour))
         place = drawn_place(self.opened, description, self._thin)
         return WebView(str(description.says["environment"]), tuple(bodies), place)
+
+    def preparation(self, question: Question) -> None:
+        """Say that nothing is to be done before `do`: None."""
 
     def do(self, question: Question) -> Replies:
         """Do what is asked. What cannot be done leaves everything as it was, and is reported to who

@@ -160,6 +160,7 @@ class Desk:
 
     page = "index.html"
     verbs = VERBS
+    judges = True
 
     def __init__(
         self,
