@@ -346,21 +346,21 @@ def test_another_case_is_looked_at(trainer):
 def test_history_undoes_and_redoes_and_joins_one_drag():
     states = [Arrangement((), case) for case in range(5)]
     history = History.of(states[0])
-    history = history.added(Entry(states[1], "elbow", "RE", 10.0))
-    history = history.added(Entry(states[2], "elbow", "RE", 10.0 + TOGETHER / 2))
-    history = history.added(Entry(states[3], "elbow", "RE", 12.0 + TOGETHER))
+    history = history.added(Entry(states[1], "RE", 10.0))
+    history = history.added(Entry(states[2], "RE", 10.0 + TOGETHER / 2))
+    history = history.added(Entry(states[3], "RE", 12.0 + TOGETHER))
     assert [one.arrangement for one in history.entries] == [states[0], states[2], states[3]]
     back = history.undone()
     assert back.shown.arrangement is states[2] and back.redone().shown is history.shown
     assert back.undone().undone().shown.arrangement is states[0]
-    other = back.added(Entry(states[4], "seat", "seat", 20.0))
+    other = back.added(Entry(states[4], "seat", 20.0))
     assert not other.can_redo and other.shown.arrangement is states[4]
 
 
 def test_history_forgets_the_oldest_states():
     history = History.of(Arrangement(()))
     for number in range(600):
-        history = history.added(Entry(Arrangement((), number), "turn"))
+        history = history.added(Entry(Arrangement((), number)))
     assert len(history.entries) == 500 and history.shown.arrangement.case == 599
 
 

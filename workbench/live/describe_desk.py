@@ -7,17 +7,18 @@ from collections.abc import Callable, Mapping
 from functools import cached_property
 from itertools import cycle
 from pathlib import Path
+from zlib import crc32
 
 import numpy as np
 
 from workbench.draw.web.thinning import ThinMesh, thinned
 from workbench.draw.web.views import PEOPLE, WebView, body_view
-from workbench.errors import InputError, WorkbenchError, printable
+from workbench.errors import InputError, WorkbenchError
 from workbench.geometry.components import component_labels
 from workbench.live.describe_frames import describe_hello, description_frame, drawn_place
 from workbench.live.describe_protocol import DESCRIBE_VERBS
 from workbench.live.describe_verbs import DESCRIBE_EDITS
-from workbench.live.desk import busy_frame, fault_frame, internal
+from workbench.live.desk import busy_frame, fault_frame, internal, new_file
 from workbench.live.protocol import Question, packed
 from workbench.live.replies import Replies
 from workbench.model.arrays import Ints
@@ -58,6 +59,7 @@ class DescribeDesk:
 
     page = "describe.html"
     verbs = DESCRIBE_VERBS
+    judges = False
 
     def __init__(
         self,
@@ -133,6 +135,9 @@ class DescribeDesk:
         place = drawn_place(self.opened, description, self._thin)
         return WebView(str(description.says["environment"]), tuple(bodies), place)
 
+    def preparation(self, question: Question) -> None:
+        """Say that nothing is to be done before `do`: None."""
+
     def do(self, question: Question) -> Replies:
         """Do what is asked. What cannot be done leaves everything as it was, and is reported to who
         asked."""
@@ -179,15 +184,14 @@ class DescribeDesk:
             *(seat.cushion.part + seat.back.part for seat in file.seats.values()),
             *(control.part for control in file.controls.values()),
         ]
-        return str(hash((*seats, self.sitting, *looks)))
+        return str(crc32(repr((*seats, self.sitting, *looks)).encode()))
 
     def _edited(self, question: Question) -> Replies:
         """Do an edit. A description that cannot be answered is not taken."""
         edit = DESCRIBE_EDITS[question.verb](self.opened, self.live, question.given)
         before = self.history
         if edit.description.content != self.live.content:
-            entry = Entry(edit.description, question.verb, time=self.clock())
-            self.history = before.added(entry)
+            self.history = before.added(Entry(edit.description, time=self.clock()))
         try:
             return Replies([self._answered(question.number, edit.words)])
         except WorkbenchError:
@@ -215,7 +219,8 @@ class DescribeDesk:
     def _save(self, question: Question) -> Replies:
         if self.read_only:
             raise InputError("the bench was started to read only")
-        to = self._new_file(question.given["to"])
+        name = question.given["to"]
+        to = new_file(self.target.parent, name, like=self.target.stem) if name else None
         self.disk = save_description(
             self.opened, self.live, self.disk, to=to or self.target, over=question.given["over"]
         )
@@ -232,15 +237,6 @@ class DescribeDesk:
         lead = f"next: {next_commands(self.target)[0]}"
         words = "; ".join([words, *unfinished(self.opened, self.live), lead])
         return Replies([packed(head), self._answered(0, words)])
-
-    def _new_file(self, name: str) -> Path | None:
-        """The file of that name in the folder where this one is; None where none is given."""
-        if not name:
-            return None
-        hidden = name.startswith(".") or printable(name) != name
-        if hidden or Path(name).name != name or "\\" in name or not name.endswith(".yaml"):
-            raise InputError(f"a name such as {self.target.stem}_2.yaml is needed, got {name!r}")
-        return self.target.parent / name
 
     def _reload(self, question: Question) -> Replies:
         self.open()

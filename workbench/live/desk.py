@@ -46,6 +46,7 @@ __all__ = [
     "busy_frame",
     "fault_frame",
     "internal",
+    "new_file",
     "work_made",
 ]
 
@@ -132,6 +133,16 @@ class Preparation:
         return there
 
 
+@dataclass(frozen=True, eq=False)
+class _Restorable:
+    """What an edit changes of a desk; all of it is put back where the state after has no answer."""
+
+    live: Arrangement
+    generation: int
+    verdicts: bytes | None
+    history: History[Arrangement]
+
+
 class Desk:
     """One open study.
 
@@ -149,6 +160,7 @@ class Desk:
 
     page = "index.html"
     verbs = VERBS
+    judges = True
 
     def __init__(
         self,
@@ -344,9 +356,9 @@ class Desk:
 
     def _edit(self, question: Question) -> Replies:
         """Change the state; it is as it was where the state after has no answer."""
-        verb = EDITS[question.verb]
-        edit = verb.edit(self.opened, self._placement().placement, question.given)
-        before = self.live, self.generation, self.verdicts, self.history
+        make = EDITS[question.verb].edit
+        edit = make(self.opened, self._placement().placement, question.given)
+        before = _Restorable(self.live, self.generation, self.verdicts, self.history)
         same = edit.arrangement.content == self.live.content
         self.live = edit.arrangement
         if not same:
@@ -355,12 +367,14 @@ class Desk:
         if question.done and self.live.content != self.history.shown.arrangement.content:
             dragged = "done" in question.given  # other edits are steps of their own
             subject = " ".join(str(part) for part in question.subject) if dragged else ""
-            label = verb.label(question.given)
-            self.history = self.history.added(Entry(self.live, label, subject, self.clock()))
+            self.history = self.history.added(Entry(self.live, subject, self.clock()))
         try:
             return Replies([self._answered(question.number, edit.words)], changed=not same)
         except Exception:
-            self.live, self.generation, self.verdicts, self.history = before
+            self.live = before.live
+            self.generation = before.generation
+            self.verdicts = before.verdicts
+            self.history = before.history
             raise
 
     def _case(self, question: Question) -> Replies:
@@ -385,7 +399,10 @@ class Desk:
         return Replies([self._answered(question.number, "")], changed=True)
 
     def _save(self, question: Question) -> Replies:
-        to = self._new_file(question.given["to"])
+        name = question.given["to"]
+        if name and self.read_only:
+            raise InputError("the bench was started to read only")
+        to = new_file(Path.cwd(), name, like=self.path.stem) if name else None
         if to is None and not self.may_save:
             why = "a study of the catalogue" if self.catalogued else "opened to be read only"
             raise InputError(f"{self.path.name} is {why}: save it under another name")
@@ -405,17 +422,6 @@ class Desk:
         self.seen_change = False
         head = {"kind": "saved", "answers": question.number, "file": self.path.name}
         return Replies([packed(head), self._answered(0, f"saved {self.path.name}")])
-
-    def _new_file(self, name: str) -> Path | None:
-        """The file of the working folder that a name is of; None where none is given."""
-        if not name:
-            return None
-        if self.read_only:
-            raise InputError("the bench was started to read only")
-        hidden = name.startswith(".") or printable(name) != name
-        if hidden or Path(name).name != name or "\\" in name or not name.endswith(".yaml"):
-            raise InputError(f"a name such as {self.path.stem}_2.yaml is needed, got {name!r}")
-        return Path.cwd() / name
 
     def _reload(self, question: Question) -> Replies:
         return self._reloaded("read again", question.number)
@@ -440,6 +446,26 @@ def work_made(work: Work) -> Made:
         return Made([fault_frame(None, str(error))])
     except Exception as error:  # noqa: BLE001 (one work that fails must not end the bench)
         return Made([fault_frame(None, internal(error))])
+
+
+def new_file(folder: Path, name: str, *, like: str) -> Path:
+    """The file of a folder that a page names to save in.
+
+    Parameters
+    ----------
+    like
+        The name, without its ending, of the file that is saved; the message makes another of it.
+
+    Raises
+    ------
+    InputError
+        If the name is hidden, has a folder or what cannot be printed in it, or does not end in
+        .yaml.
+    """
+    hidden = name.startswith(".") or printable(name) != name
+    if hidden or Path(name).name != name or "\\" in name or not name.endswith(".yaml"):
+        raise InputError(f"a name such as {like}_2.yaml is needed, got {name!r}")
+    return folder / name
 
 
 def internal(error: Exception) -> str:

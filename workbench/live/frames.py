@@ -111,12 +111,12 @@ def _seat(opened: OpenStudy, row: int) -> dict[str, Any] | None:
 def _body(body: Body) -> dict[str, Any]:
     """The segments and joints of a body; axes that do not turn have no motions."""
     stops = body.stops
+    locked = stops.locked
     joints = []
     for j, joint in enumerate(body.joints):
-        locked = [bool(stops.kind[j]) and stops.limits[j, axis].max() < 1e-6 for axis in range(3)]
         axes = [
             None
-            if locked[axis]
+            if locked[j, axis]
             else [motion.replace("_", " ") for motion in stops.motions[j][axis]]
             for axis in range(3)
         ]

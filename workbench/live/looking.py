@@ -11,14 +11,14 @@ from numpy.typing import NDArray
 
 from workbench.draw.envelopes.sections import envelope_sections, section_lines
 from workbench.draw.envelopes.solid import outer_faces
-from workbench.errors import InputError, one_of
+from workbench.errors import InputError
 from workbench.live.playing import WINDOW, Frames, Gaps, MotionScene, Near
 from workbench.live.protocol import Question, packed
 from workbench.live.replies import Made, Replies, Work
 from workbench.model.envelope import ReachTask
 from workbench.study.bench.answers import Answer
 from workbench.study.bench.measuring import Thing, measured
-from workbench.study.bench.motions import motion_names
+from workbench.study.bench.motions import check_motion
 from workbench.study.bench.placing import Placement
 from workbench.study.bench.reaching import check_reach, reaching_situation
 from workbench.study.bench.state import Arrangement, OpenStudy
@@ -87,13 +87,13 @@ def _name(thing: Thing) -> str:
 
 
 def _motion(desk: Desk, question: Question) -> Replies:
-    _check_motion(desk, question)
+    check_motion(desk.opened, question.given["case"])
     work = MotionScene(*_state(desk), question.given["case"])
     return _later(question, work, "the motion is being read")
 
 
 def _frames(desk: Desk, question: Question) -> Replies:
-    _check_motion(desk, question)
+    check_motion(desk.opened, question.given["case"])
     begin = question.given["from"]
     end = question.given["to"]
     if not begin < end <= begin + WINDOW:
@@ -105,25 +105,18 @@ def _frames(desk: Desk, question: Question) -> Replies:
 
 
 def _gaps(desk: Desk, question: Question) -> Replies:
-    _check_motion(desk, question)
+    check_motion(desk.opened, question.given["case"])
     return _later(question, Gaps(*_state(desk), question.given["case"]))
 
 
 def _near(desk: Desk, question: Question) -> Replies:
-    _check_motion(desk, question)
+    check_motion(desk.opened, question.given["case"])
     work = Near(*_state(desk), question.given["case"], question.given["frame"])
     return _later(question, work)
 
 
 def _state(desk: Desk) -> tuple[OpenStudy, Arrangement, int]:
     return desk.opened, desk.live, desk.generation
-
-
-def _check_motion(desk: Desk, question: Question) -> None:
-    names = motion_names(desk.opened)
-    case = question.given["case"]
-    if case not in names:
-        raise InputError(f"no motion {case!r}; {one_of(case, names)}")
 
 
 def _envelope(desk: Desk, question: Question) -> Replies:

@@ -16,7 +16,7 @@ from workbench.study.bench.state import Arrangement, OpenStudy
 
 __all__ = ["person_offers", "person_state"]
 
-UNLIKE = 0
+MIXED = 0
 """The zone of a person whose criteria ask for different ones; -1 is that of each control."""
 
 
@@ -81,6 +81,6 @@ def _zone(opened: OpenStudy, arrangement: Arrangement, person: str) -> int:
     """The harness zone that a person's reaches are judged in."""
     zones = {arrangement.zones[k] for k in reach_criteria(opened, person)}
     if len(zones) > 1:
-        return UNLIKE
+        return MIXED
     zone = next(iter(zones), None)
     return -1 if zone is None else zone

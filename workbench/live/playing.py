@@ -5,9 +5,9 @@ All of it is made in a thread of its own, of a frozen state with its number.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import lru_cache, partial
 from itertools import combinations, cycle
 from typing import Any
 
@@ -24,7 +24,7 @@ from workbench.errors import InputError
 from workbench.live.frames import near_row
 from workbench.live.protocol import packed
 from workbench.live.replies import Made
-from workbench.model.arrays import Floats
+from workbench.model.arrays import Floats, Ints
 from workbench.model.motion_case import MotionCase
 from workbench.model.moving import poses_at
 from workbench.model.poses import Placed
@@ -148,11 +148,12 @@ class Gaps(_Asked):
         placed = found.placed(times)
         least = np.full(len(times), np.inf)
         worst: dict[str, Any] = {}
-        for gap, words, points in _least_gaps(found, placed):
-            frame = int(gap.argmin())
-            if gap[frame] < least.min(initial=np.inf):
-                worst = {"words": words(frame), "point": points[frame].round(5).tolist()}
-            least = np.minimum(least, gap)
+        for gaps in _least_gaps(found, placed):
+            frame = int(gaps.room.argmin())
+            if gaps.room[frame] < least.min(initial=np.inf):
+                point = gaps.point[frame].round(5).tolist()
+                worst = {"words": gaps.words(frame), "point": point}
+            least = np.minimum(least, gaps.room)
         arrays: Arrays = [("least", least.astype(np.float32))]
         rows: list[dict[str, Any]] = []
         for motion, one in zip(found.motions, placed, strict=True):
@@ -168,17 +169,36 @@ class Gaps(_Asked):
         return Made([frame_bytes], more)
 
 
-def _least_gaps(found: Playing, placed: tuple[Placed, ...]) -> Iterator[Any]:
-    """(F,) [m] the least room of each role from parts, with the overlap that they allow, and of
-    each two from each other; of a frame the words and the point (F, 3) [m]."""
+@dataclass(frozen=True, eq=False)
+class _FrameGaps:
+    """What comes nearest to what in each of F frames: of a role and parts, or of two roles.
+
+    Parameters
+    ----------
+    room
+        (F,) [m] the least distance, with the overlap that parts allow added.
+    point
+        (F, 3) [m] where that is.
+    words
+        From the number of a frame to what comes near to what there.
+    """
+
+    room: Floats
+    point: Floats
+    words: Callable[[int], str]
+
+
+def _least_gaps(found: Playing, placed: tuple[Placed, ...]) -> Iterator[_FrameGaps]:
+    """The gaps of each role and parts, and of each two roles."""
     for motion, one in zip(found.motions, placed, strict=True):
         rooms = frame_rooms(motion, one)
         segment = np.nan_to_num(rooms.room, nan=np.inf).argmin(axis=1)
         each = np.arange(len(segment))
-        yield (
+        polygon = rooms.polygon[each, segment]
+        yield _FrameGaps(
             rooms.room[each, segment],
-            _part_words(motion, rooms.polygon[each, segment], segment),
             np.nan_to_num(rooms.point[each, segment]),
+            partial(_part_words, motion, segment, polygon),
         )
     for (a, one), (b, other) in combinations(enumerate(placed), 2):
         near = body_clearance(one, other)
@@ -186,31 +206,32 @@ def _least_gaps(found: Playing, placed: tuple[Placed, ...]) -> Iterator[Any]:
         pair = distance.argmin(axis=1)
         each = np.arange(len(pair))
         rows, columns = np.unravel_index(pair, near.distance.shape[1:])
-        people = found.motions[a], found.motions[b]
-        yield (
+        mine = partial(_segment_words, found.motions[a], rows)
+        yours = partial(_segment_words, found.motions[b], columns)
+        yield _FrameGaps(
             distance[each, pair],
-            _pair_words(people, rows, columns),
             near.point[each, rows, columns],
+            partial(_pair_words, mine, yours),
         )
 
 
-def _part_words(motion: MotionCase, polygon: Any, segment: Any) -> Any:
-    def words(frame: int) -> str:
-        part = motion.environment.polygon_part[max(int(polygon[frame]), 0)]
-        name = motion.environment.parts[int(part)] if polygon[frame] >= 0 else "nothing"
-        return f"{motion.person}: {motion.body.segment_names[int(segment[frame])]} – {name}"
-
-    return words
+def _segment_words(motion: MotionCase, segment: Ints, frame: int) -> str:
+    """The role and the segment (F,) of it in a frame."""
+    return f"{motion.person}: {motion.body.segment_names[int(segment[frame])]}"
 
 
-def _pair_words(people: tuple[MotionCase, MotionCase], rows: Any, columns: Any) -> Any:
-    def words(frame: int) -> str:
-        one, other = people
-        own = one.body.segment_names[int(rows[frame])]
-        theirs = other.body.segment_names[int(columns[frame])]
-        return f"{one.person}: {own} – {other.person}: {theirs}"
+def _part_words(motion: MotionCase, segment: Ints, polygon: Ints, frame: int) -> str:
+    """The segment (F,) of a frame and the part of its polygon (F,), -1 for none."""
+    environment = motion.environment
+    name = "nothing"
+    if polygon[frame] >= 0:
+        name = environment.parts[int(environment.polygon_part[int(polygon[frame])])]
+    return f"{_segment_words(motion, segment, frame)} – {name}"
 
-    return words
+
+def _pair_words(mine: Callable[[int], str], yours: Callable[[int], str], frame: int) -> str:
+    """The segments of two roles in a frame."""
+    return f"{mine(frame)} – {yours(frame)}"
 
 
 def _bodies(

@@ -78,64 +78,71 @@ class Question:
         return (self.verb, *(self.given.get(name) for name in names))
 
 
-def _text(value: Any) -> bool:
+def is_text(value: Any) -> bool:
+    """Whether a value is a text, not empty and not too long."""
     return isinstance(value, str) and 0 < len(value) <= LONGEST_TEXT
 
 
-def _flag(value: Any) -> bool:
+def is_flag(value: Any) -> bool:
+    """Whether a value is true or false."""
     return isinstance(value, bool)
 
 
-def _number(value: Any) -> bool:
-    return isinstance(value, (int, float)) and not _flag(value) and abs(value) < LARGEST
+def is_number(value: Any) -> bool:
+    """Whether a value is a number that is not too large."""
+    return isinstance(value, (int, float)) and not is_flag(value) and abs(value) < LARGEST
 
 
 def _count(value: Any) -> bool:
-    return isinstance(value, int) and not _flag(value) and 0 <= value < LARGEST
+    return isinstance(value, int) and not is_flag(value) and 0 <= value < LARGEST
 
 
-def _texts(value: Any) -> bool:
-    return isinstance(value, list) and len(value) <= MOST_NAMES and all(map(_text, value))
+def is_texts(value: Any) -> bool:
+    """Whether a value is a list of texts."""
+    return isinstance(value, list) and len(value) <= MOST_NAMES and all(map(is_text, value))
 
 
 def _numbers(value: Any) -> bool:
     """Numbers by name."""
-    return _named(value, _number)
+    return _named(value, is_number)
 
 
 def _names_by_limb(value: Any) -> bool:
-    return _named(value, _text)
+    return _named(value, is_text)
 
 
 def _named(value: Any, check: Callable[[Any], bool]) -> bool:
     return (
         isinstance(value, dict)
         and len(value) <= MOST_NAMES
-        and all(map(_text, value))
+        and all(map(is_text, value))
         and all(map(check, value.values()))
     )
 
 
-def _point(value: Any) -> bool:
-    return isinstance(value, list) and len(value) == 3 and all(map(_number, value))
+def is_point(value: Any) -> bool:
+    """Whether a value is a list of three numbers."""
+    return isinstance(value, list) and len(value) == 3 and all(map(is_number, value))
 
 
 def _thing(value: Any) -> bool:
     """Whether a value names a part, a control, or a segment of a person."""
-    if not isinstance(value, dict) or not all(map(_text, value.values())):
+    if not isinstance(value, dict) or not all(map(is_text, value.values())):
         return False
     return set(value) in ({"part"}, {"control"}, {"person", "segment"})
 
 
-def _any_of(*valid: object) -> Callable[[Any], bool]:
+def one_valid(*valid: object) -> Callable[[Any], bool]:
+    """Make the check that a value is one of some texts or whole numbers."""
+
     def check(value: Any) -> bool:
-        return not _flag(value) and isinstance(value, (str, int)) and value in valid
+        return not is_flag(value) and isinstance(value, (str, int)) and value in valid
 
     return check
 
 
 @dataclass(frozen=True)
-class _Taken:
+class Taken:
     """Something that a verb takes: what it must be, in words and as a check; and what holds where
     it is not given, `needed` where it must be."""
 
@@ -145,89 +152,81 @@ class _Taken:
     needed: bool = True
 
 
-# What the tables of other desks are made of.
-Taken = _Taken
 Verbs = Mapping[str, Mapping[str, Taken]]
-is_flag = _flag
-is_number = _number
-is_point = _point
-is_text = _text
-is_texts = _texts
-one_valid = _any_of
-
-_PERSON = _Taken("the name of a person", _text)
-_DONE = _Taken("true or false", _flag, True, needed=False)
-_METRES = _Taken("a number of metres", _number)
-_THING = _Taken("a part, a control, or a person and a segment", _thing)
-_MOTION = _Taken("the name of a case that is a motion", _text)
-_FRAME = _Taken("the number of a frame", _count)
+"""What may be asked of a desk, and what each verb takes."""
+_PERSON = Taken("the name of a person", is_text)
+_DONE = Taken("true or false", is_flag, True, needed=False)
+_METRES = Taken("a number of metres", is_number)
+_THING = Taken("a part, a control, or a person and a segment", _thing)
+_MOTION = Taken("the name of a case that is a motion", is_text)
+_FRAME = Taken("the number of a frame", _count)
 _GRIPS = tuple(grip for grips in GRIPS.values() for grip in grips)
 
-VERBS: Mapping[str, Mapping[str, _Taken]] = {
+VERBS: Verbs = {
     "joint": {
         "person": _PERSON,
-        "joint": _Taken("the mnemonic of a joint", _text),
-        "axis": _Taken("0, 1 or 2", _any_of(0, 1, 2)),
-        "degrees": _Taken("a number of degrees", _number),
+        "joint": Taken("the mnemonic of a joint", is_text),
+        "axis": Taken("0, 1 or 2", one_valid(0, 1, 2)),
+        "degrees": Taken("a number of degrees", is_number),
         "done": _DONE,
     },
     "hand": {
         "person": _PERSON,
-        "limb": _Taken("a hand or foot", _any_of(*HANDS, *FEET)),
-        "target": _Taken("three numbers of metres", _point, needed=False),
-        "control": _Taken("the name of a control", _text, "", needed=False),
-        "grip": _Taken("a grip", _any_of(*_GRIPS), needed=False),
-        "zone": _Taken("1, 2 or 3", _any_of(*ZONES), 1, needed=False),
-        "obstacles": _Taken("true or false", _flag, False, needed=False),
+        "limb": Taken("a hand or foot", one_valid(*HANDS, *FEET)),
+        "target": Taken("three numbers of metres", is_point, needed=False),
+        "control": Taken("the name of a control", is_text, "", needed=False),
+        "grip": Taken("a grip", one_valid(*_GRIPS), needed=False),
+        "zone": Taken("1, 2 or 3", one_valid(*ZONES), 1, needed=False),
+        "obstacles": Taken("true or false", is_flag, False, needed=False),
         "done": _DONE,
     },
     "seat": {"person": _PERSON, "forward": _METRES, "up": _METRES, "done": _DONE},
     "move": {
-        "parts": _Taken("a list of names of parts", _texts, [], needed=False),
-        "controls": _Taken("a list of names of controls", _texts, [], needed=False),
-        "by": _Taken("three numbers of metres", _point),
+        "parts": Taken("a list of names of parts", is_texts, [], needed=False),
+        "controls": Taken("a list of names of controls", is_texts, [], needed=False),
+        "by": Taken("three numbers of metres", is_point),
         "done": _DONE,
     },
     "adjust": {
-        "name": _Taken("the name of an adjustment", _text),
-        "value": _Taken("a number of metres, or of radians", _number),
+        "name": Taken("the name of an adjustment", is_text),
+        "value": Taken("a number of metres, or of radians", is_number),
     },
     "size": {
         "person": _PERSON,
-        "sex": _Taken("male or female", _any_of("male", "female"), "", needed=False),
-        "measures": _Taken("metres by the name of a measure", _numbers, {}, needed=False),
-        "percentiles": _Taken("percentiles by the name of a measure", _numbers, {}, needed=False),
-        "mass": _Taken("a number of kilograms", _number, needed=False),
-        "age": _Taken("a number of years", _number, needed=False),
+        "sex": Taken("male or female", one_valid("male", "female"), "", needed=False),
+        "measures": Taken("metres by the name of a measure", _numbers, {}, needed=False),
+        "percentiles": Taken("percentiles by the name of a measure", _numbers, {}, needed=False),
+        "mass": Taken("a number of kilograms", is_number, needed=False),
+        "age": Taken("a number of years", is_number, needed=False),
     },
-    "clothes": {"person": _PERSON, "clothes": _Taken("a list of names of clothes", _texts)},
-    "harness": {"person": _PERSON, "zone": _Taken("1, 2 or 3", _any_of(*ZONES), needed=False)},
-    "posture": {"person": _PERSON, "name": _Taken("the name of a posture", _text)},
+    "clothes": {"person": _PERSON, "clothes": Taken("a list of names of clothes", is_texts)},
+    "harness": {"person": _PERSON, "zone": Taken("1, 2 or 3", one_valid(*ZONES), needed=False)},
+    "posture": {"person": _PERSON, "name": Taken("the name of a posture", is_text)},
     "predict": {
         "person": _PERSON,
-        "like": _Taken("the name of a posture", _text),
-        "holds": _Taken("names of controls by limb", _names_by_limb, {}, needed=False),
-        "eyes": _Taken("the name of a point", _text, "", needed=False),
-        "heels": _Taken("the name of a point", _text, "", needed=False),
+        "like": Taken("the name of a posture", is_text),
+        "holds": Taken("names of controls by limb", _names_by_limb, {}, needed=False),
+        "eyes": Taken("the name of a point", is_text, "", needed=False),
+        "heels": Taken("the name of a point", is_text, "", needed=False),
     },
     "free": {"person": _PERSON},
     "mirror": {"person": _PERSON},
-    "case": {"name": _Taken("the name of a case", _text)},
+    "case": {"name": Taken("the name of a case", is_text)},
     "criterion": {
         "person": _PERSON,
-        "segment": _Taken("the name of a segment", _text),
-        "part": _Taken("the name of a part", _text, "", needed=False),
-        "other": _Taken("the name of a person", _text, "", needed=False),
-        "other_segment": _Taken("the name of a segment", _text, "", needed=False),
+        "segment": Taken("the name of a segment", is_text),
+        "part": Taken("the name of a part", is_text, "", needed=False),
+        "other": Taken("the name of a person", is_text, "", needed=False),
+        "other_segment": Taken("the name of a segment", is_text, "", needed=False),
         "at_least": _METRES,
-        "name": _Taken("a name", _text, "", needed=False),
+        "name": Taken("a name", is_text, "", needed=False),
     },
     "measure": {"of": _THING, "to": _THING},
     "envelope": {
         "person": _PERSON,
-        "limb": _Taken("a hand", _any_of(*HANDS)),
-        "zone": _Taken("1, 2 or 3", _any_of(*ZONES), 1, needed=False),
-        "obstacles": _Taken("true or false", _flag, True, needed=False),
+        "limb": Taken("a hand", one_valid(*HANDS)),
+        "zone": Taken("1, 2 or 3", one_valid(*ZONES), 1, needed=False),
+        "obstacles": Taken("true or false", is_flag, True, needed=False),
     },
     "motion": {"case": _MOTION},
     "frames": {"case": _MOTION, "from": _FRAME, "to": _FRAME},
@@ -237,9 +236,9 @@ VERBS: Mapping[str, Mapping[str, _Taken]] = {
     "undo": {},
     "redo": {},
     "save": {
-        "sharing": _Taken("ask, all or one", _any_of("ask", "all", "one"), "ask", needed=False),
-        "over": _Taken("true or false", _flag, False, needed=False),
-        "to": _Taken("the name of a file", _text, "", needed=False),
+        "sharing": Taken("ask, all or one", one_valid("ask", "all", "one"), "ask", needed=False),
+        "over": Taken("true or false", is_flag, False, needed=False),
+        "to": Taken("the name of a file", is_text, "", needed=False),
     },
     "reload": {},
 }
@@ -265,7 +264,7 @@ def parsed(text: str | bytes, verbs: Verbs | None = None) -> Question:
         raise InputError(f"a message has at most {LONGEST} bytes, got {len(data)}")
     message = _object(data)
     number = message.pop("n", 0)
-    if not isinstance(number, int) or _flag(number) or not 0 <= number < LARGEST:
+    if not isinstance(number, int) or is_flag(number) or not 0 <= number < LARGEST:
         raise InputError("n: a whole number from 0 on is needed")
     verb = message.pop("do", None)
     table = VERBS if verbs is None else verbs
@@ -296,7 +295,7 @@ def _finite(text: str) -> float:
     return value
 
 
-def _given(verb: str, taken: Mapping[str, _Taken], message: Mapping[str, Any]) -> dict[str, Any]:
+def _given(verb: str, taken: Mapping[str, Taken], message: Mapping[str, Any]) -> dict[str, Any]:
     """What a verb takes, with what holds where something is not given."""
     for key in message:
         if key not in taken:

@@ -20,13 +20,12 @@ from contextlib import asynccontextmanager
 from functools import partial
 from importlib.resources import files
 from itertools import product
-from typing import Any, TypeVar
+from typing import Any, Protocol, TypeVar
 
 from workbench.draw.web.packing import Packing
 from workbench.draw.web.snippet import MODULES
 from workbench.draw.web.views import WebView
 from workbench.errors import InputError, MissingPartError, WorkbenchError
-from workbench.live.describe_desk import DescribeDesk
 from workbench.live.desk import (
     Desk,
     Judgement,
@@ -39,7 +38,7 @@ from workbench.live.desk import (
 )
 from workbench.live.guard import Application, Guard
 from workbench.live.pages import Page, PageClosedError
-from workbench.live.protocol import LONGEST, SUBPROTOCOL, Question, parsed
+from workbench.live.protocol import LONGEST, SUBPROTOCOL, Question, Verbs, parsed
 from workbench.live.replies import Replies, Work
 from workbench.live.waiting import Waiting
 from workbench.threads import cores
@@ -111,10 +110,43 @@ VIEW["view.css"] = "text/css; charset=utf-8"
 Found = TypeVar("Found")
 
 
+class AnyDesk(Protocol):
+    """What the server asks of every desk.
+
+    Parameters
+    ----------
+    page
+        The file of its page.
+    verbs
+        What may be asked of it.
+    judges
+        Whether its states are judged once they rest, and its file is watched: it is a `Desk`.
+    """
+
+    page: str
+    verbs: Verbs
+    judges: bool
+
+    def greeting(self) -> list[bytes]:
+        """What a page needs that was just opened."""
+
+    def state(self) -> list[bytes]:
+        """The answer to the state as it is."""
+
+    def scene(self) -> WebView:
+        """The picture as it is now."""
+
+    def preparation(self, question: Question) -> Preparation | None:
+        """What another thread is to do before `do`; None where nothing is."""
+
+    def do(self, question: Question) -> Replies:
+        """Do what is asked."""
+
+
 class Hub:
     """What is done for the pages that are open on one desk."""
 
-    def __init__(self, desk: Desk | DescribeDesk) -> None:
+    def __init__(self, desk: AnyDesk) -> None:
         self.desk = desk
         self.pages: set[Page] = set()
         self.waiting: Waiting[Page] = Waiting()
@@ -129,20 +161,20 @@ class Hub:
         self.work = ThreadPoolExecutor(1, "desk")
         self.preparing = ThreadPoolExecutor(1, "prepare")
         self.judging = ThreadPoolExecutor(1, "judge")
-        self.toiling = ThreadPoolExecutor(1, "toil")
+        self.jobs = ThreadPoolExecutor(1, "jobs")
         self.following = ThreadPoolExecutor(cores(), "follow")
         self.settling = ThreadPoolExecutor(1, "settle")
 
     @property
     def steps(self) -> tuple[Callable[[], Coroutine[Any, Any, None]], ...]:
         """What is done again and again as long as the bench is served."""
-        if isinstance(self.desk, DescribeDesk):
+        if not self.desk.judges:
             return (self.answer,)
         return (
             self.answer,
             self.prepare,
             self.judge,
-            self.toil,
+            self.run_jobs,
             self.follow,
             self.settle,
             self.watch,
@@ -150,7 +182,7 @@ class Hub:
 
     @property
     def study(self) -> Desk:
-        """The desk of a study, which alone is judged, followed and watched."""
+        """The desk where it is that of a study, which alone judges."""
         assert isinstance(self.desk, Desk)
         return self.desk
 
@@ -161,7 +193,7 @@ class Hub:
             self.work,
             self.preparing,
             self.judging,
-            self.toiling,
+            self.jobs,
             self.following,
             self.settling,
         ):
@@ -172,7 +204,7 @@ class Hub:
         loop = asyncio.get_running_loop()
         return await loop.run_in_executor(self.work, partial(function, *arguments))
 
-    async def go_on(self, step: Callable[[], Coroutine[Any, Any, None]]) -> None:
+    async def repeat(self, step: Callable[[], Coroutine[Any, Any, None]]) -> None:
         """Take a step again and again, also after one that failed."""
         while True:
             try:
@@ -201,9 +233,7 @@ class Hub:
 
     async def answer_one(self, asker: Page, question: Question) -> None:
         """Do what is asked, or let it be prepared first."""
-        preparation = None
-        if isinstance(self.desk, Desk):
-            preparation = await self.at_desk(self.desk.preparation, question)
+        preparation = await self.at_desk(self.desk.preparation, question)
         if preparation is None:
             await self.replied(await self.at_desk(self.desk.do, question), asker)
             return
@@ -232,7 +262,7 @@ class Hub:
         self.works.append((page, work))
         self.begun.set()
 
-    async def toil(self) -> None:
+    async def run_jobs(self) -> None:
         """Do what pages have asked for that takes long, piece by piece and in turn."""
         loop = asyncio.get_running_loop()
         await self.begun.wait()
@@ -242,7 +272,7 @@ class Hub:
         page, work = self.works.pop(0)
         if work.generation != self.study.generation or page not in self.pages:
             return
-        made = await loop.run_in_executor(self.toiling, work_made, work)
+        made = await loop.run_in_executor(self.jobs, work_made, work)
         for frame in made.frames:
             page.put(frame)
         newer = any((one, w.kind) == (page, work.kind) for one, w in self.works)
@@ -355,7 +385,7 @@ class Hub:
             self.changed.set()
             self.moved.set()
 
-    async def meet(self, opened: WebSocket) -> None:
+    async def serve_socket(self, opened: WebSocket) -> None:
         """Serve one page as long as it is open."""
         if SUBPROTOCOL not in opened.scope.get("subprotocols", ()):
             await opened.close(4400, "reload the page: it is of another version")
@@ -437,7 +467,7 @@ async def closed(opened: WebSocket, error: PageClosedError) -> None:
         return
 
 
-def live_application(desk: Desk | DescribeDesk, *, port: int, token: str) -> Application:
+def live_application(desk: AnyDesk, *, port: int, token: str) -> Application:
     """Build the application that serves a desk, with the guard around it.
 
     Parameters
@@ -476,11 +506,11 @@ def live_application(desk: Desk | DescribeDesk, *, port: int, token: str) -> App
         return Response(pages["icon.svg"], media_type=PAGE["icon.svg"])
 
     async def ask(opened: WebSocket) -> None:
-        await hub.meet(opened)
+        await hub.serve_socket(opened)
 
     @asynccontextmanager
     async def running(app: Starlette) -> AsyncIterator[None]:
-        tasks = [asyncio.create_task(hub.go_on(one)) for one in hub.steps]
+        tasks = [asyncio.create_task(hub.repeat(one)) for one in hub.steps]
         try:
             yield
         finally:
@@ -500,7 +530,7 @@ def live_application(desk: Desk | DescribeDesk, *, port: int, token: str) -> App
     return Guard(Starlette(routes=routes, lifespan=running), port=port, token=token)
 
 
-def serve(desk: Desk | DescribeDesk, *, port: int = 0, ready: Callable[[str], None]) -> None:
+def serve(desk: AnyDesk, *, port: int = 0, ready: Callable[[str], None]) -> None:
     """Serve a desk at 127.0.0.1 until the program is stopped.
 
     Parameters

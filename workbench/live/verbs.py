@@ -30,14 +30,11 @@ class EditVerb:
     edit
         From an open study, a state with its people where they are, and what the verb takes, to the
         state after it.
-    label
-        What is edited, in words.
     prepared
         What is said while another thread prepares it, "" where it takes no time.
     """
 
     edit: Callable[[OpenStudy, Placement, Given], Edit]
-    label: Callable[[Given], str]
     prepared: str = ""
 
 
@@ -64,17 +61,9 @@ def _sit(opened: OpenStudy, placement: Placement, given: Given) -> Edit:
 
 
 def _shift(opened: OpenStudy, placement: Placement, given: Given) -> Edit:
-    return shifted(opened, placement.arrangement, _move(given))
-
-
-def _move(given: Given) -> Move:
     x, y, z = given["by"]
-    return Move(tuple(given["parts"]), tuple(given["controls"]), (x, y, z))
-
-
-def _move_words(given: Given) -> str:
-    move = _move(given)
-    return ", ".join((*move.parts, *move.controls))
+    move = Move(tuple(given["parts"]), tuple(given["controls"]), (x, y, z))
+    return shifted(opened, placement.arrangement, move)
 
 
 def _adjust(opened: OpenStudy, placement: Placement, given: Given) -> Edit:
@@ -121,25 +110,19 @@ def _ask(opened: OpenStudy, placement: Placement, given: Given) -> Edit:
     return asked_for(opened, placement.arrangement, PairLimit(**given))
 
 
-def _of_person(what: str) -> Callable[[Given], str]:
-    return lambda given: f"{given['person']}: {what}"
-
-
 EDITS: Mapping[str, EditVerb] = {
-    "joint": EditVerb(_turn, lambda given: f"{given['person']}: {given['joint']}"),
-    "hand": EditVerb(_reach, lambda given: f"{given['person']}: {given['limb']}"),
-    "seat": EditVerb(_sit, _of_person("seat")),
-    "move": EditVerb(_shift, _move_words),
-    "adjust": EditVerb(_adjust, lambda given: given["name"], "{name} is being set"),
-    "size": EditVerb(_size, _of_person("size"), "the body of {person} is being made"),
-    "clothes": EditVerb(_dress, _of_person("clothes"), "{person} is being dressed"),
-    "harness": EditVerb(_harness, _of_person("harness")),
-    "posture": EditVerb(_pose, _of_person("posture")),
-    "predict": EditVerb(
-        _predict, _of_person("posture"), "the posture of {person} is being predicted"
-    ),
-    "free": EditVerb(_free, _of_person("seat"), "the seat of {person} is being set"),
-    "mirror": EditVerb(_mirror, _of_person("mirrored")),
-    "criterion": EditVerb(_ask, lambda given: "a criterion"),
+    "joint": EditVerb(_turn),
+    "hand": EditVerb(_reach),
+    "seat": EditVerb(_sit),
+    "move": EditVerb(_shift),
+    "adjust": EditVerb(_adjust, "{name} is being set"),
+    "size": EditVerb(_size, "the body of {person} is being made"),
+    "clothes": EditVerb(_dress, "{person} is being dressed"),
+    "harness": EditVerb(_harness),
+    "posture": EditVerb(_pose),
+    "predict": EditVerb(_predict, "the posture of {person} is being predicted"),
+    "free": EditVerb(_free, "the seat of {person} is being set"),
+    "mirror": EditVerb(_mirror),
+    "criterion": EditVerb(_ask),
 }
 """The verbs that change a state."""

@@ -36,6 +36,15 @@ class Control:
     zone: int
     part: str
 
+    @property
+    def limbs(self) -> str:
+        """The limbs that it is for: "feet" or "hands"."""
+        return "feet" if self.grip == "foot" else "hands"
+
+    def is_for(self, limb: str) -> bool:
+        """Whether it is for "left hand", "right hand", "left foot" or "right foot"."""
+        return limb.endswith("foot") == (self.limbs == "feet")
+
 
 @dataclass(frozen=True)
 class Rest:

@@ -7,9 +7,12 @@ from enum import IntEnum
 
 import numpy as np
 
-from workbench.model.arrays import Floats, Ints, frozen
+from workbench.model.arrays import Bools, Floats, Ints, frozen
 
 __all__ = ["Coupling", "StopKind", "Stops"]
+
+LOCKED = 1e-6
+"""[rad] An axis whose limits are both less is locked."""
 
 
 class StopKind(IntEnum):
@@ -92,3 +95,9 @@ class Stops:
             frozen(self.polygon_frame, np.int64, (joints,), "stops.polygon_frame"),
         )
         put(self, "limb", frozen(self.limb, np.float64, (joints, 3), "stops.limb"))
+
+    @property
+    def locked(self) -> Bools:
+        """(J, 3) the axes about which a joint that has stops does not turn."""
+        limited = self.kind != StopKind.FREE
+        return np.asarray(limited[:, None] & (self.limits.max(axis=2) < LOCKED), dtype=np.bool_)

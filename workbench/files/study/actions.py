@@ -286,8 +286,8 @@ def _control_fault(work: Work, room: Environment, limb: str, control: str, where
     controls = {one.name: one for one in room.controls}
     what = f"environment {room.name} has no control {control!r}"
     if work.check_name(where, control, controls, what):
-        meant = "feet" if controls[control].grip == "foot" else "hands"
-        if (meant == "feet") != limb.endswith("foot"):
+        meant = controls[control].limbs
+        if not controls[control].is_for(limb):
             work.fault(where, f"{control} is for {meant}; name it under '{meant}'")
 
 

@@ -432,41 +432,58 @@ def _margins_there(
     controls have moved."""
     margin = np.full((len(situations[0]), len(asked)), np.nan)
     for number, situation in enumerate(situations):
-        old = situation.place
-        parts = tuple(sorted(moved.parts))
-        names = tuple(old.environment.parts[k] for k in parts)
-        clear = replace(old, environment=without_parts(old.environment, names)) if parts else old
-        reaching = replace(situation, place=clear)
-        there = replace(situation, place=at) if parts else situation
         mine = [q for q, one in enumerate(asked) if one.case == number]
         reaches = [q for q in mine if asked[q].control is not None]
         held = [q for q in mine if needs_hands(situation, asked[q])]
         rest = [q for q in mine if q not in reaches and q not in held]
-        for some, place in ((reaches, reaching), (rest, there)):
+        reaching = _without_moved(situation, moved)
+        there = replace(situation, place=at) if moved.parts else situation
+        for some, people in ((reaches, reaching), (rest, there)):
             if some:
-                every = [*situations[:number], place, *situations[number + 1 :]]
-                found = margins_of(every, [asked[q] for q in some])
-                margin[:, some] = found.margin
+                every = [people] * len(situations)
+                margin[:, some] = margins_of(every, [asked[q] for q in some]).margin
         if held:
-            key = number, situation, parts, _held_points(at)
-            hands = known.hands.get(key)
-            if hands is None:
-                hands = _hands_there(situation, reaching, at, moved)
-                known.hands.clear()
-                known.hands[key] = hands
-            posed = replace(hands, place=at if parts else old)
-            for q in held:
-                check = CHECKS[asked[q].requirement.check]
-                assert check.margins is not None
-                margin[:, q] = check.margins(posed, [asked[q]]).margin[:, 0]
+            hands = _known_hands(known, situation, at, moved)
+            posed = replace(hands, place=there.place)
+            margin[:, held] = _margins_held(posed, [asked[q] for q in held])
     return margin
 
 
-def _hands_there(
-    situation: Situation, reaching: Situation, at: Workplace, moved: _Moved
-) -> Situation:
-    """The people of a situation with their hands on their controls while some are dragged;
-    reaching: the same without the parts that are, as obstacles."""
+def _without_moved(situation: Situation, moved: _Moved) -> Situation:
+    """A situation without the parts that have moved, as obstacles."""
+    if not moved.parts:
+        return situation
+    old = situation.place
+    names = tuple(old.environment.parts[k] for k in sorted(moved.parts))
+    return replace(situation, place=replace(old, environment=without_parts(old.environment, names)))
+
+
+def _margins_held(posed: Situation, asked: Sequence[Asked]) -> Floats:
+    """(B, Q) [m] what people have to spare with the hands where they are."""
+    margin = np.full((len(posed), len(asked)), np.nan)
+    for q, one in enumerate(asked):
+        check = CHECKS[one.requirement.check]
+        assert check.margins is not None
+        margin[:, q] = check.margins(posed, [one]).margin[:, 0]
+    return margin
+
+
+def _known_hands(known: Settled, situation: Situation, at: Workplace, moved: _Moved) -> Situation:
+    """The people of a situation with their hands on their controls; of a drag they are found once
+    for each place of the controls that are held."""
+    key = situation, moved.parts, _held_points(at)
+    hands = known.hands.get(key)
+    if hands is None:
+        hands = _hands_there(situation, at, moved)
+        known.hands.clear()
+        known.hands[key] = hands
+    return hands
+
+
+def _hands_there(situation: Situation, at: Workplace, moved: _Moved) -> Situation:
+    """The people of a situation with their hands on their controls while parts and controls are
+    dragged; the parts that are dragged are no obstacles."""
+    reaching = _without_moved(situation, moved)
     if not moved.controls & _held(at):
         return with_hands(reaching)
     there = _with_controls(reaching, at)

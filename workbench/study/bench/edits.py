@@ -15,7 +15,8 @@ import numpy as np
 from workbench.errors import InputError, one_of
 from workbench.model.environment import Adjustment
 from workbench.model.moves import Move
-from workbench.study.bench.state import Arrangement, OpenStudy
+from workbench.study.bench.placing import Placement
+from workbench.study.bench.state import Arrangement, OpenStudy, PersonState
 
 __all__ = [
     "FARTHEST",
@@ -23,6 +24,7 @@ __all__ = [
     "Edit",
     "adjusted_to",
     "adjuster_of",
+    "held_seat",
     "looking_at",
     "rounded",
     "seated",
@@ -41,6 +43,17 @@ class Edit:
 
     arrangement: Arrangement
     words: str = ""
+
+
+def held_seat(placement: Placement, row: int) -> PersonState:
+    """A person whose seat is held where it stands."""
+    person = placement.arrangement.people[row]
+    if not person.free:
+        return person
+    there = placement.people[row]
+    forward = rounded(there.forward, LENGTH_STEP)
+    up = rounded(there.up, LENGTH_STEP)
+    return replace(person, free=False, forward=forward, up=up)
 
 
 def seated(

@@ -15,28 +15,16 @@ from workbench.model.posing import compose
 from workbench.model.study import GivenPosture, PredictedPosture
 from workbench.posture.reaching.limbs import limb
 from workbench.posture.stops import nearest_legal, stop_limits
-from workbench.study.bench.edits import LENGTH_STEP, Edit, rounded
+from workbench.study.bench.edits import Edit, held_seat
 from workbench.study.bench.placing import Placement
 from workbench.study.bench.state import PersonState, given_angles
 
-__all__ = ["as_given", "let_go", "mirrored", "poses_in", "turnable", "turned", "with_angles"]
+__all__ = ["as_given", "let_go", "mirrored", "poses_in", "turned", "with_angles"]
 
 ANGLE_STEP = 0.1
 """[degrees]"""
 MOST_DEGREES = 180.0
 """A joint turned farther would stand as if it were turned the other way."""
-
-
-def turnable(body: Body, angles: Floats) -> Floats:
-    """(J, 3, 2) [rad] how far each angle may go up and down; (0, 0) of axes that are locked.
-
-    Parameters
-    ----------
-    angles
-        (J, 3) [rad], on which coupled stops depend.
-    """
-    limits: Floats = stop_limits(body, angles[None])[0]
-    return limits
 
 
 def turned(placement: Placement, person: str, joint: str, axis: int, degrees: float) -> Edit:
@@ -67,7 +55,7 @@ def turned(placement: Placement, person: str, joint: str, axis: int, degrees: fl
     j = _joint(body, joint)
     if axis not in (0, 1, 2):
         raise InputError(f"a joint has axes 0, 1 and 2, got {axis!r}")
-    if body.stops.kind[j] and body.stops.limits[j, axis].max() < 1e-6:
+    if body.stops.locked[j, axis]:
         raise InputError(f"{body.joint_names[j]} does not turn about this axis")
     if not abs(degrees) <= MOST_DEGREES:
         raise InputError(f"{joint}: an angle of -180 to 180 degrees is possible, got {degrees:g}")
@@ -88,7 +76,7 @@ def _joint(body: Body, name: str) -> int:
 
 def _stop_words(body: Body, angles: Floats, joint: int, axis: int) -> str:
     """How far an angle is beyond its stop, in words; "" within."""
-    up, down = turnable(body, angles)[joint, axis]
+    up, down = stop_limits(body, angles[None])[0, joint, axis]
     angle = float(angles[joint, axis])
     beyond = max(angle - up, -angle - down)
     if not body.stops.kind[joint] or beyond < np.radians(ANGLE_STEP / 2):
@@ -180,12 +168,9 @@ def as_given(placement: Placement, row: int) -> PersonState:
         return person
     assert isinstance(action, PredictedPosture)
     there = placement.people[row]
-    if person.free:
-        forward = rounded(there.forward, LENGTH_STEP)
-        up = rounded(there.up, LENGTH_STEP)
-        person = replace(person, free=False, forward=forward, up=up)
     base = given_angles(there.body, action.poses)
-    person = person.doing(arrangement.case, GivenPosture(action.like, action.poses))
+    held = held_seat(placement, row)
+    person = held.doing(arrangement.case, GivenPosture(action.like, action.poses))
     goal = given_angles(there.body, there.poses)
     return with_angles(person, arrangement.case, base, goal)
 

@@ -93,8 +93,8 @@ def reached(opened: OpenStudy, placement: Placement, person: str, wanted: LimbTa
 
 def _may_hold(opened: OpenStudy, wanted: LimbTarget) -> bool:
     """Whether a prediction can hold the control: with a foot a pedal, with a hand anything else."""
-    grips = {one.name: one.grip for one in opened.study.environment.controls}
-    return bool(wanted.control) and (grips[wanted.control] == "foot") == (wanted.limb in FEET)
+    controls = {one.name: one for one in opened.study.environment.controls}
+    return bool(wanted.control) and controls[wanted.control].is_for(wanted.limb)
 
 
 def _holding(
@@ -144,7 +144,7 @@ def _aimed(
             valid = one_of(wanted.control, [one.name for one in controls])
             raise InputError(f"no control {wanted.control!r}; {valid}")
         foot = wanted.limb in FEET
-        if control.grip == "foot" and not foot:
+        if control.limbs == "feet" and not foot:
             raise InputError(f"{control.name} is for feet, not for the {wanted.limb}")
         grip = "ball" if foot else control.grip
         return control.at, grip, (1,) if foot else range(1, control.zone + 1)

@@ -13,9 +13,9 @@ from workbench.model.environment import Control
 from workbench.model.study import GivenPosture, PredictedPosture
 from workbench.model.workplace import Aims
 from workbench.posture.reaching.limbs import FEET, HANDS, limb
-from workbench.study.bench.edits import LENGTH_STEP, Edit, rounded
+from workbench.study.bench.edits import Edit, held_seat
 from workbench.study.bench.placing import PlacedPerson, Placement, placed_environment
-from workbench.study.bench.state import Arrangement, OpenStudy, PersonState
+from workbench.study.bench.state import Arrangement, OpenStudy
 
 __all__ = ["Prediction", "freed", "posed", "predicted", "suggested"]
 
@@ -58,19 +58,9 @@ def posed(opened: OpenStudy, placement: Placement, person: str, name: str) -> Ed
     library = opened.study.roles[row].library
     if name not in library:
         raise InputError(f"no posture {name!r}; {one_of(name, library)}")
-    state = _held_seat(placement, row)
+    state = held_seat(placement, row)
     after = state.doing(arrangement.case, GivenPosture(name, library[name]))
     return Edit(arrangement.with_person(row, after), f"{person}: {name}")
-
-
-def _held_seat(placement: Placement, row: int) -> PersonState:
-    """A person whose seat is held where it stands."""
-    person = placement.arrangement.people[row]
-    if not person.free:
-        return person
-    there = placement.people[row]
-    forward, up = rounded(there.forward, LENGTH_STEP), rounded(there.up, LENGTH_STEP)
-    return replace(person, free=False, forward=forward, up=up)
 
 
 def predicted(opened: OpenStudy, placement: Placement, person: str, wanted: Prediction) -> Edit:
@@ -104,14 +94,14 @@ def predicted(opened: OpenStudy, placement: Placement, person: str, wanted: Pred
 def _check_held(opened: OpenStudy, wanted: Prediction) -> None:
     """InputError for controls and points that are not there, hands on pedals and feet on knobs."""
     environment = opened.study.environment
-    grips = {control.name: control.grip for control in environment.controls}
+    controls = {control.name: control for control in environment.controls}
     for name, control in wanted.controls.items():
         if name not in (*HANDS, *FEET):
             raise InputError(f"no limb {name!r}; {one_of(name, (*HANDS, *FEET))}")
-        if control not in grips:
-            raise InputError(f"no control {control!r}; {one_of(control, grips)}")
-        meant = "feet" if grips[control] == "foot" else "hands"
-        if (meant == "feet") != (name in FEET):
+        if control not in controls:
+            raise InputError(f"no control {control!r}; {one_of(control, controls)}")
+        if not controls[control].is_for(name):
+            meant = controls[control].limbs
             raise InputError(f"{control} is for {meant}, not for the {name}")
     for name in (wanted.eyes, wanted.heels):
         if name and name not in environment.points:
@@ -155,19 +145,18 @@ def _held(there: PlacedPerson, name: str, controls: Iterable[Control]) -> str:
     """The control that a hand or foot is nearest to by the point that would hold it; "" where it is
     too far."""
     world = there.placed.world_from_segment[0]
-    foot = name in FEET
     offset: dict[str, tuple[float, float, float]] = {}
     tips: dict[str, Floats] = {}
     for control in controls:
-        if (control.grip == "foot") != foot:
+        if not control.is_for(name):
             continue
-        grip = "ball" if foot else control.grip
+        grip = "ball" if name in FEET else control.grip
         if grip not in tips:
             one = limb(there.body, name, grip=grip)
             tips[grip] = world[one.end, :, :3] @ one.tip[0] + world[one.end, :, 3]
         x, y, z = (np.array(control.at) - tips[grip]).tolist()
         offset[control.name] = (x, y, z)
-    return _nearest(offset, np.zeros(3), POINT_WITHIN if foot else HELD_WITHIN)
+    return _nearest(offset, np.zeros(3), POINT_WITHIN if name in FEET else HELD_WITHIN)
 
 
 def _middle(there: PlacedPerson, *segments: str) -> Floats:

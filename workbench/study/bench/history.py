@@ -16,10 +16,9 @@ State = TypeVar("State")
 
 @dataclass(frozen=True, eq=False)
 class Entry(Generic[State]):
-    """A state, how it came about in words, what was changed, and when [s]."""
+    """A state, what was changed for it, and when [s]."""
 
     arrangement: State
-    label: str
     subject: str = ""
     time: float = float("-inf")
 
@@ -34,7 +33,7 @@ class History(Generic[State]):
     @classmethod
     def of(cls, arrangement: State) -> History[State]:
         """Begin a history with the state as opened."""
-        return cls((Entry(arrangement, "opened"),))
+        return cls((Entry(arrangement),))
 
     @property
     def shown(self) -> Entry[State]:

@@ -38,6 +38,7 @@ from workbench.study.run import between_motions
 __all__ = [
     "MotionsJudged",
     "Playing",
+    "check_motion",
     "motion_names",
     "motion_state",
     "motions_judged",
@@ -75,6 +76,13 @@ def motion_names(opened: OpenStudy) -> tuple[str, ...]:
     return () if opened.moving is None else tuple(case.name for case in opened.moving.cases)
 
 
+def check_motion(opened: OpenStudy, case: str) -> None:
+    """Raise InputError if no case that is a motion is called so."""
+    names = motion_names(opened)
+    if case not in names:
+        raise InputError(f"no motion {case!r}; {one_of(case, names)}")
+
+
 def playing(opened: OpenStudy, arrangement: Arrangement, case: str) -> Playing:
     """Put a motion of a study into a state of it. It is read once, which may take seconds.
 
@@ -83,9 +91,7 @@ def playing(opened: OpenStudy, arrangement: Arrangement, case: str) -> Playing:
     InputError
         If no case that is a motion is called so, or the motion cannot be read.
     """
-    names = motion_names(opened)
-    if case not in names:
-        raise InputError(f"no motion {case!r}; {one_of(case, names)}")
+    check_motion(opened, case)
     assert opened.moving is not None
     every = _read(opened, arrangement)
     criteria = (*opened.moving.criteria, *arrangement.added)
