@@ -366,3 +366,40 @@ def test_persons_saved_are_those_that_a_run_then_finds(small, path, edits):
         path.write_text(SMALL)
     assert found == verdict_words(run.verdicts)
     assert text.count("#") == SMALL.count("#")
+
+
+FOUR = """study: four
+length: mm
+environment: trainer
+people:
+  pilot: {body: adult_male, detail: coarse, seat: left}
+  guest: {body: adult_female, detail: coarse, seat: right}
+  one: {body: adult_male, detail: coarse, stand: {on: [400, 900, 0], yaw: -90}}
+  two: {body: adult_female, detail: coarse, stand: {on: [400, 1400, 0], yaw: -90}}
+cases:
+  - name: around
+    people:
+      pilot: {posture: driving}
+      guest: {posture: hands_in_lap, hands: {right: right_stick}}
+      one: {posture: standing}
+      two: {posture: standing}
+criteria:
+  - {name: room, check: between_people, at_least: 30}
+"""
+
+
+def test_four_people_heed_each_other_and_are_saved_as_a_run_finds_them(tmp_path):
+    path = tmp_path / "four.yaml"
+    path.write_text(FOUR)
+    opened = open_study(wb.load_study(path))
+    there = placed_people(opened, opened.start)
+    back = (0.4, 0.95, 1.25)  # inside of the one in front
+    assert reached(opened, there, "two", LimbTarget("right hand", back)).words == ""
+    edit = reached(opened, there, "two", LimbTarget("right hand", back, obstacles=True))
+    assert edit.words.endswith("limited by one's central torso")
+    (room,) = judged(opened, edit.arrangement).found.verdicts
+    assert {room.worst.person, room.worst.other_person} == {"one", "two"}
+    save(opened, read_text(path), edit.arrangement)
+    run = wb.run(wb.load_study(path))
+    assert verdict_words(run.verdicts) == verdict_words([room])
+    assert run.postures[0].who == "pilot, guest, one and two"

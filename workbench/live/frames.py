@@ -79,6 +79,7 @@ def hello_frame(opened: OpenStudy, file: str, *, saves: bool) -> bytes:
             "people": people,
             "controls": controls,
             "parts": parts,
+            "triangles": len(study.environment.triangles),
             "points": list(study.environment.points),
             "seats": sorted(riding),
             "roles": [

@@ -241,6 +241,12 @@ class PosturesFound:
         """True where every criterion holds."""
         return all(verdict.passed for verdict in self.verdicts)
 
+    @property
+    def who(self) -> str:
+        """The names of the people in words: "pilot", "pilot and guest", "pilot, guest and child"."""
+        *before, last = (person.name for person in self.people)
+        return f"{', '.join(before)} and {last}" if before else last
+
 
 @dataclass(frozen=True, eq=False)
 class MotionFound:

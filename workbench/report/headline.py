@@ -25,8 +25,7 @@ def _postures_headline(found: PosturesFound) -> str:
     cases = len(found.cases)
     who = f"{people} {'people' if people > 1 else 'person'}"
     if found.study.crowd is not None:  # those beside a population are not its people
-        names = " and ".join(person.name for person in found.people)
-        who = f"{names[:1].upper()}{names[1:]}"
+        who = f"{found.who[:1].upper()}{found.who[1:]}"
     scope = f"{who} in {cases} case{'s' if cases > 1 else ''}"
     if found.row:
         scope = f"{found.row[:1].upper()}{found.row[1:]}, {scope}"

@@ -53,8 +53,7 @@ def case_view(
         for mark in _near_marks(person, case, within)
         if mark.to not in taken
     ]
-    names = " and ".join(person.name for person in result.people)
-    title = f"{names} in {result.environment.name}, {result.cases[case]}"
+    title = f"{result.who} in {result.environment.name}, {result.cases[case]}"
     return WebView(title, bodies, result.environment, (*failing, *near))
 
 

@@ -73,9 +73,10 @@ function busy(words) {
 }
 
 // What is done until the picture is there.
-function stepsOf({ cases }) {
+function stepsOf({ cases, triangles }) {
   const motion = cases.length ? [] : ["the motion is being read"];
-  return ["the first answer is being made", ...motion, "the picture is being made"];
+  const picture = `the picture of ${triangles.toLocaleString("en")} triangles is being made`;
+  return ["the first answer is being made", ...motion, picture];
 }
 
 function takeHello(head) {

@@ -228,14 +228,13 @@ def _both(result: PosturesFound, views: PageViews) -> Markup:
     names = (result.cases[0], result.cases[1])
     found = [[finding for _, finding in _shown(result, case)[0]] for case in (0, 1)]
     one, two = (case_view(result, case, found[case], within=NEAR) for case in (0, 1))
-    who = " and ".join(person.name for person in result.people)
     return two_states(
         TwoStates(
             views=(one, two),
             scenes=(_scene(result, 0, found[0]), _scene(result, 1, found[1])),
             names=names,
-            title=f"{who}: {names[0]} and {names[1]}",
-            said=who,
+            title=f"{result.who}: {names[0]} and {names[1]}",
+            said=result.who,
             caption=BOTH,
             side="corner",
         ),
@@ -351,12 +350,11 @@ def _scene(result: PosturesFound, case: int, findings: list[Finding]) -> Scene:
     marks = _resting(result, case)
     marks += tuple(Mark(f.point, str(n)) for n, f in enumerate(findings, start=1) if f.point)
     name = result.cases[case]
-    people = " and ".join(person.name for person in result.people)
     return Scene(
         bodies,
         result.environment,
         marks,
-        f"{people} in {result.environment.name}, {name}",
+        f"{result.who} in {result.environment.name}, {name}",
         f"{len(findings)} numbered findings, {len(marks) - len(findings)} allowed contacts",
     )
 
