@@ -21,8 +21,8 @@ from workbench.report.words import milliseconds
 __all__ = ["decisive_time", "paired_motions"]
 
 _CAPTION = (
-    "when the first criterion fails; the upper slider moves the line between the two, the lower one "
-    "the time"
+    "when the first criterion that fails is at its worst; the upper slider moves the line between "
+    "the two, the lower one the time"
 )
 
 
@@ -68,7 +68,7 @@ def paired_motions(
             names=names,
             title=f"{who}: {names[0]} and {names[1]}",
             said=f"{who} at {milliseconds(time)}, seen from the left",
-            caption=f"It begins at {milliseconds(time)}, {_CAPTION}",
+            caption=f"It begins at the picture nearest to {milliseconds(time)}, {_CAPTION}",
         ),
         views.packing,
     )
@@ -84,8 +84,8 @@ def _common(pair: tuple[WebView, WebView]) -> Floats | None:
 
 
 def decisive_time(motions: Sequence[MotionFound]) -> float:
-    """Return the time [s] at which the first criterion fails, the middle of the first motion where none
-    has a time."""
+    """Return the time [s] at which the first criterion that fails is at its worst, the middle of the
+    first motion where none has a time."""
     times = [
         verdict.worst.time
         for motion in motions
