@@ -83,6 +83,7 @@ export class Keys {
         const made = element("button", words, { type: "button" });
         made.append(element("kbd", keys));
         made.onclick = () => {
+          at("command-find").blur(); // a hidden field would take the next key until the page is painted
           at("commands").close();
           act();
         };
