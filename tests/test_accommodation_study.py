@@ -281,6 +281,15 @@ def test_the_parquet_file_holds_the_same_table(toy, tmp_path):
     assert found == (pytest.approx(1000 * result.margin[:, 2].mean(), abs=1e-2), PEOPLE)
 
 
+def test_a_command_that_wrote_parquet_ends_without_a_word_about_what_is_left():
+    pytest.importorskip("duckdb")
+    code = "import sys; sys.argv = ['workbench', '-V']; "
+    code += "from workbench.files.parquet import parquet_bytes; parquet_bytes('a\\n1\\n'); "
+    code += "from workbench.__main__ import main; raise SystemExit(main())"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert (done.returncode, done.stderr) == (0, "")
+
+
 def command(path, out, *, chunk=2):
     code = f"import workbench.study.accommodation.population_bodies as p; p.CHUNK_SIZE = {chunk}; from workbench.cli import main; "
     code += f"raise SystemExit(main(['run', {str(path)!r}, '--out', {str(out)!r}]))"

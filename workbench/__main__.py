@@ -37,7 +37,8 @@ def main() -> int:
     if heard:
         signal.signal(signal.SIGINT, signal.default_int_handler)
     code = run_command()
-    gc.freeze()  # the interpreter would look through all that was imported before it ends
+    if "_duckdb" not in sys.modules:  # it counts its objects that are left, and prints them
+        gc.freeze()  # the interpreter would look through all that was imported before it ends
     if heard:
         signal.signal(signal.SIGINT, signal.SIG_DFL)  # no traceback from the end of the interpreter
     return code
