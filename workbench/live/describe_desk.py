@@ -18,7 +18,7 @@ from workbench.geometry.components import component_labels
 from workbench.live.describe_frames import describe_hello, description_frame, drawn_place
 from workbench.live.describe_protocol import DESCRIBE_VERBS
 from workbench.live.describe_verbs import DESCRIBE_EDITS
-from workbench.live.desk import busy_frame, fault_frame, internal, new_file
+from workbench.live.desk import busy_frame, fault_frame, new_file, words_of
 from workbench.live.protocol import Question, packed
 from workbench.live.replies import Replies
 from workbench.model.arrays import Ints
@@ -147,10 +147,8 @@ class DescribeDesk:
             return self._edited(question)
         except ForeignFileError as error:
             return Replies(asker=[fault_frame(question, str(error), ask="over")])
-        except WorkbenchError as error:
-            return Replies(asker=[fault_frame(question, str(error))])
         except Exception as error:  # noqa: BLE001 (one question that fails must not end the bench)
-            return Replies(asker=[fault_frame(question, internal(error))])
+            return Replies(asker=[fault_frame(question, words_of(error))])
 
     def _answered(self, number: int, words: str) -> bytes:
         """The frame of the description as it is."""

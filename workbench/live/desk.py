@@ -45,8 +45,8 @@ __all__ = [
     "SupersededError",
     "busy_frame",
     "fault_frame",
-    "internal",
     "new_file",
+    "words_of",
     "work_made",
 ]
 
@@ -73,10 +73,8 @@ class Judgement:
             return None
         try:
             return judged(self.opened, self.arrangement)
-        except WorkbenchError as error:
-            return str(error)
         except Exception as error:  # noqa: BLE001 (one state that fails must not end the bench)
-            return internal(error)
+            return words_of(error)
 
     def motions(self, go_on: Callable[[], None]) -> Iterator[MotionsJudged | str]:
         """Judge the motions of the state one after the other, in any thread; why that cannot be, in
@@ -95,10 +93,8 @@ class Judgement:
             yield from motions_judged(self.opened, self.arrangement, go_on=go_on)
         except SupersededError:
             return
-        except WorkbenchError as error:
-            yield str(error)
         except Exception as error:  # noqa: BLE001 (one state that fails must not end the bench)
-            yield internal(error)
+            yield words_of(error)
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,10 +122,8 @@ class Preparation:
             if free:
                 there = present_people(arranged_study(self.opened, after), after.occupants)
             placed_people(self.opened, after, there=there, before=self.placement)
-        except WorkbenchError as error:
-            return str(error)
         except Exception as error:  # noqa: BLE001 (one edit that fails must not end the bench)
-            return internal(error)
+            return words_of(error)
         return there
 
 
@@ -277,10 +271,8 @@ class Desk:
             return self._verbs[question.verb](question)
         except SharedValueError as error:
             return Replies(asker=[fault_frame(question, str(error), ask="sharing")])
-        except WorkbenchError as error:
-            return Replies(asker=[fault_frame(question, str(error))])
         except Exception as error:  # noqa: BLE001 (one question that fails must not end the bench)
-            return Replies(asker=[fault_frame(question, internal(error))])
+            return Replies(asker=[fault_frame(question, words_of(error))])
 
     def judgement(self) -> Judgement:
         """What is to be judged now."""
@@ -442,10 +434,8 @@ def work_made(work: Work) -> Made:
     """Do a piece of work, in any thread; why it cannot be done, as a fault."""
     try:
         return work.made()
-    except WorkbenchError as error:
-        return Made([fault_frame(None, str(error))])
     except Exception as error:  # noqa: BLE001 (one work that fails must not end the bench)
-        return Made([fault_frame(None, internal(error))])
+        return Made([fault_frame(None, words_of(error))])
 
 
 def new_file(folder: Path, name: str, *, like: str) -> Path:
@@ -468,8 +458,10 @@ def new_file(folder: Path, name: str, *, like: str) -> Path:
     return folder / name
 
 
-def internal(error: Exception) -> str:
-    """An error that nobody expects, in words."""
+def words_of(error: Exception) -> str:
+    """What is said of an error: its own words, or what it is where nobody expects it."""
+    if isinstance(error, WorkbenchError):
+        return str(error)
     return f"internal error: {type(error).__name__}: {error}"
 
 

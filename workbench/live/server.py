@@ -33,7 +33,7 @@ from workbench.live.desk import (
     SupersededError,
     busy_frame,
     fault_frame,
-    internal,
+    words_of,
     work_made,
 )
 from workbench.live.guard import Application, Guard
@@ -217,7 +217,7 @@ class Hub:
         """Report an error that nobody expects: to all pages in words, in full to who started the
         bench."""
         traceback.print_exception(error)
-        await self.send(Replies(everybody=[fault_frame(question, internal(error))]))
+        await self.send(Replies(everybody=[fault_frame(question, words_of(error))]))
 
     async def answer(self) -> None:
         """Answer the question that has waited longest."""
