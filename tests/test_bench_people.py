@@ -19,14 +19,8 @@ from workbench.live.reach_maps import COARSE
 from workbench.model.accommodation import met_of
 from workbench.model.moves import Move
 from workbench.study.bench.criteria import PairLimit, asked_for
-from workbench.study.bench.crowd import (
-    crowd_question,
-    followed,
-    met_all,
-    open_crowd,
-    remember,
-    settled,
-)
+from workbench.study.bench.crowd import crowd_question, met_all, open_crowd, settled
+from workbench.study.bench.crowd_followed import followed, remember
 from workbench.study.bench.edits import seated, shifted
 from workbench.study.bench.saving import save
 from workbench.study.bench.state import open_study

@@ -22,14 +22,12 @@ from workbench.study.bench.crowd import (
     Crowd,
     Settled,
     crowd_question,
-    followed,
     in_columns,
     open_crowd,
-    poses_there,
-    remember,
     same_columns,
     settled,
 )
+from workbench.study.bench.crowd_followed import followed, poses_there, remember
 from workbench.study.bench.state import Arrangement, OpenStudy
 from workbench.study.checks.margins import Asked
 from workbench.threads import cores, one_thread

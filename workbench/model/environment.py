@@ -37,13 +37,18 @@ class Control:
     part: str
 
     @property
+    def for_feet(self) -> bool:
+        """Whether feet use it, not hands."""
+        return self.grip == "foot"
+
+    @property
     def limbs(self) -> str:
         """The limbs that it is for: "feet" or "hands"."""
-        return "feet" if self.grip == "foot" else "hands"
+        return "feet" if self.for_feet else "hands"
 
     def is_for(self, limb: str) -> bool:
         """Whether it is for "left hand", "right hand", "left foot" or "right foot"."""
-        return limb.endswith("foot") == (self.limbs == "feet")
+        return limb.endswith("foot") == self.for_feet
 
 
 @dataclass(frozen=True)

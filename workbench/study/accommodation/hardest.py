@@ -148,7 +148,7 @@ def _reaching(situation: Situation, one: Asked) -> _Look:
     those that go along with the seat aside by its travel: an environment of its own for each person
     would be indexed anew."""
     assert one.control is not None
-    foot = one.control.grip == "foot"
+    foot = one.control.for_feet
     sides = [f"{one.criterion.hand} hand"] if one.criterion.hand else list(FEET if foot else HANDS)
     place = situation.place
     room = without_seat(place) if foot and place.seat is not None else place.environment

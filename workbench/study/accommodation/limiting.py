@@ -90,9 +90,8 @@ def bearing_on(one: Asked, words: str, body: Body) -> tuple[tuple[str, ...], int
     if check in ("pedals", "preferred_seat"):
         return BEARING["foot"], 1 if words == SEAT_FORWARD else -1
     if check == "reach":
-        return BEARING[
-            "foot" if one.control is not None and one.control.grip == "foot" else "hand"
-        ], -1
+        by_foot = one.control is not None and one.control.for_feet
+        return BEARING["foot" if by_foot else "hand"], -1
     if check in ("eye_height", "view_over"):
         return BEARING["eyes"], 1 if words == TOO_HIGH else -1
     if check in ("stops", "self_contact", "excursion"):
