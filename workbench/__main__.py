@@ -35,7 +35,9 @@ def main() -> int:
     from workbench.cli import main as run_command
 
     if heard:
-        signal.signal(signal.SIGINT, signal.default_int_handler)
+        from workbench.cli.interrupts import heed_interrupts
+
+        heed_interrupts(main.__code__)
     code = run_command()
     if "_duckdb" not in sys.modules:  # it counts its objects that are left, and prints them
         gc.freeze()  # the interpreter would look through all that was imported before it ends

@@ -21,6 +21,7 @@ from workbench import __version__
 from workbench.cli.body import body_app
 from workbench.cli.compare import compare
 from workbench.cli.fit import body_fit
+from workbench.cli.interrupts import heard
 from workbench.cli.live import live
 from workbench.cli.motion import motion_app
 from workbench.cli.new import new
@@ -103,7 +104,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _unexpected(error: Exception) -> int:
     """Report an error that the program did not raise on purpose; returns the exit code."""
-    if _was_interrupted(error):
+    if heard() or _was_interrupted(error):
         tell("stopped")
         return INTERRUPTED
     if os.environ.get("WORKBENCH_TRACEBACK", "") not in ("", "0"):
