@@ -65,6 +65,7 @@ FILES = (
     "envelope.js",
     "eye.js",
     "far_painting.js",
+    "ghost.js",
     "gizmo.js",
     "grips.js",
     "keys.js",

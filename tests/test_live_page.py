@@ -6,10 +6,11 @@ import json
 import math
 import shutil
 
+import numpy as np
 import pytest
 
 from tests.conftest import ROOT
-from tests.web_page import CHROMIUM, launched, served
+from tests.web_page import CHROMIUM, launched, pixels, served
 
 pytest.importorskip("starlette", reason="the extra `live` is not installed")
 playwright = pytest.importorskip(
@@ -457,6 +458,45 @@ def test_near_pairs_say_which_overlap_is_allowed(page):
     overlaps = [row for row in rows if row[0].startswith("−")]
     assert overlaps and all(row[1].strip().endswith("allowed") for row in overlaps)
     assert page.locator("#near td.failed").count() == 0
+
+
+def legend(page, words):
+    page.wait_for_function(
+        "(words) => document.querySelector('.over .saved').textContent.includes(words)", arg=words
+    )
+
+
+def purple(page):
+    """How many pixels of the picture have the colour of the ghost."""
+    found = np.asarray(pixels(page, "#picture canvas")).astype(int)
+    red, green, blue = found[:-90].transpose(2, 0, 1)  # above the legend
+    return int(((blue > green + 25) & (red > green + 12)).sum())
+
+
+def test_the_saved_state_is_a_ghost_beside_what_is(page):
+    page.evaluate("() => document.activeElement.blur()")
+    page.get_by_role("button", name="left", exact=True).click()
+    before = purple(page)
+    page.keyboard.press("g")
+    legend(page, "nothing moved since saved")
+    said(page, "nothing moved since saved")
+    assert page.get_by_role("button", name="ghost").get_attribute("aria-pressed") == "true"
+    assert purple(page) <= before + 20  # it lies behind who is in the same place
+    elbow(page).fill("20")
+    legend(page, "moved since saved: pilot up to ")
+    page.locator("#thing-name").select_option("parts instrument_panel")
+    page.locator("#thing-z").fill("200")
+    page.locator("#thing-z").press("Enter")
+    legend(page, "instrument panel 200.0 mm")
+    page.get_by_label("nothing").check()
+    assert purple(page) > before + 300
+    page.get_by_role("button", name="Undo").click()
+    page.wait_for_timeout(300)
+    undone(page)
+    legend(page, "nothing moved since saved")
+    page.get_by_role("button", name="ghost").click()
+    assert page.locator(".over .saved").is_hidden() and purple(page) == before
+    assert faults(page) == []
 
 
 def test_every_name_in_the_page_is_of_one_element(page):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
 import numpy as np
@@ -15,6 +15,7 @@ from workbench.errors import InputError
 from workbench.live.playing import WINDOW, Frames, Gaps, MotionScene, Near
 from workbench.live.protocol import Question, packed
 from workbench.live.replies import Made, Replies, Work
+from workbench.live.saved_state import SavedState
 from workbench.model.envelope import ReachTask
 from workbench.study.bench.answers import Answer
 from workbench.study.bench.measuring import Thing, measured
@@ -28,10 +29,12 @@ __all__ = ["looking_verbs"]
 
 
 class Desk(Protocol):
-    """What is looked at: an open study in its state, and the state's number."""
+    """What is looked at: an open study in its state, the state that is saved, and the number of the
+    state."""
 
     opened: OpenStudy
     live: Arrangement
+    saved: Arrangement
     generation: int
 
 
@@ -50,6 +53,11 @@ def looking_verbs(desk: Desk, *, placement: Callable[[], Answer]) -> Mapping[str
     def measure(question: Question) -> Replies:
         return _measure(desk, placement().placement, question)
 
+    def ghost(question: Question) -> Replies:
+        saved = replace(desk.saved, case=desk.live.case)
+        shown = placement().placement.parts.environment
+        return _later(question, SavedState(desk.opened, saved, shown))
+
     def bound(verb: Callable[[Desk, Question], Replies]) -> Verb:
         return lambda question: verb(desk, question)
 
@@ -61,7 +69,7 @@ def looking_verbs(desk: Desk, *, placement: Callable[[], Answer]) -> Mapping[str
         "near": _near,
     }
     work = {name: bound(verb) for name, verb in later.items()}
-    return {"measure": measure, **work}
+    return {"measure": measure, "ghost": ghost, **work}
 
 
 def _measure(desk: Desk, placement: Placement, question: Question) -> Replies:

@@ -222,6 +222,7 @@ VERBS: Verbs = {
         "name": Taken("a name", is_text, "", needed=False),
     },
     "measure": {"of": _THING, "to": _THING},
+    "ghost": {},
     "envelope": {
         "person": _PERSON,
         "limb": Taken("a hand", one_valid(*HANDS)),

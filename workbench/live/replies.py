@@ -27,8 +27,9 @@ class Work(Protocol):
         """What it is, as a verb of the protocol."""
 
     @property
-    def generation(self) -> int:
-        """The number of the state; what is left of it is dropped once the state is another."""
+    def generation(self) -> int | None:
+        """The number of the state; what is left of it is dropped once the state is another. None
+        where it is of no state that changes."""
 
     def made(self) -> Made:
         """Do it, or a piece of it."""

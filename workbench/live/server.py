@@ -77,6 +77,7 @@ PAGE = {
     "envelope.js": "text/javascript; charset=utf-8",
     "eye.js": "text/javascript; charset=utf-8",
     "far_painting.js": "text/javascript; charset=utf-8",
+    "ghost.js": "text/javascript; charset=utf-8",
     "gizmo.js": "text/javascript; charset=utf-8",
     "grips.js": "text/javascript; charset=utf-8",
     "keys.js": "text/javascript; charset=utf-8",
@@ -270,7 +271,7 @@ class Hub:
             self.begun.clear()
             return
         page, work = self.works.pop(0)
-        if work.generation != self.study.generation or page not in self.pages:
+        if work.generation not in (None, self.study.generation) or page not in self.pages:
             return
         made = await loop.run_in_executor(self.jobs, work_made, work)
         for frame in made.frames:

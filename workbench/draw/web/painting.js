@@ -31,9 +31,9 @@ export class Painting {
     this.card.lines = lines;
   }
 
-  setVeil(veil) {
-    if (this.lost) this.card.given = veil;
-    else this.card.setVeil(veil);
+  setOver(given) {
+    if (this.lost) this.card.over.given = given;
+    else this.card.over.set(given);
   }
 
   paint(picture) {

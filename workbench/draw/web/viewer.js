@@ -46,6 +46,7 @@ export class Viewer extends EventTarget {
     this.hiddenBodies = new Set();
     this.hiddenParts = new Set();
     this.lines = new Map();
+    this.overs = new Map();
     this.painting = new Paints(canvas, scene, { antialias: !isSoftware(), painted: () => this.dispatchEvent(new Event("frame")) });
     this.partsChanged();
     this.watch = new ResizeObserver(() => this.draw());
@@ -86,9 +87,11 @@ export class Viewer extends EventTarget {
     this.draw();
   }
 
-  // Something see-through over the picture: see card.js; null for nothing.
-  setVeil(veil) {
-    this.painting.setVeil(veil);
+  // What lies over the scene, { ghosts, veils }: see over.js; that of another owner stays. null for nothing.
+  setOver(over, owner) {
+    this.overs.set(owner, over ?? {});
+    const every = (name) => [...this.overs.values()].flatMap((one) => one[name] ?? []);
+    this.painting.setOver({ ghosts: every("ghosts"), veils: every("veils") });
     this.draw();
   }
 

@@ -41,8 +41,8 @@ export class FarPainting {
     this.tell("setMarks", { lines });
   }
 
-  setVeil(veil) {
-    this.tell("setVeil", { veil });
+  setOver(given) {
+    this.tell("setOver", { given });
   }
 
   paint(picture) {

@@ -134,7 +134,8 @@ export class Gizmo {
   }
 }
 
-function cross(at, size, colour) {
+// A cross of three lines at a point.
+export function cross(at, size, colour) {
   return [0, 1, 2].map((k) => {
     const arm = [0, 0, 0];
     arm[k] = size;

@@ -1,9 +1,10 @@
-// Ways of looking at what the bench shows: motions, from an eye, distances and reach envelopes.
+// Ways of looking at what the bench shows: motions, from an eye, distances, reach envelopes, the saved state.
 
 import { ask } from "./connection.js";
 import { at } from "./elements.js";
 import { Envelope } from "./envelope.js";
 import { Eye } from "./eye.js";
+import { Ghost } from "./ghost.js";
 import { Measure } from "./measure.js";
 import { Motion } from "./motion.js";
 
@@ -16,16 +17,19 @@ export class Looks {
     this.eye = new Eye(() => this.eyes(), () => this.repaint(), say);
     this.measure = new Measure(say);
     this.envelope = new Envelope(() => this.hand(), say);
+    this.ghost = new Ghost(state, () => (this.motion.there ? this.motion.packed : null), say);
   }
 
   // Take the picture that is there now.
   attach(panel) {
-    for (const one of [this.eye, this.measure, this.envelope]) one.attach(panel);
+    for (const one of [this.eye, this.measure, this.envelope, this.ghost]) one.attach(panel);
   }
 
   take(found) {
     const { head } = found;
     if (head.kind === "measured") this.measure.take(head);
+    if (head.kind === "ghost") this.ghost.take(found);
+    if (head.kind === "saved") this.ghost.forget();
     if (head.kind === "envelope") this.envelope.take(found, this.state.answer?.generation);
     if (["motion", "frames", "gaps"].includes(head.kind)) this.motion.take(found);
   }
@@ -35,13 +39,15 @@ export class Looks {
     this.measure.build(head);
     this.eye.field = head.field;
     this.envelope.away();
+    this.ghost.forget();
     if (head.motions.includes(this.motion.name) || !head.cases.length) return this.motion.reopen(head.motions);
     this.motion.close();
     return this.picture.open();
   }
 
-  answered(head) {
-    for (const one of [this.motion, this.measure, this.envelope]) one.answered(head);
+  answered(found) {
+    for (const one of [this.motion, this.measure, this.envelope]) one.answered(found.head);
+    this.ghost.answered(found);
     this.eye.follow();
   }
 
@@ -71,6 +77,7 @@ export class Looks {
     const { panel, answer } = this.picture;
     if (panel?.film) panel.at(panel.film.frame);
     else if (answer) this.picture.show(answer);
+    this.ghost.show();
   }
 
   hand() {

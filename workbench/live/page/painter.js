@@ -13,7 +13,7 @@ const acts = {
   },
   setParts: ({ looks }) => painting.setParts(looks),
   setMarks: ({ lines }) => painting.setMarks(lines),
-  setVeil: ({ veil }) => painting.setVeil(veil),
+  setOver: ({ given }) => painting.setOver(given),
   paint({ picture, bodies }) {
     bodies?.forEach((body, k) => Object.assign(scene.bodies[k], body));
     if (bodies) scene.frame = (scene.frame || 0) + 1;
