@@ -14,6 +14,7 @@ import { frameAt, path, worstOf } from "./view/film.js";
 import { coloured, setFrame } from "./view/wire.js";
 import { isOf, stateAt, stripes, wipeWords } from "./view/wipe.js";
 import { veilOf } from "./page/envelope.js";
+import { broken, fileName } from "./page/copying.js";
 import { across, fieldWords } from "./page/eye.js";
 import { farthest, movedWords, shiftOf, veilOfParts } from "./page/ghost.js";
 import { components, dimensionLines, thingOf } from "./page/measure.js";
@@ -204,6 +205,14 @@ test("a distance has its components, and names are told apart", () => {
   assert.deepEqual(lines.map(({ to }) => to), [[1, 0, 0], [1, 2, 0], [1, 2, 3], [1, 2, 3]]);
   assert.deepEqual(thingOf("segment\tpilot\tright hand"), { person: "pilot", segment: "right hand" });
   assert.deepEqual(thingOf("part\tleft_stick"), { part: "left_stick" });
+});
+
+test("a file is named by what is in it, and words are broken into lines", () => {
+  assert.equal(fileName(["my_study", "looking left", "0.420s"], "png"), "my_study_looking_left_0.420s.png");
+  assert.equal(fileName(["../etc", "a/b: Fahrt nach Süd", undefined], "mp4"), "etc_a_b_Fahrt_nach_Süd.mp4");
+  assert.equal(fileName(["", "//"], "png"), "picture.png");
+  assert.deepEqual(broken("one two three", 7, (words) => words.length), ["one two", "three"]);
+  assert.deepEqual(broken("everything", 3, (words) => words.length), ["everything"]);
 });
 
 test("how far somebody is from the saved state, and what has moved, in words", () => {

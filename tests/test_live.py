@@ -61,6 +61,7 @@ FILES = (
     "describe_parts.js",
     "describe_things.js",
     "connection.js",
+    "copying.js",
     "elements.js",
     "envelope.js",
     "eye.js",

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import base64
+import io
 import json
 import math
 import shutil
 
 import numpy as np
 import pytest
+from PIL import Image
 
 from tests.conftest import ROOT
 from tests.web_page import CHROMIUM, launched, pixels, served
@@ -496,6 +499,48 @@ def test_the_saved_state_is_a_ghost_beside_what_is(page):
     legend(page, "nothing moved since saved")
     page.get_by_role("button", name="ghost").click()
     assert page.locator(".over .saved").is_hidden() and purple(page) == before
+    assert faults(page) == []
+
+
+CLIPBOARD = """async () => {
+  const [item] = await navigator.clipboard.read();
+  const bytes = new Uint8Array(await (await item.getType("image/png")).arrayBuffer());
+  return btoa(bytes.reduce((text, byte) => text + String.fromCharCode(byte), ""));
+}"""
+NEVER = "() => { navigator.clipboard.write = () => Promise.reject(new Error('not allowed')); }"
+
+
+def orange(found):
+    """How many pixels have the colour of the arrow ahead."""
+    return int((np.abs(np.asarray(found).astype(int) - (206, 84, 20)).sum(axis=2) < 30).sum())
+
+
+def test_the_picture_is_copied_in_full_without_handles_or_downloaded(page):
+    page.context.grant_permissions(["clipboard-read", "clipboard-write"])
+    page.get_by_label("hand or foot").check()
+    page.get_by_role("button", name="left", exact=True).click()
+    page.locator("#pair-of").select_option("segment\tpilot\thead")
+    page.get_by_role("button", name="Measure", exact=True).click()
+    shown = pixels(page, "#picture canvas")
+    box = page.locator("#picture canvas").bounding_box()
+    size = (round(box["width"]), round(box["height"]))
+    page.keyboard.press("p")
+    said(page, f"copied: the picture is in the clipboard, {size[0]} × {size[1]} pixels")
+    copied = Image.open(io.BytesIO(base64.b64decode(page.evaluate(CLIPBOARD))))
+    assert (copied.format, copied.size) == ("PNG", size)
+    copied = copied.convert("RGB")
+    assert orange(shown) > orange(copied) + 50 > 50  # that of the dimension line is there
+    alike = np.abs(np.asarray(copied).astype(int) - np.asarray(shown.resize(size)))
+    assert np.median(alike) <= 2 and len(copied.getcolors(1 << 24)) > 1000
+    page.evaluate(NEVER)
+    with page.expect_download() as found:
+        page.get_by_role("button", name="copy").click()
+    assert found.value.suggested_filename == "trainer_cruise.png"
+    kept = Image.open(found.value.path()).convert("RGB")
+    assert np.array_equal(np.asarray(kept), np.asarray(copied))
+    said(page, "downloaded as trainer_cruise.png")
+    page.get_by_label("nothing").check()
+    page.get_by_role("button", name="Dismiss").click()
     assert faults(page) == []
 
 

@@ -73,6 +73,7 @@ PAGE = {
     "style.css": "text/css; charset=utf-8",
     "app.js": "text/javascript; charset=utf-8",
     "connection.js": "text/javascript; charset=utf-8",
+    "copying.js": "text/javascript; charset=utf-8",
     "elements.js": "text/javascript; charset=utf-8",
     "envelope.js": "text/javascript; charset=utf-8",
     "eye.js": "text/javascript; charset=utf-8",

@@ -192,7 +192,7 @@ new Keys({
     const next = at("case").options[at("case").selectedIndex + step];
     if (next) showCase(next.value);
   },
-  ghost: () => looks.ghost.toggle(),
+  others: { g: () => looks.ghost.toggle(), p: () => looks.copying.copy() },
   play: () => looks.motion.play(Boolean(state.hello)),
 });
 addEventListener("beforeunload", (event) => state.answer?.unsaved && event.preventDefault());

@@ -150,7 +150,7 @@ export class Ghost {
     const moved = parts.filter((row) => row.by > SAME);
     const { adjusted = [] } = this.there ? this.found.head : {};
     this.words = this.sentence([...people, ...moved, ...controls], adjusted);
-    this.legend.textContent = this.words;
+    this.legend.textContent = `▒ ${this.words}`;
     this.draw(people, moved, controls.filter((one) => one.by > SAME));
   }
 

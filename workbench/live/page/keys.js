@@ -15,6 +15,7 @@ const KEYS = [
   ["F, H, I", "look at what was clicked, hide it, show it alone"],
   ["X, C", "see-through walls, section"],
   ["G", "the saved state as a ghost beside what is"],
+  ["P", "copy the picture"],
   ["?", "this list"],
 ];
 const TYPED = /^(number|text|search)$/;
@@ -29,10 +30,10 @@ export function isOfElement(key, { name, type = "" }) {
 
 export class Keys {
   // commands: gives the rows { words, keys, act } that there are now; picture: is given the keys that
-  // nothing else takes; other: goes to the case before or the next one; play: plays a motion; ghost: shows the saved state.
-  constructor({ commands, picture, other, play, ghost }) {
+  // nothing else takes; other: goes to the case before or the next one; play: plays a motion; others: what more keys do.
+  constructor({ commands, picture, other, play, others }) {
     Object.assign(this, { commands, picture });
-    const acts = { "[": () => other(-1), "]": () => other(1), " ": play, g: ghost, "?": () => this.help() };
+    const acts = { "[": () => other(-1), "]": () => other(1), " ": play, ...others, "?": () => this.help() };
     addEventListener("keydown", (event) => this.take(event, acts));
     document.addEventListener("case", (event) => other(event.detail));
     at("command-find").oninput = () => this.list();

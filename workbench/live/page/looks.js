@@ -2,6 +2,7 @@
 
 import { ask } from "./connection.js";
 import { at } from "./elements.js";
+import { Copying } from "./copying.js";
 import { Envelope } from "./envelope.js";
 import { Eye } from "./eye.js";
 import { Ghost } from "./ghost.js";
@@ -17,12 +18,13 @@ export class Looks {
     this.eye = new Eye(() => this.eyes(), () => this.repaint(), say);
     this.measure = new Measure(say);
     this.envelope = new Envelope(() => this.hand(), say);
+    this.copying = new Copying(() => this.names(), say);
     this.ghost = new Ghost(state, () => (this.motion.there ? this.motion.packed : null), say);
   }
 
   // Take the picture that is there now.
   attach(panel) {
-    for (const one of [this.eye, this.measure, this.envelope, this.ghost]) one.attach(panel);
+    for (const one of [this.eye, this.measure, this.envelope, this.ghost, this.copying]) one.attach(panel);
   }
 
   take(found) {
@@ -60,6 +62,13 @@ export class Looks {
       this.picture.open();
     }
     return ask("case", { name });
+  }
+
+  // Words that name what is shown: the study, the case, the time of a motion.
+  names() {
+    const { film } = this.picture.panel ?? {};
+    const time = film && `${(film.times[film.frame] / 1000).toFixed(3)}s`;
+    return [this.state.hello.file.replace(/\.ya?ml$/, ""), at("case").value, time];
   }
 
   get role() {
