@@ -10,7 +10,6 @@ import pytest
 
 import workbench as wb
 from tests.conftest import ROOT
-from workbench.draw.web.place_mesh import changed_parts, environment_mesh
 from workbench.errors import InputError
 from workbench.live.desk import Desk
 from workbench.live.protocol import parsed, unpacked
@@ -107,6 +106,13 @@ def test_a_drag_does_not_change_the_ghost(desk):
         assert np.array_equal(values, after[1][name])
 
 
+def corners_of(environment, name):
+    """(V, 3) the corners of a part."""
+    mine = environment.polygon_part == environment.part(name)
+    rows = environment.triangles[np.repeat(mine, np.diff(environment.triangle_start))]
+    return environment.vertices[np.unique(rows)]
+
+
 def test_a_part_of_another_shape_in_the_picture_comes_with_its_own(desk):
     opened = desk.opened
     environment = opened.study.environment
@@ -117,21 +123,11 @@ def test_a_part_of_another_shape_in_the_picture_comes_with_its_own(desk):
         (frame,) = SavedState(opened, saved, shown).made().frames
         head, arrays = unpacked(frame)
         assert head["adjusted"] == [*lever]
-        place = environment_mesh(environment)
-        corners = place.vertices[place.part == place.names.index(*lever)] + [0.0, 0.0, by]
-        assert arrays["vertices"] == pytest.approx(corners.ravel(), abs=1e-6)
+        corners = arrays["vertices"].reshape(-1, 3)
+        own = corners_of(environment, *lever) + [0.0, 0.0, by]
+        assert np.ptp(corners, axis=0) == pytest.approx(np.ptp(own, axis=0), abs=1e-6)
+        assert corners.min(axis=0) == pytest.approx(own.min(axis=0), abs=1e-6)
         assert max(arrays["triangles"].max(), arrays["edges"].max()) < len(corners)
-
-
-def test_the_parts_that_differ_between_two_places_are_those_that_were_moved(desk):
-    study = desk.opened.study
-    move = Move(("throttle_lever",), (), (0.02, 0.0, 0.0))
-    there = displaced(study.environment, (move,), ())
-    found = changed_parts(study.environment, there)
-    assert found.names == ("throttle_lever",)
-    assert changed_parts(there, study.environment).vertices - found.vertices == pytest.approx(
-        np.broadcast_to([0.02, 0.0, 0.0], found.vertices.shape), abs=1e-12
-    )
 
 
 def test_of_motions_alone_the_ghost_is_what_was_moved():
