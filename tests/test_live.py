@@ -66,6 +66,7 @@ FILES = (
     "envelope.js",
     "eye.js",
     "far_painting.js",
+    "filming.js",
     "ghost.js",
     "gizmo.js",
     "grips.js",

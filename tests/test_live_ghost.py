@@ -30,7 +30,9 @@ def desk(tmp_path):
 def done(desk, verb, **given):
     """Do what is asked, and take the answer to it."""
     replies = desk.do(parsed(json.dumps({"n": 3, "do": verb, **given})))
-    return unpacked((replies.everybody or replies.asker)[-1])
+    head, arrays = unpacked((replies.everybody or replies.asker)[-1])
+    assert head["kind"] != "fault", head["words"]
+    return head, arrays
 
 
 def ghost_of(desk):
@@ -41,7 +43,7 @@ def ghost_of(desk):
 
 
 def bent(desk, degrees, **more):
-    return done(desk, "joint", person="pilot", joint="RE", axis=1, degrees=degrees, **more)
+    return done(desk, "joint", person="pilot", joint="RE", axis=0, degrees=degrees, **more)
 
 
 def test_the_ghost_is_where_a_run_of_the_saved_study_puts_everybody(desk):
@@ -124,7 +126,7 @@ def test_a_part_of_another_shape_in_the_picture_comes_with_its_own(desk):
         head, arrays = unpacked(frame)
         assert head["adjusted"] == [*lever]
         corners = arrays["vertices"].reshape(-1, 3)
-        own = corners_of(environment, *lever) + [0.0, 0.0, by]
+        own = corners_of(environment, *lever) + np.array([0.0, 0.0, by])
         assert np.ptp(corners, axis=0) == pytest.approx(np.ptp(own, axis=0), abs=1e-6)
         assert corners.min(axis=0) == pytest.approx(own.min(axis=0), abs=1e-6)
         assert max(arrays["triangles"].max(), arrays["edges"].max()) < len(corners)

@@ -11,7 +11,9 @@ from numpy.typing import NDArray
 
 from workbench.draw.envelopes.sections import envelope_sections, section_lines
 from workbench.draw.envelopes.solid import outer_faces
+from workbench.draw.section_planes import SectionPlane
 from workbench.errors import InputError
+from workbench.live.filming import Film, FilmView
 from workbench.live.playing import WINDOW, Frames, Gaps, MotionScene, Near
 from workbench.live.protocol import Question, packed
 from workbench.live.replies import Made, Replies, Work
@@ -58,6 +60,9 @@ def looking_verbs(desk: Desk, *, placement: Callable[[], Answer]) -> Mapping[str
         shown = placement().placement.parts.environment
         return _later(question, SavedState(desk.opened, saved, shown))
 
+    def film(question: Question) -> Replies:
+        return _film(desk, placement().placement, question)
+
     def bound(verb: Callable[[Desk, Question], Replies]) -> Verb:
         return lambda question: verb(desk, question)
 
@@ -69,7 +74,7 @@ def looking_verbs(desk: Desk, *, placement: Callable[[], Answer]) -> Mapping[str
         "near": _near,
     }
     work = {name: bound(verb) for name, verb in later.items()}
-    return {"measure": measure, "ghost": ghost, **work}
+    return {"measure": measure, "ghost": ghost, "film": film, "film_end": _film_end, **work}
 
 
 def _measure(desk: Desk, placement: Placement, question: Question) -> Replies:
@@ -125,6 +130,43 @@ def _near(desk: Desk, question: Question) -> Replies:
 
 def _state(desk: Desk) -> tuple[OpenStudy, Arrangement, int]:
     return desk.opened, desk.live, desk.generation
+
+
+def _film(desk: Desk, placement: Placement, question: Question) -> Replies:
+    given = question.given
+    motion = given["case"]
+    if motion:
+        check_motion(desk.opened, motion)
+    elif not desk.opened.cases:
+        raise InputError("there is no posture to go round: say which motion is filmed")
+    section = None
+    if given["section"] is not None:
+        axis, side, at = given["section"]
+        section = SectionPlane(int(axis), float(side), float(at), "section")
+    view = FilmView(
+        eye=_point(given["eye"]),
+        at=_point(given["at"]),
+        angle=float(given["angle"]),
+        width=given["width"],
+        height=given["height"],
+        eyes=given["eyes"],
+        hidden=tuple(given["hidden"]),
+        without=tuple(given["without"]),
+        section=section,
+    )
+    film = Film(question.number, desk.opened, placement, motion, view)
+    head = {"kind": "busy", "answers": question.number, "what": "the film is being made"}
+    return Replies(asker=[packed(head)], film=film)
+
+
+def _film_end(question: Question) -> Replies:
+    head = {"kind": "begun", "answers": question.number, "what": ""}
+    return Replies(asker=[packed(head)], film_ends=True)
+
+
+def _point(given: list[float]) -> tuple[float, float, float]:
+    x, y, z = given
+    return float(x), float(y), float(z)
 
 
 def _envelope(desk: Desk, question: Question) -> Replies:

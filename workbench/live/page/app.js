@@ -192,7 +192,7 @@ new Keys({
     const next = at("case").options[at("case").selectedIndex + step];
     if (next) showCase(next.value);
   },
-  others: { g: () => looks.ghost.toggle(), p: () => looks.copying.copy() },
+  others: { g: () => looks.ghost.toggle(), p: () => looks.copying.copy(), m: () => looks.filming.toggle() },
   play: () => looks.motion.play(Boolean(state.hello)),
 });
 addEventListener("beforeunload", (event) => state.answer?.unsaved && event.preventDefault());

@@ -16,6 +16,7 @@ const KEYS = [
   ["X, C", "see-through walls, section"],
   ["G", "the saved state as a ghost beside what is"],
   ["P", "copy the picture"],
+  ["M", "film the motion, or once round; end the film"],
   ["?", "this list"],
 ];
 const TYPED = /^(number|text|search)$/;

@@ -5,6 +5,7 @@ import { at } from "./elements.js";
 import { Copying } from "./copying.js";
 import { Envelope } from "./envelope.js";
 import { Eye } from "./eye.js";
+import { Filming } from "./filming.js";
 import { Ghost } from "./ghost.js";
 import { Measure } from "./measure.js";
 import { Motion } from "./motion.js";
@@ -19,17 +20,21 @@ export class Looks {
     this.measure = new Measure(say);
     this.envelope = new Envelope(() => this.hand(), say);
     this.copying = new Copying(() => this.names(), say);
+    const motion = () => this.motion.name;
+    this.filming = new Filming({ motion, eyes: () => this.eye.set?.role, names: () => this.names(), say });
     this.ghost = new Ghost(state, () => (this.motion.there ? this.motion.packed : null), say);
   }
 
   // Take the picture that is there now.
   attach(panel) {
-    for (const one of [this.eye, this.measure, this.envelope, this.ghost, this.copying]) one.attach(panel);
+    for (const one of [this.eye, this.measure, this.envelope, this.ghost, this.copying, this.filming]) one.attach(panel);
   }
 
   take(found) {
     const { head } = found;
     if (head.kind === "measured") this.measure.take(head);
+    if (head.kind === "film") this.filming.take(head);
+    if (head.kind === "fault" && head.where === "film") this.filming.forget();
     if (head.kind === "ghost") this.ghost.take(found);
     if (head.kind === "saved") this.ghost.forget();
     if (head.kind === "envelope") this.envelope.take(found, this.state.answer?.generation);
