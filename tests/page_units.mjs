@@ -16,6 +16,7 @@ import { isOf, stateAt, stripes, wipeWords } from "./view/wipe.js";
 import { veilOf } from "./page/envelope.js";
 import { broken, fileName } from "./page/copying.js";
 import { across, fieldWords } from "./page/eye.js";
+import { planeOf } from "./page/filming.js";
 import { farthest, movedWords, shiftOf, veilOfParts } from "./page/ghost.js";
 import { components, dimensionLines, thingOf } from "./page/measure.js";
 import { nearestToFailing, startOf, surplus } from "./page/motion.js";
@@ -213,6 +214,12 @@ test("a file is named by what is in it, and words are broken into lines", () => 
   assert.equal(fileName(["", "//"], "png"), "picture.png");
   assert.deepEqual(broken("one two three", 7, (words) => words.length), ["one two", "three"]);
   assert.deepEqual(broken("everything", 3, (words) => words.length), ["everything"]);
+});
+
+test("a section of the picture is an axis, a side and a place for the film", () => {
+  assert.deepEqual(planeOf([0, -1, 0, 0.3]), [1, -1, 0.3]); // y < 0.3 is cut away
+  assert.deepEqual(planeOf([1, 0, 0, -0.5]), [0, 1, 0.5]);
+  assert.equal(planeOf(null), null);
 });
 
 test("how far somebody is from the saved state, and what has moved, in words", () => {

@@ -34,9 +34,8 @@ def crash():
 
 @pytest.fixture
 def short(monkeypatch):
-    """Films of ten frames or so."""
-    monkeypatch.setattr("workbench.draw.render.TURN", 0.4)
-    monkeypatch.setattr("workbench.live.filming.LEAST_TIME", 0.4)
+    """Films of two frames a second."""
+    monkeypatch.setattr("workbench.live.looking.FPS", 2.0)
 
 
 @pytest.fixture
@@ -63,7 +62,7 @@ def frames_in(path):
 def written(desk, path, **more):
     """Write a film; what its progress says."""
     said = []
-    film_of(desk, **more).film.write(path, lambda done, of: said.append((done, of)))
+    film_of(desk, **more).film.take().write(path, lambda done, of: said.append((done, of)))
     return said
 
 
@@ -76,14 +75,17 @@ def test_a_film_has_the_frames_that_are_said_and_goes_to_who_asked(posture, fold
             head = {"done": 0}
             while "file" not in head:
                 head, _ = frames_until(page, "film")
-            assert head["frames"] == 10
+            assert head["frames"] == 12
             fetched = client.get(f"/film/{head['file']}")
             assert fetched.headers["content-type"] in ("video/mp4", "image/webp")
             path = folder / f"fetched{head['ending']}"
             path.write_bytes(fetched.content)
-            assert frames_in(path) == 10
+            assert frames_in(path) == 12
             assert client.get("/film/..%2f..%2fetc%2fpasswd").status_code == 404
             assert client.get("/film/9.mp4").status_code == 404
+            asked(page, "film", **VIEW, section=[0, 1, 90.0])
+            assert "file" not in frames_until(page, "film")[0]
+            assert "this plane misses it" in frames_until(page, "fault")[0]["words"]
             other.send_text('{"n": 5, "do": "film_end"}')  # nobody's: there is none
             assert "file" not in frames_until(other, "film")[0]
         client.cookies.clear()
@@ -98,7 +100,9 @@ def test_a_film_that_is_ended_leaves_no_file_and_answers_go_on(posture, folder):
             asked(page, "film", **VIEW)
             head, _ = frames_until(page, "film")
             assert head["of"] == 150 and head["done"] < 150
-            answer = asked(page, "joint", person="pilot", joint="RE", axis=0, degrees=50, done=False)
+            answer = asked(
+                page, "joint", person="pilot", joint="RE", axis=0, degrees=50, done=False
+            )
             assert answer["kind"] == "answer"
             page.send_text('{"n": 8, "do": "film_end"}')
             while "done" in head:
@@ -111,8 +115,8 @@ def test_a_film_that_is_ended_leaves_no_file_and_answers_go_on(posture, folder):
 @pytest.mark.usefixtures("short")
 def test_a_motion_is_filmed_through_the_page_s_camera_as_often_as_is_said(crash, tmp_path):
     said = written(crash, tmp_path / "seen.webp", case=LAP)
-    assert said == [(k, 11) for k in range(1, 12)]
-    assert frames_in(tmp_path / "seen.webp") == 11
+    assert said == [(k, 9) for k in range(1, 10)]
+    assert frames_in(tmp_path / "seen.webp") == 9
     near = {"eye": [2.0, 1.5, 1.8]}
     written(crash, tmp_path / "near.webp", case=LAP, **near, width=320)
     inside = []

@@ -544,6 +544,24 @@ def test_the_picture_is_copied_in_full_without_handles_or_downloaded(page):
     assert faults(page) == []
 
 
+def test_a_film_says_how_far_it_is_and_is_ended_by_its_button(page):
+    page.evaluate("() => document.activeElement.blur()")
+    page.keyboard.press("m")
+    said(page, " of 150; M or the button ends it")
+    page.get_by_role("button", name="end film").click()
+    said(page, "the film was ended, nothing is kept of it")
+    page.get_by_role("button", name="film", exact=True).wait_for()
+    assert faults(page) == []
+
+
+def frames_in(path, name):
+    """The number of frames of a film."""
+    if name.endswith(".mp4"):
+        return pytest.importorskip("imageio_ffmpeg").count_frames_and_secs(str(path))[0]
+    with Image.open(path) as film:
+        return film.n_frames
+
+
 def test_every_name_in_the_page_is_of_one_element(page):
     twice = page.evaluate("""() => {
       const names = [...document.querySelectorAll("[id]")].map((one) => one.id);
@@ -553,7 +571,8 @@ def test_every_name_in_the_page_is_of_one_element(page):
 
 
 def test_a_study_of_motions_alone_is_opened_without_errors(page):
-    with served("trainer_crash") as address:
+    few = "import workbench.live.looking as looking\nlooking.FPS = 2.0"
+    with served("trainer_crash", few) as address:
         opened = page.context.browser.new_page()
         opened.set_default_timeout(60_000)
         wrong = []
@@ -564,6 +583,13 @@ def test_a_study_of_motions_alone_is_opened_without_errors(page):
         opened.keyboard.press(" ")  # played once it is there
         opened.wait_for_selector("#near tr")
         opened.wait_for_function("() => Number(document.querySelector('.film input').value) > 0")
+        opened.keyboard.press(" ")
+        opened.set_viewport_size({"width": 420, "height": 300})
+        with opened.expect_download() as film:
+            opened.keyboard.press("m")
+        assert film.value.suggested_filename.startswith("trainer_crash_the_lap_belt_alone.")
+        said(opened, "a film of 9 frames: downloaded as trainer_crash_the_lap_belt_alone.")
+        assert frames_in(film.value.path(), film.value.suggested_filename) == 9
         assert wrong == []
         opened.close()
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from workbench.body.forward import place
 from workbench.body.parts import moved
-from workbench.draw.camera import look_at
+from workbench.draw.camera import Camera, look_at
 from workbench.draw.display_options import DisplayOptions, parse_display_options
 from workbench.draw.films.mp4 import has_encoder
 from workbench.draw.render import render
@@ -26,11 +26,13 @@ from workbench.study.bench.motions import playing
 from workbench.study.bench.placing import Placement
 from workbench.study.bench.state import OpenStudy
 
-__all__ = ["Film", "FilmView", "film_ending"]
+__all__ = ["FPS", "Film", "FilmView", "Take", "film_ending"]
 
 LONGEST_SIDE = 1280
 SHORTEST_SIDE = 160
 """Pixels of a film each way, at most and at least."""
+FPS = 25.0
+"""Frames a second."""
 LEAST_TIME = 4.0
 """Time [s] that a film of a motion takes at least: shorter ones are slowed down, as on the page."""
 Progress = Callable[[int, int], None]
@@ -75,22 +77,12 @@ def film_ending() -> str:
 
 
 @dataclass(frozen=True, eq=False)
-class Film:
-    """A film of a state: of a motion, or once round who is in a posture.
+class Take:
+    """A film that can be drawn anywhere: what is drawn, how, and from where it is seen."""
 
-    Parameters
-    ----------
-    number
-        Of the question that asks for it.
-    motion
-        The case that is a motion, "" for the posture that is looked at.
-    """
-
-    number: int
-    opened: OpenStudy
-    placement: Placement
-    motion: str
-    view: FilmView
+    source: Source
+    options: DisplayOptions
+    camera: Camera | None
 
     def write(self, path: Path, progress: Progress) -> None:
         """Write the film; the file appears whole or not at all.
@@ -101,8 +93,39 @@ class Film:
             Called after each frame with the number of frames that are done, and of all; what it
             raises ends the film.
         """
+        render(self.source, self.options, path, progress=progress, camera=self.camera)
+
+
+@dataclass(frozen=True, eq=False)
+class Film:
+    """A film of a state: of a motion, or once round who is in a posture.
+
+    Parameters
+    ----------
+    motion
+        The case that is a motion, "" for the posture that is looked at.
+    fps
+        Frames a second.
+    """
+
+    opened: OpenStudy
+    placement: Placement
+    motion: str
+    view: FilmView
+    fps: float = FPS
+
+    def take(self) -> Take:
+        """Return what is drawn, of the motions as the bench has read them.
+
+        Raises
+        ------
+        InputError
+            If nobody is shown, or a motion cannot be read.
+        UsageError
+            If it cannot be seen from there.
+        """
         source = self._moving() if self.motion else self._still()
-        options = self._options(path, source)
+        options = self._options(source)
         camera = None
         if not self.view.eyes:
             camera = look_at(
@@ -112,9 +135,9 @@ class Film:
                 width=options.width,
                 height=options.height,
             )
-        render(source, options, path, progress=progress, camera=camera)
+        return Take(source, options, camera)
 
-    def _options(self, path: Path, source: Source) -> DisplayOptions:
+    def _options(self, source: Source) -> DisplayOptions:
         view = self.view
         scale = min(1.0, LONGEST_SIDE / max(view.width, view.height))
         width, height = (
@@ -125,11 +148,12 @@ class Film:
             clock = np.concatenate([person.poses.clock for person in source.persons])
             speed = min(1.0, max(float(np.ptp(clock)), 1e-3) / LEAST_TIME)
         options = parse_display_options(
-            path,
+            Path(f"film{film_ending()}"),
             view=f"eye:{view.eyes}" if view.eyes else None,
             size=f"{width}x{height}",
             angle=float(np.degrees(view.angle)),
             speed=speed,
+            fps=self.fps,
         )
         return replace(options, cut=view.section)
 

@@ -1,4 +1,4 @@
-"""The films that pages have asked for: made one after the other in a thread of their own, and kept
+"""The films that pages have asked for: made one after the other in a process of their own, and kept
 until they are fetched."""
 
 from __future__ import annotations
@@ -13,6 +13,8 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
+from workbench.errors import WorkbenchError
+from workbench.live.film_process import write_apart
 from workbench.live.filming import Film, film_ending
 from workbench.live.pages import Page
 from workbench.live.protocol import packed
@@ -25,7 +27,7 @@ OFTEN = 0.25
 """Time [s] between two frames about how far a film is."""
 ENDED = packed({"kind": "film"})
 """The frame of a film that has ended without a file."""
-Fault = Callable[[Exception], bytes]
+Fault = Callable[[WorkbenchError], bytes]
 
 
 class FilmStoppedError(Exception):
@@ -94,21 +96,26 @@ class Films:
         asked = self.asked.popleft()
         self.at_work = asked
         self.count += 1
+        path = self._folder() / f"{self.count}{film_ending()}"
+        frames = 0
+        fault = None
         try:
-            path = self._folder() / f"{self.count}{film_ending()}"
             frames = await loop.run_in_executor(self.pool, self._made, asked, path, loop)
         except FilmStoppedError:
             return
-        except Exception as error:  # noqa: BLE001 (one film that fails must not end the bench)
-            if not asked.stopped:
-                asked.page.put(ENDED)
-                asked.page.put(self.fault(error))
-            return
+        except WorkbenchError as error:
+            fault = self.fault(error)
         finally:
             self.at_work = None
-        self._keep(path)
-        head = {"kind": "film", "file": path.name, "frames": frames, "ending": path.suffix}
-        if not asked.stopped:
+            if not frames and not asked.stopped:
+                asked.page.put(ENDED)
+        if asked.stopped:
+            path.unlink(missing_ok=True)
+        elif fault is not None:
+            asked.page.put(fault)
+        else:
+            self._keep(path)
+            head = {"kind": "film", "file": path.name, "frames": frames, "ending": path.suffix}
             asked.page.put(packed(head))
 
     def end(self) -> None:
@@ -132,12 +139,9 @@ class Films:
             self.kept.popleft().unlink(missing_ok=True)
 
     def _made(self, asked: _Asked, path: Path, loop: asyncio.AbstractEventLoop) -> int:
-        """Write a film, in the thread of films; the number of its frames."""
-        frames = 0
+        """Let a film be written, in the thread that waits for it; the number of its frames."""
 
         def progress(done: int, count: int) -> None:
-            nonlocal frames
-            frames = done
             if asked.stopped:
                 raise FilmStoppedError
             now = time.monotonic()
@@ -149,5 +153,4 @@ class Films:
         with self.lock:
             if asked.stopped:
                 raise FilmStoppedError
-            asked.film.write(path, progress)
-        return frames
+            return write_apart(asked.film.take(), path, progress)

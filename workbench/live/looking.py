@@ -13,7 +13,7 @@ from workbench.draw.envelopes.sections import envelope_sections, section_lines
 from workbench.draw.envelopes.solid import outer_faces
 from workbench.draw.section_planes import SectionPlane
 from workbench.errors import InputError
-from workbench.live.filming import Film, FilmView
+from workbench.live.filming import FPS, Film, FilmView
 from workbench.live.playing import WINDOW, Frames, Gaps, MotionScene, Near
 from workbench.live.protocol import Question, packed
 from workbench.live.replies import Made, Replies, Work
@@ -154,7 +154,7 @@ def _film(desk: Desk, placement: Placement, question: Question) -> Replies:
         without=tuple(given["without"]),
         section=section,
     )
-    film = Film(question.number, desk.opened, placement, motion, view)
+    film = Film(desk.opened, placement, motion, view, FPS)
     head = {"kind": "busy", "answers": question.number, "what": "the film is being made"}
     return Replies(asker=[packed(head)], film=film)
 

@@ -2,7 +2,7 @@
 
 The loop of the server calls no engine. One thread does what is asked, in order; another makes bodies
 and predictions beforehand, a third judges the state once it rests, a fourth makes motions, envelopes
-and what else takes long to look at, a fifth films. Two more are for a population: it is followed while
+and what else takes long to look at, a fifth waits for the process that makes films. Two more are for a population: it is followed while
 something is dragged, and settled once that rests. What fails in one of them is reported to the pages,
 and it goes on.
 """
