@@ -14,7 +14,10 @@ import { frameAt, path, worstOf } from "./view/film.js";
 import { coloured, setFrame } from "./view/wire.js";
 import { isOf, stateAt, stripes, wipeWords } from "./view/wipe.js";
 import { veilOf } from "./page/envelope.js";
+import { broken, fileName } from "./page/copying.js";
 import { across, fieldWords } from "./page/eye.js";
+import { planeOf } from "./page/filming.js";
+import { farthest, movedWords, shiftOf, veilOfParts } from "./page/ghost.js";
 import { components, dimensionLines, thingOf } from "./page/measure.js";
 import { nearestToFailing, startOf, surplus } from "./page/motion.js";
 import { band, bands, ticks } from "./page/reach_map.js";
@@ -203,6 +206,45 @@ test("a distance has its components, and names are told apart", () => {
   assert.deepEqual(lines.map(({ to }) => to), [[1, 0, 0], [1, 2, 0], [1, 2, 3], [1, 2, 3]]);
   assert.deepEqual(thingOf("segment\tpilot\tright hand"), { person: "pilot", segment: "right hand" });
   assert.deepEqual(thingOf("part\tleft_stick"), { part: "left_stick" });
+});
+
+test("a file is named by what is in it, and words are broken into lines", () => {
+  assert.equal(fileName(["my_study", "looking left", "0.420s"], "png"), "my_study_looking_left_0.420s.png");
+  assert.equal(fileName(["../etc", "a/b: Fahrt nach Süd", undefined], "mp4"), "etc_a_b_Fahrt_nach_Süd.mp4");
+  assert.equal(fileName(["", "//"], "png"), "picture.png");
+  assert.deepEqual(broken("one two three", 7, (words) => words.length), ["one two", "three"]);
+  assert.deepEqual(broken("everything", 3, (words) => words.length), ["everything"]);
+});
+
+test("a section of the picture is an axis, a side and a place for the film", () => {
+  assert.deepEqual(planeOf([0, -1, 0, 0.3]), [1, -1, 0.3]); // y < 0.3 is cut away
+  assert.deepEqual(planeOf([1, 0, 0, -0.5]), [0, 1, 0.5]);
+  assert.equal(planeOf(null), null);
+});
+
+test("how far somebody is from the saved state, and what has moved, in words", () => {
+  const body = (x, radius = 0.1) => ({ centres: Float32Array.of(0, 0, 0, x, 0, 0), radius: Float32Array.of(0.1, radius) });
+  assert.equal(farthest(body(1), body(1)), 0);
+  near([farthest(body(1.25), body(1)), farthest(body(1, 0.14), body(1))], [0.25, 0.04], 1e-6);
+  assert.equal(farthest(body(1), { centres: new Float32Array(3), radius: new Float32Array(1) }), Infinity);
+  assert.equal(movedWords([{ name: "seat_pan", by: 0 }, { name: "lever", by: 1e-6 }]), "");
+  const rows = [{ name: "pilot", by: 0.0301, lead: "up to " }, { name: "seat_pan", by: 0.03 }, { name: "seat_back", by: 0.03 }];
+  assert.equal(movedWords(rows), "pilot up to 30.1 mm, seat pan and 1 more 30.0 mm");
+  const many = [1, 2, 3, 4, 5].map((k) => ({ name: `part ${k}`, by: k / 1000 }));
+  assert.equal(movedWords(many), "part 5 5.0 mm, part 4 4.0 mm, part 3 3.0 mm, 2 more");
+  assert.equal(movedWords([{ name: "pilot", by: Infinity }]), "pilot another body");
+});
+
+test("a part of the saved state is where a picture of it would have it", () => {
+  assert.deepEqual(shiftOf({ shifts: { lever: [1, 0, 0] } }, "lever", null), [1, 0, 0]);
+  assert.deepEqual(shiftOf({ shifts: {} }, "lever", null), [0, 0, 0]);
+  const moves = [{ parts: ["lever"], by: [0, 3, 0] }];
+  assert.deepEqual(shiftOf({ moves }, "lever", [{ parts: ["lever"], by: [0, 1, 0] }]), [0, 2, 0]);
+  assert.deepEqual(shiftOf({ moves: [] }, "lever", moves), [0, -3, 0]);
+  const place = { vertices: [0, 0, 0, 1, 0, 0, 0, 1, 0, 9, 9, 9], part: [1, 1, 1, 0], triangles: [0, 1, 2], edges: [1, 2, 3, 3] };
+  const veil = veilOfParts(place, new Map([[1, [0, 0, 5]]]));
+  assert.deepEqual([...veil.vertices], [0, 0, 5, 1, 0, 5, 0, 1, 5]);
+  assert.deepEqual([[...veil.triangles], [...veil.edges]], [[0, 1, 2], [1, 2]]);
 });
 
 test("each face of an envelope has its own colour", () => {

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import base64
+import io
 import json
 import math
 import shutil
 
+import numpy as np
 import pytest
+from PIL import Image
 
 from tests.conftest import ROOT
-from tests.web_page import CHROMIUM, launched, served
+from tests.web_page import CHROMIUM, launched, pixels, served
 
 pytest.importorskip("starlette", reason="the extra `live` is not installed")
 playwright = pytest.importorskip(
@@ -459,6 +463,105 @@ def test_near_pairs_say_which_overlap_is_allowed(page):
     assert page.locator("#near td.failed").count() == 0
 
 
+def legend(page, words):
+    page.wait_for_function(
+        "(words) => document.querySelector('.over .saved').textContent.includes(words)", arg=words
+    )
+
+
+def purple(page):
+    """How many pixels of the picture have the colour of the ghost."""
+    found = np.asarray(pixels(page, "#picture canvas")).astype(int)
+    red, green, blue = found[:-90].transpose(2, 0, 1)  # above the legend
+    return int(((blue > green + 25) & (red > green + 12)).sum())
+
+
+def test_the_saved_state_is_a_ghost_beside_what_is(page):
+    page.evaluate("() => document.activeElement.blur()")
+    page.get_by_role("button", name="left", exact=True).click()
+    before = purple(page)
+    page.keyboard.press("g")
+    legend(page, "nothing moved since saved")
+    said(page, "nothing moved since saved")
+    assert page.get_by_role("button", name="ghost").get_attribute("aria-pressed") == "true"
+    assert purple(page) <= before + 20  # it lies behind who is in the same place
+    elbow(page).fill("20")
+    legend(page, "moved since saved: pilot up to ")
+    page.locator("#thing-name").select_option("parts instrument_panel")
+    page.locator("#thing-z").fill("200")
+    page.locator("#thing-z").press("Enter")
+    legend(page, "instrument panel 200.0 mm")
+    page.get_by_label("nothing").check()
+    assert purple(page) > before + 300
+    page.get_by_role("button", name="Undo").click()
+    page.wait_for_timeout(300)
+    undone(page)
+    legend(page, "nothing moved since saved")
+    page.get_by_role("button", name="ghost").click()
+    assert page.locator(".over .saved").is_hidden() and purple(page) == before
+    assert faults(page) == []
+
+
+CLIPBOARD = """async () => {
+  const [item] = await navigator.clipboard.read();
+  const bytes = new Uint8Array(await (await item.getType("image/png")).arrayBuffer());
+  return btoa(bytes.reduce((text, byte) => text + String.fromCharCode(byte), ""));
+}"""
+NEVER = "() => { navigator.clipboard.write = () => Promise.reject(new Error('not allowed')); }"
+
+
+def orange(found):
+    """How many pixels have the colour of the arrow ahead."""
+    return int((np.abs(np.asarray(found).astype(int) - (206, 84, 20)).sum(axis=2) < 30).sum())
+
+
+def test_the_picture_is_copied_in_full_without_handles_or_downloaded(page):
+    page.context.grant_permissions(["clipboard-read", "clipboard-write"])
+    page.get_by_label("hand or foot").check()
+    page.get_by_role("button", name="left", exact=True).click()
+    page.locator("#pair-of").select_option("segment\tpilot\thead")
+    page.get_by_role("button", name="Measure", exact=True).click()
+    shown = pixels(page, "#picture canvas")
+    box = page.locator("#picture canvas").bounding_box()
+    size = (round(box["width"]), round(box["height"]))
+    page.keyboard.press("p")
+    said(page, f"copied: the picture is in the clipboard, {size[0]} × {size[1]} pixels")
+    copied = Image.open(io.BytesIO(base64.b64decode(page.evaluate(CLIPBOARD))))
+    assert (copied.format, copied.size) == ("PNG", size)
+    copied = copied.convert("RGB")
+    assert orange(shown) > orange(copied) + 50
+    alike = np.abs(np.asarray(copied).astype(int) - np.asarray(shown.resize(size)))
+    assert np.median(alike) <= 2 and len(copied.getcolors(1 << 24)) > 1000
+    page.evaluate(NEVER)
+    with page.expect_download() as found:
+        page.get_by_role("button", name="copy").click()
+    assert found.value.suggested_filename == "trainer_cruise.png"
+    kept = Image.open(found.value.path()).convert("RGB")
+    assert np.array_equal(np.asarray(kept), np.asarray(copied))
+    said(page, "downloaded as trainer_cruise.png")
+    page.get_by_label("nothing").check()
+    page.get_by_role("button", name="Dismiss").click()
+    assert faults(page) == []
+
+
+def test_a_film_says_how_far_it_is_and_is_ended_by_its_button(page):
+    page.evaluate("() => document.activeElement.blur()")
+    page.keyboard.press("m")
+    said(page, " of 150; M or the button ends it")
+    page.get_by_role("button", name="end film").click()
+    said(page, "the film was ended, nothing is kept of it")
+    page.get_by_role("button", name="film", exact=True).wait_for()
+    assert faults(page) == []
+
+
+def frames_in(path, name):
+    """The number of frames of a film."""
+    if name.endswith(".mp4"):
+        return pytest.importorskip("imageio_ffmpeg").count_frames_and_secs(str(path))[0]
+    with Image.open(path) as film:
+        return film.n_frames
+
+
 def test_every_name_in_the_page_is_of_one_element(page):
     twice = page.evaluate("""() => {
       const names = [...document.querySelectorAll("[id]")].map((one) => one.id);
@@ -468,7 +571,8 @@ def test_every_name_in_the_page_is_of_one_element(page):
 
 
 def test_a_study_of_motions_alone_is_opened_without_errors(page):
-    with served("trainer_crash") as address:
+    few = "import workbench.live.looking as looking\nlooking.FPS = 2.0"
+    with served("trainer_crash", few) as address:
         opened = page.context.browser.new_page()
         opened.set_default_timeout(60_000)
         wrong = []
@@ -479,6 +583,13 @@ def test_a_study_of_motions_alone_is_opened_without_errors(page):
         opened.keyboard.press(" ")  # played once it is there
         opened.wait_for_selector("#near tr")
         opened.wait_for_function("() => Number(document.querySelector('.film input').value) > 0")
+        opened.keyboard.press(" ")
+        opened.set_viewport_size({"width": 420, "height": 300})
+        with opened.expect_download() as film:
+            opened.keyboard.press("m")
+        assert film.value.suggested_filename.startswith("trainer_crash_the_lap_belt_alone.")
+        said(opened, "a film of 9 frames: downloaded as trainer_crash_the_lap_belt_alone.")
+        assert frames_in(film.value.path(), film.value.suggested_filename) == 9
         assert wrong == []
         opened.close()
 

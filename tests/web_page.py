@@ -82,9 +82,12 @@ def pixels(page, selector="canvas"):
 
 
 @contextlib.contextmanager
-def served(source):
-    """The address of a bench that is served until the context ends."""
-    command = [sys.executable, "-m", "workbench", "live", str(source), "--no-browser"]
+def served(source, before=""):
+    """The address of a bench that is served until the context ends; before: what is done first."""
+    run = (
+        f"{before}\nfrom workbench.cli import main\nmain(['live', {str(source)!r}, '--no-browser'])"
+    )
+    command = [sys.executable, "-c", run]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as running:
         try:
             yield running.stdout.readline().strip()

@@ -76,7 +76,12 @@ _PENS: dict[tuple[str, str], _Pen] = {
 
 
 def render(
-    source: Source, options: DisplayOptions, out: Path, *, progress: Progress | None = None
+    source: Source,
+    options: DisplayOptions,
+    out: Path,
+    *,
+    progress: Progress | None = None,
+    camera: Camera | None = None,
 ) -> None:
     """Write a source into a file, which appears whole or not at all.
 
@@ -93,6 +98,9 @@ def render(
         The file.
     progress
         Called after each frame of a film.
+    camera
+        From where a film is seen, of the size in the options; where it goes round something, it
+        begins there. As the options say if None.
 
     Raises
     ------
@@ -100,7 +108,8 @@ def render(
         If options and source do not go together. See `write_film` for films.
     """
     if options.holds == "film":
-        _film(source, options, out, progress)
+        frames, count = _film(source, options, camera)
+        write_film(out, frames, count, fps=options.fps, progress=progress)
         return
     makers: dict[str, Callable[[Source, DisplayOptions], bytes]] = {
         "raster": _raster,
@@ -208,9 +217,14 @@ def _panels(source: Source, options: DisplayOptions) -> list[tuple[Scene, Camera
 
 def camera_for_all_poses(source: Source, options: DisplayOptions) -> Camera:
     """Return a camera that holds all poses and cuts the environment in front of them all."""
-    every = every_pose(source.scene)
-    camera = choose_camera(every, options, source.people)
-    return replace(camera, opened=foremost_depth(projected_disks(every, camera)))
+    camera = choose_camera(every_pose(source.scene), options, source.people)
+    return _opened_for_all_poses(source, camera)
+
+
+def _opened_for_all_poses(source: Source, camera: Camera) -> Camera:
+    """Return a camera that cuts the environment in front of all poses."""
+    disks_seen = projected_disks(every_pose(source.scene), camera)
+    return replace(camera, opened=foremost_depth(disks_seen))
 
 
 def _cut_environment(scene: Scene, camera: Camera, options: DisplayOptions) -> Environment | None:
@@ -239,25 +253,29 @@ def _captions(source: Source) -> list[str]:
     return [name.replace("_", " ") for name in source.names]
 
 
-def _film(source: Source, options: DisplayOptions, out: Path, progress: Progress | None) -> None:
+def _film(
+    source: Source, options: DisplayOptions, camera: Camera | None
+) -> tuple[Iterator[Image.Image], int]:
+    """Return the frames of a film and their number."""
     if source.moving:
         times = frame_times(*common_time_span(source), fps=options.fps, speed=options.speed)
-        count = len(times)
-        frames = _motion_frames(source.at(times), options, times)
-    elif len(source.names) > 1:
+        return _motion_frames(source.at(times), options, times, camera), len(times)
+    if len(source.names) > 1:
         raise UsageError(
             "a film shows a motion, or goes round one case; "
             f"got {len(source.names)} cases without times"
         )
-    else:
-        count = len(frame_times(0.0, TURN - 1e-6, fps=options.fps, speed=options.speed))
-        frames = _orbit_frames(source, options, count)
-    write_film(out, frames, count, fps=options.fps, progress=progress)
+    count = len(frame_times(0.0, TURN - 1e-6, fps=options.fps, speed=options.speed))
+    return _orbit_frames(source, options, count, camera), count
 
 
-def _motion_frames(source: Source, options: DisplayOptions, times: Floats) -> Iterator[Image.Image]:
+def _motion_frames(
+    source: Source, options: DisplayOptions, times: Floats, camera: Camera | None
+) -> Iterator[Image.Image]:
     """Draw a source in its F poses at `times` (F,) [s]."""
-    if _is_eye_view(options):
+    if camera is not None:
+        camera = _opened_for_all_poses(source, camera)
+    elif _is_eye_view(options):
         camera = choose_camera(source.scene, options, source.people)
     else:
         camera = camera_for_all_poses(source, options)
@@ -287,28 +305,36 @@ def _speed_text(options: DisplayOptions) -> str:
     return f"{pace}, {options.fps:g} frames/s"
 
 
-def _orbit_frames(source: Source, options: DisplayOptions, count: int) -> Iterator[Image.Image]:
-    """Draw `count` pictures once round the scene about its upright axis, all of it in each."""
+def _orbit_frames(
+    source: Source, options: DisplayOptions, count: int, camera: Camera | None
+) -> Iterator[Image.Image]:
+    """Draw `count` pictures once round the scene about its upright axis: all of it in each, or as a
+    camera sees it first."""
     if _is_eye_view(options):
         raise UsageError(
             f"view {options.view}: nothing moves here, and what goes round a scene is not its eyes"
         )
     scene = source.scene
+    if camera is None:
+        camera = _camera_around(scene, options)
+    scene = replace(scene, environment=_cut_environment(scene, camera, options))
+    for frame in range(count):
+        yield picture(scene, orbit(camera, math.tau * frame / count), options)
+
+
+def _camera_around(scene: Scene, options: DisplayOptions) -> Camera:
+    """Return a camera that sees the whole scene from every direction about the upright axis."""
     low, high = scene.bounds
-    # a box that holds the scene in every direction about the upright axis
     radius = float(np.hypot(*(high - low)[:2])) / 2.0
     middle = (low + high) / 2.0
     half = np.array([radius, radius, (high - low)[2] / 2.0])
-    camera = standard_view(
+    return standard_view(
         options.view,
         np.array([middle - half, middle + half]),
         width=options.width,
         height=options.height,
         field=options.angle,
     )
-    scene = replace(scene, environment=_cut_environment(scene, camera, options))
-    for frame in range(count):
-        yield picture(scene, orbit(camera, math.tau * frame / count), options)
 
 
 def _model(source: Source, options: DisplayOptions) -> bytes:

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from workbench.contact.arranged import Arranged
 from workbench.draw.eye_view import FIELD, sight
 from workbench.live.persons import person_offers, person_state
 from workbench.live.protocol import packed
@@ -33,7 +34,9 @@ __all__ = [
     "PeopleShown",
     "answer_frame",
     "hello_frame",
+    "move_row",
     "near_row",
+    "part_shifts",
     "people_frame",
     "verdict_frame",
     "waiting_frame",
@@ -172,8 +175,8 @@ def answer_frame(found: Answer, opened: OpenStudy, head: Mapping[str, Any], begi
     sent = {
         "kind": "answer",
         **head,
-        "moves": [_move(move) for move in moves],
-        "shifts": _shifts(found),
+        "moves": [move_row(move) for move in moves],
+        "shifts": part_shifts(found.placement.parts),
         "controls": [
             _rounded(one.at) for one in placed_environment(opened, found.placement).controls
         ],
@@ -221,13 +224,13 @@ def _adjustment(one: Adjustment, found: Answer) -> dict[str, Any]:
     }
 
 
-def _move(move: Move) -> dict[str, Any]:
+def move_row(move: Move) -> dict[str, Any]:
+    """By how much [m] which parts and controls stand elsewhere."""
     return {"parts": list(move.parts), "controls": list(move.controls), "by": _rounded(move.by)}
 
 
-def _shifts(found: Answer) -> dict[str, list[float]]:
-    """By how much parts are displaced [m] from where the picture has them."""
-    arranged = found.placement.parts
+def part_shifts(arranged: Arranged) -> dict[str, list[float]]:
+    """By how much parts are displaced [m] from where their environment has them."""
     shifts = arranged.by_part
     moving = sorted(k for group in arranged.movers for k in group)
     return {arranged.environment.parts[k]: _rounded(shifts[k]) for k in moving}

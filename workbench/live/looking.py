@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
 import numpy as np
@@ -11,10 +11,13 @@ from numpy.typing import NDArray
 
 from workbench.draw.envelopes.sections import envelope_sections, section_lines
 from workbench.draw.envelopes.solid import outer_faces
+from workbench.draw.section_planes import SectionPlane
 from workbench.errors import InputError
+from workbench.live.filming import FPS, Film, FilmView
 from workbench.live.playing import WINDOW, Frames, Gaps, MotionScene, Near
 from workbench.live.protocol import Question, packed
 from workbench.live.replies import Made, Replies, Work
+from workbench.live.saved_state import SavedState
 from workbench.model.envelope import ReachTask
 from workbench.study.bench.answers import Answer
 from workbench.study.bench.measuring import Thing, measured
@@ -28,10 +31,12 @@ __all__ = ["looking_verbs"]
 
 
 class Desk(Protocol):
-    """What is looked at: an open study in its state, and the state's number."""
+    """What is looked at: an open study in its state, the state that is saved, and the number of the
+    state."""
 
     opened: OpenStudy
     live: Arrangement
+    saved: Arrangement
     generation: int
 
 
@@ -50,6 +55,14 @@ def looking_verbs(desk: Desk, *, placement: Callable[[], Answer]) -> Mapping[str
     def measure(question: Question) -> Replies:
         return _measure(desk, placement().placement, question)
 
+    def ghost(question: Question) -> Replies:
+        saved = replace(desk.saved, case=desk.live.case)
+        shown = placement().placement.parts.environment
+        return _later(question, SavedState(desk.opened, saved, shown))
+
+    def film(question: Question) -> Replies:
+        return _film(desk, placement().placement, question)
+
     def bound(verb: Callable[[Desk, Question], Replies]) -> Verb:
         return lambda question: verb(desk, question)
 
@@ -61,7 +74,7 @@ def looking_verbs(desk: Desk, *, placement: Callable[[], Answer]) -> Mapping[str
         "near": _near,
     }
     work = {name: bound(verb) for name, verb in later.items()}
-    return {"measure": measure, **work}
+    return {"measure": measure, "ghost": ghost, "film": film, "film_end": _film_end, **work}
 
 
 def _measure(desk: Desk, placement: Placement, question: Question) -> Replies:
@@ -117,6 +130,43 @@ def _near(desk: Desk, question: Question) -> Replies:
 
 def _state(desk: Desk) -> tuple[OpenStudy, Arrangement, int]:
     return desk.opened, desk.live, desk.generation
+
+
+def _film(desk: Desk, placement: Placement, question: Question) -> Replies:
+    given = question.given
+    motion = given["case"]
+    if motion:
+        check_motion(desk.opened, motion)
+    elif not desk.opened.cases:
+        raise InputError("there is no posture to go round: say which motion is filmed")
+    section = None
+    if given["section"] is not None:
+        axis, side, at = given["section"]
+        section = SectionPlane(int(axis), float(side), float(at), "section")
+    view = FilmView(
+        eye=_point(given["eye"]),
+        at=_point(given["at"]),
+        angle=float(given["angle"]),
+        width=given["width"],
+        height=given["height"],
+        eyes=given["eyes"],
+        hidden=tuple(given["hidden"]),
+        without=tuple(given["without"]),
+        section=section,
+    )
+    film = Film(desk.opened, placement, motion, view, FPS)
+    head = {"kind": "busy", "answers": question.number, "what": "the film is being made"}
+    return Replies(asker=[packed(head)], film=film)
+
+
+def _film_end(question: Question) -> Replies:
+    head = {"kind": "begun", "answers": question.number, "what": ""}
+    return Replies(asker=[packed(head)], film_ends=True)
+
+
+def _point(given: list[float]) -> tuple[float, float, float]:
+    x, y, z = given
+    return float(x), float(y), float(z)
 
 
 def _envelope(desk: Desk, question: Question) -> Replies:

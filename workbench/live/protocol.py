@@ -125,6 +125,11 @@ def is_point(value: Any) -> bool:
     return isinstance(value, list) and len(value) == 3 and all(map(is_number, value))
 
 
+def _plane(value: Any) -> bool:
+    """Whether a value is an axis, 0 to 2, a side, -1 or 1, and a coordinate."""
+    return is_point(value) and value[0] in (0, 1, 2) and value[1] in (-1, 1)
+
+
 def _thing(value: Any) -> bool:
     """Whether a value names a part, a control, or a segment of a person."""
     if not isinstance(value, dict) or not all(map(is_text, value.values())):
@@ -222,6 +227,20 @@ VERBS: Verbs = {
         "name": Taken("a name", is_text, "", needed=False),
     },
     "measure": {"of": _THING, "to": _THING},
+    "ghost": {},
+    "film": {
+        "case": Taken("the name of a case that is a motion", is_text, "", needed=False),
+        "eye": Taken("three numbers of metres", is_point),
+        "at": Taken("three numbers of metres", is_point),
+        "angle": Taken("a number of radians", is_number),
+        "width": Taken("a number of pixels", _count),
+        "height": Taken("a number of pixels", _count),
+        "eyes": Taken("the name of a person", is_text, "", needed=False),
+        "hidden": Taken("a list of names of parts", is_texts, [], needed=False),
+        "without": Taken("a list of names of people", is_texts, [], needed=False),
+        "section": Taken("an axis, a side and a number of metres", _plane, needed=False),
+    },
+    "film_end": {},
     "envelope": {
         "person": _PERSON,
         "limb": Taken("a hand", one_valid(*HANDS)),

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Protocol
 
+from workbench.live.filming import Film
+
 __all__ = ["Made", "Replies", "Work"]
 
 
@@ -27,8 +29,9 @@ class Work(Protocol):
         """What it is, as a verb of the protocol."""
 
     @property
-    def generation(self) -> int:
-        """The number of the state; what is left of it is dropped once the state is another."""
+    def generation(self) -> int | None:
+        """The number of the state; what is left of it is dropped once the state is another. None
+        where it is of no state that changes."""
 
     def made(self) -> Made:
         """Do it, or a piece of it."""
@@ -36,10 +39,12 @@ class Work(Protocol):
 
 @dataclass
 class Replies:
-    """Frames for everybody, frames for who asked alone, whether the study is another now, and what
-    is to be done for who asked."""
+    """Frames for everybody, frames for who asked alone, whether the study is another now, what is to
+    be done for who asked, and a film that is to be made, or ended."""
 
     everybody: list[bytes] = field(default_factory=list)
     asker: list[bytes] = field(default_factory=list)
     changed: bool = False
     work: Work | None = None
+    film: Film | None = None
+    film_ends: bool = False

@@ -2,8 +2,9 @@
 
 The loop of the server calls no engine. One thread does what is asked, in order; another makes bodies
 and predictions beforehand, a third judges the state once it rests, a fourth makes motions, envelopes
-and what else takes long to look at. Two more are for a population: it is followed while something is dragged, and settled once that rests. What fails in one of them is
-reported to the pages, and it goes on.
+and what else takes long to look at, a fifth waits for the process that makes films. Two more are for a population: it is followed while
+something is dragged, and settled once that rests. What fails in one of them is reported to the pages,
+and it goes on.
 """
 
 from __future__ import annotations
@@ -36,6 +37,7 @@ from workbench.live.desk import (
     words_of,
     work_made,
 )
+from workbench.live.films import Films
 from workbench.live.guard import Application, Guard
 from workbench.live.pages import Page, PageClosedError
 from workbench.live.protocol import LONGEST, SUBPROTOCOL, Question, Verbs, parsed
@@ -47,7 +49,7 @@ try:
     import uvicorn
     from starlette.applications import Starlette
     from starlette.requests import Request
-    from starlette.responses import Response
+    from starlette.responses import FileResponse, Response
     from starlette.routing import Route, WebSocketRoute
     from starlette.websockets import WebSocket, WebSocketDisconnect
 except ImportError:
@@ -73,10 +75,13 @@ PAGE = {
     "style.css": "text/css; charset=utf-8",
     "app.js": "text/javascript; charset=utf-8",
     "connection.js": "text/javascript; charset=utf-8",
+    "copying.js": "text/javascript; charset=utf-8",
     "elements.js": "text/javascript; charset=utf-8",
     "envelope.js": "text/javascript; charset=utf-8",
     "eye.js": "text/javascript; charset=utf-8",
     "far_painting.js": "text/javascript; charset=utf-8",
+    "ghost.js": "text/javascript; charset=utf-8",
+    "filming.js": "text/javascript; charset=utf-8",
     "gizmo.js": "text/javascript; charset=utf-8",
     "grips.js": "text/javascript; charset=utf-8",
     "keys.js": "text/javascript; charset=utf-8",
@@ -107,6 +112,8 @@ PAGE = {
 VIEW = {f"{name}.js": "text/javascript; charset=utf-8" for name in MODULES}
 VIEW["view.css"] = "text/css; charset=utf-8"
 """The files of the viewer that the reports have too, and their types."""
+FILM = {".mp4": "video/mp4", ".webp": "image/webp"}
+"""The types of films."""
 Found = TypeVar("Found")
 
 
@@ -164,6 +171,7 @@ class Hub:
         self.jobs = ThreadPoolExecutor(1, "jobs")
         self.following = ThreadPoolExecutor(cores(), "follow")
         self.settling = ThreadPoolExecutor(1, "settle")
+        self.films = Films(lambda error: fault_frame(None, words_of(error)))
 
     @property
     def steps(self) -> tuple[Callable[[], Coroutine[Any, Any, None]], ...]:
@@ -175,6 +183,7 @@ class Hub:
             self.prepare,
             self.judge,
             self.run_jobs,
+            self.films.make,
             self.follow,
             self.settle,
             self.watch,
@@ -198,6 +207,7 @@ class Hub:
             self.settling,
         ):
             pool.shutdown(wait=False, cancel_futures=True)
+        self.films.end()
 
     async def at_desk(self, function: Callable[..., Found], *arguments: Any) -> Found:
         """Call a function in the thread of the desk."""
@@ -254,6 +264,10 @@ class Hub:
         await self.send(replies, asker)
         if replies.work is not None:
             self.begin(asker, replies.work)
+        if replies.film_ends:
+            self.films.end_for(asker)
+        if replies.film is not None and asker in self.pages:
+            self.films.begin(asker, replies.film)
 
     def begin(self, page: Page, work: Work) -> None:
         """Let another thread do something for a page, in the place of what is of the same
@@ -270,7 +284,7 @@ class Hub:
             self.begun.clear()
             return
         page, work = self.works.pop(0)
-        if work.generation != self.study.generation or page not in self.pages:
+        if work.generation not in (None, self.study.generation) or page not in self.pages:
             return
         made = await loop.run_in_executor(self.jobs, work_made, work)
         for frame in made.frames:
@@ -403,6 +417,7 @@ class Hub:
         finally:
             self.pages.discard(page)
             self.waiting.forget(page)
+            self.films.stop(page)
             delivering.cancel()
 
     async def deliver(self, page: Page, opened: WebSocket) -> None:
@@ -502,6 +517,12 @@ def live_application(desk: AnyDesk, *, port: int, token: str) -> Application:
         except WorkbenchError as error:
             return Response(str(error), 409, media_type="text/plain")
 
+    async def film(request: Request) -> Response:
+        path = hub.films.path(request.path_params["name"])
+        if path is None:
+            return Response("There is no such film any more.", 404, media_type="text/plain")
+        return FileResponse(path, media_type=FILM[path.suffix])
+
     async def icon(request: Request) -> Response:
         return Response(pages["icon.svg"], media_type=PAGE["icon.svg"])
 
@@ -525,6 +546,7 @@ def live_application(desk: AnyDesk, *, port: int, token: str) -> Application:
         Route("/page/{name}", page),
         Route("/view/{name}", view),
         Route("/scene", scene),
+        Route("/film/{name}", film),
         WebSocketRoute("/ws", ask),
     ]
     return Guard(Starlette(routes=routes, lifespan=running), port=port, token=token)

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from workbench.errors import InputError, MissingPartError
 
-__all__ = ["Encoder"]
+__all__ = ["Encoder", "has_encoder"]
 
 _QUIET = "-y -hide_banner -loglevel error"
 _INPUT = "-f rawvideo -pix_fmt rgb24"
@@ -76,6 +76,15 @@ class Encoder:
         lines = self._errors.read().decode("utf-8", "replace").split("\n")
         last = next((line for line in reversed(lines) if line.strip()), "no reason given")
         return f"ffmpeg stopped: {last}"
+
+
+def has_encoder() -> bool:
+    """Return whether MP4 films can be made here."""
+    try:
+        _ffmpeg()
+    except MissingPartError:
+        return False
+    return True
 
 
 def _ffmpeg() -> str:

@@ -1,6 +1,7 @@
 // What lives on the graphics card: programs, buffers and how a frame is painted with them.
 // All of it can be made again from the arrays of the scene, as after the loss of a context.
 
+import { Over } from "./over.js";
 import { inView, lineNumbers, program } from "./programs.js";
 import { LINE, MARK, MESH, SPHERE } from "./shaders.js";
 import { isOf, stripes } from "./wipe.js";
@@ -9,7 +10,8 @@ const VEIL = 0.42; // opacity of walls that stand before a body
 
 export class Card {
   constructor(gl, scene) {
-    Object.assign(this, { gl, scene, looks: [], lines: [], given: null });
+    Object.assign(this, { gl, scene, looks: [], lines: [] });
+    this.over = new Over(this);
     this.build();
   }
 
@@ -37,7 +39,7 @@ export class Card {
       gl.vertexAttribDivisor(k, 1);
     }
     this.setParts(this.looks);
-    this.setVeil(this.given);
+    this.over.build();
   }
 
   attribute(place, array, size, type, { normal = false, each = 0, whole = false } = {}) {
@@ -89,19 +91,6 @@ export class Card {
     gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MAG_FILTER, gl.NEAREST);
   }
 
-  // A see-through surface with lines on it: { vertices, part (the index of a look), triangles, edges,
-  // looks: [[r, g, b, opacity]], ink }, null for none.
-  setVeil(veil) {
-    this.given = veil;
-    this.veil = null;
-    if (!veil) return;
-    const { vertices, part, triangles, edges, ink } = veil;
-    const looks = this.gl.createTexture();
-    this.setLooks(looks, new Float32Array(veil.looks.flatMap((look) => [...look, 0, 0, 0, 0])));
-    const [faces, lines] = [triangles, edges].map((index) => this.buildMesh(vertices, part, index));
-    this.veil = { faces, lines, looks, ink };
-  }
-
   // One frame of a picture (see `Viewer.picture`); of two states each in its stripe.
   paint(picture) {
     const { gl } = this;
@@ -143,10 +132,11 @@ export class Card {
     scene.bodies.forEach((body, k) => {
       if (picture.bodies[k] && isOf(body, state)) this.paintBody(sphere, body, k);
     });
+    this.over.paintGhosts(sphere, picture);
     if (this.faces) this.paintPlace(use, picture);
     gl.disable(gl.STENCIL_TEST);
     if (picture.through) this.paintThrough(use("SPHERE"), picture.through);
-    if (this.veil) this.paintVeil(use);
+    this.over.paintVeils(use);
     const lines = this.lines.filter((line) => isOf(line, state));
     if (lines.length) {
       const at = use("MARK");
@@ -225,22 +215,6 @@ export class Card {
     gl.useProgram(this.programs.MESH.made);
     gl.bindVertexArray(this.faces.vao);
     faces(1);
-    gl.depthMask(true);
-  }
-
-  paintVeil(use) {
-    const { gl } = this;
-    gl.enable(gl.BLEND);
-    gl.depthMask(false);
-    for (const [name, kind] of [["MESH", gl.TRIANGLES], ["LINE", gl.LINES]]) {
-      const at = use(name);
-      const mesh = this.veil[kind === gl.LINES ? "lines" : "faces"];
-      gl.bindTexture(gl.TEXTURE_2D, this.veil.looks);
-      if (at.pass) gl.uniform1i(at.pass, 1);
-      if (at.ink) gl.uniform4fv(at.ink, this.veil.ink);
-      gl.bindVertexArray(mesh.vao);
-      gl.drawElements(kind, mesh.count, gl.UNSIGNED_INT, 0);
-    }
     gl.depthMask(true);
   }
 }

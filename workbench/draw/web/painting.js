@@ -31,19 +31,38 @@ export class Painting {
     this.card.lines = lines;
   }
 
-  setVeil(veil) {
-    if (this.lost) this.card.given = veil;
-    else this.card.setVeil(veil);
+  setOver(given) {
+    if (this.lost) this.card.over.given = given;
+    else this.card.over.set(given);
   }
 
   paint(picture) {
     this.last = picture;
     if (this.lost) return;
+    this.put(picture);
+    this.painted();
+  }
+
+  put(picture) {
     const { canvas } = this;
     const { width, height } = picture;
     if (canvas.width !== width || canvas.height !== height) Object.assign(canvas, { width, height });
     this.card.paint(picture);
-    this.painted();
+  }
+
+  // The pixels of a picture with some lines, rows from top to bottom; what was shown before is shown again.
+  shot(picture, lines) {
+    if (this.lost) throw new Error("the graphics card is lost for the moment");
+    const { gl, card, last } = this;
+    const before = card.lines;
+    const { width, height } = picture;
+    card.lines = lines;
+    this.put(picture);
+    const data = new Uint8ClampedArray(4 * width * height);
+    gl.readPixels(0, 0, width, height, gl.RGBA, gl.UNSIGNED_BYTE, data);
+    card.lines = before;
+    if (last) this.put(last);
+    return { width, height, data: upright(data, 4 * width) };
   }
 
   // Wait until the last frame is there.
@@ -56,4 +75,11 @@ export class Painting {
   end() {
     this.gl.getExtension("WEBGL_lose_context")?.loseContext();
   }
+}
+
+// GL has the lowest row first.
+function upright(data, row) {
+  const turned = new Uint8ClampedArray(data.length);
+  for (let k = 0; k < data.length; k += row) turned.set(data.subarray(k, k + row), data.length - k - row);
+  return turned;
 }

@@ -17,6 +17,7 @@ __all__ = [
     "GLASS_PART",
     "PLAIN_PART",
     "SEAT_PART",
+    "changed_parts",
     "environment_mesh",
     "paired_mesh",
 ]
@@ -60,9 +61,8 @@ def paired_mesh(before: Environment, after: Environment) -> WebPlace:
     in each of the states in which it is there."""
     one = environment_mesh(before)
     two = environment_mesh(after)
-    alike = np.array([_is_alike(one, two, name) for name in one.names], dtype=np.bool_)
-    kept = _parts(one, ~alike)
-    there = {name for name, same in zip(one.names, alike, strict=True) if same}
+    kept = _changed(one, two)
+    there = set(one.names) - set(kept.names)
     return WebPlace(
         np.concatenate([two.vertices, kept.vertices]),
         np.concatenate([two.part, kept.part + len(two.names)]),
@@ -73,6 +73,17 @@ def paired_mesh(before: Environment, after: Environment) -> WebPlace:
         two.glass + kept.glass,
         (*(None if name in there else 1 for name in two.names), *(0 for _ in kept.names)),
     )
+
+
+def changed_parts(before: Environment, after: Environment) -> WebPlace:
+    """Return what is seen of the parts of a place that are not alike in another: as they are in the
+    first."""
+    return _changed(environment_mesh(before), environment_mesh(after))
+
+
+def _changed(one: WebPlace, two: WebPlace) -> WebPlace:
+    alike = np.array([_is_alike(one, two, name) for name in one.names], dtype=np.bool_)
+    return _parts(one, ~alike)
 
 
 def _is_alike(one: WebPlace, two: WebPlace, name: str) -> bool:

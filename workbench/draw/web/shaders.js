@@ -61,7 +61,7 @@ void main() {
     if (cut(p)) discard;
     l = .5;
   }
-  vec4 c = proj * vec4(p, 1.);
+  vec4 c = proj * vec4(ghost ? p + 5e-4 * d : p, 1.); // a ghost lies behind a body in the same place
   gl_FragDepth = .5 * c.z / c.w + .5;
   o = vec4(colour * l, 1.);
 }`,

@@ -43,6 +43,7 @@ MODULES = (
     "programs",
     "list",
     "wipe",
+    "over",
     "card",
     "painting",
     "viewer",

@@ -46,6 +46,7 @@ export class Viewer extends EventTarget {
     this.hiddenBodies = new Set();
     this.hiddenParts = new Set();
     this.lines = new Map();
+    this.overs = new Map();
     this.painting = new Paints(canvas, scene, { antialias: !isSoftware(), painted: () => this.dispatchEvent(new Event("frame")) });
     this.partsChanged();
     this.watch = new ResizeObserver(() => this.draw());
@@ -86,9 +87,11 @@ export class Viewer extends EventTarget {
     this.draw();
   }
 
-  // Something see-through over the picture: see card.js; null for nothing.
-  setVeil(veil) {
-    this.painting.setVeil(veil);
+  // What lies over the scene, { ghosts, veils }: see over.js; that of another owner stays. null for nothing.
+  setOver(over, owner) {
+    this.overs.set(owner, over ?? {});
+    const every = (name) => [...this.overs.values()].flatMap((one) => one[name] ?? []);
+    this.painting.setOver({ ghosts: every("ghosts"), veils: every("veils") });
     this.draw();
   }
 
@@ -97,11 +100,6 @@ export class Viewer extends EventTarget {
     if (JSON.stringify(through) === JSON.stringify(this.through)) return;
     this.through = through;
     this.draw();
-  }
-
-  // Half the width of a line in pixels of the canvas.
-  get strokes() {
-    return this.stroke * this.scale * (window.devicePixelRatio || 1);
   }
 
   fit() {
@@ -138,17 +136,24 @@ export class Viewer extends EventTarget {
     this.camera.aspect = (canvas.clientWidth || 1) / (canvas.clientHeight || 1);
   }
 
-  // All that a frame shows, apart from the scene, as plain data.
-  picture() {
-    const { canvas, camera, look, section, walls, through, wipe, strokes, shown } = this;
-    const ratio = (window.devicePixelRatio || 1) * this.scale;
+  // All that a frame shows, apart from the scene, as plain data; strokes: half the width of a line in pixels.
+  picture(scale = this.scale) {
+    const { canvas, camera, look, section, walls, through, wipe, shown } = this;
+    const ratio = (window.devicePixelRatio || 1) * scale;
     return {
-      ...{ look, section, walls, through, wipe, strokes },
+      ...{ look, section, walls, through, wipe, strokes: this.stroke * ratio },
       width: Math.max(1, Math.round(canvas.clientWidth * ratio)),
       height: Math.max(1, Math.round(canvas.clientHeight * ratio)),
       matrices: camera.matrices(),
       bodies: this.scene.bodies.map((_, k) => shown.body(k)),
     };
+  }
+
+  // A promise of the picture in full, as pixels { width, height, data }, without the lines of some owners.
+  async shot(without = []) {
+    this.resize();
+    const lines = [...this.lines].flatMap(([owner, some]) => (without.includes(owner) ? [] : some));
+    return this.painting.shot(this.picture(1), lines);
   }
 
   render() {

@@ -48,7 +48,7 @@ function take(found) {
   }
   if (head.kind === "answer") {
     picture.show(found);
-    looks.answered(head);
+    looks.answered(found);
   }
 }
 
@@ -192,6 +192,7 @@ new Keys({
     const next = at("case").options[at("case").selectedIndex + step];
     if (next) showCase(next.value);
   },
+  others: { g: () => looks.ghost.toggle(), p: () => looks.copying.copy(), m: () => looks.filming.toggle() },
   play: () => looks.motion.play(Boolean(state.hello)),
 });
 addEventListener("beforeunload", (event) => state.answer?.unsaved && event.preventDefault());

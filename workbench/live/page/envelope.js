@@ -77,6 +77,6 @@ export class Envelope {
   }
 
   draw() {
-    this.panel?.viewer.setVeil(this.found ? veilOf(this.found.arrays, this.stale) : null);
+    this.panel?.viewer.setOver(this.found && { veils: [veilOf(this.found.arrays, this.stale)] }, "envelope");
   }
 }

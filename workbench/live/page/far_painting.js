@@ -14,11 +14,13 @@ export function canPaintFar() {
 
 export class FarPainting {
   constructor(canvas, scene, { antialias, painted }) {
-    Object.assign(this, { scene, painting: false, frame: scene.frame });
+    Object.assign(this, { scene, painting: false, frame: scene.frame, shots: [] });
     this.worker = new Worker("/page/painter.js", { type: "module" });
-    this.worker.onmessage = () => {
+    this.worker.onmessage = ({ data }) => {
+      if (data.shot) return this.shots.shift().resolve(data.shot);
+      if (data.refused) return this.shots.shift().reject(new Error(data.refused));
       this.painting = false;
-      painted();
+      return painted();
     };
     const far = canvas.transferControlToOffscreen();
     this.worker.postMessage({ act: "begin", canvas: far, antialias, scene: paintedOf(scene) }, [far]);
@@ -41,20 +43,31 @@ export class FarPainting {
     this.tell("setMarks", { lines });
   }
 
-  setVeil(veil) {
-    this.tell("setVeil", { veil });
+  setOver(given) {
+    this.tell("setOver", { given });
   }
 
   paint(picture) {
+    this.painting = true;
+    this.tell("paint", { picture, bodies: this.news() });
+  }
+
+  // What of the bodies the worker does not know yet; null where it knows all.
+  news() {
     const { scene } = this;
     const bodies = this.frame === scene.frame ? null : scene.bodies.map(moved);
     this.frame = scene.frame;
-    this.painting = true;
-    this.tell("paint", { picture, bodies });
+    return bodies;
+  }
+
+  shot(picture, lines) {
+    this.tell("shot", { picture, lines, bodies: this.news() });
+    return new Promise((resolve, reject) => this.shots.push({ resolve, reject }));
   }
 
   end() {
     this.worker.terminate();
+    for (const one of this.shots) one.reject(new Error("the picture is another by now"));
   }
 }
 

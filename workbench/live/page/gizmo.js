@@ -61,7 +61,8 @@ export class Gizmo {
     const key = JSON.stringify([this.grip?.at, this.grip?.axes, this.crosses, this.size]);
     if (key === this.drawn) return;
     this.drawn = key;
-    const lines = this.crosses.flatMap((at) => cross(at, 0.2 * this.size, CROSS));
+    this.panel.viewer.setMarks(this.crosses.flatMap((at) => cross(at, 0.2 * this.size, CROSS)), "crosses");
+    const lines = [];
     if (this.grip) {
       this.grip.axes.forEach((axis, k) => lines.push(...arrow(this.grip.at, axis, this.size, COLOURS[k])));
       if (this.grip.free) lines.push(...cross(this.grip.at, 0.1 * this.size, MIDDLE));
@@ -134,7 +135,8 @@ export class Gizmo {
   }
 }
 
-function cross(at, size, colour) {
+// A cross of three lines at a point.
+export function cross(at, size, colour) {
   return [0, 1, 2].map((k) => {
     const arm = [0, 0, 0];
     arm[k] = size;

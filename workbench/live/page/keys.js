@@ -14,6 +14,9 @@ const KEYS = [
   ["1 to 6, 0", "views; all in the picture"],
   ["F, H, I", "look at what was clicked, hide it, show it alone"],
   ["X, C", "see-through walls, section"],
+  ["G", "the saved state as a ghost beside what is"],
+  ["P", "copy the picture"],
+  ["M", "film the motion, or once round; end the film"],
   ["?", "this list"],
 ];
 const TYPED = /^(number|text|search)$/;
@@ -28,10 +31,10 @@ export function isOfElement(key, { name, type = "" }) {
 
 export class Keys {
   // commands: gives the rows { words, keys, act } that there are now; picture: is given the keys that
-  // nothing else takes; other: goes to the case before or the next one; play: plays a motion.
-  constructor({ commands, picture, other, play }) {
+  // nothing else takes; other: goes to the case before or the next one; play: plays a motion; others: what more keys do.
+  constructor({ commands, picture, other, play, others }) {
     Object.assign(this, { commands, picture });
-    const acts = { "[": () => other(-1), "]": () => other(1), " ": play, "?": () => this.help() };
+    const acts = { "[": () => other(-1), "]": () => other(1), " ": play, ...others, "?": () => this.help() };
     addEventListener("keydown", (event) => this.take(event, acts));
     document.addEventListener("case", (event) => other(event.detail));
     at("command-find").oninput = () => this.list();
@@ -55,7 +58,7 @@ export class Keys {
     if (event.defaultPrevented || event.ctrlKey || event.metaKey || event.altKey) return;
     if (document.querySelector("dialog[open]")) return;
     if (isOfElement(event.key, { name: target.tagName ?? "", type: target.type })) return;
-    const act = acts[event.key];
+    const act = acts[event.key.toLowerCase()];
     if (act) {
       event.preventDefault();
       act();

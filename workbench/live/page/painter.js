@@ -13,12 +13,26 @@ const acts = {
   },
   setParts: ({ looks }) => painting.setParts(looks),
   setMarks: ({ lines }) => painting.setMarks(lines),
-  setVeil: ({ veil }) => painting.setVeil(veil),
+  setOver: ({ given }) => painting.setOver(given),
   paint({ picture, bodies }) {
-    bodies?.forEach((body, k) => Object.assign(scene.bodies[k], body));
-    if (bodies) scene.frame = (scene.frame || 0) + 1;
+    take(bodies);
     requestAnimationFrame(() => painting.paint(picture));
   },
+  shot({ picture, lines, bodies }) {
+    take(bodies);
+    try {
+      const shot = painting.shot(picture, lines);
+      postMessage({ shot }, [shot.data.buffer]);
+    } catch (error) {
+      postMessage({ refused: error.message });
+    }
+  },
 };
+
+// The bodies are elsewhere; null where they are not.
+function take(bodies) {
+  bodies?.forEach((body, k) => Object.assign(scene.bodies[k], body));
+  if (bodies) scene.frame = (scene.frame || 0) + 1;
+}
 
 onmessage = ({ data }) => acts[data.act](data);
