@@ -48,7 +48,7 @@ def changed_picture(found: Comparison, seen: ChangedPerson, packing: Packing) ->
             names=_NAMES,
             title=title,
             said=title,
-            caption="the slider moves the line between the designs before and after",
+            caption="before and after",
         ),
         packing,
     )

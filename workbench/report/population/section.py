@@ -481,8 +481,7 @@ def _tried_picture(result: PopulationFound, change: TriedChange, views: PageView
             said=title,
             caption=(
                 f"{label}: {lack} are lacking for “{name}” as it is, "
-                f"{1000 * after:,.0f} mm are to spare after {plain(change.gain.words)}; the slider "
-                "moves the line between the two"
+                f"{1000 * after:,.0f} mm are to spare after {plain(change.gain.words)}"
             ),
         ),
         views.packing,

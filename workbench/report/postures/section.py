@@ -43,7 +43,7 @@ NEAR = 0.12
 PICTURE = 520
 DRAWING = 720
 MOST_MARKS = 12
-BOTH = "the slider moves the line between the two cases; marks are those of their own case"
+BOTH = "marks are those of their own case"
 _COLOUR_WORDS = {"warm": "tan", "blue": "blue", "green": "green", "rose": "pink", "grey": "grey"}
 """Families of colours as they are called."""
 _Breach = tuple[str, Finding]
@@ -273,7 +273,7 @@ def case_states(
             names=names,
             title=title,
             said=one.title,
-            caption=f"{one.title}; {caption}; the slider moves the line between the two",
+            caption=f"{one.title}; {caption}",
             side="corner",
         ),
         making.views.packing,
