@@ -385,7 +385,9 @@ def _matrix(result: PosturesFound, person: PersonFound, case: int, view: int) ->
 
     def said(n: int, k: int) -> str:
         part = environment.parts[k].replace("_", " ")
-        return f"{person.name}: {body.segment_names[n]} to {part}, {millimetres(distance[n, k])}"
+        return (
+            f"{person.name}: {body.segment_names[n]} to {part}, {_distance(float(distance[n, k]))}"
+        )
 
     cells = {
         k: [
@@ -401,6 +403,11 @@ def _matrix(result: PosturesFound, person: PersonFound, case: int, view: int) ->
         "lines": [{"part": environment.parts[k], "cells": cells[k]} for k in parts],
         "left_out": int(np.sum(~environment.hidden)) - len(parts),
     }
+
+
+def _distance(metres: float) -> str:
+    """ "3.6 mm deep", "12.0 mm apart"."""
+    return f"{millimetres(abs(metres))} {'deep' if metres < 0 else 'apart'}"
 
 
 def _cell(distance: float, allowed: float, place: Look) -> dict[str, Any]:
