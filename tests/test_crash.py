@@ -105,6 +105,8 @@ def test_criteria_of_a_crash_are_judged_with_their_worst_moment(drop):
     assert head.passed and not head.breaches
     assert head.worst.value == pytest.approx(-(1.755 + 0.200), abs=1e-3)
     assert head.worst.time == 0.2
+    assert head.worst.point[2] == pytest.approx(-head.worst.value)
+    assert head.worst.target == "the origin at 0, 0, 0 mm, measured upward"
     assert verdicts["stops"].passed
     near = verdicts["stops"].worst
     assert (near.subject, near.value, near.unit) == ("left elbow", 0.0, "rad")  # it is straight
