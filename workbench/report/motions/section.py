@@ -160,7 +160,7 @@ def _near(motion: MotionFound, colour: str, finding: FindingRow) -> str:
     """A close-up of a finding, when it is."""
     scene = motion_scene(motion.study, (finding.time_ms or 0.0) / 1000.0, colour)
     label = f"{abs(finding.value):.1f} {finding.unit}".rstrip()
-    return close_up(scene, finding.point_mm or (), label)
+    return close_up(scene, finding.point_mm or (), label, struck=finding.target)
 
 
 def _place(views: PageViews, index: int, motion: MotionFound, colour: str) -> Markup:

@@ -293,7 +293,9 @@ def _same_case(result: PosturesFound, case: int) -> str:
 
 def _near(scene: Scene, finding: FindingRow) -> str:
     """A close-up of a finding."""
-    return close_up(scene, finding.point_mm or (), f"{abs(finding.value):.1f} {finding.unit}")
+    label = f"{abs(finding.value):.1f} {finding.unit}"
+    struck = finding.target if finding.value < 0 and not finding.other_person else ""
+    return close_up(scene, finding.point_mm or (), label, struck=struck)
 
 
 def _caption(result: PosturesFound, view: WebView) -> str:
