@@ -87,6 +87,8 @@ test("a ray meets what is nearest, parts where they were moved to", () => {
   const body = pick(SCENE, ray, { ...ALL, part: () => false }, null);
   near(body.point, [0.2, 0, 0]);
   assert.equal(named(SCENE, body), "pilot: hand, thumb tip");
+  const belt = { name: "right shoulder belt", segments: ["belt"], segment: [0], spheres: [""] };
+  assert.equal(named({ bodies: [belt] }, { kind: "body", body: 0, sphere: 0 }), "right shoulder belt");
   const cut = pick(SCENE, ray, { ...ALL, part: () => false }, [1, 0, 0, 0]); // x > 0 is cut away
   near(cut.point, [-0.2, 0, 0]);
   assert.equal(pick(SCENE, { from: [3, 0, 5], way: [-1, 0, 0] }, ALL, null), null);

@@ -13,6 +13,7 @@ import workbench as wb
 from tests.conftest import tracked
 from workbench import InputError, Poses, load_body, place
 from workbench.cli import main
+from workbench.draw.web.motion_view import motion_view
 from workbench.files.motions.tables import angle_table_text
 from workbench.model.motion import SegmentTrack
 from workbench.model.posing import compose, motion_of
@@ -104,6 +105,8 @@ def test_criteria_of_a_crash_are_judged_with_their_worst_moment(drop):
     assert head.passed and not head.breaches
     assert head.worst.value == pytest.approx(-(1.755 + 0.200), abs=1e-3)
     assert head.worst.time == 0.2
+    assert head.worst.point[2] == pytest.approx(-head.worst.value)
+    assert head.worst.target == "the origin at 0, 0, 0 mm, measured upward"
     assert verdicts["stops"].passed
     near = verdicts["stops"].worst
     assert (near.subject, near.value, near.unit) == ("left elbow", 0.0, "rad")  # it is straight
@@ -137,6 +140,13 @@ def test_a_crash_study_leaves_its_whole_report_and_says_what_happened(drop, caps
 def crash_bytes(study, folder):
     main(["run", str(study), "--out", str(folder)])
     return {p.name: p.read_bytes() for p in folder.iterdir()}
+
+
+def test_the_picture_of_a_motion_has_the_moments_that_are_asked_for(drop):
+    found = wb.run(wb.load_study(drop)).motions[0]
+    view = motion_view(found, "blue", moments=[0.0713, 9.0])
+    even = motion_view(found, "blue").times
+    assert view.times == tuple(sorted((*even, 0.0713)))
 
 
 def test_a_motion_compared_with_itself_moved_is_as_far_as_it_was_moved(drop):

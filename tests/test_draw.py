@@ -17,6 +17,7 @@ from workbench.draw.lines.circles import circles
 from workbench.draw.lines.edges import drawn_edges, visible_lines
 from workbench.draw.marks.layout import layout_marks
 from workbench.draw.scene import Mark, Scene, SceneBody
+from workbench.draw.shining import shining_part
 from workbench.draw.views import four_views
 from workbench.draw.visibility import projected_disks, render_buffers
 from workbench.model.arrays import Ints
@@ -198,6 +199,21 @@ def test_a_sphere_behind_a_polygon_is_hidden_by_it_where_the_veil_is_opaque() ->
     )  # the wall's own hue, a little less faded
     assert picture[96, 128].min() > 180 > picture[160, 128].min()
     assert veiled(render_buffers(Scene((body,), wall), camera))[96, 128]
+
+
+def test_a_part_inside_a_body_shines_through_it_and_nothing_else_does() -> None:
+    inside = boxes([[-0.2, -0.2, 0.0], [0.2, 0.2, 0.3]])
+    scene = Scene((spheres_body([0, 0, 0], 0.9),), inside)
+    camera = front(256)
+    picture = np.asarray(shining_part(scene, camera, inside.parts[0])).astype(int)
+    plain = np.asarray(disks(scene, camera, mode="shaded")).astype(int)
+    rows, columns = np.nonzero((picture != plain).any(axis=2)[:200])  # above the scale bar
+    assert abs(rows.min() - 89) <= 1 and abs(rows.max() - 128) <= 1  # z from 0 to 0.3 of two metres
+    assert abs(columns.min() - 102) <= 1 and abs(columns.max() - 154) <= 1
+    red, green, blue = picture[108, 128] - plain[108, 128]
+    assert red > green + 20 > blue
+    with pytest.raises(UsageError, match="no part 'wing' in the scene"):
+        shining_part(scene, camera, "wing")
 
 
 def test_what_is_nearer_than_every_body_is_cut_away() -> None:

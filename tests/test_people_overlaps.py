@@ -117,6 +117,7 @@ def test_only_so_many_pairs_have_a_sentence_of_their_own(there):
     situation = there[0][1][0]
     overlaps = people_overlaps(there[0][1])
     some = summed_overlaps(overlaps, situation.body, situation.environment, np.ones(FEW))
-    lines = list(overlap_warnings(some[:1] * 7, FEW))
+    lines = list(overlap_warnings(some[:1] * 7, FEW, tuple(f"{9000 + k}" for k in range(FEW))))
+    assert f"(person {9000 + some[0].person})" in lines[0]
     assert len(lines) == 6 and lines[-1].startswith("2 more pairs overlap")
     assert list(overlap_warnings((), FEW)) == []

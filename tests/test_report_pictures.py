@@ -11,11 +11,13 @@ import pytest
 import workbench as wb
 from tests.one_arm_cab import write_cab
 from tests.test_draw import SVG
+from workbench import load_body
 from workbench.draw.scene import Scene, SceneBody
+from workbench.report.joint_angles import angle_rows
 from workbench.report.page import page
 from workbench.report.postures.drawing import clearance_drawing
 from workbench.report.result_rows import result_file
-from workbench.report.words import without_polygons
+from workbench.report.words import proper_minus, without_polygons
 
 
 @pytest.fixture(scope="module")
@@ -55,3 +57,17 @@ def test_sentences_of_the_page_name_parts_and_not_polygons_by_number(result, mon
     assert not re.search(r"polygon \d", text)
     assert without_polygons("head is 5 mm from canopy, polygon 429.") == "head is 5 mm from canopy."
     assert replace(result, warnings=()).passed == result.passed
+
+
+def test_numbers_below_zero_have_a_minus_for_reading_and_names_keep_their_hyphens():
+    said = proper_minus("knee-cap 3-5: from -25 to -.5 degrees (x -12)")
+    assert said == "knee-cap 3-5: from −25 to −.5 degrees (x −12)"
+
+
+def test_a_joint_that_turns_both_ways_has_one_row_and_one_that_rests_has_none():
+    body = load_body("bubbleman")
+    postures = [{"LS": {"flexion": 10.0}, "LE": {"flexion": 0.04}}, {"LS": {"extension": 4.0}}]
+    assert angle_rows(body, postures) == [
+        ("left shoulder", "flexion, − extension", ["10.0", "-4.0"])
+    ]
+    assert angle_rows(body, postures[1:]) == [("left shoulder", "extension", ["4.0"])]

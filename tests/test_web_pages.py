@@ -165,10 +165,10 @@ def test_a_motion_is_scrubbed_and_red_while_it_touches(chromium, one_arm, box_ca
         page.get_by_role("slider", name="time").fill("2")
         last = pixels(page, PICTURE)
         assert count(last, red=True) > 300
-        assert page.locator("output").text_content() == "200 ms"
+        assert page.locator("output").text_content() == "200.0 ms"
         page.locator(PICTURE).press(" ")
         page.get_by_role("button", name="play").wait_for()
-        assert page.locator("output").text_content() == "200 ms"
+        assert page.locator("output").text_content() == "200.0 ms"
         assert count(pixels(page, PICTURE), red=True) == pytest.approx(
             count(last, red=True), rel=0.1
         )
@@ -319,7 +319,7 @@ def test_a_slider_wipes_between_two_states_and_paper_shows_both(chromium, view, 
     packing = Packing()
     index = packing.add(compared_view(*states, names=("old", "new"), title="an arm"))
     dot = "data:image/gif;base64,R0lGODlhAQABAAAAACwAAAAAAQABAAA="
-    place = pair_html(index, stills=(dot, dot), names=("old", "new"), alt="arm", caption="")
+    place = pair_html(index, stills=(dot, dot), names=("old", "new"), alt="arm", caption="both")
     path = tmp_path / "pair.html"
     path.write_text(f"<!doctype html><style>{style()}</style><body>{place}{scripts_html(packing)}")
     with opened(chromium, path) as page:
@@ -337,7 +337,10 @@ def test_a_slider_wipes_between_two_states_and_paper_shows_both(chromium, view, 
         assert slider.input_value() == "100"
         page.wait_for_timeout(200)
         assert not page.locator(".over span.bad").is_visible()
+        said = page.locator(".said")
+        assert said.inner_text() == "both; the slider moves the line between the two"
         page.emulate_media(media="print")
+        assert said.inner_text() == "both"
         boxes = [image.bounding_box() for image in page.locator(".pair img").all()]
         assert boxes[0]["y"] == boxes[1]["y"] and boxes[0]["x"] < boxes[1]["x"]
         assert page.faults == []

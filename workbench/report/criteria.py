@@ -88,6 +88,7 @@ def _failed(verdict: VerdictRow, making: Making, number: int) -> dict[str, Any]:
     return _row(verdict) | {
         "look": making.views.of_verdict(verdict),
         "picture": picture,
+        "struck": worst is not None and worst.polygon is not None and worst.value < 0.0,
         "over": verdict.check in (*_OVERLAPS, *_AT_MOST) or worst is None,
     }
 

@@ -198,10 +198,18 @@ def _sections(result: Result, rows: ResultFile, making: Making) -> list[Section]
         title = f"In the round: {where or 'the hardest case'}"
         found.append(Section("view", "view", title, making.views.lead))
     if making.files:
-        found.append(data_section([(name, _HOLDS.get(name, "")) for name in making.files]))
+        found.append(data_section([(name, _holds(name)) for name in making.files]))
     if result.population is None:
         found.append(method_section(_method(result)))
     return [*found, provenance_section(rows.provenance)]
+
+
+def _holds(name: str) -> str:
+    """What is in a file beside a page."""
+    if name.startswith("envelope_") and name.endswith(".stl"):
+        clear = name.endswith("_clear.stl")
+        return "a reach envelope as a solid" + (", without what obstacles take" if clear else "")
+    return _HOLDS.get(name, "")
 
 
 def _method(result: Result) -> dict[str, object]:

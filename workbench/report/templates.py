@@ -7,7 +7,7 @@ from functools import cache
 import jinja2
 
 from workbench.files.results.result import FindingRow
-from workbench.report.words import without_polygons
+from workbench.report.words import proper_minus, without_polygons
 
 __all__ = ["template"]
 
@@ -22,12 +22,17 @@ def template(name: str) -> jinja2.Template:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.filters["for_reading"] = lambda text: without_polygons(text).replace("_", " ")
+    environment.filters["for_reading"] = _for_reading
     environment.filters["plain"] = lambda name: name.replace("_", " ")
     environment.filters["percents"] = lambda text: text.replace(" %", "\u00a0%")
-    environment.filters["minus"] = lambda text: text.replace("-", "\u2212")
+    environment.filters["minus"] = proper_minus
     environment.filters["figure"] = _figure
     return environment.get_template(name)
+
+
+def _for_reading(text: str) -> str:
+    """A sentence of a result as it stands on a page."""
+    return proper_minus(without_polygons(text).replace("_", " "))
 
 
 def _figure(finding: FindingRow, key: str) -> str:

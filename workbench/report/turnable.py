@@ -12,6 +12,7 @@ from markupsafe import Markup, escape
 from workbench.draw.camera import Camera, standard_view
 from workbench.draw.disks import disks
 from workbench.draw.scene import Mark, Scene
+from workbench.draw.shining import shining_part
 from workbench.draw.web.packing import Packing
 from workbench.draw.web.snippet import picture_address, place_html
 from workbench.draw.web.views import WebView
@@ -29,7 +30,7 @@ __all__ = [
 
 CLOSE = 340
 """Width and height of a close-up [pixels]."""
-_CLOSE_COLOURS = 128
+_CLOSE_COLOURS = 192
 _AROUND = 0.22
 """How much a close-up shows on each side of its point [m]."""
 CloseUp = Callable[[FindingRow], str]
@@ -144,7 +145,7 @@ def still_picture(scene: Scene, camera: Camera) -> str:
     return picture_address(disks(scene, camera, mode="shaded"))
 
 
-def close_up(scene: Scene, point: Sequence[float], label: str) -> str:
+def close_up(scene: Scene, point: Sequence[float], label: str, *, struck: str = "") -> str:
     """Draw what is around a point, from the side from which the gap there shows best.
 
     Parameters
@@ -155,6 +156,9 @@ def close_up(scene: Scene, point: Sequence[float], label: str) -> str:
         (3,) [mm].
     label
         What stands beside the point.
+    struck
+        What is met there, with the number of its polygon or without. A part shines through the
+        body.
 
     Returns
     -------
@@ -173,4 +177,7 @@ def close_up(scene: Scene, point: Sequence[float], label: str) -> str:
     camera = min(cameras, key=lambda one: round(abs(float(one.toward @ way)), 6))
     x, y, z = at.tolist()
     marked = replace(scene, marks=(Mark((x, y, z), label),))
-    return picture_address(disks(marked, camera, mode="shaded"), colours=_CLOSE_COLOURS)
+    part = struck.split(",")[0]
+    known = scene.environment is not None and part in scene.environment.parts
+    picture = shining_part(marked, camera, part) if known else disks(marked, camera, mode="shaded")
+    return picture_address(picture, colours=_CLOSE_COLOURS)

@@ -26,6 +26,7 @@ __all__ = [
     "moved_line",
     "part_count",
     "person_words",
+    "proper_minus",
     "reach_spare",
     "share_sentence",
     "verdict_sentence",
@@ -175,6 +176,11 @@ def _apart(distance: float) -> str:
     return f"{millimetres(-distance)} into" if distance < 0 else f"{millimetres(distance)} from"
 
 
+def proper_minus(text: str) -> str:
+    """A text for reading: the hyphens before numbers are minus signs. Files keep hyphens."""
+    return re.sub(r"(?<![\w-])-(?=\.?\d)", "\u2212", text)
+
+
 def without_polygons(sentence: str) -> str:
     """A sentence that names parts only: the numbers of polygons are for the tables."""
     return re.sub(r", polygon \d+\b", "", sentence)
@@ -308,4 +314,4 @@ def _kind(size: Size) -> str:
 
 def part_count(environment: Environment) -> str:
     """ "31 parts, 402 polygons"."""
-    return f"{len(environment.parts)} parts, {len(environment.normal)} polygons"
+    return f"{len(environment.parts):,} parts, {len(environment.normal):,} polygons"

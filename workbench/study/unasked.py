@@ -179,7 +179,9 @@ def meeting_warnings(meetings: Sequence[Meeting]) -> Iterator[str]:
     if len(meetings) == 1:
         yield f"one contact is deeper than allowed and no criterion asks about it: {deepest}"
         return
+    own = sum(meeting.own for meeting in meetings)
+    kinds = f"{len(meetings) - own} with parts, {own} of the body with itself"
     yield (
-        f"{len(meetings)} contacts are deeper than allowed and no criterion asks about them; the "
-        f"deepest: {deepest}"
+        f"{len(meetings)} contacts ({kinds}) are deeper than allowed and no criterion asks about "
+        f"them; the farthest beyond what is allowed: {deepest}"
     )

@@ -85,7 +85,11 @@ export class Film {
     const mm = (gap) => `${(1000 * gap).toFixed(1)} mm`.replace("-", "−");
     this.least.hidden = k < 0;
     if (k >= 0) this.least.textContent = `least gap ${mm(least[k])} at ${this.words(times[k])}${words ? `: ${words}` : ""}`;
-    this.asks.textContent = limit === undefined ? "" : `${name}: ${mm(limit)} are asked for`;
+    const bound = (gap) => {
+      if (gap === 0) return "no overlap is allowed";
+      return gap > 0 ? `${mm(gap)} are asked for` : `${mm(-gap)} of overlap are allowed`;
+    };
+    this.asks.textContent = limit === undefined ? "" : `${name}: ${bound(limit)}`;
     this.asks.hidden = limit === undefined;
   }
 

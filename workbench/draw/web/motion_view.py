@@ -39,7 +39,13 @@ _CORD = 0.009
 _BELT_COLOUR = (70, 84, 104)
 
 
-def motion_view(motion: MotionFound, colour: str, *, times: Floats | None = None) -> WebView:
+def motion_view(
+    motion: MotionFound,
+    colour: str,
+    *,
+    times: Floats | None = None,
+    moments: Sequence[float] = (),
+) -> WebView:
     """Return the turnable picture of a motion.
 
     Parameters
@@ -51,6 +57,8 @@ def motion_view(motion: MotionFound, colour: str, *, times: Floats | None = None
         Colour family of the body.
     times
         (F,) [s] at which it is shown; evenly spaced over the motion where None.
+    moments
+        [s] shown besides the evenly spaced ones, as far as they lie within the motion.
     """
     study = motion.study
     clock = study.motion.clock
@@ -58,7 +66,7 @@ def motion_view(motion: MotionFound, colour: str, *, times: Floats | None = None
         times = clock
         placed = place(study.body, study.motion)
     else:
-        times = _even_times(study) if times is None else times
+        times = _times(study, moments) if times is None else times
         placed = place(study.body, poses_at(study.motion, times))
     counts = cord_counts(study, placed)
     bodies = motion_bodies(study, placed, colour, counts, touching=_touching(motion))
@@ -67,11 +75,12 @@ def motion_view(motion: MotionFound, colour: str, *, times: Floats | None = None
     return WebView(title, bodies, study.cabin, marks, tuple(times.tolist()), gaps=_gaps(motion))
 
 
-def _even_times(study: MotionCase) -> Floats:
-    """(F,) [s] over a motion, as many as a page can hold."""
+def _times(study: MotionCase, moments: Sequence[float]) -> Floats:
+    """(F,) [s] evenly over a motion, as many as a page can hold, and the moments within it."""
     clock = study.motion.clock
     count = int(np.clip(_MOST_PLACES // max(len(study.body.sphere_names), 1), *_FRAMES))
-    times: Floats = np.linspace(clock[0], clock[-1], min(count, max(len(clock), 2)))
+    even = np.linspace(clock[0], clock[-1], min(count, max(len(clock), 2)))
+    times: Floats = np.union1d(even, [time for time in moments if clock[0] < time < clock[-1]])
     return times
 
 

@@ -16,6 +16,14 @@ const HELP =
   "Drag turns, shift and drag moves, wheel zooms once clicked. Arrows turn, + and - zoom, 1 to 6 views, 0 fits, " +
   "F looks at what was clicked, H hides it, I shows it alone, X walls, C section, [ ] other cases, space plays, Esc undoes.";
 
+// What the sliders below a picture do; not said on paper.
+function sliders({ states, times }) {
+  if (!states) return times ? "scrub or play" : "";
+  return times
+    ? "the upper slider moves the line between the two, the lower one the time"
+    : "the slider moves the line between the two";
+}
+
 export class Panel {
   // Paints: what paints the canvas, see viewer.js.
   constructor(place, scene, dark, Paints) {
@@ -46,7 +54,7 @@ export class Panel {
     if (scene.times) {
       this.film = new Film({
         times: scene.times,
-        words: scene.clock ?? ((time) => `${time.toFixed(0)} ms`),
+        words: scene.clock ?? ((time) => `${time.toFixed(1)} ms`),
         show: (frame) => {
           this.at(frame);
           this.viewer.moved();
@@ -70,6 +78,8 @@ export class Panel {
     this.viewer.theme(dark);
     this.at(this.scene.begin ?? 0);
     this.reset();
+    const how = sliders(scene);
+    if (this.words && how) this.said.append(element("span", { className: "how", textContent: `; ${how}` }));
     this.said.setAttribute("aria-live", "polite");
   }
 

@@ -88,6 +88,7 @@ export function named(scene, hit) {
   const body = scene.bodies[hit.body];
   const segment = body.segments[body.segment[hit.sphere]];
   const sphere = body.spheres[hit.sphere];
+  if (body.segments.length === 1 && body.name.endsWith(segment)) return body.name; // a belt
   return `${body.name}: ${sphere ? `${segment}, ${plain(sphere)}` : segment}`;
 }
 

@@ -29,7 +29,7 @@ from workbench.report.comparison.words import (
 )
 from workbench.report.page_script import page_script, page_script_html
 from workbench.report.population.charts import change_whisker, changes_axis
-from workbench.report.population.words import plain
+from workbench.report.population.words import person_name, plain
 from workbench.report.section import (
     Section,
     SectionWriter,
@@ -185,15 +185,18 @@ def comparison_page(
     """
     packing = Packing()
     picture = "" if seen is None else changed_picture(found, seen, packing)
+    lead = []
+    if seen is not None:
+        title = f"In the round: {person_name(found.before.labels[seen.row])}, before and after"
+        lead = [Section("view", "view", title, Markup(picture))]
     return template("comparison/page.html.j2").render(
         policy=policy(page_script()),
         page_script=Markup(page_script_html()),
         rows=rows,
-        picture=Markup(picture),
         unseen=seen is None and bool(found.gained or found.lost),
         view_style=Markup(style() if picture else ""),
         view_scripts=Markup(scripts_html(packing)),
-        sections=_sections(found, rows),
+        sections=[*lead, *_sections(found, rows)],
         only=[
             ("before", [plain(n) for n in found.only_before]),
             ("after", [plain(n) for n in found.only_after]),

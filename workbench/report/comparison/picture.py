@@ -10,7 +10,7 @@ from workbench.draw.web.views import scene_view
 from workbench.model.comparison import Comparison, Judged
 from workbench.model.population_found import ChangedPerson, Shown
 from workbench.report.comparison.words import change_sentence, worst_missed
-from workbench.report.population.words import millimetres_short, plain
+from workbench.report.population.words import millimetres_short, person_name, plain
 from workbench.report.states import TwoStates, two_states
 
 __all__ = ["changed_picture", "person_to_show"]
@@ -48,7 +48,7 @@ def changed_picture(found: Comparison, seen: ChangedPerson, packing: Packing) ->
             names=_NAMES,
             title=title,
             said=title,
-            caption="the slider moves the line between the designs before and after",
+            caption=f"{person_name(who)}, {plain(name)}: what is short or to spare in either design",
         ),
         packing,
     )

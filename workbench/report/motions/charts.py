@@ -11,7 +11,7 @@ import numpy as np
 from workbench.model.arrays import Floats
 from workbench.model.motion_case import Meeting
 from workbench.model.result import MotionFound
-from workbench.report.words import milliseconds
+from workbench.report.words import milliseconds, proper_minus
 
 __all__ = ["clearance_curves", "curves", "timeline"]
 
@@ -194,7 +194,7 @@ class _Levels:
             y = self.y(value)
             parts.append(f'<path d="M{_CURVES_LEFT} {y:.1f}H{WIDTH - _RIGHT}" stroke="#d9dfe5"/>')
             parts.append(
-                f'<text x="62" y="{y + 4:.1f}" text-anchor="end" {_SOFT}>{value + 0.0:g}</text>'
+                f'<text x="62" y="{y + 4:.1f}" text-anchor="end" {_SOFT}>{proper_minus(f"{value + 0.0:g}")}</text>'
             )
         return parts
 
@@ -239,7 +239,7 @@ class _Axis:
             x = self.x(ms / 1000)
             parts.append(f'<path d="M{x:.1f} {top}V{height - 24}" stroke="#d9dfe5"/>')
             parts.append(
-                f'<text x="{x:.1f}" y="{height - 8}" text-anchor="middle" {_SOFT}>{ms + 0.0:g} ms</text>'
+                f'<text x="{x:.1f}" y="{height - 8}" text-anchor="middle" {_SOFT}>{proper_minus(f"{ms + 0.0:g}")} ms</text>'
             )
         return parts
 

@@ -20,11 +20,6 @@ from workbench.report.words import milliseconds
 
 __all__ = ["decisive_time", "paired_motions"]
 
-_CAPTION = (
-    "when the first criterion that fails is at its worst; the upper slider moves the line between "
-    "the two, the lower one the time"
-)
-
 
 def paired_motions(
     result: Result, shown: Sequence[WebView], colours: Sequence[str], views: PageViews
@@ -47,7 +42,7 @@ def paired_motions(
     motions = (result.motions[one], result.motions[two])
     pair = (shown[one], shown[two])
     if pair[0].times != pair[1].times:
-        times = _common(pair)
+        times = _common(pair, decisive_time(motions))
         if times is None:
             return Markup("")
         pair = (
@@ -68,19 +63,32 @@ def paired_motions(
             names=names,
             title=f"{who}: {names[0]} and {names[1]}",
             said=f"{who} at {milliseconds(time)}, seen from the left",
-            caption=f"It begins at the picture nearest to {milliseconds(time)}, {_CAPTION}",
+            caption=_caption(motions, time),
         ),
         views.packing,
     )
 
 
-def _common(pair: tuple[WebView, WebView]) -> Floats | None:
-    """Times [s] that both motions have, as many as the first is shown at; None without any."""
+def _caption(motions: Sequence[MotionFound], time: float) -> str:
+    """What the pictures show when they are opened, and on paper."""
+    when = f"It begins at {milliseconds(time)}"
+    failing = any(not verdict.passed for motion in motions for verdict in motion.verdicts)
+    return f"{when}, when the first criterion that fails is at its worst" if failing else when
+
+
+def _common(pair: tuple[WebView, WebView], time: float) -> Floats | None:
+    """Times [s] that both motions have, as many as the first is shown at, and one more of them;
+    None without any."""
     first = pair[0].times or ()
     second = pair[1].times or ()
     start = max(first[0], second[0])
     end = min(first[-1], second[-1])
-    return np.linspace(start, end, max(len(first), 2)) if end > start else None
+    if end <= start:
+        return None
+    times: Floats = np.union1d(
+        np.linspace(start, end, max(len(first), 2)), np.clip(time, start, end)
+    )
+    return times
 
 
 def decisive_time(motions: Sequence[MotionFound]) -> float:

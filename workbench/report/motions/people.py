@@ -16,6 +16,7 @@ from workbench.model.motion_case import MotionCase
 from workbench.model.moving import poses_at
 from workbench.model.posing import angles_of, named_angles
 from workbench.model.result import MotionFound
+from workbench.report.joint_angles import angle_rows
 from workbench.report.section import Section
 from workbench.report.templates import template
 from workbench.report.words import milliseconds
@@ -47,8 +48,6 @@ def _person(motion: MotionCase, times: Floats) -> dict[str, Any]:
         points = [eye_point(SceneBody(placed, pose))[0] for pose in range(len(placed))]
         eyes = [", ".join(f"{round(1000 * c) + 0}" for c in point.tolist()) for point in points]
     found = [named_angles(body, angles) for angles in angles_of(body, poses)]
-    called = dict(zip(body.joints, body.joint_names, strict=True))
-    rows = dict.fromkeys((j, m) for one in found for j, turns in one.items() for m in turns)
     detail = f" (level of detail {body.detail})" if body.detail else ""
     belts = ", ".join(belt.name.replace("_", " ") for belt in motion.belts)
     return {
@@ -56,12 +55,5 @@ def _person(motion: MotionCase, times: Floats) -> dict[str, Any]:
         "words": f"{body.name}, {float(body.mass[0].sum()):.1f} kg; {len(body.sphere_names):,} spheres{detail}"
         + (f"; held by {belts}" if belts else ""),
         "eyes": eyes,
-        "angles": [
-            (
-                called[joint],
-                turn.replace("_", " "),
-                [f"{one.get(joint, {}).get(turn, 0.0) + 0.0:.1f}" for one in found],
-            )
-            for joint, turn in rows
-        ],
+        "angles": angle_rows(body, found),
     }

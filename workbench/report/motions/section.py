@@ -40,7 +40,7 @@ __all__ = ["motion_words", "motions_sections", "unasked_lines"]
 
 _POSITIONS = 5
 _COLOURS = ("warm", "blue")
-_CAPTION = "scrub or play; spheres are red while they are deeper in something than is allowed"
+_CAPTION = "spheres are red while they are deeper in something than is allowed"
 _MOST_LINES = 14
 _MOST_FORCES = 6
 _FIGURES = ("peak", "3 ms", "HIC15", "HIC36", "delta-v")
@@ -60,9 +60,10 @@ def motions_sections(result: Result, rows: ResultFile, making: Making) -> list[S
     positions = motion_positions([m.study for m in found], moments)
     several = len(found) > 1
     colours = [_COLOURS[k % len(_COLOURS)] for k in range(len(found))]
+    decisive = [decisive_time([motion]) for motion in found]
     shown = [
-        replace(motion_view(motion, colour), begin=decisive_time([motion]), look_from="left")
-        for motion, colour in zip(found, colours, strict=True)
+        replace(motion_view(motion, colour, moments=decisive), begin=time, look_from="left")
+        for motion, colour, time in zip(found, colours, decisive, strict=True)
     ]
     sections = []
     for k, (motion, row) in enumerate(zip(found, rows.motions, strict=True)):
@@ -159,7 +160,7 @@ def _near(motion: MotionFound, colour: str, finding: FindingRow) -> str:
     """A close-up of a finding, when it is."""
     scene = motion_scene(motion.study, (finding.time_ms or 0.0) / 1000.0, colour)
     label = f"{abs(finding.value):.1f} {finding.unit}".rstrip()
-    return close_up(scene, finding.point_mm or (), label)
+    return close_up(scene, finding.point_mm or (), label, struck=finding.target)
 
 
 def _place(views: PageViews, index: int, motion: MotionFound, colour: str) -> Markup:

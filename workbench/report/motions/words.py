@@ -69,7 +69,8 @@ def happening(motion: MotionFound, time: float) -> str:
 
 
 def _newtons(force: float) -> str:
-    return f"{force / 1000:.1f} kN" if force >= 1000 else f"{force:.0f} N"
+    tenths = round(force, 1)  # as in the tables
+    return f"{tenths / 1000:.1f} kN" if tenths >= 1000 else f"{tenths:.0f} N"
 
 
 def pulse_words(pulse: Pulse) -> str:
@@ -84,7 +85,7 @@ def pulse_words(pulse: Pulse) -> str:
 def breach_sentence(breach: StopBreach, names: dict[str, str]) -> str:
     """ "From 60.0 to 75.0 ms the neck pivot is past its stop in flexion, by 12.0 degrees at 70.0
     ms." """
-    degrees = math.degrees(breach.worst)
+    degrees = round(math.degrees(breach.worst), 2)  # as in the tables
     when = (
         f"At {milliseconds(breach.begin)}"
         if breach.end <= breach.begin

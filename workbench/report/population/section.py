@@ -481,8 +481,7 @@ def _tried_picture(result: PopulationFound, change: TriedChange, views: PageView
             said=title,
             caption=(
                 f"{label}: {lack} are lacking for “{name}” as it is, "
-                f"{1000 * after:,.0f} mm are to spare after {plain(change.gain.words)}; the slider "
-                "moves the line between the two"
+                f"{1000 * after:,.0f} mm are to spare after {plain(change.gain.words)}"
             ),
         ),
         views.packing,
@@ -513,7 +512,15 @@ def _lacking(result: PopulationFound, found: Shown, lack: str) -> WebMark | None
         sphere = int(np.argmin(np.linalg.norm(found.placed.centres[0] - tip, axis=1)))
         room = apart - float(found.placed.body.radius[found.placed.person[0], sphere])
         x, y, z = (target + way * (max(room, 0.0) / apart)).tolist()
-        words = f"{millimetres(room)}, {lack} lacking"
+        asked = next(
+            one.at_least
+            for one in result.study.criteria
+            if one.name == result.requirements[found.requirement].criterion
+        )
+        where = f"{millimetres(abs(room))} {'deep' if room < 0.0 else 'apart'}"
+        words = f"{where}, {lack} too deep"
+        if check == "clearance":
+            words = f"{where}, {1000 * asked:g} asked: {lack} lacking"
         to = found.target if room > 0.0 else None
         return WebMark((x, y, z), words, to, failing=True)
     if apart > 0.0 and (check == "reach" or abs(apart - short) < _TO_SCALE):

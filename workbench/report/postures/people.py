@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -16,6 +15,7 @@ from workbench.model.measures import MASS
 from workbench.model.person import Size
 from workbench.model.population import PopulationModel
 from workbench.model.result import PersonFound, PosturesFound
+from workbench.report.joint_angles import angle_rows
 from workbench.report.postures.held import posture_words
 from workbench.report.section import Making, Section
 from workbench.report.templates import template
@@ -65,7 +65,7 @@ def _person(found: PersonFound, row: PersonRow, cases: tuple[str, ...]) -> dict[
             (case, posture_words(found, index), _eyes(found, index))
             for index, case in enumerate(cases)
         ],
-        "angles": _angles(row, dict(zip(body.joints, body.joint_names, strict=True))),
+        "angles": angle_rows(body, [posture.angles_deg for posture in row.postures]),
     }
 
 
@@ -111,22 +111,3 @@ def _eyes(found: PersonFound, pose: int) -> str:
     point, _ = eye_point(SceneBody(found.placed, pose))
     x, y, z = (round(1000 * value) + 0 for value in point.tolist())
     return f"{x}, {y}, {z}"
-
-
-def _angles(row: PersonRow, called: Mapping[str, str]) -> list[tuple[str, str, list[str]]]:
-    """For each joint and motion that is not 0 everywhere the angles case by case [degrees]. called:
-    the names of the joints."""
-    names = dict.fromkeys(
-        (joint, motion)
-        for posture in row.postures
-        for joint, motions in posture.angles_deg.items()
-        for motion in motions
-    )
-    return [
-        (
-            called[joint],
-            motion.replace("_", " "),
-            [f"{p.angles_deg.get(joint, {}).get(motion, 0.0) + 0.0:.1f}" for p in row.postures],
-        )
-        for joint, motion in names
-    ]

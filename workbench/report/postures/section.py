@@ -43,7 +43,7 @@ NEAR = 0.12
 PICTURE = 520
 DRAWING = 720
 MOST_MARKS = 12
-BOTH = "the slider moves the line between the two cases; marks are those of their own case"
+BOTH = "marks are those of their own case"
 _COLOUR_WORDS = {"warm": "tan", "blue": "blue", "green": "green", "rose": "pink", "grey": "grey"}
 """Families of colours as they are called."""
 _Breach = tuple[str, Finding]
@@ -273,7 +273,7 @@ def case_states(
             names=names,
             title=title,
             said=one.title,
-            caption=f"{one.title}; {caption}; the slider moves the line between the two",
+            caption=f"{one.title}; {caption}",
             side="corner",
         ),
         making.views.packing,
@@ -293,7 +293,9 @@ def _same_case(result: PosturesFound, case: int) -> str:
 
 def _near(scene: Scene, finding: FindingRow) -> str:
     """A close-up of a finding."""
-    return close_up(scene, finding.point_mm or (), f"{abs(finding.value):.1f} {finding.unit}")
+    label = f"{abs(finding.value):.1f} {finding.unit}"
+    struck = finding.target if finding.value < 0 and not finding.other_person else ""
+    return close_up(scene, finding.point_mm or (), label, struck=struck)
 
 
 def _caption(result: PosturesFound, view: WebView) -> str:
@@ -385,7 +387,9 @@ def _matrix(result: PosturesFound, person: PersonFound, case: int, view: int) ->
 
     def said(n: int, k: int) -> str:
         part = environment.parts[k].replace("_", " ")
-        return f"{person.name}: {body.segment_names[n]} to {part}, {millimetres(distance[n, k])}"
+        return (
+            f"{person.name}: {body.segment_names[n]} to {part}, {_distance(float(distance[n, k]))}"
+        )
 
     cells = {
         k: [
@@ -401,6 +405,11 @@ def _matrix(result: PosturesFound, person: PersonFound, case: int, view: int) ->
         "lines": [{"part": environment.parts[k], "cells": cells[k]} for k in parts],
         "left_out": int(np.sum(~environment.hidden)) - len(parts),
     }
+
+
+def _distance(metres: float) -> str:
+    """ "3.6 mm deep", "12.0 mm apart"."""
+    return f"{millimetres(abs(metres))} {'deep' if metres < 0 else 'apart'}"
 
 
 def _cell(distance: float, allowed: float, place: Look) -> dict[str, Any]:

@@ -126,7 +126,7 @@ def accommodation(
         warnings=(
             *_warnings(question, body, bodies, met),
             *_around(question, bodies, found, hardest),
-            *overlap_warnings(overlaps, len(people)),
+            *overlap_warnings(overlaps, len(people), people.labels),
             *study.warnings,
         ),
         shown=tuple(shown_people(question, bodies, found, hardest)),

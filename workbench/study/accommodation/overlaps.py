@@ -233,14 +233,19 @@ def summed_overlaps(
     return tuple(sorted(rows, key=lambda one: (-one.people, -one.deepest, one.segment)))
 
 
-def overlap_warnings(found: Sequence[PeopleOverlap], count: int) -> Iterator[str]:
+def overlap_warnings(
+    found: Sequence[PeopleOverlap], count: int, labels: Sequence[str] = ()
+) -> Iterator[str]:
     """A sentence for each pair of names, what most people have first: "12 of 256 people: right upper
-    leg in left_seat_pan, by up to 31 mm more than is allowed, about which no criterion asks"."""
+    leg in left_seat_pan, by up to 31 mm more than is allowed (person 12), about which no criterion
+    asks". labels: what the people are called, by their rows where there are none."""
     for one in found[:MOST_WORDS]:
-        where = one.part or f"the own {one.other_segment}"
+        where = one.part or f"their own {one.other_segment}"
+        label = labels[one.person] if labels else str(one.person + 1)
+        who = f"person {label}" if label.isdecimal() else label
         yield (
             f"{one.people} of {count} people: {one.segment} in {where}, by up to "
-            f"{1000 * one.deepest:.0f} mm more than is allowed (person {one.person + 1}), about which "
+            f"{1000 * one.deepest:.0f} mm more than is allowed ({who}), about which "
             "no criterion asks"
         )
     if len(found) > MOST_WORDS:

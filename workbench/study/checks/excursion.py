@@ -10,6 +10,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from workbench.body.forward import place
 from workbench.model.accommodation import MET
 from workbench.model.arrays import Floats, Ints
 from workbench.model.criterion import Criterion
@@ -63,12 +64,42 @@ def findings(situation: Situation, criterion: Criterion) -> Iterator[Finding]:
         person=situation.place.role,
         other_person="",
         subject=body.segment_names[int(body.sphere_segment[spheres[farthest]])],
-        target="the origin",
+        target=_origin_words(criterion),
         value=-value,
         limit=-criterion.at_most,
+        point=_foremost(
+            situation.placed.centres[0, spheres[farthest]],
+            float(body.radius[0, spheres[farthest]]),
+            criterion,
+        ),
         surface_known_to=far - value if value <= criterion.at_most else value - near,
         sphere=int(spheres[farthest]),
     )
+
+
+_WAYS = {
+    (1.0, 0.0, 0.0): "forward",
+    (-1.0, 0.0, 0.0): "backward",
+    (0.0, 1.0, 0.0): "to the left",
+    (0.0, -1.0, 0.0): "to the right",
+    (0.0, 0.0, 1.0): "upward",
+    (0.0, 0.0, -1.0): "downward",
+}
+
+
+def _origin_words(criterion: Criterion) -> str:
+    """ "the origin at 0, 280, 280 mm, measured forward"."""
+    at = ", ".join(f"{1000.0 * value + 0.0:g}" for value in criterion.origin)
+    way = _WAYS.get(criterion.direction, "")
+    if not way:
+        way = f"along {', '.join(f'{value + 0.0:.3g}' for value in criterion.direction)}"
+    return f"the origin at {at} mm, measured {way}"
+
+
+def _foremost(centre: Floats, radius: float, criterion: Criterion) -> tuple[float, float, float]:
+    """The point [m] of a sphere's surface that is farthest along the direction. centre: (3,)."""
+    x, y, z = (centre + radius * np.array(criterion.direction)).tolist()
+    return x, y, z
 
 
 def _ahead(situation: Situation, criterion: Criterion) -> tuple[Floats, Ints]:
@@ -86,14 +117,17 @@ def moments(found: MotionFound, criterion: Criterion) -> Iterator[Finding]:
     farthest = found.excursions[criterion.name]
     segment = body.segment_names[int(body.sphere_segment[farthest.sphere])]
     name = body.sphere_names[farthest.sphere]
+    frame = slice(farthest.frame, farthest.frame + 1)
+    centre = place(body, found.study.motion.rows(frame)).centres[0, farthest.sphere]
     yield Finding(
         case=found.study.case,
         person=found.study.person,
         other_person="",
         subject=f"{segment}, {name}" if name else segment,
-        target="the origin",
+        target=_origin_words(criterion),
         value=-farthest.value,
         limit=-criterion.at_most,
+        point=_foremost(centre, float(body.radius[0, farthest.sphere]), criterion),
         time=float(found.study.motion.clock[farthest.frame]),
         sphere=farthest.sphere,
     )
