@@ -28,6 +28,7 @@ export class People {
     at("people").hidden = false;
     at("people-known").textContent = head.words ? `– ${head.words}` : this.known(head);
     if (head.words) return;
+    at("people-numbers").hidden = false;
     at("people-shares").replaceChildren(...head.shares.map(shareBar));
     this.changes(head);
     const rows = head.rows.filter((row) => row.share < 1 || row.was !== 1);
@@ -36,6 +37,7 @@ export class People {
 
   forget() {
     at("people").hidden = true;
+    at("people-numbers").hidden = true;
   }
 
   known({ known, settled, of, asked }) {
