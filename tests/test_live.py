@@ -16,8 +16,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+import workbench as wb
 from tests.conftest import ROOT
-from workbench.body.forward import place
 from workbench.cli import main
 from workbench.errors import InputError
 from workbench.live.finding_places import place_of_finding
@@ -456,7 +456,7 @@ def test_a_finding_without_a_point_is_looked_at_at_its_control_or_joint(desk):
     situation = there.situations[0][0]
     elbow = situation.body.joint_names.index("right elbow")
     segment = int(situation.body.parent[elbow + 1])
-    parent = place(situation.body, situation.poses).world_from_segment[0, segment]
+    parent = wb.place(situation.body, situation.poses).world_from_segment[0, segment]
     at = parent[:, :3] @ situation.body.joint_in_parent[0, elbow] + parent[:, 3]
     assert place_of_finding(stop, there) == pytest.approx(tuple(at), abs=1e-9)
     assert place_of_finding(replace(reach, target="the travel"), there) is None
