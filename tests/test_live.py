@@ -741,6 +741,7 @@ def test_a_file_that_an_editor_changes_is_read_again_or_asked_about(study, desk)
         assert desk.watched().everybody == []
         (refused,) = desk.do(parsed('{"do": "save"}')).asker
         assert "has changed on the disk" in unpacked(refused)[0]["words"]
+        assert unpacked(refused)[0]["ask"] == "over"
         desk.do(parsed('{"do": "reload"}'))
         assert not desk.unsaved
     finally:

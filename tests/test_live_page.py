@@ -178,6 +178,22 @@ def test_the_picture_is_there_and_a_row_looks_at_its_place(page):
     page.locator("#picture .ring").wait_for()
 
 
+def test_a_page_of_a_bench_that_was_started_anew_is_told_to_open_its_address(page):
+    context = page.context.browser.new_context()
+    other = context.new_page()
+    other.goto(page.entrance, wait_until="commit")
+    other.wait_for_selector("#verdicts tr")
+    context.clear_cookies()  # as where the secret is another one
+    found = other.evaluate(
+        """async () => {
+            const { connect } = await import("/page/connection.js");
+            return new Promise((done) => connect(() => {}, done));
+        }"""
+    )
+    context.close()
+    assert found == "the bench was started anew: open the address that it has printed"
+
+
 def test_the_page_speaks_to_its_server_alone_and_without_errors(page):
     assert faults(page) == []
     hosts = {address.split("/")[2] for address in page.asked}

@@ -15,7 +15,7 @@ from workbench.draw.web.views import PEOPLE, WebView, body_view
 from workbench.errors import InputError, WorkbenchError, printable
 from workbench.files.catalogue import find
 from workbench.files.study.reader import load_study
-from workbench.files.study.saving import read_text
+from workbench.files.study.saving import ChangedFileError, read_text
 from workbench.files.yaml_edits import SharedValueError
 from workbench.live.following import Following
 from workbench.live.frames import answer_frame, hello_frame, verdict_frame, waiting_frame
@@ -271,6 +271,8 @@ class Desk:
             return self._verbs[question.verb](question)
         except SharedValueError as error:
             return Replies(asker=[fault_frame(question, str(error), ask="sharing")])
+        except ChangedFileError as error:
+            return Replies(asker=[fault_frame(question, str(error), ask="over")])
         except Exception as error:  # noqa: BLE001 (one question that fails must not end the bench)
             return Replies(asker=[fault_frame(question, words_of(error))])
 

@@ -109,6 +109,7 @@ function takeAnswer(head) {
   progress.done(0);
   if (!looks.motion.there) showNear(head.near);
   at("verdicts").classList.toggle("waiting", head.generation !== state.judged);
+  people.answered(head);
   things.show(head);
   person.show();
   sliders.show();
