@@ -25,6 +25,7 @@ from workbench.live.replies import Made, Replies, Work
 from workbench.live.verbs import EDITS
 from workbench.study.bench.answers import Answer, Judged, answer, judged
 from workbench.study.bench.edits import looking_at
+from workbench.study.bench.edits_joints import given_since
 from workbench.study.bench.history import Entry, History
 from workbench.study.bench.motions import (
     MotionsJudged,
@@ -353,6 +354,8 @@ class Desk:
         make = EDITS[question.verb].edit
         edit = make(self.opened, self._placement().placement, question.given)
         before = _Restorable(self.live, self.generation, self.verdicts, self.history)
+        given = given_since(self.history.shown.arrangement, edit.arrangement)
+        words = "; ".join(one for one in (edit.words, given) if one)
         same = edit.arrangement.content == self.live.content
         self.live = edit.arrangement
         if not same:
@@ -363,7 +366,7 @@ class Desk:
             subject = " ".join(str(part) for part in question.subject) if dragged else ""
             self.history = self.history.added(Entry(self.live, subject, self.clock()))
         try:
-            return Replies([self._answered(question.number, edit.words)], changed=not same)
+            return Replies([self._answered(question.number, words)], changed=not same)
         except Exception:
             self.live = before.live
             self.generation = before.generation
