@@ -17,7 +17,7 @@ from workbench.errors import InputError
 from workbench.files.study.saving import read_text
 from workbench.study.bench.answers import answer, judged
 from workbench.study.bench.edits import seated
-from workbench.study.bench.edits_joints import mirrored, turned
+from workbench.study.bench.edits_joints import given_since, mirrored, turned
 from workbench.study.bench.edits_limbs import LimbTarget, reached
 from workbench.study.bench.edits_people import (
     SizeWanted,
@@ -307,6 +307,14 @@ def test_a_given_posture_is_predicted_from_what_it_is_near_to(trainer, placement
 def test_a_prediction_from_nothing_that_is_there_says_so(trainer, placement, wanted, words):
     with pytest.raises(InputError, match=words):
         predicted(trainer, placement, "pilot", wanted)
+
+
+def test_what_is_no_longer_predicted_is_told(small, there):
+    start = small.start
+    after = turned(there, "pilot", "RE", 0, 50.0).arrangement
+    words = "pilot: no longer predicted; the posture is given, the seat held"
+    assert given_since(start, after) == words
+    assert given_since(after, after) == given_since(after, start) == ""
 
 
 def test_a_seat_is_freed_once_every_posture_is_predicted(small, there, trainer, path):

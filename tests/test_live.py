@@ -11,16 +11,21 @@ import subprocess
 import sys
 import time
 import zlib
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
+import workbench as wb
 from tests.conftest import ROOT
 from workbench.cli import main
 from workbench.errors import InputError
+from workbench.live.finding_places import place_of_finding
 from workbench.live.pages import MOST_ASKED, TOO_MUCH, Page, PageClosedError
 from workbench.live.protocol import LONGEST, SUBPROTOCOL, packed, parsed, unpacked
 from workbench.live.waiting import MOST_WAITING, Waiting
+from workbench.model.result import Finding
+from workbench.study.bench.answers import judged
 
 pytest.importorskip("starlette", reason="the extra `live` is not installed")
 pytest.importorskip("httpx2", reason="Starlette's test client needs httpx2")
@@ -440,6 +445,24 @@ def test_a_page_is_greeted_and_gets_the_state_and_the_verdicts(client):
         assert head["case"] == "cruise" and not head["undo"] and not head["unsaved"]
         verdicts, _ = frames_until(page, "verdicts")
         assert verdicts["passed"] and len(verdicts["rows"]) == 6
+        assert all(row["point"] and row["person"] for row in verdicts["rows"])
+
+
+def test_a_finding_without_a_point_is_looked_at_at_its_control_or_joint(desk):
+    there = judged(desk.opened, desk.live).there
+    throttle = next(one for one in there.environment.controls if one.name == "throttle")
+    reach = Finding("cruise", "pilot", "", "the right hand", "throttle in zone 1", 0.1, 0.0)
+    assert place_of_finding(reach, there) == pytest.approx(tuple(throttle.at))
+    missed = replace(reach, target="throttle, limited by right elbow flexion")
+    assert place_of_finding(missed, there) == pytest.approx(tuple(throttle.at))
+    stop = replace(reach, subject="right elbow", target="flexion")
+    situation = there.situations[0][0]
+    elbow = situation.body.joint_names.index("right elbow")
+    segment = int(situation.body.parent[elbow + 1])
+    parent = wb.place(situation.body, situation.poses).world_from_segment[0, segment]
+    at = parent[:, :3] @ situation.body.joint_in_parent[0, elbow] + parent[:, 3]
+    assert place_of_finding(stop, there) == pytest.approx(tuple(at), abs=1e-9)
+    assert place_of_finding(replace(reach, target="the travel"), there) is None
 
 
 def test_a_turned_joint_is_answered_undone_and_judged(client):
@@ -721,6 +744,7 @@ def test_a_file_that_an_editor_changes_is_read_again_or_asked_about(study, desk)
         assert desk.watched().everybody == []
         (refused,) = desk.do(parsed('{"do": "save"}')).asker
         assert "has changed on the disk" in unpacked(refused)[0]["words"]
+        assert unpacked(refused)[0]["ask"] == "over"
         desk.do(parsed('{"do": "reload"}'))
         assert not desk.unsaved
     finally:

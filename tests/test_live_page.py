@@ -121,6 +121,17 @@ def test_the_list_of_parts_is_one_tab_stop_with_arrows(page):
     page.get_by_role("button", name="parts", exact=True).click()
 
 
+def test_a_verdict_looks_at_its_place_in_its_case_with_its_person(page):
+    row = page.locator("#verdicts tr", has_text="looking left").first
+    page.locator("#person").select_option("instructor")
+    row.get_by_role("button").click()
+    page.wait_for_function("() => document.querySelector('#case').value === 'looking left'")
+    assert page.locator("#person").input_value() == "pilot"
+    assert "canopy" in page.locator("#picture .said").inner_text()
+    page.locator("#case").select_option("cruise")
+    page.wait_for_selector("#verdicts:not(.waiting) tr")
+
+
 def first_slider(window, joint):
     return window.locator("fieldset", has_text=joint).get_by_role("slider").first
 
@@ -168,7 +179,23 @@ def test_the_picture_is_there_and_a_row_looks_at_its_place(page):
     words = row.text_content()
     row.click()
     assert page.locator("#picture .said").text_content() == words
-    assert page.locator("#picture .ring").is_visible()
+    page.locator("#picture .ring").wait_for()
+
+
+def test_a_page_of_a_bench_that_was_started_anew_is_told_to_open_its_address(page):
+    context = page.context.browser.new_context()
+    other = context.new_page()
+    other.goto(page.entrance, wait_until="commit")
+    other.wait_for_selector("#verdicts tr")
+    context.clear_cookies()  # as where the secret is another one
+    found = other.evaluate(
+        """async () => {
+            const { connect } = await import("/page/connection.js");
+            return new Promise((done) => connect(() => {}, done));
+        }"""
+    )
+    context.close()
+    assert found == "the bench was started anew: open the address that it has printed"
 
 
 def test_the_page_speaks_to_its_server_alone_and_without_errors(page):

@@ -15,7 +15,7 @@ from workbench.draw.web.views import PEOPLE, WebView, body_view
 from workbench.errors import InputError, WorkbenchError, printable
 from workbench.files.catalogue import find
 from workbench.files.study.reader import load_study
-from workbench.files.study.saving import read_text
+from workbench.files.study.saving import ChangedFileError, read_text
 from workbench.files.yaml_edits import SharedValueError
 from workbench.live.following import Following
 from workbench.live.frames import answer_frame, hello_frame, verdict_frame, waiting_frame
@@ -25,6 +25,7 @@ from workbench.live.replies import Made, Replies, Work
 from workbench.live.verbs import EDITS
 from workbench.study.bench.answers import Answer, Judged, answer, judged
 from workbench.study.bench.edits import looking_at
+from workbench.study.bench.edits_joints import given_since
 from workbench.study.bench.history import Entry, History
 from workbench.study.bench.motions import (
     MotionsJudged,
@@ -271,6 +272,8 @@ class Desk:
             return self._verbs[question.verb](question)
         except SharedValueError as error:
             return Replies(asker=[fault_frame(question, str(error), ask="sharing")])
+        except ChangedFileError as error:
+            return Replies(asker=[fault_frame(question, str(error), ask="over")])
         except Exception as error:  # noqa: BLE001 (one question that fails must not end the bench)
             return Replies(asker=[fault_frame(question, words_of(error))])
 
@@ -351,6 +354,8 @@ class Desk:
         make = EDITS[question.verb].edit
         edit = make(self.opened, self._placement().placement, question.given)
         before = _Restorable(self.live, self.generation, self.verdicts, self.history)
+        given = given_since(self.history.shown.arrangement, edit.arrangement)
+        words = "; ".join(one for one in (edit.words, given) if one)
         same = edit.arrangement.content == self.live.content
         self.live = edit.arrangement
         if not same:
@@ -361,7 +366,7 @@ class Desk:
             subject = " ".join(str(part) for part in question.subject) if dragged else ""
             self.history = self.history.added(Entry(self.live, subject, self.clock()))
         try:
-            return Replies([self._answered(question.number, edit.words)], changed=not same)
+            return Replies([self._answered(question.number, words)], changed=not same)
         except Exception:
             self.live = before.live
             self.generation = before.generation

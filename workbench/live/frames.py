@@ -11,6 +11,7 @@ import numpy as np
 
 from workbench.contact.arranged import Arranged
 from workbench.draw.eye_view import FIELD, sight
+from workbench.live.finding_places import place_of_finding
 from workbench.live.persons import person_offers, person_state
 from workbench.live.protocol import packed
 from workbench.model.accommodation import met_of
@@ -29,6 +30,7 @@ from workbench.study.bench.near import NearPair
 from workbench.study.bench.placing import placed_environment
 from workbench.study.bench.state import OpenStudy, seat_shift
 from workbench.study.checks.margins import Asked
+from workbench.study.people import Present
 
 __all__ = [
     "PeopleShown",
@@ -272,7 +274,8 @@ def verdict_frame(
     if motions is not None:
         found = (*found, *motions.verdicts)
         warnings += motions.warnings
-    rows = [_verdict(one) for one in found]
+    there = judged.there if judged is not None else None
+    rows = [_verdict(one, there) for one in found]
     rows.sort(key=lambda row: (row["passed"], row["margin"] is not None, row["margin"] or 0.0))
     return packed(
         {
@@ -287,8 +290,8 @@ def verdict_frame(
     )
 
 
-def _verdict(verdict: Verdict) -> dict[str, Any]:
-    """A verdict in words, its margin in mm or degrees."""
+def _verdict(verdict: Verdict, there: Present | None) -> dict[str, Any]:
+    """A verdict in words, its margin in mm or degrees, and where to look at it."""
     worst = verdict.worst
     row: dict[str, Any] = {
         "name": verdict.criterion.name,
@@ -299,6 +302,7 @@ def _verdict(verdict: Verdict) -> dict[str, Any]:
         "unit": "",
         "words": verdict.words or "nothing was found to look at",
         "case": verdict.motion,
+        "person": "",
         "point": None,
         "time": None,
     }
@@ -309,13 +313,16 @@ def _verdict(verdict: Verdict) -> dict[str, Any]:
     )
     lead = worst.person + (f" and {worst.other_person}" if worst.other_person else "")
     margin = scale * worst.margin
+    timed = bool(np.isfinite(worst.time))
+    point = worst.point if timed or there is None else place_of_finding(worst, there)
     return row | {
         "margin": margin if np.isfinite(margin) else None,
         "unit": unit,
         "words": f"{lead}: {worst.subject} – {worst.target}",
         "case": worst.case,
-        "point": None if worst.point is None else [round(value, 5) for value in worst.point],
-        "time": round(worst.time, 6) if np.isfinite(worst.time) else None,
+        "person": worst.person,
+        "point": None if point is None else [round(value, 5) for value in point],
+        "time": round(worst.time, 6) if timed else None,
     }
 
 

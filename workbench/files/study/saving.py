@@ -13,7 +13,11 @@ from workbench.files.output_file import write_errors
 from workbench.files.study.reader import load_study
 from workbench.model.study import Study
 
-__all__ = ["StudyText", "read_text", "save_text", "written_beside"]
+__all__ = ["ChangedFileError", "StudyText", "read_text", "save_text", "written_beside"]
+
+
+class ChangedFileError(InputError):
+    """A study's file holds something else than what was opened."""
 
 
 class StudyText:
@@ -86,14 +90,16 @@ def save_text(
 
     Raises
     ------
+    ChangedFileError
+        If the file has changed since it was read.
     InputError
-        If the file has changed, cannot be written, or the new text says something else.
+        If the file cannot be written, or the new text says something else.
     """
     path = before.path if to is None else to.resolve()
     if to is not None and path.exists():
         raise InputError(f"{to}: is there already; name another file")
     if to is None and not over and before.changed_on_disk():
-        raise InputError(
+        raise ChangedFileError(
             f"{path}: has changed on the disk since it was opened; reload it, or save over it"
         )
     data = text.encode("utf-8")

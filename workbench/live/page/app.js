@@ -109,6 +109,7 @@ function takeAnswer(head) {
   progress.done(0);
   if (!looks.motion.there) showNear(head.near);
   at("verdicts").classList.toggle("waiting", head.generation !== state.judged);
+  people.answered(head);
   things.show(head);
   person.show();
   sliders.show();
@@ -121,6 +122,14 @@ function showNear(rows) {
 
 const look = (point, words) => picture.lookAt(point, words);
 
+// Look at the place of a verdict, in its case and with its person's sliders.
+function visit(point, words, verdict) {
+  const person = state.hello.people.findIndex((one) => one.role === verdict.person);
+  if (person >= 0) choosePerson(person);
+  if (verdict.case && verdict.case !== at("case").value && verdict.time === null) showCase(verdict.case);
+  look(point, words);
+}
+
 function takeVerdicts(head) {
   state.judged = head.generation;
   const failed = head.rows.filter((row) => !row.passed).length;
@@ -130,7 +139,7 @@ function takeVerdicts(head) {
   if (head.waits) known.push(head.motions ? `${head.motions[0]} of ${head.motions[1]} motions judged` : "motions are being judged");
   at("failed").textContent = known.length ? `(${known.join(", ")})` : "";
   at("verdicts").classList.remove("waiting");
-  at("verdicts").replaceChildren(...head.rows.map((row) => verdictRow(row, look, showCase)));
+  at("verdicts").replaceChildren(...head.rows.map((row) => verdictRow(row, visit, showCase)));
   at("warnings").hidden = !warnings.length;
   at("warnings").querySelector("ul").replaceChildren(...warnings.map((words) => element("li", words)));
 }

@@ -59,11 +59,18 @@ export function connect(take, say) {
     take(found);
     next();
   };
-  socket.onclose = (event) => {
+  socket.onclose = async (event) => {
     answered();
-    say(event.reason || "the bench does not answer; trying again", true);
+    say(event.reason || (await lost()), true);
     if (event.code !== 4400) setTimeout(() => connect(take, say), 1000);
   };
+}
+
+// Why there is no connection: a bench that was started anew knows another secret than this page.
+async function lost() {
+  const reply = await fetch("/page/icon.svg", { method: "HEAD" }).catch(() => null);
+  if (reply?.status === 403) return "the bench was started anew: open the address that it has printed";
+  return "the bench does not answer; trying again";
 }
 
 function answered() {

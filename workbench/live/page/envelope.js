@@ -57,7 +57,7 @@ export class Envelope {
     const { head } = this.found;
     const lost = head.lost === null ? "" : `, of which obstacles take ${head.lost}`;
     const old = this.stale ? " It is that of an earlier state." : "";
-    at("envelope-words").textContent = `${head.person}: the ${head.limb} reaches ${head.litres} litres${lost}.${old}`;
+    at("envelope-words").textContent = `${head.person}: the ${head.limb} reaches a space of ${head.litres} litres${lost}.${old}`;
     const pictures = head.sections.map(([name, svg]) => {
       const figure = element("figure");
       const src = `data:image/svg+xml,${encodeURIComponent(svg)}`;

@@ -24,10 +24,22 @@ export function change({ share, most, was }) {
 }
 
 export class People {
+  constructor() {
+    this.generation = 0;
+  }
+
+  // Another state is answered: what is known of the one before is grey until it is followed.
+  answered({ generation }) {
+    at("people").classList.toggle("waiting", generation !== this.generation);
+  }
+
   show(head) {
     at("people").hidden = false;
     at("people-known").textContent = head.words ? `– ${head.words}` : this.known(head);
     if (head.words) return;
+    at("people-numbers").hidden = false;
+    this.generation = head.generation;
+    at("people").classList.remove("waiting");
     at("people-shares").replaceChildren(...head.shares.map(shareBar));
     this.changes(head);
     const rows = head.rows.filter((row) => row.share < 1 || row.was !== 1);
@@ -36,6 +48,7 @@ export class People {
 
   forget() {
     at("people").hidden = true;
+    at("people-numbers").hidden = true;
   }
 
   known({ known, settled, of, asked }) {

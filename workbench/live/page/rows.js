@@ -42,12 +42,12 @@ export function nearRow(pair, look, fill) {
   return row;
 }
 
-// A verdict; show: is given the case and the time [s] of one of a motion.
+// A verdict; look: is given its place, its words and itself; show: the case and the time [s] of one of a motion.
 export function verdictRow(verdict, look, show) {
   const row = element("tr");
   const margin = verdict.margin === null ? "" : `${signed(verdict.margin)} ${verdict.unit}`;
   const where = verdict.case ? `${verdict.words} (${verdict.case})` : verdict.words;
-  const place = lookCell(where, verdict.point, look);
+  const place = lookCell(where, verdict.point, (point, words) => look(point, words, verdict));
   if (verdict.time !== null) {
     const moment = () => {
       if (verdict.point) look(verdict.point, where);

@@ -17,9 +17,9 @@ from workbench.posture.reaching.limbs import limb
 from workbench.posture.stops import nearest_legal, stop_limits
 from workbench.study.bench.edits import Edit, held_seat
 from workbench.study.bench.placing import Placement
-from workbench.study.bench.state import PersonState, given_angles
+from workbench.study.bench.state import Arrangement, PersonState, given_angles
 
-__all__ = ["as_given", "let_go", "mirrored", "poses_in", "turned", "with_angles"]
+__all__ = ["as_given", "given_since", "let_go", "mirrored", "poses_in", "turned", "with_angles"]
 
 ANGLE_STEP = 0.1
 """[degrees]"""
@@ -173,6 +173,24 @@ def as_given(placement: Placement, row: int) -> PersonState:
     person = held.doing(arrangement.case, GivenPosture(action.like, action.poses))
     goal = given_angles(there.body, there.poses)
     return with_angles(person, arrangement.case, base, goal)
+
+
+def given_since(before: Arrangement, after: Arrangement) -> str:
+    """Say whose posture was predicted before and is given after, "" where nobody's is.
+
+    Both states have the same people and cases. It is the case of the state after that counts.
+    """
+    case = after.case
+    names = [
+        now.role
+        for was, now in zip(before.people, after.people, strict=True)
+        if was.actions  # none where all cases are motions
+        and isinstance(was.actions[case], PredictedPosture)
+        and isinstance(now.actions[case], GivenPosture)
+    ]
+    if not names:
+        return ""
+    return f"{' and '.join(names)}: no longer predicted; the posture is given, the seat held"
 
 
 def let_go(

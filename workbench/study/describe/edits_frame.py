@@ -138,7 +138,9 @@ def floored(opened: OpenPlace, before: Description, ray: Ray) -> Edit:
             key: Key = ("adjustments", name, "about", "point")
             says = with_value(says, key, _raised(before, one.about.point, by))
     way = "up" if step > 0.0 else "down"
-    words = f"the floor is at height 0: everything goes {abs(step):g} {says['length']} {way}"
+    words = "the floor is at height 0"
+    if step:
+        words += f": everything goes {abs(step):g} {says['length']} {way}"
     if slope > 0.5:
         words += f"; this face slopes {slope:.1f} degrees, which is left as it is"
     spots = before.spots | {FLOOR: spot}

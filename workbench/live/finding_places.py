@@ -1,0 +1,51 @@
+"""Where a finding is that has no point of its own: at its control, its point or its joint."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from workbench.body.forward import place
+from workbench.model.result import Finding
+from workbench.study.people import Present
+
+__all__ = ["place_of_finding"]
+
+
+def place_of_finding(finding: Finding, there: Present) -> tuple[float, float, float] | None:
+    """Find the place [m] in the world that a finding about a posture is to be looked at.
+
+    Findings of reach and of pedals begin their target with the control, those of eye heights with
+    the point; those of joint stops name the joint as their subject.
+
+    Parameters
+    ----------
+    there
+        The people of the state that was judged, and the environment with their seats.
+
+    Returns
+    -------
+    tuple or None
+        None where the finding is about no place, such as the travel of a seat.
+    """
+    if finding.point is not None:
+        return finding.point
+    lead = finding.target.partition(" in zone ")[0].partition(", limited by ")[0]
+    for control in there.environment.controls:
+        if control.name == lead:
+            return _xyz(control.at)
+    if lead in there.environment.points:
+        return _xyz(there.environment.points[lead])
+    for situation in (one for cases in there.situations for one in cases):
+        body = situation.body
+        asked = (situation.work.name, situation.place.role) == (finding.case, finding.person)
+        if asked and finding.subject in body.joint_names:
+            joint = body.joint_names.index(finding.subject)
+            child = place(body, situation.poses).world_from_segment[0, joint + 1]
+            return _xyz(child[:, :3] @ body.joint_in_child[0, joint] + child[:, 3])
+    return None
+
+
+def _xyz(point: ArrayLike) -> tuple[float, float, float]:
+    x, y, z = np.asarray(point, float).tolist()
+    return x, y, z
