@@ -479,6 +479,15 @@ def test_a_turned_joint_is_answered_undone_and_judged(client):
         assert asked(page, "redo")["people"][0]["angles"][elbow][0] == 140.0
 
 
+def test_a_joint_that_would_turn_nothing_has_no_slider(client):
+    """Somebody who sits is put there by the lower torso; the pelvis joint bears all of the body."""
+    with page_of(entered(client)) as page:
+        hello, _ = frames_until(page, "hello")
+        pelvis, waist, *_ = hello["people"][0]["joints"]
+        assert (pelvis["joint"], pelvis["axes"]) == ("PV", [None, None, None])
+        assert all(waist["axes"])
+
+
 def hello_joints(page, client):
     with page_of(client) as other:
         hello, _ = frames_until(other, "hello")

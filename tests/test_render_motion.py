@@ -365,7 +365,7 @@ def test_a_real_ctrl_c_leaves_a_film_that_plays(tmp_path):
         "-o",
         str(out),
         "--size",
-        "200",
+        "900",
         "--fps",
         "50",
     ]

@@ -22,6 +22,7 @@ from workbench.model.moves import Move
 from workbench.model.population import SEXES
 from workbench.model.poses import Placed
 from workbench.model.result import Verdict
+from workbench.model.study import GivenPosture, PredictedPosture
 from workbench.study.bench.answers import TOUCHES, Answer, Judged, near_pairs
 from workbench.study.bench.criteria import role_bodies
 from workbench.study.bench.crowd import Crowd, met_all
@@ -31,6 +32,7 @@ from workbench.study.bench.placing import placed_environment
 from workbench.study.bench.state import OpenStudy, seat_shift
 from workbench.study.checks.margins import Asked
 from workbench.study.people import Present
+from workbench.study.situation import moved_by
 
 __all__ = [
     "PeopleShown",
@@ -57,7 +59,7 @@ def hello_frame(opened: OpenStudy, file: str, *, saves: bool) -> bytes:
         {
             "role": role.name,
             "seat": _seat(opened, row),
-            **_body(opened.start.body(row)),
+            **_body(opened.start.body(row), _stands_by(opened, row)),
             **person_offers(opened, row),
         }
         for row, role in enumerate(study.roles)
@@ -114,10 +116,22 @@ def _seat(opened: OpenStudy, row: int) -> dict[str, Any] | None:
     }
 
 
-def _body(body: Body) -> dict[str, Any]:
-    """The segments and joints of a body; axes that do not turn have no motions."""
+def _stands_by(opened: OpenStudy, row: int) -> set[int]:
+    """The segments by which a person is put into the world in the cases."""
+    return {
+        action.poses.reference
+        for action in opened.start.people[row].actions
+        if isinstance(action, GivenPosture | PredictedPosture)
+    }
+
+
+def _body(body: Body, stands_by: set[int]) -> dict[str, Any]:
+    """The segments and joints of a body; axes that do not turn have no motions. Neither has a joint
+    that bears the whole body of a person who is put into the world by what it bears."""
     stops = body.stops
-    locked = stops.locked
+    every = np.eye(len(body.joints), dtype=np.bool_)
+    bears_all = [bool(moved_by(body, one).all()) and 0 not in stands_by for one in every]
+    locked = stops.locked | np.array(bears_all)[:, None]
     joints = []
     for j, joint in enumerate(body.joints):
         axes = [
