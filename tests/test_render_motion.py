@@ -365,14 +365,14 @@ def test_a_real_ctrl_c_leaves_a_film_that_plays(tmp_path):
         "-o",
         str(out),
         "--size",
-        "900",
+        "600",
         "--fps",
         "50",
     ]
     film = subprocess.Popen(
         command, env=os.environ | {"PYTHONPATH": str(ROOT)}, stderr=subprocess.PIPE
     )
-    partial = tmp_path / ".x.gif.partial"
+    partial = tmp_path / ".x.gif.workbench-partial"
     for _ in range(600):
         if partial.exists():
             break
