@@ -6,7 +6,7 @@ import { readFileSync } from "node:fs";
 import { test } from "node:test";
 
 import { Camera, vec } from "./view/camera.js";
-import { clearest, named, pick } from "./view/pick.js";
+import { clearest, named, pick, same } from "./view/pick.js";
 import { areAlike, chosenOf, namesOf, sectionOf, sectionWords } from "./view/naming.js";
 import { boundsOf, decode, unpack } from "./view/wire.js";
 import { rangesOf } from "./page/grips.js";
@@ -94,6 +94,32 @@ test("a ray meets what is nearest, parts where they were moved to", () => {
   assert.equal(pick(SCENE, { from: [3, 0, 5], way: [-1, 0, 0] }, ALL, null), null);
   assert.equal(clearest(SCENE, new Camera(), [0, 0, 1.2], ALL, null).hidden, 0);
   near(boundsOf(SCENE && { bodies: [{ ...SCENE.bodies[0], frames: SCENE.bodies[0].centres }] }).flat(), [-0.2, -0.2, -0.2, 0.2, 0.2, 1.1]);
+});
+
+test("what is seen through a part is picked before it, and the part where nothing solid is behind", () => {
+  const at = (x) => [x, -1, -1, x, 1, -1, x, 0, 1];
+  const place = {
+    parts: [{ name: "canopy", glass: true }, { name: "wall" }, { name: "lever" }],
+    vertices: [...at(2), ...at(1), ...at(-1)],
+    part: [0, 0, 0, 1, 1, 1, 2, 2, 2],
+    triangles: [0, 1, 2, 3, 4, 5, 6, 7, 8],
+  };
+  const scene = { ...SCENE, place };
+  const ray = { from: [3, 0, 0], way: [-1, 0, 0] };
+  const without = (...names) => ({ ...ALL, part: (k) => !names.includes(place.parts[k].name) });
+  const through = pick(scene, ray, ALL, null, true);
+  assert.equal(named(scene, through), "pilot: hand, thumb tip"); // through a wall that is veiled
+  assert.equal(named(scene, through.before), "canopy");
+  near(through.before.point, [2, 0, 0]);
+  const wall = pick(scene, ray, ALL, null, false);
+  assert.equal(named(scene, wall), "wall"); // opaque, behind glass
+  assert.equal(named(scene, wall.before), "canopy");
+  const beside = pick(scene, { from: [3, 0.3, 0], way: [-1, 0, 0] }, without("wall"), null, true);
+  assert.equal(named(scene, beside), "lever"); // no person there
+  const glass = pick(scene, { from: [3, 0.3, 0], way: [-1, 0, 0] }, without("wall", "lever"), null, true);
+  assert.equal(named(scene, glass), "canopy");
+  assert.equal(glass.before, null);
+  assert.ok(same(through, pick(scene, ray, ALL, null, true)) && !same(through, wall) && !same(wall, null));
 });
 
 test("a pointer drags along an arrow and in a plane", () => {

@@ -299,8 +299,8 @@ TURN = {"n": 1, "do": "joint", "person": "pilot", "joint": "RE", "axis": 0, "deg
         ("[]", "a JSON object"),
         ("[" * 20_000, "a message is JSON"),
         ('{"do": "fly"}', "nothing is called 'fly'"),
-        ('{"n": 1}', "nothing is called 'None'"),
         ('{"do": ["joint"]}', "nothing is called"),
+        ('{"n": 1}', "'do' is missing: expected one of joint, hand, "),
         ('{"n": -1, "do": "undo"}', "n: a whole number"),
         ('{"n": true, "do": "undo"}', "n: a whole number"),
         ('{"do": "undo", "by": 1}', "undo takes no 'by'"),
@@ -462,6 +462,10 @@ def test_a_finding_without_a_point_is_looked_at_at_its_control_or_joint(desk):
     parent = wb.place(situation.body, situation.poses).world_from_segment[0, segment]
     at = parent[:, :3] @ situation.body.joint_in_parent[0, elbow] + parent[:, 3]
     assert place_of_finding(stop, there) == pytest.approx(tuple(at), abs=1e-9)
+    over = replace(reach, subject="the eyes", target="canopy")
+    eyes = [situation.body.sphere_names.index(f"{side} eye") for side in ("left", "right")]
+    middle = situation.placed.centres[0, eyes].mean(axis=0)
+    assert place_of_finding(over, there) == pytest.approx(tuple(middle), abs=1e-9)
     assert place_of_finding(replace(reach, target="the travel"), there) is None
 
 

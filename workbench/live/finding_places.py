@@ -1,4 +1,4 @@
-"""Where a finding is that has no point of its own: at its control, its point or its joint."""
+"""Where a finding is that has no point of its own: at its control, point, joint or the eyes."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from numpy.typing import ArrayLike
 
 from workbench.body.forward import place
 from workbench.model.result import Finding
+from workbench.study.checks.view import eyes_of
 from workbench.study.people import Present
 
 __all__ = ["place_of_finding"]
@@ -16,7 +17,7 @@ def place_of_finding(finding: Finding, there: Present) -> tuple[float, float, fl
     """Find the place [m] in the world that a finding about a posture is to be looked at.
 
     Findings of reach and of pedals begin their target with the control, those of eye heights with
-    the point; those of joint stops name the joint as their subject.
+    the point; those of joint stops name the joint as their subject, those of a view over parts the eyes.
 
     Parameters
     ----------
@@ -39,6 +40,8 @@ def place_of_finding(finding: Finding, there: Present) -> tuple[float, float, fl
     for situation in (one for cases in there.situations for one in cases):
         body = situation.body
         asked = (situation.work.name, situation.place.role) == (finding.case, finding.person)
+        if asked and finding.subject == "the eyes":
+            return _xyz(eyes_of(situation)[0])
         if asked and finding.subject in body.joint_names:
             joint = body.joint_names.index(finding.subject)
             child = place(body, situation.poses).world_from_segment[0, joint + 1]

@@ -285,8 +285,10 @@ def parsed(text: str | bytes, verbs: Verbs | None = None) -> Question:
     number = message.pop("n", 0)
     if not isinstance(number, int) or is_flag(number) or not 0 <= number < LARGEST:
         raise InputError("n: a whole number from 0 on is needed")
-    verb = message.pop("do", None)
     table = VERBS if verbs is None else verbs
+    verb = message.pop("do", None)
+    if verb is None:
+        raise InputError(f"'do' is missing: expected one of {', '.join(table)}")
     if not isinstance(verb, str) or verb not in table:
         raise InputError(f"do: nothing is called {str(verb)[:40]!r}; {one_of(str(verb), table)}")
     return Question(number, verb, _given(verb, table[verb], message))

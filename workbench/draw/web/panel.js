@@ -4,7 +4,7 @@ import { VIEWS } from "./camera.js";
 import { Film } from "./film.js";
 import { Labels } from "./labels.js";
 import { element, partList } from "./list.js";
-import { clearest, named, pick } from "./pick.js";
+import { clearest, named, pick, same } from "./pick.js";
 import { Touch } from "./touch.js";
 import { Viewer } from "./viewer.js";
 import { boundsOf, setFrame } from "./wire.js";
@@ -12,8 +12,10 @@ import { Wipe } from "./wipe.js";
 
 const BAD = [200, 32, 26];
 const GOOD = [46, 124, 214];
+const AGAIN = 4; // pixels between two clicks at one place
 const HELP =
-  "Drag turns, shift and drag moves, wheel zooms once clicked. Arrows turn, + and - zoom, 1 to 6 views, 0 fits, " +
+  "Drag turns, shift and drag moves, wheel zooms once clicked. A click takes what is seen through a part, a second one " +
+  "there the part. Arrows turn, + and - zoom, 1 to 6 views, 0 fits, " +
   "F looks at what was clicked, H hides it, I shows it alone, X walls, C section, [ ] other cases, space plays, Esc undoes.";
 
 // What the sliders below a picture do; not said on paper.
@@ -208,7 +210,7 @@ export class Panel {
     const box = viewer.canvas.getBoundingClientRect();
     const across = (x - box.left) / box.width;
     const ray = viewer.camera.ray(2 * across - 1, 1 - (2 * (y - box.top)) / box.height);
-    return pick(scene, ray, viewer.shownAt(across), viewer.section);
+    return pick(scene, ray, viewer.shownAt(across), viewer.section, !viewer.walls);
   }
 
   hover(x, y) {
@@ -222,7 +224,10 @@ export class Panel {
   }
 
   choose(x, y) {
-    this.chosen = this.under(x, y);
+    const hit = this.under(x, y);
+    const again = this.clicked && Math.hypot(x - this.clicked[0], y - this.clicked[1]) < AGAIN;
+    this.clicked = [x, y];
+    this.chosen = again && hit?.before && same(hit, this.chosen) ? hit.before : hit;
     this.say(this.chosen ? named(this.scene, this.chosen) : this.words);
     this.place.dispatchEvent(new CustomEvent("chosen", { bubbles: true, detail: this.chosen }));
   }

@@ -4,14 +4,28 @@ import { vec } from "./camera.js";
 
 const STILL = [0, 0, 0];
 
-// The nearest hit of a scene, or null. `shown` says which parts and bodies count; `section` is a
-// plane [a, b, c, d] beyond which (a x + b y + c z + d > 0) nothing is there.
-export function pick(scene, ray, shown, section) {
-  const spheres = nearestSphere(scene.bodies, ray, shown, section);
-  const face = nearestFace(scene.place, ray, shown, section, spheres ? spheres.far : Infinity);
-  const hit = face || spheres;
-  if (hit) hit.point = vec.add(ray.from, vec.mul(ray.way, hit.far));
-  return hit;
+// What is seen under a ray, or null: the nearest thing that is solid; a see-through part only where
+// nothing solid is behind it. `shown` says which parts and bodies count; `section` is a plane
+// [a, b, c, d] beyond which (a x + b y + c z + d > 0) nothing is there; `veiled` says that parts which
+// stand before a body are see-through. `before` of a hit is the nearest part that it is seen through.
+export function pick(scene, ray, shown, section, veiled = false) {
+  const body = nearestSphere(scene.bodies, ray, shown, section);
+  const { solid, glass } = nearestFaces(scene.place, ray, shown, section);
+  const hit = (veiled && body) || nearer(body, solid) || glass;
+  if (!hit) return null;
+  const front = nearer(solid, glass);
+  for (const each of [hit, front]) {
+    if (each) each.point = vec.add(ray.from, vec.mul(ray.way, each.far));
+  }
+  return { ...hit, before: front && front.far < hit.far ? front : null };
+}
+
+const nearer = (one, other) => (one && other ? (other.far < one.far ? other : one) : one || other);
+
+// Whether two hits, either of which may be null, are of the same thing.
+export function same(one, other) {
+  if (!one || !other) return one === other;
+  return ["kind", "body", "sphere", "part"].every((key) => one[key] === other[key]);
 }
 
 function beyond(section, ray, far) {
@@ -45,11 +59,12 @@ function nearestSphere(bodies, ray, shown, section) {
   return found;
 }
 
-function nearestFace(place, ray, shown, section, least) {
-  if (!place) return null;
+// The nearest face of a part that is solid, and of one that is see-through; null where there is none.
+function nearestFaces(place, ray, shown, section) {
+  const found = { solid: null, glass: null };
+  if (!place) return found;
   const { vertices: v, triangles: t, part } = place;
   const [wx, wy, wz] = ray.way;
-  let found = null;
   for (let i = 0; i < t.length; i += 3) {
     if (!shown.part(part[t[i]])) continue;
     // Moeller and Trumbore (1997), both sides
@@ -75,9 +90,9 @@ function nearestFace(place, ray, shown, section, least) {
     const w = (wx * qx + wy * qy + wz * qz) / det;
     if (w < 0 || u + w > 1) continue;
     const far = (e2[0] * qx + e2[1] * qy + e2[2] * qz) / det;
-    if (far <= 1e-6 || far >= least || beyond(section, ray, far)) continue;
-    least = far;
-    found = { kind: "part", part: part[t[i]], far };
+    const kind = place.parts[part[t[i]]].glass ? "glass" : "solid";
+    if (far <= 1e-6 || (found[kind] && far >= found[kind].far) || beyond(section, ray, far)) continue;
+    found[kind] = { kind: "part", part: part[t[i]], far };
   }
   return found;
 }

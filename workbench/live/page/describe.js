@@ -142,7 +142,7 @@ function showHint() {
   for (const one of document.querySelectorAll(".with")) one.hidden = !one.dataset.for.split(" ").includes(mode());
 }
 
-// Where the picture was clicked, on a part: people are looked through.
+// Where the picture was clicked, on a part: people and see-through parts are looked through.
 function rayOf(hit) {
   const { panel } = picture;
   if (!hit || !panel) return {};
@@ -153,10 +153,15 @@ function rayOf(hit) {
   return met ? { part: panel.scene.place.parts[met.part].name, start, way, far: met.far } : {};
 }
 
+// The part that a hit is of.
+function partOf(hit) {
+  return hit?.kind === "part" ? picture.panel.scene.place.parts[hit.part].name : undefined;
+}
+
 document.addEventListener("chosen", (event) => {
   const ray = rayOf(event.detail);
   const asks = {
-    "": () => parts.choose(ray.part),
+    "": () => parts.choose(partOf(event.detail) ?? ray.part),
     floor: () => each("floor", ray),
     cushion: () => each("face", { seat: at("seat-name").value, surface: "cushion", ...ray }),
     back: () => each("face", { seat: at("seat-name").value, surface: "back", ...ray }),

@@ -57,7 +57,7 @@ export class Things {
   head(kind, name) {
     const made = element("h3");
     const field = element("input", "", { value: name });
-    field.setAttribute("aria-label", `name of the ${kind}`);
+    field.setAttribute("aria-label", `name of the ${kind} ${name}`);
     field.onchange = () => {
       const to = field.value.trim();
       field.value = name;

@@ -17,7 +17,7 @@ from workbench.posture.seating.seating import seat_planes
 from workbench.study.checks.margins import Asked, Margins, no_margins
 from workbench.study.situation import Situation
 
-__all__ = ["TOO_HIGH", "TOO_LOW", "findings", "margins", "skyline"]
+__all__ = ["TOO_HIGH", "TOO_LOW", "eyes_of", "findings", "margins", "skyline"]
 
 TOO_LOW = "eyes too low"
 TOO_HIGH = "eyes too high"
@@ -33,7 +33,7 @@ def margins(situation: Situation, asked: Sequence[Asked]) -> Margins:
     in the upright plane of the seat.
     """
     found = no_margins(len(situation), asked)
-    eye = _eyes(situation)
+    eye = eyes_of(situation)
     for r, one in enumerate(asked):
         found.margin[:, r] = _margin(situation, one.criterion, eye)
         for b in np.flatnonzero(found.margin[:, r] < -MET):
@@ -46,7 +46,7 @@ def findings(situation: Situation, criterion: Criterion) -> Iterator[Finding]:
     point = situation.eyes
     if criterion.check == "eye_height" and point is None:
         return
-    margin = float(_margin(situation, criterion, _eyes(situation))[0])
+    margin = float(_margin(situation, criterion, eyes_of(situation))[0])
     target = str(point) if criterion.check == "eye_height" else ", ".join(criterion.parts)
     if np.isfinite(margin):
         yield Finding(
@@ -60,8 +60,14 @@ def findings(situation: Situation, criterion: Criterion) -> Iterator[Finding]:
         )
 
 
-def _eyes(situation: Situation) -> Floats:
-    """(B, 3) [m] the middle between the eyes."""
+def eyes_of(situation: Situation) -> Floats:
+    """Find the middle between everybody's eyes: (B, 3) [m] in the world.
+
+    Raises
+    ------
+    InputError
+        If the body has no spheres of the eyes.
+    """
     body = situation.body
     if not all(name in body.sphere_names for name in EYES):
         raise InputError(f"body {body.name} has no spheres {EYES[0]!r} and {EYES[1]!r}")
