@@ -2,6 +2,7 @@
 
 import { VIEWS } from "./camera.js";
 import { Film } from "./film.js";
+import { HELP, sliders } from "./help.js";
 import { Labels } from "./labels.js";
 import { element, partList } from "./list.js";
 import { clearest, named, pick, same } from "./pick.js";
@@ -10,21 +11,8 @@ import { Viewer } from "./viewer.js";
 import { boundsOf, setFrame } from "./wire.js";
 import { Wipe } from "./wipe.js";
 
-const BAD = [200, 32, 26];
-const GOOD = [46, 124, 214];
+const [BAD, GOOD] = [[200, 32, 26], [46, 124, 214]];
 const AGAIN = 4; // pixels between two clicks at one place
-const HELP =
-  "Drag turns, shift and drag moves, wheel zooms once clicked. A click takes what is seen through a part, a second one " +
-  "there the part. Arrows turn, + and - zoom, 1 to 6 views, 0 fits, " +
-  "F looks at what was clicked, H hides it, I shows it alone, X walls, C section, [ ] other cases, space plays, Esc undoes.";
-
-// What the sliders below a picture do; not said on paper.
-function sliders({ states, times }) {
-  if (!states) return times ? "scrub or play" : "";
-  return times
-    ? "the upper slider moves the line between the two, the lower one the time"
-    : "the slider moves the line between the two";
-}
 
 export class Panel {
   // Paints: what paints the canvas, see viewer.js.

@@ -48,6 +48,7 @@ MODULES = (
     "painting",
     "viewer",
     "labels",
+    "help",
     "film",
     "touch",
     "panel",
