@@ -41,6 +41,7 @@ from workbench.posture.kernels.contacts import (
     touch,
 )
 from workbench.posture.kernels.descent import (
+    DISTANT_EASE,
     REACHED,
     approach,
     descend,
@@ -49,7 +50,7 @@ from workbench.posture.kernels.descent import (
     take,
     take_row,
 )
-from workbench.posture.kernels.inverse import LEGAL, next_seed, place_seeds, worth
+from workbench.posture.kernels.inverse import LEGAL, NEARLY, next_seed, place_seeds, worth
 from workbench.posture.kernels.limits import Planes, within
 from workbench.posture.kernels.linkage import Linkage, State, new_state
 from workbench.posture.kernels.newton import Work, equations, go, new_work, newton
@@ -57,7 +58,6 @@ from workbench.posture.kernels.newton import Work, equations, go, new_work, newt
 __all__ = [
     "BURIED",
     "KEPT",
-    "NEARLY",
     "Looked",
     "Outcome",
     "clear_reaches",
@@ -86,8 +86,6 @@ INSIDE = 2e-4
 """Distance [m] and breach [rad] with which an attempt has arrived."""
 RADIAN = 0.3
 """What a radian past a stop counts [m]."""
-NEARLY = 2e-3
-"""Distance [m] within which a target that is missed without obstacles may still be reached."""
 LOTS = (4, 12, 24, 40, 48)
 FEW_LOTS = 2
 LOTS_OF_BURIED = 1
@@ -514,6 +512,7 @@ def _find_starts(case, seeds, lot, desk, out):  # type: ignore[no-untyped-def]
             desk.planes,
             (none, none),
             np.int64(TOWARD),
+            DISTANT_EASE,
             desk.state,
             desk.work,
         )

@@ -38,7 +38,9 @@ from workbench.posture.kernels.linkage import move
 from workbench.posture.kernels.newton import HOLD, INSIDE, back, equations, go, multiply, newton
 
 __all__ = [
+    "DISTANT_EASE",
     "LAST_PENALTY",
+    "LEAST_EASE",
     "ON_RAY",
     "REACHED",
     "approach",
@@ -58,7 +60,9 @@ FORCE = 300.0
 """Greatest pull [1/m] of a target out of reach, and the push along a ray: stops would yield to
 more."""
 DISTANT_EASE = 1e-3
-"""Weight of comfort where the target is out of reach."""
+LEAST_EASE = 1e-5
+"""Weight of comfort where the target is out of reach, and where it is nearly reached: comfort holds
+the tip back by its weight over the pull, which was some 0.2 mm for reaches that two stops hold."""
 REACHED = 1e-4
 """Distance [m] within which a target is reached."""
 TIP_TOLERANCE = 2e-5
@@ -273,7 +277,7 @@ def _promise(link, work, damping):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def _aim_outward(link, goal, p, state, work, pull, ahead):  # type: ignore[no-untyped-def]
+def _aim_outward(link, goal, p, state, work, pull, ease, ahead):  # type: ignore[no-untyped-def]
     """Fill the equations of a step toward a target out of reach, or along a ray."""
     # On a ray the curvature counts with the multipliers, the forces that will hold the tip there.
     if ahead > 0.0:
@@ -283,7 +287,7 @@ def _aim_outward(link, goal, p, state, work, pull, ahead):  # type: ignore[no-un
     else:
         for i in range(6):
             work.bend[i] = work.force[i]
-    equations(link, goal, p, state, work, pull, DISTANT_EASE, True)
+    equations(link, goal, p, state, work, pull, ease, True)
 
 
 @inlined
@@ -297,7 +301,7 @@ def _at_rest(still, gap, worst, ahead):  # type: ignore[no-untyped-def]
 
 
 @inner
-def _minimise(link, b, problem, p, planes, span, most, damping, ahead, state, work):  # type: ignore[no-untyped-def]
+def _minimise(link, b, problem, p, planes, span, most, damping, ease, ahead, state, work):  # type: ignore[no-untyped-def]
     """Descend with the gain ratio: to the nearest to a target, or as far as a push `ahead` goes.
 
     Returns the number of steps, the penalty of the distance [1/m2], and whether it came to rest.
@@ -315,7 +319,7 @@ def _minimise(link, b, problem, p, planes, span, most, damping, ahead, state, wo
     while steps < most and damping < MOST_DAMPING:
         if phase != STUCK:
             look(link, b, base, p, planes, span, state)
-        after, gap, worst = _cost(link, goal, p, state, work, pull, DISTANT_EASE, ahead)
+        after, gap, worst = _cost(link, goal, p, state, work, pull, ease, ahead)
         if phase == TRIED and not after <= cost + 1e-10 * abs(cost):
             back(link, state, work)
             damping = max(damping * rise, LEAST_DAMPING)
@@ -336,8 +340,8 @@ def _minimise(link, b, problem, p, planes, span, most, damping, ahead, state, wo
         if phase < RETURNED:
             if not ahead > 0.0:  # the pull is the same however far the target is
                 pull = min(LAST_PENALTY, FORCE / max(gap, 1e-9))
-            cost, gap, worst = _cost(link, goal, p, state, work, pull, DISTANT_EASE, ahead)
-            _aim_outward(link, goal, p, state, work, pull, ahead)
+            cost, gap, worst = _cost(link, goal, p, state, work, pull, ease, ahead)
+            _aim_outward(link, goal, p, state, work, pull, ease, ahead)
         steps += 1
         if newton(link, state, work, damping if damping > 1e-3 else 0.0):
             promise = _promise(link, work, damping)
@@ -351,10 +355,11 @@ def _minimise(link, b, problem, p, planes, span, most, damping, ahead, state, wo
 
 
 @inner
-def approach(link, b, problem, p, planes, span, most, state, work):  # type: ignore[no-untyped-def]
+def approach(link, b, problem, p, planes, span, most, ease, state, work):  # type: ignore[no-untyped-def]
     """Descend to the posture whose tip is nearest to a target out of reach.
 
-    Arguments as of `descend`. The multipliers of the stops in work are taken, and left there.
+    Arguments as of `descend`, and the weight `ease` of comfort. The multipliers of the stops in work
+    are taken, and left there.
 
     Returns
     -------
@@ -364,7 +369,7 @@ def approach(link, b, problem, p, planes, span, most, state, work):  # type: ign
         Penalty [1/m2] of the distance from the target; the target pulls with pull times distance.
     """
     work.pushed[:] = 0.0
-    steps, pull, _ = _minimise(link, b, problem, p, planes, span, most, 1.0, 0.0, state, work)
+    steps, pull, _ = _minimise(link, b, problem, p, planes, span, most, 1.0, ease, 0.0, state, work)
     return steps, pull
 
 
@@ -384,6 +389,6 @@ def extend(link, b, problem, p, planes, span, most, warm, state, work):  # type:
     """
     damping = 0.0 if warm else 1.0
     steps, _, rested = _minimise(
-        link, b, problem, p, planes, span, most, damping, FORCE, state, work
+        link, b, problem, p, planes, span, most, damping, DISTANT_EASE, FORCE, state, work
     )
     return steps, rested

@@ -26,7 +26,9 @@ from workbench.geometry.vectors import (
     vector,
 )
 from workbench.posture.kernels.descent import (
+    DISTANT_EASE,
     LAST_PENALTY,
+    LEAST_EASE,
     REACHED,
     approach,
     descend,
@@ -42,6 +44,7 @@ from workbench.posture.kernels.newton import Work, new_work
 __all__ = [
     "DESCENT_STEPS",
     "LEGAL",
+    "NEARLY",
     "ChainWorkspace",
     "Search",
     "Seeds",
@@ -71,6 +74,9 @@ WIDE = 0.03
 """Miss [m] of the solution near by beyond which nothing else is tried."""
 FEW_AGAIN = 2
 """Seeds that are tried at most after a solution near by that reached its own target."""
+NEARLY = 2e-3
+"""Distance [m] within which a target that is missed may still be reached: it is approached again
+with the least comfort, and about obstacles."""
 LEGAL = 5e-4
 """Breach [rad, m] below which a solution is within the stops."""
 
@@ -251,11 +257,21 @@ def _descend_and_keep(link, b, problem, p, planes, span, most, warm, out, worksp
 
 
 @inner
+def _approach_and_keep(link, b, problem, p, planes, span, most, ease, out, workspace):  # type: ignore[no-untyped-def]
+    """Come as near to the target as can be, with so much weight of comfort; returns the distance."""
+    state = workspace.state
+    work = workspace.work
+    steps, pull = approach(link, b, problem, p, planes, span, most, ease, state, work)
+    out.numbers[p, 2] += steps
+    return _keep_better(link, b, problem, p, planes, span, pull, out, workspace)
+
+
+@inner
 def _attempt(link, b, problem, p, planes, span, most, mode, out, workspace):  # type: ignore[no-untyped-def]
     """Solve row p from the angles of its state.
 
-    It goes straight for the target; if that fails, as near as can be; and in comfort from there if
-    that reaches the target after all.
+    It goes straight for the target; if that fails, as near as can be, and nearer still where that
+    is nearly there; and in comfort from there if that reaches the target after all.
     """
     if mode != MISSED_BEFORE:
         warm = mode == WARM
@@ -263,9 +279,11 @@ def _attempt(link, b, problem, p, planes, span, most, mode, out, workspace):  # 
         far = _descend_and_keep(link, b, problem, p, planes, span, steps, warm, out, workspace)
         if warm or not far:
             return
-    steps, pull = approach(link, b, problem, p, planes, span, most, workspace.state, workspace.work)
-    out.numbers[p, 2] += steps
-    gap = _keep_better(link, b, problem, p, planes, span, pull, out, workspace)
+    gap = _approach_and_keep(link, b, problem, p, planes, span, most, DISTANT_EASE, out, workspace)
+    if REACHED <= gap < NEARLY:
+        gap = _approach_and_keep(
+            link, b, problem, p, planes, span, most, LEAST_EASE, out, workspace
+        )
     if gap < REACHED:
         _descend_and_keep(link, b, problem, p, planes, span, most, False, out, workspace)
 

@@ -23,7 +23,7 @@ from workbench.model.poses import Poses
 from workbench.model.reach import DOUBTS, MOST_SPARE, Reach
 from workbench.model.result import ControlReach, Finding
 from workbench.model.workplace import Workplace
-from workbench.posture.kernels.clear_reach import NEARLY
+from workbench.posture.kernels.inverse import NEARLY
 from workbench.posture.reaching.again import KeptReaches, no_reaches, still_reached
 from workbench.posture.reaching.limbs import ZONES, Limb, limb
 from workbench.posture.reaching.reach import reach
