@@ -235,15 +235,17 @@ def sampled_apart(one, other, draws):
 
 @pytest.mark.nightly
 def test_who_is_said_to_be_kept_off_by_others_is_so_for_a_slow_sampler(study_of):
-    """Controls are moved so near to each other that there is little room for two hands."""
+    """Somebody holds the parking brake, low between the seats, and the other's control is moved so
+    near to it that there is no room for two hands: elsewhere the hands make room."""
     wrong = judged = 0
-    for seed in range(40):
+    for seed in range(24):
         rng = np.random.default_rng(100 + seed)
         pair = drawn(rng)
+        pair[0].control = "parking_brake"
         study = study_of(*pair)
         way = rng.normal(size=3) * (0.3, 1.0, 1.0)
         controls = {one.name: one for one in study.environment.controls}
-        near = controls[pair[0].control].at + rng.uniform(0.02, 0.1) * way / np.linalg.norm(way)
+        near = controls[pair[0].control].at + rng.uniform(0.0, 0.04) * way / np.linalg.norm(way)
         moved = replace(controls[pair[1].control], at=tuple(near.tolist()), part="")
         every = tuple({**controls, moved.name: moved}.values())
         environment = replace(study.environment, controls=every)
@@ -253,5 +255,5 @@ def test_who_is_said_to_be_kept_off_by_others_is_so_for_a_slow_sampler(study_of)
         reached = misses(alone(one)) == misses(alone(other)) == 0.0
         if reached and misses(one) + misses(other) > 0.0:
             judged += 1
-            wrong += sampled_apart(one, other, draws=15)
-    assert judged and wrong <= 0.1 * judged
+            wrong += sampled_apart(one, other, draws=8)
+    assert judged >= 10 and wrong <= 0.1 * judged
