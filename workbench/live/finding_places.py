@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from workbench.body.forward import place
 from workbench.model.result import Finding
-from workbench.study.checks.view import eyes_of
+from workbench.study.checks.view import THE_EYES, eyes_of
 from workbench.study.people import Present
 
 __all__ = ["place_of_finding"]
@@ -40,11 +39,11 @@ def place_of_finding(finding: Finding, there: Present) -> tuple[float, float, fl
     for situation in (one for cases in there.situations for one in cases):
         body = situation.body
         asked = (situation.work.name, situation.place.role) == (finding.case, finding.person)
-        if asked and finding.subject == "the eyes":
+        if asked and finding.subject == THE_EYES:
             return _xyz(eyes_of(situation)[0])
         if asked and finding.subject in body.joint_names:
             joint = body.joint_names.index(finding.subject)
-            child = place(body, situation.poses).world_from_segment[0, joint + 1]
+            child = situation.placed.world_from_segment[0, joint + 1]
             return _xyz(child[:, :3] @ body.joint_in_child[0, joint] + child[:, 3])
     return None
 

@@ -17,10 +17,12 @@ from workbench.posture.seating.seating import seat_planes
 from workbench.study.checks.margins import Asked, Margins, no_margins
 from workbench.study.situation import Situation
 
-__all__ = ["TOO_HIGH", "TOO_LOW", "eyes_of", "findings", "margins", "skyline"]
+__all__ = ["THE_EYES", "TOO_HIGH", "TOO_LOW", "eyes_of", "findings", "margins", "skyline"]
 
 TOO_LOW = "eyes too low"
 TOO_HIGH = "eyes too high"
+THE_EYES = "the eyes"
+"""What a finding about a view is about."""
 EYES = ("left eye", "right eye")
 """The spheres between whose centres a body looks from."""
 
@@ -53,7 +55,7 @@ def findings(situation: Situation, criterion: Criterion) -> Iterator[Finding]:
             case=situation.work.name,
             person=situation.place.role,
             other_person="",
-            subject="the eyes",
+            subject=THE_EYES,
             target=target,
             value=margin,
             limit=0.0,
