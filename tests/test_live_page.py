@@ -461,6 +461,22 @@ def test_keys_go_to_cases_and_list_all_commands(page):
     said(page, "this case is a posture")
 
 
+def test_a_late_answer_leaves_what_the_page_refused_since(page):
+    page.evaluate(
+        """() => {
+            document.activeElement.blur();
+            document.getElementById("took").textContent = "";
+            for (const key of ["]", " "]) document.body.dispatchEvent(new KeyboardEvent("keydown", { key, bubbles: true }));
+        }"""
+    )
+    page.wait_for_function("() => document.getElementById('took').textContent")
+    assert "this case is a posture" in page.locator("#status").text_content()
+    elbow(page).press("ArrowRight")
+    page.wait_for_function("() => document.title.startsWith('●')")
+    assert page.locator("#status").text_content() == ""
+    undone(page)
+
+
 def test_escape_puts_a_slider_back_and_shift_takes_ten_steps(page):
     slider = elbow(page)
     slider.press("Shift+ArrowRight")

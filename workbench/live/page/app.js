@@ -1,7 +1,7 @@
 // The page of the bench: picture, verdicts, nearest pairs and native controls. Names from files are only ever
 // written as text.
 
-import { ask, connect } from "./connection.js";
+import { ask, askedAfter, connect } from "./connection.js";
 import { at, bindHistory, element, options } from "./elements.js";
 import { Grips } from "./grips.js";
 import { Keys, commandsOf } from "./keys.js";
@@ -56,9 +56,11 @@ function take(found) {
 
 const SPEAK = 1000; // milliseconds between two messages that are read aloud
 let spoken = 0;
+let refused = 0; // [ms] when the page itself refused what is in the status line, 0 where it did not
 
 function say(words, fault = false) {
   waiting.end();
+  refused = fault ? performance.now() : 0;
   at("status").textContent = words;
   at("status").classList.toggle("fault", fault);
   spoken ||= setTimeout(() => {
@@ -105,7 +107,8 @@ function takeAnswer(head) {
   at("case").value = looks.motion.name || head.case;
   at("took").textContent = head.ms < 2000 ? `answered in ${head.ms} ms` : `made ready in ${Math.round(head.ms / 1000)} s`;
   document.title = (head.unsaved ? "● " : "") + state.hello.title;
-  if (head.words || head.answers || first) say(head.words);
+  // A late answer takes no refusal away: that belongs to what was pressed since.
+  if (head.words || first || (head.answers && askedAfter(refused))) say(head.words);
   progress.done(0);
   if (!looks.motion.there) showNear(head.near);
   at("verdicts").classList.toggle("waiting", head.generation !== state.judged);
@@ -147,6 +150,7 @@ function takeVerdicts(head) {
 function takeFault(head) {
   if (state.answer && head.where) restore();
   say(head.words, true);
+  refused = 0; // what waits behind it may be answered
   const choices = {
     sharing: [["change all", { sharing: "all" }], ["this one only", { sharing: "one" }]],
     over: [["save over it", { over: true }], ["reload", null]],

@@ -6,6 +6,7 @@ import { unpack } from "/view/wire.js";
 let number = Math.floor(Math.random() * 2 ** 40);
 let onItsWay = 0;
 let since = 0; // [ms] when it was sent
+let last = 0; // [ms] when something was asked for last
 let single = 0;
 let socket = null;
 let slow = 0;
@@ -22,8 +23,12 @@ export function ask(verb, given = {}, each = false) {
   waiting.delete(subject); // what is asked last goes last
   if (before && before.done === true && given.done === false) waiting.set(`${subject} done`, before);
   waiting.set(subject, { do: verb, ...given });
+  last = performance.now();
   next();
 }
+
+// Whether something was asked for after a time [ms].
+export const askedAfter = (time) => last > time;
 
 // Whether a question is on its way or waits.
 export const waits = () => Boolean(onItsWay || waiting.size);

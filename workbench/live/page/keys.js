@@ -57,7 +57,9 @@ export class Keys {
     }
     if (event.defaultPrevented || event.ctrlKey || event.metaKey || event.altKey) return;
     if (document.querySelector("dialog[open]")) return;
-    if (isOfElement(event.key, { name: target.tagName ?? "", type: target.type })) return;
+    // What was hidden a moment ago keeps the focus until the page is painted.
+    const shown = target.getClientRects?.().length;
+    if (shown && isOfElement(event.key, { name: target.tagName ?? "", type: target.type })) return;
     const act = acts[event.key.toLowerCase()];
     if (act) {
       event.preventDefault();
@@ -86,7 +88,6 @@ export class Keys {
         const made = element("button", words, { type: "button" });
         made.append(element("kbd", keys));
         made.onclick = () => {
-          at("command-find").blur(); // a hidden field would take the next key until the page is painted
           at("commands").close();
           act();
         };
