@@ -8,6 +8,7 @@ The people of the study take another body where one is named, in the same postur
 
 from __future__ import annotations
 
+import os
 import sys
 import time
 from collections.abc import Callable
@@ -19,6 +20,7 @@ import numpy as np
 
 import workbench as wb
 from workbench.live.following import Following
+from workbench.live.server import SWITCH
 from workbench.model.moves import Move
 from workbench.model.study import PeopleDrawn
 from workbench.study.bench.answers import answer, judged, near_pairs
@@ -120,9 +122,11 @@ def measure_people(opened: OpenStudy) -> None:
     for number in range(people.at_hand):
         people.settle(number, start, 0)
     settle = time.process_time() - begin
+    person = placed_people(opened, start, there=judged(opened, start).there).people[crowd.row]
+    begin = time.process_time()
     for number in range(people.at_hand):
-        people.remember(number)
-    remember = time.process_time() - begin - settle
+        people.remember(number, (person.forward, person.up))
+    remember = time.process_time() - begin
     count = crowd.at_hand
     print(f"{count} people settled {settle:.1f} s of CPU time, made ready {remember:.1f}")
     who = start.people[crowd.row].role
@@ -153,14 +157,25 @@ def measure_people(opened: OpenStudy) -> None:
         )
 
     pool = ThreadPoolExecutor(cores())
+    sys.setswitchinterval(SWITCH)  # as the bench does
+    os.environ["WORKBENCH_CACHE"] = "off"  # what is dragged first was never indexed
     for name, move in FOLLOWED.get(opened.study.environment.name, {}).items():
+        begun = time.perf_counter()
+        people.ready(start, move)  # as once it is chosen
+        ready = 1e3 * (time.perf_counter() - begun)
 
         def dragged(number: int, move: Move = move) -> Edit:
             return shifted(opened, start, replace(move, by=(0.0, 0.0, 0.002 * (number + 1))))
 
         follow(name, dragged, 6)
+        print(f"{'':25s} chosen {ready:5.0f} ms before")
     if opened.seat(crowd.row) is not None:
-        follow("the seat", lambda n: seated(opened, start, who, 0.002 * n, 0.0), 6)
+
+        def slid(number: int) -> Edit:
+            forward = person.forward + 0.002 * (number + 1)
+            return seated(opened, start, who, forward, person.up)
+
+        follow("the seat", slid, 6)
 
 
 def at_hand(study: wb.Study) -> wb.Study:

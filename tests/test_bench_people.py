@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 
 import workbench as wb
 from tests.conftest import ROOT
+from workbench.errors import InputError
 from workbench.files.study.saving import read_text
 from workbench.live.following import Following
 from workbench.live.protocol import parsed, unpacked
@@ -20,7 +21,7 @@ from workbench.model.accommodation import met_of
 from workbench.model.moves import Move
 from workbench.study.bench.criteria import PairLimit, asked_for
 from workbench.study.bench.crowd import crowd_question, met_all, open_crowd, settled
-from workbench.study.bench.crowd_followed import followed, remember
+from workbench.study.bench.crowd_followed import followed
 from workbench.study.bench.edits import seated, shifted
 from workbench.study.bench.saving import save
 from workbench.study.bench.state import open_study
@@ -176,7 +177,8 @@ TRAVEL = st.tuples(st.floats(-0.1, 0.1), st.floats(-0.06, 0.06))
 def test_who_fits_while_the_seat_is_dragged_is_who_does_in_a_run(
     opened, crowd, start, places, control, by
 ):
-    remember(start)
+    held = seated(opened, opened.start, "pilot", 0.0, 0.0).arrangement
+    followed(opened, crowd, start, crowd_question(opened, crowd, held), held)
     for forward, up in places:  # each follows from where the people were last
         arrangement = at(opened, *within(opened, forward, up), control, by)
         question = crowd_question(opened, crowd, arrangement)
@@ -323,3 +325,35 @@ def test_the_page_gets_the_people_and_follows_a_move(path):
         assert quick["shares"][0]["was"] == first["shares"][0]["share"]
         last = people_until(page, lambda head: head["settled"] == FEW)
         assert last["generation"] == desk.generation and last["changed"] == []
+
+
+def test_what_is_dragged_is_indexed_when_it_is_chosen(opened, tmp_path, monkeypatch):
+    following = Following(opened)
+    trim = Move(("trim_wheel",), (), (0.0, 0.0, 0.0))
+    following.ready(opened.start, trim)  # no people yet
+    following.begin()
+    following.settle(0, opened.start, 1)
+    before = following.frame(1)
+    with pytest.raises(InputError, match="no part 'trimwheel'"):
+        following.ready(opened.start, Move(("trimwheel",), (), (0.0, 0.0, 0.0)))
+    monkeypatch.setenv("WORKBENCH_CACHE", str(tmp_path))
+    following.ready(opened.start, trim)
+    assert following.frame(1) == before
+    indexed = sorted(tmp_path.iterdir())
+    assert indexed
+    assert following.follow(0, moved(opened, ("trim_wheel",), (), (0.0, 0.0, 0.02)), 2)
+    assert sorted(tmp_path.iterdir()) == indexed
+
+
+def test_people_who_were_made_ready_for_a_drag_of_the_seat_are_followed_as_others(opened, crowd):
+    arrangement = seated(opened, opened.start, "pilot", 0.02, 0.0).arrangement
+    frames = []
+    for remembered in (True, False):
+        following = Following(opened)
+        following.begin()
+        following.settle(0, opened.start, 1)
+        if remembered:
+            following.remember(0, (0.0, 0.0))
+        assert following.follow(0, arrangement, 2)
+        frames.append(following.frame(2))
+    assert frames[0] == frames[1]

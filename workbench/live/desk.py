@@ -65,6 +65,8 @@ class Judgement:
     arrangement: Arrangement
     generation: int
     following: Following
+    seat: tuple[float, float] | None = None
+    """Where the seat of the one who stands for the population is, forward and up [m]."""
     motions_known: MotionsJudged | None = None
 
     def made(self) -> Judged | str | None:
@@ -279,8 +281,17 @@ class Desk:
 
     def judgement(self) -> Judgement:
         """What is to be judged now."""
+        seat = None
+        if self.opened.crowd is not None and self.shown is not None:
+            person = self.shown.people[self.opened.crowd].person
+            seat = person.forward, person.up
         return Judgement(
-            self.opened, self.live, self.generation, self.following, self.motions_judged
+            opened=self.opened,
+            arrangement=self.live,
+            generation=self.generation,
+            following=self.following,
+            seat=seat,
+            motions_known=self.motions_judged,
         )
 
     def take(self, judgement: Judgement, found: Judged | str | None) -> list[bytes]:

@@ -8,6 +8,7 @@ pieces, and puts a whole value in the place of another.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from contextlib import nullcontext, suppress
 from dataclasses import dataclass, replace
 from threading import Lock
 
@@ -17,6 +18,7 @@ from workbench.errors import InputError
 from workbench.live.frames import PeopleShown, people_frame, waiting_frame
 from workbench.live.reach_maps import ReachMaps
 from workbench.model.arrays import Bools, Floats, Ints
+from workbench.model.moves import Move
 from workbench.study.accommodation.chunks import Question
 from workbench.study.bench.crowd import (
     Crowd,
@@ -27,7 +29,8 @@ from workbench.study.bench.crowd import (
     same_columns,
     settled,
 )
-from workbench.study.bench.crowd_followed import followed, poses_there, remember
+from workbench.study.bench.crowd_followed import followed, poses_there
+from workbench.study.bench.edits import seated, shifted
 from workbench.study.bench.state import Arrangement, OpenStudy
 from workbench.study.checks.margins import Asked
 from workbench.threads import cores, one_thread
@@ -39,6 +42,9 @@ PIECE = 64
 MOST_FOLLOWED = 128
 """People who are worked on without a break: few at first, so that something is shown soon; of those
 who are followed at most so many, for a piece takes 25 ms whoever is in it."""
+
+STEP = 1e-3
+"""[m] A first step of what is dragged."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,7 +142,8 @@ class Following:
             return False
         try:
             question = self._question(crowd, arrangement)
-            with one_thread():
+            # the first piece is alone at work, and indexes what has moved
+            with nullcontext() if number == 0 else one_thread():
                 found = followed(self.opened, crowd, known, question, arrangement, search=search)
         except InputError:
             return False  # settling reports it
@@ -165,12 +172,54 @@ class Following:
         with one_thread():
             self._maps.ask(number, body, poses, place, generation, whole=whole)
 
-    def remember(self, number: int) -> None:
-        """Make a piece of people who are settled ready to be followed while their seat is dragged."""
-        for known in (self._last[number], self._first[number]):
-            if known is not None:
-                remember(known)
-                return
+    def ready(self, arrangement: Arrangement, thing: Move) -> None:
+        """Index what stays where it is while a thing is dragged, before it is.
+
+        Parameters
+        ----------
+        thing
+            Names the parts or controls; by how much they are moved means nothing.
+
+        Raises
+        ------
+        InputError
+            If they cannot be moved.
+        """
+        moved = shifted(self.opened, arrangement, replace(thing, by=(0.0, 0.0, STEP))).arrangement
+        crowd = self.crowd
+        known = None if crowd is None else self._nearest(0, crowd, arrangement)
+        if crowd is None or known is None or len(arrangement.people) > 1:
+            return
+        with suppress(InputError):  # settling reports it
+            question = self._question(crowd, moved)
+            followed(self.opened, crowd, known, question, moved, search=False)
+
+    def remember(self, number: int, seat: tuple[float, float]) -> None:
+        """Make a piece of people who are settled ready to be followed while their seat is dragged.
+
+        Parameters
+        ----------
+        seat
+            [m] forward and up, where the seat stands that will be dragged: a drag puts it there for
+            everybody.
+        """
+        crowd = self.crowd
+        known = [one for one in (self._last[number], self._first[number]) if one is not None]
+        if crowd is None or not known or known[0].who is None or known[0].trail.reaches:
+            return
+        travel = self.opened.seat(crowd.row)
+        if travel is None or len(known[0].arrangement.people) > 1:
+            return
+        low, high = travel.travel_forward
+        forward, up = seat
+        beside = forward + STEP if forward + STEP <= high else max(forward - STEP, low)
+        before = known[0].arrangement
+        role = before.people[crowd.row].role
+        with suppress(InputError):  # settling reports it
+            for place, search in ((forward, True), (beside, False)):
+                held = seated(self.opened, before, role, place, up).arrangement
+                question = self._question(crowd, held)
+                followed(self.opened, crowd, known[0], question, held, search=search)
 
     def _nearest(self, number: int, crowd: Crowd, arrangement: Arrangement) -> Settled | None:
         """What is known of a piece in the state that is the most like another."""
@@ -284,11 +333,13 @@ class Following:
 
 def _in_pieces(crowd: Crowd) -> list[Ints]:
     """The people of a crowd in pieces: of those at hand but the first as many as keep all cores
-    busy."""
+    busy, dealt out so that like people, who cost alike, are in different ones."""
     at_hand = crowd.at_hand
     first = min(FIRST_PIECE, at_hand)
     turns = -(-(at_hand - first) // (cores() * MOST_FOLLOWED))
-    ends = np.linspace(first, at_hand, turns * cores() + 1).round().astype(np.int64)
-    rest = np.arange(at_hand + PIECE, len(crowd.order), PIECE)
-    found = np.split(crowd.order, np.concatenate([ends, rest]))
-    return [rows for rows in found if len(rows)]
+    beginning = np.linspace(0, at_hand - 1, first).round().astype(np.int64)
+    others = np.setdiff1d(np.arange(at_hand), beginning)
+    dealt = [others[k :: turns * cores()] for k in range(turns * cores())]
+    far = np.arange(at_hand, len(crowd.order))
+    rest = np.split(far, np.arange(PIECE, len(far), PIECE))
+    return [crowd.order[some] for some in (beginning, *dealt, *rest) if len(some)]

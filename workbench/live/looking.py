@@ -1,8 +1,10 @@
-"""Ways of looking at an open study: motions, distances and reach envelopes."""
+"""Ways of looking at an open study: motions, distances and reach envelopes; and what is chosen to
+be dragged."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
@@ -14,11 +16,13 @@ from workbench.draw.envelopes.solid import outer_faces
 from workbench.draw.section_planes import SectionPlane
 from workbench.errors import InputError
 from workbench.live.filming import FPS, Film, FilmView
+from workbench.live.following import Following
 from workbench.live.playing import WINDOW, Frames, Gaps, MotionScene, Near
 from workbench.live.protocol import Question, packed
 from workbench.live.replies import Made, Replies, Work
 from workbench.live.saved_state import SavedState
 from workbench.model.envelope import ReachTask
+from workbench.model.moves import Move
 from workbench.study.bench.answers import Answer
 from workbench.study.bench.measuring import Thing, measured
 from workbench.study.bench.motions import check_motion
@@ -31,13 +35,14 @@ __all__ = ["looking_verbs"]
 
 
 class Desk(Protocol):
-    """What is looked at: an open study in its state, the state that is saved, and the number of the
-    state."""
+    """What is looked at: an open study in its state, the state that is saved, the number of the
+    state, and the population beside it."""
 
     opened: OpenStudy
     live: Arrangement
     saved: Arrangement
     generation: int
+    following: Following
 
 
 Verb = Callable[[Question], Replies]
@@ -72,6 +77,7 @@ def looking_verbs(desk: Desk, *, placement: Callable[[], Answer]) -> Mapping[str
         "frames": _frames,
         "gaps": _gaps,
         "near": _near,
+        "ready": _ready,
     }
     work = {name: bound(verb) for name, verb in later.items()}
     return {"measure": measure, "ghost": ghost, "film": film, "film_end": _film_end, **work}
@@ -126,6 +132,12 @@ def _near(desk: Desk, question: Question) -> Replies:
     check_motion(desk.opened, question.given["case"])
     work = Near(*_state(desk), question.given["case"], question.given["frame"])
     return _later(question, work)
+
+
+def _ready(desk: Desk, question: Question) -> Replies:
+    given = question.given
+    thing = Move(tuple(given["parts"]), tuple(given["controls"]), (0.0, 0.0, 0.0))
+    return _later(question, Readiness(desk.following, desk.live, desk.generation, thing))
 
 
 def _state(desk: Desk) -> tuple[OpenStudy, Arrangement, int]:
@@ -187,6 +199,23 @@ def _later(question: Question, work: Work, words: str = "") -> Replies:
     """That something is begun for who asked."""
     head = {"kind": "busy" if words else "begun", "answers": question.number, "what": words}
     return Replies(asker=[packed(head)], work=work)
+
+
+@dataclass(frozen=True, eq=False)
+class Readiness:
+    """That a population is ready to be followed while a thing is dragged that was chosen."""
+
+    following: Following
+    arrangement: Arrangement
+    generation: int
+    thing: Move
+    kind: str = "ready"
+
+    def made(self) -> Made:
+        """Make it ready; nothing is sent, also where it cannot be moved: a drag says that."""
+        with suppress(InputError):
+            self.following.ready(self.arrangement, self.thing)
+        return Made([])
 
 
 @dataclass(frozen=True, eq=False)

@@ -192,6 +192,10 @@ VERBS: Verbs = {
         "by": Taken("three numbers of metres", is_point),
         "done": _DONE,
     },
+    "ready": {
+        "parts": Taken("a list of names of parts", is_texts, [], needed=False),
+        "controls": Taken("a list of names of controls", is_texts, [], needed=False),
+    },
     "adjust": {
         "name": Taken("the name of an adjustment", is_text),
         "value": Taken("a number of metres, or of radians", is_number),

@@ -344,8 +344,8 @@ class Hub:
                 await loop.run_in_executor(self.settling, repaint)
             await self.send(Replies(everybody=self.people_frames(asked)))
         for number in range(people.at_hand):
-            if not self.superseded() and refused is None:
-                await loop.run_in_executor(self.settling, people.remember, number)
+            if not self.superseded() and refused is None and asked.seat is not None:
+                await loop.run_in_executor(self.settling, people.remember, number, asked.seat)
         if refused is not None:
             await self.send(Replies(everybody=[refused]))
 

@@ -11,10 +11,7 @@ export class Things {
     this.say = say;
     this.answer = null;
     this.held = false;
-    at("thing-name").onchange = () => {
-      this.held = false;
-      this.write();
-    };
+    at("thing-name").onchange = () => this.taken();
     for (const name of AXES) {
       at(`thing-${name}`).oninput = () => this.ask(false);
       at(`thing-${name}`).onchange = () => this.ask(true);
@@ -48,8 +45,15 @@ export class Things {
 
   choose(kind, name) {
     at("thing-name").value = `${kind} ${name}`;
+    this.taken();
+  }
+
+  // Something else is chosen: the bench makes ready for its drag.
+  taken() {
+    const { kind, name } = this.chosen;
     this.held = false;
     this.write();
+    if (name) ask("ready", { [kind]: [name] });
   }
 
   // [m] by how much the chosen thing stands elsewhere by what is said of it alone.

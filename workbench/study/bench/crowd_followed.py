@@ -53,7 +53,7 @@ from workbench.study.situation import (
     without_parts,
 )
 
-__all__ = ["Followed", "followed", "poses_there", "remember"]
+__all__ = ["Followed", "followed", "poses_there"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -355,22 +355,6 @@ def _reaches_again(
             some = None if before is None else before[:, mine]
             found[:, mine] = margins_again(situation, asked, memory, some, search=search)
     return found
-
-
-def remember(known: Settled) -> None:
-    """Find what settled people reach where they sit, so that they can be followed from there once
-    their seat is dragged."""
-    place = known.question.place
-    if known.trail.reaches or place.own_seat is None or known.who is None:
-        return
-    columns = np.array(
-        [r for r, one in enumerate(known.question.asked) if one.control is not None], dtype=np.int64
-    )
-    comfortable = comfortable_situations(place, known.who)
-    situations = in_positions(place, known.who, known.fitted.tried.seat, comfortable)
-    memory: ReachMemory = {}
-    _reaches_again(situations, known.question, columns, memory, search=True)
-    known.trail.reaches.update(memory)
 
 
 def poses_there(known: Settled, arrangement: Arrangement, case: int) -> Poses:
