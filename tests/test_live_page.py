@@ -332,6 +332,17 @@ def test_a_finger_drags_a_hand_up_and_a_second_one_changes_nothing(page):
     assert numbers(page, "limb") == before
 
 
+def test_a_click_at_the_arrows_takes_what_is_there_and_moves_nothing(page):
+    middle = grip(page)[0]
+    page.mouse.click(*middle)
+    name = page.locator("#picture .said").text_content()
+    assert name.startswith("pilot: right hand") and page.get_by_label("hand or foot").is_checked()
+    page.mouse.click(*middle)  # again: what stands before the hand
+    assert page.locator("#picture .said").text_content() != name
+    page.wait_for_timeout(200)
+    assert page.get_by_role("button", name="Undo").is_disabled()
+
+
 def test_a_part_is_dragged_along_its_arrow_alone(page):
     page.locator("#thing-name").select_option("parts throttle_lever")
     assert page.get_by_label("part or control").is_checked()

@@ -2,6 +2,7 @@
 // the plane of the picture. What is dragged is a grip: { at, axes, free, drag(by, done) }.
 
 import { vec } from "/view/camera.js";
+import { CLICK } from "/view/touch.js";
 import { alongAxis, handleAt, inPlane } from "./ways.js";
 
 const COLOURS = [
@@ -97,7 +98,8 @@ export class Gizmo {
     const { at, axes, free } = this.grip;
     const tips = axes.map((axis) => this.seen(vec.add(at, vec.mul(axis, this.size))));
     const reach = event.pointerType === "touch" ? FINGER : REACH;
-    const handle = handleAt(this.pointer(event), this.seen(at), tips, reach);
+    const start = this.pointer(event);
+    const handle = handleAt(start, this.seen(at), tips, reach);
     if (handle === null || (handle === "free" && !free)) return;
     const { grip } = this;
     const normal = this.panel.viewer.camera.axes().z;
@@ -106,7 +108,7 @@ export class Gizmo {
     event.stopPropagation();
     event.preventDefault();
     this.panel.stage.setPointerCapture(event.pointerId);
-    this.drag = { pointer: event.pointerId, handle, at, axes, normal, from, grip, by: [0, 0, 0] };
+    this.drag = { pointer: event.pointerId, start, handle, at, axes, normal, from, grip, by: null };
   }
 
   // The point that a pointer drags to, on the arrow or in the plane.
@@ -121,6 +123,9 @@ export class Gizmo {
     if (!this.drag) return;
     event.stopPropagation();
     if (event.pointerId !== this.drag.pointer) return;
+    const [x, y] = this.pointer(event);
+    const [fromX, fromY] = this.drag.start;
+    if (!this.drag.by && Math.hypot(x - fromX, y - fromY) < CLICK) return; // not dragged yet
     const to = this.point(this.drag, event);
     if (!to) return;
     this.drag.by = vec.sub(to, this.drag.from);
@@ -134,7 +139,8 @@ export class Gizmo {
     const { grip, by } = this.drag;
     this.end();
     if (event.type === "pointercancel") this.drop();
-    else grip.drag(by, true);
+    else if (by) grip.drag(by, true);
+    else this.panel.choose(event.clientX, event.clientY); // it was a click
   }
 
   end() {
