@@ -215,6 +215,11 @@ def test_a_cushion_and_a_back_are_clicked_and_the_file_says_so(mesh):
         page.get_by_label("cushion", exact=True).check()
         clicked(page, "top", [SRP[0] + 0.25, SRP[1], SRP[2] + 0.05], "now pick the back")
         clicked(page, "front", [SRP[0] - 0.1, SRP[1], SRP[2] + 0.35], "figures are those")
+        page.get_by_label("choose lever").check()
+        page.locator("#part-name").fill("gear")
+        page.locator("#part-name").press("Enter")
+        page.get_by_label("choose gear").wait_for()
+        assert page.get_by_label("choose gear").is_checked()  # so that more can be said of it
         page.get_by_label("driver: yaw").fill("1")
         page.keyboard.press("Tab")
         page.wait_for_function("() => document.querySelector('.seat').textContent.includes('typed')")  # fmt: skip

@@ -308,6 +308,41 @@ def test_a_hand_is_dragged_and_escape_puts_it_back(page):
     assert page.get_by_role("button", name="Undo").is_disabled()
 
 
+def fingers(page, kind, *places):
+    points = [{"x": x, "y": y, "id": k} for k, (x, y) in enumerate(places)]
+    page.hands.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
+
+
+def test_a_finger_drags_a_hand_up_and_a_second_one_changes_nothing(page):
+    page.hands = page.context.new_cdp_session(page)
+    before = numbers(page, "limb")
+    x, y = grip(page)[0]
+    fingers(page, "touchStart", (x, y))
+    for share in (0.4, 0.7):
+        fingers(page, "touchMove", (x + 4 * share, y - 25 * share))
+    fingers(page, "touchStart", (x + 4, y - 25), (x + 150, y))
+    fingers(page, "touchMove", (x + 4, y - 25), (x + 150, y + 60))
+    fingers(page, "touchEnd")
+    page.wait_for_function("() => document.title.startsWith('●')")
+    page.wait_for_timeout(300)
+    seen = json.loads(page.locator("#picture .stage").get_attribute("data-grip"))[0]
+    box = page.locator("#picture canvas").bounding_box()
+    assert math.dist((box["x"] + seen[0], box["y"] + seen[1]), (x + 4, y - 25)) < 3.0
+    undone(page)
+    assert numbers(page, "limb") == before
+
+
+def test_a_click_at_the_arrows_takes_what_is_there_and_moves_nothing(page):
+    middle = grip(page)[0]
+    page.mouse.click(*middle)
+    name = page.locator("#picture .said").text_content()
+    assert name.startswith("pilot: right hand") and page.get_by_label("hand or foot").is_checked()
+    page.mouse.click(*middle)  # again: what stands before the hand
+    assert page.locator("#picture .said").text_content() != name
+    page.wait_for_timeout(200)
+    assert page.get_by_role("button", name="Undo").is_disabled()
+
+
 def test_a_part_is_dragged_along_its_arrow_alone(page):
     page.locator("#thing-name").select_option("parts throttle_lever")
     assert page.get_by_label("part or control").is_checked()

@@ -4,7 +4,7 @@ import { VIEWS } from "./camera.js";
 
 const TURN = 0.008; // radians a pixel
 const STEP = 0.08; // radians a key
-const CLICK = 4; // pixels that a click may move
+export const CLICK = 4; // pixels that a click may move
 const PAUSE = 60; // milliseconds that the mouse rests before a name appears
 
 export class Touch {

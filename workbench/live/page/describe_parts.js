@@ -64,8 +64,11 @@ export class Parts {
 
   show(head) {
     this.takeHidden();
-    this.head = head;
     const names = head.parts.map((part) => part.name);
+    const made = names.filter((name) => !(this.head ?? head).parts.some((part) => part.name === name));
+    // What the chosen parts were renamed to, or joined to, is chosen in their place.
+    if (this.chosen.size && made.length === 1 && !names.some((name) => this.chosen.has(name))) this.chosen.add(made[0]);
+    this.head = head;
     for (const kept of [this.hidden, this.chosen]) {
       for (const name of kept) if (!names.includes(name)) kept.delete(name);
     }

@@ -2,6 +2,7 @@
 // the plane of the picture. What is dragged is a grip: { at, axes, free, drag(by, done) }.
 
 import { vec } from "/view/camera.js";
+import { CLICK } from "/view/touch.js";
 import { alongAxis, handleAt, inPlane } from "./ways.js";
 
 const COLOURS = [
@@ -13,6 +14,7 @@ const MIDDLE = [232, 160, 19];
 const CROSS = [150, 60, 170];
 const SIZE = 0.11; // of the distance of the eye
 const REACH = 11; // pixels
+const FINGER = 22; // pixels, of a finger
 
 export class Gizmo {
   // drop: is called where a drag is given up.
@@ -36,6 +38,8 @@ export class Gizmo {
     stage.addEventListener("pointermove", (event) => this.move(event), true);
     stage.addEventListener("pointerup", (event) => this.up(event), true);
     stage.addEventListener("pointercancel", (event) => this.up(event), true);
+    // Else the page scrolls where a finger drags up or down, and the browser takes the pointer away.
+    stage.addEventListener("touchstart", (event) => this.drag && event.preventDefault(), { passive: false });
     viewer.stroke = 1.8;
     viewer.addEventListener("frame", () => this.draw());
     this.draw();
@@ -89,10 +93,13 @@ export class Gizmo {
   }
 
   down(event) {
-    if (!this.grip || this.drag || event.button) return;
+    if (this.drag) event.stopPropagation(); // another finger: the picture stays as it is
+    if (!this.grip || this.drag || event.button || !event.isPrimary) return;
     const { at, axes, free } = this.grip;
     const tips = axes.map((axis) => this.seen(vec.add(at, vec.mul(axis, this.size))));
-    const handle = handleAt(this.pointer(event), this.seen(at), tips, REACH);
+    const reach = event.pointerType === "touch" ? FINGER : REACH;
+    const start = this.pointer(event);
+    const handle = handleAt(start, this.seen(at), tips, reach);
     if (handle === null || (handle === "free" && !free)) return;
     const { grip } = this;
     const normal = this.panel.viewer.camera.axes().z;
@@ -101,7 +108,7 @@ export class Gizmo {
     event.stopPropagation();
     event.preventDefault();
     this.panel.stage.setPointerCapture(event.pointerId);
-    this.drag = { handle, at, axes, normal, from, grip, by: [0, 0, 0] };
+    this.drag = { pointer: event.pointerId, start, handle, at, axes, normal, from, grip, by: null };
   }
 
   // The point that a pointer drags to, on the arrow or in the plane.
@@ -115,6 +122,10 @@ export class Gizmo {
   move(event) {
     if (!this.drag) return;
     event.stopPropagation();
+    if (event.pointerId !== this.drag.pointer) return;
+    const [x, y] = this.pointer(event);
+    const [fromX, fromY] = this.drag.start;
+    if (!this.drag.by && Math.hypot(x - fromX, y - fromY) < CLICK) return; // not dragged yet
     const to = this.point(this.drag, event);
     if (!to) return;
     this.drag.by = vec.sub(to, this.drag.from);
@@ -124,10 +135,12 @@ export class Gizmo {
   up(event) {
     if (!this.drag) return;
     event.stopPropagation();
+    if (event.pointerId !== this.drag.pointer) return;
     const { grip, by } = this.drag;
     this.end();
     if (event.type === "pointercancel") this.drop();
-    else grip.drag(by, true);
+    else if (by) grip.drag(by, true);
+    else this.panel.choose(event.clientX, event.clientY); // it was a click
   }
 
   end() {
