@@ -41,6 +41,14 @@ LOW = np.array([-0.56, -0.16, -0.03])
 HIGH = np.array([0.58, 0.16, 0.83])
 FIT = {"outward": 0.003, "inward": 0.0025, "least_radius": 0.003, "greatest_radius": 0.2}
 MIRROR = np.array([1.0, -1.0, 1.0])
+OUTWARD = {
+    "front": np.array([1.0, 0.0, 0.0]),
+    "back": np.array([-1.0, 0.0, 0.0]),
+    "left": np.array([0.0, 1.0, 0.0]),
+    "right": np.array([0.0, -1.0, 0.0]),
+    "top": np.array([0.0, 0.0, 1.0]),
+    "bottom": np.array([0.0, 0.0, -1.0]),
+}
 HEADER = """\
 # A dog of medium size, 550 mm at the withers: {spheres} spheres, {segments} segments. Own work; licence: CC0-1.0.
 # Made from tools/bodies/dog_outlines.yaml: change that, then run `python tools/bodies/make_dog.py`.
@@ -280,17 +288,22 @@ def _joint(key: str, entry: Row, origin: dict[str, Array]) -> list[str]:
 
 
 def _names(table: dict[str, Row], row: Segment) -> dict[int, tuple[str, str]]:
-    """Names and directions of a segment's spheres by row: each for the sphere whose surface is
-    nearest to its place."""
+    """Names and directions of a segment's spheres by row.
+
+    A name goes to the sphere whose outermost point in the direction, c + r u, is nearest to the
+    place: where two are about as near, either has its point about as near. A sphere whose surface is
+    near may be large, and its outermost point far away.
+    """
     side = row.entry["side"]
     mirror = MIRROR if side == "R" else np.ones(3)
     found: dict[int, tuple[str, str]] = {}
     for name, (x, y, z, direction) in table.get(row.key[1:] if side else row.key, {}).items():
         place = 1e-3 * np.array([x, y, z]) * mirror - row.origin
-        gap = np.abs(np.linalg.norm(place - row.centre, axis=1) - row.radius)
-        gap[list(found)] = np.inf
         word = {"L": "left ", "R": "right ", "": ""}[side]
         direction = {"L": "left", "R": "right"}[side] if direction == "out" else direction
+        outermost = row.centre + row.radius[:, None] * OUTWARD[direction]
+        gap = np.linalg.norm(outermost - place, axis=1)
+        gap[list(found)] = np.inf
         found[int(gap.argmin())] = (word + name, direction)
     return found
 
