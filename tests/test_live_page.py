@@ -224,11 +224,13 @@ def test_a_slider_moves_by_keys_and_each_key_counts(page):
 def test_a_hand_takes_hold_of_a_control_and_the_verdict_follows(page):
     page.locator("#limb-name").select_option("right hand")
     page.locator("#limb-control").select_option("propeller")
+    before = page.locator("#limb-x").input_value()
     page.get_by_role("button", name="Reach").click()
     page.wait_for_function(
         "() => document.getElementById('status').textContent.includes('propeller')"
     )
     assert page.locator("#status").text_content() == "right hand on propeller"
+    assert page.locator("#limb-x").input_value() != before
     page.wait_for_selector("#verdicts td.failed")
     assert "room between the two" in page.locator("#verdicts tr").first.inner_text()
     page.get_by_role("button", name="Undo").click()

@@ -61,7 +61,9 @@ export class Grips {
     if ([...limb.options].map((one) => one.value).join() !== names.join()) options(limb, names);
     document.querySelector("input[name=grip][value=seat]").disabled = !seat;
     document.querySelector("input[name=grip][value=limb]").disabled = !names.length;
-    if (!at("limb").contains(document.activeElement)) this.showTip();
+    const { activeElement } = document;
+    const typed = at("limb").contains(activeElement) && activeElement.type === "number";
+    if (!typed) this.showTip();
     const grip = { limb: () => this.limb(), seat: () => this.seat(seat), thing: () => this.thing() }[this.chosen];
     this.gizmo.aim(grip ? grip() : null, this.crosses());
     this.panel?.viewer.setThrough(this.through());
