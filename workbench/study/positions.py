@@ -57,6 +57,7 @@ from workbench.study.settings import (
 )
 from workbench.study.situation import (
     Occupants,
+    Remembered,
     Situation,
     Taken,
     in_place,
@@ -260,8 +261,8 @@ class _Search:
     these people.
 
     wanted: the cases in the comfortable position of the setting; fixed: what became of them there; counted (R,): the requirements by which positions are compared; score (B,) [m]: the least
-    margin of these in the best position; setting (A,) [m or rad]; worth [m]: what a position that
-    does not fit must be better by; judged: the people (by index) in positions [m] that were judged.
+    margin of these in the best position; setting (A,) [m or rad]; remembered: what the people
+    reached so far in it; worth [m]: what a position that does not fit must be better by; judged: the people (by index) in positions [m] that were judged.
     """
 
     place: Workplace
@@ -274,9 +275,15 @@ class _Search:
     fixed: Margins
     counted: Bools
     setting: Floats
+    remembered: Remembered
     worth: float = 0.0
     proceed: Callable[[], None] = lambda: None
     judged: set[tuple[int, float, float]] = field(default_factory=set)
+
+    @cached_property
+    def moved(self) -> Bools:
+        """(B,) whose best position is one of this search."""
+        return np.zeros(len(self.who), dtype=np.bool_)
 
     @cached_property
     def comfortable(self) -> Floats:
@@ -310,6 +317,8 @@ def fitted_positions(
     proceed
         Called before each batch of positions; the search ends by what it raises.
     """
+    reached = Remembered(len(who), np.arange(len(who)), {}, searching=False)
+    comfortable = [replace(situation, remembered=reached) for situation in comfortable]
     here = _tried_again(comfortable, asked, before) if before else tried(comfortable, asked)
     at = here.seat.copy()
     window = np.full((len(at), 4), np.nan)
@@ -334,10 +343,12 @@ def fitted_positions(
             here.rows(short),
             movable,
             nominal,
+            replace(reached.rows(short), searching=True),
             proceed=proceed,
         )
         _scan(search, positions)
         _refine(search)
+        _judge_whole(search)
         found.take(short, best)
     settings = settings_of(place)
     if len(settings):
@@ -448,7 +459,9 @@ def _judge(search: _Search, people: Ints, positions: Floats) -> None:
     known = ~_movable(search.asked)
     found.put(np.arange(len(people)), np.flatnonzero(known), _of(search.fixed, people, known))
     wanted = [situation.rows(people) for situation in search.wanted]
-    situations = in_positions(search.place, search.who.rows(people), positions, wanted)
+    situations = _remembering(
+        search, people, in_positions(search.place, search.who.rows(people), positions, wanted)
+    )
     left = np.arange(len(people))
     for stage in _stages(search, people):
         columns = np.flatnonzero(stage.columns)
@@ -469,6 +482,14 @@ def _judge(search: _Search, people: Ints, positions: Floats) -> None:
     at = position_of(situations[0])
     best = Tried(found.margin[left], found.words[left], found.toward[left], at)
     _keep(search, people[left], best)
+
+
+def _remembering(
+    search: _Search, people: Ints, situations: Sequence[Situation]
+) -> list[Situation]:
+    """Situations of people (N,) of the search that know what these reached elsewhere."""
+    mine = search.remembered.rows(people)
+    return [replace(situation, remembered=mine) for situation in situations]
 
 
 @dataclass(frozen=True, eq=False)
@@ -527,6 +548,7 @@ def _keep(search: _Search, people: Ints, tried: Tried) -> None:
         if _is_better(search, person, float(score[row]), tried.seat[row]):
             best.tried.take(np.array([person]), tried.rows(np.array([row])))
             best.setting[person] = search.setting
+            search.moved[person] = True
             search.score[person] = score[row]
 
 
@@ -561,6 +583,24 @@ def _refine(search: _Search) -> None:
     _try_close(search)
     for step in LAST_STEPS:
         _try_neighbours(search, _near_misses(search), step)
+
+
+def _judge_whole(search: _Search) -> None:
+    """Judge whole those who are best off in a position of the search: each requirement, with all
+    starts of a reach, and how much is to spare.
+
+    Who does not fit there after all is searched for again, with all starts everywhere.
+    """
+    people = np.flatnonzero(search.moved)
+    if not len(people):
+        return
+    best = search.best
+    wanted = [situation.rows(people) for situation in search.wanted]
+    positions = best.tried.seat[people]
+    there = in_positions(search.place, search.who.rows(people), positions, wanted)
+    known = replace(search.remembered.rows(people), searching=False)
+    whole = tried([replace(each, remembered=known) for each in there], search.asked)
+    search.best.tried.take(people, whole)
 
 
 def _near_misses(search: _Search) -> Ints:
@@ -656,11 +696,13 @@ class _Settings:
             fixed,
             everything,
             setting,
+            Remembered(len(people), np.arange(len(people)), {}, searching=True),
             SETTING_WORTH,
             self.proceed,
         )
         _try_positions(search, np.arange(len(people)), search.comfortable)
         trying(search)
+        _judge_whole(search)
         self.found.take(people, best)
 
     def _refine_at_best(self) -> None:

@@ -26,9 +26,10 @@ from workbench.model.arrays import Floats, Ints
 from workbench.model.body import Body, Topology
 from workbench.model.bystander import Bystander
 from workbench.model.environment import Environment
-from workbench.posture.kernels.clear_reach import KEPT, Outcome, clear_reaches
+from workbench.posture.kernels.clear_reach import Outcome, clear_reaches
 from workbench.posture.kernels.contacts import Limbs, Obstacles
 from workbench.posture.reaching.chains import PIECE, Found, Task
+from workbench.posture.reaching.history import Recall, known_of
 from workbench.posture.reaching.packing import packed_limbs
 from workbench.threads import in_pieces
 
@@ -74,7 +75,14 @@ class Room:
     threads: int | None = None
 
 
-def cleared(task: Task, found: Found, room: Room, *, brief: bool = False) -> tuple[Found, Ints]:
+def cleared(
+    task: Task,
+    found: Found,
+    room: Room,
+    *,
+    brief: bool = False,
+    recall: Recall | None = None,
+) -> tuple[Found, Ints]:
     """Keep reaches clear of obstacles.
 
     Parameters
@@ -86,6 +94,8 @@ def cleared(task: Task, found: Found, room: Room, *, brief: bool = False) -> tup
     brief
         Whether a reach is left in doubt where no way about the obstacles is found from its own
         posture.
+    recall
+        What is known of the same reaches from elsewhere; it is made to hold what they come to.
 
     Returns
     -------
@@ -98,7 +108,8 @@ def cleared(task: Task, found: Found, room: Room, *, brief: bool = False) -> tup
         np.array(found.numbers),
         np.zeros(count),
         np.full(count, -1),
-        np.full(count, KEPT if brief else 0),
+        np.zeros(count, dtype=np.int64),
+        *known_of(task, brief=brief, recall=recall),
     )
     limbs, obstacles = _packed(task, room)
 
@@ -117,6 +128,8 @@ def cleared(task: Task, found: Found, room: Room, *, brief: bool = False) -> tup
         )
 
     in_pieces(work, count, PIECE, threads=room.threads)
+    if recall is not None and not brief:
+        recall.keep(task.limb, out)
     return Found(out.angles, out.numbers, found.held, out.overlap, out.part), out.doubt
 
 

@@ -128,7 +128,9 @@ def _nothing_reached(people: int, controls: int) -> _Reached:
 def margins(situation: Situation, asked: Sequence[Asked]) -> Margins:
     """What everybody has to spare in each control; controls of one grip, zone and side together."""
     found = no_margins(len(situation), asked)
-    for group, rows in _grouped(situation.place, asked, MOST_SPARE).items():
+    remembered = situation.remembered
+    spare = 0.0 if remembered is not None and remembered.searching else MOST_SPARE
+    for group, rows in _grouped(situation.place, asked, spare).items():
         controls = [control for r in rows if (control := asked[r].control) is not None]
         best = _reached_by(situation, group, controls)
         found.margin[:, rows] = best.margin
@@ -195,6 +197,9 @@ def _reached_with(
     """How people reach controls with one limb."""
     body = situation.body
     targets = np.array([control.at for control in controls])
+    recall = None
+    if situation.remembered is not None:
+        recall = situation.remembered.recall(situation.place, (situation.case,), controls)
     found = reach(
         body,
         situation.taken.poses,
@@ -204,6 +209,7 @@ def _reached_with(
         moving_parts=situation.place.moving_parts,
         displacement=situation.displacement,
         max_extension=group.spare,
+        recall=recall,
     )
     short = np.maximum(found.miss + found.overlap, LEAST_MISS)
     limit = np.full(found.reached.shape, "", dtype=object)
