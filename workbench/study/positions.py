@@ -48,6 +48,7 @@ from workbench.study.checks.table import (
     margins_of,
     most_of,
     needs_hands,
+    never_met,
 )
 from workbench.study.settings import (
     at_setting,
@@ -260,7 +261,8 @@ class _Search:
     """Who is searched for in one setting, and what was found so far; `best` is in the order of
     these people.
 
-    wanted: the cases in the comfortable position of the setting; fixed: what became of them there; counted (R,): the requirements by which positions are compared; score (B,) [m]: the least
+    wanted: the cases in the comfortable position of the setting; fixed: what became of them there; counted (B, R): the requirements by which positions are compared: without those that are the same
+    everywhere, or proved to be missed everywhere; score (B,) [m]: the least
     margin of these in the best position; setting (A,) [m or rad]; remembered: what the people
     reached so far in it; worth [m]: what a position that does not fit must be better by; judged: the people (by index) in positions [m] that were judged.
     """
@@ -271,7 +273,6 @@ class _Search:
     who: Occupants
     wanted: Sequence[Situation]
     best: Fitted
-    score: Floats
     fixed: Margins
     counted: Bools
     setting: Floats
@@ -279,6 +280,11 @@ class _Search:
     worth: float = 0.0
     proceed: Callable[[], None] = lambda: None
     judged: set[tuple[int, float, float]] = field(default_factory=set)
+
+    @cached_property
+    def score(self) -> Floats:
+        """(B,) [m] the least margin of what counts in the best position, as the search goes on."""
+        return _score(self.best.tried.margin, self.counted)
 
     @cached_property
     def moved(self) -> Bools:
@@ -317,8 +323,8 @@ def fitted_positions(
     proceed
         Called before each batch of positions; the search ends by what it raises.
     """
-    reached = Remembered(len(who), np.arange(len(who)), {}, searching=False)
-    comfortable = [replace(situation, remembered=reached) for situation in comfortable]
+    reached = Remembered(len(who), np.arange(len(who)), {})
+    comfortable = _remembering(comfortable, reached)
     here = _tried_again(comfortable, asked, before) if before else tried(comfortable, asked)
     at = here.seat.copy()
     window = np.full((len(at), 4), np.nan)
@@ -329,30 +335,25 @@ def fitted_positions(
     movable = _movable(asked)
     short = np.flatnonzero((here.margin[:, movable] < -MET).any(axis=1))
     if len(positions) > 1 and len(short):
-        best = found.rows(short)
         wanted = [situation.rows(short) for situation in comfortable]
-        score = _score(best.tried.margin, movable)
         search = _Search(
             place,
             asked,
             members,
             who.rows(short),
             wanted,
-            best,
-            score,
+            found.rows(short),
             here.rows(short),
-            movable,
+            movable & ~never_met(wanted, asked),
             nominal,
-            replace(reached.rows(short), searching=True),
+            replace(reached.rows(short), once=True, searching=True),
             proceed=proceed,
         )
-        _scan(search, positions)
-        _refine(search)
-        _judge_whole(search)
-        found.take(short, best)
+        _search_travel(search, positions)
+        found.take(short, search.best)
     settings = settings_of(place)
     if len(settings):
-        _Settings(place, asked, members, who, comfortable, found, proceed).search(settings)
+        _Settings(place, asked, members, who, comfortable, found, reached, proceed).search(settings)
     return found
 
 
@@ -394,8 +395,8 @@ def _movable(asked: Sequence[Asked]) -> Bools:
 
 
 def _score(margin: Floats, counted: Bools) -> Floats:
-    """(B,) [m] the least margin of some requirements (R,)."""
-    known = np.where(np.isnan(margin), np.inf, margin)[:, counted]
+    """(B,) [m] the least margin of some requirements (R,), or of some of each person (B, R)."""
+    known = np.where(np.isnan(margin) | ~counted, np.inf, margin)
     score: Floats = known.min(axis=1, initial=np.inf)
     return score
 
@@ -459,9 +460,8 @@ def _judge(search: _Search, people: Ints, positions: Floats) -> None:
     known = ~_movable(search.asked)
     found.put(np.arange(len(people)), np.flatnonzero(known), _of(search.fixed, people, known))
     wanted = [situation.rows(people) for situation in search.wanted]
-    situations = _remembering(
-        search, people, in_positions(search.place, search.who.rows(people), positions, wanted)
-    )
+    there = in_positions(search.place, search.who.rows(people), positions, wanted)
+    situations = _remembering(there, search.remembered.rows(people))
     left = np.arange(len(people))
     for stage in _stages(search, people):
         columns = np.flatnonzero(stage.columns)
@@ -484,12 +484,9 @@ def _judge(search: _Search, people: Ints, positions: Floats) -> None:
     _keep(search, people[left], best)
 
 
-def _remembering(
-    search: _Search, people: Ints, situations: Sequence[Situation]
-) -> list[Situation]:
-    """Situations of people (N,) of the search that know what these reached elsewhere."""
-    mine = search.remembered.rows(people)
-    return [replace(situation, remembered=mine) for situation in situations]
+def _remembering(situations: Sequence[Situation], known: Remembered) -> list[Situation]:
+    """Situations with what their people reached elsewhere."""
+    return [replace(situation, remembered=known) for situation in situations]
 
 
 @dataclass(frozen=True, eq=False)
@@ -531,7 +528,7 @@ def _stages(search: _Search, people: Ints) -> list[_Stage]:
 def _hopeful(search: _Search, people: Ints, margin: Floats, known: Bools) -> Ints:
     """The rows of people (N,) who may do better than in their best position, or meet another set,
     as far as the requirements (R,) that are known say."""
-    least = _score(margin, known & search.counted)
+    least = _score(margin, known & search.counted[people])
     better = least > np.minimum(search.score[people] + search.worth, -MET)
     sets = _met_sets(margin[:, known], search.members[known])
     return np.flatnonzero(better | (sets & ~search.best.sets[people]).any(axis=1))
@@ -541,7 +538,7 @@ def _keep(search: _Search, people: Ints, tried: Tried) -> None:
     """Take up what became of people (N,) in positions."""
     best = search.best
     np.logical_or.at(best.sets, people, _met_sets(tried.margin, search.members))
-    score = _score(tried.margin, search.counted)
+    score = _score(tried.margin, search.counted[people])
     for row in np.flatnonzero(score >= -MET).tolist():
         _widen(best.window[people[row]], tried.seat[row])
     for row, person in enumerate(people.tolist()):
@@ -585,22 +582,50 @@ def _refine(search: _Search) -> None:
         _try_neighbours(search, _near_misses(search), step)
 
 
-def _judge_whole(search: _Search) -> None:
-    """Judge whole those who are best off in a position of the search: each requirement, with all
-    starts of a reach, and how much is to spare.
+def _search_travel(search: _Search, positions: Floats) -> None:
+    """Search the travel of the seat, whose lattice is `positions` (M, 2) [m].
 
-    Who does not fit there after all is searched for again, with all starts everywhere.
+    Reaches that were searched for whole once are tried from few starts. In the position that is
+    found they are asked whole. Who fits there by the one and not by the other is searched for again
+    with all starts everywhere.
     """
+    before = search.best.rows(np.arange(len(search.who)))
+    _scan(search, positions)
+    _refine(search)
+    fits = search.moved & (search.score >= -MET)
+    _judge_whole(search)
+    wrong = np.flatnonzero(fits & (_score(search.best.tried.margin, search.counted) < -MET))
+    if len(wrong) and search.remembered.once:
+        again = replace(
+            search,
+            who=search.who.rows(wrong),
+            wanted=[situation.rows(wrong) for situation in search.wanted],
+            best=before.rows(wrong),
+            fixed=_of(search.fixed, wrong, np.ones(len(search.asked), dtype=np.bool_)),
+            counted=search.counted[wrong],
+            remembered=replace(search.remembered.rows(wrong), once=False),
+            judged=set(),
+        )
+        _search_travel(again, positions)
+        search.best.take(wrong, again.best)
+    # who is proved to be kept from something everywhere fits nowhere
+    search.best.window[~search.counted[:, _movable(search.asked)].all(axis=1)] = np.nan
+
+
+def _judge_whole(search: _Search) -> None:
+    """Judge whole those who are best off in a position of the search: each reach with all starts, and
+    with how much is to spare."""
     people = np.flatnonzero(search.moved)
     if not len(people):
         return
     best = search.best
     wanted = [situation.rows(people) for situation in search.wanted]
-    positions = best.tried.seat[people]
-    there = in_positions(search.place, search.who.rows(people), positions, wanted)
-    known = replace(search.remembered.rows(people), searching=False)
-    whole = tried([replace(each, remembered=known) for each in there], search.asked)
-    search.best.tried.take(people, whole)
+    who = search.who.rows(people)
+    there = in_positions(search.place, who, best.tried.seat[people], wanted)
+    known = replace(search.remembered.rows(people), once=False, searching=False)
+    whole = tried(_remembering(there, known), search.asked)
+    best.tried.take(people, whole)
+    best.sets[people] |= _met_sets(whole.margin, search.members)
 
 
 def _near_misses(search: _Search) -> Ints:
@@ -643,7 +668,8 @@ def _try_close(search: _Search) -> None:
 @dataclass(frozen=True, eq=False)
 class _Settings:
     """People who are searched for at other settings than the nominal one, and what was found of
-    them so far. comfortable: the cases at the nominal setting."""
+    them so far. comfortable: the cases at the nominal setting; remembered: what the people reached
+    there."""
 
     place: Workplace
     asked: Sequence[Asked]
@@ -651,7 +677,13 @@ class _Settings:
     who: Occupants
     comfortable: Sequence[Situation]
     found: Fitted
+    remembered: Remembered
     proceed: Callable[[], None]
+
+    @cached_property
+    def moved(self) -> Bools:
+        """(B,) who is best off in a position that was searched for here."""
+        return np.zeros(len(self.who), dtype=np.bool_)
 
     @property
     def score(self) -> Floats:
@@ -670,6 +702,19 @@ class _Settings:
             self._tried_at(setting, self.left, lambda search: _scan(search, positions))
         if len(positions) > 1:
             self._refine_at_best()
+        for setting in np.unique(self.found.setting[self.moved], axis=0):
+            self._judge_whole(setting)
+
+    def _judge_whole(self, setting: Floats) -> None:
+        """Judge whole those who are best off at a setting (A,)."""
+        people = np.flatnonzero(self.moved & (self.found.setting == setting).all(axis=1))
+        place = at_setting(self.place, setting)
+        who = self.who.rows(people)
+        wanted = [situation.rows(people) for situation in self.comfortable]
+        there = in_positions(place, who, self.found.tried.seat[people], wanted)
+        known = self.remembered.elsewhere().rows(people)
+        whole = tried(_remembering(there, known), renewed(place, self.asked))
+        self.found.tried.take(people, whole)
 
     def _tried_at(self, setting: Floats, people: Ints, trying: Callable[[_Search], None]) -> None:
         """Try some people (N,) at a setting (A,): in the comfortable position there, then as
@@ -683,8 +728,7 @@ class _Settings:
         wanted = comfortable_situations(place, who, _taken_again(self.place, place, before))
         best = self.found.rows(people)
         fixed = _margins_anywhere(wanted, asked)
-        everything = np.ones(len(asked), dtype=np.bool_)
-        score = self.score[people]
+        everything = np.ones((len(people), len(asked)), dtype=np.bool_)
         search = _Search(
             place,
             asked,
@@ -692,18 +736,17 @@ class _Settings:
             who,
             wanted,
             best,
-            score,
             fixed,
             everything,
             setting,
-            Remembered(len(people), np.arange(len(people)), {}, searching=True),
+            replace(self.remembered.elsewhere().rows(people), once=True, searching=True),
             SETTING_WORTH,
             self.proceed,
         )
         _try_positions(search, np.arange(len(people)), search.comfortable)
         trying(search)
-        _judge_whole(search)
         self.found.take(people, best)
+        self.moved[people[search.moved]] = True
 
     def _refine_at_best(self) -> None:
         """Try the neighbours of the best position at its setting, where that is not the nominal

@@ -121,15 +121,23 @@ class Remembered:
         (B,) which of them the people of a situation are.
     histories
         By what is asked for, filled as it is asked.
+    once
+        Whether few starts are tried for what was searched for whole once.
     searching
-        Whether a position is only searched for: few starts are then tried for what was searched for
-        whole once, and it is not asked how much farther a limb could go.
+        Whether a position is only searched for: then what is proved to be kept is left where it is,
+        and it is not asked how much farther a limb could go.
     """
 
     count: int
     who: Ints
     histories: dict[tuple[object, ...], ReachHistory]
-    searching: bool
+    once: bool = False
+    searching: bool = False
+
+    def elsewhere(self) -> Remembered:
+        """The same, where parts stand elsewhere."""
+        histories = {key: history.elsewhere() for key, history in self.histories.items()}
+        return replace(self, histories=histories)
 
     def rows(self, keep: Ints) -> Remembered:
         """That of the people at indices."""
@@ -143,9 +151,7 @@ class Remembered:
         if key not in self.histories:
             self.histories[key] = ReachHistory(self.count * len(names))
         column = np.array([names.index(control.name) for control in controls])
-        return Recall(
-            self.histories[key], self.who[:, None] * len(names) + column, self.searching
-        )
+        return Recall(self.histories[key], self.who[:, None] * len(names) + column, self.once)
 
 
 @dataclass(frozen=True, eq=False)

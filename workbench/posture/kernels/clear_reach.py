@@ -71,10 +71,13 @@ __all__ = [
     "FEW_STARTS",
     "KEPT",
     "KNOWN_POSTURES",
+    "NO_ROOM",
+    "SKIPPED",
     "WHOLE",
     "Looked",
     "Outcome",
     "clear_reaches",
+    "prove_no_room",
     "still_reaches",
 ]
 
@@ -139,9 +142,10 @@ WHOLE = 0
 FEW_STARTS = 1
 BRIEF = 2
 NO_ROOM = 3
+SKIPPED = 4
 """How a row is searched for: from starts of all kinds, and at last from the postures that are known;
 from its own posture, those that are known, and one lot of seeds; from its own posture alone; with
-few starts, since it is proved that the hand has no room at the target."""
+few starts, since it is proved that the hand has no room at the target; the same, not at all."""
 KNOWN_POSTURES = 2
 """How many postures may be known of a row: one that reached its target, one that came near it."""
 
@@ -169,7 +173,7 @@ class Outcome(NamedTuple):
     """(P,) CERTAIN, OWN_WAY, OTHER_WAY, KEPT or BURIED. Of `still_reaches`, KEPT before: the row is
     left out."""
     effort: NDArray[np.int64]
-    """(P,) WHOLE, FEW_STARTS, BRIEF or NO_ROOM; NO_ROOM after where that was proved."""
+    """(P,) WHOLE, FEW_STARTS, BRIEF, NO_ROOM or SKIPPED; NO_ROOM after where that was proved."""
     known: NDArray[np.float64]
     """(P, KNOWN_POSTURES, K, 3) [rad] postures of the rows in a place near by."""
     is_known: NDArray[np.bool_]
@@ -765,6 +769,9 @@ def _clear_rows(link, limbs, who, held, problem, room, seeds, out, rows, desk): 
         buried = np.int64(-1)
         if _is_reach(free, 0.0) or (free.depth <= 0.0 and missed > NEARLY):
             continue
+        if out.effort[p] == SKIPPED:
+            out.doubt[p] = BURIED
+            continue
         if missed <= NEARLY:
             lots = len(LOTS) if free.depth > 0.0 else FEW_LOTS
             if free.depth > 0.0:
@@ -784,6 +791,19 @@ def _clear_rows(link, limbs, who, held, problem, room, seeds, out, rows, desk): 
             _come_near(case, missed, free.part, desk, out)
         if buried >= 0 and out.doubt[p] == BURIED:
             out.part[p] = buried
+
+
+@njit(cache=True, nogil=True)
+def prove_no_room(limbs, who, targets, room, proved, begin, end):  # type: ignore[no-untyped-def]
+    """Prove of the rows begin..end of P that the hand of body who[p] has no room at target p,
+    however it is turned; proved (P,) is filled with 1 where there is a proof, else 0."""
+    joints = limbs.axes.shape[0]
+    space = new_space(limbs, joints)
+    turns = new_turns()
+    for p in range(begin, end):
+        forget(space)
+        target = vector(targets[p])
+        proved[p] = has_no_room(limbs, who[p], room, target, REACHED, turns, space)
 
 
 @njit(cache=True, nogil=True)

@@ -21,6 +21,7 @@ from workbench.posture.kernels.clear_reach import (
     KEPT,
     KNOWN_POSTURES,
     NO_ROOM,
+    SKIPPED,
     WHOLE,
     Outcome,
 )
@@ -61,6 +62,10 @@ class ReachHistory:
     no_room: dict[str, Bools] = field(default_factory=dict)
     """By limb whether it is proved that the hand has no room at the target (N,)."""
 
+    def elsewhere(self) -> ReachHistory:
+        """The same, where parts stand elsewhere: nothing is proved there yet."""
+        return ReachHistory(self.count, self.known)
+
     def of(self, limb: Limb, joints: int) -> _Known:
         """What is known of a limb with so many joints."""
         if limb.name not in self.no_room:
@@ -86,13 +91,19 @@ class Recall:
         It is made to hold what becomes of them.
     row
         (B, T) the row of each in the history.
-    few_starts
+    once
         Whether few starts are tried for what was searched for whole once.
+    few_starts
+        Whether few starts are tried for everything.
+    skips_proved
+        Whether what is proved to be kept is not brought near to its target.
     """
 
     history: ReachHistory
     row: Ints
-    few_starts: bool
+    once: bool
+    few_starts: bool = False
+    skips_proved: bool = False
 
     def rows(self, keep: slice | Ints) -> Recall:
         """That of some of the people."""
@@ -102,18 +113,30 @@ class Recall:
         """That of a person for each reach, with one target."""
         return replace(self, row=self.row.reshape(-1, 1))
 
+    def searched(self, limb: Limb) -> Bools:
+        """(B, T) what was searched for whole once, with a limb in its own zone."""
+        known = self.history.known.get((limb.name, limb.zone))
+        return (
+            np.zeros(self.row.shape, dtype=np.bool_) if known is None else known.searched[self.row]
+        )
+
+    def without_room(self, limb: Limb) -> Bools:
+        """(B, T) for what it is proved that the hand has no room."""
+        known = self.history.no_room.get(limb.name)
+        return np.zeros(self.row.shape, dtype=np.bool_) if known is None else known[self.row]
+
     def keep(self, limb: Limb, out: Outcome) -> None:
         """Hold what became of the reaches (B T,) of a limb that obstacles put in doubt."""
         known = self.history.of(limb, out.angles.shape[1])
         row = self.row.ravel()
-        kept = (out.doubt == KEPT) | (out.doubt == BURIED)
+        kept = ((out.doubt == KEPT) | (out.doubt == BURIED)) & (out.effort != SKIPPED)
         for at, some in (
-            (REACHED_AT, (out.doubt != CERTAIN) & ~kept),
+            (REACHED_AT, (out.doubt != CERTAIN) & (out.doubt < KEPT)),
             (NEAREST_AT, kept),
         ):
             known.angles[row[some], at] = out.angles[some]
             known.held[row[some], at] = True
-        known.searched[row[kept]] = True
+        known.searched[row[kept & (out.effort != FEW_STARTS)]] = True
         self.history.no_room[limb.name][row[out.effort == NO_ROOM]] = True
 
 
@@ -130,9 +153,10 @@ def known_of(
         return effort, np.zeros((count, KNOWN_POSTURES, joints, 3)), none
     known = recall.history.of(task.limb, joints)
     row = recall.row.ravel()
-    few = known.searched[row] & recall.few_starts
+    few = (known.searched[row] & recall.once) | recall.few_starts
     effort = np.where(few, FEW_STARTS, WHOLE)
-    effort[recall.history.no_room[task.limb.name][row]] = NO_ROOM
+    proved = recall.history.no_room[task.limb.name][row]
+    effort[proved] = SKIPPED if recall.skips_proved else NO_ROOM
     if brief:
         effort[:] = BRIEF
     return effort, known.angles[row], known.held[row]

@@ -22,18 +22,19 @@ from workbench.contact.kernels.field import Field, Trees
 from workbench.contact.kernels.inside import Shells
 from workbench.contact.kernels.pairs import Balls
 from workbench.geometry.polygon import Faces
-from workbench.model.arrays import Floats, Ints
+from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.body import Body, Topology
 from workbench.model.bystander import Bystander
 from workbench.model.environment import Environment
-from workbench.posture.kernels.clear_reach import Outcome, clear_reaches
+from workbench.posture.kernels.clear_reach import Outcome, clear_reaches, prove_no_room
 from workbench.posture.kernels.contacts import Limbs, Obstacles
 from workbench.posture.reaching.chains import PIECE, Found, Task
 from workbench.posture.reaching.history import Recall, known_of
+from workbench.posture.reaching.limbs import Limb
 from workbench.posture.reaching.packing import packed_limbs
 from workbench.threads import in_pieces
 
-__all__ = ["Room", "cleared", "obstacles_of"]
+__all__ = ["Room", "cleared", "hands_without_room", "obstacles_of"]
 
 
 ENCLOSING = 1e-9
@@ -131,6 +132,45 @@ def cleared(
     if recall is not None and not brief:
         recall.keep(task.limb, out)
     return Found(out.angles, out.numbers, found.held, out.overlap, out.part), out.doubt
+
+
+def hands_without_room(
+    body: Body,
+    limb: Limb,
+    targets: Floats,
+    environment: Environment,
+    moving_parts: Sequence[str],
+) -> Bools:
+    """Prove that hands have no room at targets, wherever the seat stands and however they are
+    turned.
+
+    Parameters
+    ----------
+    body, limb
+        The hand of B rows of a body.
+    targets
+        (T, 3) [m] in the world.
+    environment, moving_parts
+        The obstacles, of which those that move with the seat are not asked.
+
+    Returns
+    -------
+    (B, T) array
+        False where there is no proof.
+    """
+    count = len(targets)
+    moving = np.isin(environment.parts, list(moving_parts)).astype(np.int64)
+    room = obstacles_of(body, environment, moving, np.zeros((len(body), 3)))
+    limbs = packed_limbs(body, limb)
+    who = np.repeat(np.arange(len(body)), count)
+    each = np.tile(targets, (len(body), 1))
+    proved = np.zeros(len(who), np.int64)
+
+    def work(begin: int, end: int) -> None:
+        prove_no_room(limbs, who, each, room, proved, begin, end)
+
+    in_pieces(work, len(who), PIECE)
+    return np.asarray(proved.reshape(-1, count) > 0)
 
 
 def _packed(task: Task, room: Room) -> tuple[Limbs, Obstacles]:
