@@ -16,8 +16,8 @@ __all__ = ["borne_by", "changed", "moved_parts"]
 
 
 def changed(place: Workplace, change: Change) -> Workplace:
-    """The workplace with a change made. A control takes the part along that it is on, unless another
-    control is on it; a part takes all controls along that are on it."""
+    """The workplace with a change made. A control takes its own parts along, but for those that are
+    another control's too; a part takes all controls along that are on it."""
     environment = place.environment
     if change.control or change.parts:
         environment = moved(environment, moved_parts(environment, change), change.move)
@@ -48,9 +48,10 @@ def moved_parts(environment: Environment, change: Change) -> tuple[str, ...]:
     """The parts that a change moves."""
     if not change.control:
         return change.parts
-    part = next(control.part for control in environment.controls if control.name == change.control)
-    shared = [control.name for control in environment.controls if control.part == part]
-    return (part,) if len(shared) == 1 and part in environment.parts else ()
+    every = environment.controls
+    own = next(control.own_parts for control in every if control.name == change.control)
+    shared = {part for one in every if one.name != change.control for part in one.own_parts}
+    return tuple(part for part in own if part not in shared)
 
 
 def borne_by(place: Workplace, asked: Sequence[Asked], change: Change) -> list[int]:
