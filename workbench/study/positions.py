@@ -281,6 +281,27 @@ class _Search:
     proceed: Callable[[], None] = lambda: None
     judged: set[tuple[int, float, float]] = field(default_factory=set)
 
+    again: bool = False
+
+    def of(self, people: Ints, before: Fitted, *, few_starts: bool) -> _Search:
+        """The same search of some people (N,), once more from what was found before."""
+        return replace(
+            self,
+            who=self.who.rows(people),
+            wanted=[situation.rows(people) for situation in self.wanted],
+            best=before.rows(people),
+            fixed=_of(self.fixed, people, np.ones(len(self.asked), dtype=np.bool_)),
+            counted=self.counted[people],
+            remembered=replace(self.remembered.rows(people), few_starts=few_starts),
+            judged=set(),
+            again=True,
+        )
+
+    @cached_property
+    def whole(self) -> Bools:
+        """(B,) who was judged whole in the comfortable position."""
+        return np.zeros(len(self.who), dtype=np.bool_)
+
     @cached_property
     def score(self) -> Floats:
         """(B,) [m] the least margin of what counts in the best position, as the search goes on."""
@@ -323,15 +344,18 @@ def fitted_positions(
     proceed
         Called before each batch of positions; the search ends by what it raises.
     """
-    reached = Remembered(len(who), np.arange(len(who)), {})
+    reached = Remembered(len(who), np.arange(len(who)), {}, few_starts=True)
     comfortable = _remembering(comfortable, reached)
     here = _tried_again(comfortable, asked, before) if before else tried(comfortable, asked)
+    positions = lattice(place.own_seat)
+    hangs = _hang_on_reaches(comfortable, asked, here.margin, anywhere=len(positions) == 1)
+    if len(hangs):
+        here.take(hangs, tried(_whole([one.rows(hangs) for one in comfortable]), asked))
     at = here.seat.copy()
     window = np.full((len(at), 4), np.nan)
     nominal = nominal_setting(place)
     setting = np.tile(nominal, (len(at), 1))
     found = Fitted(here, at, window, _met_sets(here.margin, members), setting)
-    positions = lattice(place.own_seat)
     movable = _movable(asked)
     short = np.flatnonzero((here.margin[:, movable] < -MET).any(axis=1))
     if len(positions) > 1 and len(short):
@@ -346,9 +370,10 @@ def fitted_positions(
             here.rows(short),
             movable & ~never_met(wanted, asked),
             nominal,
-            replace(reached.rows(short), once=True, searching=True),
+            replace(reached.rows(short), searching=True),
             proceed=proceed,
         )
+        search.whole[np.isin(short, hangs)] = True
         _search_travel(search, positions)
         found.take(short, search.best)
     settings = settings_of(place)
@@ -585,47 +610,66 @@ def _refine(search: _Search) -> None:
 def _search_travel(search: _Search, positions: Floats) -> None:
     """Search the travel of the seat, whose lattice is `positions` (M, 2) [m].
 
-    Reaches that were searched for whole once are tried from few starts. In the position that is
-    found they are asked whole. Who fits there by the one and not by the other is searched for again
-    with all starts everywhere.
+    While positions are searched for, reaches that obstacles put in doubt are tried from few starts.
+    In the position that is found they are asked whole. Who fits there by the one and not by the
+    other is searched for again with all starts everywhere. Who reaches there what few starts missed
+    is searched for again from the posture that reaches it.
     """
     before = search.best.rows(np.arange(len(search.who)))
     _scan(search, positions)
     _refine(search)
-    fits = search.moved & (search.score >= -MET)
+    few = search.best.tried.margin.copy()
+    fits = search.score >= -MET
     _judge_whole(search)
-    wrong = np.flatnonzero(fits & (_score(search.best.tried.margin, search.counted) < -MET))
-    if len(wrong) and search.remembered.once:
-        again = replace(
-            search,
-            who=search.who.rows(wrong),
-            wanted=[situation.rows(wrong) for situation in search.wanted],
-            best=before.rows(wrong),
-            fixed=_of(search.fixed, wrong, np.ones(len(search.asked), dtype=np.bool_)),
-            counted=search.counted[wrong],
-            remembered=replace(search.remembered.rows(wrong), once=False),
-            judged=set(),
-        )
-        _search_travel(again, positions)
-        search.best.take(wrong, again.best)
+    margin = search.best.tried.margin
+    misses = _score(margin, search.counted) < -MET
+    wrong = fits & search.moved & misses
+    missed = misses & ~wrong & ((few < -MET) & (margin >= -MET)).any(axis=1)
+    for people, few_starts in ((np.flatnonzero(wrong), False), (np.flatnonzero(missed), True)):
+        if len(people) and not search.again:
+            again = search.of(people, before, few_starts=few_starts)
+            _search_travel(again, positions)
+            search.best.take(people, again.best)
     # who is proved to be kept from something everywhere fits nowhere
     search.best.window[~search.counted[:, _movable(search.asked)].all(axis=1)] = np.nan
 
 
 def _judge_whole(search: _Search) -> None:
-    """Judge whole those who are best off in a position of the search: each reach with all starts, and
-    with how much is to spare."""
-    people = np.flatnonzero(search.moved)
+    """Judge whole, in the best position of each, those who were not yet: each reach with all starts,
+    and with how much is to spare."""
+    people = np.flatnonzero(search.moved | ~search.whole)
     if not len(people):
         return
     best = search.best
     wanted = [situation.rows(people) for situation in search.wanted]
     who = search.who.rows(people)
     there = in_positions(search.place, who, best.tried.seat[people], wanted)
-    known = replace(search.remembered.rows(people), once=False, searching=False)
-    whole = tried(_remembering(there, known), search.asked)
+    whole = tried(_whole(_remembering(there, search.remembered.rows(people))), search.asked)
     best.tried.take(people, whole)
     best.sets[people] |= _met_sets(whole.margin, search.members)
+
+
+def _whole(situations: Sequence[Situation]) -> list[Situation]:
+    """Situations in which each reach is searched for whole."""
+    known = situations[0].remembered
+    assert known is not None
+    return _remembering(situations, replace(known, few_starts=False, searching=False))
+
+
+def _hang_on_reaches(
+    situations: Sequence[Situation], asked: Sequence[Asked], margin: Floats, *, anywhere: bool
+) -> Ints:
+    """The people whose verdict hangs on reaches: they miss nothing but what hands or feet reach for,
+    or what depends on where these are. anywhere: all who miss any of that."""
+    hangs = np.array(
+        [
+            CHECKS[one.requirement.check].cost == REACHING or needs_hands(situations[one.case], one)
+            for one in asked
+        ]
+    )
+    missed = margin < -MET
+    elsewhere = missed[:, ~hangs].any(axis=1) & (not anywhere)
+    return np.flatnonzero(missed[:, hangs].any(axis=1) & ~elsewhere)
 
 
 def _near_misses(search: _Search) -> Ints:
@@ -712,8 +756,8 @@ class _Settings:
         who = self.who.rows(people)
         wanted = [situation.rows(people) for situation in self.comfortable]
         there = in_positions(place, who, self.found.tried.seat[people], wanted)
-        known = self.remembered.elsewhere().rows(people)
-        whole = tried(_remembering(there, known), renewed(place, self.asked))
+        there = _remembering(there, self.remembered.elsewhere().rows(people))
+        whole = tried(_whole(there), renewed(place, self.asked))
         self.found.tried.take(people, whole)
 
     def _tried_at(self, setting: Floats, people: Ints, trying: Callable[[_Search], None]) -> None:
@@ -739,7 +783,7 @@ class _Settings:
             fixed,
             everything,
             setting,
-            replace(self.remembered.elsewhere().rows(people), once=True, searching=True),
+            replace(self.remembered.elsewhere().rows(people), searching=True),
             SETTING_WORTH,
             self.proceed,
         )

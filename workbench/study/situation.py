@@ -121,6 +121,8 @@ class Remembered:
         (B,) which of them the people of a situation are.
     histories
         By what is asked for, filled as it is asked.
+    few_starts
+        Whether few starts are tried for everything.
     once
         Whether few starts are tried for what was searched for whole once.
     searching
@@ -131,6 +133,7 @@ class Remembered:
     count: int
     who: Ints
     histories: dict[tuple[object, ...], ReachHistory]
+    few_starts: bool = False
     once: bool = False
     searching: bool = False
 
@@ -151,7 +154,8 @@ class Remembered:
         if key not in self.histories:
             self.histories[key] = ReachHistory(self.count * len(names))
         column = np.array([names.index(control.name) for control in controls])
-        return Recall(self.histories[key], self.who[:, None] * len(names) + column, self.once)
+        row = self.who[:, None] * len(names) + column
+        return Recall(self.histories[key], row, self.once, self.few_starts)
 
 
 @dataclass(frozen=True, eq=False)

@@ -204,7 +204,7 @@ def _reached_by(situation: Situation, group: _Group, controls: Sequence[Control]
             best.take_better(np.repeat(who, len(every)), np.tile(every, len(who)), found.each())
             unsure[name] = np.zeros(best.margin.shape, dtype=np.bool_)
             unsure[name][who] = found.doubt == KEPT
-    if situation.remembered is not None:
+    if situation.remembered is not None and not situation.remembered.few_starts:
         for name, in_doubt in unsure.items():
             _search_whole(situation, group, controls, name, in_doubt, best)
     return best
