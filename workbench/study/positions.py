@@ -31,6 +31,7 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from workbench.model.accommodation import MET
 from workbench.model.arrays import Bools, Floats, Ints
@@ -179,6 +180,9 @@ class Fitted:
         (B, K) whether some position, in some setting, meets all requirements of each set.
     setting
         (B, A) [m or rad] the setting of the adjustments that the margins are of.
+    misses
+        (B,) the sets of requirements, as the bits of numbers, that are missed together at least in
+        each position that was judged, without those that hold another.
     """
 
     tried: Tried
@@ -186,6 +190,7 @@ class Fitted:
     window: Floats
     sets: Bools
     setting: Floats
+    misses: NDArray[np.object_]
 
     def rows(self, keep: Ints) -> Fitted:
         """A copy of what became of the people at indices, in their order."""
@@ -195,6 +200,7 @@ class Fitted:
             self.window[keep],
             self.sets[keep],
             self.setting[keep],
+            self.misses[keep],
         )
 
     def take(self, rows: Ints, other: Fitted) -> None:
@@ -203,6 +209,7 @@ class Fitted:
         self.window[rows] = other.window
         self.sets[rows] = other.sets
         self.setting[rows] = other.setting
+        self.misses[rows] = other.misses
 
 
 def found_places(
@@ -235,25 +242,39 @@ def found_places(
 
 @dataclass(frozen=True, eq=False)
 class Before:
-    """How people came out before a change of the design that bears on some requirements only.
+    """How people came out before a change of the design.
 
     Parameters
     ----------
-    margin
-        (B, R) [m].
-    stays
-        (B,) who met everything in the comfortable position, where this person still sits.
+    margin, seat
+        (B, R) [m], and (B, 2) [m] the position that they are of.
+    fits
+        (B,) who met everything, with all adjustments at their nominal setting.
+    fixed
+        (B,) who is known not to meet everything with the change either, in the travel that there
+        was.
+    travel
+        (2, 2) [m] that travel, forward and up.
     borne
-        The requirements that the change bears on, by number.
+        The requirements that the change bears on, by number: they are asked again where people sit.
     """
 
     margin: Floats
-    stays: Bools
+    seat: Floats
+    fits: Bools
+    fixed: Bools
+    travel: Floats
     borne: tuple[int, ...]
 
     def rows(self, keep: Ints) -> Before:
         """The people at indices, in their order."""
-        return Before(self.margin[keep], self.stays[keep], self.borne)
+        return replace(
+            self,
+            margin=self.margin[keep],
+            seat=self.seat[keep],
+            fits=self.fits[keep],
+            fixed=self.fixed[keep],
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -302,6 +323,16 @@ class _Search:
         """(B,) who was judged whole in the comfortable position."""
         return np.zeros(len(self.who), dtype=np.bool_)
 
+    @property
+    def unrefined(self) -> Bools:
+        """(B,) whose best position is not one about which all was tried before."""
+        return self.moved | ~self.settled
+
+    @cached_property
+    def settled(self) -> Bools:
+        """(B,) who begins with the best position of a search before."""
+        return np.zeros(len(self.who), dtype=np.bool_)
+
     @cached_property
     def score(self) -> Floats:
         """(B,) [m] the least margin of what counts in the best position, as the search goes on."""
@@ -339,26 +370,36 @@ def fitted_positions(
     comfortable
         The same people in each case, in their comfortable positions.
     before
-        Of a changed design: how the same people came out without the change. Who met everything
-        where he sits, and still meets what the change bears on, is asked nothing else.
+        Of a changed design: how the same people came out without the change. Who fitted, and still
+        meets what the change bears on, is asked nothing else; nor who is known not to fit with it.
     proceed
         Called before each batch of positions; the search ends by what it raises.
     """
     reached = Remembered(len(who), np.arange(len(who)), {}, few_starts=True)
     comfortable = _remembering(comfortable, reached)
-    here = _tried_again(comfortable, asked, before) if before else tried(comfortable, asked)
     positions = lattice(place.own_seat)
+    if before is None:
+        here, settled = tried(comfortable, asked), np.zeros(len(who), dtype=np.bool_)
+    else:
+        here, settled = _tried_again(place, who, comfortable, asked, before)
     hangs = _hang_on_reaches(comfortable, asked, here.margin, anywhere=len(positions) == 1)
+    hangs = hangs[~settled[hangs]]
     if len(hangs):
         here.take(hangs, tried(_whole([one.rows(hangs) for one in comfortable]), asked))
-    at = here.seat.copy()
+    at = position_of(comfortable[0])
     window = np.full((len(at), 4), np.nan)
     nominal = nominal_setting(place)
     setting = np.tile(nominal, (len(at), 1))
-    found = Fitted(here, at, window, _met_sets(here.margin, members), setting)
+    misses = np.empty(len(at), dtype=object)
+    misses[:] = [frozenset([_bits(row)]) for row in (here.margin < -MET).astype(int).tolist()]
+    found = Fitted(here, at, window, _met_sets(here.margin, members), setting, misses)
     movable = _movable(asked)
-    short = np.flatnonzero((here.margin[:, movable] < -MET).any(axis=1))
-    if len(positions) > 1 and len(short):
+    misses_any = (here.margin[:, movable] < -MET).any(axis=1)
+    new = positions if before is None else _outside(positions, before.travel)
+    for some, mine in ((positions, misses_any & ~settled), (new, misses_any & settled)):
+        short = np.flatnonzero(mine)
+        if len(some) < 2 or not len(short):
+            continue
         wanted = [situation.rows(short) for situation in comfortable]
         search = _Search(
             place,
@@ -373,8 +414,9 @@ def fitted_positions(
             replace(reached.rows(short), searching=True),
             proceed=proceed,
         )
-        search.whole[np.isin(short, hangs)] = True
-        _search_travel(search, positions)
+        search.whole[np.isin(short, hangs) | settled[short]] = True
+        search.settled[:] = settled[short]
+        _search_travel(search, some)
         found.take(short, search.best)
     settings = settings_of(place)
     if len(settings):
@@ -382,22 +424,48 @@ def fitted_positions(
     return found
 
 
-def _tried_again(situations: Sequence[Situation], asked: Sequence[Asked], before: Before) -> Tried:
-    """People of a changed design in their comfortable positions."""
-    people = len(situations[0])
+def _tried_again(
+    place: Workplace,
+    who: Occupants,
+    comfortable: Sequence[Situation],
+    asked: Sequence[Asked],
+    before: Before,
+) -> tuple[Tried, Bools]:
+    """People of a changed design, and who of them (B,) is settled: in the position that was found
+    before, or else comfortable and still to be searched for."""
+    people = len(who)
     nothing = no_margins(people, asked)
-    margin = before.margin.copy()
-    found = Tried(margin, nothing.words, nothing.toward, position_of(situations[0]))
-    borne = np.array(before.borne, dtype=np.int64)
-    stays = np.flatnonzero(before.stays)
-    if len(stays) and len(borne):
+    comes = position_of(comfortable[0])
+    found = Tried(before.margin.copy(), nothing.words, nothing.toward, comes.copy())
+    settled = before.fits | before.fixed
+    if place.own_seat is not None:
+        low, high = np.array([place.own_seat.travel_forward, place.own_seat.travel_up]).T
+        settled &= ((before.seat >= low - MET) & (before.seat <= high + MET)).all(axis=1)
+    there = np.flatnonzero(settled)
+    found.seat[there] = before.seat[there]
+    if len(before.borne):
         some = [asked[r] for r in before.borne]
-        again = tried([situation.rows(stays) for situation in situations], some)
-        margin[np.ix_(stays, borne)] = again.margin
-    rest = np.flatnonzero((margin < -MET).any(axis=1) | ~before.stays)
+        stays = (before.seat == comes).all(axis=1)
+        for rows in (there[stays[there]], there[~stays[there]]):
+            wanted = [situation.rows(rows) for situation in comfortable]
+            if not stays[rows].all():
+                at = in_positions(place, who.rows(rows), before.seat[rows], wanted)
+                known = wanted[0].remembered
+                wanted = at if known is None else _remembering(at, known)
+            if len(rows):
+                again = tried(wanted, some)
+                found.margin[np.ix_(rows, before.borne)] = again.margin
+    settled &= before.fixed | ~(found.margin < -MET).any(axis=1)
+    rest = np.flatnonzero(~settled)
     if len(rest):
-        found.take(rest, tried([situation.rows(rest) for situation in situations], asked))
-    return found
+        found.take(rest, tried([situation.rows(rest) for situation in comfortable], asked))
+    return found, settled
+
+
+def _outside(positions: Floats, travel: Floats) -> Floats:
+    """The positions (M, 2) that lie outside a travel (2, 2) of the seat."""
+    inside = (positions >= travel[:, 0] - 1e-9) & (positions <= travel[:, 1] + 1e-9)
+    return positions[~inside.all(axis=1)]
 
 
 def lattice(seat: Seat | None) -> Floats:
@@ -499,6 +567,8 @@ def _judge(search: _Search, people: Ints, positions: Floats) -> None:
             known = known | stage.columns
             margin = found.margin[left]
         hopeful = _hopeful(search, people[left], margin, known | stage.columns)
+        given_up = np.setdiff1d(np.arange(len(left)), hopeful)
+        _note_misses(search, people[left[given_up]], margin[given_up])
         if not len(hopeful):
             return
         if len(hopeful) < len(left):
@@ -506,7 +576,28 @@ def _judge(search: _Search, people: Ints, positions: Floats) -> None:
             left = left[hopeful]
     at = position_of(situations[0])
     best = Tried(found.margin[left], found.words[left], found.toward[left], at)
+    _note_misses(search, people[left], best.margin)
     _keep(search, people[left], best)
+
+
+def _note_misses(search: _Search, people: Ints, margin: Floats) -> None:
+    """Note what people (N,) are known to miss in a position each; margin (N, R), NaN where it is not
+    known."""
+    missed = (margin < -MET).astype(np.int64)
+    for person, row in zip(people.tolist(), missed.tolist(), strict=True):
+        search.best.misses[person] = _with_set(search.best.misses[person], _bits(row))
+
+
+def _bits(flags: Sequence[int]) -> int:
+    """Flags as the bits of a number, the first as the lowest."""
+    return int("".join(map(str, reversed(flags))) or "0", 2)
+
+
+def _with_set(sets: frozenset[int], other: int) -> frozenset[int]:
+    """Sets as the bits of numbers, with one more, and without those that hold another of them."""
+    if any(one & other == one for one in sets):
+        return sets
+    return frozenset([*(one for one in sets if one & other != other), other])
 
 
 def _remembering(situations: Sequence[Situation], known: Remembered) -> list[Situation]:
@@ -597,7 +688,7 @@ def _refine(search: _Search) -> None:
     """Try the neighbours of the best position of those for whom none fits, nearer and nearer."""
     step = SPACING / 2
     while step >= FINEST - 1e-9:
-        people = np.flatnonzero(search.score < -MET)
+        people = np.flatnonzero((search.score < -MET) & search.unrefined)
         if not len(people):
             return
         _try_neighbours(search, people, step)
@@ -616,6 +707,8 @@ def _search_travel(search: _Search, positions: Floats) -> None:
     is searched for again from the posture that reaches it.
     """
     before = search.best.rows(np.arange(len(search.who)))
+    begun = np.flatnonzero(search.settled)
+    _try_positions(search, begun, search.comfortable[begun])
     _scan(search, positions)
     _refine(search)
     few = search.best.tried.margin.copy()
@@ -674,7 +767,8 @@ def _hang_on_reaches(
 
 def _near_misses(search: _Search) -> Ints:
     """The people who fit nowhere, but nearly do."""
-    return np.flatnonzero((search.score < -MET) & (search.score > -NEAR_MISS))
+    near = (search.score < -MET) & (search.score > -NEAR_MISS)
+    return np.flatnonzero(near & search.unrefined)
 
 
 def _try_neighbours(search: _Search, people: Ints, step: float) -> None:

@@ -12,8 +12,9 @@ import numpy as np
 
 from workbench.model.accommodation import MET, Change, Gain, met_of
 from workbench.model.arrays import Bools, Floats
+from workbench.model.moves import moved_controls
 from workbench.model.population_found import ChangedPerson, TriedChange
-from workbench.study.accommodation.changes import borne_by, changed
+from workbench.study.accommodation.changes import borne_by, changed, moved_parts
 from workbench.study.accommodation.chunks import Chunk, Question, joined_chunks, result_chunks
 from workbench.study.accommodation.hardest import shown_people
 from workbench.study.accommodation.population_bodies import PopulationBodies
@@ -81,7 +82,7 @@ def _changed_question(question: Question, found: Chunk, change: Change) -> Quest
         place=place,
         asked=renewed(place, asked),
         members=np.zeros((len(asked), 0), dtype=np.bool_),
-        before=_before(question, found, rows),
+        before=_before(question, found, change, rows),
         bounded=False,
     )
 
@@ -146,15 +147,49 @@ def _compared(
     )
 
 
-def _before(question: Question, found: Chunk, rows: Sequence[int]) -> Before | None:
-    """How people came out without a change that bears on these requirements, None where it bears
-    on all of them."""
-    if len(rows) == len(question.asked):
-        return None
-    nominal = nominal_setting(question.place)
-    there = (found.seat == found.comfortable).all(axis=1) & (found.setting == nominal).all(axis=1)
-    stays = met_of(found.margin).all(axis=1) & there
-    return Before(found.margin, stays, tuple(rows))
+def _before(question: Question, found: Chunk, change: Change, rows: Sequence[int]) -> Before:
+    """How people came out without a change that bears on these requirements.
+
+    Who fits with a shorter travel of the seat fits with a longer one. Who misses in each position
+    something that the change leaves as it is does not fit there with it either.
+    """
+    nominal = (found.setting == nominal_setting(question.place)).all(axis=1)
+    everything = met_of(found.margin).all(axis=1)
+    seat = question.place.own_seat
+    travel = np.zeros((2, 2)) if seat is None else [seat.travel_forward, seat.travel_up]
+    return Before(
+        margin=found.margin,
+        seat=found.seat,
+        fits=everything & nominal,
+        fixed=~everything & nominal & _fixed(question, found, change),
+        travel=np.array(travel),
+        borne=tuple(rows) if change.moves else (),
+    )
+
+
+def _fixed(question: Question, found: Chunk, change: Change) -> Bools:
+    """(P,) who misses something in each position that was judged that a change leaves as it is.
+
+    What moves of parts and controls do not leave is what is asked of these, and reaches that one of
+    the parts is in the way of. Where a hand or foot holds one of the controls, they leave nothing.
+    """
+    controls = set(moved_controls(question.place.environment, change.moves))
+    held = {name for case in question.place.cases for name in case.held.values()}
+    if controls & held:
+        return np.zeros(len(found.margin), dtype=np.bool_)
+    parts = moved_parts(change)
+    named = [
+        bool(parts & set(one.criterion.parts))
+        or (one.control is not None and one.control.name in controls)
+        for one in question.asked
+    ]
+    blamed = np.append(np.isin(found.words, list(parts)), False)
+    changed = (blamed[found.reason] & (found.margin < -MET)) | np.array(named)
+    some = found.miss_person
+    stays = (found.miss & ~changed[some]).any(axis=1)
+    fixed = np.ones(len(found.margin), dtype=np.bool_)
+    np.logical_and.at(fixed, some, stays)
+    return fixed
 
 
 def _joint(met: Bools, weight: Floats) -> float:
