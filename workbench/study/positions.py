@@ -28,7 +28,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -93,6 +93,9 @@ CLOSE = 4
 how many of its points lie to each side."""
 LAST_STEPS = (0.0025, 0.001, 0.0005)
 """Distances [m] at which the neighbours of the best position of those are tried at last."""
+WITHIN_NEIGHBOURS = 0.01
+"""Who misses by more [m] in all positions that a changed design is tried in is not tried in their
+neighbours: these were tried before the change, where they were worth it."""
 SETTING_WORTH = 1e-4
 """A setting in which somebody still does not fit must be better than the best so far by this [m]."""
 WAVE = 8
@@ -180,9 +183,10 @@ class Fitted:
         (B, K) whether some position, in some setting, meets all requirements of each set.
     setting
         (B, A) [m or rad] the setting of the adjustments that the margins are of.
-    misses
-        (B,) the sets of requirements, as the bits of numbers, that are missed together at least in
-        each position that was judged, without those that hold another.
+    judged
+        (B,) of those who do not fit in the comfortable position a list of arrays (2 + R,), one for
+        each position that was judged: where it is, and what the person has to spare there [m], NaN
+        where that is not known.
     """
 
     tried: Tried
@@ -190,7 +194,7 @@ class Fitted:
     window: Floats
     sets: Bools
     setting: Floats
-    misses: NDArray[np.object_]
+    judged: NDArray[np.object_]
 
     def rows(self, keep: Ints) -> Fitted:
         """A copy of what became of the people at indices, in their order."""
@@ -200,7 +204,7 @@ class Fitted:
             self.window[keep],
             self.sets[keep],
             self.setting[keep],
-            self.misses[keep],
+            self.judged[keep],
         )
 
     def take(self, rows: Ints, other: Fitted) -> None:
@@ -209,7 +213,7 @@ class Fitted:
         self.window[rows] = other.window
         self.sets[rows] = other.sets
         self.setting[rows] = other.setting
-        self.misses[rows] = other.misses
+        self.judged[rows] = other.judged
 
 
 def found_places(
@@ -250,9 +254,9 @@ class Before:
         (B, R) [m], and (B, 2) [m] the position that they are of.
     fits
         (B,) who met everything, with all adjustments at their nominal setting.
-    fixed
-        (B,) who is known not to meet everything with the change either, in the travel that there
-        was.
+    again
+        (B,) of each of the others the positions (n, 2) [m] of the travel that there was in which
+        the change may let the person fit; None where all are to be tried.
     travel
         (2, 2) [m] that travel, forward and up.
     borne
@@ -262,7 +266,7 @@ class Before:
     margin: Floats
     seat: Floats
     fits: Bools
-    fixed: Bools
+    again: NDArray[np.object_]
     travel: Floats
     borne: tuple[int, ...]
 
@@ -273,7 +277,7 @@ class Before:
             margin=self.margin[keep],
             seat=self.seat[keep],
             fits=self.fits[keep],
-            fixed=self.fixed[keep],
+            again=self.again[keep],
         )
 
 
@@ -285,7 +289,9 @@ class _Search:
     wanted: the cases in the comfortable position of the setting; fixed: what became of them there; counted (B, R): the requirements by which positions are compared: without those that are the same
     everywhere, or proved to be missed everywhere; score (B,) [m]: the least
     margin of these in the best position; setting (A,) [m or rad]; remembered: what the people
-    reached so far in it; worth [m]: what a position that does not fit must be better by; judged: the people (by index) in positions [m] that were judged.
+    reached so far in it; worth [m]: what a position that does not fit must be better by; judged: the people (by index) in positions [m] that were judged; begun: whether
+    people begin with the best position of a search before; notes: whether it is noted what people have to
+    spare in each position.
     """
 
     place: Workplace
@@ -303,6 +309,8 @@ class _Search:
     judged: set[tuple[int, float, float]] = field(default_factory=set)
 
     again: bool = False
+    begun: bool = False
+    notes: bool = False
 
     def of(self, people: Ints, before: Fitted, *, few_starts: bool) -> _Search:
         """The same search of some people (N,), once more from what was found before."""
@@ -325,13 +333,10 @@ class _Search:
 
     @property
     def unrefined(self) -> Bools:
-        """(B,) whose best position is not one about which all was tried before."""
-        return self.moved | ~self.settled
-
-    @cached_property
-    def settled(self) -> Bools:
-        """(B,) who begins with the best position of a search before."""
-        return np.zeros(len(self.who), dtype=np.bool_)
+        """(B,) about whose best position more positions are worth a try: of a changed design only
+        where these may let the person fit."""
+        everybody = np.ones(len(self.who), dtype=np.bool_)
+        return self.moved & (self.score > -WITHIN_NEIGHBOURS) if self.begun else everybody
 
     @cached_property
     def score(self) -> Floats:
@@ -371,7 +376,7 @@ def fitted_positions(
         The same people in each case, in their comfortable positions.
     before
         Of a changed design: how the same people came out without the change. Who fitted, and still
-        meets what the change bears on, is asked nothing else; nor who is known not to fit with it.
+        meets what the change bears on, is asked nothing else; the others are tried where it may let them fit.
     proceed
         Called before each batch of positions; the search ends by what it raises.
     """
@@ -390,15 +395,14 @@ def fitted_positions(
     window = np.full((len(at), 4), np.nan)
     nominal = nominal_setting(place)
     setting = np.tile(nominal, (len(at), 1))
-    misses = np.empty(len(at), dtype=object)
-    misses[:] = [frozenset([_bits(row)]) for row in (here.margin < -MET).astype(int).tolist()]
-    found = Fitted(here, at, window, _met_sets(here.margin, members), setting, misses)
+    judged = np.empty(len(at), dtype=object)
+    judged[:] = [[] for _ in at]
+    found = Fitted(here, at, window, _met_sets(here.margin, members), setting, judged)
     movable = _movable(asked)
-    misses_any = (here.margin[:, movable] < -MET).any(axis=1)
-    new = positions if before is None else _outside(positions, before.travel)
-    for some, mine in ((positions, misses_any & ~settled), (new, misses_any & settled)):
+    missing = (here.margin[:, movable] < -MET).any(axis=1)
+    for begun, mine in ((False, missing & ~settled), (True, missing & settled)):
         short = np.flatnonzero(mine)
-        if len(some) < 2 or not len(short):
+        if len(positions) < 2 or not len(short):
             continue
         wanted = [situation.rows(short) for situation in comfortable]
         search = _Search(
@@ -412,11 +416,16 @@ def fitted_positions(
             movable & ~never_met(wanted, asked),
             nominal,
             replace(reached.rows(short), searching=True),
+            begun=begun,
+            notes=before is None and bool(members.shape[1]),
             proceed=proceed,
         )
-        search.whole[np.isin(short, hangs) | settled[short]] = True
-        search.settled[:] = settled[short]
-        _search_travel(search, some)
+        search.whole[np.isin(short, hangs) | begun] = True
+        _note(search, np.arange(len(short)), search.comfortable, here.margin[short])
+        scan = partial(_scan, positions=positions)
+        if before is not None and begun:
+            scan = partial(_scan_changed, positions=positions, before=before.rows(short))
+        _search_travel(search, scan)
         found.take(short, search.best)
     settings = settings_of(place)
     if len(settings):
@@ -437,7 +446,8 @@ def _tried_again(
     nothing = no_margins(people, asked)
     comes = position_of(comfortable[0])
     found = Tried(before.margin.copy(), nothing.words, nothing.toward, comes.copy())
-    settled = before.fits | before.fixed
+    known = np.array([some is not None for some in before.again], dtype=np.bool_)
+    settled = before.fits | known
     if place.own_seat is not None:
         low, high = np.array([place.own_seat.travel_forward, place.own_seat.travel_up]).T
         settled &= ((before.seat >= low - MET) & (before.seat <= high + MET)).all(axis=1)
@@ -450,22 +460,35 @@ def _tried_again(
             wanted = [situation.rows(rows) for situation in comfortable]
             if not stays[rows].all():
                 at = in_positions(place, who.rows(rows), before.seat[rows], wanted)
-                known = wanted[0].remembered
-                wanted = at if known is None else _remembering(at, known)
+                reached = wanted[0].remembered
+                wanted = at if reached is None else _remembering(at, reached)
             if len(rows):
                 again = tried(wanted, some)
                 found.margin[np.ix_(rows, before.borne)] = again.margin
-    settled &= before.fixed | ~(found.margin < -MET).any(axis=1)
+    settled &= known | ~(found.margin < -MET).any(axis=1)
     rest = np.flatnonzero(~settled)
     if len(rest):
         found.take(rest, tried([situation.rows(rest) for situation in comfortable], asked))
     return found, settled
 
 
-def _outside(positions: Floats, travel: Floats) -> Floats:
-    """The positions (M, 2) that lie outside a travel (2, 2) of the seat."""
-    inside = (positions >= travel[:, 0] - 1e-9) & (positions <= travel[:, 1] + 1e-9)
-    return positions[~inside.all(axis=1)]
+def _scan_changed(search: _Search, positions: Floats, before: Before) -> None:
+    """Try people of a changed design where it may let them fit: in some of the positions that were
+    judged before, and in those of the lattice that a longer travel has added."""
+    new = positions[_outside(positions, before.travel)]
+    comes = _outside(search.comfortable, before.travel)
+    people = [np.flatnonzero(comes), np.repeat(np.arange(len(search.who)), len(new))]
+    places = [search.comfortable[comes], np.tile(new, (len(search.who), 1))]
+    for person, some in enumerate(before.again):
+        people.append(np.full(len(some), person))
+        places.append(some)
+    _try_positions(search, np.concatenate(people), np.concatenate(places))
+
+
+def _outside(positions: Floats, travel: Floats) -> Bools:
+    """(M,) which positions (M, 2) lie outside a travel (2, 2) of the seat."""
+    inside = (positions >= travel[:, 0] - 1e-6) & (positions <= travel[:, 1] + 1e-6)
+    return np.asarray(~inside.all(axis=1))
 
 
 def lattice(seat: Seat | None) -> Floats:
@@ -568,7 +591,8 @@ def _judge(search: _Search, people: Ints, positions: Floats) -> None:
             margin = found.margin[left]
         hopeful = _hopeful(search, people[left], margin, known | stage.columns)
         given_up = np.setdiff1d(np.arange(len(left)), hopeful)
-        _note_misses(search, people[left[given_up]], margin[given_up])
+        at = positions[left[given_up]]
+        _note(search, people[left[given_up]], at, margin[given_up])
         if not len(hopeful):
             return
         if len(hopeful) < len(left):
@@ -576,28 +600,16 @@ def _judge(search: _Search, people: Ints, positions: Floats) -> None:
             left = left[hopeful]
     at = position_of(situations[0])
     best = Tried(found.margin[left], found.words[left], found.toward[left], at)
-    _note_misses(search, people[left], best.margin)
+    _note(search, people[left], positions[left], best.margin)
     _keep(search, people[left], best)
 
 
-def _note_misses(search: _Search, people: Ints, margin: Floats) -> None:
-    """Note what people (N,) are known to miss in a position each; margin (N, R), NaN where it is not
-    known."""
-    missed = (margin < -MET).astype(np.int64)
-    for person, row in zip(people.tolist(), missed.tolist(), strict=True):
-        search.best.misses[person] = _with_set(search.best.misses[person], _bits(row))
-
-
-def _bits(flags: Sequence[int]) -> int:
-    """Flags as the bits of a number, the first as the lowest."""
-    return int("".join(map(str, reversed(flags))) or "0", 2)
-
-
-def _with_set(sets: frozenset[int], other: int) -> frozenset[int]:
-    """Sets as the bits of numbers, with one more, and without those that hold another of them."""
-    if any(one & other == one for one in sets):
-        return sets
-    return frozenset([*(one for one in sets if one & other != other), other])
+def _note(search: _Search, people: Ints, positions: Floats, margin: Floats) -> None:
+    """Note what people (N,) have to spare in positions (N, 2), as far as it is known (N, R)."""
+    if search.notes:
+        rows = np.hstack([positions, margin]).astype(np.float32)
+        for person, row in zip(people.tolist(), rows, strict=True):
+            search.best.judged[person].append(row)
 
 
 def _remembering(situations: Sequence[Situation], known: Remembered) -> list[Situation]:
@@ -645,7 +657,10 @@ def _hopeful(search: _Search, people: Ints, margin: Floats, known: Bools) -> Int
     """The rows of people (N,) who may do better than in their best position, or meet another set,
     as far as the requirements (R,) that are known say."""
     least = _score(margin, known & search.counted[people])
-    better = least > np.minimum(search.score[people] + search.worth, -MET)
+    enough = np.minimum(search.score[people] + search.worth, -MET)
+    if search.begun:
+        enough = np.maximum(enough, -WITHIN_NEIGHBOURS)
+    better = least > enough
     sets = _met_sets(margin[:, known], search.members[known])
     return np.flatnonzero(better | (sets & ~search.best.sets[people]).any(axis=1))
 
@@ -698,8 +713,8 @@ def _refine(search: _Search) -> None:
         _try_neighbours(search, _near_misses(search), step)
 
 
-def _search_travel(search: _Search, positions: Floats) -> None:
-    """Search the travel of the seat, whose lattice is `positions` (M, 2) [m].
+def _search_travel(search: _Search, scan: Callable[[_Search], None]) -> None:
+    """Search the travel of the seat: the lattice by `scan`, then about the best position of each.
 
     While positions are searched for, reaches that obstacles put in doubt are tried from few starts.
     In the position that is found they are asked whole. Who fits there by the one and not by the
@@ -707,9 +722,7 @@ def _search_travel(search: _Search, positions: Floats) -> None:
     is searched for again from the posture that reaches it.
     """
     before = search.best.rows(np.arange(len(search.who)))
-    begun = np.flatnonzero(search.settled)
-    _try_positions(search, begun, search.comfortable[begun])
-    _scan(search, positions)
+    scan(search)
     _refine(search)
     few = search.best.tried.margin.copy()
     fits = search.score >= -MET
@@ -721,7 +734,7 @@ def _search_travel(search: _Search, positions: Floats) -> None:
     for people, few_starts in ((np.flatnonzero(wrong), False), (np.flatnonzero(missed), True)):
         if len(people) and not search.again:
             again = search.of(people, before, few_starts=few_starts)
-            _search_travel(again, positions)
+            _search_travel(again, scan)
             search.best.take(people, again.best)
     # who is proved to be kept from something everywhere fits nowhere
     search.best.window[~search.counted[:, _movable(search.asked)].all(axis=1)] = np.nan
@@ -730,10 +743,17 @@ def _search_travel(search: _Search, positions: Floats) -> None:
 def _judge_whole(search: _Search) -> None:
     """Judge whole, in the best position of each, those who were not yet: each reach with all starts,
     and with how much is to spare."""
-    people = np.flatnonzero(search.moved | ~search.whole)
+    best = search.best
+    asks = search.moved | ~search.whole
+    if search.begun:
+        hangs = np.zeros(len(asks), dtype=np.bool_)
+        hangs[_hang_on_reaches(search.wanted, search.asked, best.tried.margin, anywhere=False)] = (
+            True
+        )
+        asks &= hangs | (search.score >= -MET)
+    people = np.flatnonzero(asks)
     if not len(people):
         return
-    best = search.best
     wanted = [situation.rows(people) for situation in search.wanted]
     who = search.who.rows(people)
     there = in_positions(search.place, who, best.tried.seat[people], wanted)

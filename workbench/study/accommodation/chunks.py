@@ -61,8 +61,8 @@ class Chunk:
     `margins.Bounds`: all NaN where that was not asked; reason (B, R): index into `words`, -1 where
     there is none; toward (B, R, 3); seat, comfortable (B, 2), window (B, 4), sets (B, K), setting
     (B, A): see `positions.Fitted`. overlap (O, 4), depth (O,): see `overlaps.Overlaps`; none where
-    the bounds were not asked. miss_person (M,), miss (M, R): what a person misses together, see
-    `positions.Fitted`.
+    the bounds were not asked. judged_person (M,), judged (M, 2 + R): people in positions that were
+    judged, see `positions.Fitted`.
     """
 
     margin: Floats
@@ -77,8 +77,8 @@ class Chunk:
     setting: Floats
     overlap: Ints
     depth: Floats
-    miss_person: Ints
-    miss: Bools
+    judged_person: Ints
+    judged: Floats
     words: tuple[str, ...]
 
 
@@ -209,8 +209,8 @@ class _Files:
             "setting": chunk.setting,
             "overlap": chunk.overlap,
             "depth": chunk.depth,
-            "miss_person": chunk.miss_person,
-            "miss": chunk.miss,
+            "judged_person": chunk.judged_person,
+            "judged": chunk.judged,
             "words": np.array(chunk.words, dtype=str),
         }
         try:
@@ -370,7 +370,7 @@ def time_left(begun: float, done: int, left: int) -> str:
 def _as_numbers(fitted: Fitted, bounds: Bounds, overlaps: Overlaps) -> Chunk:
     """What became of some people as numbers: words become indices into a list."""
     found = fitted.tried
-    person, miss = _misses(fitted.misses, found.margin.shape[1])
+    rows = fitted.judged.tolist()
     every = found.words.ravel().tolist()
     words = tuple(word for word in dict.fromkeys(every) if word)
     number = {word: k for k, word in enumerate(words)} | {"": -1}
@@ -388,18 +388,12 @@ def _as_numbers(fitted: Fitted, bounds: Bounds, overlaps: Overlaps) -> Chunk:
         setting=fitted.setting,
         overlap=overlaps.pair,
         depth=overlaps.depth,
-        miss_person=person,
-        miss=miss,
+        judged_person=np.repeat(np.arange(len(rows)), [len(some) for some in rows]),
+        judged=np.array([row for some in rows for row in some], dtype=np.float64).reshape(
+            -1, 2 + found.margin.shape[1]
+        ),
         words=words,
     )
-
-
-def _misses(sets: NDArray[np.object_], requirements: int) -> tuple[Ints, Bools]:
-    """Sets of requirements that people (B,) miss, as a person (M,) and flags (M, R)."""
-    rows = [(person, one) for person, some in enumerate(sets) for one in sorted(some)]
-    flags = [[bool(one >> r & 1) for r in range(requirements)] for _, one in rows]
-    person = np.array([person for person, _ in rows], dtype=np.int64)
-    return person, np.array(flags, dtype=np.bool_).reshape(len(rows), requirements)
 
 
 def joined_chunks(chunks: Sequence[Chunk]) -> Chunk:
@@ -428,9 +422,9 @@ def joined_chunks(chunks: Sequence[Chunk]) -> Chunk:
         setting=np.concatenate([chunk.setting for chunk in chunks]),
         overlap=overlaps.pair,
         depth=overlaps.depth,
-        miss_person=np.concatenate(
-            [chunk.miss_person + first for chunk, first in zip(chunks, ends[:-1], strict=True)]
+        judged_person=np.concatenate(
+            [chunk.judged_person + first for chunk, first in zip(chunks, ends[:-1], strict=True)]
         ),
-        miss=np.concatenate([chunk.miss for chunk in chunks]),
+        judged=np.concatenate([chunk.judged for chunk in chunks]),
         words=words,
     )

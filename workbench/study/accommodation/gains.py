@@ -29,6 +29,8 @@ MOST_GAINS = 3
 MOST_TRIES = 5
 """Changes that are proposed, and tried for that: one that gains nothing after all is not
 proposed."""
+ARMS = frozenset(("LSM", "RSM", "LUA", "RUA", "LLA", "RLA", "LHN", "RHN"))
+"""The segments that go along with hands."""
 NEAR = 5e-3
 """Half the move [m] over which the rate of a gain is taken."""
 Run = Callable[[Question], Chunk]
@@ -75,7 +77,8 @@ def gains_of(
 def _changed_question(question: Question, found: Chunk, change: Change) -> Question:
     """What is asked of everybody with a change made."""
     asked = question.asked
-    rows = borne_by(question.place, asked, change)
+    still = replace(change, travel_forward=(0.0, 0.0), travel_up=(0.0, 0.0))
+    rows = borne_by(question.place, asked, still)
     place = changed(question.place, change)
     return replace(
         question,
@@ -150,46 +153,60 @@ def _compared(
 def _before(question: Question, found: Chunk, change: Change, rows: Sequence[int]) -> Before:
     """How people came out without a change that bears on these requirements.
 
-    Who fits with a shorter travel of the seat fits with a longer one. Who misses in each position
-    something that the change leaves as it is does not fit there with it either.
+    Who fits with a shorter travel of the seat fits with a longer one.
     """
     nominal = (found.setting == nominal_setting(question.place)).all(axis=1)
-    everything = met_of(found.margin).all(axis=1)
+    everything: Bools = np.asarray(met_of(found.margin).all(axis=1), dtype=np.bool_)
     seat = question.place.own_seat
     travel = np.zeros((2, 2)) if seat is None else [seat.travel_forward, seat.travel_up]
+    again = np.empty(len(everything), dtype=object)
+    left = _left_as_they_are(question, change)
+    if left is not None:
+        for person in np.flatnonzero(~everything & nominal).tolist():
+            again[person] = _where_it_may_fit(found, person, *left)
     return Before(
         margin=found.margin,
         seat=found.seat,
         fits=everything & nominal,
-        fixed=~everything & nominal & _fixed(question, found, change),
+        again=again,
         travel=np.array(travel),
         borne=tuple(rows) if change.moves else (),
     )
 
 
-def _fixed(question: Question, found: Chunk, change: Change) -> Bools:
-    """(P,) who misses something in each position that was judged that a change leaves as it is.
+def _left_as_they_are(question: Question, change: Change) -> tuple[Floats, frozenset[str]] | None:
+    """(R,) [m] by how much a change lets the margin of each requirement grow at most in a position of
+    the seat, and the parts of which a reach may be kept no more. None where hands or feet hold one
+    of the controls that are moved: that may change everything.
 
-    What moves of parts and controls do not leave is what is asked of these, and reaches that one of
-    the parts is in the way of. Where a hand or foot holds one of the controls, they leave nothing.
+    A distance to a part grows by no more than the part is moved by. What depends on the arms is not
+    known, since they may go another way.
     """
     controls = set(moved_controls(question.place.environment, change.moves))
     held = {name for case in question.place.cases for name in case.held.values()}
     if controls & held:
-        return np.zeros(len(found.margin), dtype=np.bool_)
+        return None
     parts = moved_parts(change)
-    named = [
-        bool(parts & set(one.criterion.parts))
-        or (one.control is not None and one.control.name in controls)
-        for one in question.asked
-    ]
-    blamed = np.append(np.isin(found.words, list(parts)), False)
-    changed = (blamed[found.reason] & (found.margin < -MET)) | np.array(named)
-    some = found.miss_person
-    stays = (found.miss & ~changed[some]).any(axis=1)
-    fixed = np.ones(len(found.margin), dtype=np.bool_)
-    np.logical_and.at(fixed, some, stays)
-    return fixed
+    most = np.zeros(len(question.asked))
+    for r, one in enumerate(question.asked):
+        if one.control is not None and one.control.name in controls:
+            most[r] = np.inf
+        elif parts & set(one.criterion.parts):
+            segments = one.criterion.segments
+            legs = bool(segments) and not ARMS.intersection(segments)
+            most[r] = sum(np.linalg.norm(move.by) for move in change.moves) if legs else np.inf
+    return most, frozenset(parts)
+
+
+def _where_it_may_fit(found: Chunk, person: int, most: Floats, parts: frozenset[str]) -> Floats:
+    """(n, 2) [m] the positions that were judged in which a person may meet everything once margins
+    have grown by `most` (R,) and nothing is in the way that some parts were; see
+    `_left_as_they_are`."""
+    rows = found.judged[found.judged_person == person].astype(np.float64)
+    blamed = np.array([k in parts for k in (*found.words, "")])[found.reason[person]]
+    grown = rows[:, 2:] + np.where(blamed, np.inf, most)
+    places: Floats = rows[~(grown < -MET).any(axis=1), :2]
+    return places
 
 
 def _joint(met: Bools, weight: Floats) -> float:

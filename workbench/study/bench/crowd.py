@@ -281,7 +281,7 @@ def _before(before: Settled, question: Question, arrangement: Arrangement) -> Be
         margin=in_columns(before.margin, same),
         seat=fitted.tried.seat,
         fits=fits,
-        fixed=np.zeros_like(fits),
+        again=np.empty(len(fits), dtype=object),
         travel=np.zeros((2, 2)),
         borne=tuple(borne),
     )
