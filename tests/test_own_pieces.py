@@ -253,3 +253,23 @@ def test_an_edge_through_a_face_and_edges_that_pass_one_another_are_near():
     assert come_near(plate, beside, 0.0011)
     assert not come_near(plate, beside, 0.0009)
     assert not come_near(plate[:0], rod, 1.0)
+
+
+def test_a_control_without_a_part_is_told_at_which_it_is(tmp_path):
+    controls = {"propeller": ((450, 30, 215), "grasp", "''"), "free": ((0, 0, 999), "push", "''")}
+    environment = place(tmp_path, LEVERS, controls)
+    assert [words for words in environment.warnings if "names no part" in words] == [
+        "control 'propeller' names no part and is at 'PropCap', which nobody may enter to use it: "
+        "is that its `part`?"
+    ]
+    assert depths(environment) == {}
+
+
+def test_a_grip_on_a_soup_is_told_and_takes_nothing_along(tmp_path):
+    controls = {"propeller": ((450, 30, 215), "grasp", "console")}
+    environment = place(tmp_path, LEVERS, controls)
+    assert environment.warnings[-1].startswith(
+        "control 'propeller' is gripped (grasp) on 'console', which is 1 m large and counts as a "
+        "panel that no hand may enter: `split`"
+    )
+    assert (pieces(environment), depths(environment)) == ({}, {})
