@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from workbench.files.environment_own import GRIPPABLE, Touching
+from workbench.files.environment_own import GRIPPABLE, Touching, part_meshes
 from workbench.model.accommodation import Requirement, met_of
 from workbench.model.arrays import Floats, Ints
 from workbench.model.criterion import Criterion
@@ -91,7 +91,7 @@ def kept_by_parts(
         As of `PopulationFound`; weight (P,) of its people.
     """
     controls = {control.name: control for control in environment.controls}
-    touching = Touching(environment)
+    touching = Touching(part_meshes(environment))
     found = []
     for r, one in enumerate(requirements):
         if one.check != "reach" or one.target not in controls:
@@ -133,7 +133,7 @@ def kept_of_people(
     criteria ask for."""
     controls = {control.name: control for control in environment.controls}
     asked = [one for one in criteria if one.check == "reach"]
-    touching = Touching(environment)
+    touching = Touching(part_meshes(environment))
     kept = {}
     for row in reaches:
         wanted = any(_is_asked(one, row) for one in asked)
@@ -160,10 +160,10 @@ def _is_asked(criterion: Criterion, row: ControlReach) -> bool:
 
 def _touched(touching: Touching, control: Control, part: str) -> str:
     """The part of a control that another touches, with which it could be one thing; "" for none."""
-    environment = touching.environment
-    other = environment.part(part)
+    names = touching.meshes.names
+    other = names.index(part)
     for name in control.own_parts:
-        own = environment.part(name)
+        own = names.index(name)
         small = touching.extent([own, other]) <= GRIPPABLE
         if name != part and small and touching.touch(own, other):
             return name
