@@ -135,11 +135,22 @@ def test_parts_of_a_kind_or_a_place_are_not_one_thing(tmp_path):
     assert pieces(place(tmp_path, boxes, controls)) == {}
 
 
-def test_a_lever_that_is_called_lever_takes_lever_stalk_along(tmp_path):
-    names = {"PropCap": "lever_knob", "PropLever": "lever_stalk", "MixLever": "left_lever"}
+def test_a_word_that_the_structure_around_has_too_tells_nothing(tmp_path):
+    names = {"console": "Hybrid_1", "PropCap": "Hybrid_2", "PropLever": "Hybrid_3"}
     boxes = {names.get(name, name): one for name, one in LEVERS.items()}
-    controls = {"propeller": ((450, 30, 215), "grasp", "lever_knob")}
-    assert pieces(place(tmp_path, boxes, controls)) == {"propeller": ["lever_stalk"]}
+    boxes["Hybrid_1"] = ((0, -500, 0), (1000, 500, 201))
+    controls = {"propeller": ((450, 30, 215), "grasp", "Hybrid_2")}
+    assert pieces(place(tmp_path, boxes, controls)) == {}
+    boxes["Hybrid_1"] = ((0, -500, 0), (1000, 500, 90))  # a structure that is not about it
+    assert pieces(place(tmp_path, boxes, controls)) == {"propeller": ["Hybrid_3"]}
+
+
+@pytest.mark.parametrize("name", ["lever", "Left_Gear_Lever", "console_lever"])
+def test_names_that_begin_alike_and_go_on_with_pieces_are_one_thing(tmp_path, name):
+    names = {"PropCap": f"{name}_knob", "PropLever": f"{name}_stalk", "MixLever": "lever_two"}
+    boxes = {names.get(name, name): one for name, one in LEVERS.items()}
+    controls = {"propeller": ((450, 30, 215), "grasp", f"{name}_knob")}
+    assert pieces(place(tmp_path, boxes, controls)) == {"propeller": [f"{name}_stalk"]}
 
 
 def test_a_piece_may_be_named_like_the_control(tmp_path):

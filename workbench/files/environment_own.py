@@ -9,12 +9,12 @@ sides or the order of parts.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Container, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from workbench.files.part_likeness import likeness
+from workbench.files.part_likeness import likeness, name_words
 from workbench.geometry.polygon import point_winding
 from workbench.geometry.touching import come_near
 from workbench.model.arrays import Floats
@@ -234,7 +234,8 @@ class _Search:
         own = self.touching.extent(handle.parts)
         largest = max(_SMALL, own)
         steps = self._steps(handle, largest) if own <= GRIPPABLE else {}
-        why = {k: words for k in steps if (words := self._why(handle, k))}
+        said = self._said(handle)
+        why = {k: words for k in steps if (words := self._why(handle, k, said))}
         return _Thing(handle, steps, why, largest)
 
     def _steps(self, handle: Handle, largest: float) -> dict[int, int]:
@@ -260,8 +261,21 @@ class _Search:
         mover = self.around.mover(self.names[own[0]])
         return [k for k in free if self.around.mover(self.names[k]) == mover]
 
-    def _why(self, handle: Handle, part: int) -> str:
-        """What makes a part belong to a handle, in words; "" for nothing."""
+    def _said(self, handle: Handle) -> set[str]:
+        """The words in the names of what is too large for a handle and stands about it."""
+        boxes = self.touching.meshes.boxes
+        own = boxes[list(handle.parts)]
+        low = own[:, 0].min(axis=0) - TOUCHING
+        high = own[:, 1].max(axis=0) + TOUCHING
+        near = np.all((boxes[:, 0] <= high) & (boxes[:, 1] >= low), axis=1)
+        large = near & ((boxes[:, 1] - boxes[:, 0]).max(axis=1) > GRIPPABLE)
+        return {word for k in np.flatnonzero(large).tolist() for word in name_words(self.names[k])}
+
+    def _why(self, handle: Handle, part: int, said: Container[str]) -> str:
+        """What makes a part belong to a handle, in words; "" for nothing.
+
+        said: words that tell nothing here.
+        """
         name = self.names[part]
         mover = self.around.mover(name)
         if mover in self.around.movers:
@@ -269,8 +283,8 @@ class _Search:
             if self.touching.extent(moved) <= _SMALL:
                 return f"{mover} moves both and nothing else"
         others = [self.names[k] for k in handle.parts]
-        if word := likeness(name, [*others, *handle.controls]):
-            return f"it is named like it ({word})"
+        if words := likeness(name, [*others, *handle.controls], said):
+            return f"it is named like it ({words})"
         boxes = self.touching.meshes.boxes
         inside = any(
             np.all(boxes[part, 0] >= boxes[k, 0] - TOUCHING)
