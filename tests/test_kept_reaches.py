@@ -86,7 +86,7 @@ def toy(folder, people, criteria):
     yaml = (place / "environment.yaml").read_text()
     old = "near: {at: [450, -200, 800], grip: push, zone: 1, part: panel}"
     assert old in yaml
-    new = "near: {at: [440, -200, 800], grip: grasp, zone: 1, part: Cube_1}"
+    new = "near: {at: [440, -200, 800], grip: grasp, zone: 1, part: [Cube_1]}"
     (place / "environment.yaml").write_text(yaml.replace(old, new))
     head = path.read_text().split("criteria:")[0]
     path.write_text(f"{head}criteria:\n  - {criteria}\n")
@@ -110,7 +110,7 @@ def test_a_share_of_nobody_for_a_part_in_the_way_does_not_open_the_page(tmp_path
 def test_a_list_of_parts_answers_the_question(tmp_path):
     study = toy(tmp_path, 4, "{name: knobs, check: reach, controls: [near], hand: right}")
     place = tmp_path / "environments" / "toy" / "environment.yaml"
-    place.write_text(place.read_text().replace("part: Cube_1", 'part: ["Cube_*"]'))
+    place.write_text(place.read_text().replace("[Cube_1]", '["Cube_*"]'))
     found = wb.run(wb.load_study(study))
     assert found.population.single[0] == 1.0
     assert not [words for words in found.warnings if "in the way" in words]

@@ -136,13 +136,22 @@ def test_parts_of_a_kind_or_a_place_are_not_one_thing(tmp_path):
 
 
 def test_a_word_that_the_structure_around_has_too_tells_nothing(tmp_path):
-    names = {"console": "Hybrid_1", "PropCap": "Hybrid_2", "PropLever": "Hybrid_3"}
+    names = {"console": "Hybrid_hull", "PropCap": "Hybrid_red", "PropLever": "Hybrid_grey"}
     boxes = {names.get(name, name): one for name, one in LEVERS.items()}
-    boxes["Hybrid_1"] = ((0, -500, 0), (1000, 500, 201))
-    controls = {"propeller": ((450, 30, 215), "grasp", "Hybrid_2")}
+    controls = {"propeller": ((450, 30, 215), "grasp", "Hybrid_red")}
+    assert pieces(place(tmp_path, boxes, controls)) == {"propeller": ["Hybrid_grey"]}
+    boxes["Hybrid_hull"] = ((0, -500, 0), (1000, 500, 201))  # the cap stands in it
     assert pieces(place(tmp_path, boxes, controls)) == {}
-    boxes["Hybrid_1"] = ((0, -500, 0), (1000, 500, 90))  # a structure that is not about it
-    assert pieces(place(tmp_path, boxes, controls)) == {"propeller": ["Hybrid_3"]}
+
+
+def test_the_numbers_of_a_large_mesh_that_was_split_tell_nothing(tmp_path):
+    names = {"console": "Hull_1", "PropCap": "Hull_2", "PropLever": "Hull_3"}
+    boxes = {names.get(name, name): one for name, one in LEVERS.items()}
+    controls = {"propeller": ((450, 30, 215), "grasp", "Hull_2")}
+    assert pieces(place(tmp_path, boxes, controls)) == {}
+    boxes = {"cab" if name == "Hull_1" else name: one for name, one in boxes.items()}
+    boxes["Hull_1"] = ((460, 25, 205), (470, 35, 210))  # now all of that name is a small thing
+    assert pieces(place(tmp_path, boxes, controls)) == {"propeller": ["Hull_1", "Hull_3"]}
 
 
 @pytest.mark.parametrize("name", ["lever", "Left_Gear_Lever", "console_lever"])
@@ -168,6 +177,18 @@ def test_what_lies_within_a_part_is_a_piece_of_it_whatever_its_name(tmp_path):
     assert pieces(place(tmp_path, boxes, PROPELLER)) == {
         "propeller": ["Cube_8", "Cube_9", "PropLever"]
     }
+
+
+def test_a_stalk_that_is_the_only_small_part_there_is_a_piece_by_its_shape(tmp_path):
+    names = {"PropCap": "Cube_7", "PropLever": "Cube_8"}
+    boxes = {names.get(name, name): one for name, one in LEVERS.items() if name != "GateBase"}
+    boxes["console"] = ((0, -500, 0), (1000, 500, 100))
+    controls = {"feather": ((450, 30, 215), "grasp", "Cube_7")}
+    assert pieces(place(tmp_path, boxes, controls)) == {"feather": ["Cube_8"]}
+    plate = boxes | {"Cube_8": ((370, -50, 195), (520, 101, 199))}  # wider than a hand closes about
+    assert pieces(place(tmp_path, plate, controls)) == {}
+    screw = boxes | {"Cube_9": ((445, 28, 150), (447, 32, 152))}
+    assert pieces(place(tmp_path, screw, controls)) == {}
 
 
 def test_what_an_adjustment_alone_moves_is_one_thing(tmp_path):

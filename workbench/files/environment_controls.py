@@ -87,7 +87,7 @@ def found_controls(
 def _surroundings(
     file: EnvironmentFile, names: Sequence[str], hidden: Iterable[str]
 ) -> Surroundings:
-    """What of the parts bears on pieces: what is hidden, sat on and moved."""
+    """What of the parts bears on pieces: what is hidden, what is sat on and what is moved."""
 
     def meant(keys: Iterable[str]) -> tuple[str, ...]:
         return tuple(dict.fromkeys(part for key in keys for part in matching_parts(key, names)))
@@ -96,7 +96,7 @@ def _surroundings(
     rests = {rest.part for _, seat in seats for rest in (seat.cushion, seat.back)}
     movers = {f"seat {name}": meant(seat.moves) for name, seat in seats}
     movers |= {f"adjustment {name}": meant(one.parts) for name, one in file.adjustments.items()}
-    return Surroundings(frozenset({*hidden, *rests}), movers)
+    return Surroundings(frozenset(hidden), frozenset(rests), movers)
 
 
 def _control(meshes: PartMeshes, name: str, given: ControlFile) -> Control:

@@ -41,6 +41,11 @@ _SMALL = 0.3
 """What a hand moves as one thing is no larger [m] in all, unless its own part is by itself."""
 
 
+_TWO_ALONE = "both touch nothing else that is small"
+_SLENDER = 0.1
+"""What is taken for a stalk or an arm by its shape alone is no wider [m]: a hand closes about it."""
+
+
 @dataclass(frozen=True)
 class Handle:
     """What controls stand on, as one thing that is gripped.
@@ -125,17 +130,18 @@ class Touching:
         high = np.minimum(boxes[one, 1], boxes[other, 1])
         if np.any(low > high + TOUCHING):
             return False
-        if come_near(self._triangles(one), self._triangles(other), TOUCHING):
+        if come_near(self.triangles(one), self.triangles(other), TOUCHING):
             return True
         return self._holds(one, other) or self._holds(other, one)
 
     def _holds(self, one: int, other: int) -> bool:
         """Whether a part has another, which does not touch it, inside it."""
-        corners = self._triangles(one)
-        point = self._triangles(other)[0, 0]
+        corners = self.triangles(one)
+        point = self.triangles(other)[0, 0]
         return bool(abs(point_winding(*point, corners, 0, len(corners))) > 0.5)
 
-    def _triangles(self, part: int) -> Floats:
+    def triangles(self, part: int) -> Floats:
+        """(T, 3, 3) [m] the corners of a part's triangles."""
         if part not in self._corners:
             self._corners[part] = np.ascontiguousarray(self.meshes.triangles(part))
         return self._corners[part]
@@ -147,12 +153,15 @@ class Surroundings:
 
     Parameters
     ----------
+    hidden
+        Parts that are neither drawn nor checked.
     barred
-        Parts that are no pieces: what is hidden, and what people sit on.
+        Other parts that are no pieces: what people sit on.
     movers
         What moves parts, in words, with the parts.
     """
 
+    hidden: frozenset[str]
     barred: frozenset[str]
     movers: Mapping[str, tuple[str, ...]]
 
@@ -233,33 +242,64 @@ class _Search:
         """A handle with what stands about it; nothing does about a panel."""
         own = self.touching.extent(handle.parts)
         largest = max(_SMALL, own)
-        steps = self._steps(handle, largest) if own <= GRIPPABLE else {}
+        small = self._small(handle, largest) if own <= GRIPPABLE else []
+        steps = self._steps(handle, small)
         said = self._said(handle)
         why = {k: words for k in steps if (words := self._why(handle, k, said))}
+        if len(steps) == 1 and not why:
+            why = {k: _TWO_ALONE for k in steps if self._alone(handle, k, small)}
         return _Thing(handle, steps, why, largest)
 
-    def _steps(self, handle: Handle, largest: float) -> dict[int, int]:
-        near = self._near(handle, largest)
-        steps = dict.fromkeys(handle.parts, 0)
-        ring = list(handle.parts)
-        while ring:
-            outside = [k for k in near if k not in steps]
-            next_ring = [k for k in outside if any(self.touching.touch(k, one) for one in ring)]
-            steps |= dict.fromkeys(next_ring, steps[ring[0]] + 1)
-            ring = next_ring
-        return {k: step for k, step in steps.items() if step}
-
-    def _near(self, handle: Handle, largest: float) -> list[int]:
-        """The parts that may be pieces: with the handle they are no larger than that, and they
-        move as it does."""
+    def _small(self, handle: Handle, largest: float) -> list[int]:
+        """The parts beside a handle that are no larger with it than that."""
         boxes = self.touching.meshes.boxes
         own = list(handle.parts)
         low = np.minimum(boxes[:, 0], boxes[own, 0].min(axis=0))
         high = np.maximum(boxes[:, 1], boxes[own, 1].max(axis=0))
         small = np.flatnonzero((high - low).max(axis=1) <= largest).tolist()
+        return [k for k in small if k not in own and self.names[k] not in self.around.hidden]
+
+    def _steps(self, handle: Handle, small: Iterable[int]) -> dict[int, int]:
+        """How many pieces each small part is away, of those that may be pieces and move as the
+        handle does."""
+        mover = self.around.mover(self.names[handle.parts[0]])
         free = [k for k in small if self.names[k] not in self.around.barred]
-        mover = self.around.mover(self.names[own[0]])
-        return [k for k in free if self.around.mover(self.names[k]) == mover]
+        near = [k for k in free if self.around.mover(self.names[k]) == mover]
+        steps: dict[int, int] = {}
+        ring = list(handle.parts)
+        step = 0
+        while ring:
+            step += 1
+            outside = [k for k in near if k not in steps]
+            ring = [k for k in outside if any(self.touching.touch(k, one) for one in ring)]
+            steps |= dict.fromkeys(ring, step)
+        return steps
+
+    def _alone(self, handle: Handle, part: int, small: Iterable[int]) -> bool:
+        """Whether a handle and a slender part touch one another and nothing else that is small."""
+        both = [*handle.parts, part]
+        others = [k for k in small if k != part]
+        touched = any(self.touching.touch(k, one) for k in others for one in both)
+        return not touched and self._slender(part)
+
+    def _slender(self, part: int) -> bool:
+        """Whether a hand could close about a part: along its second axis of inertia, as a surface,
+        it is no larger than `_SLENDER`."""
+        corners = self.touching.triangles(part)
+        sides = corners[:, 1:] - corners[:, :1]
+        area = np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1)
+        away = corners.mean(axis=1) - np.average(corners.mean(axis=1), axis=0, weights=area)
+        axes = np.linalg.eigh((away * area[:, None]).T @ away)[1]
+        return bool(np.ptp(corners.reshape(-1, 3) @ axes[:, 1]) <= _SLENDER)
+
+    def _numbered(self, name: str, part: int) -> bool:
+        """Whether two names differ in their numbers alone, and all that do are no small thing: the
+        pieces of a mesh that was split."""
+        words = name_words(name)
+        if name_words(self.names[part]) != words:
+            return False
+        family = [k for k, other in enumerate(self.names) if name_words(other) == words]
+        return self.touching.extent(family) > GRIPPABLE
 
     def _said(self, handle: Handle) -> set[str]:
         """The words in the names of what is too large for a handle and stands about it."""
@@ -282,7 +322,7 @@ class _Search:
             moved = [self.names.index(one) for one in self.around.movers[mover]]
             if self.touching.extent(moved) <= _SMALL:
                 return f"{mover} moves both and nothing else"
-        others = [self.names[k] for k in handle.parts]
+        others = [self.names[k] for k in handle.parts if not self._numbered(name, k)]
         if words := likeness(name, [*others, *handle.controls], said):
             return f"it is named like it ({words})"
         boxes = self.touching.meshes.boxes
