@@ -145,13 +145,13 @@ def test_a_word_that_the_structure_around_has_too_tells_nothing(tmp_path):
 
 
 def test_the_numbers_of_a_large_mesh_that_was_split_tell_nothing(tmp_path):
-    names = {"console": "Hull_1", "PropCap": "Hull_2", "PropLever": "Hull_3"}
+    names = {"console": "Burner_1", "PropCap": "Burner_2", "PropLever": "Burner_3"}
     boxes = {names.get(name, name): one for name, one in LEVERS.items()}
-    controls = {"propeller": ((450, 30, 215), "grasp", "Hull_2")}
+    controls = {"propeller": ((450, 30, 215), "grasp", "Burner_2")}
     assert pieces(place(tmp_path, boxes, controls)) == {}
-    boxes = {"cab" if name == "Hull_1" else name: one for name, one in boxes.items()}
-    boxes["Hull_1"] = ((460, 25, 205), (470, 35, 210))  # now all of that name is a small thing
-    assert pieces(place(tmp_path, boxes, controls)) == {"propeller": ["Hull_1", "Hull_3"]}
+    boxes = {"cab" if name == "Burner_1" else name: one for name, one in boxes.items()}
+    boxes["Burner_1"] = ((460, 25, 205), (470, 35, 210))  # now all of that name is a small thing
+    assert pieces(place(tmp_path, boxes, controls)) == {"propeller": ["Burner_1", "Burner_3"]}
 
 
 @pytest.mark.parametrize("name", ["lever", "Left_Gear_Lever", "console_lever"])
