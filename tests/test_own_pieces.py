@@ -303,7 +303,7 @@ def test_a_control_without_a_part_is_told_at_which_it_is(tmp_path):
     environment = place(tmp_path, LEVERS, controls)
     assert [words for words in environment.warnings if "names no part" in words] == [
         "control 'propeller' names no part and is at 'PropCap', which nobody may enter to use it: "
-        "is that its `part`?"
+        "is that its 'part'?"
     ]
     assert depths(environment) == {}
 
@@ -313,6 +313,6 @@ def test_a_grip_on_a_soup_is_told_and_takes_nothing_along(tmp_path):
     environment = place(tmp_path, LEVERS, controls)
     assert environment.warnings[-1].startswith(
         "control 'propeller' is gripped (grasp) on 'console', which is 1 m large and counts as a "
-        "panel that no hand may enter: `split`"
+        "panel that no hand may enter: 'split'"
     )
     assert (pieces(environment), depths(environment)) == ({}, {})

@@ -394,5 +394,5 @@ def _claimed_words(part: str, beside: str, things: Iterable[_Thing]) -> str:
     listed = f"{', '.join(controls[:-1])} and {controls[-1]}"
     return (
         f"part {part!r} touches {beside!r}, and could be a piece of {listed}: it counts as a piece "
-        f"of none (a control's `part` may list what is its own)"
+        f"of none (a control's 'part' may list what is its own)"
     )
