@@ -24,7 +24,7 @@ import re
 import tempfile
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -651,8 +651,7 @@ def _population(name: str, role: str) -> Named:
     study = wb.load_study(name)
     (who,) = study.roles
     assert isinstance(who.population, PeopleDrawn)
-    drawn = replace(who.population, people=PEOPLE)
-    result = run(replace(study, roles=(replace(who, population=drawn),))).population
+    result = run(study.with_(people={who.name: {"population": {"people": PEOPLE}}})).population
     assert result is not None
     here = f"{name}/{role}"
     for r, one in enumerate(result.requirements):

@@ -39,6 +39,7 @@ from .files.environments import environment_from_mesh as environment_from_mesh
 from .files.environments import load_environment as load_environment
 from .files.populations import load_population_model as load_population_model
 from .files.study.reader import load_study as load_study
+from .files.study.stating import study as study
 from .model.body import Body as Body
 from .model.body import Topology as Topology
 from .model.body import stack_bodies as stack_bodies

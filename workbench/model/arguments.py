@@ -193,7 +193,7 @@ def _items(
     if not isinstance(value, Collection):
         return None
     one = inner[0]
-    plain = isinstance(one, type) and one not in (float, int)
+    plain = isinstance(one, type) and one not in (float, int, Any)
     if plain and all(isinstance(item, one) for item in value):
         return []  # the usual case, decided fast
     return [(f"{name}[{n}]", item, one) for n, item in enumerate(value)]
@@ -226,6 +226,7 @@ def _words(name: str, value: object, kind: Any) -> str:
 
 
 _PLAIN = {
+    Any: "anything",
     float: "a number",
     int: "a whole number",
     bool: "True or False",

@@ -9,9 +9,9 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from workbench.errors import InputError, one_of
+from workbench.model.above import above
 from workbench.model.arguments import check_fields
 from workbench.model.arrays import ArrayKind, Bools, Floats, Ints, freeze_fields
-from workbench.model.shown import shown_html
 
 __all__ = ["Adjustment", "Allowance", "Control", "Environment", "Quality", "Rest", "Seat"]
 
@@ -206,7 +206,8 @@ class Environment:
         return f"Environment({self.name}: {len(self.parts)} parts, {len(self.normal)} polygons)"
 
     def _repr_html_(self) -> str | None:
-        return shown_html(self)
+        html: str | None = above("draw.web.notebook", "notebook_html")(self)
+        return html
 
     def __post_init__(self) -> None:
         check_fields(self)

@@ -8,11 +8,11 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from workbench.errors import InputError, UsageError
+from workbench.model.above import above
 from workbench.model.arguments import check_fields
 from workbench.model.arrays import Bools, Floats, Ints, frozen
 from workbench.model.body import Body
 from workbench.model.quaternions import cross
-from workbench.model.shown import shown_html
 from workbench.model.spool import Spool, pieces
 
 __all__ = [
@@ -109,7 +109,8 @@ class Placed:
         return f"Placed({len(self)} poses of {self.body!r})"
 
     def _repr_html_(self) -> str | None:
-        return shown_html(self)
+        html: str | None = above("draw.web.notebook", "notebook_html")(self)
+        return html
 
     def __post_init__(self) -> None:
         check_fields(self)

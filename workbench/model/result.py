@@ -9,6 +9,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from workbench.model.above import above
 from workbench.model.accommodation import GroupShare
 from workbench.model.arrays import Floats
 from workbench.model.body import Body
@@ -28,7 +29,6 @@ from workbench.model.motion_case import (
 )
 from workbench.model.population_found import PopulationFound
 from workbench.model.poses import Placed, Poses
-from workbench.model.shown import shown_html
 from workbench.model.study import Role, Study
 
 __all__ = [
@@ -306,7 +306,8 @@ class Result:
     population: PopulationFound | None = None
 
     def _repr_html_(self) -> str | None:
-        return shown_html(self)
+        html: str | None = above("draw.web.notebook", "notebook_html")(self)
+        return html
 
     @property
     def passed(self) -> bool:

@@ -20,7 +20,16 @@ from workbench.model.arrays import Floats
 if TYPE_CHECKING:
     import trimesh
 
-__all__ = ["mesh_of_scene"]
+__all__ = ["is_scene", "mesh_of_scene"]
+
+
+def is_scene(value: object) -> bool:
+    """Whether something is a mesh or a scene of trimesh; loads trimesh only where it may be."""
+    if not type(value).__module__.startswith("trimesh"):
+        return False
+    import trimesh
+
+    return isinstance(value, (trimesh.Trimesh, trimesh.Scene))
 
 
 def mesh_of_scene(scene: trimesh.Scene | trimesh.Trimesh, name: str) -> RawMesh:

@@ -3,7 +3,7 @@ once."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -43,10 +43,11 @@ from workbench.model.study import (
     Shares,
     Signals,
     SimulatedMotion,
+    Statement,
     Study,
 )
 
-__all__ = ["load_study"]
+__all__ = ["load_study", "read_study"]
 
 OLD_FILE = (
     "a study has no kind now. `kind: accommodation` becomes `people` with a `population`, "
@@ -78,8 +79,28 @@ def load_study(source: str | Path) -> Study:
     document = read_yaml(path)
     if isinstance(document.value, dict) and "kind" in document.value:
         raise InputError(f"{document.where(('kind',))}: kind: {OLD_FILE}")
+    return read_study(document, path, {"study": path})
+
+
+def read_study(document: Document, path: Path, inputs: Mapping[str, Path]) -> Study:
+    """Make the study that a document states, with all it names.
+
+    Parameters
+    ----------
+    document
+        Of a file, or of a call in Python.
+    path
+        A file in the folder from which names are looked for.
+    inputs
+        The files that the document itself is, by role.
+
+    Raises
+    ------
+    InputError
+        With a line for each fault of the document, and for those of the files that it names.
+    """
     parts, faults = read_parts(document)
-    work = Work(path, document, parts, faults, {"study": path})
+    work = Work(path, document, parts, faults, dict(inputs))
     room = _environment(work)
     roles = load_roles(work)
     place_faults(work, roles, room)
@@ -110,8 +131,8 @@ def _sorted(document: Document, faults: list[str]) -> list[str]:
 
 
 def _environment(work: Work) -> Environment | None:
-    if work.parts.environment is None:
-        return None
+    if work.parts.environment is None or isinstance(work.parts.environment, Environment):
+        return work.parts.environment
     near = work.path.parent
     try:
         source = find("environments", work.parts.environment, "environment.yaml", near=near)
@@ -415,7 +436,7 @@ def _study(
     room = displaced(room, moved)
     stated = stated_settings(file.people, room)
     adjusts = adjusts_of(_sitters(work, file), room, stated)
-    return Study(
+    study = Study(
         name=file.study,
         title=file.title or file.study,
         description=file.description,
@@ -441,6 +462,7 @@ def _study(
         contact_forces=_forces(file, known),
         warnings=(*room.warnings, *study_doubts(room, known.roles, actions)),
     )
+    return study.sealed(Statement(work.document.value, work.path))
 
 
 def _sitters(work: Work, file: StudyFile) -> list[Sitter]:

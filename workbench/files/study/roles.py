@@ -18,6 +18,7 @@ from workbench.files.study.work import Key, Work
 from workbench.model.body import Body, segment_words
 from workbench.model.encumbrance import Encumbrance
 from workbench.model.environment import Environment, Seat
+from workbench.model.measures import COCKPIT
 from workbench.model.person import Size
 from workbench.model.population import Population
 from workbench.model.study import PeopleDrawn
@@ -137,10 +138,18 @@ def _size(work: Work, name: str, file: SizeFile, at: tuple[str, ...] = ("size",)
     return Size(file.sex, file.measures | mass, people, file.age)
 
 
-def _population(work: Work, name: str, file: PopulationFile) -> Population | PeopleDrawn | None:
-    """The people of a role: those of its files, or how they are drawn; None where neither can be
-    loaded."""
+def _population(
+    work: Work, name: str, file: PopulationFile | Population
+) -> Population | PeopleDrawn | None:
+    """The people of a role: those given, those of its files, or how they are drawn; None where none
+    can be loaded."""
     key = ("people", name, "population")
+    if isinstance(file, Population):
+        missing = [measure for measure in COCKPIT if measure not in file.names]
+        if missing or not len(file):
+            lacking = f"the measures {', '.join(missing)}" if missing else "people"
+            work.fault(key, f"{file!r} lacks {lacking}, without which nobody can be fitted")
+        return file
     files = file.files or ()
     for row, source in enumerate(files):
         if source in files[:row]:
