@@ -79,7 +79,7 @@ def real(name: str) -> Path:
 
 
 def corners(environment, name):
-    polygons = environment.polygons(environment.part(name))
+    polygons = environment.polygons(environment.part_index(name))
     first, last = environment.triangle_start[[polygons.start, polygons.stop]]
     return environment.vertices[environment.triangles[first:last].ravel()]
 

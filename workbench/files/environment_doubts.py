@@ -83,7 +83,7 @@ def _unknown_rests(seat: Seat, known: Sequence[str]) -> Iterator[str]:
 
 def part_box(environment: Environment, part: str) -> Floats:
     """Return the box (2, 3) [m] of a part: its least and its greatest corner."""
-    corners = environment.triangle_corners(environment.part(part)).reshape(-1, 3)
+    corners = environment.triangle_corners(environment.part_index(part)).reshape(-1, 3)
     return np.array([corners.min(axis=0), corners.max(axis=0)])
 
 
@@ -169,7 +169,7 @@ def _factor_hint(box: Floats, point: Sequence[float]) -> str:
 def _distance(environment: Environment, part: str, at: Sequence[float]) -> float:
     """Distance [m] of a point from a part, 0 inside a solid; not more than that of the nearest
     corner where this is near enough."""
-    number = environment.part(part)
+    number = environment.part_index(part)
     triangles = environment.triangle_corners(number)
     corner = float(np.linalg.norm(triangles.reshape(-1, 3) - at, axis=1).min())
     if corner <= _CONTROL_AWAY:

@@ -350,7 +350,7 @@ def _gripped(
     for control in file.controls.values():
         if not control.part:
             continue
-        part = environment.part(control.part)
+        part = environment.part_index(control.part)
         segments = _GRIPPERS["foot" if control.grip == "foot" else "hand"]
         ruled = {name for allow in rules[part].allow for name in _segments(allow.segments)}
         small = np.ptp(part_box(environment, control.part), axis=0).max() <= _GRIPPABLE

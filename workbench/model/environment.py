@@ -4,7 +4,9 @@ controls."""
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
@@ -12,6 +14,7 @@ from workbench.errors import InputError, one_of
 from workbench.model.above import above
 from workbench.model.arguments import check_fields
 from workbench.model.arrays import ArrayKind, Bools, Floats, Ints, freeze_fields
+from workbench.model.part import Part, PartNames
 
 __all__ = ["Adjustment", "Allowance", "Control", "Environment", "Quality", "Rest", "Seat"]
 
@@ -209,8 +212,17 @@ class Environment:
         html: str | None = above("draw.web.notebook", "notebook_html")(self)
         return html
 
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update(state)
+        self._bind_parts()
+
+    def _bind_parts(self) -> None:
+        """Let the names of the parts give the parts."""
+        object.__setattr__(self, "parts", PartNames(self.parts, self.part))
+
     def __post_init__(self) -> None:
         check_fields(self)
+        self._bind_parts()
         k = len(self.parts)
         f = len(self.normal)
         arrays: dict[str, ArrayKind] = {
@@ -232,13 +244,55 @@ class Environment:
         if not np.all(np.isfinite(self.vertices)):
             raise InputError(f"environment {self.name}: vertices must be finite")
 
-    def part(self, name: str) -> int:
+    def part_index(self, name: str) -> int:
         """Index of a part by name; InputError lists the valid ones."""
         if name not in self.parts:
             raise InputError(
                 f"environment {self.name}: no part {name!r}; {one_of(name, self.parts)}"
             )
         return self.parts.index(name)
+
+    def part(self, name: str) -> Part:
+        """A part by name, with its mesh; `parts[name]` is the same. InputError lists the valid
+        names."""
+        k = self.part_index(name)
+        first, last = self.triangle_start[[self.part_start[k], self.part_start[k + 1]]]
+        used, faces = np.unique(self.triangles[first:last], return_inverse=True)
+        return Part(
+            name,
+            self.vertices[used],
+            faces.reshape(-1, 3),
+            bool(self.solid[k]),
+            bool(self.hidden[k]),
+            bool(self.see_through[k]),
+            tuple(control.name for control in self.controls if control.part == name),
+        )
+
+    def moved(self, displacements: Mapping[str, Any]) -> Environment:
+        """The environment with parts, or controls alone, standing elsewhere.
+
+        Controls on a part go along with it, and so do pivots and points of an adjustment whose
+        parts all go the same way.
+
+        Parameters
+        ----------
+        displacements
+            (3,) [m] by the name of a part, a pattern of names of parts (`*` for any letters), or the
+            name of a control; numbers, or texts with their unit ("20 mm").
+
+        Raises
+        ------
+        InputError
+            If nothing is called so, something is moved twice or goes with a seat, or a displacement
+            is none.
+        """
+        found: Environment = above("files.moved", "moved_environment")(self, displacements)
+        return found
+
+    def to_trimesh(self) -> Any:
+        """Return a trimesh.Scene with a mesh for each part, by its name, in metres; x is forward, y
+        left, z up."""
+        return above("files.meshes.scene", "environment_scene")(self)
 
     def seat(self, name: str) -> Seat:
         """A seat by name; InputError lists the valid ones."""

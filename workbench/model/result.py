@@ -8,6 +8,10 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
 
 from workbench.model.above import above
 from workbench.model.accommodation import GroupShare
@@ -279,7 +283,7 @@ class MotionFound:
         return all(verdict.passed for verdict in self.verdicts)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Result:
     """The result of a study.
 
@@ -305,9 +309,51 @@ class Result:
     agreements: tuple[Agreement, ...] = ()
     population: PopulationFound | None = None
 
-    def _repr_html_(self) -> str | None:
-        html: str | None = above("draw.web.notebook", "notebook_html")(self)
+    def __repr__(self) -> str:
+        held = sum(verdict.passed for verdict in self.verdicts)
+        words = [f"{held} of {len(self.verdicts)} criteria hold"] if self.verdicts else []
+        if self.population is not None:
+            served = self.population.served
+            words.append(f"{int(served.sum())} of {len(served)} people fit")
+        return f"Result({self.study.name}: {', '.join(words) or 'nothing is asked'})"
+
+    def _repr_html_(self) -> str:
+        html: str = above("report.notebook", "result_html")(self)
         return html
+
+    def tables(self) -> dict[str, dict[str, NDArray[np.generic]]]:
+        """Return the tables that a result folder has as CSV, as arrays by column.
+
+        Returns
+        -------
+        dict
+            By the name of a table ("verdicts", "breaches"; of postures "contacts", "clearance",
+            "stops", "postures", "placements", "reaches"; of motions "contacts", "figures",
+            "signals"; of a population "people", "requirements", "shares", "gains"; what the result
+            has), by the name of a column an array with a value a row: numbers with NaN where there
+            is none, truth values, or texts. Lengths are in millimetres, as the names say.
+        """
+        tables: dict[str, dict[str, NDArray[np.generic]]]
+        tables = above("report.result_tables", "result_columns")(self)
+        return tables
+
+    def to_dataframe(self, table: str = "") -> Any:
+        """Return one of the tables as a pandas.DataFrame.
+
+        Parameters
+        ----------
+        table
+            Its name, see `tables`. If "": "people" of a population (everybody with the margin of
+            each requirement), else "verdicts".
+
+        Raises
+        ------
+        MissingPartError
+            If pandas is not installed.
+        UsageError
+            If the result has no such table.
+        """
+        return above("report.result_tables", "result_frame")(self, table)
 
     @property
     def passed(self) -> bool:

@@ -13,9 +13,8 @@ from workbench.files.results.result import ResultFile, dump_json
 from workbench.model.result import Result
 from workbench.report.page import page
 from workbench.report.postures.envelopes.rows import envelope_solids
-from workbench.report.postures.rows import postures_tables
 from workbench.report.result_rows import result_file
-from workbench.report.tables import verdict_tables
+from workbench.report.result_tables import result_tables
 
 __all__ = ["report_lines", "write_report"]
 
@@ -69,21 +68,16 @@ def write_report(
 
 def _tables(result: Result, rows: ResultFile) -> dict[str, Content]:
     """Tables and other files beside result.json, of what the result has."""
-    files: dict[str, Content] = dict(verdict_tables(rows.verdicts)) if rows.verdicts else {}
-    if result.postures:
-        files |= postures_tables(rows.postures)
-        files |= envelope_solids(result.postures)
-    if result.motions:
-        from workbench.report.motions.rows import motion_tables  # not loaded for other studies
-
-        files |= motion_tables(result.motions, rows)
-    if result.population is not None and rows.population is not None:
-        from workbench.report.population.rows import population_tables
-
-        tables = population_tables(result.population, rows.population)
-        files |= tables
+    tables = result_tables(result, rows)
+    files: dict[str, Content] = {
+        f"{name}.csv": table.csv_parts() for name, table in tables.items() if name != "people"
+    }
+    files |= envelope_solids(result.postures)
+    if "people" in tables:
+        text = tables["people"].csv()
+        files["people.csv"] = text
         if has_parquet():
-            files["people.parquet"] = parquet_bytes(tables["people.csv"])
+            files["people.parquet"] = parquet_bytes(text)
     return files
 
 

@@ -200,9 +200,12 @@ def _touched(environment: Environment, person: PersonFound, rest: _Rest) -> list
     body = person.placed.body
     names = body.segments if "all" in surface.segments else surface.segments
     rows = [body.segments.index(name) for name in names if name in body.segments]
-    if surface.part not in environment.parts or environment.hidden[environment.part(surface.part)]:
+    if (
+        surface.part not in environment.parts
+        or environment.hidden[environment.part_index(surface.part)]
+    ):
         return []
-    part = environment.part(surface.part)
+    part = environment.part_index(surface.part)
     found = []
     for case in range(len(person.placed)):
         near = [row for row in rows if np.isfinite(person.clearance.distance[case, row, part])]

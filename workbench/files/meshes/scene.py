@@ -1,4 +1,5 @@
-"""Convert meshes of trimesh to parts, so that what a program loads or makes with it can be used.
+"""Convert meshes of trimesh to parts and back, so that what a program loads or makes with it can be
+used.
 
 The workbench reads the formats that it names with its own readers, which keep names and concave
 faces (see docs/design.md).
@@ -16,11 +17,13 @@ from workbench.files.meshes.parts import RawMesh, RawPart, placed_part, weld
 from workbench.files.names import unique_names
 from workbench.files.schema import metres_in
 from workbench.model.arrays import Floats
+from workbench.model.environment import Environment
+from workbench.model.part import Part
 
 if TYPE_CHECKING:
     import trimesh
 
-__all__ = ["is_scene", "mesh_of_scene"]
+__all__ = ["environment_scene", "is_scene", "mesh_of_scene", "part_mesh"]
 
 
 def is_scene(value: object) -> bool:
@@ -93,3 +96,29 @@ def _node_part(file: str, name: str, mesh: trimesh.Trimesh, world_from_node: Flo
     faces = np.asarray(mesh.faces, dtype=np.int64)
     placed = placed_part(name, vertices, faces, np.asarray(world_from_node))
     return RawPart(name, *weld(placed.vertices, placed.faces))
+
+
+def part_mesh(part: Part) -> trimesh.Trimesh:
+    """Return the mesh of a part, as it is: no vertex is merged and no face left out."""
+    import trimesh
+
+    about = {"solid": part.solid, "hidden": part.hidden, "see_through": part.see_through}
+    mesh = trimesh.Trimesh(
+        part.vertices.copy(),
+        part.faces.copy(),
+        process=False,
+        metadata={"name": part.name, **about},
+    )
+    mesh.units = "m"
+    return mesh
+
+
+def environment_scene(environment: Environment) -> trimesh.Scene:
+    """Return the parts of an environment as a scene, each a geometry of its name."""
+    import trimesh
+
+    scene = trimesh.Scene()
+    for name in environment.parts:
+        scene.add_geometry(part_mesh(environment.part(name)), geom_name=name, node_name=name)
+    scene.units = "m"
+    return scene

@@ -3,7 +3,7 @@ them."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 
 from workbench.errors import one_of
 from workbench.files.names import matches, matching
@@ -12,7 +12,7 @@ from workbench.files.study.work import Key, Work
 from workbench.model.environment import Environment
 from workbench.model.moves import Move
 
-__all__ = ["move_faults", "moves_of"]
+__all__ = ["move_faults", "moves_of", "riding_words"]
 
 
 def moves_of(files: Sequence[MovedFile], room: Environment) -> tuple[Move, ...]:
@@ -29,7 +29,6 @@ def moves_of(files: Sequence[MovedFile], room: Environment) -> tuple[Move, ...]:
 
 def move_faults(work: Work, room: Environment) -> None:
     """Report moves of what is not there, of what goes with a seat, and of what is moved twice."""
-    riding = {name: seat.name for seat in room.seats for name in seat.moves}
     controls = [control.name for control in room.controls]
     taken: dict[str, int] = {}
     for row, file in work.parts.moved:
@@ -44,7 +43,7 @@ def move_faults(work: Work, room: Environment) -> None:
             if not names:
                 what = f"environment {room.name} has no part {pattern!r}"
                 work.fault(key, f"{what}; {one_of(pattern, room.parts)}")
-            for what in _seat_words(names, riding):
+            if what := riding_words(room, names):
                 work.fault(key, what)
             for name in names:
                 _once(work, key, taken, f"part {name!r}", row)
@@ -57,15 +56,17 @@ def move_faults(work: Work, room: Environment) -> None:
         work.fault(("moved",), f"{what} out, or the case")
 
 
-def _seat_words(names: Sequence[str], riding: dict[str, str]) -> Iterator[str]:
-    """That parts go with a seat, the first of them."""
-    for name in names:
-        if name in riding:
-            yield (
-                f"part {name!r} goes with seat {riding[name]!r}: give a role in it a 'position' "
-                "instead"
-            )
-            return
+def riding_words(room: Environment, names: Sequence[str]) -> str:
+    """That the first of some parts that does goes with a seat, "" where none does."""
+    riding = {name: seat.name for seat in room.seats for name in seat.moves}
+    return next(
+        (
+            f"part {name!r} goes with seat {riding[name]!r}: give a role in it a 'position' instead"
+            for name in names
+            if name in riding
+        ),
+        "",
+    )
 
 
 def _once(work: Work, key: Key, taken: dict[str, int], what: str, row: int) -> None:

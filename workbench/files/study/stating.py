@@ -13,7 +13,7 @@ import numpy as np
 from workbench.errors import InputError, has_controls, one_of
 from workbench.files.environments import load_environment
 from workbench.files.meshes.scene import is_scene
-from workbench.files.names import matches
+from workbench.files.moved import moved_kind
 from workbench.files.schema import CallFloat, CallInt
 from workbench.files.study.reader import read_study
 from workbench.files.yaml_text import Document
@@ -143,16 +143,10 @@ def _place(environment: Any) -> Any:
 
 def _moves(call: str, moved: Mapping[str, Any], room: Environment) -> list[dict[str, Any]]:
     """The moves of a mapping of parts or controls to displacements, as a file has them."""
-    controls = [control.name for control in room.controls]
-    found = []
-    for name, by in moved.items():
-        is_part = isinstance(name, str) and any(matches(name, part) for part in room.parts)
-        if not is_part and name not in controls:
-            valid = one_of(str(name), [*room.parts, *controls])
-            what = f"environment {room.name} has no part and no control {name!r}; {valid}"
-            raise InputError(f"{call}: moved: {what}")
-        found.append({"parts" if is_part else "controls": [name], "by": by})
-    return found
+    try:
+        return [{moved_kind(room, name): [name], "by": by} for name, by in moved.items()]
+    except InputError as error:
+        raise InputError(f"{call}: moved: {error}") from None
 
 
 @dataclass
