@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.model.arrays import Bools, Floats
+from workbench.model.short_repr import short_repr
 
 __all__ = [
     "MAP_POINTS",
@@ -211,3 +212,5 @@ class ReachMap:
     normals: Floats
     flat: Floats
     share: Floats
+
+    __repr__ = short_repr

@@ -139,7 +139,7 @@ def _side(body: Body, sphere: int, facing: int) -> str:
     return f"{words} ({DIRECTIONS[facing]})" if facing >= 0 else words
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Clearance:
     """The nearest pair of every pose, segment and other (K parts of an environment, or segments of
     a body).
@@ -157,6 +157,14 @@ class Clearance:
     target: Ints
     point: Floats
     facing: Ints
+
+    def __repr__(self) -> str:
+        poses, segments, others = self.distance.shape
+        least = np.nanmin(self.distance, initial=np.inf)
+        return (
+            f"Clearance({self.body!r} from {self.other!r}: {poses} poses, {segments} segments, "
+            f"{others} others, least {1e3 * least:.1f} mm)"
+        )
 
     def met(self, where: tuple[int, int, int]) -> tuple[int, int]:
         """What is nearest to the body's sphere at (pose, segment, other), -1 where it is not of that

@@ -15,6 +15,7 @@ from workbench.model.above import above
 from workbench.model.arguments import check_fields
 from workbench.model.arrays import ArrayKind, Bools, Floats, Ints, freeze_fields
 from workbench.model.part import Part, PartNames
+from workbench.model.short_repr import short_repr
 
 __all__ = ["Adjustment", "Allowance", "Control", "Environment", "Quality", "Rest", "Seat"]
 
@@ -97,6 +98,8 @@ class Seat:
     travel_up: tuple[float, float]
     moves: tuple[str, ...]
     front: CushionFront | None = None
+
+    __repr__ = short_repr
 
     def held(self, forward: float, up: float) -> Seat:
         """The seat in one position [m], without travel."""

@@ -33,6 +33,7 @@ from workbench.model.motion_case import (
 )
 from workbench.model.population_found import PopulationFound
 from workbench.model.poses import Placed, Poses
+from workbench.model.short_repr import short_repr
 from workbench.model.study import Role, Study
 
 __all__ = [
@@ -91,6 +92,8 @@ class Finding:
     polygon: int = -1
     other_sphere: int = -1
 
+    __repr__ = short_repr
+
     @property
     def margin(self) -> float:
         """What is to spare, negative where the criterion is not met."""
@@ -132,7 +135,7 @@ class ControlReach:
     hand: str = ""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Verdict:
     """How one criterion came out.
 
@@ -164,6 +167,12 @@ class Verdict:
     row: str = ""
     share: GroupShare | None = None
     words: str = ""
+
+    def __repr__(self) -> str:
+        row = f", {self.row or self.motion}" if self.row or self.motion else ""
+        margin = f", margin {self.worst.margin:.4g} {self.worst.unit}" if self.worst else ""
+        verdict = "passed" if self.passed else "FAILED"
+        return f"Verdict({self.criterion.name}{row}: {verdict}{margin})"
 
 
 @dataclass(frozen=True, eq=False)
@@ -198,6 +207,8 @@ class PersonFound:
     margin: Floats
     margin_motion: tuple[tuple[str, ...], ...]
 
+    __repr__ = short_repr
+
     @property
     def name(self) -> str:
         """The name of the role."""
@@ -209,7 +220,7 @@ class PersonFound:
         return self.placed.body
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class PosturesFound:
     """What was found of people in postures.
 
@@ -239,6 +250,11 @@ class PosturesFound:
     reaches: tuple[ControlReach, ...] = ()
     envelopes: tuple[Envelope, ...] = ()
     row: str = ""
+
+    def __repr__(self) -> str:
+        held = sum(verdict.passed for verdict in self.verdicts)
+        asked = f"{held} of {len(self.verdicts)} criteria hold"
+        return f"PosturesFound({self.who} in {', '.join(self.cases)}: {asked})"
 
     @property
     def passed(self) -> bool:
@@ -276,6 +292,8 @@ class MotionFound:
     verdicts: tuple[Verdict, ...]
     warnings: tuple[str, ...]
     forces: tuple[ForceCurve, ...] = ()
+
+    __repr__ = short_repr
 
     @property
     def passed(self) -> bool:

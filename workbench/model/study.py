@@ -21,6 +21,7 @@ from workbench.model.moves import Move
 from workbench.model.person import Size
 from workbench.model.population import Population, PopulationModel
 from workbench.model.poses import Poses
+from workbench.model.short_repr import short_repr
 from workbench.model.simulation import Restraints
 from workbench.model.workplace import Aims
 
@@ -79,6 +80,8 @@ class Role:
     stand: tuple[float, float, float] | None = None
     adjusts: tuple[str, ...] = ()
     library: Mapping[str, Poses] = field(default_factory=dict)
+
+    __repr__ = short_repr
 
 
 @dataclass(frozen=True, eq=False)
@@ -149,6 +152,8 @@ class Case:
 
     name: str
     actions: tuple[Action, ...]
+
+    __repr__ = short_repr
 
     @property
     def moves(self) -> bool:
