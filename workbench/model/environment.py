@@ -12,7 +12,7 @@ import numpy as np
 
 from workbench.errors import InputError, one_of
 from workbench.model.above import above
-from workbench.model.arguments import check_fields
+from workbench.model.arguments import check_fields, check_index
 from workbench.model.arrays import ArrayKind, Bools, Floats, Ints, freeze_fields
 from workbench.model.part import Part, PartNames
 from workbench.model.short_repr import short_repr
@@ -249,7 +249,7 @@ class Environment:
 
     def part_index(self, name: str) -> int:
         """Index of a part by name; InputError lists the valid ones."""
-        if name not in self.parts:
+        if not isinstance(name, str) or name not in self.parts:
             raise InputError(
                 f"environment {self.name}: no part {name!r}; {one_of(name, self.parts)}"
             )
@@ -320,7 +320,8 @@ class Environment:
         return replace(self, seats=seats)
 
     def polygons(self, part: int) -> slice:
-        """The polygons of one part."""
+        """The polygons of one part, by its index."""
+        part = check_index("part", part, len(self.parts))
         return slice(int(self.part_start[part]), int(self.part_start[part + 1]))
 
     def triangle_corners(self, part: int) -> Floats:

@@ -9,7 +9,7 @@ import numpy as np
 
 from workbench.errors import InputError, UsageError
 from workbench.model.above import above
-from workbench.model.arguments import check_fields
+from workbench.model.arguments import check_fields, check_index, chosen_rows
 from workbench.model.arrays import Bools, Floats, Ints, frozen
 from workbench.model.body import Body
 from workbench.model.quaternions import cross
@@ -78,6 +78,7 @@ class Poses:
 
     def rows(self, keep: slice | Ints) -> Poses:
         """Some of the poses; those of a slice without a copy."""
+        keep = chosen_rows("keep", keep, len(self))
         time = None if self.time is None else self.time[keep]
         rotations = self.rotations[keep]
         world = self.world_from_reference[keep]
@@ -134,6 +135,8 @@ class Placed:
 
     def of_person(self, person: int, rows: Ints) -> Placed:
         """Some poses of one person, placed with this one row of the body."""
+        person = check_index("person", person, len(self.body))
+        rows = chosen_rows("rows", rows, len(self))
         world = self.world_from_segment[rows]
         return Placed(self.body[person], world, self.centres[rows], self.window)
 

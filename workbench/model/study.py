@@ -39,6 +39,7 @@ __all__ = [
     "SimulatedMotion",
     "Statement",
     "Study",
+    "sealed",
 ]
 
 
@@ -238,12 +239,6 @@ class Study:
         counts = f"cases: {len(self.cases)}, criteria: {len(self.criteria)}"
         return f"Study({self.name}: {people} in {self.environment.name}; {counts})"
 
-    def sealed(self, statement: Statement) -> Study:
-        """The study with what it says, of which its fields as they are now are derived."""
-        derived = {one.name: getattr(self, one.name) for one in fields(self)}
-        del derived["statement"]
-        return replace(self, statement=replace(statement, derived=derived))
-
     def check_derived(self) -> Statement:
         """Return what the study says.
 
@@ -372,3 +367,10 @@ class Study:
     def postures(self) -> tuple[Case, ...]:
         """The cases that are postures."""
         return tuple(case for case in self.cases if not case.moves)
+
+
+def sealed(study: Study, statement: Statement) -> Study:
+    """A study with what it says, of which its fields as they are now are derived."""
+    derived = {one.name: getattr(study, one.name) for one in fields(study)}
+    del derived["statement"]
+    return replace(study, statement=replace(statement, derived=derived))

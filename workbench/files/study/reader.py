@@ -45,6 +45,7 @@ from workbench.model.study import (
     SimulatedMotion,
     Statement,
     Study,
+    sealed,
 )
 
 __all__ = ["load_study", "read_study"]
@@ -462,7 +463,7 @@ def _study(
         contact_forces=_forces(file, known),
         warnings=(*room.warnings, *study_doubts(room, known.roles, actions)),
     )
-    return study.sealed(Statement(work.document.value, work.path))
+    return sealed(study, Statement(work.document.value, work.path))
 
 
 def _sitters(work: Work, file: StudyFile) -> list[Sitter]:
