@@ -611,6 +611,13 @@ def test_hostile_names_and_paths_are_refused_in_our_own_words(name, tmp_path):
             function(bad, *rest[:1] if name == "compare" else ())
 
 
+def test_hostile_pictures_are_refused_in_our_own_words(one_arm, tmp_path):
+    placed = wb.place(one_arm, wb.pose(one_arm, {}))
+    right = {"source": placed, "out": tmp_path / "a.svg", "environment": None, "posture": None}
+    right |= dict.fromkeys(("case", "view", "size", "display", "style", "cut", "angle"))
+    assert failures({"render": right}) == []
+
+
 def test_a_hostile_mesh_is_refused_in_our_own_words(tmp_path):
     for bad in [*ODD, "\0", "nowhere.obj", Path(tmp_path), "/dev/null"]:
         with pytest.raises(wb.WorkbenchError):
@@ -626,6 +633,7 @@ def test_every_public_function_is_tried(one_arm, tmp_path):
         *FILES,
         "run",
         "compare",
+        "render",
         "to_pyvista",
         "view",
         "environment_from_mesh",

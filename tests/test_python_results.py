@@ -139,3 +139,36 @@ def test_a_notebook_shows_verdicts_shares_and_pictures(postures, population):
     assert set(names) <= set(words)
     unsafe = replace(postures, study=replace(postures.study, title="<script>"))
     assert "<script>" in Words(unsafe._repr_html_()).texts
+
+
+def test_nouns_are_drawn_as_their_files_are(postures, tmp_path):
+    shown = wb.scene_of(postures)
+    assert shown.environment is postures.postures[0].environment
+    assert [body.placed.body.name for body in shown.bodies] == ["one_arm", "one_arm"]
+    failed = wb.scene_of(postures, case="forward").bodies[0].placed
+    found = postures.postures[0].people[0].placed
+    np.testing.assert_allclose(failed.centres[0], found.centres[1], atol=1e-12)
+    (whole,) = wb.scene_of(found.of_person(0, np.array([1])), environment=shown.environment).bodies
+    np.testing.assert_array_equal(whole.placed.centres[0], found.centres[1])
+    wb.render(postures, tmp_path / "one.svg", case="forward", view="left")
+    wb.render(postures.study, str(tmp_path / "two.svg"), case="forward", view="left")
+    assert (tmp_path / "one.svg").read_bytes() == (tmp_path / "two.svg").read_bytes()
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"case": "down"}, "case: belongs to a study or a result, not to a placed body"),
+        ({"posture": "bent"}, "posture: belongs to the file or name of a body, not to a placed"),
+    ],
+)
+def test_what_does_not_suit_a_noun_is_refused(postures, options, message):
+    with pytest.raises(wb.UsageError, match=message):
+        wb.scene_of(postures.postures[0].people[0].placed, **options)
+
+
+def test_the_person_hardest_to_serve_is_drawn_of_a_population(population):
+    (shown,) = wb.scene_of(population).bodies
+    assert shown.placed is population.population.shown[0].placed
+    with pytest.raises(wb.UsageError, match="only the person hardest to serve"):
+        wb.scene_of(population, case="sitting")

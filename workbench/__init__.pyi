@@ -26,6 +26,7 @@ from .contact.many_poses import room_of_poses as room_of_poses
 from .contact.sweep import body_sweep as body_sweep
 from .contact.sweep import self_sweep as self_sweep
 from .contact.sweep import sweep as sweep
+from .draw.picture import render as render
 from .draw.scene_builder import scene_of as scene_of
 from .draw.web.notebook import view as view
 from .draw.window import to_pyvista as to_pyvista
