@@ -114,7 +114,10 @@ def test_a_line_says_what_came_out(postures, population):
     assert repr(postures) == "Result(cab_study: 4 of 5 criteria hold)"
     served = int(population.population.served.sum())
     assert repr(population) == f"Result(toy_crew: {served} of 4 people fit)"
-    (failed,) = (verdict for verdict in postures.verdicts if not verdict.passed)
+    failed = postures.verdict("room for the hand")
+    assert not failed.passed
+    with pytest.raises(wb.InputError, match="did you mean 'room for the hand'"):
+        postures.verdict("room for hands")
     assert repr(failed).startswith("Verdict(room for the hand: FAILED, margin -0.")
 
 
@@ -135,8 +138,13 @@ def test_a_notebook_shows_verdicts_shares_and_pictures(postures, population):
     assert words.index("room for the hand") < words.index("FAILED") < words.index("passed")
     assert "<iframe" in postures._repr_html_()
     words = Words(population._repr_html_()).texts
-    names = [requirement.name for requirement in population.population.requirements]
-    assert set(names) <= set(words)
+    found = population.population
+    missed = [
+        one.name for one, share in zip(found.requirements, found.single, strict=True) if share < 1
+    ]
+    assert missed and set(missed) <= set(words)
+    rest = len(found.requirements) - len(missed)
+    assert f"{rest} of {len(found.requirements)} requirements are met by everybody." in words
     unsafe = replace(postures, study=replace(postures.study, title="<script>"))
     assert "<script>" in Words(unsafe._repr_html_()).texts
 

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from workbench.errors import InputError, one_of
 from workbench.model.above import above
 from workbench.model.accommodation import GroupShare
 from workbench.model.arrays import Floats
@@ -338,6 +339,21 @@ class Result:
     def _repr_html_(self) -> str:
         html: str = above("report.notebook", "result_html")(self)
         return html
+
+    def verdict(self, criterion: str) -> Verdict:
+        """The verdict of a criterion by its name; the worst where sizes or motions have one each.
+
+        Raises
+        ------
+        InputError
+            If no criterion with a verdict is called so.
+        """
+        found = [verdict for verdict in self.verdicts if verdict.criterion.name == criterion]
+        if not found:
+            names = dict.fromkeys(verdict.criterion.name for verdict in self.verdicts)
+            what = f"no verdict is about {criterion!r}; {one_of(criterion, names)}"
+            raise InputError(f"result of {self.study.name}: {what}")
+        return min(found, key=lambda one: (one.passed, one.worst.margin if one.worst else math.inf))
 
     def tables(self) -> dict[str, dict[str, NDArray[np.generic]]]:
         """Return the tables that a result folder has as CSV, as arrays by column.

@@ -33,21 +33,30 @@ def result_html(result: Result) -> str:
     if result.verdicts:
         parts.append(_table(("criterion", "verdict", "what was found"), verdicts))
     if result.population is not None:
-        parts.append(
-            _table(("requirement", "met by", "alone leaves out"), _shares(result.population))
-        )
+        parts += _shares(result.population)
     if result.warnings:
         items = (f"<li>{escape(warning)}</li>" for warning in result.warnings[:MOST_ROWS])
         parts.append(f"<ul>{''.join(items)}</ul>")
     return "\n".join([*parts, notebook_html(result) or ""])
 
 
-def _shares(found: PopulationFound) -> Iterable[tuple[str, str, str]]:
-    """Requirements, the one that fewest people meet first."""
+def _shares(found: PopulationFound) -> Iterable[str]:
+    """The requirements that somebody misses, the one that fewest meet first, and how many others
+    there are."""
     count = len(found.served)
-    for r in found.single.argsort(kind="stable").tolist():
-        shares = (found.single[r], found.alone[r])
-        yield found.requirements[r].name, *(percent(float(share), count) for share in shares)
+    order = [r for r in found.single.argsort(kind="stable").tolist() if found.single[r] < 1.0]
+    rows = (
+        (
+            found.requirements[r].name,
+            percent(float(found.single[r]), count),
+            percent(float(found.alone[r]), count),
+        )
+        for r in order
+    )
+    if order:
+        yield _table(("requirement", "met by", "alone leaves out"), rows)
+    others = len(found.requirements) - len(order)
+    yield f"<p>{others} of {len(found.requirements)} requirements are met by everybody.</p>"
 
 
 def _table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
@@ -58,5 +67,6 @@ def _table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
         "".join(f'<td style="text-align:left">{c}</td>' for c in row) for row in lines[:MOST_ROWS]
     )
     body = "".join(f"<tr>{row}</tr>" for row in cells)
-    rest = f"<caption>and {len(lines) - MOST_ROWS} more</caption>" if len(lines) > MOST_ROWS else ""
-    return f"<table>{rest}<thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"
+    table = f"<table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"
+    more = len(lines) - MOST_ROWS
+    return f"{table}<p>and {more} more</p>" if more > 0 else table

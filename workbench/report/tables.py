@@ -39,7 +39,7 @@ class Table:
 
     def columns(self) -> dict[str, NDArray[np.generic]]:
         """Column by column arrays with a value a row: truth values, whole numbers, numbers (NaN where
-        there is none), else texts (None where there is none)."""
+        there is none; so is a column without any value), else texts (None where there is none)."""
         cells = list(zip(*self.rows, strict=True)) or [()] * len(self.header)
         names = unique_names(self.header, "column")
         return {name: _column(values) for name, values in zip(names, cells, strict=True)}
@@ -52,7 +52,7 @@ def _column(values: Sequence[object]) -> NDArray[np.generic]:
         return np.array(values, dtype=np.bool_)
     if values and kinds <= {int}:
         return np.array(values, dtype=np.int64)
-    if values and kinds <= {int, float, type(None)} and kinds != {type(None)}:
+    if values and kinds <= {int, float, type(None)}:
         return np.array([np.nan if value is None else value for value in values], dtype=np.float64)
     column = np.empty(len(values), dtype=object)
     column[:] = values
