@@ -37,7 +37,7 @@ from .errors import WorkbenchError as WorkbenchError
 from .files.ansur import read_ansur as read_ansur
 from .files.body.bodies import load_body as load_body
 from .files.environments import environment_from_mesh as environment_from_mesh
-from .files.environments import load_environment as load_environment
+from .files.mesh_environments import load_environment as load_environment
 from .files.populations import load_population_model as load_population_model
 from .files.study.reader import load_study as load_study
 from .files.study.stating import study as study

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -49,6 +49,7 @@ from workbench.model.posing import attitude_matrix
 
 __all__ = [
     "MeshFrame",
+    "bare_environment",
     "environment_files",
     "environment_from_mesh",
     "load_environment",
@@ -143,11 +144,41 @@ def environment_from_mesh(
     raw = read_mesh(source) if is_file else mesh_of_scene(source, name)
     rotation = axes_rotation(up, forward)
     metres = _stated(raw.file, length) if length is not None else raw.metres
+    return bare_environment(raw, name, metres=metres, rotation=rotation, solid=solid)
+
+
+def bare_environment(
+    raw: RawMesh,
+    name: str,
+    *,
+    metres: float | None,
+    rotation: Floats,
+    solid: bool | str = "auto",
+    notes: Sequence[str] = (),
+) -> Environment:
+    """Make an environment of a mesh as it was read.
+
+    Parameters
+    ----------
+    raw, name
+        The mesh, and the name of the environment.
+    metres, rotation
+        Unit of the mesh [m], None where it is not known; (3, 3) from its axes.
+    solid
+        As for `environment_from_mesh`.
+    notes
+        Sentences about it that come first among the warnings.
+
+    Raises
+    ------
+    InputError
+        As `environment_from_mesh`.
+    """
     wrong = implausible(float(extent(raw.parts).max()), metres)
     if wrong or metres is None:
         raise InputError(f"{raw.file}: {wrong}")
     parts = to_world(raw, rotation, metres=metres)
-    notes = (*implausible_sizes(parts, metres, file=name), *raw.notes)
+    notes = (*notes, *implausible_sizes(parts, metres, file=name), *raw.notes)
     environment, faults = build_environment(name, parts, solid=[solid] * len(parts), notes=notes)
     if faults:
         raise InputError([f"{raw.file}: {what}" for _, what in faults])

@@ -22,6 +22,7 @@ from typing import Any, Literal, TypeVar, Union, get_args, get_origin, get_type_
 import numpy as np
 
 from workbench.errors import InputError, UsageError, one_of
+from workbench.model.above import above
 
 __all__ = [
     "argument_fault",
@@ -56,6 +57,8 @@ def checked(function: F) -> F:
     def call(*args: Any, **options: Any) -> Any:
         names, kinds = _annotated(function)
         _check_call(function, args, options)
+        args = tuple(map(_taken, args, map(kinds.get, (*names, *names[-1:] * len(args)))))
+        options = {name: _taken(value, kinds.get(name)) for name, value in options.items()}
         rest = names[-1:] * (len(args) - len(names))  # what a last *name takes
         for name, value in [*zip((*names, *rest), args, strict=False), *options.items()]:
             if name in kinds and (fault := argument_fault(name, value, kinds[name])):
@@ -69,6 +72,18 @@ def checked(function: F) -> F:
         )
 
     return call  # type: ignore[return-value]
+
+
+def _taken(value: Any, kind: Any) -> Any:
+    """What is given, a mesh of trimesh as an environment where one is expected."""
+    if not type(value).__module__.startswith("trimesh."):
+        return value
+    kinds = [getattr(one, "__name__", "") for one in (kind, *get_args(kind))]
+    return (
+        above("files.mesh_environments", "environment_of_scene")(value)
+        if "Environment" in kinds
+        else value
+    )
 
 
 def _check_call(function: Callable[..., Any], args: Sequence[Any], options: Iterable[str]) -> None:

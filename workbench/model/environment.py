@@ -209,7 +209,9 @@ class Environment:
     warnings: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
-        return f"Environment({self.name}: {len(self.parts)} parts, {len(self.normal)} polygons)"
+        doubts = f"; {len(self.warnings)} warnings" if self.warnings else ""
+        polygons = f"{len(self.normal)} polygons"
+        return f"Environment({self.name}: {len(self.parts)} parts, {polygons}{doubts})"
 
     def _repr_html_(self) -> str | None:
         html: str | None = above("draw.web.notebook", "notebook_html")(self)
@@ -305,6 +307,14 @@ class Environment:
         raise InputError(
             f"environment {self.name}: no seat {name!r}; {one_of(name, [s.name for s in self.seats])}"
         )
+
+    def control(self, name: str) -> Control:
+        """A control by name; InputError lists the valid ones."""
+        for one in self.controls:
+            if one.name == name:
+                return one
+        names = [one.name for one in self.controls]
+        raise InputError(f"environment {self.name}: no control {name!r}; {one_of(name, names)}")
 
     def adjustment(self, name: str) -> Adjustment:
         """An adjustment by name; InputError lists the valid ones."""

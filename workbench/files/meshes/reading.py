@@ -29,6 +29,7 @@ from workbench.files.schema import metres_in
 from workbench.model.arrays import Floats
 
 __all__ = [
+    "AXES",
     "FORMATS",
     "LARGEST",
     "SMALLEST",
@@ -60,7 +61,7 @@ FORMATS: dict[str, tuple[_Reader, float]] = {
 }
 """Reader of each ending, and the memory [bytes] that a byte of the file takes at most until it is an
 environment (measured on meshes of a million faces, about 1.1 kB per face)."""
-_DIRECTIONS = {
+AXES = {
     "x": (1, 0, 0),
     "y": (0, 1, 0),
     "z": (0, 0, 1),
@@ -68,6 +69,7 @@ _DIRECTIONS = {
     "-y": (0, -1, 0),
     "-z": (0, 0, -1),
 }
+"""What an axis of a mesh may be called, and where it points."""
 
 
 def read_mesh(path: str | Path) -> RawMesh:
@@ -149,12 +151,12 @@ def axes_rotation(up: str, forward: str) -> Floats:
         If an axis is unknown, or the two are not at right angles.
     """
     for name, given in (("up", up), ("forward", forward)):
-        if given not in _DIRECTIONS:
-            raise UsageError(f"{name}: {given!r} is not an axis; {one_of(given, _DIRECTIONS)}")
+        if given not in AXES:
+            raise UsageError(f"{name}: {given!r} is not an axis; {one_of(given, AXES)}")
     if up[-1] == forward[-1]:
         raise UsageError(f"forward ({forward}) must be at right angles to up ({up})")
-    x = np.array(_DIRECTIONS[forward], dtype=np.float64)
-    z = np.array(_DIRECTIONS[up], dtype=np.float64)
+    x = np.array(AXES[forward], dtype=np.float64)
+    z = np.array(AXES[up], dtype=np.float64)
     return np.array([x, np.cross(z, x), z])
 
 
@@ -176,7 +178,7 @@ def stated_axes(raw: RawMesh, up: str | None, forward: str | None) -> Floats:
     for name, given, stated in (("up", up, raw.up), ("forward", forward, raw.forward)):
         if given is None and stated is None:
             raise InputError(
-                f"{raw.file}: the file does not say its axis {name}: state it ({name}: {', '.join(_DIRECTIONS)})"
+                f"{raw.file}: the file does not say its axis {name}: state it ({name}: {', '.join(AXES)})"
             )
     try:
         return axes_rotation(up or str(raw.up), forward or str(raw.forward))

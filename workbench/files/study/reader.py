@@ -11,6 +11,7 @@ from workbench.errors import InputError, one_of
 from workbench.files.catalogue import find
 from workbench.files.crash.restraints import contact_faults, law_in_si
 from workbench.files.environments import environment_files, load_environment
+from workbench.files.meshes.reading import FORMATS
 from workbench.files.names import matches, matching
 from workbench.files.study.actions import (
     CaseActions,
@@ -135,6 +136,11 @@ def _environment(work: Work) -> Environment | None:
     if work.parts.environment is None or isinstance(work.parts.environment, Environment):
         return work.parts.environment
     near = work.path.parent
+    if Path(work.parts.environment).suffix.lower() in FORMATS:
+        name = work.parts.environment
+        what = f"{name} is a bare mesh; `workbench live {name}` makes its environment.yaml"
+        work.fault(("environment",), what)
+        return None
     try:
         source = find("environments", work.parts.environment, "environment.yaml", near=near)
     except InputError as error:

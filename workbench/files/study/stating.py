@@ -11,7 +11,11 @@ from typing import Any
 import numpy as np
 
 from workbench.errors import InputError, has_controls, one_of
-from workbench.files.environments import load_environment
+from workbench.files.mesh_environments import (
+    environment_of_scene,
+    is_place,
+    load_environment,
+)
 from workbench.files.meshes.scene import is_scene
 from workbench.files.moved import moved_kind
 from workbench.files.schema import CallFloat, CallInt
@@ -136,7 +140,9 @@ def changed_study(before: Study, given: Mapping[str, Any]) -> Study:
 def _place(environment: Any) -> Any:
     """An environment as a study can have it: itself, or its name or path as a text; a mesh becomes
     an environment."""
-    if isinstance(environment, Path) or is_scene(environment):
+    if is_scene(environment):
+        return environment_of_scene(environment)
+    if isinstance(environment, Path) or (isinstance(environment, str) and is_place(environment)):
         return load_environment(environment)
     return environment
 
