@@ -339,7 +339,7 @@ def test_pieces_are_called_by_where_they_are_and_what_shape_they_have():
     whole = corners((0, -1, 0), (4, 1, 2))
     turn = np.linspace(0.0, 2.0 * np.pi, 24, endpoint=False)
     rim = np.stack([0.3 * np.cos(turn), np.zeros(24), 0.3 * np.sin(turn)], axis=1)
-    wheel = np.concatenate([rim + [3.5, y, 0.3] for y in (0.8, 1.0)])
+    wheel = np.concatenate([rim + np.array([3.5, y, 0.3]) for y in (0.8, 1.0)])
     pieces = [
         whole,
         corners((1.5, 0.95, 0.4), (2.5, 1.0, 1.4)),
