@@ -1,7 +1,8 @@
-"""Build the scene that shows a body, an environment, a study or a result."""
+"""Build the scene that shows a body, an environment, a mesh, a study or a result."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -19,10 +20,11 @@ from workbench.draw.source import (
 )
 from workbench.draw.study_scene import study_source
 from workbench.errors import InputError, UsageError, one_of
+from workbench.files.bare_mesh import read_bare
 from workbench.files.body.bodies import load_body
 from workbench.files.catalogue import is_there, names
 from workbench.files.environments import load_environment
-from workbench.files.kinds import kind_of
+from workbench.files.kinds import is_mesh, is_result, kind_of
 from workbench.files.postures import load_postures, posture_path, posture_pose
 from workbench.files.study.reader import load_study
 from workbench.model.environment import Environment
@@ -32,13 +34,14 @@ from workbench.model.posing import join_poses
 from workbench.model.result import Result
 from workbench.model.study import Study
 
-__all__ = ["Drawn", "build_source", "scene_of", "source_kind", "source_of"]
+__all__ = ["Drawn", "build_source", "mesh_source", "scene_of", "source_kind", "source_of"]
 
 MOST_BODIES = 40
 """Poses of a placed body in one scene."""
 _KINDS = {
     "body": "the file or name of a body",
     "environment": "an environment",
+    "mesh": "a mesh",
     "placed": "a placed body",
     "study": "a study",
     "result": "a result",
@@ -77,7 +80,7 @@ def source_of(
     Parameters
     ----------
     source
-        A name of the catalogue, the path of a body, an environment, a study or a result; an
+        A name of the catalogue, the path of a body, an environment, a mesh, a study or a result; an
         environment, a placed body (each pose a body), a study, a result, or a scene, which stays as
         it is.
     posture
@@ -163,7 +166,7 @@ def _result_source(result: Result, case: str | None) -> Source:
 def build_source(
     source: str, *, poses: str | None = None, case: str | None = None, study: str | None = None
 ) -> Source:
-    """Build what is to be drawn of a body, an environment, a study or a result.
+    """Build what is to be drawn of a body, an environment, a mesh, a study or a result.
 
     Parameters
     ----------
@@ -185,6 +188,8 @@ def build_source(
         If a case or a posture does not exist, or does not suit the kind of source.
     """
     kind = source_kind(source)
+    if kind == "mesh":
+        return mesh_source((source,))
     _check_choice(source, kind, poses, case)
     if study is not None and kind != "result":
         raise UsageError(f"{source} is no result: --study names the study of a result")
@@ -205,6 +210,23 @@ def _study_source(study: Study, called: str, case: str | None) -> Source:
             f"{called} is about many people and has no case to draw; run it: its report shows the hardest"
         )
     return study_source(study, case)
+
+
+def mesh_source(
+    sources: Sequence[str],
+    *,
+    length: str | None = None,
+    up: str | None = None,
+    forward: str | None = None,
+) -> Source:
+    """Build what is to be drawn of mesh files; what is assumed of them is noted. Arguments and
+    errors as of `read_bare`."""
+    bare = read_bare(sources, length=length, up=up, forward=forward)
+    notes = [f"assumed: {words}" for words in bare.assumed]
+    if bare.assumed:
+        notes.append("state what is wrong by --units, --up and --forward")
+    scene = Scene((), bare.environment, (), bare.environment.name)
+    return Source(scene, notes=tuple(notes))
 
 
 def _check_choice(source: str, kind: str, poses: str | None, case: str | None) -> None:
@@ -237,7 +259,7 @@ def _body_source(source: str, poses: str | None) -> Source:
 
 
 def source_kind(source: str) -> str:
-    """Return body, environment, study or result for a path or a name of the catalogue.
+    """Return body, environment, mesh, study or result for a path or a name of the catalogue.
 
     Raises
     ------
@@ -246,13 +268,14 @@ def source_kind(source: str) -> str:
     """
     path = Path(source)
     if is_there(path):
-        is_result = path.suffix == ".json" or (path / "result.json").is_file()
-        kind = "result" if is_result else kind_of(path)
-        if kind in ("body", "environment", "study", "result"):
+        kind = "result" if is_result(path) else kind_of(path)
+        if kind in ("body", "environment", "mesh", "study", "result"):
             return kind
         raise InputError(
-            f"{source}: a body, an environment, a study or a result is needed (got {kind})"
+            f"{source}: a body, an environment, a mesh, a study or a result is needed (got {kind})"
         )
+    if is_mesh(source):
+        return "mesh"
     catalogue = {
         "body": names("bodies"),
         "environment": names("environments", "environment.yaml"),
