@@ -4,7 +4,7 @@ controls."""
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -251,11 +251,7 @@ class Environment:
 
     def part_index(self, name: str) -> int:
         """Index of a part by name; InputError lists the valid ones."""
-        if not isinstance(name, str) or name not in self.parts:
-            raise InputError(
-                f"environment {self.name}: no part {name!r}; {one_of(name, self.parts)}"
-            )
-        return self.parts.index(name)
+        return self._index("part", name, self.parts)
 
     def part(self, name: str) -> Part:
         """A part by name, with its mesh; `parts[name]` is the same. InputError lists the valid
@@ -301,28 +297,23 @@ class Environment:
 
     def seat(self, name: str) -> Seat:
         """A seat by name; InputError lists the valid ones."""
-        for seat in self.seats:
-            if seat.name == name:
-                return seat
-        raise InputError(
-            f"environment {self.name}: no seat {name!r}; {one_of(name, [s.name for s in self.seats])}"
-        )
+        return self.seats[self._index("seat", name, [one.name for one in self.seats])]
 
     def control(self, name: str) -> Control:
         """A control by name; InputError lists the valid ones."""
-        for one in self.controls:
-            if one.name == name:
-                return one
-        names = [one.name for one in self.controls]
-        raise InputError(f"environment {self.name}: no control {name!r}; {one_of(name, names)}")
+        return self.controls[self._index("control", name, [one.name for one in self.controls])]
 
     def adjustment(self, name: str) -> Adjustment:
         """An adjustment by name; InputError lists the valid ones."""
-        for one in self.adjustments:
-            if one.name == name:
-                return one
         names = [one.name for one in self.adjustments]
-        raise InputError(f"environment {self.name}: no adjustment {name!r}; {one_of(name, names)}")
+        return self.adjustments[self._index("adjustment", name, names)]
+
+    def _index(self, kind: str, name: str, names: Sequence[str]) -> int:
+        """Index of a name among those of a kind; InputError lists the valid ones."""
+        if not isinstance(name, str) or name not in names:
+            hint = one_of(name, names)
+            raise InputError(f"environment {self.name}: no {kind} {name!r}; {hint}")
+        return names.index(name)
 
     def with_seat(self, seat: Seat) -> Environment:
         """The environment with another seat in the place of the one of that name."""

@@ -348,11 +348,11 @@ class Result:
         InputError
             If no criterion with a verdict is called so.
         """
-        found = [verdict for verdict in self.verdicts if verdict.criterion.name == criterion]
-        if not found:
-            names = dict.fromkeys(verdict.criterion.name for verdict in self.verdicts)
+        names = list(dict.fromkeys(verdict.criterion.name for verdict in self.verdicts))
+        if not isinstance(criterion, str) or criterion not in names:
             what = f"no verdict is about {criterion!r}; {one_of(criterion, names)}"
             raise InputError(f"result of {self.study.name}: {what}")
+        found = (verdict for verdict in self.verdicts if verdict.criterion.name == criterion)
         return min(found, key=lambda one: (one.passed, one.worst.margin if one.worst else math.inf))
 
     def tables(self) -> dict[str, dict[str, NDArray[np.generic]]]:
