@@ -634,6 +634,7 @@ def test_every_public_function_is_tried(one_arm, tmp_path):
         "run",
         "compare",
         "render",
+        "write_report",
         "to_pyvista",
         "view",
         "environment_from_mesh",

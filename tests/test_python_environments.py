@@ -65,7 +65,7 @@ def test_what_is_moved_stands_elsewhere_and_the_rest_stays(toy):
         ({"knob": (20_000, 0, 0)}, "displacements['knob']: expected three lengths x, y, z"),
         ({"pan": (0, 0, 1)}, "part 'pan' goes with seat 'pilot': give a role in it a 'position'"),
         ({"panel": (0, 0, 1), "panel*": (0, 0, 1)}, "'panel' is moved by 'panel' and by 'panel*'"),
-        (3, "displacements: expected a mapping of names to displacements [m], got 3"),
+        (3, "displacements: expected a mapping of a text to anything, got 3"),
     ],
 )
 def test_a_move_that_is_none_says_what_is_wrong(toy, moved, message):

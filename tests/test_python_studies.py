@@ -199,3 +199,30 @@ def test_people_drawn_in_python_take_a_role(tmp_path, monkeypatch):
     few = people.of(["stature"])
     with pytest.raises(wb.InputError, match=r"people\.pilot\.population: .*lacks the measures"):
         study.with_(people={"pilot": {"population": few}})
+
+
+def test_millimetres_where_metres_count_are_doubted(stated):
+    words = "30 m is farther than environment cab is large (2 m): is a unit missing, as in '20 mm'?"
+    other = stated.with_(criteria={"room": {"at_least": 30}}, moved={"wall": (30, 0, 0)})
+    assert {f"criterion 'room': {words}", f"moved[0]: {words}"} <= set(other.warnings)
+    assert not any("is a unit missing" in line for line in stated.warnings)
+    with pytest.warns(UserWarning, match=re.escape(f"displacements: {words}")) as told:
+        stated.environment.moved({"wall": (30, 0, 0)})
+    assert told[0].filename == __file__
+
+
+def test_methods_refuse_arguments_that_they_do_not_take(stated):
+    with pytest.raises(
+        wb.UsageError, match=r"with_\(...\): got an unexpected .*'moves'; did you mean"
+    ):
+        stated.with_(moves=[])
+
+
+def test_a_result_is_written_as_a_folder(stated, tmp_path):
+    wb.write_report(wb.run(stated), str(tmp_path / "out"))
+    assert {"report.html", "result.json", "verdicts.csv"} <= {
+        path.name for path in (tmp_path / "out").iterdir()
+    }
+    for result, folder in ((stated, tmp_path / "b"), (wb.run(stated), 3)):
+        with pytest.raises(wb.UsageError, match="expected a"):
+            wb.write_report(result, folder)

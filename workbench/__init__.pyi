@@ -68,6 +68,7 @@ from .posture.seating.packaging import eyellipse as eyellipse
 from .posture.seating.packaging import seat_curve as seat_curve
 from .posture.seating.seat import seat as seat
 from .posture.stops import stops as stops
+from .report.folder import write_report as write_report
 from .study.accommodation.compare import compare as compare
 from .study.envelope.envelope import reach_envelope as reach_envelope
 from .study.envelope.people import people_envelope as people_envelope

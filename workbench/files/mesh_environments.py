@@ -4,7 +4,6 @@ reported."""
 from __future__ import annotations
 
 import warnings
-from inspect import currentframe
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +14,7 @@ from workbench.files.meshes.parts import RawMesh
 from workbench.files.meshes.reading import FORMATS, read_mesh
 from workbench.files.meshes.scene import mesh_of_scene
 from workbench.files.meshes.taken_frame import taken_frame
+from workbench.model.arguments import caller_level
 from workbench.model.environment import Environment
 
 __all__ = ["environment_of_scene", "is_place", "load_environment"]
@@ -84,16 +84,6 @@ def environment_of_scene(scene: Any) -> Environment:
     return _taken(mesh_of_scene(scene, "scene"), "scene")
 
 
-def _caller() -> int:
-    """How many calls above its caller the first is that is not of the workbench."""
-    level = 0
-    frame = currentframe()
-    while frame is not None and frame.f_globals.get("__name__", "").startswith("workbench."):
-        level += 1
-        frame = frame.f_back
-    return level
-
-
 def _taken(
     raw: RawMesh,
     name: str,
@@ -109,7 +99,7 @@ def _taken(
         warnings.warn(
             f"{raw.file}: assumed, as nothing says it: {'; '.join(assumed)}. Where that is wrong, "
             "state length, up and forward (wb.load_environment, wb.environment_from_mesh)",
-            stacklevel=_caller(),
+            stacklevel=caller_level(),
         )
     notes = [f"{raw.file}: assumed: {words}" for words in assumed]
     return environments.bare_environment(

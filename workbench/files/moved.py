@@ -4,6 +4,7 @@ displacements."""
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Mapping
 from typing import Any
 
@@ -12,8 +13,9 @@ import numpy as np
 from workbench.errors import InputError, UsageError, one_of
 from workbench.files.names import matching
 from workbench.files.schema import plausible, to_metres
+from workbench.files.study.doubts import far_words
 from workbench.files.study.moves import riding_words
-from workbench.model.arguments import given_words
+from workbench.model.arguments import caller_level, given_words
 from workbench.model.environment import Environment
 from workbench.model.moves import Move, displaced
 
@@ -22,11 +24,6 @@ __all__ = ["moved_environment", "moved_kind"]
 
 def moved_environment(environment: Environment, displacements: Mapping[str, Any]) -> Environment:
     """Displace what is named. See `Environment.moved`."""
-    if not isinstance(displacements, Mapping):
-        raise UsageError(
-            "displacements: expected a mapping of names to displacements [m], got "
-            f"{given_words(displacements)}"
-        )
     moves = []
     taken: dict[str, str] = {}
     for name, by in displacements.items():
@@ -41,6 +38,8 @@ def moved_environment(environment: Environment, displacements: Mapping[str, Any]
         shift = _shift(name, by)
         controls = names if kind == "controls" else ()
         moves.append(Move(names if kind == "parts" else (), controls, shift))
+    for doubt in far_words("displacements", [move.by for move in moves], environment):
+        warnings.warn(doubt, stacklevel=caller_level())
     return displaced(environment, moves)
 
 

@@ -14,7 +14,7 @@ import types
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import fields
 from functools import lru_cache, wraps
-from inspect import Parameter, Signature, signature
+from inspect import Parameter, Signature, currentframe, signature
 from numbers import Integral, Real
 from pathlib import Path
 from typing import Any, Literal, TypeVar, Union, get_args, get_origin, get_type_hints
@@ -26,6 +26,7 @@ from workbench.model.above import above
 
 __all__ = [
     "argument_fault",
+    "caller_level",
     "check_fields",
     "check_index",
     "checked",
@@ -131,6 +132,16 @@ def check_fields(noun: Any) -> None:
 def _annotated_fields(noun: type) -> dict[str, Any]:
     kinds = get_type_hints(noun, localns=_ARRAYS)
     return {field.name: kinds[field.name] for field in fields(noun) if field.init}
+
+
+def caller_level() -> int:
+    """The `stacklevel` of a warning that is about what somebody outside the workbench called."""
+    level = 0
+    frame = currentframe()
+    while frame is not None and frame.f_globals.get("__name__", "").startswith("workbench."):
+        level += 1
+        frame = frame.f_back
+    return level
 
 
 def check_index(name: str, value: Any, count: int) -> int:

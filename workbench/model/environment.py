@@ -12,7 +12,7 @@ import numpy as np
 
 from workbench.errors import InputError, one_of
 from workbench.model.above import above
-from workbench.model.arguments import check_fields, check_index
+from workbench.model.arguments import check_fields, check_index, checked
 from workbench.model.arrays import ArrayKind, Bools, Floats, Ints, freeze_fields
 from workbench.model.part import Part, PartNames
 from workbench.model.short_repr import short_repr
@@ -269,6 +269,7 @@ class Environment:
             tuple(control.name for control in self.controls if control.part == name),
         )
 
+    @checked
     def moved(self, displacements: Mapping[str, Any]) -> Environment:
         """The environment with parts, or controls alone, standing elsewhere.
 

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from workbench.errors import InputError, one_of
 from workbench.model.above import above
 from workbench.model.accommodation import GroupShare
+from workbench.model.arguments import checked
 from workbench.model.arrays import Floats
 from workbench.model.body import Body
 from workbench.model.contacts import Clearance, Contacts
@@ -340,6 +341,7 @@ class Result:
         html: str = above("report.notebook", "result_html")(self)
         return html
 
+    @checked
     def verdict(self, criterion: str) -> Verdict:
         """The verdict of a criterion by its name; the worst where sizes or motions have one each.
 
@@ -349,7 +351,7 @@ class Result:
             If no criterion with a verdict is called so.
         """
         names = list(dict.fromkeys(verdict.criterion.name for verdict in self.verdicts))
-        if not isinstance(criterion, str) or criterion not in names:
+        if criterion not in names:
             what = f"no verdict is about {criterion!r}; {one_of(criterion, names)}"
             raise InputError(f"result of {self.study.name}: {what}")
         found = (verdict for verdict in self.verdicts if verdict.criterion.name == criterion)
@@ -371,6 +373,7 @@ class Result:
         tables = above("report.result_tables", "result_columns")(self)
         return tables
 
+    @checked
     def to_dataframe(self, table: str = "") -> Any:
         """Return one of the tables as a pandas.DataFrame.
 

@@ -10,6 +10,7 @@ from typing import Any
 from workbench.errors import InputError
 from workbench.model.above import above
 from workbench.model.accommodation import Change, IntervalRule, MapTask
+from workbench.model.arguments import checked
 from workbench.model.body import Body
 from workbench.model.criterion import Criterion
 from workbench.model.encumbrance import Encumbrance
@@ -237,7 +238,8 @@ class Study:
     def __repr__(self) -> str:
         people = ", ".join(role.name for role in self.roles)
         counts = f"cases: {len(self.cases)}, criteria: {len(self.criteria)}"
-        return f"Study({self.name}: {people} in {self.environment.name}; {counts})"
+        doubts = f", warnings: {len(self.warnings)}" if self.warnings else ""
+        return f"Study({self.name}: {people} in {self.environment.name}; {counts}{doubts})"
 
     def check_derived(self) -> Statement:
         """Return what the study says.
@@ -264,6 +266,7 @@ class Study:
             )
         return self.statement
 
+    @checked
     def with_(
         self,
         *,

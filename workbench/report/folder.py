@@ -24,13 +24,13 @@ Say = Callable[[str], None]
 
 def write_report(
     result: Result,
-    folder: Path,
+    folder: str | Path,
     *,
     film: bool = False,
     progress: Say | None = None,
     tell: Say = lambda line: None,
 ) -> ResultFile:
-    """Write a result into a folder, all of it or nothing.
+    """Write a result into a folder (report.html, tables, result.json), all of it or nothing.
 
     The same inputs and versions give the same bytes.
 
@@ -63,7 +63,7 @@ def write_report(
         name, content = motion_film([m.study for m in result.motions], progress=progress)
         files[name] = content
     files["report.html"] = page(result, rows, files=list(files), film=name, progress=progress)
-    write_folder(folder, files, holds="result", tell=tell)
+    write_folder(Path(folder), files, holds="result", tell=tell)
     return rows
 
 

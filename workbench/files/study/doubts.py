@@ -7,19 +7,20 @@ Nothing of it is an error. Each sentence gives the distance.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
 from workbench.files.environment_doubts import unknown_segments
 from workbench.files.study.roles import LoadedRole
+from workbench.files.study.schema import StudyFile
 from workbench.model.arrays import Floats
 from workbench.model.environment import Environment, Seat
 from workbench.model.study import PredictedPosture
 from workbench.model.workplace import Aims
 
-__all__ = ["study_doubts"]
+__all__ = ["far_words", "length_doubts", "study_doubts"]
 
 _EYE_UP = (0.35, 1.0)
 """Eye height [m] over the seat reference point: from a child of three years (0.4 m) to more than the
@@ -84,6 +85,34 @@ def _aim_doubts(environment: Environment, seat: Seat, aims: Aims) -> Iterator[st
                 f"reference point of seat {seat.name!r}; {1e3 * least:.0f} to "
                 f"{1e3 * greatest:.0f} mm is plausible"
             )
+
+
+def length_doubts(environment: Environment, file: StudyFile) -> Iterator[str]:
+    """Return a sentence for each move and limit of a study that is larger than its environment: a
+    number of millimetres where metres count."""
+    for row, move in enumerate(file.moved):
+        yield from far_words(f"moved[{row}]", [move.by], environment)
+    for criterion in file.criteria:
+        least = criterion.at_least if criterion.check not in ("stops", "share") else None
+        limits = (least, criterion.at_most, criterion.below, criterion.above)
+        stated = [(limit,) for limit in limits if limit is not None]
+        yield from far_words(f"criterion {criterion.name!r}", stated, environment)
+
+
+def far_words(
+    what: str, lengths: Iterable[tuple[float, ...]], environment: Environment
+) -> Iterator[str]:
+    """Return a sentence where lengths [m] are larger than an environment.
+
+    what: what the lengths are of.
+    """
+    size = float(np.ptp(environment.bounds, axis=0).max())
+    farthest = max((abs(length) for row in lengths for length in row), default=0.0)
+    if farthest > size:
+        yield (
+            f"{what}: {farthest:g} m is farther than environment {environment.name} is large "
+            f"({size:.3g} m): is a unit missing, as in '20 mm'?"
+        )
 
 
 @dataclass(frozen=True)

@@ -21,7 +21,7 @@ from workbench.files.study.actions import (
     with_postures,
 )
 from workbench.files.study.criteria import Known, criteria_of, visible_parts
-from workbench.files.study.doubts import study_doubts
+from workbench.files.study.doubts import length_doubts, study_doubts
 from workbench.files.study.limits import limit_faults
 from workbench.files.study.moves import move_faults, moves_of
 from workbench.files.study.parts import read_parts
@@ -464,7 +464,8 @@ def _study(
     room = known.room
     assert room is not None
     moved = moves_of(file.moved, room)
-    room = displaced(room, moved)
+    stood = room
+    room = displaced(stood, moved)
     stated = stated_settings(file.people, room)
     adjusts = adjusts_of(_sitters(work, file), room, stated)
     study = Study(
@@ -491,7 +492,11 @@ def _study(
         compare=_compared(work, file),
         signals=_signals(file, known),
         contact_forces=_forces(file, known),
-        warnings=(*room.warnings, *study_doubts(room, known.roles, actions)),
+        warnings=(
+            *room.warnings,
+            *study_doubts(room, known.roles, actions),
+            *length_doubts(stood, file),
+        ),
     )
     return sealed(study, Statement(work.document.value, work.path))
 
