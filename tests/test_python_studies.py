@@ -226,3 +226,24 @@ def test_a_result_is_written_as_a_folder(stated, tmp_path):
     for result, folder in ((stated, tmp_path / "b"), (wb.run(stated), 3)):
         with pytest.raises(wb.UsageError, match="expected a"):
             wb.write_report(result, folder)
+
+
+def test_a_body_made_in_python_takes_a_role_with_the_postures_of_its_name(stated, folder):
+    arm = wb.load_body(folder / "bodies" / "one_arm.yaml")
+    other = stated.with_(people={"anna": {"body": arm}, "bert": {"body": arm}})
+    assert other.roles[0].body is arm
+    assert worst(other) == worst(stated)
+    assert "call" in wb.run(other).provenance
+    both = wb.stack_bodies([arm, arm])
+    with pytest.raises(wb.InputError, match=r"people\.anna\.body: one body is needed, got 2 rows"):
+        stated.with_(people={"anna": {"body": both}})
+
+
+def test_named_things_may_be_a_mapping_of_their_names(stated):
+    named = [
+        {one["name"]: {key: one[key] for key in one if key != "name"} for one in rows}
+        for rows in (CASES, CRITERIA)
+    ]
+    cases, criteria = named
+    other = wb.study(stated.environment, people=PEOPLE, cases=cases, criteria=criteria)
+    assert worst(other) == worst(stated)

@@ -32,6 +32,7 @@ from workbench.files.schema import (
 )
 from workbench.files.study.sizes import ADULTS, CHILDREN
 from workbench.model.accommodation import MAP_POINTS
+from workbench.model.body import Body
 from workbench.model.environment import Environment
 from workbench.model.population import Population
 
@@ -230,7 +231,7 @@ class RoleFile(FileModel):
     adjust: where adjustments of the environment are set, by their names.
     """
 
-    body: str
+    body: Annotated[str, _or_noun(Body)]
     detail: Literal["coarse", "medium", "fine"] | None = None
     clothes: list[Name] = []
     size: SizeFile | None = None

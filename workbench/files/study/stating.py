@@ -30,6 +30,8 @@ __all__ = ["changed_study", "study"]
 _CALL = "study(...)"
 _CHANGE = "study.with_(...)"
 """What messages call the two calls, in the place of a file."""
+_NAMED = ("cases", "criteria", "changes")
+"""Keys whose lists are of named things, which a call may give as a mapping of the names."""
 _DEEPEST = 60
 """How deep mappings and lists may be nested: no key of a study is as deep."""
 _MARKED: Mapping[type, Callable[[Any], Any]] = {int: CallInt, float: CallFloat}
@@ -39,8 +41,8 @@ def study(
     environment: Environment | str | Path,
     *,
     people: Mapping[str, Any],
-    cases: Sequence[Any],
-    criteria: Sequence[Any],
+    cases: Mapping[str, Any] | Sequence[Any],
+    criteria: Mapping[str, Any] | Sequence[Any],
     name: str = "study",
     title: str = "",
     description: str = "",
@@ -49,7 +51,7 @@ def study(
     shares: Mapping[str, Any] | None = None,
     reach_maps: Sequence[Any] | None = None,
     reach_envelopes: Sequence[Any] | None = None,
-    changes: Sequence[Any] | None = None,
+    changes: Mapping[str, Any] | Sequence[Any] | None = None,
     compare: Sequence[str] | None = None,
     signals: Mapping[str, Any] | None = None,
     contact_forces: Sequence[Any] | None = None,
@@ -66,9 +68,10 @@ def study(
         Where it takes place: an environment, a name of the catalogue, or a path; of a mesh axes and
         unit are guessed, see `load_environment`.
     people
-        The roles by name. A `population` may also be what `draw_people` or `read_ansur` returns.
+        The roles by name. A `body` may also be a Body, with the postures of the body file of its
+        name; a `population` what `draw_people` or `read_ansur` returns.
     cases, criteria
-        What everybody does, and what must hold.
+        What everybody does, and what must hold: lists as in a file, or mappings of their names.
     name
         Of the study.
     moved
@@ -113,6 +116,7 @@ def study(
         given["moved"] = _moves(_CALL, moved, room)
     words = _Words(_CALL)
     value = {key: words.plain((key,), one) for key, one in given.items() if one is not None}
+    value |= {key: _named_rows(value[key]) for key in _NAMED if key in value}
     return _read(words, value, Path.cwd() / "study.yaml")
 
 
@@ -153,6 +157,13 @@ def _moves(call: str, moved: Mapping[str, Any], room: Environment) -> list[dict[
         return [{moved_kind(room, name): [name], "by": by} for name, by in moved.items()]
     except InputError as error:
         raise InputError(f"{call}: moved: {error}") from None
+
+
+def _named_rows(value: Any) -> Any:
+    """A mapping of names to what is called so as the list that a file has; anything else as it is."""
+    if isinstance(value, dict) and all(isinstance(one, dict) for one in value.values()):
+        return [{"name": name, **one} for name, one in value.items()]
+    return value
 
 
 @dataclass
