@@ -234,7 +234,7 @@ def panel_map(part="instrument_panel", *, count=600, seed=3):
     """Shares that fall with the distance from a point, over the side of a part that the sitter
     sees."""
     environment = trainer()
-    k = environment.part(part)
+    k = environment.part_index(part)
     rng = np.random.default_rng(seed)
     points = []
     normals = []

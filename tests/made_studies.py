@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import workbench as wb
 from workbench.model.result import PosturesFound
 from workbench.model.study import Case, GivenPosture, Role, Study
+from workbench.study.people import people_found, present_people
 
 __all__ = ["found_of", "made_study"]
 
@@ -27,5 +27,4 @@ def made_study(environment, people, criteria, *, case="hanging") -> Study:
 
 def found_of(study: Study) -> PosturesFound:
     """What is found of the people of a study."""
-    (found,) = wb.run(study).postures
-    return found
+    return people_found(study, present_people(study))

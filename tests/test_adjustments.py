@@ -49,7 +49,7 @@ def room_of(folder, *arguments, **options):
 
 
 def corners(environment, part):
-    return environment.triangle_corners(environment.part(part)).reshape(-1, 3)
+    return environment.triangle_corners(environment.part_index(part)).reshape(-1, 3)
 
 
 def control(environment, name):
@@ -90,13 +90,13 @@ def test_what_turns_goes_about_its_axis_and_takes_along_what_is_mounted_on_it(tm
     out = adjusted(room, {"column_tilt": np.radians(20)})
     for part in ("roof", "panel"):
         np.testing.assert_allclose(corners(out, part), turned(corners(room, part)), atol=1e-12)
-        polygon = room.polygons(room.part(part))
+        polygon = room.polygons(room.part_index(part))
         np.testing.assert_allclose(out.normal[polygon], room.normal[polygon] @ turn.T, atol=1e-12)
     np.testing.assert_allclose(control(out, "near"), turned(control(room, "near")), atol=1e-12)
     np.testing.assert_array_equal(corners(out, "pan"), corners(room, "pan"))
     # every polygon still lies in its plane
     for part in ("roof", "panel"):
-        polygon = room.polygons(room.part(part))
+        polygon = room.polygons(room.part_index(part))
         np.testing.assert_allclose(
             np.einsum("fi,fi->f", out.normal[polygon], out.circle_centre[polygon]),
             out.offset[polygon],
@@ -399,9 +399,8 @@ def test_what_is_set_from_one_seat_is_not_set_from_another(tmp_path):
 
 def test_a_travel_in_the_wrong_unit_is_doubted(tmp_path):
     room = room_of(tmp_path, ADJUSTMENTS.replace('[-20, "4 cm"]', "[-0.02, 0.04]"))
-    assert "adjustment 'panel_reach': its travel is 0.06 mm long: a wrong unit of length?" in (
-        room.warnings
-    )
+    words = "adjustment 'panel_reach': its travel is 0.06 mm long: a wrong unit of length?"
+    assert f"{words} [travel of adjustment panel_reach]" in room.warnings
 
 
 PEDALS = """

@@ -461,6 +461,53 @@ def test_nouns_made_of_hostile_values_are_refused_in_our_own_words(one_arm):
     assert found == []
 
 
+def methods(noun):
+    """The public methods of a noun that take arguments, and the names of these."""
+    for name, method in inspect.getmembers(type(noun), inspect.isfunction):
+        taken = [each for each in inspect.signature(method).parameters if each != "self"]
+        if taken and not name.startswith("_"):
+            yield getattr(noun, name), taken
+
+
+def test_methods_of_nouns_refuse_hostile_arguments_in_our_own_words(one_arm):
+    room = environment_of(soup(1, 12))
+    placed = wb.place(one_arm, wb.pose(one_arm, {}))
+    people = wb.draw_people(wb.load_population_model("ansur2"), 3, seed=1)
+    episodes = wb.episodes(**arm_cases(one_arm)["episodes"])
+    found = []
+    tried = 0
+    nouns = [one_arm, room, wb.pose(one_arm, {}), placed, people, episodes]
+    nouns += [wb.contacts(placed, room, margin=0.5), wb.body_clearance(placed, placed)]
+    for noun in nouns:
+        for method, taken in methods(noun):
+            for argument in taken:
+                for bad in [*ODD, noun, 1.5, [7], np.ones(5, dtype=bool), (0, 0, 9), slice(None)]:
+                    tried += 1
+                    try:
+                        method(**(dict.fromkeys(taken, 0) | {argument: bad}))
+                    except wb.WorkbenchError:
+                        continue
+                    except Exception as error:  # noqa: BLE001
+                        found.append(f"{method}({argument}={argument_words(bad)}): {error!r}"[:300])
+    assert found == [] and tried > 500
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda: wb.contacts(), "contacts(...): missing a required argument: 'placed'; it takes "),
+        (
+            lambda: wb.load_body("bubbleman", detial="fine"),
+            "load_body(...): got an unexpected keyword argument 'detial'",
+        ),
+        (lambda: wb.load_body("a", "b", "c", "d"), "load_body(...): too many positional arguments"),
+    ],
+)
+def test_arguments_that_are_missing_or_unknown_are_told(call, message):
+    with pytest.raises(wb.UsageError, match=re.escape(message)):
+        call()
+
+
 PLACE = np.eye(3, 4)[None]
 
 
@@ -564,6 +611,13 @@ def test_hostile_names_and_paths_are_refused_in_our_own_words(name, tmp_path):
             function(bad, *rest[:1] if name == "compare" else ())
 
 
+def test_hostile_pictures_are_refused_in_our_own_words(one_arm, tmp_path):
+    placed = wb.place(one_arm, wb.pose(one_arm, {}))
+    right = {"source": placed, "out": tmp_path / "a.svg", "environment": None, "posture": None}
+    right |= dict.fromkeys(("case", "view", "size", "display", "style", "cut", "angle"))
+    assert failures({"render": right}) == []
+
+
 def test_a_hostile_mesh_is_refused_in_our_own_words(tmp_path):
     for bad in [*ODD, "\0", "nowhere.obj", Path(tmp_path), "/dev/null"]:
         with pytest.raises(wb.WorkbenchError):
@@ -579,6 +633,8 @@ def test_every_public_function_is_tried(one_arm, tmp_path):
         *FILES,
         "run",
         "compare",
+        "render",
+        "write_report",
         "to_pyvista",
         "view",
         "environment_from_mesh",

@@ -187,7 +187,7 @@ def test_a_seat_reference_point_is_where_cushion_and_back_planes_meet():
     for seat in trainer.seats:
         cushion, back, _ = seat_planes(seat)
         for part, normal in ((seat.cushion.part, cushion), (seat.back.part, back)):
-            polygons = trainer.polygons(trainer.part(part))
+            polygons = trainer.polygons(trainer.part_index(part))
             height = trainer.normal[polygons] @ normal
             facing = np.flatnonzero(height > 1 - 1e-4) + polygons.start
             gap = np.abs(trainer.normal[facing] @ np.array(seat.srp) - trainer.offset[facing])

@@ -33,7 +33,7 @@ def at(car):
 
 
 def corners(car, part):
-    polygons = car.polygons(car.part(part))
+    polygons = car.polygons(car.part_index(part))
     first, last = car.triangle_start[[polygons.start, polygons.stop]]
     return 1e3 * car.vertices[car.triangles[first:last]]
 
@@ -120,7 +120,7 @@ def test_cushion_and_back_of_the_seats_lie_in_the_planes_they_are_said_to(car, n
     seat = car.seat(name)
     cushion, back, _ = seat_planes(seat)
     for part, normal in ((seat.cushion.part, cushion), (seat.back.part, back)):
-        polygons = car.polygons(car.part(part))
+        polygons = car.polygons(car.part_index(part))
         facing = np.flatnonzero(car.normal[polygons] @ normal > 1 - 1e-4) + polygons.start
         gap = np.abs(car.normal[facing] @ np.array(seat.srp) - car.offset[facing])
         assert gap.min() < 1e-4, part

@@ -71,11 +71,12 @@ def other(value, folder):
                 yield f"[{name}]{where}", {**value, name: changed}
         yield " with one more", {**value, "one more": 1}
     else:
-        assert isinstance(value, tuple), type(value)
+        assert isinstance(value, (tuple, list)), type(value)
+        remade = type(value)
         for at in sorted({0, len(value) // 2, len(value) - 1}) if value else ():
             for where, changed in other(value[at], folder):
-                yield f"[{at}]{where}", (*value[:at], changed, *value[at + 1 :])
-        yield " with one more", (*value, "one more")
+                yield f"[{at}]{where}", remade([*value[:at], changed, *value[at + 1 :]])
+        yield " with one more", remade([*value, "one more"])
 
 
 def other_arrays(array):

@@ -127,7 +127,7 @@ def test_a_belt_is_a_part_over_the_body_with_its_width_and_allowance(fall):
         "floor",
         "wall",
     )
-    part = study.environment.part("strap")
+    part = study.environment.part_index("strap")
     assert not study.environment.solid[part]
     assert [rule.depth for rule in study.environment.allowances if rule.part == part] == [
         pytest.approx(0.03)

@@ -91,7 +91,7 @@ def test_the_doubt_stands_in_the_rows_and_tables(one_arm):
     assert row.doubtful
     assert row.worst.surface_known_to == pytest.approx(3.2)
     assert row.worst.margin == pytest.approx(1.0)
-    (cells,) = csv.DictReader(io.StringIO(verdict_tables([row])["verdicts.csv"]))
+    (cells,) = csv.DictReader(io.StringIO(verdict_tables([row])["verdicts"].csv()))
     assert (cells["surface_known_to"], cells["margin"], cells["passed"]) == ("3.2", "1.0", "yes")
 
 

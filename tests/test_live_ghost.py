@@ -110,7 +110,7 @@ def test_a_drag_does_not_change_the_ghost(desk):
 
 def corners_of(environment, name):
     """(V, 3) the corners of a part."""
-    mine = environment.polygon_part == environment.part(name)
+    mine = environment.polygon_part == environment.part_index(name)
     rows = environment.triangles[np.repeat(mine, np.diff(environment.triangle_start))]
     return environment.vertices[np.unique(rows)]
 

@@ -212,7 +212,7 @@ def test_a_measured_distance_is_the_clearance_between_its_points(trainer, placem
     person = placement.people[0]
     environment = trainer.study.environment
     plain = clearance(person.placed, environment)
-    where = 0, person.body.segment("H"), environment.part("canopy")
+    where = 0, person.body.segment("H"), environment.part_index("canopy")
     assert found.distance == pytest.approx(float(plain[where]), abs=1e-9)
     assert np.linalg.norm(found.end - found.start) == pytest.approx(found.distance, abs=1e-9)
     back = measured(trainer, placement, Thing(part="canopy"), head)

@@ -65,7 +65,7 @@ def small_pieces(monkeypatch):
 def text_of(result):
     rows = result_file(result)
     return rows.model_dump_json() + "".join(
-        "".join(parts) for parts in motion_tables(result.motions, rows).values()
+        "".join(table.csv_parts()) for table in motion_tables(result.motions, rows).values()
     )
 
 

@@ -63,7 +63,7 @@ def asked_pairs(situation):
         if one.check not in ("clearance", "contact") or one.subparts:
             continue
         for segment in one.segments:
-            pairs |= {(body.segment(segment), environment.part(part)) for part in one.parts}
+            pairs |= {(body.segment(segment), environment.part_index(part)) for part in one.parts}
     return pairs
 
 

@@ -14,6 +14,7 @@ from tests.crowds import crowd_of
 from workbench import draw_people
 from workbench.body.people.percentile import percentile_values
 from workbench.model.population import SEXES, Population
+from workbench.study.accommodation.accommodation import accommodation
 
 BEARING = {
     "eyes at the design eye point": "eye height",
@@ -62,11 +63,11 @@ def test_a_cockpit_without_travel_that_clears_both_percentiles_in_eight_dimensio
     assert len(criteria) == 8
     still_room = {"reach_maps": (), "changes": (), "environment": still(plan)}
     few = plan.with_people(both(model), criteria=criteria, **still_room)
-    two = wb.run(few.study).population
+    two = accommodation(few.study)
     variant = tuple(just_cleared(c, two.margin[:, r]) for r, c in enumerate(criteria))
     few = plan.with_people(both(model), criteria=variant, **still_room)
-    assert wb.run(few.study).population.served.all()
+    assert accommodation(few.study).served.all()
     many = draw_people(model, count, seed=4, men=0.5)
-    everybody = wb.run(plan.with_people(many, criteria=variant, **still_room).study).population
+    everybody = accommodation(plan.with_people(many, criteria=variant, **still_room).study)
     share = everybody.shares[0]
     assert share.high < 0.9

@@ -61,7 +61,7 @@ def boxes(study_file):
 
 def corners(environment, part):
     """(T, 3, 3) the triangles of a part."""
-    polygons = environment.polygons(environment.part(part))
+    polygons = environment.polygons(environment.part_index(part))
     first, last = environment.triangle_start[[polygons.start, polygons.stop]]
     return environment.vertices[environment.triangles[first:last]]
 
@@ -80,7 +80,7 @@ def hits(triangles, axis, at):
 def deepest(person, segment, part):
     """Signed distance [mm] of a segment and a part."""
     near = person.clearance
-    return 1e3 * near.distance[0, near.body.segment(segment), near.other.part(part)]
+    return 1e3 * near.distance[0, near.body.segment(segment), near.other.part_index(part)]
 
 
 def test_the_vehicle_is_as_large_as_the_real_one(ranger):

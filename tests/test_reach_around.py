@@ -240,7 +240,7 @@ def test_how_doubts_end_is_reported(hard, trainer, controls):
 def test_a_part_that_is_taken_away_or_allows_more_keeps_nobody(hard, trainer, controls, eased):
     how = {"name": "left hand", "grip": "grasp", "zone": 2}
     found = ask(*hard, trainer, controls, how)
-    number = trainer.part("instrument_panel")
+    number = trainer.part_index("instrument_panel")
     if eased == "hidden":
         easier = replace(trainer, hidden=trainer.hidden | (np.arange(len(trainer.parts)) == number))
     else:

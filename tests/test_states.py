@@ -15,7 +15,6 @@ from tests.test_accommodation_page import FLAPS
 from workbench.draw.lines.compact import compacted
 from workbench.draw.web.packing import Packing
 from workbench.model.accommodation import Gain
-from workbench.model.moves import Move, displaced
 from workbench.model.population_found import ChangedPerson, TriedChange
 from workbench.report.page import page
 from workbench.report.population.section import population_sections
@@ -67,9 +66,7 @@ def test_curves_stay_as_they_are():
 def moved(tmp_path_factory):
     """The cab with its wall 300 mm nearer: nobody in it has the room that is asked for."""
     study = wb.load_study(write_cab(tmp_path_factory.mktemp("moved"), study=STUDY))
-    part = study.environment.parts[0]
-    moves = (Move((part,), (), (-0.3, 0.0, 0.0)),)
-    return wb.run(replace(study, moved=moves, environment=displaced(study.environment, moves)))
+    return wb.run(study.with_(moved={study.environment.parts[0]: (-0.3, 0.0, 0.0)}))
 
 
 def test_what_is_moved_is_shown_before_and_after_with_each_criterion(moved):

@@ -58,7 +58,7 @@ def test_nobody_in_the_trainer_has_thighs_deeper_in_the_cushion_than_it_gives(cr
     world = sitters.poses.world_from_reference.copy()
     world[:, :, 3] -= sitters.shift  # the seat is where its mesh stands
     back = wb.Poses(sitters.poses.rotations, sitters.poses.reference, world)
-    pan = crowd.environment.part(crowd.seat.cushion.part)
+    pan = crowd.environment.part_index(crowd.seat.cushion.part)
     thighs = [body.segment(name) for name in ("LUL", "RUL")]
     gaps = wb.clearance(wb.place(body, back), crowd.environment)
     deepest = -gaps[:, thighs, pan].min(axis=1)

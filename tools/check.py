@@ -68,6 +68,7 @@ HOMES = {
     "distributed": {"study/executors.py"},
     "threadpoolctl": {"study/accommodation/population_bodies.py"},
     "duckdb": {"files/parquet.py"},
+    "pandas": {"report/result_tables.py"},
     "starlette": {"live"},
     "uvicorn": {"live"},
     "anywidget": {"draw/web/widget.py"},

@@ -24,7 +24,7 @@ import re
 import tempfile
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -651,8 +651,7 @@ def _population(name: str, role: str) -> Named:
     study = wb.load_study(name)
     (who,) = study.roles
     assert isinstance(who.population, PeopleDrawn)
-    drawn = replace(who.population, people=PEOPLE)
-    result = run(replace(study, roles=(replace(who, population=drawn),))).population
+    result = run(study.with_(people={who.name: {"population": {"people": PEOPLE}}})).population
     assert result is not None
     here = f"{name}/{role}"
     for r, one in enumerate(result.requirements):
@@ -831,7 +830,7 @@ PICTURES: dict[str, str] = {
     },
     "dog.png": "dog --view left",
     **{
-        f"bubbleman {posture}.png": f"bubbleman --pose {posture} --view three_quarter"
+        f"bubbleman {posture}.png": f"bubbleman --pose {posture} --view corner"
         for posture in (
             "standing",
             "t_pose",
@@ -852,8 +851,8 @@ PICTURES: dict[str, str] = {
     },
     "bubbleman outline.svg": "bubbleman --display outline --view front",
     "bubbleman circles.svg": "bubbleman --display circles --view front",
-    "trainer.png": "trainer --view three_quarter",
-    "compact_car.png": "compact_car --view three_quarter",
+    "trainer.png": "trainer --view corner",
+    "compact_car.png": "compact_car --view corner",
     "two men.png": "trainer_clearance --view front --marks contacts,clearances",
     "two men cut.png": "trainer_clearance --view left --cut left --marks controls,axes",
     "two men outline.svg": "trainer_clearance --display outline --style hidden_line --view left",

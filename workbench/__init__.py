@@ -28,6 +28,10 @@ def __getattr__(name: str) -> Any:
         globals().update(_import=public, __all__=[*names, "__version__"])
     if name == "__all__":
         return globals()["__all__"]
+    if name == "study":  # a room too, whose package has this name in any case once it is loaded
+        import workbench.study as room
+
+        return room
     found = globals()["_import"](name)
     if callable(found) and not isinstance(found, type):
         from workbench.model.arguments import checked

@@ -26,6 +26,7 @@ from .contact.many_poses import room_of_poses as room_of_poses
 from .contact.sweep import body_sweep as body_sweep
 from .contact.sweep import self_sweep as self_sweep
 from .contact.sweep import sweep as sweep
+from .draw.picture import render as render
 from .draw.scene_builder import scene_of as scene_of
 from .draw.web.notebook import view as view
 from .draw.window import to_pyvista as to_pyvista
@@ -36,9 +37,10 @@ from .errors import WorkbenchError as WorkbenchError
 from .files.ansur import read_ansur as read_ansur
 from .files.body.bodies import load_body as load_body
 from .files.environments import environment_from_mesh as environment_from_mesh
-from .files.environments import load_environment as load_environment
+from .files.mesh_environments import load_environment as load_environment
 from .files.populations import load_population_model as load_population_model
 from .files.study.reader import load_study as load_study
+from .files.study.stating import study as study
 from .model.body import Body as Body
 from .model.body import Topology as Topology
 from .model.body import stack_bodies as stack_bodies
@@ -66,6 +68,7 @@ from .posture.seating.packaging import eyellipse as eyellipse
 from .posture.seating.packaging import seat_curve as seat_curve
 from .posture.seating.seat import seat as seat
 from .posture.stops import stops as stops
+from .report.folder import write_report as write_report
 from .study.accommodation.compare import compare as compare
 from .study.envelope.envelope import reach_envelope as reach_envelope
 from .study.envelope.people import people_envelope as people_envelope

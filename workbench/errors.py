@@ -65,11 +65,13 @@ class MissingPartError(WorkbenchError):
     exit_code = 4
 
 
-def one_of(given: str, valid: Iterable[str], *, words: Mapping[str, str] | None = None) -> str:
+def one_of(given: object, valid: Iterable[str], *, words: Mapping[str, str] | None = None) -> str:
     """Say what would have been right: the nearest valid name first, then all of them (at most 40).
 
-    words: other words that somebody may have meant a valid name by.
+    given: what is no valid name, perhaps no text at all; words: other words that somebody may have
+    meant a valid name by.
     """
+    given = given if isinstance(given, str) else ""
     names = list(valid)
     meant = {word.lower(): name for word, name in (words or {}).items() if name in names}
     known = given.lower().replace("_", " ")

@@ -139,7 +139,7 @@ def _panel_camera(
     """Return a camera along the part's normal; the part and its controls fill the width."""
     right, up = _picture_axes(reach_map, sitter)
     axes = np.array([right, up, np.cross(right, up)])
-    part = environment.part(reach_map.task.part)
+    part = environment.part_index(reach_map.task.part)
     controls = [[control.at] for control in map_controls(reach_map, environment)]
     points = np.concatenate([_part_corners(environment, part), reach_map.points, *controls])
     seen = points @ axes.T
@@ -178,7 +178,7 @@ def _only_near_parts(reach_map: ReachMap, environment: Environment) -> Environme
 
 def _silhouette(reach_map: ReachMap, environment: Environment, camera: Camera) -> _Silhouette:
     """Project the polygons of the part that face the viewer."""
-    polygons = environment.polygons(environment.part(reach_map.task.part))
+    polygons = environment.polygons(environment.part_index(reach_map.task.part))
     front = facing(camera, environment.normal[polygons], environment.offset[polygons]) > 1e-6
     return [
         [

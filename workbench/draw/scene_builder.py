@@ -1,7 +1,8 @@
-"""Build the scene that shows a body, an environment, a study or a result."""
+"""Build the scene that shows a body, an environment, a mesh, a study or a result."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -10,33 +11,162 @@ import numpy as np
 from workbench.body.forward import place
 from workbench.draw.result_scene import result_source
 from workbench.draw.scene import Scene, SceneBody
-from workbench.draw.source import Source, split_names
+from workbench.draw.source import (
+    PEOPLE_COLOURS,
+    Source,
+    chosen_cases,
+    people_source,
+    split_names,
+)
 from workbench.draw.study_scene import study_source
 from workbench.errors import InputError, UsageError, one_of
+from workbench.files.bare_mesh import read_bare
 from workbench.files.body.bodies import load_body
 from workbench.files.catalogue import is_there, names
 from workbench.files.environments import load_environment
-from workbench.files.kinds import kind_of
+from workbench.files.kinds import is_mesh, is_result, kind_of
 from workbench.files.postures import load_postures, posture_path, posture_pose
 from workbench.files.study.reader import load_study
+from workbench.model.environment import Environment
 from workbench.model.person import Person
+from workbench.model.poses import Placed
 from workbench.model.posing import join_poses
+from workbench.model.result import Result
+from workbench.model.study import Study
 
-__all__ = ["build_source", "scene_of", "source_kind"]
+__all__ = ["Drawn", "build_source", "mesh_source", "scene_of", "source_kind", "source_of"]
+
+MOST_BODIES = 40
+"""Poses of a placed body in one scene."""
+_KINDS = {
+    "body": "the file or name of a body",
+    "environment": "an environment",
+    "mesh": "a mesh",
+    "placed": "a placed body",
+    "study": "a study",
+    "result": "a result",
+    "scene": "a scene",
+}
+"""What can be drawn, in words."""
 
 
-def scene_of(source: str, *, posture: str | None = None, case: str | None = None) -> Scene:
-    """Build the scene of a body in a posture, of an environment, or of a case of a study.
+Drawn = str | Path | Environment | Placed | Study | Result | Scene
+"""What can be drawn: a name of the catalogue, a path, or a noun."""
 
-    See `build_source` for the arguments.
+
+def scene_of(
+    source: Drawn,
+    *,
+    posture: str | None = None,
+    case: str | None = None,
+    environment: Environment | None = None,
+) -> Scene:
+    """Build the scene of a body in a posture, of an environment, or of a case of a study or result.
+
+    See `source_of` for the arguments.
     """
-    return build_source(source, poses=posture, case=case).scene
+    return source_of(source, posture=posture, case=case, environment=environment).scene
+
+
+def source_of(
+    source: Drawn,
+    *,
+    posture: str | None = None,
+    case: str | None = None,
+    environment: Environment | None = None,
+) -> Source:
+    """Build what is to be drawn of a file, a name of the catalogue, or a noun.
+
+    Parameters
+    ----------
+    source
+        A name of the catalogue, the path of a body, an environment, a mesh, a study or a result; an
+        environment, a placed body (each pose a body), a study, a result, or a scene, which stays as
+        it is.
+    posture
+        Of a body's file or name: its postures, with commas between.
+    case
+        Of a study or result: its cases, with commas between.
+    environment
+        Around a placed body.
+
+    Raises
+    ------
+    InputError
+        If a file or a name does not exist or cannot be read, or there is nothing to draw.
+    UsageError
+        If a case or a posture does not exist, or an argument does not suit the source.
+    """
+    if isinstance(source, (str, Path)):
+        kind = source_kind(str(source))
+        found = build_source(str(source), poses=posture, case=case)
+    else:
+        kind = type(source).__name__.lower()
+        found = _noun_source(source, case)
+    for name, given, kinds in (
+        ("posture", posture, ("body",)),
+        ("case", case, ("study", "result")),
+        ("environment", environment, ("placed",)),
+    ):
+        if given is not None and kind not in kinds:
+            fit = " or ".join(_KINDS[each] for each in kinds)
+            raise UsageError(f"{name}: belongs to {fit}, not to {_KINDS[kind]}")
+    if environment is not None:
+        return replace(found, scene=replace(found.scene, environment=environment))
+    return found
+
+
+def _noun_source(noun: Environment | Placed | Study | Result | Scene, case: str | None) -> Source:
+    if isinstance(noun, Scene):
+        return Source(noun)
+    if isinstance(noun, Environment):
+        return Source(Scene((), noun, (), noun.name, noun.description))
+    if isinstance(noun, Placed):
+        return Source(_placed_scene(noun))
+    if isinstance(noun, Study):
+        noun.check_derived()
+        return _study_source(noun, noun.name, case)
+    return _result_source(noun, case)
+
+
+def _placed_scene(placed: Placed) -> Scene:
+    """Everybody in one scene: each pose is somebody."""
+    if len(placed) > MOST_BODIES:
+        raise UsageError(f"source: {len(placed)} poses; a scene takes {MOST_BODIES} at most")
+    colours = [PEOPLE_COLOURS[pose % len(PEOPLE_COLOURS)] for pose in range(len(placed))]
+    bodies = tuple(SceneBody(placed, pose, colour) for pose, colour in enumerate(colours))
+    return Scene(bodies, title=placed.body.name)
+
+
+def _result_source(result: Result, case: str | None) -> Source:
+    """People as they were found: in the first case that failed, or in those that are named."""
+    if result.postures:
+        found = result.postures[0]
+        failed = [row.case for verdict in found.verdicts for row in verdict.breaches]
+        first = next((name for name in found.cases if name in failed), found.cases[0])
+        chosen = chosen_cases(found.study.name, found.cases, case or first)
+        rows = np.array([found.cases.index(name) for name in chosen])
+        persons = tuple(
+            Person(person.name, person.body, person.poses.rows(rows)) for person in found.people
+        )
+        return people_source(found.study.title, found.environment, persons, chosen)
+    if result.motions:
+        return study_source(result.study, case)
+    shown = result.population.shown if result.population is not None else ()
+    if case is not None or not shown:
+        raise UsageError(
+            "source: this result is of a population: only the person hardest to serve can be drawn, "
+            "without 'case'" + ("" if shown else ", and everybody fits")
+        )
+    return Source(
+        Scene((SceneBody(shown[0].placed),), shown[0].environment, (), result.study.title)
+    )
 
 
 def build_source(
     source: str, *, poses: str | None = None, case: str | None = None, study: str | None = None
 ) -> Source:
-    """Build what is to be drawn of a body, an environment, a study or a result.
+    """Build what is to be drawn of a body, an environment, a mesh, a study or a result.
 
     Parameters
     ----------
@@ -58,6 +188,8 @@ def build_source(
         If a case or a posture does not exist, or does not suit the kind of source.
     """
     kind = source_kind(source)
+    if kind == "mesh":
+        return mesh_source((source,))
     _check_choice(source, kind, poses, case)
     if study is not None and kind != "result":
         raise UsageError(f"{source} is no result: --study names the study of a result")
@@ -68,12 +200,33 @@ def build_source(
         return Source(Scene((), environment, (), environment.name, environment.description))
     if kind == "body":
         return _body_source(source, poses)
-    loaded = load_study(source)
-    if loaded.crowd is not None:
+    return _study_source(load_study(source), source, case)
+
+
+def _study_source(study: Study, called: str, case: str | None) -> Source:
+    """The cases of a study, unless it is about many people."""
+    if study.crowd is not None:
         raise InputError(
-            f"{source} is about many people and has no case to draw; run it: its report shows the hardest"
+            f"{called} is about many people and has no case to draw; run it: its report shows the hardest"
         )
-    return study_source(loaded, case)
+    return study_source(study, case)
+
+
+def mesh_source(
+    sources: Sequence[str],
+    *,
+    length: str | None = None,
+    up: str | None = None,
+    forward: str | None = None,
+) -> Source:
+    """Build what is to be drawn of mesh files; what is assumed of them is noted. Arguments and
+    errors as of `read_bare`."""
+    bare = read_bare(sources, length=length, up=up, forward=forward)
+    notes = [f"assumed: {words}" for words in bare.assumed]
+    if bare.assumed:
+        notes.append("state what is wrong by --units, --up and --forward")
+    scene = Scene((), bare.environment, (), bare.environment.name)
+    return Source(scene, notes=tuple(notes))
 
 
 def _check_choice(source: str, kind: str, poses: str | None, case: str | None) -> None:
@@ -106,7 +259,7 @@ def _body_source(source: str, poses: str | None) -> Source:
 
 
 def source_kind(source: str) -> str:
-    """Return body, environment, study or result for a path or a name of the catalogue.
+    """Return body, environment, mesh, study or result for a path or a name of the catalogue.
 
     Raises
     ------
@@ -115,13 +268,14 @@ def source_kind(source: str) -> str:
     """
     path = Path(source)
     if is_there(path):
-        is_result = path.suffix == ".json" or (path / "result.json").is_file()
-        kind = "result" if is_result else kind_of(path)
-        if kind in ("body", "environment", "study", "result"):
+        kind = "result" if is_result(path) else kind_of(path)
+        if kind in ("body", "environment", "mesh", "study", "result"):
             return kind
         raise InputError(
-            f"{source}: a body, an environment, a study or a result is needed (got {kind})"
+            f"{source}: a body, an environment, a mesh, a study or a result is needed (got {kind})"
         )
+    if is_mesh(source):
+        return "mesh"
     catalogue = {
         "body": names("bodies"),
         "environment": names("environments", "environment.yaml"),

@@ -12,7 +12,7 @@ from pathlib import Path
 from workbench.errors import InputError, one_of
 from workbench.files.yaml_text import Document
 
-__all__ = ["find", "find_beside", "is_file", "is_there", "names", "roots"]
+__all__ = ["find", "find_beside", "is_file", "is_folder", "is_there", "names", "roots"]
 
 
 def roots() -> list[Path]:
@@ -83,6 +83,14 @@ def is_file(path: Path) -> bool:
     entered."""
     try:
         return path.is_file()
+    except OSError:
+        return False
+
+
+def is_folder(path: Path) -> bool:
+    """True for a folder; False too where the name cannot be one."""
+    try:
+        return path.is_dir()
     except OSError:
         return False
 

@@ -167,7 +167,7 @@ def gripped(environment: Environment, rules: Sequence[PartFile]) -> Iterator[All
     for control in environment.controls:
         segments = _GRIPPERS["foot" if control.for_feet else "hand"]
         for name in control.own_parts:
-            part = environment.part(name)
+            part = environment.part_index(name)
             ruled = {segment for allow in rules[part].allow for segment in allow.segments}
             whole = any(allow.segments == "all" for allow in rules[part].allow)
             small = np.ptp(part_box(environment, name), axis=0).max() <= GRIPPABLE

@@ -49,7 +49,7 @@ def cushion_front(
     normal = normal[along > _FLAT] / np.hypot(along, above)[along > _FLAT, None]
     offset = np.sum(normal * chain[:-1][along > _FLAT], axis=1)
     faces = [*np.column_stack([normal, offset]).tolist(), [1.0, 0.0, float(length)]]
-    part = environment.part(seat.cushion.part)
+    part = environment.part_index(seat.cushion.part)
     allowed = [a.depth for a in allowances if a.part == part and _THIGHS & set(a.segments)]
     gives = max([seat.cushion.depth, *allowed])
     return CushionFront(tuple((a, b, c) for a, b, c in faces), gives)
@@ -62,7 +62,7 @@ def _section(environment: Environment, seat: Seat) -> Floats:
     c = np.cos(seat.cushion_angle)
     s = np.sin(seat.cushion_angle)
     axes = heading @ np.array([[c, 0.0, -s], [0.0, 1.0, 0.0], [s, 0.0, c]])
-    part = environment.part(seat.cushion.part)
+    part = environment.part_index(seat.cushion.part)
     corners = (environment.triangle_corners(part) - np.array(seat.srp)) @ axes
     lines = []
     for aside in (-_ASIDE, _ASIDE):

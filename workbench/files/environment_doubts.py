@@ -1,7 +1,7 @@
 """What of an environment is probably a mistake: seats, controls and rules that do not fit the mesh.
 
-Nothing of it is an error: an environment may be odd on purpose. Each sentence gives the distance,
-and the unit of length that would explain it.
+Nothing of it is an error: an environment may be odd on purpose, and its key `accepted` puts doubts
+away. Each sentence gives the distance, and the unit of length that would explain it.
 """
 
 from __future__ import annotations
@@ -13,8 +13,11 @@ import numpy as np
 from workbench.errors import one_of
 from workbench.files.environment_own import GRIPPABLE
 from workbench.files.schema import metres_in
+from workbench.files.seat_doubts import floor_doubts, rest_doubts, twice_doubts
+from workbench.geometry.ground import ground_of
 from workbench.geometry.polygon import point_winding
 from workbench.model.arrays import Floats
+from workbench.model.doubt import Doubt
 from workbench.model.environment import Environment, Seat
 
 __all__ = ["box_gap", "environment_doubts", "part_box", "unknown_segments"]
@@ -36,8 +39,8 @@ _SHORT = 0.0002
 """A travel or a depth that is shorter [m] than this, and not 0, was typed in another unit."""
 
 
-def environment_doubts(environment: Environment, *, moved: bool) -> list[str]:
-    """Return a sentence for each thing that is probably a mistake.
+def environment_doubts(environment: Environment, *, moved: bool) -> list[Doubt]:
+    """Return what is probably a mistake.
 
     Parameters
     ----------
@@ -49,6 +52,7 @@ def environment_doubts(environment: Environment, *, moved: bool) -> list[str]:
     return [
         *_seats_away(environment, moved),
         *_cushion_sizes(environment),
+        *_seats_odd(environment),
         *_short_lengths(environment),
         *_controls_away(environment),
         *_controls_on_nothing(environment),
@@ -88,11 +92,11 @@ def _unknown_rests(seat: Seat, known: Sequence[str]) -> Iterator[str]:
 
 def part_box(environment: Environment, part: str) -> Floats:
     """Return the box (2, 3) [m] of a part: its least and its greatest corner."""
-    corners = environment.triangle_corners(environment.part(part)).reshape(-1, 3)
+    corners = environment.triangle_corners(environment.part_index(part)).reshape(-1, 3)
     return np.array([corners.min(axis=0), corners.max(axis=0)])
 
 
-def _seats_away(environment: Environment, moved: bool) -> Iterator[str]:
+def _seats_away(environment: Environment, moved: bool) -> Iterator[Doubt]:
     """Seats whose reference point is not at their cushion: a person is seated by the numbers of the
     YAML file, and must meet the mesh there."""
     for seat in environment.seats:
@@ -103,62 +107,84 @@ def _seats_away(environment: Environment, moved: bool) -> Iterator[str]:
             if not moved and (units := _mistaken_units(box, seat.srp)):
                 used, right = units
                 hint = f": the mesh would be there if its unit were {right} where {used} is taken"
-            yield (
+            yield Doubt(
+                f"place of seat {seat.name}",
                 f"seat {seat.name!r}: its reference point is {gap:.3g} m away from its cushion "
-                f"{seat.cushion.part!r}{hint}"
+                f"{seat.cushion.part!r}{hint}",
             )
 
 
-def _cushion_sizes(environment: Environment) -> Iterator[str]:
+def _cushion_sizes(environment: Environment) -> Iterator[Doubt]:
     """Cushions that nobody can sit on."""
     for seat in environment.seats:
         depth = np.ptp(part_box(environment, seat.cushion.part), axis=0)[:2].min()
         least, greatest = _CUSHION
         if not least <= depth <= greatest:
-            yield (
+            yield Doubt(
+                f"cushion of seat {seat.name}",
                 f"seat {seat.name!r}: its cushion {seat.cushion.part!r} is {depth:.3g} m deep, and "
                 f"{least:g} to {greatest:g} m is plausible: a wrong unit of length, or another "
-                f"part?"
+                f"part?",
             )
 
 
-def _short_lengths(environment: Environment) -> Iterator[str]:
+def _seats_odd(environment: Environment) -> Iterator[Doubt]:
+    """Seats whose cushion, back and floor do not go together."""
+    if not environment.seats:
+        return
+    ground = ground_of(environment)
+    for seat in environment.seats:
+        cushion, back = (
+            environment.triangle_corners(environment.part_index(rest.part))
+            for rest in (seat.cushion, seat.back)
+        )
+        yield from rest_doubts(seat, cushion, back)
+        yield from floor_doubts(seat, ground)
+    yield from twice_doubts(environment.seats)
+
+
+def _short_lengths(environment: Environment) -> Iterator[Doubt]:
     """Lengths that were typed in metres where millimetres are meant."""
     for seat in environment.seats:
         for name, ends in (("forward", seat.travel_forward), ("up", seat.travel_up)):
             if 0 < ends[1] - ends[0] < _SHORT:
-                yield (
+                yield Doubt(
+                    f"travel of seat {seat.name}",
                     f"seat {seat.name!r}: its travel {name} is {1e3 * (ends[1] - ends[0]):.2g} mm "
-                    f"long: a wrong unit of length?"
+                    f"long: a wrong unit of length?",
                 )
     for one in environment.adjustments:
         long = one.travel[1] - one.travel[0]
         if not one.turns and long < _SHORT:
-            yield (
+            yield Doubt(
+                f"travel of adjustment {one.name}",
                 f"adjustment {one.name!r}: its travel is {1e3 * long:.2g} mm long: a wrong unit of "
-                f"length?"
+                f"length?",
             )
     for rule in environment.allowances:
         if 0 < rule.depth < _SHORT:
-            yield (
-                f"part {environment.parts[rule.part]!r}: contact is allowed down to "
-                f"{1e3 * rule.depth:.2g} mm: a wrong unit of length?"
+            part = environment.parts[rule.part]
+            yield Doubt(
+                f"contact with part {part}",
+                f"part {part!r}: contact is allowed down to {1e3 * rule.depth:.2g} mm: a wrong "
+                f"unit of length?",
             )
 
 
-def _controls_away(environment: Environment) -> Iterator[str]:
+def _controls_away(environment: Environment) -> Iterator[Doubt]:
     """Controls that are not on the part that they name."""
     for control in environment.controls:
         away = min((_distance(environment, p, control.at) for p in control.own_parts), default=0.0)
         if away <= _CONTROL_AWAY:
             continue
-        yield (
+        yield Doubt(
+            f"place of control {control.name}",
             f"control {control.name!r} is {1e3 * away:.0f} mm away from its part "
-            f"{control.part!r}{_factor_hint(part_box(environment, control.part), control.at)}"
+            f"{control.part!r}{_factor_hint(part_box(environment, control.part), control.at)}",
         )
 
 
-def _controls_on_nothing(environment: Environment) -> Iterator[str]:
+def _controls_on_nothing(environment: Environment) -> Iterator[Doubt]:
     """Controls that name no part, and are at one that a hand would have to enter."""
     shown = [name for k, name in enumerate(environment.parts) if not environment.hidden[k]]
     boxes = {name: part_box(environment, name) for name in shown}
@@ -170,23 +196,25 @@ def _controls_on_nothing(environment: Environment) -> Iterator[str]:
         gaps = {name: _distance(environment, name, control.at, enough=_ON) for name in near}
         name = min(gaps, key=lambda name: (gaps[name], name), default="")
         if name and gaps[name] <= _ON:
-            yield (
+            yield Doubt(
+                f"part of control {control.name}",
                 f"control {control.name!r} names no part and is at {name!r}, which nobody may "
-                f"enter to use it: is that its 'part'?"
+                f"enter to use it: is that its 'part'?",
             )
 
 
-def _gripped_panels(environment: Environment) -> Iterator[str]:
+def _gripped_panels(environment: Environment) -> Iterator[Doubt]:
     """Controls that a hand closes about, on parts that are too large for that."""
     for control in environment.controls:
         if not control.part or control.grip not in ("grasp", "pinch"):
             continue
         size = float(np.ptp(part_box(environment, control.part), axis=0).max())
         if size > GRIPPABLE:
-            yield (
+            yield Doubt(
+                f"grip of control {control.name}",
                 f"control {control.name!r} is gripped ({control.grip}) on {control.part!r}, which "
                 f"is {size:.2g} m large and counts as a panel that no hand may enter: 'split' "
-                f"makes parts of what is connected in it, and 'allow' says what may be entered"
+                f"makes parts of what is connected in it, and 'allow' says what may be entered",
             )
 
 
@@ -206,7 +234,7 @@ def _distance(
 ) -> float:
     """Distance [m] of a point from a part, 0 inside a solid; that of the nearest corner where this
     is near enough."""
-    number = environment.part(part)
+    number = environment.part_index(part)
     triangles = environment.triangle_corners(number)
     corner = float(np.linalg.norm(triangles.reshape(-1, 3) - at, axis=1).min())
     if corner <= enough:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from workbench.errors import InputError, one_of
-from workbench.files.catalogue import find
+from workbench.files.catalogue import find, is_folder
 from workbench.files.environment_adjustments import (
     adjustment_faults,
     adjustments_of,
@@ -18,7 +18,7 @@ from workbench.files.environment_adjustments import (
 from workbench.files.environment_controls import gripped, with_controls
 from workbench.files.environment_cushions import cushion_front
 from workbench.files.environment_doubts import environment_doubts
-from workbench.files.environment_parts import arranged_mesh, matching_parts
+from workbench.files.environment_parts import arranged_mesh, is_piece, matching_parts
 from workbench.files.environment_schema import (
     EnvironmentFile,
     MeshFile,
@@ -32,6 +32,7 @@ from workbench.files.meshes.obj import outside_folder
 from workbench.files.meshes.parts import RawMesh, RawPart
 from workbench.files.meshes.reading import (
     SMALLEST,
+    SMALLEST_OF_SEVERAL,
     axes_rotation,
     extent,
     implausible,
@@ -44,16 +45,19 @@ from workbench.files.meshes.sizes import implausible_sizes
 from workbench.files.schema import fail, validate
 from workbench.files.yaml_text import Document, read_yaml
 from workbench.model.arrays import Floats
+from workbench.model.doubt import Doubt, open_doubts
 from workbench.model.environment import Allowance, Environment, Rest, Seat
 from workbench.model.posing import attitude_matrix
 
 __all__ = [
     "MeshFrame",
+    "bare_environment",
     "environment_files",
     "environment_from_mesh",
     "load_environment",
     "mesh_frame",
     "seat_of",
+    "size_doubts",
     "unknown_names",
 ]
 
@@ -74,7 +78,7 @@ def load_environment(source: str | Path, *, near: Path | None = None) -> Environ
     path = _path(source, near)
     document = read_yaml(path)
     file = validate(document, EnvironmentFile)
-    parts, notes = _meshes(document, file, path.parent)
+    parts, notes, sizes = _meshes(document, file, path.parent)
     names = [part.name for part in parts]
     rules, faults = _rules(document, file, names)
     faults += unknown_names(document, file, names)
@@ -88,7 +92,7 @@ def load_environment(source: str | Path, *, near: Path | None = None) -> Environ
         raise InputError(
             [fail(document, _rule_path(file, names[k]), what) for k, what in open_parts]
         )
-    return _complete(environment, file, rules, notes)
+    return _complete(environment, file, rules, notes, sizes)
 
 
 def environment_files(source: str | Path, *, near: Path | None = None) -> tuple[Path, ...]:
@@ -134,11 +138,41 @@ def environment_from_mesh(
     raw = read_mesh(source) if is_file else mesh_of_scene(source, name)
     rotation = axes_rotation(up, forward)
     metres = _stated(raw.file, length) if length is not None else raw.metres
+    return bare_environment(raw, name, metres=metres, rotation=rotation, solid=solid)
+
+
+def bare_environment(
+    raw: RawMesh,
+    name: str,
+    *,
+    metres: float | None,
+    rotation: Floats,
+    solid: bool | str = "auto",
+    notes: Sequence[str] = (),
+) -> Environment:
+    """Make an environment of a mesh as it was read.
+
+    Parameters
+    ----------
+    raw, name
+        The mesh, and the name of the environment.
+    metres, rotation
+        Unit of the mesh [m], None where it is not known; (3, 3) from its axes.
+    solid
+        As for `environment_from_mesh`.
+    notes
+        Sentences about it that come first among the warnings.
+
+    Raises
+    ------
+    InputError
+        As `environment_from_mesh`.
+    """
     wrong = implausible(float(extent(raw.parts).max()), metres)
     if wrong or metres is None:
         raise InputError(f"{raw.file}: {wrong}")
     parts = to_world(raw, rotation, metres=metres)
-    notes = (*implausible_sizes(parts, metres, file=name), *raw.notes)
+    notes = (*notes, *implausible_sizes(parts, metres, file=name), *raw.notes)
     environment, faults = build_environment(name, parts, solid=[solid] * len(parts), notes=notes)
     if faults:
         raise InputError([f"{raw.file}: {what}" for _, what in faults])
@@ -147,7 +181,7 @@ def environment_from_mesh(
 
 def _path(source: str | Path, near: Path | None) -> Path:
     if isinstance(source, Path):
-        return source / _INNER if source.is_dir() else source
+        return source / _INNER if is_folder(source) else source
     return find("environments", source, _INNER, near=near)
 
 
@@ -160,42 +194,54 @@ def _stated(source: str, length: str) -> float:
 
 def _meshes(
     document: Document, file: EnvironmentFile, folder: Path
-) -> tuple[list[RawPart], list[str]]:
-    """All parts of all meshes in the world's frame, and notes about them; every fault of every mesh
-    at once."""
+) -> tuple[list[RawPart], list[str], list[Doubt]]:
+    """All parts of all meshes in the world's frame, notes about them, and doubts about their
+    sizes; every fault of every mesh at once."""
     parts: list[RawPart] = []
     notes: list[str] = []
+    doubts: list[Doubt] = []
     faults: list[str] = []
     for row, mesh in enumerate(file.meshes):
         key = ("meshes", row, "file")
         try:
-            found, said = _mesh(folder, mesh, alone=len(file.meshes) == 1)
+            found, said, odd = _mesh(folder, mesh, alone=len(file.meshes) == 1)
         except InputError as error:
             faults += [fail(document, key, problem) for problem in error.problems]
             continue
         taken = {part.name for part in parts}
         twice = [part.name for part in found if part.name in taken]
-        faults += [fail(document, key, f"part {name!r} is in another mesh too") for name in twice]
+        faults += [fail(document, key, _twice(file, row, name)) for name in twice]
         parts += found
         notes += [f"{mesh.file}: {note}" for note in said]
+        doubts += odd
     if not faults and (wrong := implausible(float(extent(tuple(parts)).max()), 1.0)):
         faults.append(fail(document, ("meshes",), wrong))
     if faults:
         raise InputError(faults)
-    return parts, notes
+    return parts, notes, doubts
+
+
+def _twice(file: EnvironmentFile, row: int, name: str) -> str:
+    """That a part of a mesh is in another one too, and what helps."""
+    new = f"{Path(file.meshes[row].file).stem}_{name}"
+    return (
+        f"part {name!r} is in another mesh too: give this one another name, "
+        f"join: {{{new}: [{name}]}}"
+    )
 
 
 def _mesh(
     folder: Path, mesh: MeshFile, *, alone: bool
-) -> tuple[tuple[RawPart, ...], tuple[str, ...]]:
-    """The parts of a mesh in the world's frame, and notes about it. alone: it is all there is."""
+) -> tuple[tuple[RawPart, ...], tuple[str, ...], list[Doubt]]:
+    """The parts of a mesh in the world's frame, notes about it, and doubts about its sizes. alone:
+    it is all there is."""
     if outside_folder(mesh.file):
         raise InputError(
             f"{mesh.file}: a mesh lies in the folder of its environment file, or below it"
         )
     raw = read_mesh(folder / mesh.file)
     frame = mesh_frame(raw, mesh)
-    smallest = SMALLEST if alone else _SMALL
+    smallest = SMALLEST if alone else SMALLEST_OF_SEVERAL
     wrong = implausible(float(extent(raw.parts).max()), frame.metres, smallest=smallest)
     if wrong or frame.metres is None:
         raise InputError(f"{mesh.file}: {wrong}")
@@ -204,8 +250,26 @@ def _mesh(
     except InputError as error:
         raise InputError([f"{mesh.file}: {problem}" for problem in error.problems]) from None
     parts = to_world(arranged, frame.rotation, metres=frame.metres, move=frame.move)
-    doubts = implausible_sizes(parts, frame.metres, file=Path(mesh.file).stem)
-    return parts, (*doubts, *raw.notes)
+    return parts, raw.notes, size_doubts(parts, frame.metres, mesh)
+
+
+def size_doubts(parts: Iterable[RawPart], metres: float, mesh: MeshFile) -> list[Doubt]:
+    """Return what is doubted of the sizes of the parts of a mesh. Numbered pieces of parts that are
+    split have no names of their own.
+
+    Parameters
+    ----------
+    parts, metres
+        As of `implausible_sizes`.
+    mesh
+        What the environment says of the mesh.
+    """
+    known = list(parts)
+    pieces = [part.name for part in known if is_piece(part.name, mesh.split)]
+    return [
+        Doubt(f"sizes in {mesh.file}", f"{mesh.file}: {words}")
+        for words in implausible_sizes(known, metres, file=Path(mesh.file).stem, unnamed=pieces)
+    ]
 
 
 @dataclass(frozen=True, eq=False)
@@ -291,11 +355,15 @@ def _named_parts(file: EnvironmentFile) -> Iterator[tuple[tuple[str | int, ...],
 
 
 def _complete(
-    environment: Environment, file: EnvironmentFile, rules: list[PartFile], notes: list[str]
+    environment: Environment,
+    file: EnvironmentFile,
+    rules: list[PartFile],
+    notes: list[str],
+    sizes: list[Doubt],
 ) -> Environment:
     """The environment with its seats, points, controls and allowances.
 
-    rules: of each part; notes: sentences about the meshes.
+    rules: of each part; notes: sentences about the meshes; sizes: doubts about these.
     """
     hard = tuple(seat_of(name, seat, environment.parts) for name, seat in file.seats.items())
     furnished = replace(
@@ -320,8 +388,16 @@ def _complete(
             replace(seat, front=cushion_front(environment, seat, allowances)) for seat in hard
         ),
     )
-    doubts = environment_doubts(complete, moved=any(any(mesh.move) for mesh in file.meshes))
-    return replace(complete, warnings=(*notes, *doubts, *environment.warnings))
+    moved = any(any(mesh.move) for mesh in file.meshes)
+    doubts = [*sizes, *environment_doubts(complete, moved=moved)]
+    said = [doubt.said for doubt in open_doubts(doubts, file.accepted)]
+    said += [
+        f"accepted: nothing is doubted about {key!r}: leave it out; "
+        f"{one_of(key, [doubt.about for doubt in doubts])}"
+        for key in file.accepted
+        if open_doubts(doubts, [key]) == open_doubts(doubts, [])
+    ]
+    return replace(complete, warnings=(*notes, *said, *environment.warnings))
 
 
 def _allowances(rules: list[PartFile]) -> Iterator[Allowance]:

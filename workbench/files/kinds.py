@@ -12,6 +12,7 @@ from workbench.errors import InputError
 from workbench.files.body.bodies import load_body
 from workbench.files.body.encumbrances import EncumbranceFile, load_encumbrance
 from workbench.files.body.schema import BodyFile
+from workbench.files.catalogue import is_file, is_folder
 from workbench.files.crash.simulation_schema import SimulationFile
 from workbench.files.crash.simulations import load_simulation
 from workbench.files.environment_doubts import unknown_segments
@@ -33,6 +34,7 @@ __all__ = [
     "check_file",
     "is_environment",
     "is_mesh",
+    "is_result",
     "json_schemas",
     "kind_of",
     "named_kind",
@@ -99,17 +101,22 @@ def is_mesh(source: str) -> bool:
     """True where a source is a mesh file by its ending, False for environment folders, YAML files
     and bare names."""
     path = Path(source)
-    return not path.is_dir() and path.suffix.lower() not in ("", ".yaml", ".yml")
+    return not is_folder(path) and path.suffix.lower() not in ("", ".yaml", ".yml", ".json")
+
+
+def is_result(path: Path) -> bool:
+    """True where a path is a result.json, or a folder with one."""
+    return path.suffix.lower() == ".json" or is_file(path / "result.json")
 
 
 def is_environment(source: str) -> bool:
     """True where a source is a mesh, an environment's file, or a folder with one."""
     path = Path(source)
-    if path.is_dir():
-        return (path / "environment.yaml").is_file()
+    if is_folder(path):
+        return is_file(path / "environment.yaml")
     if is_mesh(source):
         return True
-    return path.is_file() and named_kind(path) == "environment"
+    return is_file(path) and named_kind(path) == "environment"
 
 
 @dataclass(frozen=True)

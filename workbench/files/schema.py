@@ -31,6 +31,8 @@ from workbench.files.yaml_text import Document
 
 __all__ = [
     "LENGTH_SCHEMA",
+    "CallFloat",
+    "CallInt",
     "Degrees",
     "FileModel",
     "Length",
@@ -57,6 +59,15 @@ class FileModel(BaseModel):
     )
 
 
+class CallFloat(float):
+    """A number of a call in Python that stands among those of a file: as a length it is in metres,
+    whatever the unit of the file."""
+
+
+class CallInt(int):
+    """A whole number of a call in Python, see CallFloat."""
+
+
 def to_metres(text: str) -> float:
     """Metres from a quantity such as "450 mm" or "17.7 in"; ValueError says what is valid."""
     match = _QUANTITY.match(text)
@@ -71,6 +82,8 @@ def length_in_metres(value: Any, info: ValidationInfo) -> Any:
     """Metres from a number in the file's unit, or from a text with its unit; ValueError else."""
     if isinstance(value, str):
         return to_metres(value)
+    if isinstance(value, (CallFloat, CallInt)):
+        return float(value)
     if isinstance(value, (int, float)) and not isinstance(value, bool):
         scale = (info.context or {}).get("metres", math.nan)
         return float(value) * scale

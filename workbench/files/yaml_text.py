@@ -47,7 +47,7 @@ Path_ = tuple[str | int, ...]
 @dataclass(frozen=True)
 class Document:
     """A parsed file: its plain value, and the position (line, column; from 1) of each value by its
-    path of keys."""
+    path of keys. What a call states has no positions; `file` is then the name of the call."""
 
     file: str
     value: Any
@@ -57,7 +57,9 @@ class Document:
 
     def where(self, path: Path_) -> str:
         """`file:line:column` of the value at this path, or of its nearest ancestor that is
-        there."""
+        there; the file alone where nothing has a position."""
+        if not self.positions:
+            return self.file
         while path not in self.positions and path:
             path = path[:-1]
         line, column = self.positions.get(path, (1, 1))

@@ -24,7 +24,12 @@ from workbench.live.replies import Replies
 from workbench.model.arrays import Ints
 from workbench.study.bench.history import Entry, History
 from workbench.study.describe.meshes import Meshes
-from workbench.study.describe.people import person_words, seated_person, standing_person
+from workbench.study.describe.people import (
+    person_words,
+    seated_person,
+    seated_words,
+    standing_person,
+)
 from workbench.study.describe.saving import (
     ForeignFileError,
     SavedPlace,
@@ -32,7 +37,7 @@ from workbench.study.describe.saving import (
     save_description,
     unfinished,
 )
-from workbench.study.describe.state import Description, open_place, standing_of
+from workbench.study.describe.state import Description, open_place, open_sizes, standing_of
 
 __all__ = ["DescribeDesk"]
 
@@ -198,13 +203,15 @@ class DescribeDesk:
 
     def _sit(self, question: Question) -> Replies:
         on = bool(question.given["on"])
+        words: list[str] = []
         if on:
             if not self.live.file.seats:
                 raise InputError("there is no seat yet: pick a cushion and a back")
+            ground = standing_of(self.opened, self.live).ground
             for name in self.live.file.seats:
-                seated_person(self.live.file, name)
+                words += seated_words(self.live.file, name, ground)
         self.sitting = on
-        return Replies([self._answered(question.number, "")])
+        return Replies([self._answered(question.number, "; ".join(words))])
 
     def _undo(self, question: Question) -> Replies:
         self.history = self.history.undone()
@@ -224,7 +231,7 @@ class DescribeDesk:
         )
         self.target = self.disk.text.path
         self.source = self.target
-        sizes = self.opened.meshes.size_words(self.live.file.meshes)
+        sizes = [doubt.said for doubt in open_sizes(self.opened, self.live)]
         self.warnings = tuple(words for words in self.disk.warnings if words not in sizes)
         self.saved_content = self.live.content
         head = {"kind": "saved", "answers": question.number, "file": self.target.name}

@@ -79,7 +79,7 @@ def _people(placement: Placement) -> Arrays:
 def _mesh(place: WebPlace, placement: Placement) -> Arrays:
     """Parts where they stand [m]."""
     arranged = placement.parts
-    rows = [arranged.environment.part(name) for name in place.names]
+    rows = [arranged.environment.part_index(name) for name in place.names]
     shift = arranged.by_part[rows]
     vertices = place.vertices + shift[place.part]
     return [

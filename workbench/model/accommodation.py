@@ -10,6 +10,7 @@ import numpy as np
 
 from workbench.model.arrays import Bools, Floats
 from workbench.model.moves import Move
+from workbench.model.short_repr import short_repr
 
 __all__ = [
     "MAP_POINTS",
@@ -221,3 +222,5 @@ class ReachMap:
     normals: Floats
     flat: Floats
     share: Floats
+
+    __repr__ = short_repr

@@ -37,7 +37,7 @@ def move_parts(
         If a part is unknown.
     """
     chosen = np.zeros(len(environment.parts), dtype=np.bool_)
-    chosen[[environment.part(name) for name in parts]] = True
+    chosen[[environment.part_index(name) for name in parts]] = True
     if not chosen.any() or (rotation is None and not shift.any()):
         return environment
     polygon = chosen[environment.polygon_part]

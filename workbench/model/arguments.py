@@ -14,16 +14,25 @@ import types
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import fields
 from functools import lru_cache, wraps
-from inspect import Parameter, signature
+from inspect import Parameter, Signature, currentframe, signature
 from numbers import Integral, Real
 from pathlib import Path
 from typing import Any, Literal, TypeVar, Union, get_args, get_origin, get_type_hints
 
 import numpy as np
 
-from workbench.errors import InputError, UsageError
+from workbench.errors import InputError, UsageError, one_of
+from workbench.model.above import above
 
-__all__ = ["argument_fault", "check_fields", "checked", "given_words"]
+__all__ = [
+    "argument_fault",
+    "caller_level",
+    "check_fields",
+    "check_index",
+    "checked",
+    "chosen_rows",
+    "given_words",
+]
 
 F = TypeVar("F", bound=Callable[..., Any])
 _LONGEST = 60
@@ -43,11 +52,14 @@ _ARRAYS = {"ArrayLike": _Finite, "Floats": _Numbers, "Ints": _Numbers, "Bools": 
 
 def checked(function: F) -> F:
     """The function, with its arguments checked against its annotations; it raises UsageError for
-    the first that does not fit."""
+    the first that does not fit, for one that is missing and for one that it does not take."""
 
     @wraps(function)
     def call(*args: Any, **options: Any) -> Any:
         names, kinds = _annotated(function)
+        _check_call(function, args, options)
+        args = tuple(map(_taken, args, map(kinds.get, (*names, *names[-1:] * len(args)))))
+        options = {name: _taken(value, kinds.get(name)) for name, value in options.items()}
         rest = names[-1:] * (len(args) - len(names))  # what a last *name takes
         for name, value in [*zip((*names, *rest), args, strict=False), *options.items()]:
             if name in kinds and (fault := argument_fault(name, value, kinds[name])):
@@ -61,6 +73,35 @@ def checked(function: F) -> F:
         )
 
     return call  # type: ignore[return-value]
+
+
+def _taken(value: Any, kind: Any) -> Any:
+    """What is given, a mesh of trimesh as an environment where one is expected."""
+    if not type(value).__module__.startswith("trimesh."):
+        return value
+    kinds = [getattr(one, "__name__", "") for one in (kind, *get_args(kind))]
+    return (
+        above("files.mesh_environments", "environment_of_scene")(value)
+        if "Environment" in kinds
+        else value
+    )
+
+
+def _check_call(function: Callable[..., Any], args: Sequence[Any], options: Iterable[str]) -> None:
+    """UsageError for arguments that are missing, too many or unknown."""
+    named = _signature(function)
+    try:
+        named.bind(*args, **dict.fromkeys(options))
+    except TypeError as error:
+        taken = [name for name in named.parameters if name != "self"]
+        unknown = [name for name in options if name not in taken]
+        hint = one_of(unknown[0], taken) if unknown else f"it takes {', '.join(taken)}"
+        raise UsageError(f"{function.__name__}(...): {error}; {hint}") from None
+
+
+@lru_cache(maxsize=256)
+def _signature(function: Callable[..., Any]) -> Signature:
+    return signature(function)
 
 
 @lru_cache(maxsize=256)
@@ -91,6 +132,62 @@ def check_fields(noun: Any) -> None:
 def _annotated_fields(noun: type) -> dict[str, Any]:
     kinds = get_type_hints(noun, localns=_ARRAYS)
     return {field.name: kinds[field.name] for field in fields(noun) if field.init}
+
+
+def caller_level() -> int:
+    """The `stacklevel` of a warning that is about what somebody outside the workbench called."""
+    level = 0
+    frame = currentframe()
+    while frame is not None and frame.f_globals.get("__name__", "").startswith("workbench."):
+        level += 1
+        frame = frame.f_back
+    return level
+
+
+def check_index(name: str, value: Any, count: int) -> int:
+    """Return an index into `count` things, counted from the end where it is negative.
+
+    Raises
+    ------
+    UsageError
+        If it is no whole number, or there is no such thing.
+    """
+    if not isinstance(value, (int, np.integer)) or isinstance(value, bool):
+        what = f"expected an index, 0 to {count - 1}, got {given_words(value)}"
+    elif not -count <= value < count:
+        what = f"there are {count}, with the indices 0 to {count - 1}; got {given_words(value)}"
+    else:
+        return int(value) % count
+    raise UsageError(f"{name}: {what}")
+
+
+def chosen_rows(name: str, keep: Any, count: int) -> Any:
+    """Return a slice, a mask or indices that choose some of `count` rows.
+
+    Raises
+    ------
+    UsageError
+        If it is something else, or there is no such row.
+    """
+    if isinstance(keep, slice):
+        return keep
+    try:
+        rows = np.asarray(keep)
+    except (ValueError, TypeError):
+        rows = np.zeros(())
+    if rows.shape == (0,):
+        return rows.astype(np.int64)
+    is_mask = rows.dtype.kind == "b" and rows.shape == (count,)
+    if is_mask or (rows.dtype.kind in "iu" and rows.ndim == 1 and _within(rows, count)):
+        return rows
+    raise UsageError(
+        f"{name}: expected a slice, a mask ({count},) or indices from 0 to {count - 1} in a row, got "
+        f"{given_words(keep)}"
+    )
+
+
+def _within(rows: np.ndarray[Any, Any], count: int) -> bool:
+    return bool(rows.min() >= -count and rows.max() < count)
 
 
 def _plain(value: Any, kind: Any) -> Any:
@@ -193,7 +290,7 @@ def _items(
     if not isinstance(value, Collection):
         return None
     one = inner[0]
-    plain = isinstance(one, type) and one not in (float, int)
+    plain = isinstance(one, type) and one not in (float, int, Any)
     if plain and all(isinstance(item, one) for item in value):
         return []  # the usual case, decided fast
     return [(f"{name}[{n}]", item, one) for n, item in enumerate(value)]
@@ -226,6 +323,7 @@ def _words(name: str, value: object, kind: Any) -> str:
 
 
 _PLAIN = {
+    Any: "anything",
     float: "a number",
     int: "a whole number",
     bool: "True or False",

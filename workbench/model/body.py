@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from workbench.errors import InputError, UsageError, one_of
-from workbench.model.arguments import check_fields
+from workbench.model.arguments import check_fields, check_index, chosen_rows
 from workbench.model.arrays import ArrayKind, Bools, Floats, Ints, freeze_fields
 from workbench.model.basis import ShapeBasis
 from workbench.model.stops import Stops
@@ -235,6 +235,7 @@ class Body:
                 raise IndexError(f"body {self.name} has no row {rows}; it has {len(self)}")
             first = int(rows) % len(self)
             rows = slice(first, first + 1)
+        rows = chosen_rows("rows", rows, len(self))
         if np.array_equal(np.arange(len(self))[rows], np.arange(len(self))):
             return self
         values = {name: getattr(self, name)[rows] for name in ROW_FIELDS}
@@ -242,21 +243,22 @@ class Body:
 
     def segment(self, mnemonic: str) -> int:
         """Index of a segment by its mnemonic; InputError lists the valid ones."""
-        if mnemonic not in self.segments:
+        if not isinstance(mnemonic, str) or mnemonic not in self.segments:
             hint = one_of(mnemonic, self.segments, words=segment_words(self))
             raise InputError(f"body {self.name}: no segment {mnemonic!r}; {hint}")
         return self.segments.index(mnemonic)
 
     def joint(self, mnemonic: str) -> int:
         """Index of a joint by its mnemonic; InputError lists the valid ones."""
-        if mnemonic not in self.joints:
+        if not isinstance(mnemonic, str) or mnemonic not in self.joints:
             raise InputError(
                 f"body {self.name}: no joint {mnemonic!r}; {one_of(mnemonic, self.joints)}"
             )
         return self.joints.index(mnemonic)
 
     def spheres(self, segment: int) -> slice:
-        """The spheres of one segment."""
+        """The spheres of one segment, by its index."""
+        segment = check_index("segment", segment, len(self.segments))
         return slice(int(self.start[segment]), int(self.start[segment + 1]))
 
     @property

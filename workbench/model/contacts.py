@@ -7,6 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from workbench.errors import UsageError
+from workbench.model.arguments import check_index, chosen_rows, given_words
 from workbench.model.arrays import Bools, Floats, Ints, frozen
 from workbench.model.body import Body
 from workbench.model.environment import Environment
@@ -96,8 +98,9 @@ class Contacts:
             "other_facing",
             "allowed",
         )
+        rows = chosen_rows("keep", keep, len(self))
         return Contacts(
-            self.body, self.other, **{name: getattr(self, name)[keep] for name in names}
+            self.body, self.other, **{name: getattr(self, name)[rows] for name in names}
         )
 
     def deepest(self) -> Contacts:
@@ -122,10 +125,12 @@ class Contacts:
 
     def name(self, row: int) -> str:
         """The body's side in words: "right hand, thumb tip (front)"."""
+        row = check_index("row", row, len(self))
         return _side(self.body, int(self.sphere[row]), int(self.facing[row]))
 
     def other_name(self, row: int) -> str:
         """The other side in words: "instrument_panel, polygon 117", or as `name` for a body."""
+        row = check_index("row", row, len(self))
         if isinstance(self.other, Environment):
             part = int(self.part[row])
             return f"{self.other.parts[part]}, polygon {int(self.polygon[row] - self.other.part_start[part])}"
@@ -139,7 +144,7 @@ def _side(body: Body, sphere: int, facing: int) -> str:
     return f"{words} ({DIRECTIONS[facing]})" if facing >= 0 else words
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Clearance:
     """The nearest pair of every pose, segment and other (K parts of an environment, or segments of
     a body).
@@ -158,9 +163,29 @@ class Clearance:
     point: Floats
     facing: Ints
 
+    def __repr__(self) -> str:
+        poses, segments, others = self.distance.shape
+        least = np.nanmin(self.distance, initial=np.inf)
+        return (
+            f"Clearance({self.body!r} from {self.other!r}: {poses} poses, {segments} segments, "
+            f"{others} others, least {1e3 * least:.1f} mm)"
+        )
+
+    def _checked(self, where: tuple[int, int, int]) -> tuple[int, int, int]:
+        """The indices of a pose, a segment and another; UsageError for what is none."""
+        if not isinstance(where, (tuple, list)) or len(where) != 3:
+            raise UsageError(
+                f"where: expected the indices (pose, segment, other), got {given_words(where)}"
+            )
+        names = ("where: pose", "where: segment", "where: other")
+        shape = self.distance.shape
+        p, n, k = (check_index(*each) for each in zip(names, where, shape, strict=True))
+        return p, n, k
+
     def met(self, where: tuple[int, int, int]) -> tuple[int, int]:
         """What is nearest to the body's sphere at (pose, segment, other), -1 where it is not of that
         kind: the polygon of the part, by its number in the part, and the other limb's sphere."""
+        where = self._checked(where)
         target = int(self.target[where])
         if isinstance(self.other, Environment):
             return target - int(self.other.part_start[where[2]]), -1
@@ -168,10 +193,12 @@ class Clearance:
 
     def name(self, where: tuple[int, int, int]) -> str:
         """The body's side in words at (pose, segment, other)."""
+        where = self._checked(where)
         return _side(self.body, int(self.sphere[where]), int(self.facing[where]))
 
     def other_name(self, where: tuple[int, int, int]) -> str:
         """The other side in words: part and polygon, or segment and sphere."""
+        where = self._checked(where)
         polygon, sphere = self.met(where)
         if isinstance(self.other, Environment):
             return f"{self.other.parts[where[2]]}, polygon {polygon}"

@@ -29,7 +29,7 @@ from numpy.typing import NDArray
 import workbench
 from workbench.errors import InputError
 
-__all__ = ["LIBRARIES", "content_key", "program_hash"]
+__all__ = ["LIBRARIES", "content_hash", "content_key", "program_hash"]
 
 LIBRARIES = ("numpy", "scipy", "numba", "llvmlite")
 """Packages whose numbers a computation rests on; their versions belong to every key."""
@@ -68,6 +68,11 @@ def content_key(purpose: str, *values: object) -> bytes:
     digest = hashlib.sha256()
     _add(digest.update, (program_hash(_PACKAGE), purpose, values))
     return digest.digest()
+
+
+def content_hash(value: object) -> str:
+    """Hash a value as `content_key` does, whatever the program; in hexadecimal digits."""
+    return _hash(value).hex()
 
 
 @lru_cache(maxsize=4)

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from math import inf
 
+from workbench.model.short_repr import short_repr
+
 __all__ = ["Criterion", "Limit"]
 
 
@@ -57,6 +59,8 @@ class Criterion:
     limits: tuple[Limit, ...] = ()
     of: tuple[str, ...] = ()
     cases: tuple[str, ...] = ()
+
+    __repr__ = short_repr
 
     def asks(self, case: str) -> bool:
         """Whether it is asked of a case, by its name."""

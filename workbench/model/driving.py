@@ -10,6 +10,7 @@ import numpy as np
 from workbench.errors import InputError
 from workbench.model.arguments import check_fields
 from workbench.model.arrays import Floats, frozen
+from workbench.model.short_repr import short_repr
 
 __all__ = ["ANGLES", "Driver", "DrivingAims", "DrivingAngles", "Package"]
 
@@ -90,6 +91,8 @@ class DrivingAngles:
 
     mean: Floats
     spread: Floats
+
+    __repr__ = short_repr
 
     def __post_init__(self) -> None:
         for name in ("mean", "spread"):

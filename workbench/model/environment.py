@@ -4,14 +4,18 @@ controls."""
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
 from workbench.errors import InputError, one_of
-from workbench.model.arguments import check_fields
+from workbench.model.above import above
+from workbench.model.arguments import check_fields, check_index, checked
 from workbench.model.arrays import ArrayKind, Bools, Floats, Ints, freeze_fields
-from workbench.model.shown import shown_html
+from workbench.model.part import Part, PartNames
+from workbench.model.short_repr import short_repr
 
 __all__ = [
     "Adjustment",
@@ -124,6 +128,8 @@ class Seat:
     moves: tuple[str, ...]
     front: CushionFront | None = None
 
+    __repr__ = short_repr
+
     def held(self, forward: float, up: float) -> Seat:
         """The seat in one position [m], without travel."""
         return replace(self, travel_forward=(forward, forward), travel_up=(up, up))
@@ -234,13 +240,25 @@ class Environment:
     """Sentences about what its file leaves open and the loader took to be so."""
 
     def __repr__(self) -> str:
-        return f"Environment({self.name}: {len(self.parts)} parts, {len(self.normal)} polygons)"
+        doubts = f"; {len(self.warnings)} warnings" if self.warnings else ""
+        polygons = f"{len(self.normal)} polygons"
+        return f"Environment({self.name}: {len(self.parts)} parts, {polygons}{doubts})"
 
     def _repr_html_(self) -> str | None:
-        return shown_html(self)
+        html: str | None = above("draw.web.notebook", "notebook_html")(self)
+        return html
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update(state)
+        self._bind_parts()
+
+    def _bind_parts(self) -> None:
+        """Let the names of the parts give the parts."""
+        object.__setattr__(self, "parts", PartNames(self.parts, self.part))
 
     def __post_init__(self) -> None:
         check_fields(self)
+        self._bind_parts()
         k = len(self.parts)
         f = len(self.normal)
         arrays: dict[str, ArrayKind] = {
@@ -262,30 +280,72 @@ class Environment:
         if not np.all(np.isfinite(self.vertices)):
             raise InputError(f"environment {self.name}: vertices must be finite")
 
-    def part(self, name: str) -> int:
+    def part_index(self, name: str) -> int:
         """Index of a part by name; InputError lists the valid ones."""
-        if name not in self.parts:
-            raise InputError(
-                f"environment {self.name}: no part {name!r}; {one_of(name, self.parts)}"
-            )
-        return self.parts.index(name)
+        return self._index("part", name, self.parts)
+
+    def part(self, name: str) -> Part:
+        """A part by name, with its mesh; `parts[name]` is the same. InputError lists the valid
+        names."""
+        k = self.part_index(name)
+        first, last = self.triangle_start[[self.part_start[k], self.part_start[k + 1]]]
+        used, faces = np.unique(self.triangles[first:last], return_inverse=True)
+        return Part(
+            name,
+            self.vertices[used],
+            faces.reshape(-1, 3),
+            bool(self.solid[k]),
+            bool(self.hidden[k]),
+            bool(self.see_through[k]),
+            tuple(control.name for control in self.controls if control.part == name),
+        )
+
+    @checked
+    def moved(self, displacements: Mapping[str, Any]) -> Environment:
+        """The environment with parts, or controls alone, standing elsewhere.
+
+        Controls on a part go along with it, and so do pivots and points of an adjustment whose
+        parts all go the same way.
+
+        Parameters
+        ----------
+        displacements
+            (3,) [m] by the name of a part, a pattern of names of parts (`*` for any letters), or the
+            name of a control; numbers, or texts with their unit ("20 mm").
+
+        Raises
+        ------
+        InputError
+            If nothing is called so, something is moved twice or goes with a seat, or a displacement
+            is none.
+        """
+        found: Environment = above("files.moved", "moved_environment")(self, displacements)
+        return found
+
+    def to_trimesh(self) -> Any:
+        """Return a trimesh.Scene with a mesh for each part, by its name, in metres; x is forward, y
+        left, z up."""
+        return above("files.meshes.scene", "environment_scene")(self)
 
     def seat(self, name: str) -> Seat:
         """A seat by name; InputError lists the valid ones."""
-        for seat in self.seats:
-            if seat.name == name:
-                return seat
-        raise InputError(
-            f"environment {self.name}: no seat {name!r}; {one_of(name, [s.name for s in self.seats])}"
-        )
+        return self.seats[self._index("seat", name, [one.name for one in self.seats])]
+
+    def control(self, name: str) -> Control:
+        """A control by name; InputError lists the valid ones."""
+        return self.controls[self._index("control", name, [one.name for one in self.controls])]
 
     def adjustment(self, name: str) -> Adjustment:
         """An adjustment by name; InputError lists the valid ones."""
-        for one in self.adjustments:
-            if one.name == name:
-                return one
         names = [one.name for one in self.adjustments]
-        raise InputError(f"environment {self.name}: no adjustment {name!r}; {one_of(name, names)}")
+        return self.adjustments[self._index("adjustment", name, names)]
+
+    def _index(self, kind: str, name: str, names: Sequence[str]) -> int:
+        """Index of a name among those of a kind; InputError lists the valid ones."""
+        if not isinstance(name, str) or name not in names:
+            hint = one_of(name, names)
+            raise InputError(f"environment {self.name}: no {kind} {name!r}; {hint}")
+        return names.index(name)
 
     def with_seat(self, seat: Seat) -> Environment:
         """The environment with another seat in the place of the one of that name."""
@@ -293,7 +353,8 @@ class Environment:
         return replace(self, seats=seats)
 
     def polygons(self, part: int) -> slice:
-        """The polygons of one part."""
+        """The polygons of one part, by its index."""
+        part = check_index("part", part, len(self.parts))
         return slice(int(self.part_start[part]), int(self.part_start[part + 1]))
 
     def triangle_corners(self, part: int) -> Floats:

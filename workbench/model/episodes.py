@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from workbench.model.arguments import chosen_rows
 from workbench.model.arrays import Bools, Floats, Ints, frozen
 from workbench.model.body import Body
 from workbench.model.environment import Environment
@@ -75,6 +76,7 @@ class Episodes:
             "other_sphere",
             "frame",
         )
+        rows = chosen_rows("keep", keep, len(self))
         return Episodes(
-            self.body, self.other, self.span, **{name: getattr(self, name)[keep] for name in names}
+            self.body, self.other, self.span, **{name: getattr(self, name)[rows] for name in names}
         )

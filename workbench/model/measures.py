@@ -179,11 +179,11 @@ def check_measures(names: Iterable[str], known: Iterable[str] = MEASURES) -> tup
     faults = [
         f"no measure {name!r}; {one_of(name, valid, words=WORDS)}"
         for name in chosen
-        if name not in valid
+        if not isinstance(name, str) or name not in valid
     ]
     faults += [
         f"measure {name!r} is named twice"
-        for name in dict.fromkeys(chosen)
+        for name in dict.fromkeys(name for name in chosen if isinstance(name, str))
         if chosen.count(name) > 1
     ]
     if faults:

@@ -13,6 +13,7 @@ from workbench.model.criterion import Criterion
 from workbench.model.environment import Environment
 from workbench.model.poses import Poses
 from workbench.model.pulse import Pulse
+from workbench.model.short_repr import short_repr
 from workbench.model.simulation import Belt, ContactRule
 
 __all__ = [
@@ -79,6 +80,8 @@ class MotionCase:
     forces: tuple[ContactRule, ...] = ()
     bears: Bools = field(default_factory=lambda: np.zeros(0, dtype=np.bool_))
     warnings: tuple[str, ...] = ()
+
+    __repr__ = short_repr
 
 
 @dataclass(frozen=True)

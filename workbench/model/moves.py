@@ -57,7 +57,7 @@ def part_moves(environment: Environment, moves: Sequence[Move]) -> Floats:
     found = np.zeros((len(environment.parts), 3))
     for move in moves:
         for name in move.parts:
-            found[environment.part(name)] += move.by
+            found[environment.part_index(name)] += move.by
     return found
 
 
@@ -124,7 +124,7 @@ def displaced(
 
 def _together(environment: Environment, one: Adjustment, parts: Floats) -> Floats:
     """(3,) [m] by how much all parts of an adjustment are displaced; 0 where they part company."""
-    own = parts[[environment.part(name) for name in one.parts]]
+    own = parts[[environment.part_index(name) for name in one.parts]]
     same = len(own) > 0 and bool((own == own[0]).all())
     found: Floats = own[0] if same else np.zeros(3)
     return found

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from workbench.errors import InputError, one_of
+from workbench.model.arguments import checked, chosen_rows
 from workbench.model.arrays import ArrayKind, Bools, Floats, Ints, freeze_fields
 from workbench.model.measures import check_measures
 
@@ -19,7 +20,7 @@ SEXES = ("male", "female")
 
 def sex_index(sex: str, sexes: tuple[str, ...] = SEXES) -> int:
     """Index of a sex by its name; InputError lists the valid ones."""
-    if sex not in sexes:
+    if not isinstance(sex, str) or sex not in sexes:
         raise InputError(f"no sex {sex!r} here; {one_of(sex, sexes)}")
     return sexes.index(sex)
 
@@ -79,6 +80,7 @@ class Population:
         check_measures([name], self.names)
         return np.asarray(self.measures[:, self.names.index(name)])
 
+    @checked
     def of(self, names: Iterable[str]) -> Population:
         """The same people with these measures only, in this order."""
         chosen = check_measures(names, self.names)
@@ -90,7 +92,7 @@ class Population:
 
     def rows(self, keep: Bools | Ints) -> Population:
         """The people at a mask or at indices."""
-        index = np.arange(len(self))[keep]
+        index = np.arange(len(self))[chosen_rows("keep", keep, len(self))]
         labels = tuple(self.labels[i] for i in index) if self.labels else ()
         measures = self.measures[index]
         return replace(
@@ -101,6 +103,7 @@ class Population:
         """Number of people of one sex."""
         return int(np.sum(self.sex == sex_index(sex)))
 
+    @checked
     def lacking(self, men: int, women: int) -> str:
         """Say which people are fewer than are wanted; "" where there are enough."""
         wanted = {"male": men, "female": women}

@@ -20,6 +20,7 @@ from workbench.model.body import Body
 from workbench.model.environment import Adjustment, Environment
 from workbench.model.population import Population
 from workbench.model.poses import Placed, Poses
+from workbench.model.short_repr import short_repr
 from workbench.model.study import Study
 from workbench.model.workplace import Workplace
 
@@ -46,6 +47,8 @@ class Shown:
     limb: str = ""
     target: tuple[float, float, float] | None = None
     tip: tuple[float, float, float] | None = None
+
+    __repr__ = short_repr
 
 
 @dataclass(frozen=True)
@@ -90,6 +93,8 @@ class ChangedPerson:
     before: Shown
     after: Shown
 
+    __repr__ = short_repr
+
 
 @dataclass(frozen=True, eq=False)
 class TriedChange:
@@ -111,8 +116,10 @@ class TriedChange:
     person: ChangedPerson | None = None
     margins: tuple[float, float] = (0.0, 0.0)
 
+    __repr__ = short_repr
 
-@dataclass(frozen=True, eq=False)
+
+@dataclass(frozen=True, eq=False, repr=False)
 class PopulationFound:
     """What was found of a population: P people, R requirements.
 
@@ -191,6 +198,12 @@ class PopulationFound:
     warnings: tuple[str, ...]
     shown: tuple[Shown, ...] = ()
     overlaps: tuple[PeopleOverlap, ...] = ()
+
+    def __repr__(self) -> str:
+        served = f"{int(self.served.sum())} of {len(self.served)} people fit"
+        return (
+            f"PopulationFound({self.study.name}: {served}, {len(self.requirements)} requirements)"
+        )
 
     @property
     def gains(self) -> tuple[Gain, ...]:

@@ -8,11 +8,11 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from workbench.errors import InputError, UsageError
-from workbench.model.arguments import check_fields
+from workbench.model.above import above
+from workbench.model.arguments import check_fields, check_index, chosen_rows
 from workbench.model.arrays import Bools, Floats, Ints, frozen
 from workbench.model.body import Body
 from workbench.model.quaternions import cross
-from workbench.model.shown import shown_html
 from workbench.model.spool import Spool, pieces
 
 __all__ = [
@@ -78,6 +78,7 @@ class Poses:
 
     def rows(self, keep: slice | Ints) -> Poses:
         """Some of the poses; those of a slice without a copy."""
+        keep = chosen_rows("keep", keep, len(self))
         time = None if self.time is None else self.time[keep]
         rotations = self.rotations[keep]
         world = self.world_from_reference[keep]
@@ -109,7 +110,8 @@ class Placed:
         return f"Placed({len(self)} poses of {self.body!r})"
 
     def _repr_html_(self) -> str | None:
-        return shown_html(self)
+        html: str | None = above("draw.web.notebook", "notebook_html")(self)
+        return html
 
     def __post_init__(self) -> None:
         check_fields(self)
@@ -133,6 +135,8 @@ class Placed:
 
     def of_person(self, person: int, rows: Ints) -> Placed:
         """Some poses of one person, placed with this one row of the body."""
+        person = check_index("person", person, len(self.body))
+        rows = chosen_rows("rows", rows, len(self))
         world = self.world_from_segment[rows]
         return Placed(self.body[person], world, self.centres[rows], self.window)
 

@@ -8,8 +8,15 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
+from workbench.errors import InputError, one_of
+from workbench.model.above import above
 from workbench.model.accommodation import GroupShare
+from workbench.model.arguments import checked
 from workbench.model.arrays import Floats
 from workbench.model.body import Body
 from workbench.model.contacts import Clearance, Contacts
@@ -28,7 +35,7 @@ from workbench.model.motion_case import (
 )
 from workbench.model.population_found import PopulationFound
 from workbench.model.poses import Placed, Poses
-from workbench.model.shown import shown_html
+from workbench.model.short_repr import short_repr
 from workbench.model.study import Role, Study
 
 __all__ = [
@@ -87,6 +94,8 @@ class Finding:
     polygon: int = -1
     other_sphere: int = -1
 
+    __repr__ = short_repr
+
     @property
     def margin(self) -> float:
         """What is to spare, negative where the criterion is not met."""
@@ -128,7 +137,7 @@ class ControlReach:
     hand: str = ""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Verdict:
     """How one criterion came out.
 
@@ -160,6 +169,12 @@ class Verdict:
     row: str = ""
     share: GroupShare | None = None
     words: str = ""
+
+    def __repr__(self) -> str:
+        row = f", {self.row or self.motion}" if self.row or self.motion else ""
+        margin = f", margin {self.worst.margin:.4g} {self.worst.unit}" if self.worst else ""
+        verdict = "passed" if self.passed else "FAILED"
+        return f"Verdict({self.criterion.name}{row}: {verdict}{margin})"
 
 
 @dataclass(frozen=True, eq=False)
@@ -194,6 +209,8 @@ class PersonFound:
     margin: Floats
     margin_motion: tuple[tuple[str, ...], ...]
 
+    __repr__ = short_repr
+
     @property
     def name(self) -> str:
         """The name of the role."""
@@ -205,7 +222,7 @@ class PersonFound:
         return self.placed.body
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class PosturesFound:
     """What was found of people in postures.
 
@@ -235,6 +252,11 @@ class PosturesFound:
     reaches: tuple[ControlReach, ...] = ()
     envelopes: tuple[Envelope, ...] = ()
     row: str = ""
+
+    def __repr__(self) -> str:
+        held = sum(verdict.passed for verdict in self.verdicts)
+        asked = f"{held} of {len(self.verdicts)} criteria hold"
+        return f"PosturesFound({self.who} in {', '.join(self.cases)}: {asked})"
 
     @property
     def passed(self) -> bool:
@@ -273,13 +295,15 @@ class MotionFound:
     warnings: tuple[str, ...]
     forces: tuple[ForceCurve, ...] = ()
 
+    __repr__ = short_repr
+
     @property
     def passed(self) -> bool:
         """True where every criterion holds."""
         return all(verdict.passed for verdict in self.verdicts)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Result:
     """The result of a study.
 
@@ -305,8 +329,68 @@ class Result:
     agreements: tuple[Agreement, ...] = ()
     population: PopulationFound | None = None
 
-    def _repr_html_(self) -> str | None:
-        return shown_html(self)
+    def __repr__(self) -> str:
+        held = sum(verdict.passed for verdict in self.verdicts)
+        words = [f"{held} of {len(self.verdicts)} criteria hold"] if self.verdicts else []
+        if self.population is not None:
+            served = self.population.served
+            words.append(f"{int(served.sum())} of {len(served)} people fit")
+        return f"Result({self.study.name}: {', '.join(words) or 'nothing is asked'})"
+
+    def _repr_html_(self) -> str:
+        html: str = above("report.notebook", "result_html")(self)
+        return html
+
+    @checked
+    def verdict(self, criterion: str) -> Verdict:
+        """The verdict of a criterion by its name; the worst where sizes or motions have one each.
+
+        Raises
+        ------
+        InputError
+            If no criterion with a verdict is called so.
+        """
+        names = list(dict.fromkeys(verdict.criterion.name for verdict in self.verdicts))
+        if criterion not in names:
+            what = f"no verdict is about {criterion!r}; {one_of(criterion, names)}"
+            raise InputError(f"result of {self.study.name}: {what}")
+        found = (verdict for verdict in self.verdicts if verdict.criterion.name == criterion)
+        return min(found, key=lambda one: (one.passed, one.worst.margin if one.worst else math.inf))
+
+    def tables(self) -> dict[str, dict[str, NDArray[np.generic]]]:
+        """Return the tables that a result folder has as CSV, as arrays by column.
+
+        Returns
+        -------
+        dict
+            By the name of a table ("verdicts", "breaches"; of postures "contacts", "clearance",
+            "stops", "postures", "placements", "reaches"; of motions "contacts", "figures",
+            "signals"; of a population "people", "requirements", "shares", "gains"; what the result
+            has), by the name of a column an array with a value a row: numbers with NaN where there
+            is none, truth values, or texts. Lengths are in millimetres, as the names say.
+        """
+        tables: dict[str, dict[str, NDArray[np.generic]]]
+        tables = above("report.result_tables", "result_columns")(self)
+        return tables
+
+    @checked
+    def to_dataframe(self, table: str = "") -> Any:
+        """Return one of the tables as a pandas.DataFrame.
+
+        Parameters
+        ----------
+        table
+            Its name, see `tables`. If "": "people" of a population (everybody with the margin of
+            each requirement), else "verdicts".
+
+        Raises
+        ------
+        MissingPartError
+            If pandas is not installed.
+        UsageError
+            If the result has no such table.
+        """
+        return above("report.result_tables", "result_frame")(self, table)
 
     @property
     def passed(self) -> bool:

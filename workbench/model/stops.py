@@ -8,6 +8,7 @@ from enum import IntEnum
 import numpy as np
 
 from workbench.model.arrays import Bools, Floats, Ints, frozen
+from workbench.model.short_repr import short_repr
 
 __all__ = ["Coupling", "StopKind", "Stops"]
 
@@ -71,6 +72,8 @@ class Stops:
     polygon_centre: Floats
     polygon_frame: Ints
     limb: Floats
+
+    __repr__ = short_repr
 
     def __post_init__(self) -> None:
         joints = len(self.motions)

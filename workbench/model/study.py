@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
+from typing import Any
 
+from workbench.errors import InputError
+from workbench.model.above import above
 from workbench.model.accommodation import Change, IntervalRule, MapTask
+from workbench.model.arguments import checked
 from workbench.model.body import Body
 from workbench.model.criterion import Criterion
 from workbench.model.encumbrance import Encumbrance
@@ -18,6 +22,7 @@ from workbench.model.moves import Move
 from workbench.model.person import Size
 from workbench.model.population import Population, PopulationModel
 from workbench.model.poses import Poses
+from workbench.model.short_repr import short_repr
 from workbench.model.simulation import Restraints
 from workbench.model.workplace import Aims
 
@@ -33,7 +38,9 @@ __all__ = [
     "Shares",
     "Signals",
     "SimulatedMotion",
+    "Statement",
     "Study",
+    "sealed",
 ]
 
 
@@ -75,6 +82,8 @@ class Role:
     stand: tuple[float, float, float] | None = None
     adjusts: tuple[str, ...] = ()
     library: Mapping[str, Poses] = field(default_factory=dict)
+
+    __repr__ = short_repr
 
 
 @dataclass(frozen=True, eq=False)
@@ -146,6 +155,8 @@ class Case:
     name: str
     actions: tuple[Action, ...]
 
+    __repr__ = short_repr
+
     @property
     def moves(self) -> bool:
         """Whether it is a motion."""
@@ -179,14 +190,29 @@ class ContactForce:
     law: ForceLaw
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
+class Statement:
+    """What a study says, from which all its other fields are derived.
+
+    value: keys and values of the format of study files, as a file or a call has them; path: a file
+    in the folder from which names are looked for; derived: the study's other fields by name.
+    """
+
+    value: Mapping[str, Any]
+    path: Path
+    derived: Mapping[str, object] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
 class Study:
-    """A study with everything it names.
+    """A study with everything it names, as `load_study`, `study` and `with_` make it.
 
     settings: where the study states that adjustments are set [m or rad], by name; `environment` has
     them so. moved: what of the environment stands elsewhere than its file has it; `environment` has it
     there. compare: the two cases whose motions are compared, by index. inputs: the files it was read from,
-    by role.
+    by role. statement: what it says, None where the study was put together by hand.
+
+    Fields depend on each other: to change one, let `with_` derive all of them anew.
     """
 
     name: str
@@ -207,6 +233,110 @@ class Study:
     signals: Signals = field(default_factory=Signals)
     contact_forces: tuple[ContactForce, ...] = ()
     warnings: tuple[str, ...] = ()
+    statement: Statement | None = None
+
+    def __repr__(self) -> str:
+        people = ", ".join(role.name for role in self.roles)
+        counts = f"cases: {len(self.cases)}, criteria: {len(self.criteria)}"
+        doubts = f", warnings: {len(self.warnings)}" if self.warnings else ""
+        return f"Study({self.name}: {people} in {self.environment.name}; {counts}{doubts})"
+
+    def check_derived(self) -> Statement:
+        """Return what the study says.
+
+        Raises
+        ------
+        InputError
+            If a field was changed by hand since it was derived from what the study says, or the
+            whole study was put together by hand: fields then contradict each other in silence.
+        """
+        if self.statement is None:
+            raise InputError(
+                f"study {self.name}: was put together by hand, so nothing of it is checked; make it "
+                "with wb.load_study(...) or wb.study(...)"
+            )
+        derived = self.statement.derived.items()
+        changed = [name for name, value in derived if getattr(self, name) is not value]
+        if changed:
+            names = ", ".join(changed)
+            raise InputError(
+                f"study {self.name}: {names} changed by hand (dataclasses.replace), while the other "
+                "fields are still those of the study as it was; let study.with_(...) derive them all "
+                "anew, as in study.with_(moved=[{'parts': ['panel'], 'by': [0.02, 0, 0]}])"
+            )
+        return self.statement
+
+    @checked
+    def with_(
+        self,
+        *,
+        environment: Any = None,
+        people: Mapping[str, Any] | None = None,
+        cases: Mapping[str, Any] | Sequence[Any] | None = None,
+        criteria: Mapping[str, Any] | Sequence[Any] | None = None,
+        name: str | None = None,
+        title: str | None = None,
+        description: str | None = None,
+        postures: Mapping[str, Any] | None = None,
+        moved: Mapping[str, Any] | Sequence[Any] | None = None,
+        shares: Mapping[str, Any] | None = None,
+        reach_maps: Sequence[Any] | None = None,
+        reach_envelopes: Sequence[Any] | None = None,
+        changes: Mapping[str, Any] | Sequence[Any] | None = None,
+        compare: Sequence[str] | None = None,
+        signals: Mapping[str, Any] | None = None,
+        contact_forces: Sequence[Any] | None = None,
+    ) -> Study:
+        """Change what the study says and derive it anew, with every check of a study file.
+
+        A mapping changes the keys that it names and leaves the others, at any depth; None takes a
+        key away. In the place of a list of named things (cases, criteria, changes) a mapping of
+        names to changes changes those of these names. Everything else takes the place of what
+        was there; an empty list takes it away.
+
+        Parameters
+        ----------
+        environment
+            As for `study`.
+        name
+            Of the study.
+        moved
+            As for `study`; all moves, from where the environment has things.
+        people, cases, criteria, title, description, postures, shares, reach_maps, reach_envelopes,         changes, compare, signals, contact_forces
+            As in a study file. Lengths are numbers [m], also where the file counts in another unit,
+            or texts with their unit ("20 mm"); angles are degrees.
+
+        Returns
+        -------
+        Study
+            Another study; this one stays as it is.
+
+        Raises
+        ------
+        InputError
+            With a line for each fault, which names the argument; or if a field of this study was
+            changed by hand.
+        """
+        given = {
+            "study": name,
+            "title": title,
+            "description": description,
+            "environment": environment,
+            "people": people,
+            "postures": postures,
+            "moved": moved,
+            "cases": cases,
+            "criteria": criteria,
+            "shares": shares,
+            "reach_maps": reach_maps,
+            "reach_envelopes": reach_envelopes,
+            "changes": changes,
+            "compare": compare,
+            "signals": signals,
+            "contact_forces": contact_forces,
+        }
+        changed: Study = above("files.study.stating", "changed_study")(self, given)
+        return changed
 
     def by_size(self) -> list[tuple[str, Study]]:
         """A study for each of the sizes that take a role one at a time, by their names; the study
@@ -240,3 +370,10 @@ class Study:
     def postures(self) -> tuple[Case, ...]:
         """The cases that are postures."""
         return tuple(case for case in self.cases if not case.moves)
+
+
+def sealed(study: Study, statement: Statement) -> Study:
+    """A study with what it says, of which its fields as they are now are derived."""
+    derived = {one.name: getattr(study, one.name) for one in fields(study)}
+    del derived["statement"]
+    return replace(study, statement=replace(statement, derived=derived))

@@ -14,6 +14,7 @@ from workbench.model.criterion import Criterion
 from workbench.model.driving import DrivingAims
 from workbench.model.environment import Environment, Seat
 from workbench.model.poses import Placed, Poses
+from workbench.model.short_repr import short_repr
 
 __all__ = ["Aims", "Beside", "WorkCase", "Workplace"]
 
@@ -54,6 +55,8 @@ class WorkCase:
     pose: Poses
     aims: Aims | None = None
     hands: Mapping[str, str] = field(default_factory=dict)
+
+    __repr__ = short_repr
 
     @property
     def held(self) -> Mapping[str, str]:
@@ -118,6 +121,8 @@ class Workplace:
     stand: tuple[float, float, float] | None = None
     beside: tuple[Beside, ...] = ()
     adjusts: tuple[str, ...] = ()
+
+    __repr__ = short_repr
 
     @property
     def own_seat(self) -> Seat | None:

@@ -25,6 +25,7 @@ from workbench.model.body import Body
 from workbench.model.poses import Poses
 from workbench.model.posing import angles_of, compose
 from workbench.model.quaternions import conjugate, multiply, rotate, shortest
+from workbench.model.short_repr import short_repr
 from workbench.model.stops import StopKind
 from workbench.posture.ellipse import nearest_on_cone
 from workbench.posture.kernels.limits import SMALLEST_LIMIT
@@ -48,6 +49,8 @@ class StopMargins:
     """(P, J) 0 for the first motion of that axis, 1 for the second."""
     nearest: Floats
     """(P, J, 4) nearest legal rotations; the joint's own where it is legal."""
+
+    __repr__ = short_repr
 
     def motion(self, pose: int, joint: int) -> str:
         """Name of the motion whose stop is nearest."""

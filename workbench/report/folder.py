@@ -11,11 +11,11 @@ from workbench.files.output_folder import write_folder
 from workbench.files.parquet import has_parquet, parquet_bytes
 from workbench.files.results.result import ResultFile, dump_json
 from workbench.model.result import Result
+from workbench.report.inspection_text import verdict_lines
 from workbench.report.page import page
 from workbench.report.postures.envelopes.rows import envelope_solids
-from workbench.report.postures.rows import postures_tables
 from workbench.report.result_rows import result_file
-from workbench.report.tables import verdict_tables
+from workbench.report.result_tables import result_tables
 
 __all__ = ["report_lines", "write_report"]
 
@@ -24,13 +24,13 @@ Say = Callable[[str], None]
 
 def write_report(
     result: Result,
-    folder: Path,
+    folder: str | Path,
     *,
     film: bool = False,
     progress: Say | None = None,
     tell: Say = lambda line: None,
 ) -> ResultFile:
-    """Write a result into a folder, all of it or nothing.
+    """Write a result into a folder (report.html, tables, result.json), all of it or nothing.
 
     The same inputs and versions give the same bytes.
 
@@ -63,27 +63,22 @@ def write_report(
         name, content = motion_film([m.study for m in result.motions], progress=progress)
         files[name] = content
     files["report.html"] = page(result, rows, files=list(files), film=name, progress=progress)
-    write_folder(folder, files, holds="result", tell=tell)
+    write_folder(Path(folder), files, holds="result", tell=tell)
     return rows
 
 
 def _tables(result: Result, rows: ResultFile) -> dict[str, Content]:
     """Tables and other files beside result.json, of what the result has."""
-    files: dict[str, Content] = dict(verdict_tables(rows.verdicts)) if rows.verdicts else {}
-    if result.postures:
-        files |= postures_tables(rows.postures)
-        files |= envelope_solids(result.postures)
-    if result.motions:
-        from workbench.report.motions.rows import motion_tables  # not loaded for other studies
-
-        files |= motion_tables(result.motions, rows)
-    if result.population is not None and rows.population is not None:
-        from workbench.report.population.rows import population_tables
-
-        tables = population_tables(result.population, rows.population)
-        files |= tables
+    tables = result_tables(result, rows)
+    files: dict[str, Content] = {
+        f"{name}.csv": table.csv_parts() for name, table in tables.items() if name != "people"
+    }
+    files |= envelope_solids(result.postures)
+    if "people" in tables:
+        text = tables["people"].csv()
+        files["people.csv"] = text
         if has_parquet():
-            files["people.parquet"] = parquet_bytes(tables["people.csv"])
+            files["people.parquet"] = parquet_bytes(text)
     return files
 
 
@@ -95,9 +90,4 @@ def report_lines(result: Result, rows: ResultFile) -> list[str]:
         from workbench.report.population.rows import population_lines
 
         lines = population_lines(result.population)
-    several = len(rows.motions) > 1
-    for verdict in rows.verdicts:
-        about = (verdict.name, verdict.row, verdict.motion if several else None)
-        name = ", ".join(word for word in about if word)
-        lines.append(f"{'passed' if verdict.passed else 'FAILED'}  {name}: {verdict.sentence}")
-    return lines
+    return [*lines, *verdict_lines(rows)]

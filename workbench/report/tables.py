@@ -1,19 +1,62 @@
-"""CSV tables of a result, for spreadsheets."""
+"""Tables of a result: as CSV text for spreadsheets, as columns for programs."""
 
 from __future__ import annotations
 
 import csv
 import io
 from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
 
+import numpy as np
+from numpy.typing import NDArray
+
+from workbench.files.names import unique_names
 from workbench.files.results.result import FindingRow, VerdictRow
 from workbench.files.results.row import Row
 
-__all__ = ["csv_parts", "csv_text", "micro", "row_table", "verdict_tables"]
+__all__ = ["Table", "csv_parts", "csv_text", "micro", "row_table", "verdict_tables"]
 
 _ROWS = 4096
 _FOR_READERS = ("sentence", "normal")
 """Keys of rows that tables leave out."""
+
+
+@dataclass(frozen=True)
+class Table:
+    """Names of columns, and rows of as many cells: numbers, texts, truth values, None where there is
+    none. Rows that are made one at a time can be read once."""
+
+    header: Sequence[str]
+    rows: Iterable[Sequence[object]]
+
+    def csv(self) -> str:
+        """The table as CSV text."""
+        return csv_text(self.header, self.rows)
+
+    def csv_parts(self) -> Iterator[str]:
+        """As `csv`, some rows at a time."""
+        return csv_parts(self.header, self.rows)
+
+    def columns(self) -> dict[str, NDArray[np.generic]]:
+        """Column by column arrays with a value a row: truth values, whole numbers, numbers (NaN where
+        there is none; so is a column without any value), else texts (None where there is none)."""
+        cells = list(zip(*self.rows, strict=True)) or [()] * len(self.header)
+        names = unique_names(self.header, "column")
+        return {name: _column(values) for name, values in zip(names, cells, strict=True)}
+
+
+def _column(values: Sequence[object]) -> NDArray[np.generic]:
+    """The cells of a column as an array."""
+    kinds = {type(value) for value in values}
+    if values and kinds <= {bool}:
+        return np.array(values, dtype=np.bool_)
+    if values and kinds <= {int}:
+        return np.array(values, dtype=np.int64)
+    if values and kinds <= {int, float, type(None)}:
+        return np.array([np.nan if value is None else value for value in values], dtype=np.float64)
+    column = np.empty(len(values), dtype=object)
+    column[:] = values
+    return column
 
 
 def micro(value: float) -> float:
@@ -22,11 +65,11 @@ def micro(value: float) -> float:
     return round(float(value), 6) + 0.0
 
 
-def verdict_tables(verdicts: Sequence[VerdictRow]) -> dict[str, str]:
-    """File name to CSV text: the verdicts with their worst findings, and all breaches."""
+def verdict_tables(verdicts: Sequence[VerdictRow]) -> dict[str, Table]:
+    """By name: the verdicts with their worst findings, and all breaches."""
     worst = ["worst_value", "limit", "margin", "unit", "time_ms", "surface_known_to"]
     return {
-        "verdicts.csv": csv_text(
+        "verdicts": Table(
             ["criterion", "check", "size", "motion", "passed", *worst, "sentence"],
             (
                 [
@@ -34,14 +77,14 @@ def verdict_tables(verdicts: Sequence[VerdictRow]) -> dict[str, str]:
                     v.check,
                     v.row,
                     v.motion,
-                    _cell(v.passed),
+                    v.passed,
                     *_numbers(v.worst),
                     v.sentence,
                 ]
                 for v in verdicts
             ),
         ),
-        "breaches.csv": row_table(
+        "breaches": row_table(
             FindingRow,
             (([v.name], row) for v in verdicts for row in v.breaches),
             lead=["criterion"],
@@ -64,8 +107,8 @@ def _numbers(worst: FindingRow | None) -> list[object]:
 
 def row_table(
     kind: type[Row], rows: Iterable[tuple[Sequence[object], Row]], *, lead: Sequence[str] = ()
-) -> str:
-    """Rows of one kind as CSV text: a column for each of their keys, three for a point.
+) -> Table:
+    """Rows of one kind: a column for each of their keys, three for a point.
 
     Parameters
     ----------
@@ -78,7 +121,7 @@ def row_table(
     names: list[str] = []
     for key in keys:
         names += ["x_mm", "y_mm", "z_mm"] if key == "point_mm" else [key]
-    return csv_text([*lead, *names], ([*before, *_cells(row, keys)] for before, row in rows))
+    return Table([*lead, *names], ([*before, *_cells(row, keys)] for before, row in rows))
 
 
 def _cells(row: Row, keys: Sequence[str]) -> Iterator[object]:
@@ -87,17 +130,12 @@ def _cells(row: Row, keys: Sequence[str]) -> Iterator[object]:
         if key == "point_mm":
             yield from value or (None, None, None)
         else:
-            yield _cell(value)
-
-
-def _cell(value: object) -> object:
-    if isinstance(value, bool):
-        return "yes" if value else "no"
-    return value
+            yield value
 
 
 def csv_text(header: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
-    """CSV text; a cell that a spreadsheet would take for a formula is quoted with an apostrophe."""
+    """CSV text with yes and no for truth values; a cell that a spreadsheet would take for a formula
+    is quoted with an apostrophe."""
     return "".join(csv_parts(header, rows))
 
 
@@ -107,14 +145,15 @@ def csv_parts(header: Sequence[str], rows: Iterable[Sequence[object]]) -> Iterat
     writer = csv.writer(out, lineterminator="\n")
     writer.writerow(header)
     for number, row in enumerate(rows, start=1):
-        writer.writerow(
-            [
-                "'" + c if isinstance(c, str) and c.startswith(("=", "+", "-", "@")) else c
-                for c in row
-            ]
-        )
+        writer.writerow([_csv_cell(cell) for cell in row])
         if not number % _ROWS:
             yield out.getvalue()
             out.seek(0)
             out.truncate()
     yield out.getvalue()
+
+
+def _csv_cell(cell: object) -> object:
+    if isinstance(cell, bool):
+        return "yes" if cell else "no"
+    return "'" + cell if isinstance(cell, str) and cell.startswith(("=", "+", "-", "@")) else cell

@@ -20,6 +20,7 @@ from workbench.model.growth import Growth
 from workbench.model.measures import WORDS, check_plausible
 from workbench.model.person import Size
 from workbench.model.population import PopulationModel
+from workbench.model.short_repr import short_repr
 from workbench.model.study import Role
 
 __all__ = ["RARE", "SizedBody", "person_body", "role_body"]
@@ -52,6 +53,8 @@ class SizedBody:
     body: Body
     measures: Mapping[str, float]
     warnings: tuple[str, ...]
+
+    __repr__ = short_repr
 
 
 def person_body(

@@ -191,8 +191,8 @@ def part_points(environment: Environment, part: str, count: int) -> tuple[Floats
     Each triangle has its share of them by area, on a grid of low discrepancy (the R2 sequence of
     Roberts 2018): always the same ones. InputError for an unknown part.
     """
-    rows = environment.polygons(environment.part(part))
-    corner = environment.triangle_corners(environment.part(part))
+    rows = environment.polygons(environment.part_index(part))
+    corner = environment.triangle_corners(environment.part_index(part))
     polygon = np.repeat(
         np.arange(rows.start, rows.stop),
         np.diff(environment.triangle_start[rows.start : rows.stop + 1]),

@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from workbench.errors import UsageError
+from workbench.model.content import content_hash
 from workbench.model.motion_case import Agreement, MotionCase
 from workbench.model.moves import displaced
 from workbench.model.population_found import PopulationFound
@@ -50,7 +51,7 @@ def run(
     Raises
     ------
     InputError
-        Where a file cannot be read, a chunk not be written, the cluster does not answer, or the
+        Where a field of the study was changed by hand (see `Study.with_`), a file cannot be read, a chunk not be written, the cluster does not answer, or the
         motions to be compared have no time in common.
     MissingPartError
         Where Dask or MuJoCo is needed and not installed.
@@ -177,13 +178,17 @@ def _provenance(
 ) -> dict[str, dict[str, str]]:
     """Hashes of the input files and of who the people are, and the versions of what computed."""
     found = {"inputs": hashes(study.inputs)}
+    if study.statement is not None and "study" not in study.inputs:
+        found["call"] = {"study": content_hash(study.statement.value)}
     if population is not None:
         found["people"] = {"measures": people_hash(population.people)}
     return found | {"versions": versions()}
 
 
 def check_run(study: Study, *, cluster: str | None = None, film: bool = False) -> None:
-    """Raise UsageError for what a run of this study cannot be asked for."""
+    """Raise UsageError for what a run of this study cannot be asked for, InputError for a study
+    whose fields were changed by hand."""
+    study.check_derived()
     if cluster is not None and study.crowd is None:
         raise UsageError(f"--cluster is for studies of a population; {study.name} has none")
     if film and not study.motions:

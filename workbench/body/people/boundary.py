@@ -29,6 +29,7 @@ from workbench.errors import InputError
 from workbench.model.arrays import Floats
 from workbench.model.measures import COCKPIT
 from workbench.model.population import Population, PopulationModel, sex_index
+from workbench.model.short_repr import short_repr
 
 __all__ = ["Boundary", "boundary_cases"]
 
@@ -62,6 +63,8 @@ class Boundary:
     """(2,) share of the variance of the chosen measures along both axes."""
     axes: Floats
     """(2, K) unit principal components over the chosen measures."""
+
+    __repr__ = short_repr
 
 
 def boundary_cases(

@@ -7,19 +7,21 @@ Nothing of it is an error. Each sentence gives the distance.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
 from workbench.files.environment_doubts import unknown_segments
 from workbench.files.study.roles import LoadedRole
+from workbench.files.study.schema import StudyFile
+from workbench.geometry.ground import ground_of
 from workbench.model.arrays import Floats
 from workbench.model.environment import Environment, Seat
 from workbench.model.study import PredictedPosture
 from workbench.model.workplace import Aims
 
-__all__ = ["study_doubts"]
+__all__ = ["far_words", "length_doubts", "study_doubts"]
 
 _EYE_UP = (0.35, 1.0)
 """Eye height [m] over the seat reference point: from a child of three years (0.4 m) to more than the
@@ -86,6 +88,34 @@ def _aim_doubts(environment: Environment, seat: Seat, aims: Aims) -> Iterator[st
             )
 
 
+def length_doubts(environment: Environment, file: StudyFile) -> Iterator[str]:
+    """Return a sentence for each move and limit of a study that is larger than its environment: a
+    number of millimetres where metres count."""
+    for row, move in enumerate(file.moved):
+        yield from far_words(f"moved[{row}]", [move.by], environment)
+    for criterion in file.criteria:
+        least = criterion.at_least if criterion.check not in ("stops", "share") else None
+        limits = (least, criterion.at_most, criterion.below, criterion.above)
+        stated = [(limit,) for limit in limits if limit is not None]
+        yield from far_words(f"criterion {criterion.name!r}", stated, environment)
+
+
+def far_words(
+    what: str, lengths: Iterable[tuple[float, ...]], environment: Environment
+) -> Iterator[str]:
+    """Return a sentence where lengths [m] are larger than an environment.
+
+    what: what the lengths are of.
+    """
+    size = float(np.ptp(environment.bounds, axis=0).max())
+    farthest = max((abs(length) for row in lengths for length in row), default=0.0)
+    if farthest > size:
+        yield (
+            f"{what}: {farthest:g} m is farther than environment {environment.name} is large "
+            f"({size:.3g} m): is a unit missing, as in '20 mm'?"
+        )
+
+
 @dataclass(frozen=True)
 class _InSeat:
     """A point as a sitter has it, from the seat reference point [m]."""
@@ -141,21 +171,8 @@ def _heel_doubts(
 def _surface_near(environment: Environment, point: Floats) -> tuple[int, float]:
     """The part, and the height [m], of the surface that the vertical through a point meets nearest
     to the point; -1 and infinite where it meets none."""
-    corners = environment.vertices[environment.triangles]
-    a, b, c = (corners[:, k, :2] - point[:2] for k in range(3))
-    # barycentric coordinates of the point in the triangles as seen from above
-    u = b[:, 0] * c[:, 1] - b[:, 1] * c[:, 0]
-    v = c[:, 0] * a[:, 1] - c[:, 1] * a[:, 0]
-    w = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
-    area = u + v + w
-    side = np.sign(area)
-    inside = np.min([u * side, v * side, w * side], axis=0) >= 0
-    part = np.repeat(environment.polygon_part, np.diff(environment.triangle_start))
-    # of a solid, what one stands on is the side that faces up
-    rows = np.flatnonzero(inside & (np.abs(area) > 1e-12) & ((area > 0) | ~environment.solid[part]))
-    if not len(rows):
+    heights, parts = ground_of(environment).levels(point[:2])
+    if not len(heights):
         return -1, math.inf
-    weight = np.stack([u, v, w], axis=1)[rows] / area[rows, None]
-    height = np.sum(weight * corners[rows, :, 2], axis=1)
-    nearest = int(np.abs(height - point[2]).argmin())
-    return int(part[rows[nearest]]), float(height[nearest])
+    nearest = int(np.abs(heights - point[2]).argmin())
+    return int(parts[nearest]), float(heights[nearest])

@@ -3,7 +3,7 @@ the changes of a population's workplace."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from workbench.errors import one_of
@@ -14,7 +14,7 @@ from workbench.model.accommodation import Change
 from workbench.model.environment import Environment
 from workbench.model.moves import Move, parts_along
 
-__all__ = ["change_of", "move_faults", "moves_of"]
+__all__ = ["change_of", "move_faults", "moves_of", "riding_words"]
 
 _By = tuple[float, float, float]
 
@@ -69,9 +69,8 @@ def move_faults(work: Work, room: Environment) -> None:
     the study, and in each of its changes."""
     study = [_Entry(("moved", row), f"entry {row + 1}", file) for row, file in work.parts.moved]
     _entry_faults(work, study, room)
-    riding = {name: seat.name for seat in room.seats for name in seat.moves}
     for entry in study:
-        _riding_faults(work, entry, room, riding)
+        _riding_faults(work, entry, room)
     for row, change in work.parts.changes:
         key: Key = ("changes", row)
         more = [
@@ -86,6 +85,19 @@ def move_faults(work: Work, room: Environment) -> None:
     ):
         what = "a simulated motion takes place in the environment of its simulation: leave 'moved'"
         work.fault(("moved",), f"{what} out, or the case")
+
+
+def riding_words(room: Environment, names: Sequence[str]) -> str:
+    """That the first of some parts that does goes with a seat, "" where none does."""
+    riding = {name: seat.name for seat in room.seats for name in seat.moves}
+    return next(
+        (
+            f"part {name!r} goes with seat {riding[name]!r}: give a role in it a 'position' instead"
+            for name in names
+            if name in riding
+        ),
+        "",
+    )
 
 
 def _entry_faults(work: Work, entries: Sequence[_Entry], room: Environment) -> None:
@@ -128,17 +140,15 @@ def _controls_key(entry: _Entry) -> Key:
     return (*entry.key, "control" if entry.file.control is not None else "controls")
 
 
-def _riding_faults(work: Work, entry: _Entry, room: Environment, riding: Mapping[str, str]) -> None:
+def _riding_faults(work: Work, entry: _Entry, room: Environment) -> None:
     """Report parts that go with a seat, the first of each name and of those taken along."""
     places: list[tuple[Key, Sequence[str]]] = [
         ((*entry.key, "parts", place), matching((pattern,), room.parts))
         for place, pattern in enumerate(entry.file.parts or ())
     ]
     for key, names in [*places, (_controls_key(entry), _along(entry.file, room))]:
-        part = next((name for name in names if name in riding), None)
-        if part is not None:
-            what = f"part {part!r} goes with seat {riding[part]!r}: give a role in it a "
-            work.fault(key, f"{what}'position' instead")
+        if what := riding_words(room, names):
+            work.fault(key, what)
 
 
 def _once(

@@ -30,6 +30,7 @@ from workbench.files.study.schema import (
     StudyPostureFile,
 )
 from workbench.files.yaml_text import Document
+from workbench.model.environment import Environment
 
 __all__ = ["CaseParts", "StudyParts", "read_parts"]
 
@@ -62,7 +63,7 @@ class StudyParts:
     file: StudyFile | None
     people_whole: bool = True
     criteria_whole: frozenset[int] = frozenset()
-    environment: str | None = None
+    environment: str | Environment | None = None
     roles: dict[str, RoleFile | None] = field(default_factory=dict)
     postures: dict[str, StudyPostureFile | None] = field(default_factory=dict)
     cases: list[tuple[int, CaseParts]] = field(default_factory=list)
@@ -80,8 +81,8 @@ class StudyParts:
     @property
     def crowd(self) -> str | None:
         """The role that a population takes, None where there is none."""
-        crowds = (name for name, role in self.roles.items() if role and role.population)
-        return next(crowds, None)
+        roles = self.roles.items()
+        return next((name for name, role in roles if role and role.population is not None), None)
 
     @property
     def moves(self) -> bool:
@@ -123,7 +124,7 @@ def _readable(file: StudyFile | None, value: dict[Any, Any]) -> StudyParts:
     environment = value.get("environment")
     parts = StudyParts(
         file=file,
-        environment=environment if isinstance(environment, str) and environment else None,
+        environment=_environment(environment),
         roles={name: people.one(RoleFile, role) for name, role in _mapping(value.get("people"))},
         postures={
             name: take.one(StudyPostureFile, posture)
@@ -148,6 +149,12 @@ def _readable(file: StudyFile | None, value: dict[Any, Any]) -> StudyParts:
     rows = {row for row, _ in parts.criteria}
     parts.criteria_whole = frozenset(rows - set(criteria.pruned))
     return parts
+
+
+def _environment(value: Any) -> str | Environment | None:
+    """An environment or its name; None where it is anything else."""
+    named = isinstance(value, str) and value
+    return value if named or isinstance(value, Environment) else None
 
 
 def _has_all_cases(parts: StudyParts, cases: Any) -> bool:

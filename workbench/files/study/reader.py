@@ -3,14 +3,16 @@ once."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 from workbench.errors import InputError
-from workbench.files.catalogue import find
+from workbench.files.catalogue import find, is_file
 from workbench.files.crash.restraints import contact_faults, law_in_si
 from workbench.files.environments import environment_files, load_environment
+from workbench.files.meshes.reading import FORMATS
 from workbench.files.names import matching
 from workbench.files.study.actions import (
     CaseActions,
@@ -19,7 +21,7 @@ from workbench.files.study.actions import (
     with_postures,
 )
 from workbench.files.study.criteria import Known, criteria_of, visible_parts
-from workbench.files.study.doubts import study_doubts
+from workbench.files.study.doubts import length_doubts, study_doubts
 from workbench.files.study.limits import limit_faults
 from workbench.files.study.moves import change_of, move_faults, moves_of
 from workbench.files.study.parts import read_parts
@@ -43,10 +45,12 @@ from workbench.model.study import (
     Shares,
     Signals,
     SimulatedMotion,
+    Statement,
     Study,
+    sealed,
 )
 
-__all__ = ["load_study"]
+__all__ = ["load_study", "read_study"]
 
 OLD_FILE = (
     "a study has no kind now. `kind: accommodation` becomes `people` with a `population`, "
@@ -74,12 +78,35 @@ def load_study(source: str | Path) -> Study:
     InputError
         With a line for each fault of the file, and for those of the files that it names.
     """
+    _check_study(Path(source))
     path = find("studies", str(source))
     document = read_yaml(path)
+    if isinstance(document.value, dict) and not {"study", "kind"} & set(document.value):
+        _check_no_place(path, set(document.value))
     if isinstance(document.value, dict) and "kind" in document.value:
         raise InputError(f"{document.where(('kind',))}: kind: {OLD_FILE}")
+    return read_study(document, path, {"study": path})
+
+
+def read_study(document: Document, path: Path, inputs: Mapping[str, Path]) -> Study:
+    """Make the study that a document states, with all it names.
+
+    Parameters
+    ----------
+    document
+        Of a file, or of a call in Python.
+    path
+        A file in the folder from which names are looked for.
+    inputs
+        The files that the document itself is, by role.
+
+    Raises
+    ------
+    InputError
+        With a line for each fault of the document, and for those of the files that it names.
+    """
     parts, faults = read_parts(document)
-    work = Work(path, document, parts, faults, {"study": path})
+    work = Work(path, document, parts, faults, dict(inputs))
     room = _environment(work)
     roles = load_roles(work)
     place_faults(work, roles, room)
@@ -109,10 +136,35 @@ def _sorted(document: Document, faults: list[str]) -> list[str]:
     return [line for line in faults if line not in own] + sorted(own, key=place)
 
 
+def _check_study(path: Path) -> None:
+    """InputError with the way on where a path is that of a mesh or an environment's folder."""
+    if path.suffix.lower() in FORMATS:
+        raise InputError(
+            f"{path}: is a mesh, and a study is needed: 'workbench live {path}' makes an "
+            f"environment of it by pointing, 'workbench new' then a first study"
+        )
+    if is_file(path / "environment.yaml"):
+        _check_no_place(path, {"environment", "meshes"})
+
+
+def _check_no_place(path: Path, keys: set[Any]) -> None:
+    """InputError with the way on where a file with these keys is that of an environment."""
+    if {"environment", "meshes"} <= keys:
+        raise InputError(
+            f"{path}: is an environment, and a study is needed: 'workbench new {path}' writes a "
+            f"first study of it"
+        )
+
+
 def _environment(work: Work) -> Environment | None:
-    if work.parts.environment is None:
-        return None
+    if work.parts.environment is None or isinstance(work.parts.environment, Environment):
+        return work.parts.environment
     near = work.path.parent
+    if Path(work.parts.environment).suffix.lower() in FORMATS:
+        name = work.parts.environment
+        what = f"{name} is a bare mesh; `workbench live {name}` makes its environment.yaml"
+        work.fault(("environment",), what)
+        return None
     try:
         source = find("environments", work.parts.environment, "environment.yaml", near=near)
     except InputError as error:
@@ -401,10 +453,11 @@ def _study(
     room = known.room
     assert room is not None
     moved = moves_of(file.moved, room)
-    room = displaced(room, moved)
+    stood = room
+    room = displaced(stood, moved)
     stated = stated_settings(file.people, room)
     adjusts = adjusts_of(_sitters(work, file), room, stated)
-    return Study(
+    study = Study(
         name=file.study,
         title=file.title or file.study,
         description=file.description,
@@ -428,8 +481,13 @@ def _study(
         compare=_compared(work, file),
         signals=_signals(file, known),
         contact_forces=_forces(file, known),
-        warnings=(*room.warnings, *study_doubts(room, known.roles, actions)),
+        warnings=(
+            *room.warnings,
+            *study_doubts(room, known.roles, actions),
+            *length_doubts(stood, file),
+        ),
     )
+    return sealed(study, Statement(work.document.value, work.path))
 
 
 def _sitters(work: Work, file: StudyFile) -> list[Sitter]:

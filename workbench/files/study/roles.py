@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
 
 from workbench.errors import InputError
 from workbench.files.body.bodies import body_path, load_body
@@ -18,6 +19,7 @@ from workbench.files.study.work import Key, Work
 from workbench.model.body import Body, segment_words
 from workbench.model.encumbrance import Encumbrance
 from workbench.model.environment import Environment, Seat
+from workbench.model.measures import COCKPIT
 from workbench.model.person import Size
 from workbench.model.population import Population
 from workbench.model.study import PeopleDrawn
@@ -81,8 +83,11 @@ def _detail_faults(work: Work, key: Key, body: Body, detail: str) -> None:
 
 def _body(work: Work, name: str, file: RoleFile) -> Body | None:
     key = ("people", name, "body")
+    given: str | Body = file.body
+    if isinstance(given, Body):
+        return _one_body(work, key, given)
     try:
-        source = body_path(file.body, near=work.path.parent)
+        source = body_path(given, near=work.path.parent)
     except InputError as error:
         work.errors(key, error)
         return None
@@ -94,9 +99,28 @@ def _body(work: Work, name: str, file: RoleFile) -> Body | None:
         return None
 
 
+def _one_body(work: Work, key: Key, body: Body) -> Body:
+    """A body that was made in Python; reports one of several people."""
+    if len(body) != 1:
+        work.fault(key, f"one body is needed, got {len(body)} rows: choose one, as body[0]")
+    return body
+
+
+def _own_file(work: Work, name: str, body: Body) -> Path | None:
+    """The file of a body, of one that was made in Python that of its name; None where there is
+    none."""
+    if f"body of {name}" in work.inputs:
+        return work.inputs[f"body of {name}"]
+    try:
+        return body_path(body.name, near=work.path.parent)
+    except InputError:
+        return None
+
+
 def _postures(work: Work, name: str, body: Body) -> PosturesFile | None:
     try:
-        path = posture_path(work.inputs[f"body of {name}"])
+        own = _own_file(work, name, body)
+        path = None if own is None else posture_path(own)
         if path is None:
             return None
         work.inputs[f"postures of {name}"] = path
@@ -137,10 +161,18 @@ def _size(work: Work, name: str, file: SizeFile, at: tuple[str, ...] = ("size",)
     return Size(file.sex, file.measures | mass, people, file.age)
 
 
-def _population(work: Work, name: str, file: PopulationFile) -> Population | PeopleDrawn | None:
-    """The people of a role: those of its files, or how they are drawn; None where neither can be
-    loaded."""
+def _population(
+    work: Work, name: str, file: PopulationFile | Population
+) -> Population | PeopleDrawn | None:
+    """The people of a role: those given, those of its files, or how they are drawn; None where none
+    can be loaded."""
     key = ("people", name, "population")
+    if isinstance(file, Population):
+        missing = [measure for measure in COCKPIT if measure not in file.names]
+        if missing or not len(file):
+            lacking = f"the measures {', '.join(missing)}" if missing else "people"
+            work.fault(key, f"{file!r} lacks {lacking}, without which nobody can be fitted")
+        return file
     files = file.files or ()
     for row, source in enumerate(files):
         if source in files[:row]:

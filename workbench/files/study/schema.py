@@ -13,6 +13,7 @@ from pydantic import (
     Tag,
     ValidationInfo,
     WithJsonSchema,
+    WrapValidator,
     model_validator,
 )
 
@@ -31,6 +32,9 @@ from workbench.files.schema import (
 )
 from workbench.files.study.sizes import ADULTS, CHILDREN
 from workbench.model.accommodation import MAP_POINTS
+from workbench.model.body import Body
+from workbench.model.environment import Environment
+from workbench.model.population import Population
 
 __all__ = [
     "ACTIONS",
@@ -74,6 +78,11 @@ Direction = Annotated[tuple[float, float, float], Field(strict=False)]
 def _named(value: object) -> str:
     """Which member of a union of a name and a mapping a value is meant to be."""
     return "a name" if isinstance(value, str) else "a mapping"
+
+
+def _or_noun(kind: type) -> WrapValidator:
+    """Let a noun that was made in Python stand in the place of what a file says of it."""
+    return WrapValidator(lambda value, check: value if isinstance(value, kind) else check(value))
 
 
 def _at_least(value: Any, info: ValidationInfo) -> Any:
@@ -223,12 +232,12 @@ class RoleFile(FileModel):
     adjust: where adjustments of the environment are set, by their names.
     """
 
-    body: str
+    body: Annotated[str, _or_noun(Body)]
     detail: Literal["coarse", "medium", "fine"] | None = None
     clothes: list[Name] = []
     size: SizeFile | None = None
     sizes: Annotated[dict[Name, SizeFile], Field(min_length=1)] | None = None
-    population: PopulationFile | None = None
+    population: Annotated[PopulationFile, _or_noun(Population)] | None = None
     seat: Name | None = None
     at: AtFile | None = None
     stand: StandFile | None = None
@@ -631,7 +640,7 @@ class StudyFile(FileModel):
     title: str = ""
     description: str = ""
     length: LengthUnit
-    environment: Name
+    environment: Annotated[Name, _or_noun(Environment)]
     people: Annotated[dict[Name, RoleFile], Field(min_length=1)]
     moved: list[MovedFile] = []
     postures: dict[Name, StudyPostureFile] = {}

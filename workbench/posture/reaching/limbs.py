@@ -18,6 +18,7 @@ from workbench.errors import InputError, one_of
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.body import Body
 from workbench.model.kept import kept_with_body
+from workbench.model.short_repr import short_repr
 from workbench.model.vocabulary import DIRECTIONS
 
 __all__ = ["FEET", "GRIPS", "HANDS", "ZONES", "Limb", "limb", "tighter"]
@@ -56,6 +57,8 @@ class Limb:
     them: the body holds them straight, where a person bends them out of the way."""
     zone: int = 1
     """The harness zone of a hand; 1 of what no harness holds."""
+
+    __repr__ = short_repr
 
     def __post_init__(self) -> None:
         for name, dtype in (("tip", np.float64), ("pointing", np.float64), ("solid", np.bool_)):

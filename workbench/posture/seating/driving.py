@@ -22,6 +22,7 @@ from workbench.model.driving import Driver, Package
 from workbench.model.environment import Seat
 from workbench.model.poses import Poses, row_for_each
 from workbench.model.posing import angles_of, attitude_matrix, compose, join_poses, motion_of
+from workbench.model.short_repr import short_repr
 from workbench.posture.reaching.chains import (
     REACHED,
     TURN_LEVER,
@@ -69,6 +70,8 @@ class DrivingPosture(Seated):
     """(B, 3) [m] the hip point of the seat."""
     expected: Floats
     """(B, 8) [rad] the angles of ANGLES as predicted, or drawn."""
+
+    __repr__ = short_repr
 
 
 def driving_posture(

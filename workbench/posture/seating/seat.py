@@ -19,6 +19,7 @@ from workbench.model.body import Body
 from workbench.model.environment import Seat
 from workbench.model.poses import Poses, check_rows, row_for_each
 from workbench.model.posing import join_poses
+from workbench.model.short_repr import short_repr
 from workbench.posture.kernels.seat_search import SeatPlaces, seat_rows
 from workbench.posture.kernels.sitting import PRESSED, ROW, TOTAL_DISCOMFORT, VISITED, Sitting
 from workbench.posture.reaching.chains import Task
@@ -70,6 +71,8 @@ class Seated:
     """(B,) how many places of the seat were tried."""
     pressed: Floats
     """(B,) [m] how much deeper the thighs press into the front of the cushion than it gives."""
+
+    __repr__ = short_repr
 
     def __len__(self) -> int:
         return len(self.forward)

@@ -7,7 +7,6 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from workbench.files.output_file import Content
 from workbench.files.results.motions import (
     AgreementRow,
     BreachRow,
@@ -23,7 +22,7 @@ from workbench.model.result import MotionFound
 from workbench.model.spool import pieces
 from workbench.report.motions.movement import movement_sentences
 from workbench.report.motions.words import breach_sentence, meeting_sentence, pulse_words
-from workbench.report.tables import csv_parts, csv_text, row_table
+from workbench.report.tables import Table, row_table
 
 __all__ = ["motion_rows", "motion_tables"]
 
@@ -70,34 +69,34 @@ def _breach(breach: StopBreach, body: Body) -> BreachRow:
     )
 
 
-def motion_tables(motions: Sequence[MotionFound], rows: ResultFile) -> dict[str, Content]:
-    """File name to CSV text: contacts, stops, figures, clearance and signals over time, forces,
+def motion_tables(motions: Sequence[MotionFound], rows: ResultFile) -> dict[str, Table]:
+    """By name: contacts, stops, figures, clearance and signals over time, forces,
     agreement; the motion of each row comes first."""
     segments = motions[0].study.body.segments
     contacts = (([m.name], row) for m in rows.motions for row in m.contacts)
     stops = (([m.name], row) for m in rows.motions for row in m.stops)
-    tables: dict[str, Content] = {
-        "contacts.csv": row_table(MeetingRow, contacts, lead=["motion"]),
-        "stops.csv": row_table(BreachRow, stops, lead=["motion"]),
-        "figures.csv": _figures_table(rows.motions),
-        "clearance.csv": csv_parts(["motion", "time_ms", *segments], _clearances(motions)),
-        "signals.csv": csv_parts(["motion", "point", "time_ms", *_AXES], _signals(motions)),
+    tables = {
+        "contacts": row_table(MeetingRow, contacts, lead=["motion"]),
+        "stops": row_table(BreachRow, stops, lead=["motion"]),
+        "figures": _figures_table(rows.motions),
+        "clearance": Table(["motion", "time_ms", *segments], _clearances(motions)),
+        "signals": Table(["motion", "point", "time_ms", *_AXES], _signals(motions)),
     }
     if any(motion.forces for motion in motions):
-        tables["forces.csv"] = _forces_table(motions)
+        tables["forces"] = _forces_table(motions)
     if rows.agreement:
-        tables["agreement.csv"] = row_table(AgreementRow, (([], row) for row in rows.agreement))
+        tables["agreement"] = row_table(AgreementRow, (([], row) for row in rows.agreement))
     return tables
 
 
-def _forces_table(motions: Sequence[MotionFound]) -> Content:
+def _forces_table(motions: Sequence[MotionFound]) -> Table:
     """A row for each frame, with a column for each pair of a segment and a part."""
     pairs = list(dict.fromkeys(_pair(force) for motion in motions for force in motion.forces))
     names = [f"{segment or 'tension'} {part} [N]" for segment, part in pairs]
-    return csv_parts(["motion", "time_ms", *names], _forces(motions, pairs))
+    return Table(["motion", "time_ms", *names], _forces(motions, pairs))
 
 
-def _figures_table(motions: Sequence[MotionRows]) -> str:
+def _figures_table(motions: Sequence[MotionRows]) -> Table:
     """A row for each figure of each signal."""
     head = ["motion", "point", "segment", "filter_class"]
     head += ["figure", "value", "unit", "begin_ms", "end_ms"]
@@ -107,7 +106,7 @@ def _figures_table(motions: Sequence[MotionRows]) -> str:
         for s in m.signals
         for f in s.figures
     ]
-    return csv_text(head, figures)
+    return Table(head, figures)
 
 
 def _clearances(motions: Sequence[MotionFound]) -> Iterator[list[object]]:

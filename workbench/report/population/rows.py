@@ -31,7 +31,7 @@ from workbench.report.population.words import (
     no_gain_words,
 )
 from workbench.report.postures.posture_rows import Held, held_tables, posture_row
-from workbench.report.tables import csv_text
+from workbench.report.tables import Table
 
 __all__ = ["people_table", "population_lines", "population_rows", "population_tables"]
 
@@ -238,23 +238,23 @@ _GAINS = {
 """The columns of the tables, with the fields of the rows that are in them."""
 
 
-def population_tables(result: PopulationFound, rows: PopulationRows) -> dict[str, str]:
-    """File name to CSV text: shares, requirements, gains, and everybody with measures, margins and
+def population_tables(result: PopulationFound, rows: PopulationRows) -> dict[str, Table]:
+    """By name: shares, requirements, gains, and everybody with measures, margins and
     what limits."""
     requirements = (
         [q.name, *(getattr(q, field) for field in _REQUIREMENTS), *q.spread_mm]
         for q in rows.requirements
     )
     return {
-        "shares.csv": _fields_table(_SHARES, rows.shares),
-        "requirements.csv": csv_text(["requirement", *_REQUIREMENTS, *_LEVELS], requirements),
-        "gains.csv": _fields_table(_GAINS, rows.gains),
-        "people.csv": csv_text(*people_table(result)),
+        "shares": _fields_table(_SHARES, rows.shares),
+        "requirements": Table(["requirement", *_REQUIREMENTS, *_LEVELS], requirements),
+        "gains": _fields_table(_GAINS, rows.gains),
+        "people": people_table(result),
         **_shown_tables(rows),
     }
 
 
-def _shown_tables(rows: PopulationRows) -> dict[str, str]:
+def _shown_tables(rows: PopulationRows) -> dict[str, Table]:
     """The postures of the people who are shown; no table where nobody is."""
     held = [
         Held([hard.posture.case, hard.person], rows.people.seat_mm[hard.row], hard.posture)
@@ -264,14 +264,14 @@ def _shown_tables(rows: PopulationRows) -> dict[str, str]:
     return held_tables(["case", "person"], held) if held else {}
 
 
-def _fields_table(columns: Mapping[str, str], rows: Iterable[object]) -> str:
-    """A CSV text of rows. columns: the field of each column."""
+def _fields_table(columns: Mapping[str, str], rows: Iterable[object]) -> Table:
+    """A table of rows. columns: the field of each column."""
     lines = ([getattr(row, field) for field in columns.values()] for row in rows)
-    return csv_text(list(columns), lines)
+    return Table(list(columns), lines)
 
 
-def people_table(result: PopulationFound) -> tuple[list[str], Iterable[list[object]]]:
-    """Header and rows of everybody: who, seat, verdict and whether it is certain, a margin and what
+def people_table(result: PopulationFound) -> Table:
+    """A row for everybody: who, seat, verdict and whether it is certain, a margin and what
     limits for each requirement, between what the margin truly lies where it is of the surface,
     measures."""
     names = [row.name for row in result.requirements]
@@ -297,7 +297,7 @@ def people_table(result: PopulationFound) -> tuple[list[str], Iterable[list[obje
         *(f"{name}: {end} [mm]" for name in surface for end in ("from", "to")),
         *(f"{name}_{'kg' if name == MASS else 'mm'}" for name in result.people.names),
     ]
-    return header, _people_lines(result)
+    return Table(header, _people_lines(result))
 
 
 def _people_lines(result: PopulationFound) -> Iterator[list[object]]:
@@ -313,13 +313,13 @@ def _people_lines(result: PopulationFound) -> Iterator[list[object]]:
     surface = result.of_surface
     ends = np.stack([result.low[:, surface], result.high[:, surface]], axis=2)
     bounds = _cells(ends.reshape(len(ends), -1))
-    certain = [_YES_OR_NO[one] for one in _certain(result)]
+    certain = _certain(result)
     for p, label in enumerate(_labels(result)):
         yield [
             label,
             SEXES[int(people.sex[p])],
             float(people.weight[p]),
-            "yes" if result.served[p] else "no",
+            bool(result.served[p]),
             certain[p],
             result.limiting[p],
             *seat[p],
@@ -329,9 +329,6 @@ def _people_lines(result: PopulationFound) -> Iterator[list[object]]:
             *bounds[p],
             *sizes[p],
         ]
-
-
-_YES_OR_NO = {True: "yes", False: "no", None: ""}
 
 
 def _certain(result: PopulationFound) -> list[bool | None]:

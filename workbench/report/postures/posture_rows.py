@@ -11,7 +11,7 @@ from workbench.model.poses import Poses
 from workbench.model.posing import angles_of, named_angles
 from workbench.model.quaternions import from_matrices
 from workbench.model.result import PersonFound, PosturesFound
-from workbench.report.tables import csv_text, micro
+from workbench.report.tables import Table, micro
 
 __all__ = ["Held", "held_tables", "posture_row", "posture_rows", "posture_tables", "seat_position"]
 
@@ -57,8 +57,8 @@ def seat_position(found: PersonFound) -> tuple[float, float] | None:
     return micro(1e3 * found.forward), micro(1e3 * found.up)
 
 
-def posture_tables(found: Sequence[PosturesRows]) -> dict[str, str]:
-    """Return file name to CSV text: the joint angles, and the placements with the seats; with the
+def posture_tables(found: Sequence[PosturesRows]) -> dict[str, Table]:
+    """Return by name: the joint angles, and the placements with the seats; with the
     size first where several sizes take a role one at a time."""
     lead = ["size"] if any(rows.row for rows in found) else []
     held = [
@@ -82,8 +82,8 @@ class Held:
     posture: PostureRow
 
 
-def held_tables(head: Sequence[str], held: Sequence[Held]) -> dict[str, str]:
-    """Return file name to CSV text: joint angles, and placements with the seats.
+def held_tables(head: Sequence[str], held: Sequence[Held]) -> dict[str, Table]:
+    """Return by name: joint angles, and placements with the seats.
 
     Parameters
     ----------
@@ -94,8 +94,8 @@ def held_tables(head: Sequence[str], held: Sequence[Held]) -> dict[str, str]:
     """
     place = ["reference", "x_mm", "y_mm", "z_mm", "qw", "qx", "qy", "qz"]
     return {
-        "postures.csv": csv_text([*head, "joint", "motion", "angle_deg"], _angles(held)),
-        "placements.csv": csv_text(
+        "postures": Table([*head, "joint", "motion", "angle_deg"], _angles(held)),
+        "placements": Table(
             [*head, "posture", *place, "seat_forward_mm", "seat_up_mm"], _placements(held)
         ),
     }

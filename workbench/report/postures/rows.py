@@ -22,7 +22,7 @@ from workbench.model.vocabulary import DIRECTIONS
 from workbench.report.postures.envelopes.rows import envelope_rows, envelope_tables
 from workbench.report.postures.posture_rows import posture_rows, posture_tables, seat_position
 from workbench.report.postures.reach_rows import reach_rows
-from workbench.report.tables import csv_text, micro, row_table
+from workbench.report.tables import Table, micro, row_table
 from workbench.report.words import contact_sentence, person_words
 
 __all__ = ["postures_rows", "postures_tables"]
@@ -61,8 +61,8 @@ def postures_rows(found: PosturesFound) -> PosturesRows:
     )
 
 
-def postures_tables(found: Sequence[PosturesRows]) -> dict[str, str]:
-    """File name to CSV text: contacts, clearance (long form), stops, reaches and envelopes; with
+def postures_tables(found: Sequence[PosturesRows]) -> dict[str, Table]:
+    """By name: contacts, clearance (long form), stops, reaches and envelopes; with
     the size first where several sizes take a role one at a time."""
     lead = ["size"] if any(rows.row for rows in found) else []
     contacts = ((_lead(rows), row) for rows in found for row in rows.contacts)
@@ -75,14 +75,14 @@ def postures_tables(found: Sequence[PosturesRows]) -> dict[str, str]:
     )
     head = [*lead, "case", "person", "segment", "part", "clearance_mm"]
     tables = {
-        "contacts.csv": row_table(ContactRow, contacts, lead=lead),
-        "clearance.csv": csv_text(head, clearances),
-        "stops.csv": row_table(StopRow, stops, lead=[*lead, "person"]),
+        "contacts": row_table(ContactRow, contacts, lead=lead),
+        "clearance": Table(head, clearances),
+        "stops": row_table(StopRow, stops, lead=[*lead, "person"]),
         **posture_tables(found),
     }
     if any(rows.reaches for rows in found):
         reaches = ((_lead(rows), row) for rows in found for row in rows.reaches)
-        tables["reaches.csv"] = row_table(ReachRow, reaches, lead=lead)
+        tables["reaches"] = row_table(ReachRow, reaches, lead=lead)
     return tables | envelope_tables(found)
 
 

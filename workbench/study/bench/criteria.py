@@ -99,7 +99,7 @@ def _criterion(opened: OpenStudy, wanted: PairLimit) -> Criterion:
     cases = opened.study.cases + (opened.moving.cases if opened.moving is not None else ())
     asked = tuple(case.name for case in cases)
     if wanted.part:
-        k = opened.study.environment.part(wanted.part)
+        k = opened.study.environment.part_index(wanted.part)
         _check_apart(opened, body, n, k)
         owner = f"{wanted.person}'s " if len(roles) > 1 else ""
         return Criterion(

@@ -123,7 +123,7 @@ def shifted(opened: OpenStudy, arrangement: Arrangement, wanted: Move) -> Edit:
             raise InputError(f"no control {name!r}; {one_of(name, controls)}")
     riding = {name: seat.name for seat in environment.seats for name in seat.moves}
     for name in wanted.parts:
-        environment.part(name)
+        environment.part_index(name)
         if name in riding:
             raise InputError(f"{name} goes with seat {riding[name]}: move the seat instead")
     if not max(map(abs, wanted.by)) <= FARTHEST:

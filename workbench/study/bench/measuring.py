@@ -109,7 +109,7 @@ def _from_segment(opened: OpenStudy, placement: Placement, own: _Segment, other:
         nearest = int(body.start[own.segment]) + int(far.argmin())
         return _toward(own, nearest, point, float(far.min()))
     environment = placement.parts.environment
-    part = environment.part(other.part)
+    part = environment.part_index(other.part)
     shift = placement.parts.by_part[part]
     rows = np.array([[0, own.segment, part]])
     distance, sphere, _, point = clearance_of_rows(
@@ -166,7 +166,7 @@ def _from_point(opened: OpenStudy, placement: Placement, point: Floats, other: T
 def _surface(placement: Placement, name: str) -> Floats:
     """(T, 3, 3) [m] the corners of the triangles of a part where a placement has it."""
     environment = placement.parts.environment
-    part = environment.part(name)
+    part = environment.part_index(name)
     corners = environment.triangle_corners(part).reshape(-1, 3, 3)
     if not len(corners):
         raise InputError(f"{name} has no surface to measure to")

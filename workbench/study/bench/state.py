@@ -247,7 +247,7 @@ class OpenStudy:
         for row in range(len(self.study.roles)):
             seat = self.seat(row)
             names = () if seat is None else seat.moves
-            found.append(tuple(environment.part(name) for name in names))
+            found.append(tuple(environment.part_index(name) for name in names))
         return tuple(found)
 
 

@@ -124,7 +124,7 @@ def skyline(
     point, normal = plane
     found = [np.zeros((0, 3))]
     for name in parts:
-        corner = environment.triangle_corners(environment.part(name))
+        corner = environment.triangle_corners(environment.part_index(name))
         side = (corner - point) @ normal
         for a, b in ((0, 1), (1, 2), (2, 0)):
             crosses = (side[:, a] <= 0) != (side[:, b] <= 0)

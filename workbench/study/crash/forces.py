@@ -56,7 +56,7 @@ def _with_force(study: MotionCase, meeting: Meeting, offset: Floats) -> Meeting:
     if meeting.own:
         return meeting
     n = study.body.segment(meeting.segment)
-    k = study.environment.part(meeting.other)
+    k = study.environment.part_index(meeting.other)
     law = ruled(study.forces, n, k)
     depth = meeting.depth - float(offset[n, k])
     return meeting if law is None else replace(meeting, force=force_at(law, depth, depth))

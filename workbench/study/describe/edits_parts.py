@@ -10,6 +10,7 @@ from workbench.errors import InputError, one_of
 from workbench.files.environment_parts import pieces
 from workbench.files.yaml_edits import Key
 from workbench.study.describe.edits import Edit, good_name, with_value, without_value
+from workbench.study.describe.piece_names import named_pieces
 from workbench.study.describe.state import Description, OpenPlace, standing_of
 
 __all__ = ["dropped", "joined", "left_out", "put_back", "ruled", "split_part"]
@@ -105,8 +106,8 @@ def put_back(opened: OpenPlace, before: Description, row: int, name: str) -> Edi
 
 
 def split_part(opened: OpenPlace, before: Description, part: str) -> Edit:
-    """Split a part into its connected pieces. InputError where it is one piece, has another name
-    than in the file, or is used."""
+    """Split a part into its connected pieces, called by where they are. InputError where it is one
+    piece, has another name than in the file, or is used."""
     row = _mesh_of(opened, before, part)
     found = next((one for one in opened.meshes.raws[row].parts if one.name == part), None)
     if found is None or part in (before.says["meshes"][row].get("join") or {}):
@@ -117,9 +118,16 @@ def split_part(opened: OpenPlace, before: Description, part: str) -> Edit:
     mesh = dict(before.says["meshes"][row])
     split = [*(mesh.get("split") or []), part]
     says = _forgotten(_with_mesh(before.says, row, mesh, "split", split), part)
-    after = replace(before, says=says)
-    count = len(standing_of(opened, after).names) - len(standing_of(opened, before).names) + 1
-    return Edit(after, f"{part} is {count} parts")
+    stands = standing_of(opened, replace(before, says=says))
+    had = standing_of(opened, before).names
+    found_pieces = [name for name in stands.names if name not in had]
+    mesh = dict(says["meshes"][row])
+    lead = f"{part}_" if len(had) > 1 else ""
+    join = {**(mesh.get("join") or {}), **named_pieces(stands, found_pieces, lead=lead)}
+    after = replace(before, says=_with_mesh(says, row, mesh, "join", join))
+    standing_of(opened, after)
+    words = f"{part} is {len(found_pieces)} parts, called by where they are"
+    return Edit(after, words)
 
 
 def ruled(opened: OpenPlace, before: Description, part: str, rule: str, value: bool | str) -> Edit:

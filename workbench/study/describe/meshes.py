@@ -18,11 +18,18 @@ from workbench.errors import InputError
 from workbench.files.environment_own import PartMeshes, Touching
 from workbench.files.environment_parts import face_parts
 from workbench.files.environment_schema import MeshFile
-from workbench.files.environments import MeshFrame, mesh_frame
+from workbench.files.environments import MeshFrame, mesh_frame, size_doubts
 from workbench.files.meshes.parts import RawMesh, RawPart
-from workbench.files.meshes.reading import LARGEST, implausible, read_mesh
-from workbench.files.meshes.sizes import implausible_sizes
+from workbench.files.meshes.reading import (
+    LARGEST,
+    SMALLEST,
+    SMALLEST_OF_SEVERAL,
+    implausible,
+    read_mesh,
+)
+from workbench.geometry.ground import Ground
 from workbench.model.arrays import Floats, Ints
+from workbench.model.doubt import Doubt
 from workbench.study.describe.planes import Surface, grown_faces, outline
 from workbench.study.describe.seats import SeatFigures
 
@@ -107,6 +114,19 @@ class Standing:
             return self.corners(np.flatnonzero(self.part == part))
 
         return Touching(PartMeshes(self.names, self.boxes, triangles))
+
+    def points(self, part: int) -> Floats:
+        """(V, 3) [m] the vertices of a part, each once."""
+        found: Floats = self.vertices[np.unique(self.faces[self.part == part])]
+        return found
+
+    @cached_property
+    def ground(self) -> Ground:
+        """All faces that are not left out, to be stood on from both sides."""
+        there = np.flatnonzero(self.part >= 0)
+        part = self.part[there]
+        one_sided = np.zeros(len(there), dtype=np.bool_)
+        return Ground(self.corners(there), part, self.names, one_sided)
 
     @property
     def bounds(self) -> Floats:
@@ -215,7 +235,7 @@ class Meshes:
         """(T,) the mesh that each face is of."""
         self._vertex_mesh = np.repeat(row, [len(part.vertices) for part in parts])
         self._stood: dict[tuple[str, ...], Standing] = {}
-        self._sizes: dict[tuple[str, ...], list[str]] = {}
+        self._sizes: dict[tuple[str, ...], list[Doubt]] = {}
         self._grown: dict[tuple[int, ...], Ints] = {}
         self._borders: dict[tuple[int, ...], Ints] = {}
         self._surfaces: dict[tuple[int, ...], Surface] = {}
@@ -305,36 +325,36 @@ class Meshes:
         used, index = np.unique(self.faces[faces], return_inverse=True)
         return Surface(self.vertices[used], index.reshape(-1, 3))
 
-    def size_words(self, says: Sequence[MeshFile]) -> list[str]:
-        """Sentences about sizes that no vehicle has, as the reader of meshes has them."""
+    def size_doubts(self, says: Sequence[MeshFile]) -> list[Doubt]:
+        """What is doubted of sizes, as the reader of meshes doubts it."""
         key = tuple(mesh.model_dump_json() for mesh in says)
         if key not in self._sizes:
-            self._sizes[key] = self._size_words(says)
+            self._sizes[key] = self._size_doubts(says)
         return self._sizes[key]
 
-    def _size_words(self, says: Sequence[MeshFile]) -> list[str]:
+    def _size_doubts(self, says: Sequence[MeshFile]) -> list[Doubt]:
         stands = self.standing(says)
-        words = []
+        doubts = []
         high = float(np.ptp(stands.bounds[:, 2]))
         if HIGHEST < high <= LARGEST:
-            words.append(f"it is {high:.3g} m high: are the unit and the axes right?")
+            words = f"it is {high:.3g} m high: are the unit and the axes right?"
+            doubts.append(Doubt("height", words))
         for row, (raw, mesh) in enumerate(zip(self.raws, says, strict=True)):
             frame = mesh_frame(raw, mesh)
             own = self.mesh == row
             largest = float(np.ptp(self.vertices[self.faces[own].ravel()], axis=0).max())
-            wrong = implausible(
-                largest, frame.metres, smallest=0.3 if len(self.raws) == 1 else 0.005
-            )
+            smallest = SMALLEST if len(self.raws) == 1 else SMALLEST_OF_SEVERAL
+            wrong = implausible(largest, frame.metres, smallest=smallest)
             if wrong:
-                words.append(f"{mesh.file}: {wrong}")
+                doubts.append(Doubt(f"size of {mesh.file}", f"{mesh.file}: {wrong}"))
                 continue
             there = np.unique(stands.part[own])
             parts = [
                 RawPart(stands.names[k], *_two_corners(stands.boxes[k]))
                 for k in there[there >= 0].tolist()
             ]
-            words += implausible_sizes(parts, frame.metres or 1.0, file=Path(mesh.file).stem)
-        return words
+            doubts += size_doubts(parts, frame.metres or 1.0, mesh)
+        return doubts
 
 
 def _two_corners(box: Floats) -> tuple[Floats, Ints]:

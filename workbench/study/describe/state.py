@@ -18,15 +18,18 @@ from workbench.files.environment_schema import EnvironmentFile
 from workbench.files.environments import unknown_names
 from workbench.files.meshes.obj import outside_folder
 from workbench.files.meshes.parts import RawMesh
-from workbench.files.meshes.reading import axes_rotation, implausible, read_mesh, to_world
-from workbench.files.meshes.sizes import implausible_sizes
+from workbench.files.meshes.reading import read_mesh
+from workbench.files.meshes.taken_frame import taken_frame
 from workbench.files.schema import metres_in, validate
+from workbench.files.seat_doubts import another_seats, floor_doubts, rest_doubts
 from workbench.files.study.saving import StudyText, read_text
 from workbench.files.yaml_edits import Key
 from workbench.files.yaml_text import Document, parse_yaml
 from workbench.model.arrays import Floats
-from workbench.study.describe.axes import guessed_axes
+from workbench.model.doubt import Doubt, open_doubts
+from workbench.model.environment import Rest, Seat
 from workbench.study.describe.meshes import Hit, Meshes, Standing
+from workbench.study.describe.piece_names import named_pieces
 from workbench.study.describe.seats import SeatFigures, seat_figures
 
 __all__ = [
@@ -41,6 +44,7 @@ __all__ = [
     "figure_values",
     "figures_of",
     "open_place",
+    "open_sizes",
     "spot_of",
     "spot_place",
     "standing_of",
@@ -243,7 +247,19 @@ def open_place(source: Path, out: Path | None = None) -> OpenPlace:
     beside = target or source.parent / INNER
     if beside.is_file():
         notes.append(f"{beside.name} is there already: open it instead to go on with it")
-    return OpenPlace(beside, source.parent, Meshes([raw]), start, None, tuple(notes), (stamp,))
+    meshes = Meshes([raw])
+    start = _with_piece_names(meshes, start)
+    return OpenPlace(beside, source.parent, meshes, start, None, tuple(notes), (stamp,))
+
+
+def _with_piece_names(meshes: Meshes, start: Description) -> Description:
+    """A description of a bare mesh, its pieces called by where they are where it is in pieces."""
+    (mesh,) = start.says["meshes"]
+    if "split" not in mesh:
+        return start
+    stands = meshes.standing(start.file.meshes)
+    named = {**mesh, "join": named_pieces(stands, stands.names)}
+    return replace(start, says={**start.says, "meshes": [named]})
 
 
 def _target(out: Path) -> Path:
@@ -256,17 +272,15 @@ def _bare(source: Path, raw: RawMesh) -> tuple[Description, list[str]]:
     """A description of a bare mesh, and what was guessed for it."""
     why: dict[Key, str] = {}
     notes: list[str] = []
-    axes = guessed_axes(raw)
-    unit, plain = _unit(source, raw, axes.up, axes.forward)
-    mesh: dict[str, Any] = {"file": source.name, "length": unit}
-    mesh |= {"up": axes.up, "forward": axes.forward}
+    taken = taken_frame(raw)
+    frame = {"length": taken.length, "up": taken.up, "forward": taken.forward}
+    mesh: dict[str, Any] = {"file": source.name}
+    mesh |= {key: one.value for key, one in frame.items()}
+    for key, one in frame.items():
+        if one.why:
+            why[("meshes", 0, key)] = f"{'guessed' if one.sure else UNSURE}: {one.why}"
     if raw.metres is None:
-        why[("meshes", 0, "length")] = f"{_guess(plain)}: by the size"
-        notes.append(f"the file does not say its unit: {unit} is a guess by its size")
-    if raw.up is None:
-        why[("meshes", 0, "up")] = f"{_guess(axes.sure_up)}: {axes.why_up}"
-    if raw.forward is None:
-        why[("meshes", 0, "forward")] = f"{_guess(axes.sure_forward)}: {axes.why_forward}"
+        notes.append(f"the file does not say its unit: {taken.length.value} is a guess by its size")
     if raw.up is None or raw.forward is None:
         what = "axes" if raw.up is None else "forward axis"
         notes.append(
@@ -276,7 +290,10 @@ def _bare(source: Path, raw: RawMesh) -> tuple[Description, list[str]]:
         count = int(pieces(raw.parts[0]).max()) + 1
         if 1 < count <= MOST_PIECES:
             mesh["split"] = [raw.parts[0].name]
-            notes.append(f"the mesh has no names of parts: its {count} connected pieces are parts")
+            notes.append(
+                f"the mesh has no names of parts: its {count} connected pieces are parts, called by "
+                f"where they are"
+            )
         elif count > MOST_PIECES:
             notes.append(f"the mesh is one part: it falls into {count} pieces, too many for parts")
     title = " ".join(source.stem.split()) or "environment"
@@ -284,31 +301,10 @@ def _bare(source: Path, raw: RawMesh) -> tuple[Description, list[str]]:
     return Description(says, why=why), notes
 
 
-def _guess(sure: bool) -> str:
-    return "guessed" if sure else UNSURE
-
-
-def _unit(source: Path, raw: RawMesh, up: str, forward: str) -> tuple[str, bool]:
-    """The unit of a mesh: as the file says, else the first in which the fewest sizes are odd; and
-    whether it is the only one."""
-    if raw.metres is not None:
-        named = [unit for unit, metres in metres_in.items() if math.isclose(metres, raw.metres)]
-        return named[0] if named else f"{1e3 * raw.metres:.9g} mm", True
-    corners = np.concatenate([part.vertices[part.faces.ravel()] for part in raw.parts])
-    largest = float(np.ptp(corners, axis=0).max())
-    rotation = axes_rotation(up, forward)
-    found: dict[str, float] = {}
-    for unit in ("m", "mm", "cm", "in", "ft"):
-        metres = metres_in[unit]
-        odd = 100.0 if implausible(largest, metres, smallest=1.0) else 0.0
-        if not odd:
-            parts = to_world(raw, rotation, metres=metres)
-            odd = float(len(implausible_sizes(parts, metres, file=source.stem)))
-            odd += 0.5 * (largest * metres > 15.0)
-        found[unit] = odd
-    fewest = min(found.values())
-    best = [unit for unit, odd in found.items() if odd == fewest]
-    return best[0], len(best) == 1 and fewest == 0.0
+def open_sizes(opened: OpenPlace, description: Description) -> list[Doubt]:
+    """Return what is doubted of the sizes of the meshes, and not accepted."""
+    file = description.file
+    return open_doubts(opened.meshes.size_doubts(file.meshes), file.accepted)
 
 
 def standing_of(opened: OpenPlace, description: Description) -> Standing:
@@ -338,8 +334,24 @@ def figures_of(opened: OpenPlace, description: Description, seat: str) -> SeatFi
         cushion = stands.corners(opened.meshes.grown(picks.faces("cushion")))
         back = stands.corners(opened.meshes.grown(picks.faces("back")))
         places = [spot_place(opened, description, spot) for spot in picks.cushion]
-        stands.figures[picks] = seat_figures(cushion, back, np.array(places))
+        figures = seat_figures(cushion, back, np.array(places))
+        fitted = _fitted_seat(seat, figures)
+        another = another_seats(fitted, back)
+        if another:
+            raise InputError(f"{seat}: {another}")
+        doubts = (*rest_doubts(fitted, cushion, back), *floor_doubts(fitted, stands.ground))
+        words = tuple(doubt.words.removeprefix(f"seat {seat!r}: ") for doubt in doubts)
+        stands.figures[picks] = replace(figures, doubts=(*figures.doubts, *words))
     return stands.figures[picks]
+
+
+def _fitted_seat(name: str, figures: SeatFigures) -> Seat:
+    """A seat with the figures of its planes, to be held against the mesh."""
+    x, y, z = figures.srp.tolist()
+    cushion, back = (Rest(surface, (), 0.0) for surface in SURFACES)
+    angles = (figures.back_angle, figures.cushion_angle, figures.yaw)
+    still = (0.0, 0.0)
+    return Seat(name, (x, y, z), *angles, cushion, back, still, still, ())
 
 
 def figure_values(description: Description, figures: SeatFigures) -> dict[str, Any]:

@@ -14,7 +14,7 @@ from workbench.files.results.postures import EnvelopeRayRow, EnvelopeRow, Postur
 from workbench.model.envelope import Envelope
 from workbench.model.ray_reach import RayReach
 from workbench.model.result import PosturesFound
-from workbench.report.tables import csv_text
+from workbench.report.tables import Table
 
 __all__ = ["envelope_rows", "envelope_solids", "envelope_tables"]
 
@@ -84,14 +84,14 @@ def _millimetres(value: float) -> float | None:
     return round(1000 * float(value), 1) + 0.0 if math.isfinite(value) else None
 
 
-def envelope_tables(found: Sequence[PosturesRows]) -> dict[str, str]:
-    """envelopes.csv (a row a ray about the point) and envelope_levels.csv (a row a ray of a level
+def envelope_tables(found: Sequence[PosturesRows]) -> dict[str, Table]:
+    """By name: envelopes (a row a ray about the point) and envelope_levels (a row a ray of a level
     section), with the size first where several sizes take a role one at a time."""
     lead = ["size"] if any(rows.row for rows in found) else []
     tables = {}
     for name, field, place in (
-        ("envelopes.csv", "rays", "elevation_deg"),
-        ("envelope_levels.csv", "levels", "height_mm"),
+        ("envelopes", "rays", "elevation_deg"),
+        ("envelope_levels", "levels", "height_mm"),
     ):
         lines = [
             [*([rows.row] if rows.row else []), *_line(e, ray, place)]
@@ -101,7 +101,7 @@ def envelope_tables(found: Sequence[PosturesRows]) -> dict[str, str]:
         ]
         if lines:
             head = ["person", "limb", "zone", place, "azimuth_deg", *_LENGTHS, "lost_mm", "lost_to"]
-            tables[name] = csv_text([*lead, *head], lines)
+            tables[name] = Table([*lead, *head], lines)
     return tables
 
 
@@ -114,7 +114,7 @@ def _line(e: EnvelopeRow, ray: EnvelopeRayRow, place: str) -> list[object]:
         e.zone,
         getattr(ray, place),
         ray.azimuth_deg,
-        *("" if length is None else length for length in lengths),
+        *lengths,
         round(sum(end - begin for begin, end, _ in ray.lost), 1),
         " ".join(dict.fromkeys(part for _, _, part in ray.lost if part)),
     ]

@@ -1,0 +1,73 @@
+"""Draw into a file, from Python."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from workbench.draw.display_options import parse_display_options
+from workbench.draw.render import render as write
+from workbench.draw.scene_builder import Drawn, source_of
+from workbench.model.environment import Environment
+
+__all__ = ["render"]
+
+
+def render(
+    source: Drawn,
+    out: str | Path,
+    *,
+    environment: Environment | None = None,
+    posture: str | None = None,
+    case: str | None = None,
+    view: str | None = None,
+    size: str | None = None,
+    display: str | None = None,
+    style: str | None = None,
+    cut: str | None = None,
+    angle: float | None = None,
+) -> Path:
+    """Draw something into a file, whose ending says what is made.
+
+    .png and .svg are pictures, .gif, .webp and .mp4 films, .glb a model, .stl and .3mf a body as one
+    solid; as `workbench render` does it.
+
+    Parameters
+    ----------
+    source
+        A name of the catalogue, a path, an environment, a placed body (each pose a body), a study, a
+        result or a scene.
+    out
+        The file, which is replaced.
+    environment
+        Around a placed body.
+    posture, case
+        Of a body's file or name, and of a study or result; with commas between.
+    view
+        A standard view ("left", "top", "three_quarter", ...), "eye" or "eye:NAME".
+    size
+        "800" or "1280x720" [pixels].
+    display, style
+        See docs/displays.md.
+    cut
+        The side that is cut away: "left", "left=0.3" [m], "left=300mm".
+    angle
+        Angle of view [degrees].
+
+    Returns
+    -------
+    Path
+        The file.
+
+    Raises
+    ------
+    InputError
+        If a file or a name does not exist or cannot be read or written.
+    UsageError
+        If an option does not suit the file or the source.
+    """
+    path = Path(out)
+    options = parse_display_options(
+        path, view=view, size=size, display=display, style=style, cut=cut, angle=angle
+    )
+    write(source_of(source, posture=posture, case=case, environment=environment), options, path)
+    return path
