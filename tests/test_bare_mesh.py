@@ -170,7 +170,7 @@ def test_a_soup_of_loose_triangles_is_called_one(tmp_path):
     away = np.random.default_rng(0).uniform(0.0, 2.0, (120, 3))
     rows = [f"v {x:.4f} {y:.4f} {z:.4f}" for a in away for x, y, z in a + 0.1 * np.eye(3)]
     faces = [f"f {k} {k + 1} {k + 2}" for k in range(1, 361, 3)]
-    (tmp_path / "cab.obj").write_text("\n".join(["o cab", *rows, *faces]))
+    (tmp_path / "cab.obj").write_text("\n".join(["o cab", *rows, *faces, ""]))
     said = read_bare([tmp_path / "cab.obj"]).environment.warnings
     assert said[0].startswith("part cab is a soup of loose triangles: distances hold")
     whole = written(tmp_path, "car.obj", CAR)
