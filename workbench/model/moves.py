@@ -34,13 +34,21 @@ class Move:
 
 
 def parts_along(environment: Environment, controls: Collection[str]) -> tuple[str, ...]:
-    """The parts that go along with controls: those that they are on, without one that stays."""
-    return tuple(
+    """The parts that go along with controls: their own ones, but for those that are another
+    control's too that stays."""
+    staying = {
         part
-        for part in environment.parts
-        if (on := [control.name for control in environment.controls if control.part == part])
-        and all(name in controls for name in on)
-    )
+        for control in environment.controls
+        if control.name not in controls
+        for part in control.own_parts
+    }
+    own = {
+        part
+        for control in environment.controls
+        if control.name in controls
+        for part in control.own_parts
+    }
+    return tuple(part for part in environment.parts if part in own - staying)
 
 
 def moved_controls(environment: Environment, moves: Sequence[Move]) -> tuple[str, ...]:

@@ -62,12 +62,18 @@ def _headline(region: ControlRegion) -> str:
             f"reach one, {place_words(region.offset[best])}; {today}."
         )
     if nearest == region.today:
-        return f"{name.capitalize()} may stay: {today}, and {wanted} are wanted."
+        share = _percent(region.share[nearest])
+        return f"{_first(name)} may stay: {share} of {people} reach it there, and {wanted} are to."
     far = float(np.linalg.norm(region.offset[nearest]))
     return (
         f"{today}; {_percent(region.share[nearest])} do {_mm(far)} away, "
         f"{place_words(region.offset[nearest])}: the nearest place that {wanted} reach."
     )
+
+
+def _first(name: str) -> str:
+    """A name as the first word of a sentence."""
+    return name[:1].upper() + name[1:]
 
 
 def place_words(offset: Floats) -> str:

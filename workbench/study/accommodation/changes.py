@@ -62,5 +62,5 @@ def borne_by(place: Workplace, asked: Sequence[Asked], change: Change) -> list[i
 
 def _of_controls(environment: Environment, parts: set[str]) -> bool:
     """Whether each part is that of one control alone."""
-    on = [control.part for control in environment.controls]
-    return all(on.count(part) == 1 for part in parts)
+    own = [part for control in environment.controls for part in control.own_parts]
+    return all(own.count(part) == 1 for part in parts)

@@ -3,8 +3,8 @@
 Places are a lattice about the one that the control has. Everybody sits where it is most comfortable,
 as for reach maps.
 
-1. Places inside solid parts are left out; who sits before a place with the backrest between does not
-   reach it.
+1. Places inside solid parts are left out, but for the part that the control is on; who sits before
+   a place with the backrest between, or has a leg or the trunk there, does not reach it.
 2. Everybody is asked about every place without obstacles (see `reach_map`).
 3. Where enough people reach it so, they are asked again with obstacles: all parts but those that go
    along with the control. Who finds no way about them from the posture that reaches without them
@@ -62,6 +62,9 @@ FINER = 3
 """How many times finer the lattice is about the nearest place that will do."""
 TOGETHER = 16
 """People who are one piece of work."""
+ARMS = ("LSM", "LUA", "LLA", "LHN", "RSM", "RUA", "RLA", "RHN")
+LEGS = ("LUL", "LLL", "LF", "RUL", "RLL", "RF")
+"""Segments of the limbs that reach."""
 HIDING = 0.05
 """[m] How much wider and higher than the backrest what it hides is."""
 
@@ -316,10 +319,11 @@ def _middle_person(question: Question) -> int:
 def _places(search: _Search, offset: Floats) -> _Found:
     """Who reaches a control at places (M, 3) [m] from its own."""
     points = np.array(search.asked.control.at) + offset @ _axes(search.place)
-    inside = _inside(search.asked.environment, points)
+    inside = _inside(search.asked, points)
     hidden = _behind_backrest(search.place, search.sitting.shift, points)
     behind = hidden.all(axis=0)
     hidden |= inside >= 0
+    hidden |= _in_own_body(search.sitting, search.asked, points)
     free = _reached(search, points, hidden, obstacles=False)
     share = search.weight @ free / search.weight.sum()
     clear = np.full(len(points), np.nan)
@@ -372,10 +376,14 @@ def _solids(environment: Environment) -> tuple[str, ...]:
     return tuple(environment.parts[row] for row in rows)
 
 
-def _inside(environment: Environment, points: Floats) -> Ints:
-    """(M,) the number of the solid part that each point is inside of, -1 of none."""
+def _inside(asked: _Asked, points: Floats) -> Ints:
+    """(M,) the number of the solid part that each point is inside of, -1 of none. The part that the
+    control is on is none: a point on its surface would be."""
+    environment = asked.environment
     found = np.full(len(points), -1)
     for number, name in enumerate(_solids(environment)):
+        if name in asked.control.own_parts:
+            continue
         corners = environment.triangle_corners(environment.part(name))
         low = corners.min(axis=(0, 1))
         high = corners.max(axis=(0, 1))
@@ -404,6 +412,21 @@ def _behind_backrest(place: Workplace, shift: Floats, points: Floats) -> Bools:
         across = np.abs(away @ left) <= wide
         hidden[person] = (away @ ahead < 0) & across & (away @ up <= high)
     return hidden
+
+
+def _in_own_body(sitting: _Sitting, asked: _Asked, points: Floats) -> Bools:
+    """(B, M) whether points are inside people who would reach for them: their spheres as they sit,
+    without the limbs that reach."""
+    body = sitting.body
+    limbs = LEGS if asked.control.for_feet else ARMS
+    still = [k for k, name in enumerate(body.segments) if name not in limbs]
+    spheres = np.flatnonzero(np.isin(body.sphere_segment, still))
+    centres = place_body(body, sitting.poses).centres[:, spheres]
+    found = np.zeros((len(sitting), len(points)), dtype=np.bool_)
+    for person, centre in enumerate(centres):
+        away = np.sum((points[:, None] - centre) ** 2, axis=2)
+        found[person] = (away < body.radius[person, spheres] ** 2).any(axis=1)
+    return found
 
 
 def _reached(search: _Search, points: Floats, hopeless: Bools, *, obstacles: bool) -> Bools:
