@@ -38,7 +38,7 @@ def where(
         how far from its place others are looked at [mm], 300 where not given; twice as far while no
         place is found
     spacing
-        how far these are apart [mm], 30 where not given
+        how far these are apart [mm], 40 where not given
     out
         the folder to write; out/where_<control> where not given
     """

@@ -37,8 +37,9 @@ class ControlRegion:
         (M, 3) [m] from today's place along the axes: of the lattice, and of more places where enough
         of its are nearest.
     free, share
-        (M,) the share that reaches it without obstacles, and clear of them; the latter NaN where the
-        former is less than is wanted.
+        (M,) the share that reaches it without obstacles, where that is less than is wanted perhaps
+        less; and clear of them, where it is less than is wanted perhaps less, NaN where the former
+        is too small already. Both are exact of today's place, and of all where no place will do.
     inside
         (M,) the index in `solids` of the part that the place is inside of, -1 of none.
     behind

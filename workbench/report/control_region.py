@@ -151,20 +151,21 @@ def _mm(length: float) -> str:
 
 
 def region_table(region: ControlRegion) -> str:
-    """region.csv: each place in the world and from today's, the shares that reach it without
-    obstacles and clear of them (empty where the former is too small already), and what it is."""
+    """region.csv: each place in the world and from today's, the share that reaches it (empty where it
+    is too small and was not asked for), no less than it, and what it is."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     offsets = ["forward_mm", "left_mm", "up_mm"]
-    writer.writerow(["x_mm", "y_mm", "z_mm", *offsets, "share_without_obstacles", "share", "state"])
+    writer.writerow(["x_mm", "y_mm", "z_mm", *offsets, "share", "share_at_most", "state"])
     enough = region.enough
+    known = region.known
+    exact = enough | (np.arange(len(enough)) == region.today) | ~enough.any()
     for row, (point, offset) in enumerate(zip(region.points, region.offset, strict=True)):
-        share = region.share[row]
         writer.writerow(
             [
                 *(f"{1000 * value + 0.0:.1f}" for value in (*point, *offset)),
-                f"{region.free[row]:.4f}",
-                "" if np.isnan(share) else f"{share:.4f}",
+                f"{known[row]:.4f}" if exact[row] else "",
+                f"{known[row]:.4f}",
                 _state(region, row, bool(enough[row])),
             ]
         )

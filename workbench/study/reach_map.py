@@ -31,7 +31,14 @@ from workbench.posture.reach_bound import reach_bound
 from workbench.posture.reaching.limbs import HANDS, Limb, limb, tighter
 from workbench.posture.reaching.reach import reach
 
-__all__ = ["ReachObstacles", "from_coarse_to_fine", "part_points", "reach_map", "who_reaches"]
+__all__ = [
+    "COARSE",
+    "ReachObstacles",
+    "from_coarse_to_fine",
+    "part_points",
+    "reach_map",
+    "who_reaches",
+]
 
 COARSE = 0.04
 """How far [m] a point may be from one that everybody is asked about."""
@@ -108,6 +115,7 @@ def who_reaches(
     hopeless: Bools | None = None,
     obstacles: ReachObstacles | None = None,
     order: tuple[Ints, Floats] | None = None,
+    coarse: float = COARSE,
     threads: int | None = None,
 ) -> Bools:
     """Tell which of some points each of B people reaches with a limb.
@@ -127,6 +135,8 @@ def who_reaches(
         counts as missing the point.
     order
         Of `from_coarse_to_fine`, where the points are asked about more than once.
+    coarse
+        How far [m] a point may be from one that everybody is asked about; 0 asks about all.
 
     Returns
     -------
@@ -162,7 +172,7 @@ def who_reaches(
                 found[some] = reach(body, each, target, limb=arm, threads=threads).reached[:, 0]
         return found
 
-    return _asked(points, order or from_coarse_to_fine(points), known, ask)
+    return _asked(points, order or from_coarse_to_fine(points), known, ask, coarse)
 
 
 def _clear(
@@ -210,12 +220,13 @@ def _asked(
     order: tuple[Ints, Floats],
     known: NDArray[np.int8],
     ask: Callable[[Ints, Ints], Bools],
+    coarse: float,
 ) -> Bools:
     """(B, M) who reaches which points: `ask` says it of some people (K,) for a point (K,) each.
     known (B, M): 1 reached, -1 missed, 0 not known; it is filled."""
     rows, far = order
     done = 0
-    count = int(np.argmax(far <= COARSE)) + 1 if far[-1] <= COARSE else len(rows)
+    count = int(np.argmax(far <= coarse)) + 1 if far[-1] <= coarse else len(rows)
     while done < len(rows):
         old = rows[:done]
         new = rows[done:count]

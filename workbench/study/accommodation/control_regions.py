@@ -18,7 +18,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from concurrent.futures import Executor
 from contextlib import closing
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from itertools import product
 
 import numpy as np
@@ -46,22 +46,24 @@ from workbench.study.accommodation.chunks import Question, taken_places
 from workbench.study.accommodation.population_bodies import fit_population
 from workbench.study.executors import Shared, completed
 from workbench.study.people import Present
-from workbench.study.reach_map import ReachObstacles, from_coarse_to_fine, who_reaches
+from workbench.study.reach_map import COARSE, ReachObstacles, from_coarse_to_fine, who_reaches
 from workbench.study.situation import without_parts
 
 __all__ = ["MOST_WITHIN", "SPACING", "WITHIN", "check_region", "control_region"]
 
 WITHIN = 0.3
-SPACING = 0.03
+SPACING = 0.04
 """How far [m] from today's place others are looked at at first, and how far these are apart."""
 MOST_WITHIN = 1.2
 """How far [m] they are looked at at last."""
 MOST_PLACES = 60_000
 """Places of a lattice at most."""
-FINER = 3
+FINER = 4
 """How many times finer the lattice is about the nearest place that will do."""
-TOGETHER = 16
+TOGETHER = 8
 """People who are one piece of work."""
+FIRST = 4
+"""The part of the people, the smallest, who are asked first: one in so many."""
 ARMS = ("LSM", "LUA", "LLA", "LHN", "RSM", "RUA", "RLA", "RHN")
 LEGS = ("LUL", "LLL", "LF", "RUL", "RLL", "RF")
 """Segments of the limbs that reach."""
@@ -113,12 +115,18 @@ class _Sitting:
 
 @dataclass(frozen=True, eq=False)
 class _Places:
-    """Places (M, 3) [m], the order in which they are asked about, and (B, M) who is known to miss
-    which of them."""
+    """Places (M, 3) [m], the order in which they are asked about, (B, M) who is known to miss which
+    of them, and (M,) of which the share is wanted however small it is. coarse: as of `who_reaches`."""
 
     points: Floats
     order: tuple[Ints, Floats]
     hopeless: Bools
+    whole: Bools
+    coarse: float
+
+    def of(self, people: Ints) -> _Places:
+        """The same for people at indices."""
+        return replace(self, hopeless=self.hopeless[people])
 
 
 @dataclass(frozen=True, eq=False)
@@ -143,6 +151,8 @@ class _Search:
     place: Workplace
     asked: _Asked
     sitting: _Sitting
+    order: Ints
+    """(B,) the numbers of the people, the smallest first."""
     weight: Floats
     wanted: float
     say: Say
@@ -198,6 +208,7 @@ def control_region(
         place=question.place,
         asked=asked,
         sitting=_sitting(study, question, case, say, executor),
+        order=_by_stature(question),
         weight=question.people.weight,
         wanted=share,
         say=say,
@@ -208,9 +219,10 @@ def control_region(
         within *= 2
         spacing *= 2
         found = _places(search, _lattice(within, spacing))
+    if not found.enough(share).any():
+        found = _places(search, found.offset, whole=True)
     found = _refined(search, found, spacing)
-    row = _middle_person(question)
-    one = search.sitting.rows(np.array([row]))
+    one = search.sitting.rows(search.order[[len(search.order) // 2]])
     environment = question.place.environment
     return ControlRegion(
         control=asked.control,
@@ -307,29 +319,35 @@ def _sitting(
     return _Sitting(bodies[: len(bodies)], poses, np.concatenate(shift))
 
 
-def _middle_person(question: Question) -> int:
-    """The number of somebody whose stature is in the middle, of the first where none is known."""
+def _by_stature(question: Question) -> Ints:
+    """(B,) the numbers of the people, the smallest first; as they are where that is not known."""
     people = question.people
     if "stature" not in people.names:
-        return 0
-    order = np.argsort(people.column("stature"), kind="stable")
-    return int(order[len(order) // 2])
+        return np.arange(len(people))
+    return np.argsort(people.column("stature"), kind="stable")
 
 
-def _places(search: _Search, offset: Floats) -> _Found:
-    """Who reaches a control at places (M, 3) [m] from its own."""
+def _places(
+    search: _Search, offset: Floats, *, whole: bool = False, coarse: float = COARSE
+) -> _Found:
+    """Who reaches a control at places (M, 3) [m] from its own. whole: the share is wanted of all of
+    them, else of today's and of those that enough people reach."""
     points = np.array(search.asked.control.at) + offset @ _axes(search.place)
     inside = _inside(search.asked, points)
     hidden = _behind_backrest(search.place, search.sitting.shift, points)
-    behind = hidden.all(axis=0)
+    behind = np.asarray(hidden.all(axis=0))
     hidden |= inside >= 0
     hidden |= _in_own_body(search.sitting, search.asked, points)
-    free = _reached(search, points, hidden, obstacles=False)
+    kept = np.asarray((np.linalg.norm(offset, axis=1) < 1e-9) | whole)
+    places = _Places(points, from_coarse_to_fine(points), hidden, kept, coarse)
+    free = _reached(search, places, obstacles=False)
     share = search.weight @ free / search.weight.sum()
     clear = np.full(len(points), np.nan)
-    some = np.flatnonzero(share >= search.wanted - SHARE_TOLERANCE)
+    some = np.flatnonzero((share >= search.wanted - SHARE_TOLERANCE) | kept)
     if len(some):
-        reached = _reached(search, points[some], ~free[:, some], obstacles=True)
+        order = from_coarse_to_fine(points[some])
+        places = _Places(points[some], order, ~free[:, some], kept[some], coarse)
+        reached = _reached(search, places, obstacles=True)
         clear[some] = search.weight @ reached / search.weight.sum()
     return _Found(offset, share, clear, inside, behind)
 
@@ -346,7 +364,7 @@ def _refined(search: _Search, found: _Found, spacing: float) -> _Found:
     some = some[np.linalg.norm(some, axis=1) < far.min() - 1e-9]
     if not len(some):
         return found
-    more = _places(search, some)
+    more = _places(search, some, coarse=0.0)
     return _Found(
         *(
             np.concatenate([getattr(one, field.name) for one in (found, more)])
@@ -429,29 +447,41 @@ def _in_own_body(sitting: _Sitting, asked: _Asked, points: Floats) -> Bools:
     return found
 
 
-def _reached(search: _Search, points: Floats, hopeless: Bools, *, obstacles: bool) -> Bools:
-    """(B, M) who reaches which points, of those that are not known to be missed."""
-    sitting = search.sitting
-    parts = np.array_split(np.arange(len(sitting)), max(1, -(-len(sitting) // TOGETHER)))
-    order = from_coarse_to_fine(points)
+def _reached(search: _Search, places: _Places, *, obstacles: bool) -> Bools:
+    """(B, M) who reaches which places, of those that are not known to be missed.
+
+    The smallest people are asked first. Places that too many of them miss are asked of nobody else:
+    the others count as reaching them.
+    """
+    first, others = np.split(search.order, [max(1, len(search.sitting) // FIRST)])
+    reached = np.ones(places.hopeless.shape, dtype=np.bool_)
+    reached[first] = _reached_in_parts(search, places.of(first), first, obstacles)
+    if not len(others):
+        return reached
+    lost = search.weight @ ~reached / search.weight.sum()
+    done = (lost > 1.0 - search.wanted + SHARE_TOLERANCE) & ~places.whole
+    left = replace(places, hopeless=places.hopeless | done)
+    reached[others] = _reached_in_parts(search, left.of(others), others, obstacles) | done
+    return reached
+
+
+def _reached_in_parts(search: _Search, places: _Places, rows: Ints, obstacles: bool) -> Bools:
+    """(P, M) which places some people (P,) reach, worked on by all processes."""
+    parts = np.array_split(np.arange(len(rows)), max(1, -(-len(rows) // TOGETHER)))
     shared = Shared(search.asked)
-    reached = np.zeros((len(sitting), len(points)), dtype=np.bool_)
+    reached = np.zeros(places.hopeless.shape, dtype=np.bool_)
     jobs = completed(
         _reached_by_some,
         range(len(parts)),
-        lambda n: (
-            shared,
-            sitting.rows(parts[n]),
-            _Places(points, order, hopeless[parts[n]]),
-            obstacles,
-        ),
+        lambda n: (shared, search.sitting.rows(rows[parts[n]]), places.of(parts[n]), obstacles),
         executor=search.executor,
     )
-    what = "clear of obstacles" if obstacles else "places"
+    how = " past obstacles" if obstacles else ""
     with closing(jobs):
         for done, (number, found) in enumerate(jobs, 1):
             reached[parts[number]] = found
-            search.say(f"{len(points)} {what}: {100 * done // len(parts)} %")
+            share = 100 * done // len(parts)
+            search.say(f"{len(places.points):,} places, {len(rows)} people{how}: {share} %")
     return reached
 
 
@@ -474,5 +504,6 @@ def _reached_by_some(
             hopeless=places.hopeless,
             obstacles=around if obstacles else None,
             order=places.order,
+            coarse=places.coarse,
         )
     return reached
