@@ -8,7 +8,7 @@ import zlib
 
 import pytest
 
-from tests.made_seat import SRP, obj_text, seat_parts
+from tests.made_seat import SRP, corners, obj_text, seat_parts
 from tests.web_page import CHROMIUM, launched, served
 from workbench.cli import main
 from workbench.files.environments import load_environment
@@ -76,6 +76,37 @@ def test_a_seat_and_a_control_are_picked_typed_over_saved_and_undone(bench, mesh
     for _ in range(4):
         again = asked(page, "redo")
     assert not again["unsaved"] and again["seats"] == over["seats"]
+
+
+def test_the_pieces_of_a_control_are_shown_and_stated_as_its_own(tmp_path):
+    boxes = {
+        "floor": corners((0, -0.5, 0), (2, 0.5, 0.01)),
+        "PropCap": corners((0.44, 0.02, 0.2), (0.46, 0.04, 0.23)),
+        "PropLever": corners((0.447, 0.028, 0.1), (0.453, 0.032, 0.199)),
+    }
+    path = tmp_path / "levers.obj"
+    path.write_text(obj_text(boxes))
+    with client_of(DescribeDesk(str(path))) as client:
+        entered(client)
+        with page_of(client) as page:
+            frames_until(page, "description")
+            asked(page, "mesh", row=0, length="m", up="z", forward="x")
+            cap = {"part": "PropCap", "start": [0.45, 0.03, 3], "way": [0, 0, -1]}
+            found = asked(page, "place", kind="control", name="prop", grip="grasp", zone=1, **cap)
+            why = "it touches PropCap, and it is named like it (prop)"
+            assert found["controls"][0]["pieces"] == [{"part": "PropLever", "why": why}]
+            alone = asked(page, "own", control="prop", parts=["PropCap"])["controls"][0]
+            assert (alone["pieces"], alone["stated"]) == ([], True)
+            again = asked(page, "own", control="prop", parts=[])["controls"][0]
+            assert not again["stated"] and len(again["pieces"]) == 1
+            asked(page, "own", control="prop", parts=["PropLever"])
+            asked(page, "join", parts=["PropLever"], to="stalk")
+            moved = asked(page, "place", kind="control", name="prop", grip="pinch", zone=1, **cap)
+            assert moved["controls"][0]["pieces"] == [{"part": "stalk", "why": ""}]
+            assert asked(page, "leave", parts=["stalk"])["kind"] == "fault"
+            asked(page, "save")
+    control = load_environment(tmp_path / "environment.yaml").controls[0]
+    assert control.own_parts == ("PropCap", "stalk")
 
 
 def test_the_picture_has_the_mesh_in_its_unit_and_a_person_beside(bench):

@@ -135,11 +135,31 @@ def test_parts_of_a_kind_or_a_place_are_not_one_thing(tmp_path):
     assert pieces(place(tmp_path, boxes, controls)) == {}
 
 
-def test_a_lever_that_is_called_lever_takes_lever_stalk_along(tmp_path):
-    names = {"PropCap": "lever_knob", "PropLever": "lever_stalk", "MixLever": "left_lever"}
+def test_a_word_that_the_structure_around_has_too_tells_nothing(tmp_path):
+    names = {"console": "Hybrid_hull", "PropCap": "Hybrid_red", "PropLever": "Hybrid_grey"}
     boxes = {names.get(name, name): one for name, one in LEVERS.items()}
-    controls = {"propeller": ((450, 30, 215), "grasp", "lever_knob")}
-    assert pieces(place(tmp_path, boxes, controls)) == {"propeller": ["lever_stalk"]}
+    controls = {"propeller": ((450, 30, 215), "grasp", "Hybrid_red")}
+    assert pieces(place(tmp_path, boxes, controls)) == {"propeller": ["Hybrid_grey"]}
+    boxes["Hybrid_hull"] = ((0, -500, 0), (1000, 500, 201))  # the cap stands in it
+    assert pieces(place(tmp_path, boxes, controls)) == {}
+
+
+def test_the_numbers_of_a_large_mesh_that_was_split_tell_nothing(tmp_path):
+    names = {"console": "Burner_1", "PropCap": "Burner_2", "PropLever": "Burner_3"}
+    boxes = {names.get(name, name): one for name, one in LEVERS.items()}
+    controls = {"propeller": ((450, 30, 215), "grasp", "Burner_2")}
+    assert pieces(place(tmp_path, boxes, controls)) == {}
+    boxes = {"cab" if name == "Burner_1" else name: one for name, one in boxes.items()}
+    boxes["Burner_1"] = ((460, 25, 205), (470, 35, 210))  # now all of that name is a small thing
+    assert pieces(place(tmp_path, boxes, controls)) == {"propeller": ["Burner_1", "Burner_3"]}
+
+
+@pytest.mark.parametrize("name", ["lever", "Left_Gear_Lever", "console_lever"])
+def test_names_that_begin_alike_and_go_on_with_pieces_are_one_thing(tmp_path, name):
+    names = {"PropCap": f"{name}_knob", "PropLever": f"{name}_stalk", "MixLever": "lever_two"}
+    boxes = {names.get(name, name): one for name, one in LEVERS.items()}
+    controls = {"propeller": ((450, 30, 215), "grasp", f"{name}_knob")}
+    assert pieces(place(tmp_path, boxes, controls)) == {"propeller": [f"{name}_stalk"]}
 
 
 def test_a_piece_may_be_named_like_the_control(tmp_path):
@@ -157,6 +177,18 @@ def test_what_lies_within_a_part_is_a_piece_of_it_whatever_its_name(tmp_path):
     assert pieces(place(tmp_path, boxes, PROPELLER)) == {
         "propeller": ["Cube_8", "Cube_9", "PropLever"]
     }
+
+
+def test_a_stalk_that_is_the_only_small_part_there_is_a_piece_by_its_shape(tmp_path):
+    names = {"PropCap": "Cube_7", "PropLever": "Cube_8"}
+    boxes = {names.get(name, name): one for name, one in LEVERS.items() if name != "GateBase"}
+    boxes["console"] = ((0, -500, 0), (1000, 500, 100))
+    controls = {"feather": ((450, 30, 215), "grasp", "Cube_7")}
+    assert pieces(place(tmp_path, boxes, controls)) == {"feather": ["Cube_8"]}
+    plate = boxes | {"Cube_8": ((370, -50, 195), (520, 101, 199))}  # wider than a hand closes about
+    assert pieces(place(tmp_path, plate, controls)) == {}
+    screw = boxes | {"Cube_9": ((445, 28, 150), (447, 32, 152))}
+    assert pieces(place(tmp_path, screw, controls)) == {}
 
 
 def test_what_an_adjustment_alone_moves_is_one_thing(tmp_path):
@@ -253,3 +285,23 @@ def test_an_edge_through_a_face_and_edges_that_pass_one_another_are_near():
     assert come_near(plate, beside, 0.0011)
     assert not come_near(plate, beside, 0.0009)
     assert not come_near(plate[:0], rod, 1.0)
+
+
+def test_a_control_without_a_part_is_told_at_which_it_is(tmp_path):
+    controls = {"propeller": ((450, 30, 215), "grasp", "''"), "free": ((0, 0, 999), "push", "''")}
+    environment = place(tmp_path, LEVERS, controls)
+    assert [words for words in environment.warnings if "names no part" in words] == [
+        "control 'propeller' names no part and is at 'PropCap', which nobody may enter to use it: "
+        "is that its `part`?"
+    ]
+    assert depths(environment) == {}
+
+
+def test_a_grip_on_a_soup_is_told_and_takes_nothing_along(tmp_path):
+    controls = {"propeller": ((450, 30, 215), "grasp", "console")}
+    environment = place(tmp_path, LEVERS, controls)
+    assert environment.warnings[-1].startswith(
+        "control 'propeller' is gripped (grasp) on 'console', which is 1 m large and counts as a "
+        "panel that no hand may enter: `split`"
+    )
+    assert (pieces(environment), depths(environment)) == ({}, {})

@@ -216,8 +216,11 @@ def check(*files: Path) -> int:
     faults: list[str] = []
     for path in files:
         try:
-            for warning in check_file(path):
+            found = check_file(path)
+            for warning in found.warnings:
                 tell(f"{path}: warning: {warning}")
+            for words in found.assumed:
+                tell(f"{path}: assumed: {words}")
         except InputError as error:
             faults += error.problems
         else:

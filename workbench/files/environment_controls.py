@@ -2,18 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import replace
+from collections.abc import Container, Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from workbench.files.environment_doubts import box_gap, part_box
-from workbench.files.environment_own import GRIPPABLE, Handle, own_pieces
+from workbench.files.environment_own import (
+    GRIPPABLE,
+    Handle,
+    PartMeshes,
+    Surroundings,
+    Touching,
+    own_pieces,
+    part_meshes,
+)
 from workbench.files.environment_parts import matching_parts
 from workbench.files.environment_schema import ControlFile, EnvironmentFile, PartFile
 from workbench.model.environment import Allowance, Control, Environment, OwnPiece
 
-__all__ = ["gripped", "with_controls"]
+__all__ = ["FoundControls", "found_controls", "gripped", "with_controls"]
 
 _GRIPPED = {"push": 0.015, "pinch": 0.015, "grasp": 0.03, "foot": 0.025}
 """How deep [m] the sphere hand or foot may be in what it grips, without another rule: flesh gives
@@ -22,22 +30,47 @@ takes up the thickness of a palm, a pinch or a push that of a finger, a foot tha
 _GRIPPERS = {"hand": ("LHN", "RHN"), "foot": ("LF", "RF")}
 
 
+@dataclass(frozen=True)
+class FoundControls:
+    """The controls of a file with their parts, and sentences about what it leaves open."""
+
+    controls: tuple[Control, ...]
+    assumed: tuple[str, ...]
+
+
 def with_controls(environment: Environment, file: EnvironmentFile) -> Environment:
-    """Return an environment, complete but for its controls, with those of its file.
+    """Return an environment, complete but for its controls, with those of its file."""
+    hidden = [name for k, name in enumerate(environment.parts) if environment.hidden[k]]
+    found = found_controls(file, Touching(part_meshes(environment)), hidden)
+    return replace(environment, controls=found.controls, assumed=found.assumed)
+
+
+def found_controls(
+    file: EnvironmentFile, touching: Touching, hidden: Iterable[str]
+) -> FoundControls:
+    """Find the parts of the controls of a file.
 
     A list of parts, or a pattern, says what is a control's own. Of a control with the name of one
-    part the other pieces are looked for; `assumed` tells which were taken along.
+    part the other pieces are looked for.
+
+    Parameters
+    ----------
+    file
+        Without faults: all that it names is there.
+    touching
+        The parts.
+    hidden
+        Those that are neither drawn nor checked.
     """
-    stated = [_control(environment, name, given) for name, given in file.controls.items()]
+    meshes = touching.meshes
+    stated = [_control(meshes, name, given) for name, given in file.controls.items()]
     open_ones = {
         control.name
         for control, given in zip(stated, file.controls.values(), strict=True)
         if given.part == control.part
     }
-    handles = _handles(environment, stated, open_ones)
-    seats = environment.seats
-    rests = {rest.part for seat in seats for rest in (seat.cushion, seat.back)}
-    found = own_pieces(environment, handles, rests)
+    handles = _handles(meshes.names, stated, open_ones)
+    found = own_pieces(touching, handles, _surroundings(file, meshes.names, hidden))
     pieces = {
         name: more
         for handle, more in zip(handles, found.pieces, strict=True)
@@ -47,24 +80,42 @@ def with_controls(environment: Environment, file: EnvironmentFile) -> Environmen
     controls = tuple(
         replace(control, pieces=pieces.get(control.name, control.pieces)) for control in stated
     )
-    told = (*_taken_along(environment, handles, found.pieces), *found.claimed)
-    return replace(environment, controls=controls, assumed=(*environment.assumed, *told))
+    told = _taken_along(meshes.names, handles, found.pieces)
+    return FoundControls(controls, (*told, *found.claimed))
 
 
-def _control(environment: Environment, name: str, given: ControlFile) -> Control:
+def _surroundings(
+    file: EnvironmentFile, names: Sequence[str], hidden: Iterable[str]
+) -> Surroundings:
+    """What of the parts bears on pieces: what is hidden, what is sat on and what is moved."""
+
+    def meant(keys: Iterable[str]) -> tuple[str, ...]:
+        return tuple(dict.fromkeys(part for key in keys for part in matching_parts(key, names)))
+
+    seats = file.seats.items()
+    rests = {rest.part for _, seat in seats for rest in (seat.cushion, seat.back)}
+    movers = {f"seat {name}": meant(seat.moves) for name, seat in seats}
+    movers |= {f"adjustment {name}": meant(one.parts) for name, one in file.adjustments.items()}
+    return Surroundings(frozenset(hidden), frozenset(rests), movers)
+
+
+def _control(meshes: PartMeshes, name: str, given: ControlFile) -> Control:
     """A control with the parts that its file names."""
     keys = given.part_keys
-    parts = [part for key in keys for part in matching_parts(key, environment.parts)]
+    parts = [part for key in keys for part in matching_parts(key, meshes.names)]
     main = ""
     if parts:
-        first = matching_parts(keys[0], environment.parts)
-        main = min(first, key=lambda part: (box_gap(part_box(environment, part), given.at), part))
+
+        def away(part: str) -> tuple[float, str]:
+            return box_gap(meshes.boxes[meshes.names.index(part)], given.at), part
+
+        main = min(matching_parts(keys[0], meshes.names), key=away)
     others = tuple(OwnPiece(part) for part in dict.fromkeys(parts) if part != main)
     return Control(name, given.at, given.grip, given.zone, main, others)
 
 
 def _handles(
-    environment: Environment, controls: Sequence[Control], open_ones: set[str]
+    names: Sequence[str], controls: Sequence[Control], open_ones: Container[str]
 ) -> list[Handle]:
     """What the controls stand on: those that name one part and no more, together where it is the
     same."""
@@ -74,25 +125,23 @@ def _handles(
         if control.name in open_ones and control.part:
             on.setdefault(control.part, []).append(control.name)
         elif control.part:
-            parts = tuple(environment.part(part) for part in control.own_parts)
+            parts = tuple(names.index(part) for part in control.own_parts)
             found.append(Handle(parts, (control.name,), stated=True))
-    for part, names in on.items():
-        found.append(Handle((environment.part(part),), tuple(names), stated=False))
+    for part, those in on.items():
+        found.append(Handle((names.index(part),), tuple(those), stated=False))
     return found
 
 
 def _taken_along(
-    environment: Environment,
-    handles: Sequence[Handle],
-    pieces: Sequence[Sequence[OwnPiece]],
+    names: Sequence[str], handles: Sequence[Handle], pieces: Sequence[Sequence[OwnPiece]]
 ) -> Iterator[str]:
     """A sentence for each piece that was taken along."""
     for handle, more in zip(handles, pieces, strict=True):
         whose = f"control{'s' if len(handle.controls) > 1 else ''} " + ", ".join(
             repr(name) for name in handle.controls
         )
-        own = environment.parts[handle.parts[0]]
         for piece in more:
+            own = names[handle.parts[0]]
             yield f"{whose}: {piece.part!r} counts as a piece of {own!r}: {piece.why}"
 
 

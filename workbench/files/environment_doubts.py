@@ -11,6 +11,7 @@ from collections.abc import Iterable, Iterator, Sequence
 import numpy as np
 
 from workbench.errors import one_of
+from workbench.files.environment_own import GRIPPABLE
 from workbench.files.schema import metres_in
 from workbench.geometry.polygon import point_winding
 from workbench.model.arrays import Floats
@@ -26,6 +27,8 @@ _NEAR = 0.1
 _CONTROL_AWAY = 0.06
 """A control farther [m] than this from its part is not on it: a fist is 0.1 m thick, and its grip
 centre may lie beside the part that it closes about."""
+_ON = 0.01
+"""A control as near [m] as this to a part is on it: it was put there by a click or by its figures."""
 _CUSHION = (0.2, 1.0)
 """Least and greatest depth [m] of what is sat on, its smaller extent from above: of a child's seat,
 of a lounge with its back."""
@@ -48,6 +51,8 @@ def environment_doubts(environment: Environment, *, moved: bool) -> list[str]:
         *_cushion_sizes(environment),
         *_short_lengths(environment),
         *_controls_away(environment),
+        *_controls_on_nothing(environment),
+        *_gripped_panels(environment),
     ]
 
 
@@ -153,6 +158,38 @@ def _controls_away(environment: Environment) -> Iterator[str]:
         )
 
 
+def _controls_on_nothing(environment: Environment) -> Iterator[str]:
+    """Controls that name no part, and are at one that a hand would have to enter."""
+    shown = [name for k, name in enumerate(environment.parts) if not environment.hidden[k]]
+    boxes = {name: part_box(environment, name) for name in shown}
+    small = [name for name, box in boxes.items() if np.ptp(box, axis=0).max() <= GRIPPABLE]
+    for control in environment.controls:
+        if control.part:
+            continue
+        near = [name for name in small if box_gap(boxes[name], control.at) <= _ON]
+        gaps = {name: _distance(environment, name, control.at, enough=_ON) for name in near}
+        name = min(gaps, key=lambda name: (gaps[name], name), default="")
+        if name and gaps[name] <= _ON:
+            yield (
+                f"control {control.name!r} names no part and is at {name!r}, which nobody may "
+                f"enter to use it: is that its `part`?"
+            )
+
+
+def _gripped_panels(environment: Environment) -> Iterator[str]:
+    """Controls that a hand closes about, on parts that are too large for that."""
+    for control in environment.controls:
+        if not control.part or control.grip not in ("grasp", "pinch"):
+            continue
+        size = float(np.ptp(part_box(environment, control.part), axis=0).max())
+        if size > GRIPPABLE:
+            yield (
+                f"control {control.name!r} is gripped ({control.grip}) on {control.part!r}, which "
+                f"is {size:.2g} m large and counts as a panel that no hand may enter: `split` "
+                f"makes parts of what is connected in it, and `allow` says what may be entered"
+            )
+
+
 def _factor_hint(box: Floats, point: Sequence[float]) -> str:
     """That a wrong unit explains a point, where it does; "" else."""
     units = sorted(metres_in.values())
@@ -164,13 +201,15 @@ def _factor_hint(box: Floats, point: Sequence[float]) -> str:
     return f": it would be there if its numbers were {factor:.4g} times as large"
 
 
-def _distance(environment: Environment, part: str, at: Sequence[float]) -> float:
-    """Distance [m] of a point from a part, 0 inside a solid; not more than that of the nearest
-    corner where this is near enough."""
+def _distance(
+    environment: Environment, part: str, at: Sequence[float], *, enough: float = _CONTROL_AWAY
+) -> float:
+    """Distance [m] of a point from a part, 0 inside a solid; that of the nearest corner where this
+    is near enough."""
     number = environment.part(part)
     triangles = environment.triangle_corners(number)
     corner = float(np.linalg.norm(triangles.reshape(-1, 3) - at, axis=1).min())
-    if corner <= _CONTROL_AWAY:
+    if corner <= enough:
         return corner
     if environment.solid[number] and abs(point_winding(*at, triangles, 0, len(triangles))) > 0.5:
         return 0.0

@@ -9,19 +9,28 @@ sides or the order of parts.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
-from functools import cached_property
+from collections.abc import Callable, Container, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from workbench.files.part_likeness import likeness
+from workbench.files.part_likeness import likeness, name_words
 from workbench.geometry.polygon import point_winding
 from workbench.geometry.touching import come_near
 from workbench.model.arrays import Floats
 from workbench.model.environment import Environment, OwnPiece
 
-__all__ = ["GRIPPABLE", "TOUCHING", "Handle", "OwnPieces", "Touching", "own_pieces"]
+__all__ = [
+    "GRIPPABLE",
+    "TOUCHING",
+    "Handle",
+    "OwnPieces",
+    "PartMeshes",
+    "Surroundings",
+    "Touching",
+    "own_pieces",
+    "part_meshes",
+]
 
 GRIPPABLE = 0.6
 """A part that is larger [m] than this is no handle, knob, wheel or pedal: a control on it is on a
@@ -30,6 +39,11 @@ TOUCHING = 0.002
 """What is fixed to one another is drawn this far [m] apart at most: a fit, a coat of paint."""
 _SMALL = 0.3
 """What a hand moves as one thing is no larger [m] in all, unless its own part is by itself."""
+
+
+_TWO_ALONE = "both touch nothing else that is small"
+_SLENDER = 0.1
+"""What is taken for a stalk or an arm by its shape alone is no wider [m]: a hand closes about it."""
 
 
 @dataclass(frozen=True)
@@ -61,73 +75,112 @@ class OwnPieces:
 
 
 @dataclass(frozen=True, eq=False)
-class Touching:
-    """Which parts of an environment touch one another, found as it is asked."""
+class PartMeshes:
+    """The K parts of a place as triangles.
 
-    environment: Environment
+    Parameters
+    ----------
+    names
+        Of the parts.
+    boxes
+        (K, 2, 3) [m] the least and the greatest corner of each part.
+    triangles
+        Gives the corners (T, 3, 3) [m] of the part of a number.
+    """
+
+    names: tuple[str, ...]
+    boxes: Floats
+    triangles: Callable[[int], Floats]
+
+
+def part_meshes(environment: Environment) -> PartMeshes:
+    """Return the parts of an environment as triangles."""
+    boxes = np.empty((len(environment.parts), 2, 3))
+    for k in range(len(boxes)):
+        polygons = environment.polygons(k)
+        first, last = environment.triangle_start[[polygons.start, polygons.stop]]
+        corners = environment.vertices[environment.triangles[first:last].ravel()]
+        boxes[k] = corners.min(axis=0), corners.max(axis=0)
+    return PartMeshes(environment.parts, boxes, environment.triangle_corners)
+
+
+@dataclass(frozen=True, eq=False)
+class Touching:
+    """Which parts touch one another, found as it is asked and kept."""
+
+    meshes: PartMeshes
     _known: dict[tuple[int, int], bool] = field(default_factory=dict)
     _corners: dict[int, Floats] = field(default_factory=dict)
 
-    @cached_property
-    def boxes(self) -> Floats:
-        """(K, 2, 3) [m] least and greatest corner of each part."""
-        environment = self.environment
-        found = np.empty((len(environment.parts), 2, 3))
-        for k in range(len(found)):
-            polygons = environment.polygons(k)
-            first, last = environment.triangle_start[[polygons.start, polygons.stop]]
-            corners = environment.vertices[environment.triangles[first:last].ravel()]
-            found[k] = corners.min(axis=0), corners.max(axis=0)
-        return found
-
     def extent(self, parts: Iterable[int]) -> float:
         """Largest side [m] of the box about parts."""
-        boxes = self.boxes[list(parts)]
+        boxes = self.meshes.boxes[list(parts)]
         return float((boxes[:, 1].max(axis=0) - boxes[:, 0].min(axis=0)).max())
 
     def touch(self, one: int, other: int) -> bool:
-        """Whether two parts cross, come as near as `TOUCHING`, or one is in the other, a solid."""
+        """Whether two parts cross, come as near as `TOUCHING`, or one is inside the other."""
         pair = min(one, other), max(one, other)
         if pair not in self._known:
             self._known[pair] = self._touch(*pair)
         return self._known[pair]
 
     def _touch(self, one: int, other: int) -> bool:
-        low = np.maximum(self.boxes[one, 0], self.boxes[other, 0])
-        high = np.minimum(self.boxes[one, 1], self.boxes[other, 1])
+        boxes = self.meshes.boxes
+        low = np.maximum(boxes[one, 0], boxes[other, 0])
+        high = np.minimum(boxes[one, 1], boxes[other, 1])
         if np.any(low > high + TOUCHING):
             return False
-        if come_near(self._triangles(one), self._triangles(other), TOUCHING):
+        if come_near(self.triangles(one), self.triangles(other), TOUCHING):
             return True
         return self._holds(one, other) or self._holds(other, one)
 
     def _holds(self, one: int, other: int) -> bool:
-        """Whether a solid has another part, which does not touch its surface, in it."""
-        if not self.environment.solid[one]:
-            return False
-        corners = self._triangles(one)
-        point = self._triangles(other)[0, 0]
+        """Whether a part has another, which does not touch it, inside it."""
+        corners = self.triangles(one)
+        point = self.triangles(other)[0, 0]
         return bool(abs(point_winding(*point, corners, 0, len(corners))) > 0.5)
 
-    def _triangles(self, part: int) -> Floats:
+    def triangles(self, part: int) -> Floats:
+        """(T, 3, 3) [m] the corners of a part's triangles."""
         if part not in self._corners:
-            self._corners[part] = self.environment.triangle_corners(part)
+            self._corners[part] = np.ascontiguousarray(self.meshes.triangles(part))
         return self._corners[part]
 
 
-def own_pieces(
-    environment: Environment, handles: Sequence[Handle], others: Iterable[str]
-) -> OwnPieces:
+@dataclass(frozen=True)
+class Surroundings:
+    """What of the parts of a place bears on pieces.
+
+    Parameters
+    ----------
+    hidden
+        Parts that are neither drawn nor checked.
+    barred
+        Other parts that are no pieces: what people sit on.
+    movers
+        What moves parts, in words, with the parts.
+    """
+
+    hidden: frozenset[str]
+    barred: frozenset[str]
+    movers: Mapping[str, tuple[str, ...]]
+
+    def mover(self, part: str) -> str:
+        """What moves a part, in words: "" for nothing."""
+        return " and ".join(words for words, parts in self.movers.items() if part in parts)
+
+
+def own_pieces(touching: Touching, handles: Sequence[Handle], around: Surroundings) -> OwnPieces:
     """Find the pieces of handles that no file states.
 
     Parameters
     ----------
-    environment
-        With its parts, seats and adjustments.
+    touching
+        The parts.
     handles
         All that controls stand on. A part of one is never a piece of another.
-    others
-        Parts that are no pieces: what people sit on.
+    around
+        What else is known of the parts.
 
     Returns
     -------
@@ -136,11 +189,9 @@ def own_pieces(
     """
     if all(handle.stated for handle in handles):
         return OwnPieces(tuple(() for _ in handles), ())
-    search = _Search(
-        touching=Touching(environment),
-        barred=frozenset(others) | {environment.parts[k] for h in handles for k in h.parts},
-        movers=_movers(environment),
-    )
+    names = touching.meshes.names
+    handled = {names[k] for handle in handles for k in handle.parts}
+    search = _Search(touching, replace(around, barred=around.barred | handled))
     things = [search.thing(handle) for handle in handles]
     claimed: dict[str, str] = {}
     found = []
@@ -151,19 +202,6 @@ def own_pieces(
     return OwnPieces(
         tuple(found), tuple(words for part, words in claimed.items() if part not in given)
     )
-
-
-def _movers(environment: Environment) -> tuple[str, ...]:
-    """What moves each part, in words: "" for nothing."""
-    found: dict[str, list[str]] = {}
-    for seat in environment.seats:
-        for part in seat.moves:
-            found.setdefault(part, []).append(f"seat {seat.name}")
-    for one in environment.adjustments:
-        if not one.tilts:
-            for part in one.parts:
-                found.setdefault(part, []).append(f"adjustment {one.name}")
-    return tuple(" and ".join(found.get(name, ())) for name in environment.parts)
 
 
 @dataclass(frozen=True, eq=False)
@@ -190,69 +228,104 @@ class _Thing:
 
 @dataclass(frozen=True, eq=False)
 class _Search:
-    """What the search of pieces knows of an environment.
-
-    Parameters
-    ----------
-    touching
-        Which parts touch.
-    barred
-        Parts that are nobody's pieces.
-    movers
-        What moves each part.
-    """
+    """What the search of pieces knows of a place."""
 
     touching: Touching
-    barred: frozenset[str]
-    movers: tuple[str, ...]
+    around: Surroundings
 
     @property
-    def environment(self) -> Environment:
-        return self.touching.environment
+    def names(self) -> tuple[str, ...]:
+        """The names of the parts."""
+        return self.touching.meshes.names
 
     def thing(self, handle: Handle) -> _Thing:
         """A handle with what stands about it; nothing does about a panel."""
         own = self.touching.extent(handle.parts)
         largest = max(_SMALL, own)
-        steps = self._steps(handle, largest) if own <= GRIPPABLE else {}
-        why = {k: words for k in steps if (words := self._why(handle, k))}
+        small = self._small(handle, largest) if own <= GRIPPABLE else []
+        steps = self._steps(handle, small)
+        said = self._said(handle)
+        why = {k: words for k in steps if (words := self._why(handle, k, said))}
+        if len(steps) == 1 and not why:
+            why = {k: _TWO_ALONE for k in steps if self._alone(handle, k, small)}
         return _Thing(handle, steps, why, largest)
 
-    def _steps(self, handle: Handle, largest: float) -> dict[int, int]:
-        near = self._near(handle, largest)
-        steps = dict.fromkeys(handle.parts, 0)
-        ring = list(handle.parts)
-        while ring:
-            outside = [k for k in near if k not in steps]
-            next_ring = [k for k in outside if any(self.touching.touch(k, one) for one in ring)]
-            steps |= dict.fromkeys(next_ring, steps[ring[0]] + 1)
-            ring = next_ring
-        return {k: step for k, step in steps.items() if step}
-
-    def _near(self, handle: Handle, largest: float) -> list[int]:
-        """The parts that may be pieces: with the handle they are no larger than that, and they
-        move as it does."""
-        boxes = self.touching.boxes
+    def _small(self, handle: Handle, largest: float) -> list[int]:
+        """The parts beside a handle that are no larger with it than that."""
+        boxes = self.touching.meshes.boxes
         own = list(handle.parts)
         low = np.minimum(boxes[:, 0], boxes[own, 0].min(axis=0))
         high = np.maximum(boxes[:, 1], boxes[own, 1].max(axis=0))
-        small = (high - low).max(axis=1) <= largest
-        shown = np.flatnonzero(small & ~self.environment.hidden).tolist()
-        mover = self.movers[own[0]]
-        names = self.environment.parts
-        return [k for k in shown if names[k] not in self.barred and self.movers[k] == mover]
+        small = np.flatnonzero((high - low).max(axis=1) <= largest).tolist()
+        return [k for k in small if k not in own and self.names[k] not in self.around.hidden]
 
-    def _why(self, handle: Handle, part: int) -> str:
-        """What makes a part belong to a handle, in words; "" for nothing."""
-        mover = self.movers[part]
-        for one in self.environment.adjustments:
-            moved = [self.environment.part(name) for name in one.parts]
-            if mover == f"adjustment {one.name}" and self.touching.extent(moved) <= _SMALL:
+    def _steps(self, handle: Handle, small: Iterable[int]) -> dict[int, int]:
+        """How many pieces each small part is away, of those that may be pieces and move as the
+        handle does."""
+        mover = self.around.mover(self.names[handle.parts[0]])
+        free = [k for k in small if self.names[k] not in self.around.barred]
+        near = [k for k in free if self.around.mover(self.names[k]) == mover]
+        steps: dict[int, int] = {}
+        ring = list(handle.parts)
+        step = 0
+        while ring:
+            step += 1
+            outside = [k for k in near if k not in steps]
+            ring = [k for k in outside if any(self.touching.touch(k, one) for one in ring)]
+            steps |= dict.fromkeys(ring, step)
+        return steps
+
+    def _alone(self, handle: Handle, part: int, small: Iterable[int]) -> bool:
+        """Whether a handle and a slender part touch one another and nothing else that is small."""
+        both = [*handle.parts, part]
+        others = [k for k in small if k != part]
+        touched = any(self.touching.touch(k, one) for k in others for one in both)
+        return not touched and self._slender(part)
+
+    def _slender(self, part: int) -> bool:
+        """Whether a hand could close about a part: along its second axis of inertia, as a surface,
+        it is no larger than `_SLENDER`."""
+        corners = self.touching.triangles(part)
+        sides = corners[:, 1:] - corners[:, :1]
+        area = np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1)
+        away = corners.mean(axis=1) - np.average(corners.mean(axis=1), axis=0, weights=area)
+        axes = np.linalg.eigh((away * area[:, None]).T @ away)[1]
+        return bool(np.ptp(corners.reshape(-1, 3) @ axes[:, 1]) <= _SLENDER)
+
+    def _numbered(self, name: str, part: int) -> bool:
+        """Whether two names differ in their numbers alone, and all that do are no small thing: the
+        pieces of a mesh that was split."""
+        words = name_words(name)
+        if name_words(self.names[part]) != words:
+            return False
+        family = [k for k, other in enumerate(self.names) if name_words(other) == words]
+        return self.touching.extent(family) > GRIPPABLE
+
+    def _said(self, handle: Handle) -> set[str]:
+        """The words in the names of what is too large for a handle and stands about it."""
+        boxes = self.touching.meshes.boxes
+        own = boxes[list(handle.parts)]
+        low = own[:, 0].min(axis=0) - TOUCHING
+        high = own[:, 1].max(axis=0) + TOUCHING
+        near = np.all((boxes[:, 0] <= high) & (boxes[:, 1] >= low), axis=1)
+        large = near & ((boxes[:, 1] - boxes[:, 0]).max(axis=1) > GRIPPABLE)
+        return {word for k in np.flatnonzero(large).tolist() for word in name_words(self.names[k])}
+
+    def _why(self, handle: Handle, part: int, said: Container[str]) -> str:
+        """What makes a part belong to a handle, in words; "" for nothing.
+
+        said: words that tell nothing here.
+        """
+        name = self.names[part]
+        mover = self.around.mover(name)
+        if mover in self.around.movers:
+            moved = [self.names.index(one) for one in self.around.movers[mover]]
+            if self.touching.extent(moved) <= _SMALL:
                 return f"{mover} moves both and nothing else"
-        names = [self.environment.parts[k] for k in handle.parts]
-        if word := likeness(self.environment.parts[part], [*names, *handle.controls]):
-            return f"it is named like it ({word})"
-        boxes = self.touching.boxes
+        others = [self.names[k] for k in handle.parts if not self._numbered(name, k)]
+        if words := likeness(name, [*others, *handle.controls], said):
+            return f"it is named like it ({words})"
+        boxes = self.touching.meshes.boxes
         inside = any(
             np.all(boxes[part, 0] >= boxes[k, 0] - TOUCHING)
             and np.all(boxes[part, 1] <= boxes[k, 1] + TOUCHING)
@@ -280,7 +353,7 @@ def _pieces(
     search: _Search, thing: _Thing, rivals: Sequence[_Thing], claimed: dict[str, str]
 ) -> tuple[OwnPiece, ...]:
     """The pieces of a thing, ring about ring; claimed: what is nobody's is told there."""
-    names = search.environment.parts
+    names = search.names
     rings: list[dict[int, str]] = [dict.fromkeys(thing.handle.parts, "")]
     taken = set(thing.handle.parts)
     while rings[-1]:

@@ -55,7 +55,8 @@ class Inspection:
     """A file as found. metres_told: one file unit in metres as the file says, None where it does
     not; metres: what was used, None where none is known (lengths are then file units); size along
     x, y, z; largest_if: the largest extent [m] in each unit it could be in; problem: why it would
-    be refused as an environment, None where it would not."""
+    be refused as an environment, None where it would not; assumed: sentences about what an
+    environment leaves open and was taken to be so."""
 
     file: str
     format: str
@@ -68,6 +69,7 @@ class Inspection:
     largest_if: dict[str, float]
     warnings: tuple[str, ...]
     problem: str | None
+    assumed: tuple[str, ...] = ()
 
 
 def inspect_mesh(
@@ -139,6 +141,7 @@ def inspect_environment(source: str | Path, *, near: Path | None = None) -> Insp
         largest_if={"m": max(size)},
         warnings=environment.warnings,
         problem=None,
+        assumed=environment.assumed,
     )
 
 

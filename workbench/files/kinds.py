@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -28,6 +29,7 @@ from workbench.files.yaml_text import read_yaml
 
 __all__ = [
     "KINDS",
+    "Checked",
     "check_file",
     "is_environment",
     "is_mesh",
@@ -110,39 +112,52 @@ def is_environment(source: str) -> bool:
     return path.is_file() and named_kind(path) == "environment"
 
 
-def check_file(path: Path) -> list[str]:
-    """Load a file with all it names; returns its warnings, raises InputError for its faults."""
+@dataclass(frozen=True)
+class Checked:
+    """What a file without faults is told to have: what is probably a mistake, and what it leaves
+    open and the loader took to be so."""
+
+    warnings: tuple[str, ...] = ()
+    assumed: tuple[str, ...] = ()
+
+
+def check_file(path: Path) -> Checked:
+    """Load a file with all it names; returns what is to be told, raises InputError for its
+    faults."""
     if not path.exists():
         raise InputError(f"{path}: no such file")
     kind = kind_of(path)
     if kind == "study":
-        return list(load_study(path).warnings)
+        study = load_study(path)
+        return Checked(study.warnings, study.environment.assumed)
     if kind == "body":
         body = load_body(path)
         postures = posture_path(path)
         if postures is not None:
             load_postures(postures, body)
-        return []
+        return Checked()
     if kind == "environment":
         environment = load_environment(path)
-        return [*environment.warnings, *unknown_segments(environment, _known_segments(path))]
+        unknown = unknown_segments(environment, _known_segments(path))
+        return Checked((*environment.warnings, *unknown), environment.assumed)
     if kind == "postures":
         validate(read_yaml(path), PosturesFile)
-        return []
+        return Checked()
     if kind == "population":
         load_population_model(path)
-        return []
+        return Checked()
     if kind == "rules":
         validate(read_yaml(path), RulesFile)
-        return []
+        return Checked()
     if kind == "growth":
         load_growth(path)
-        return []
+        return Checked()
     if kind == "simulation":
-        return list(load_simulation(path).environment.warnings)
+        place = load_simulation(path).environment
+        return Checked(place.warnings, place.assumed)
     if kind == "encumbrance":
         load_encumbrance(path)
-        return []
+        return Checked()
     raise InputError(
         f"{path}: a YAML file is needed; meshes are looked at with 'workbench inspect'"
     )

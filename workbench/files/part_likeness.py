@@ -3,13 +3,15 @@
 A name is divided into words at signs, digits and capitals. Two parts are alike where they share a
 word that tells their thing from others: `PropCap` and `PropLever`, `throttle_knob` and
 `ThrotLever`. Words for kinds and places of parts, and those that programs add, tell nothing:
-`prop_lever` and `mix_lever` are two levers. But `lever_knob` and `lever_stalk` are pieces of a
-lever: they begin alike, and go on with pieces that many things have.
+`prop_lever` and `mix_lever` are two levers. So do words that the structure around has in its name
+too. But `gear_lever_knob` and `gear_lever_stalk` are pieces of a lever: they begin alike, and go on
+with pieces that many things have.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Container, Iterable
+from itertools import takewhile
 
 __all__ = ["likeness", "name_words"]
 
@@ -66,7 +68,7 @@ _PLACES = frozenset(
 _SAY_NOTHING = _PIECES | _KINDS | _PLACES
 
 
-def likeness(part: str, others: Iterable[str]) -> str:
+def likeness(part: str, others: Iterable[str], said: Container[str] = ()) -> str:
     """Return what the name of a part has in common with others of one thing.
 
     Parameters
@@ -75,15 +77,19 @@ def likeness(part: str, others: Iterable[str]) -> str:
         A name.
     others
         The names of the thing: of its part, of the controls on it.
+    said
+        Words that the names of the structure around it have too.
 
     Returns
     -------
     str
-        The word, "" where nothing makes it a piece of that thing.
+        The words, "" where nothing makes it a piece of that thing.
     """
     words = name_words(part)
+    telling = tuple(word for word in words if word not in said)
     for other in others:
-        common = _common_word(words, name_words(other)) or _begun_alike(words, name_words(other))
+        them = name_words(other)
+        common = _common_word(telling, them) or _begun_alike(words, them)
         if common:
             return common
     return ""
@@ -102,8 +108,10 @@ def _common_word(one: tuple[str, ...], other: tuple[str, ...]) -> str:
 
 
 def _begun_alike(one: tuple[str, ...], other: tuple[str, ...]) -> str:
-    """The first word of two names that begin alike and differ in words for pieces alone."""
-    first, *rest = [word for word in one if word not in _PLACES] or [""]
-    same, *behind = [word for word in other if word not in _PLACES] or [""]
-    alike = first == same and rest != behind and {*rest, *behind} <= _PIECES
-    return first if alike else ""
+    """The words with which two names begin that differ in words for pieces alone."""
+    mine = [word for word in one if word not in _PLACES and len(word) > 1]
+    theirs = [word for word in other if word not in _PLACES and len(word) > 1]
+    alike = takewhile(lambda pair: pair[0] == pair[1], zip(mine, theirs, strict=False))
+    same = len(list(alike))
+    rest = [*mine[same:], *theirs[same:]]
+    return " ".join(mine[:same]) if rest and _PIECES.issuperset(rest) else ""

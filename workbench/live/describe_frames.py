@@ -13,6 +13,7 @@ from workbench.draw.web.place_mesh import CONTROL_PART, GLASS_PART, PLAIN_PART, 
 from workbench.draw.web.thinning import ThinMesh
 from workbench.draw.web.views import WebPlace
 from workbench.errors import InputError
+from workbench.files.environment_controls import found_controls
 from workbench.files.environment_parts import matching_parts
 from workbench.files.environment_schema import EnvironmentFile, PartFile
 from workbench.live.describe_protocol import GRIPS, UNITS, ZONES
@@ -82,6 +83,8 @@ def description_frame(
         for k, name in enumerate(stands.names)
     ]
     seats = [_seat(opened, description, name) for name in _seat_names(description)]
+    hidden = [name for name, rule in zip(stands.names, rules, strict=True) if rule.hidden]
+    found = found_controls(file, stands.touching, hidden)
     sent = {
         "kind": "description",
         **head,
@@ -95,14 +98,16 @@ def description_frame(
         "seats": seats,
         "controls": [
             {
-                "name": name,
+                "name": one.name,
                 "at": _rounded(one.at),
                 "grip": one.grip,
                 "zone": one.zone,
-                "part": ", ".join(one.part_keys),
-                "how": description.why.get(("controls", name), ""),
+                "part": one.part,
+                "pieces": [{"part": piece.part, "why": piece.why} for piece in one.pieces],
+                "stated": file.controls[one.name].part != one.part,
+                "how": description.why.get(("controls", one.name), ""),
             }
-            for name, one in file.controls.items()
+            for one in found.controls
         ],
         "points": [
             {"name": name, "at": _rounded(at), "how": description.why.get(("points", name), "")}

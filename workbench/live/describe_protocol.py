@@ -76,6 +76,10 @@ DESCRIBE_VERBS: Verbs = {
     },
     "rename": {"kind": _KIND, "name": _NAME, "to": _NAME},
     "remove": {"kind": _KIND, "name": _NAME},
+    "own": {
+        "control": _NAME,
+        "parts": Taken("a list of names of parts", lambda value: value == [] or is_texts(value)),
+    },
     "join": {"parts": Taken("a list of names of parts", is_texts), "to": _NAME},
     "leave": {"parts": Taken("a list of names of parts", is_texts)},
     "back": {"row": _ROW, "name": _NAME},

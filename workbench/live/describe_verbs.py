@@ -10,7 +10,14 @@ from workbench.study.describe.edits import Edit
 from workbench.study.describe.edits_frame import agreed, floored, framed, scaled
 from workbench.study.describe.edits_parts import dropped, joined, put_back, ruled, split_part
 from workbench.study.describe.edits_seats import carried, faced
-from workbench.study.describe.edits_things import placed_point, pointed, removed, renamed, typed
+from workbench.study.describe.edits_things import (
+    owned,
+    placed_point,
+    pointed,
+    removed,
+    renamed,
+    typed,
+)
 from workbench.study.describe.meshes import Ray
 from workbench.study.describe.people import PERSON, seated_person
 from workbench.study.describe.state import Description, OpenPlace
@@ -86,6 +93,10 @@ def _remove(opened: OpenPlace, before: Description, given: Given) -> Edit:
     return removed(before, given["kind"], given["name"])
 
 
+def _own(opened: OpenPlace, before: Description, given: Given) -> Edit:
+    return owned(opened, before, given["control"], given["parts"])
+
+
 def _join(opened: OpenPlace, before: Description, given: Given) -> Edit:
     return joined(opened, before, given["parts"], given["to"])
 
@@ -119,6 +130,7 @@ DESCRIBE_EDITS: Mapping[str, DescribeEdit] = {
     "figure": _figure,
     "rename": _rename,
     "remove": _remove,
+    "own": _own,
     "join": _join,
     "leave": _leave,
     "back": _back,

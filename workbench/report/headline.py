@@ -5,6 +5,7 @@ from __future__ import annotations
 from workbench.model.result import PosturesFound, Result
 from workbench.report.motions.words import motions_headline
 from workbench.report.population.words import population_headline
+from workbench.study.kept_reaches import kept_of_people, kept_words
 
 __all__ = ["headline"]
 
@@ -20,7 +21,10 @@ def headline(result: Result) -> str:
 
 
 def _postures_headline(found: PosturesFound) -> str:
-    """Who was looked at, and how many criteria failed."""
+    """Which controls are kept by what may be their own pieces, who was looked at, and how many
+    criteria failed."""
+    kept = kept_of_people(found.environment, found.study.criteria, found.reaches)
+    first = "".join(f"{words}. " for words in kept_words(kept))
     people = len(found.people)
     cases = len(found.cases)
     who = f"{people} {'people' if people > 1 else 'person'}"
@@ -29,7 +33,7 @@ def _postures_headline(found: PosturesFound) -> str:
     scope = f"{who} in {cases} case{'s' if cases > 1 else ''}"
     if found.row:
         scope = f"{found.row[:1].upper()}{found.row[1:]}, {scope}"
-    return f"{scope}: {_failed(found)}{_warned(found)}."
+    return f"{first[:1].upper()}{first[1:]}{scope}: {_failed(found)}{_warned(found)}."
 
 
 def _failed(found: PosturesFound) -> str:

@@ -25,6 +25,7 @@ def inspection_lines(found: Inspection) -> list[str]:
             "* wound inside out, or not all alike; turned for the question of inside and outside"
         )
     lines += [f"warning: {warning}" for warning in found.warnings]
+    lines += [f"assumed: {words}" for words in found.assumed]
     if found.problem:
         lines.append(f"would be refused as an environment: {found.problem}")
     return lines

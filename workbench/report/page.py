@@ -20,6 +20,7 @@ from workbench.report.section import (
     ORDER,
     Making,
     Section,
+    assumed_section,
     data_section,
     method_section,
     provenance_section,
@@ -86,7 +87,7 @@ def page(
         rows=rows,
         lead=_differs(rows),
         touched=_touched(result),
-        share=_share(rows),
+        share=_share(result, rows),
         deciding=deciding_sentence(rows.verdicts),
         description=result.study.description,
         parts=part_count(_environment(result)),
@@ -132,9 +133,14 @@ def _view_of(verdict: VerdictRow, rows: ResultFile) -> tuple[str, str]:
     return verdict.row or "", verdict.worst.case if verdict.worst else ""
 
 
-def _share(rows: ResultFile) -> str:
-    """ "27 of 30 people fit" of a population, "" where there is none."""
-    if rows.population is None:
+def _share(result: Result, rows: ResultFile) -> str:
+    """ "27 of 30 people fit" of a population, "" where there is none, and where something is to be
+    known before it."""
+    if result.population is None or rows.population is None:
+        return ""
+    from workbench.report.population.words import first_found  # not loaded for other studies
+
+    if first_found(result.population):
         return ""
     served = rows.population.people.served
     return f"{sum(served):,} of {len(served):,} people fit"
@@ -201,6 +207,7 @@ def _sections(result: Result, rows: ResultFile, making: Making) -> list[Section]
         found.append(data_section([(name, _holds(name)) for name in making.files]))
     if result.population is None:
         found.append(method_section(_method(result)))
+    found += assumed_section(result.study.environment.assumed)
     return [*found, provenance_section(rows.provenance)]
 
 

@@ -16,6 +16,7 @@ __all__ = [
     "Making",
     "Section",
     "SectionWriter",
+    "assumed_section",
     "data_section",
     "method_section",
     "provenance_section",
@@ -142,6 +143,14 @@ def method_section(values: Mapping[str, Any]) -> Section:
     """
     html = Markup(template("method.html.j2").render(values))
     return Section("method", "method", "Method and its limits", html, folded=True)
+
+
+def assumed_section(sentences: Sequence[str]) -> list[Section]:
+    """What the environment leaves open and was taken to be so; nothing where it leaves nothing."""
+    if not sentences:
+        return []
+    html = Markup(template("assumed.html.j2").render(sentences=sentences))
+    return [Section("method", "assumed", "Assumed of the environment", html, folded=True)]
 
 
 def provenance_section(provenance: Mapping[str, Mapping[str, str]]) -> Section:

@@ -26,6 +26,7 @@ from workbench.study.checks import between_people, reach
 from workbench.study.checks.table import findings_of, verdict
 from workbench.study.envelope.envelope import envelopes
 from workbench.study.hands import hands_together
+from workbench.study.kept_reaches import kept_of_people, kept_words
 from workbench.study.positions import (
     comfortable_situations,
     fitted_positions,
@@ -191,6 +192,7 @@ def people_found(study: Study, there: Present) -> PosturesFound:
         people=people,
         between=between,
         warnings=(
+            *kept_words(kept_of_people(environment, study.criteria, reaches)),
             *there.words,
             *piece_warnings((person.name, person.body) for person in people),
             *(buried_controls(environment) if reaches else ()),

@@ -129,12 +129,34 @@ export class Things {
     const grip = this.choice(name, "grip", this.hello.grips, (value) => value);
     const zone = this.choice(name, "zone", this.hello.zones, Number);
     const how = element("span", "", { className: "how" });
-    made.append(this.head("control", name), place.made, grip.made, zone.made, how);
+    const own = this.own(name);
+    made.append(this.head("control", name), place.made, grip.made, zone.made, how, own.made);
     const show = (one) => {
       place.show(one.at);
       grip.show(one.grip);
       zone.show(one.zone);
       how.textContent = [one.part && `part ${one.part}`, one.how].filter(Boolean).join("; ");
+      own.show(one);
+    };
+    return { made, show };
+  }
+
+  // The other parts that are a control's own: taken along, or stated.
+  own(control) {
+    const made = element("span", "", { className: "how" });
+    const ask = (words, parts) => {
+      const button = element("button", words, { type: "button", className: "small" });
+      button.onclick = () => this.each("own", { control, parts: parts() });
+      return button;
+    };
+    const show = ({ part, pieces, stated }) => {
+      const names = pieces.map((one) => one.part);
+      const told = pieces.map((one) => (one.why ? `${one.part} (${one.why})` : one.part)).join(", ");
+      const words = stated ? `stated as its own: ${[part, ...names].join(", ")} ` : names.length ? `its own too: ${told} ` : "";
+      const buttons = part ? [ask("Take the chosen parts", () => [...names, ...this.chosen()])] : [];
+      if (names.length && !stated) buttons.push(ask("State these", () => names), ask(`${part} alone`, () => [part]));
+      if (stated) buttons.push(ask("Look for its pieces", () => []));
+      made.replaceChildren(words, ...buttons.flatMap((one) => [one, " "]));
     };
     return { made, show };
   }

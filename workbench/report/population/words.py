@@ -15,6 +15,7 @@ from workbench.model.arrays import Bools, Floats
 from workbench.model.measures import MASS
 from workbench.model.population import SEXES
 from workbench.model.population_found import PopulationFound
+from workbench.study.kept_reaches import KeptReach, kept_of_population, kept_words
 from workbench.study.settings import setting_text
 
 __all__ = [
@@ -22,6 +23,7 @@ __all__ = [
     "certain_shares",
     "certainty_words",
     "elsewhere_words",
+    "first_found",
     "gain_sentence",
     "interval_words",
     "limiting_words",
@@ -39,6 +41,8 @@ __all__ = [
 _NOUNS = {"female": ("woman", "her", "women"), "male": ("man", "his", "men")}
 _MOST_SETTINGS = 4
 """Settings that are listed in a sentence."""
+_MOST_KEPT = 3
+"""Controls that nobody reaches that open the headline."""
 _FEW = 20  # people of one sex: below, shares among them say little
 
 
@@ -54,8 +58,29 @@ def interval_words(group: GroupShare, confidence: float) -> str:
 
 
 def population_headline(result: PopulationFound) -> str:
-    """A population in two sentences: the share that fits with its interval, and what leaves out
-    most."""
+    """A population in a few sentences: what keeps everybody from a control, the share that fits
+    with its interval, and what leaves out most."""
+    kept = first_found(result)
+    if not kept:
+        return _share_sentence(result)
+    shown = [f"{_capital(words)}." for words in kept_words(kept[:_MOST_KEPT])]
+    more = len(kept) - len(shown)
+    if more > 0:
+        shown.append(f"{more} more control{'s are' if more > 1 else ' is'} like that.")
+    share = _share_sentence(result)
+    return f"{' '.join(shown)} As it is described now: {share[:1].lower()}{share[1:]}"
+
+
+def first_found(result: PopulationFound) -> list[KeptReach]:
+    """The controls that one part keeps everybody from, where this is to be known before the share:
+    where the part may be the control's own, or nobody fits."""
+    kept = kept_of_population(result)
+    nobody = not result.served.any()
+    return [one for one in kept if one.beside or nobody]
+
+
+def _share_sentence(result: PopulationFound) -> str:
+    """The share that fits with its interval, and what leaves out most."""
     everybody = result.shares[0]
     count = len(result.served)
     interval = interval_words(everybody, result.study.shares.confidence)

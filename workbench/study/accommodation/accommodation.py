@@ -3,7 +3,7 @@ by how much."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Container
 from concurrent.futures import Executor
 from dataclasses import replace
 from pathlib import Path
@@ -38,6 +38,7 @@ from workbench.study.accommodation.shares import (
 )
 from workbench.study.buried import buried_controls
 from workbench.study.checks.margins import Asked
+from workbench.study.kept_reaches import kept_by_parts, kept_words
 from workbench.study.people import Present
 from workbench.study.requirements import asked_of, sets_of
 from workbench.study.situation import seats_moved
@@ -124,7 +125,7 @@ def accommodation(
         tried=tuple(gains),
         maps=tuple(maps),
         warnings=(
-            *_warnings(question, body, bodies, met),
+            *_warnings(question, body, bodies, found),
             *_around(question, bodies, found, hardest),
             *overlap_warnings(overlaps, len(people), people.labels),
             *study.warnings,
@@ -256,13 +257,23 @@ def _limiting(question: Question, body: Body, found: Chunk) -> tuple[str, ...]:
 
 
 def _warnings(
-    question: Question, body: Body, bodies: PopulationBodies, met: Bools
+    question: Question, body: Body, bodies: PopulationBodies, found: Chunk
 ) -> tuple[str, ...]:
     """Collect what a reader of the shares must know, what bears on all of them first."""
+    kept = kept_by_parts(
+        question.place.environment,
+        [one.requirement for one in question.asked],
+        margin=found.margin,
+        reason=found.reason,
+        reasons=found.words,
+        weight=question.people.weight,
+    )
+    told = {one.requirement for one in kept}
     return (
+        *kept_words(kept),
         *piece_warnings([(body.name, body)]),
         *_inexact(bodies),
-        *_hopeless(question.asked, met),
+        *_hopeless(question.asked, met_of(found.margin), told),
         *buried_controls(question.place.environment),
     )
 
@@ -289,13 +300,15 @@ def _around(
     return list(enclosure_warnings(f"person {row + 1}", situation.placed, environment))
 
 
-def _hopeless(asked: tuple[Asked, ...], met: Bools) -> list[str]:
+def _hopeless(asked: tuple[Asked, ...], met: Bools, told: Container[str] = ()) -> list[str]:
     """Requirements that nobody meets, and pairs that nobody meets together though some meet
-    each."""
+    each. told: those that nobody meets and that are told already."""
     single: Bools = np.asarray(met.any(axis=0))
+    nobodys = [asked[r].requirement.name for r in np.flatnonzero(~single)]
     words = [
-        f"nobody meets {asked[r].requirement.name!r}: check where it is and what is asked for"
-        for r in np.flatnonzero(~single)
+        f"nobody meets {name!r}: check where it is and what is asked for"
+        for name in nobodys
+        if name not in told
     ]
     count = met.sum(axis=0)
     both = met.T.astype(np.float64) @ met.astype(np.float64)

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
 from workbench.errors import InputError, one_of
+from workbench.files.environment_parts import matching_parts
 from workbench.files.yaml_edits import Key
 from workbench.model.arrays import Floats
 from workbench.study.describe.edits import (
@@ -27,7 +28,7 @@ from workbench.study.describe.state import (
     whole,
 )
 
-__all__ = ["placed_point", "pointed", "removed", "renamed", "typed"]
+__all__ = ["owned", "placed_point", "pointed", "removed", "renamed", "typed"]
 
 
 def placed_point(
@@ -55,7 +56,10 @@ def placed_point(
     if kind == "point":
         value: Any = at
     else:
-        value = {**have.get(named, {}), "at": at, **given, "part": part}
+        stated = before.file.controls[named].part_keys if named in have else ()
+        same = any(part in matching_parts(key, stands.names) for key in stated)
+        own = have[named]["part"] if same else part
+        value = {**have.get(named, {}), "at": at, **given, "part": own}
     after = replace(
         before,
         says=with_value(before.says, key, value),
@@ -64,6 +68,38 @@ def placed_point(
     )
     after.file  # noqa: B018 (faults of what was given)
     return Edit(after, f"{named} is on {part}")
+
+
+def owned(opened: OpenPlace, before: Description, name: str, parts: Sequence[str]) -> Edit:
+    """State which parts are a control's own.
+
+    Parameters
+    ----------
+    name
+        Of the control.
+    parts
+        The parts beside the one that it stands on, or with it; without any the other pieces are
+        looked for.
+
+    Raises
+    ------
+    InputError
+        If there is no such control or part, or the control stands on no part.
+    """
+    check_there(before, "control", name)
+    names = standing_of(opened, before).names
+    keys = before.file.controls[name].part_keys
+    if not keys:
+        raise InputError(f"{name} stands on no part: put it on one first")
+    for part in parts:
+        if part not in names:
+            raise InputError(f"there is no part {part!r}; {one_of(part, names)}")
+    first = matching_parts(keys[0], names)[:1] or [keys[0]]
+    own = list(dict.fromkeys([*first, *parts]))
+    value: str | list[str] = own if parts else first[0]
+    after = replace(before, says=with_value(before.says, ("controls", name, "part"), value))
+    said = f"{name}: its own parts are {', '.join(own)}" if parts else ""
+    return Edit(after, said or f"{name}: the pieces of {first[0]} are looked for")
 
 
 def _free_name(wanted: str, taken: Mapping[str, Any]) -> str:

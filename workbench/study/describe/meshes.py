@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from workbench.errors import InputError
+from workbench.files.environment_own import PartMeshes, Touching
 from workbench.files.environment_parts import face_parts
 from workbench.files.environment_schema import MeshFile
 from workbench.files.environments import MeshFrame, mesh_frame
@@ -97,6 +98,15 @@ class Standing:
             points = self.vertices[self.faces[order[first[k] : first[k + 1]]].ravel()]
             found[k] = points.min(axis=0), points.max(axis=0)
         return found
+
+    @cached_property
+    def touching(self) -> Touching:
+        """Which parts touch one another."""
+
+        def triangles(part: int) -> Floats:
+            return self.corners(np.flatnonzero(self.part == part))
+
+        return Touching(PartMeshes(self.names, self.boxes, triangles))
 
     @property
     def bounds(self) -> Floats:
