@@ -93,8 +93,9 @@ def test_the_pieces_of_a_control_are_shown_and_stated_as_its_own(tmp_path):
             asked(page, "mesh", row=0, length="m", up="z", forward="x")
             cap = {"part": "PropCap", "start": [0.45, 0.03, 3], "way": [0, 0, -1]}
             found = asked(page, "place", kind="control", name="prop", grip="grasp", zone=1, **cap)
-            why = "it touches PropCap, and it is named like it (prop)"
-            assert found["controls"][0]["pieces"] == [{"part": "PropLever", "why": why}]
+            assert found["controls"][0]["pieces"] == [
+                {"part": "PropLever", "beside": "PropCap", "why": "it is named like it (prop)"}
+            ]
             alone = asked(page, "own", control="prop", parts=["PropCap"])["controls"][0]
             assert (alone["pieces"], alone["stated"]) == ([], True)
             again = asked(page, "own", control="prop", parts=[])["controls"][0]
@@ -102,7 +103,7 @@ def test_the_pieces_of_a_control_are_shown_and_stated_as_its_own(tmp_path):
             asked(page, "own", control="prop", parts=["PropLever"])
             asked(page, "join", parts=["PropLever"], to="stalk")
             moved = asked(page, "place", kind="control", name="prop", grip="pinch", zone=1, **cap)
-            assert moved["controls"][0]["pieces"] == [{"part": "stalk", "why": ""}]
+            assert moved["controls"][0]["pieces"] == [{"part": "stalk", "beside": "", "why": ""}]
             assert asked(page, "leave", parts=["stalk"])["kind"] == "fault"
             asked(page, "save")
     control = load_environment(tmp_path / "environment.yaml").controls[0]

@@ -45,7 +45,7 @@ def told(margins, reasons):
 def test_a_part_that_touches_the_control_is_asked_about():
     assert told([-7.6, -7.6], [STALK, STALK]) == [
         "nobody reaches lever: stalk is in the way by 7.6 mm, and touches knob: is it the control's "
-        "own stalk, base or screw? `part: [knob, stalk]` of lever says so"
+        "own stalk, base or screw? If it is, 'part: [knob, stalk]' of lever says so"
     ]
 
 

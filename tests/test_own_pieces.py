@@ -169,6 +169,17 @@ def test_a_piece_may_be_named_like_the_control(tmp_path):
     assert pieces(place(tmp_path, boxes, controls)) == {"propeller": ["PropLever"]}
 
 
+def test_the_pieces_of_a_burner_are_told_in_one_sentence(tmp_path):
+    boxes = {"hob": ((0, -500, 0), (900, 500, 40))}
+    boxes |= {f"Burner_{k}": ((100 + 2 * k, 0, 40), (101 + 2 * k, 9, 50)) for k in range(1, 46)}
+    environment = place(tmp_path, boxes, {"heat": ((103, 5, 45), "push", "Burner_1")})
+    assert len(pieces(environment)["heat"]) == 44
+    assert len(environment.assumed) == 1
+    assert environment.assumed[0].startswith(
+        "control 'heat': 44 parts count as pieces of 'Burner_1' (Burner_2, Burner_3, "
+    )
+
+
 def test_what_lies_within_a_part_is_a_piece_of_it_whatever_its_name(tmp_path):
     boxes = LEVERS | {
         "Cube_8": ((445, 25, 228), (455, 35, 231)),
@@ -292,7 +303,7 @@ def test_a_control_without_a_part_is_told_at_which_it_is(tmp_path):
     environment = place(tmp_path, LEVERS, controls)
     assert [words for words in environment.warnings if "names no part" in words] == [
         "control 'propeller' names no part and is at 'PropCap', which nobody may enter to use it: "
-        "is that its `part`?"
+        "is that its 'part'?"
     ]
     assert depths(environment) == {}
 
@@ -302,6 +313,6 @@ def test_a_grip_on_a_soup_is_told_and_takes_nothing_along(tmp_path):
     environment = place(tmp_path, LEVERS, controls)
     assert environment.warnings[-1].startswith(
         "control 'propeller' is gripped (grasp) on 'console', which is 1 m large and counts as a "
-        "panel that no hand may enter: `split`"
+        "panel that no hand may enter: 'split'"
     )
     assert (pieces(environment), depths(environment)) == ({}, {})

@@ -27,6 +27,8 @@ _GRIPPED = {"push": 0.015, "pinch": 0.015, "grasp": 0.03, "foot": 0.025}
 """How deep [m] the sphere hand or foot may be in what it grips, without another rule: flesh gives
 way, and the bent fingers of a fist are not in the body's hand. Assumed by this project: a grasp
 takes up the thickness of a palm, a pinch or a push that of a finger, a foot that of a sole."""
+_MOST_TOLD = 4
+"""Pieces of one control that have a sentence each."""
 _GRIPPERS = {"hand": ("LHN", "RHN"), "foot": ("LF", "RF")}
 
 
@@ -135,14 +137,25 @@ def _handles(
 def _taken_along(
     names: Sequence[str], handles: Sequence[Handle], pieces: Sequence[Sequence[OwnPiece]]
 ) -> Iterator[str]:
-    """A sentence for each piece that was taken along."""
+    """A sentence for each piece that was taken along, or for all of a control that has many."""
     for handle, more in zip(handles, pieces, strict=True):
         whose = f"control{'s' if len(handle.controls) > 1 else ''} " + ", ".join(
             repr(name) for name in handle.controls
         )
+        own = names[handle.parts[0]]
+        if len(more) > _MOST_TOLD:
+            listed = ", ".join(piece.part for piece in more)
+            why = "; ".join(dict.fromkeys(piece.why for piece in more))
+            yield (
+                f"{whose}: {len(more)} parts count as pieces of {own!r} ({listed}): each touches "
+                f"it or another one, and {why}"
+            )
+            continue
         for piece in more:
-            own = names[handle.parts[0]]
-            yield f"{whose}: {piece.part!r} counts as a piece of {own!r}: {piece.why}"
+            yield (
+                f"{whose}: {piece.part!r} counts as a piece of {own!r}: it touches "
+                f"{piece.beside}, and {piece.why}"
+            )
 
 
 def gripped(environment: Environment, rules: Sequence[PartFile]) -> Iterator[Allowance]:

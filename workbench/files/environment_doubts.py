@@ -172,7 +172,7 @@ def _controls_on_nothing(environment: Environment) -> Iterator[str]:
         if name and gaps[name] <= _ON:
             yield (
                 f"control {control.name!r} names no part and is at {name!r}, which nobody may "
-                f"enter to use it: is that its `part`?"
+                f"enter to use it: is that its 'part'?"
             )
 
 
@@ -185,8 +185,8 @@ def _gripped_panels(environment: Environment) -> Iterator[str]:
         if size > GRIPPABLE:
             yield (
                 f"control {control.name!r} is gripped ({control.grip}) on {control.part!r}, which "
-                f"is {size:.2g} m large and counts as a panel that no hand may enter: `split` "
-                f"makes parts of what is connected in it, and `allow` says what may be entered"
+                f"is {size:.2g} m large and counts as a panel that no hand may enter: 'split' "
+                f"makes parts of what is connected in it, and 'allow' says what may be entered"
             )
 
 

@@ -124,6 +124,21 @@ class Touching:
             self._known[pair] = self._touch(*pair)
         return self._known[pair]
 
+    def touched(self, parts: Sequence[int], among: Sequence[int]) -> list[int]:
+        """Those of some parts that touch any of others."""
+        found = []
+        boxes = self.meshes.boxes
+        rows = boxes[list(among)]
+        for part in parts:
+            near = np.all(
+                (rows[:, 0] <= boxes[part, 1] + TOUCHING)
+                & (rows[:, 1] >= boxes[part, 0] - TOUCHING),
+                axis=1,
+            )
+            if any(self.touch(part, among[k]) for k in np.flatnonzero(near).tolist()):
+                found.append(part)
+        return found
+
     def _touch(self, one: int, other: int) -> bool:
         boxes = self.meshes.boxes
         low = np.maximum(boxes[one, 0], boxes[other, 0])
@@ -270,17 +285,15 @@ class _Search:
         step = 0
         while ring:
             step += 1
-            outside = [k for k in near if k not in steps]
-            ring = [k for k in outside if any(self.touching.touch(k, one) for one in ring)]
+            ring = self.touching.touched([k for k in near if k not in steps], ring)
             steps |= dict.fromkeys(ring, step)
         return steps
 
     def _alone(self, handle: Handle, part: int, small: Iterable[int]) -> bool:
         """Whether a handle and a slender part touch one another and nothing else that is small."""
         both = [*handle.parts, part]
-        others = [k for k in small if k != part]
-        touched = any(self.touching.touch(k, one) for k in others for one in both)
-        return not touched and self._slender(part)
+        others = self.touching.touched([k for k in small if k != part], both)
+        return not others and self._slender(part)
 
     def _slender(self, part: int) -> bool:
         """Whether a hand could close about a part: along its second axis of inertia, as a surface,
@@ -354,7 +367,7 @@ def _pieces(
 ) -> tuple[OwnPiece, ...]:
     """The pieces of a thing, ring about ring; claimed: what is nobody's is told there."""
     names = search.names
-    rings: list[dict[int, str]] = [dict.fromkeys(thing.handle.parts, "")]
+    rings = [dict.fromkeys(thing.handle.parts, "")]
     taken = set(thing.handle.parts)
     while rings[-1]:
         ring: dict[int, str] = {}
@@ -364,13 +377,13 @@ def _pieces(
             if others:
                 claimed[names[k]] = _claimed_words(names[k], beside, [thing, *others])
             elif beside:
-                ring[k] = f"it touches {beside}, and {thing.why[k]}"
+                ring[k] = beside
         rings.append(ring)
         taken |= set(ring)
     while len(rings) > 1 and search.touching.extent(k for r in rings for k in r) > thing.largest:
         rings.pop()
     return tuple(
-        OwnPiece(names[k], ring[k])
+        OwnPiece(names[k], ring[k], thing.why[k])
         for ring in rings[1:]
         for k in sorted(ring, key=lambda k: names[k])
     )
@@ -381,5 +394,5 @@ def _claimed_words(part: str, beside: str, things: Iterable[_Thing]) -> str:
     listed = f"{', '.join(controls[:-1])} and {controls[-1]}"
     return (
         f"part {part!r} touches {beside!r}, and could be a piece of {listed}: it counts as a piece "
-        f"of none (a control's `part` may list what is its own)"
+        f"of none (a control's 'part' may list what is its own)"
     )

@@ -11,6 +11,7 @@ with pieces that many things have.
 from __future__ import annotations
 
 from collections.abc import Container, Iterable
+from functools import lru_cache
 from itertools import takewhile
 
 __all__ = ["likeness", "name_words"]
@@ -21,6 +22,7 @@ _ABBREVIATED = 4
 """Letters of a word that another may begin with, and mean the same: `flap` and `flaps`."""
 
 
+@lru_cache(maxsize=4096)
 def name_words(name: str) -> tuple[str, ...]:
     """Return the words of a name in small letters, without its numbers."""
     spaced = []

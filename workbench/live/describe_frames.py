@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -103,7 +104,7 @@ def description_frame(
                 "grip": one.grip,
                 "zone": one.zone,
                 "part": one.part,
-                "pieces": [{"part": piece.part, "why": piece.why} for piece in one.pieces],
+                "pieces": [asdict(piece) for piece in one.pieces],
                 "stated": file.controls[one.name].part != one.part,
                 "how": description.why.get(("controls", one.name), ""),
             }

@@ -38,10 +38,12 @@ class Allowance:
 class OwnPiece:
     """A part that belongs to a control beside the one that it stands on, as a stalk to its knob.
 
-    why: what it was taken along for, in words; "" where the environment's file names it.
+    beside: the part, or other piece, that it touches; why: what makes it belong to it, in words.
+    Both are "" where the environment's file names it.
     """
 
     part: str
+    beside: str = ""
     why: str = ""
 
 

@@ -181,6 +181,6 @@ def kept_words(kept: Iterable[KeptReach]) -> Iterator[str]:
             own = ", ".join((*one.control.own_parts, one.part))
             words += (
                 f", and touches {one.beside}: is it the control's own stalk, base or screw? "
-                f"`part: [{own}]` of {name} says so"
+                f"If it is, 'part: [{own}]' of {name} says so"
             )
         yield words

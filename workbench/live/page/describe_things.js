@@ -151,7 +151,7 @@ export class Things {
     };
     const show = ({ part, pieces, stated }) => {
       const names = pieces.map((one) => one.part);
-      const told = pieces.map((one) => (one.why ? `${one.part} (${one.why})` : one.part)).join(", ");
+      const told = pieces.map((one) => (one.why ? `${one.part} (it touches ${one.beside}, and ${one.why})` : one.part)).join(", ");
       const words = stated ? `stated as its own: ${[part, ...names].join(", ")} ` : names.length ? `its own too: ${told} ` : "";
       const buttons = part ? [ask("Take the chosen parts", () => [...names, ...this.chosen()])] : [];
       if (names.length && !stated) buttons.push(ask("State these", () => names), ask(`${part} alone`, () => [part]));
