@@ -11,7 +11,6 @@ from tests.conftest import BOX, BOX_FACES, box_part, environment_of
 from tests.toy_cockpit import write_toy
 from workbench.cli import main
 from workbench.model.environment import Control
-from workbench.report.headline import headline
 from workbench.study.accommodation.grips import flat_thickness
 
 
@@ -73,11 +72,10 @@ def test_nobody_grasps_a_burner_and_everybody_pushes_it(stove, tmp_path, capsys)
     (found,) = result.population.grips
     assert (found.control, found.grip, found.other, found.share) == ("burner", "grasp", "push", 1.0)
     said = "obody grasps burner: it is flat, 1.3 mm thick; 100 % push it: `grip: push`"
-    assert headline(result).startswith(f"N{said}. As it is described now: ")
     assert result.population.warnings[0] == f"n{said}"
     assert "nobody meets 'reach burner" not in " ".join(result.warnings)
     assert main(["run", str(stove), "--out", str(tmp_path / "out")]) == 0
-    assert f"N{said}" in capsys.readouterr().out
+    assert f"N{said}. As it is described now: nobody fits" in capsys.readouterr().out
 
 
 def test_a_burner_that_is_pushed_is_not_named(stove):
