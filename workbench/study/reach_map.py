@@ -160,7 +160,7 @@ def who_reaches(
                 if not len(some):
                     continue
                 if obstacles is not None:
-                    found[some] = _clear(body, poses, points, arm, obstacles, (who[some], at[some]))
+                    found[some] = _clear(body, poses, arm, obstacles, who[some], points[at[some]])
                     continue
                 each = Poses(
                     poses.rotations[who[some]],
@@ -176,16 +176,10 @@ def who_reaches(
 
 
 def _clear(
-    body: Body,
-    poses: Poses,
-    points: Floats,
-    arm: Limb,
-    obstacles: ReachObstacles,
-    pairs: tuple[Ints, Ints],
+    body: Body, poses: Poses, arm: Limb, obstacles: ReachObstacles, who: Ints, targets: Floats
 ) -> Bools:
-    """(K,) whether people reach a point each, clear of obstacles; pairs: their numbers and those of
-    the points. One person at a time, so that what is packed of a body serves all points."""
-    who, at = pairs
+    """(K,) whether people (K,) reach a target (K, 3) [m] each, clear of obstacles. One person at a
+    time, so that what is packed of a body serves all targets."""
     found = np.zeros(len(who), dtype=np.bool_)
     for person in np.unique(who).tolist():
         rows = np.flatnonzero(who == person)
@@ -194,7 +188,7 @@ def _clear(
         found[rows] = reach(
             body[one],
             alone,
-            points[at[rows]],
+            targets[rows],
             limb=arm.rows(one),
             environment=obstacles.environment,
             moving_parts=obstacles.moving_parts,
