@@ -23,7 +23,7 @@ import workbench as wb
 from tests.conftest import ROOT
 from tests.crowds import crowd_of
 from tests.test_index_cache import DAMAGE
-from tests.toy_cockpit import write_toy
+from tests.toy_cockpit import STUDY, write_toy
 from workbench import limb, load_study, reach
 from workbench.body.parts import moved
 from workbench.cli import main
@@ -472,6 +472,25 @@ def test_where_everybody_left_out_lacks_two_things_two_moves_are_proposed_togeth
         ("moving knob 80 mm aft and letting the seat go 20 mm higher", 0.75, 1.0),
         ("letting the seat go 80 mm farther forward and 20 mm higher", 0.75, 1.0),
     ]
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        "controls: [kno*], move: [-80, 0, 0], seat: pilot, higher: 20",
+        "moved: [{control: knob, by: [-8 cm, 0, 0]}], seat: pilot, higher: 20",
+    ],
+)
+def test_a_control_and_the_seat_change_together(tmp_path, change):
+    """Neither alone lets the two in who are short of the knob and too low to see."""
+    study = STUDY + f"changes: [{{name: both, {change}}}]\n"
+    swap = of_figures(tmp_path)
+    result = wb.run(
+        load_study(write_toy(tmp_path, knob=850, people=PEOPLE, study=study, swap=swap))
+    )
+    (gain,) = result.population.gains
+    assert (gain.words, gain.joint_before, gain.joint_after) == ("both", 0.75, 1.0)
+    assert gain.move == pytest.approx(0.08)
 
 
 def test_a_lower_seat_is_proposed_to_those_whose_heads_are_too_near_to_the_roof(tmp_path):

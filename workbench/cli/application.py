@@ -29,6 +29,7 @@ from workbench.cli.people import people_app
 from workbench.cli.progress import Progress, emit, emit_sentence, emit_verdict, tell
 from workbench.cli.render import render
 from workbench.cli.simulate import simulate
+from workbench.cli.where import where
 from workbench.errors import InputError, UsageError, WorkbenchError, one_of
 from workbench.files.inputs import noted_inputs
 
@@ -61,6 +62,7 @@ app.command(render)
 app.command(compare)
 app.command(live)
 app.command(new)
+app.command(where)
 app.register_install_completion_command(help="Complete commands and options in this shell.")
 
 Json = Annotated[bool, Parameter(name="--json", negative="", help="print data as JSON on stdout")]

@@ -44,12 +44,17 @@ from workbench.files.output_file import Content, probe, writable, write_errors
 __all__ = ["MANIFEST", "Holding", "Manifest", "check_folder", "write_folder"]
 
 MANIFEST = "manifest.json"
-Holding = Literal["result", "comparison", "people"]
+Holding = Literal["result", "comparison", "people", "region"]
 Tell = Callable[[str], None]
 _LOCK = "lock"
 _OLD = "old"
 _NEW = "new"
-_WORDS = {"result": "a result", "comparison": "a comparison", "people": "bodies of people"}
+_WORDS = {
+    "result": "a result",
+    "comparison": "a comparison",
+    "people": "bodies of people",
+    "region": "places of a control",
+}
 
 
 class Manifest(BaseModel):

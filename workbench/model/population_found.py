@@ -24,7 +24,14 @@ from workbench.model.short_repr import short_repr
 from workbench.model.study import Study
 from workbench.model.workplace import Workplace
 
-__all__ = ["ChangedPerson", "PeopleOverlap", "PopulationFound", "Shown", "TriedChange"]
+__all__ = [
+    "ChangedPerson",
+    "GripFinding",
+    "PeopleOverlap",
+    "PopulationFound",
+    "Shown",
+    "TriedChange",
+]
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,6 +81,34 @@ class PeopleOverlap:
     share: float
     deepest: float
     person: int
+
+
+@dataclass(frozen=True)
+class GripFinding:
+    """A grip with which nobody, or almost nobody, uses a control, since it is flat.
+
+    Parameters
+    ----------
+    requirement
+        The name of the reach that is asked for.
+    control, grip
+        The control, and how it is gripped.
+    thickness
+        [m] of the part that it is on.
+    some
+        Whether a few do.
+    other, share, people
+        Another grip, the share of so many people, 0 to 1, that reach it so.
+    """
+
+    requirement: str
+    control: str
+    grip: str
+    thickness: float
+    some: bool
+    other: str
+    share: float
+    people: int
 
 
 @dataclass(frozen=True, eq=False)
@@ -166,6 +201,8 @@ class PopulationFound:
         (R, 5) [m] margins at 1, 5, 50, 95 and 99 % of the (weighted) people.
     tried
         The changes that were tried.
+    grips
+        Controls that nobody uses with the grip that is asked for, since they are flat.
     hardest, shown
         Rows of the people farthest from being served, worst first, at most five; and the same
         people to be drawn.
@@ -198,6 +235,7 @@ class PopulationFound:
     warnings: tuple[str, ...]
     shown: tuple[Shown, ...] = ()
     overlaps: tuple[PeopleOverlap, ...] = ()
+    grips: tuple[GripFinding, ...] = ()
 
     def __repr__(self) -> str:
         served = f"{int(self.served.sum())} of {len(self.served)} people fit"

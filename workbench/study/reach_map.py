@@ -15,10 +15,10 @@ Obstacles do not count: the map says how far arms are long enough and joints fre
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from workbench.errors import UsageError
 from workbench.model.accommodation import MAP_POINTS, MapTask, ReachMap
@@ -31,7 +31,14 @@ from workbench.posture.reach_bound import reach_bound
 from workbench.posture.reaching.limbs import HANDS, Limb, limb, tighter
 from workbench.posture.reaching.reach import reach
 
-__all__ = ["from_coarse_to_fine", "part_points", "reach_map", "who_reaches"]
+__all__ = [
+    "COARSE",
+    "ReachObstacles",
+    "from_coarse_to_fine",
+    "part_points",
+    "reach_map",
+    "who_reaches",
+]
 
 COARSE = 0.04
 """How far [m] a point may be from one that everybody is asked about."""
@@ -86,6 +93,16 @@ def reach_map(
     return ReachMap(task, point, normal, _flat(point, normal), weight @ reached / weight.sum())
 
 
+@dataclass(frozen=True, eq=False)
+class ReachObstacles:
+    """What is in the way of B people: parts of an environment, of which some, by name, are displaced
+    (B, 3) [m]."""
+
+    environment: Environment
+    moving_parts: tuple[str, ...]
+    displacement: Floats
+
+
 def who_reaches(
     body: Body,
     poses: Poses,
@@ -95,14 +112,41 @@ def who_reaches(
     grip: str,
     zone: int,
     settled: Bools | None = None,
+    hopeless: Bools | None = None,
+    obstacles: ReachObstacles | None = None,
+    order: tuple[Ints, Floats] | None = None,
+    coarse: float = COARSE,
     threads: int | None = None,
 ) -> Bools:
-    """(B, M) who reaches which of the points (M, 3) [m] with a limb `name`; what is
-    settled (B, M) already is not asked again, and counts as reached."""
-    reached = (
-        np.zeros((len(poses), len(points)), dtype=np.bool_) if settled is None else settled.copy()
-    )
-    order, far = from_coarse_to_fine(points)
+    """Tell which of some points each of B people reaches with a limb.
+
+    Parameters
+    ----------
+    body, poses
+        B rows of either.
+    points
+        (M, 3) [m].
+    name, grip, zone
+        As of `limb`.
+    settled, hopeless
+        (B, M) what is known to be reached, and to be missed: it is not asked again.
+    obstacles
+        What is in the way. Who finds no way about it from the posture that reaches without it
+        counts as missing the point.
+    order
+        Of `from_coarse_to_fine`, where the points are asked about more than once.
+    coarse
+        How far [m] a point may be from one that everybody is asked about; 0 asks about all.
+
+    Returns
+    -------
+    (B, M) array
+    """
+    known = np.zeros((len(poses), len(points)), dtype=np.int8)  # 1 reached, -1 missed, 0 not known
+    if hopeless is not None:
+        known[hopeless] = -1
+    if settled is not None:
+        known[settled] = 1
     arms = _in_zones(body, limb(body, name, grip=grip, zone=zone))
     bounds = [reach_bound(body, poses, arm) for arm in arms]
 
@@ -115,6 +159,9 @@ def who_reaches(
                 some = some[~bound.excludes(who[some], points[at[some]])]
                 if not len(some):
                     continue
+                if obstacles is not None:
+                    found[some] = _clear(body, poses, arm, obstacles, who[some], points[at[some]])
+                    continue
                 each = Poses(
                     poses.rotations[who[some]],
                     poses.reference,
@@ -125,7 +172,30 @@ def who_reaches(
                 found[some] = reach(body, each, target, limb=arm, threads=threads).reached[:, 0]
         return found
 
-    return _asked(points, order, far, reached, ask)
+    return _asked(points, order or from_coarse_to_fine(points), known, ask, coarse)
+
+
+def _clear(
+    body: Body, poses: Poses, arm: Limb, obstacles: ReachObstacles, who: Ints, targets: Floats
+) -> Bools:
+    """(K,) whether people (K,) reach a target (K, 3) [m] each, clear of obstacles. One person at a
+    time, so that what is packed of a body serves all targets."""
+    found = np.zeros(len(who), dtype=np.bool_)
+    for person in np.unique(who).tolist():
+        rows = np.flatnonzero(who == person)
+        one = np.array([person])
+        alone = Poses(poses.rotations[one], poses.reference, poses.world_from_reference[one])
+        found[rows] = reach(
+            body[one],
+            alone,
+            targets[rows],
+            limb=arm.rows(one),
+            environment=obstacles.environment,
+            moving_parts=obstacles.moving_parts,
+            displacement=obstacles.displacement[one],
+            brief=True,
+        ).reached[0]
+    return found
 
 
 def _in_zones(body: Body, arm: Limb) -> list[Limb]:
@@ -140,12 +210,17 @@ def _in_zones(body: Body, arm: Limb) -> list[Limb]:
 
 
 def _asked(
-    points: Floats, rows: Ints, far: Floats, settled: Bools, ask: Callable[[Ints, Ints], Bools]
+    points: Floats,
+    order: tuple[Ints, Floats],
+    known: NDArray[np.int8],
+    ask: Callable[[Ints, Ints], Bools],
+    coarse: float,
 ) -> Bools:
-    """(B, M) who reaches which points: `ask` says it of some people (K,) for a point (K,) each."""
-    known = settled.astype(np.int8)  # 1 reached, -1 missed, 0 not known
+    """(B, M) who reaches which points: `ask` says it of some people (K,) for a point (K,) each.
+    known (B, M): 1 reached, -1 missed, 0 not known; it is filled."""
+    rows, far = order
     done = 0
-    count = int(np.argmax(far <= COARSE)) + 1 if far[-1] <= COARSE else len(rows)
+    count = int(np.argmax(far <= coarse)) + 1 if far[-1] <= coarse else len(rows)
     while done < len(rows):
         old = rows[:done]
         new = rows[done:count]

@@ -15,7 +15,8 @@ from workbench.model.arrays import Bools, Floats
 from workbench.model.measures import MASS
 from workbench.model.population import SEXES
 from workbench.model.population_found import PopulationFound
-from workbench.study.kept_reaches import KeptReach, kept_of_population, kept_words
+from workbench.study.accommodation.grips import grip_words
+from workbench.study.kept_reaches import kept_of_population, kept_words
 from workbench.study.settings import setting_text
 
 __all__ = [
@@ -60,23 +61,29 @@ def interval_words(group: GroupShare, confidence: float) -> str:
 def population_headline(result: PopulationFound) -> str:
     """A population in a few sentences: what keeps everybody from a control, the share that fits
     with its interval, and what leaves out most."""
-    kept = first_found(result)
-    if not kept:
+    found = first_found(result)
+    if not found:
         return _share_sentence(result)
-    shown = [f"{_capital(words)}." for words in kept_words(kept[:_MOST_KEPT])]
-    more = len(kept) - len(shown)
+    shown = [f"{_capital(words)}." for words in found[:_MOST_KEPT]]
+    more = len(found) - len(shown)
     if more > 0:
         shown.append(f"{more} more control{'s are' if more > 1 else ' is'} like that.")
     share = _share_sentence(result)
     return f"{' '.join(shown)} As it is described now: {share[:1].lower()}{share[1:]}"
 
 
-def first_found(result: PopulationFound) -> list[KeptReach]:
-    """The controls that one part keeps everybody from, where this is to be known before the share:
-    where the part may be the control's own, or nobody fits."""
-    kept = kept_of_population(result)
+def first_found(result: PopulationFound) -> list[str]:
+    """What is to be known before the share: the controls that are too flat for the grip that is
+    asked for, and those that one part keeps everybody from, where the part may be the control's
+    own, or nobody fits."""
+    flat = {one.requirement for one in result.grips}
     nobody = not result.served.any()
-    return [one for one in kept if one.beside or nobody]
+    kept = [
+        one
+        for one in kept_of_population(result)
+        if one.requirement not in flat and (one.beside or nobody)
+    ]
+    return [*grip_words(result.grips), *kept_words(kept)]
 
 
 def _share_sentence(result: PopulationFound) -> str:

@@ -3,7 +3,7 @@ by how much."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Container
+from collections.abc import Callable, Container, Sequence
 from concurrent.futures import Executor
 from dataclasses import replace
 from pathlib import Path
@@ -17,10 +17,11 @@ from workbench.model.accommodation import MET, GroupShare, certainty_of, met_of
 from workbench.model.arrays import Bools
 from workbench.model.body import Body
 from workbench.model.population import Population
-from workbench.model.population_found import PopulationFound, Shown
+from workbench.model.population_found import GripFinding, PopulationFound, Shown
 from workbench.model.study import Role, Study
 from workbench.study.accommodation.chunks import Chunk, Question, joined_chunks, result_chunks
 from workbench.study.accommodation.gains import gains_of
+from workbench.study.accommodation.grips import grip_findings, grip_words
 from workbench.study.accommodation.hardest import found_situations, hardest_rows, shown_people
 from workbench.study.accommodation.limiting import bearing_on, limiting_measures
 from workbench.study.accommodation.overlaps import Overlaps, overlap_warnings, summed_overlaps
@@ -96,6 +97,7 @@ def accommodation(
     hardest = hardest_rows(found.margin)
     gains = gains_of(question, study.changes, bodies, found, keep=keep, say=say, executor=executor)
     maps = people_maps(question, study.reach_maps, bodies, say=say, executor=executor)
+    grips = tuple(grip_findings(question, bodies, found))
     overlaps = summed_overlaps(
         Overlaps(found.overlap, found.depth), body, place.environment, people.weight
     )
@@ -124,8 +126,9 @@ def accommodation(
         hardest=hardest,
         tried=tuple(gains),
         maps=tuple(maps),
+        grips=grips,
         warnings=(
-            *_warnings(question, body, bodies, found),
+            *_warnings(question, body, bodies, found, grips),
             *_around(question, bodies, found, hardest),
             *overlap_warnings(overlaps, len(people), people.labels),
             *study.warnings,
@@ -259,7 +262,11 @@ def _limiting(question: Question, body: Body, found: Chunk) -> tuple[str, ...]:
 
 
 def _warnings(
-    question: Question, body: Body, bodies: PopulationBodies, found: Chunk
+    question: Question,
+    body: Body,
+    bodies: PopulationBodies,
+    found: Chunk,
+    grips: Sequence[GripFinding],
 ) -> tuple[str, ...]:
     """Collect what a reader of the shares must know, what bears on all of them first."""
     kept = kept_by_parts(
@@ -270,8 +277,11 @@ def _warnings(
         reasons=found.words,
         weight=question.people.weight,
     )
-    told = {one.requirement for one in kept}
+    flat = {one.requirement for one in grips}
+    kept = [one for one in kept if one.requirement not in flat]
+    told = {one.requirement for one in kept} | flat
     return (
+        *grip_words(grips),
         *kept_words(kept),
         *piece_warnings([(body.name, body)]),
         *_inexact(bodies),
