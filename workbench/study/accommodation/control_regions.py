@@ -402,7 +402,7 @@ def _inside(asked: _Asked, points: Floats) -> Ints:
     for number, name in enumerate(_solids(environment)):
         if name in asked.control.own_parts:
             continue
-        corners = environment.triangle_corners(environment.part(name))
+        corners = environment.triangle_corners(environment.part_index(name))
         low = corners.min(axis=(0, 1))
         high = corners.max(axis=(0, 1))
         near = (points >= low).all(axis=1) & (points <= high).all(axis=1) & (found < 0)
@@ -422,7 +422,7 @@ def _behind_backrest(place: Workplace, shift: Floats, points: Floats) -> Bools:
     _, ahead, left = seat_planes(seat)
     up = np.cross(ahead, left)
     environment = place.environment
-    corners = environment.triangle_corners(environment.part(seat.back.part)).reshape(-1, 3)
+    corners = environment.triangle_corners(environment.part_index(seat.back.part)).reshape(-1, 3)
     wide = np.abs((corners - seat.srp) @ left).max() + HIDING
     high = ((corners - seat.srp) @ up).max() + HIDING
     for person, by in enumerate(shift):

@@ -88,7 +88,7 @@ def flat_thickness(environment: Environment, control: Control) -> float | None:
     of the sum of n n' dA) and across it; what is behind them is looked for about the control's
     point.
     """
-    own = [environment.part(name) for name in control.own_parts]
+    own = [environment.part_index(name) for name in control.own_parts]
     if not own:
         return None
     corners = np.concatenate([environment.triangle_corners(part) for part in own])
