@@ -16,7 +16,7 @@ from workbench.model.body import Body
 from workbench.model.poses import Placed, Poses
 from workbench.posture.seating.seat import seat
 
-__all__ = ["PERSON", "SeatedPerson", "person_words", "seated_person", "standing_person"]
+__all__ = ["PERSON", "SeatedPerson", "person_words", "seated_person", "standing_man", "standing_person"]
 
 PERSON = "adult_male"
 ASIDE = 0.6
@@ -33,6 +33,11 @@ def _posture(name: str) -> Poses:
     path = posture_path(body_path(PERSON))
     assert path is not None
     return posture_pose(_person(), load_postures(path, _person())[0], name)
+
+
+def standing_man() -> tuple[Body, Poses]:
+    """The person, and how he stands (P = 1)."""
+    return _person(), _posture("standing")
 
 
 def standing_person(bounds: Floats) -> Placed:
