@@ -179,6 +179,9 @@ class Fitted:
         (B, K) whether some position, in some setting, meets all requirements of each set.
     setting
         (B, A) [m or rad] the setting of the adjustments that the margins are of.
+    first
+        (B, R) [m] the margins in the comfortable position and the nominal setting, NaN where they
+        are not known.
     """
 
     tried: Tried
@@ -186,6 +189,7 @@ class Fitted:
     window: Floats
     sets: Bools
     setting: Floats
+    first: Floats
 
     def rows(self, keep: Ints) -> Fitted:
         """A copy of what became of the people at indices, in their order."""
@@ -195,6 +199,7 @@ class Fitted:
             self.window[keep],
             self.sets[keep],
             self.setting[keep],
+            self.first[keep],
         )
 
     def take(self, rows: Ints, other: Fitted) -> None:
@@ -355,7 +360,8 @@ def fitted_positions(
     window = np.full((len(at), 4), np.nan)
     nominal = nominal_setting(place)
     setting = np.tile(nominal, (len(at), 1))
-    found = Fitted(here, at, window, _met_sets(here.margin, members), setting)
+    sets = _met_sets(here.margin, members)
+    found = Fitted(here, at, window, sets, setting, here.margin.copy())
     movable = _movable(asked)
     short = np.flatnonzero((here.margin[:, movable] < -MET).any(axis=1))
     if len(positions) > 1 and len(short):

@@ -31,10 +31,29 @@ FEET = ((0.50, 0.1), (0.50, -0.1), (0.65, 0.1), (0.65, -0.1), (0.80, 0.1), (0.80
 """Where feet may stand, ahead and to the left [m]."""
 DROP = 0.8
 """A floor that is farther [m] below the seat is none to stand on."""
-COAMING = frozenset(
-    "panel dash dashboard glareshield glare coaming cowl cowling hood bonnet fascia "
-    "instrumententafel armaturenbrett haube tableau capot cruscotto cofano tablero".split()
-)
+UNEVEN = 0.1
+"""What is higher [m] than the middle of the floor is a step, not a slope."""
+COAMING = {
+    "panel",
+    "dash",
+    "dashboard",
+    "glareshield",
+    "glare",
+    "coaming",
+    "cowl",
+    "cowling",
+    "hood",
+    "bonnet",
+    "fascia",
+    "instrumententafel",
+    "armaturenbrett",
+    "haube",
+    "tableau",
+    "capot",
+    "cruscotto",
+    "cofano",
+    "tablero",
+}
 """What one looks out over is called so."""
 AHEAD = 2.5
 """A coaming is no farther [m] ahead of the eyes."""
@@ -85,7 +104,8 @@ def around(environment: Environment, sitter: Sitter) -> Around:
 
 def _turns(most: float) -> Floats:
     """Angles [rad] from straight ahead to both sides, 30 degrees apart, the greatest in degrees."""
-    return np.radians(np.arange(-most, most + 1.0, 30.0))
+    found: Floats = np.radians(np.arange(-most, most + 1.0, 30.0))
+    return found
 
 
 def _visible(environment: Environment, without: Iterable[str]) -> Bools:
@@ -108,8 +128,8 @@ def _met(
 def floor_below(
     environment: Environment, frame: SeatFrame, among: Bools
 ) -> tuple[list[str], float | None]:
-    """What is under the feet of an occupant: parts, and the height [m] in the middle of where feet
-    may stand; None where nothing is."""
+    """What is under the feet of an occupant: parts, and the height [m] of the highest place there;
+    None where nothing is."""
     starts = np.array([frame.world(ahead, left, 0.1) for ahead, left in FEET])
     down = np.tile([0.0, 0.0, -1.0], (len(starts), 1))
     pedals = [one.part for one in environment.controls if one.for_feet]
@@ -128,7 +148,8 @@ def floor_below(
     if not low.any():
         return [], None
     parts = [environment.parts[part] for part in np.unique(hits.part[met][low])]
-    return parts, float(np.median(heights[low]))
+    middle = float(np.median(heights[low]))
+    return parts, float(heights[low & (heights <= middle + UNEVEN)].max())
 
 
 def _looked_over(environment: Environment, frame: SeatFrame, eye: Floats) -> list[str]:

@@ -16,44 +16,47 @@ from workbench.model.environment import Control
 
 __all__ = ["Use", "is_for_eyes", "is_for_heels", "use_of", "words_of"]
 
-NOT_HELD = frozenset(
+
+def _known(words: str) -> frozenset[str]:
+    return frozenset(words.split())
+
+
+NOT_HELD = _known(
     "latch lock catch switch switches button buttons breaker breakers fuse key ignition starter "
     "brake brakes handbrake ebrake parkbrake door window canopy hatch grab handhold buckle harness "
     "belt eject ejection emergency fire horn hooter indicator signal wiper wipers blinker stalk "
     "vent blower fan heat heater temperature climate light lights lamp mirror visor radio screen "
-    "display audio volume trim valve cock shutoff selector fuel tank glove box hazard landing "
+    "display audio volume trim valve cock shutoff fuel tank glove box hazard landing "
     "parking park mouse keyboard "
     "schalter taste knopf riegel bremse handbremse feststellbremse hupe tur fenster sicherung trimm "
     "bouton interrupteur loquet frein porte klaxon interruptor boton freno cerrojo puerta bocina "
-    "pulsante interruttore porta clacson".split()
+    "pulsante interruttore porta clacson"
 )
 """A hand does not rest on what is called so."""
-STEERED = frozenset(
+STEERED = _known(
     "wheel steering steeringwheel yoke handlebar handlebars tiller rim "
-    "lenkrad lenker steuerhorn steuerrad volant guidon volante manillar timone stuur ratt".split()
+    "lenkrad lenker steuerhorn steuerrad volant guidon volante manillar timone stuur ratt"
 )
-STICKS = frozenset(
-    "stick joystick sidestick cyclic controlstick "
-    "steuerknuppel knuppel manche palonnier cloche".split()
-)
-POWER = frozenset(
+STICKS = _known("stick joystick sidestick cyclic controlstick steuerknuppel knuppel manche cloche")
+POWER = _known(
     "throttle throttles thrust power collective gear gears gearshift gearstick gearlever shifter "
     "shift gashebel leistungshebel schalthebel schaltknauf manette gaz vitesse vitesses acelerador "
-    "gas cambio manetta".split()
+    "gas cambio manetta"
 )
-ACCELERATORS = frozenset(
+ACCELERATORS = _known(
     "accelerator gas throttle speed treadle gaspedal fahrpedal accelerateur accelerador acelerador "
-    "acceleratore".split()
+    "acceleratore"
 )
-BRAKES = frozenset("brake bremse bremspedal frein freno rem broms".split())
-CLUTCHES = frozenset("clutch kupplung kupplungspedal embrayage embrague frizione".split())
-FOOT_RESTS = frozenset("rest footrest deadpedal dead fussstutze".split())
-EYES = frozenset(
-    "eye eyes eyepoint dep derp auge augen augpunkt augenpunkt oeil yeux ojo ojos occhio occhi".split()
+BRAKES = _known("brake bremse bremspedal frein freno rem broms")
+CLUTCHES = _known("clutch kupplung kupplungspedal embrayage embrague frizione")
+FOOT_RESTS = _known("rest footrest deadpedal dead fussstutze")
+EYES = _known(
+    "eye eyes eyepoint dep derp auge augen augpunkt augenpunkt oeil yeux ojo ojos occhio occhi"
 )
-HEELS = frozenset("heel heels ahp ferse fersen talon talons talones tallone".split())
+HEELS = _known("heel heels ahp ferse fersen talon talons talones tallone")
+DIALS = frozenset({"selector", "knob", "dial", "drehknopf"})
 COLUMN = frozenset({"column", "control"})
-NO_STEERING = frozenset("hand road tyre tire spare nose tail front rear hub well thumb".split())
+NO_STEERING = _known("hand road tyre tire spare nose tail front rear hub well thumb")
 """A wheel that is called so as well does not steer by hand."""
 
 
@@ -101,7 +104,7 @@ def _first(words: list[str], known: frozenset[str]) -> str:
 def _hand_use(words: list[str]) -> Use:
     if found := _first(words, NOT_HELD):
         return Use("not held", found)
-    if COLUMN <= set(words):
+    if COLUMN.issubset(words):
         return Use("stick", "control column")
     if found := _first(words, POWER):  # before the shape: a gear stick, a thrust wheel
         return Use("power", found)
@@ -109,6 +112,8 @@ def _hand_use(words: list[str]) -> Use:
         return Use("stick", found)
     if (found := _first(words, STEERED)) and not _first(words, NO_STEERING):
         return Use("wheel", found)
+    if found := _first(words, DIALS):  # but a gear selector
+        return Use("not held", found)
     return Use("lever", "")
 
 

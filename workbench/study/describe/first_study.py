@@ -41,7 +41,9 @@ CASE = "at the controls"
 THIGH = 0.42
 SHANK = 0.50
 HIP = 0.09
-"""Hip to knee, knee to sole, and the hip point above the cushion of a median man [m]."""
+OVER_FLOOR = 0.015
+"""Of a median man hip to knee, knee to sole, and the hip point above the cushion [m]; and how far
+[m] soles are kept over the floor."""
 LEAST_SHANK = 0.5
 """A shank leans forward by no more than the angle of this cosine."""
 SOLE = 25.0
@@ -164,31 +166,20 @@ def _action(role: str, sitter: Sitter, about: Around, seats: int) -> _Action:
     """What the occupant of a seat does: hands and feet on controls, or at rest."""
     name = "at_rest" if seats == 1 else f"{_plain_name(role)}_at_rest"
     if not sitter.operates:
-        return _Action({"posture": name}, (name, _riding(sitter, about)))
+        angles = {**_legs(sitter, about), **_arms(["left", "right"])}
+        return _Action({"posture": name}, (name, {"like": "driving", "angles": angles}))
     predicted: dict[str, Any] = {}
     posture = None
     resting = [side for side in ("left", "right") if side not in sitter.hands]
     if resting or not sitter.feet:
         predicted["like"] = name
-        angles = {} if sitter.feet else _legs(sitter, about)
-        arms = _arms(resting)
-        posture = (name, {"like": "driving", "angles": {**angles, **arms}})
+        legs = {} if sitter.feet else _legs(sitter, about)
+        posture = (name, {"like": "driving", "angles": {**legs, **_arms(resting)}})
     predicted |= {"hands": sitter.hands} if sitter.hands else {}
     predicted |= {"feet": sitter.feet} if sitter.feet else {}
     predicted |= {"eyes": sitter.eyes} if sitter.eyes else {}
     predicted |= {"heels": sitter.heels} if sitter.heels else {}
     return _Action({"predicted": predicted}, posture)
-
-
-def _riding(sitter: Sitter, about: Around) -> dict[str, Any]:
-    """A posture at rest in a seat: thighs along the cushion, soles on the floor, the hands in the
-    lap, the head brought forward as far as the back leans, in part."""
-    back = math.degrees(sitter.frame.seat.back_angle)
-    head = {"NP": {"flexion": round(back / 3)}, "HP": {"flexion": round(back / 4)}}
-    return {
-        "like": "hands_in_lap",
-        "angles": {**head, **_legs(sitter, about), **_arms(["left", "right"])},
-    }
 
 
 def _arms(sides: Sequence[str]) -> dict[str, Any]:
@@ -203,13 +194,13 @@ def _legs(sitter: Sitter, about: Around) -> dict[str, Any]:
     rise = seat.cushion_angle
     lean = 0.0
     if about.floor is not None:
-        knee = seat.srp[2] + HIP + THIGH * math.sin(rise) - about.floor
+        knee = seat.srp[2] + HIP + THIGH * math.sin(rise) - about.floor - OVER_FLOOR
         lean = math.acos(min(max(knee / SHANK, LEAST_SHANK), 1.0))
     hip = 90.0 + math.degrees(rise - seat.back_angle)
     bent = 90.0 + math.degrees(rise - lean)
     stretched = min(math.degrees(lean), SOLE)
     return {
-        "LH RH": {"flexion": round(hip)},
+        "LH RH": {"flexion": round(hip), "abduction": 3},
         "LK RK": {"flexion": round(bent)},
         "LA RA": {"plantarflexion": round(stretched)},
     }

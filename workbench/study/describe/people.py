@@ -16,7 +16,14 @@ from workbench.model.body import Body
 from workbench.model.poses import Placed, Poses
 from workbench.posture.seating.seat import seat
 
-__all__ = ["PERSON", "SeatedPerson", "person_words", "seated_person", "standing_man", "standing_person"]
+__all__ = [
+    "PERSON",
+    "SeatedPerson",
+    "person_words",
+    "seated_person",
+    "standing_man",
+    "standing_person",
+]
 
 PERSON = "adult_male"
 ASIDE = 0.6

@@ -16,7 +16,7 @@ import numpy as np
 
 from workbench.body.forward import place
 from workbench.contact.collide import room
-from workbench.model.arrays import Floats
+from workbench.model.arrays import Floats, Ints
 from workbench.model.environment import Control, Environment
 from workbench.model.poses import Placed, Poses
 from workbench.study.describe.people import standing_man
@@ -24,13 +24,17 @@ from workbench.study.describe.rays import first_hits
 
 __all__ = ["Standing", "standing_places"]
 
-TOGETHER = 0.8
-"""Controls nearer [m] than this to one another are used from one place."""
+TOGETHER = 1.4
+"""Controls that are all nearer [m] than this to one another are used from one place."""
 DISTANCES = (0.30, 0.40, 0.50, 0.60, 0.70)
 """How far [m] before the middle of the controls somebody may stand."""
 TURNS = 24
 CLEAR = 0.01
 """Room [m] that a standing man has about him where he is clear."""
+LIFTED = 0.03
+"""A man is lifted so far [m] off the floor while it is asked what else he touches."""
+SOLES = ((0.0, 0.0), (0.15, 0.1), (0.15, -0.1), (-0.05, 0.1), (-0.05, -0.1))
+"""About where soles are, ahead and to the left [m]."""
 SHOULDER = 1.35
 """Height [m] of the shoulders above the floor, about."""
 SHORT_OF = 0.04
@@ -67,8 +71,9 @@ class _Spots:
     yaw: Floats
     room: Floats
 
-    def keep(self, rows: object) -> _Spots:
-        return _Spots(self.on[rows], self.yaw[rows], self.room[rows])  # type: ignore[index]
+    def keep(self, rows: Ints) -> _Spots:
+        """The places at indices."""
+        return _Spots(self.on[rows], self.yaw[rows], self.room[rows])
 
 
 def standing_places(environment: Environment) -> list[Standing]:
@@ -84,21 +89,19 @@ def standing_places(environment: Environment) -> list[Standing]:
 
 
 def _groups(controls: Sequence[Control]) -> list[list[Control]]:
-    """Controls of which each is near another one of its group."""
-    left = list(controls)
-    found = []
-    while left:
-        group = [left.pop(0)]
-        grown = True
-        while grown:
-            near = [
-                one for one in left if any(math.dist(one.at, other.at) <= TOGETHER for other in group)
-            ]
-            grown = bool(near)
-            group += near
-            left = [one for one in left if one not in near]
-        found.append([one for one in controls if one in group])
-    return found
+    """Controls that are all near one another, from the first of the file on."""
+    groups: list[list[Control]] = []
+    for one in controls:
+        near = [
+            group
+            for group in groups
+            if all(math.dist(one.at[:2], other.at[:2]) <= TOGETHER for other in group)
+        ]
+        if near:
+            near[0].append(one)
+        else:
+            groups.append([one])
+    return groups
 
 
 def _at(environment: Environment, controls: Sequence[Control]) -> Standing:
@@ -109,7 +112,7 @@ def _at(environment: Environment, controls: Sequence[Control]) -> Standing:
     costs = [_cost(environment, spots, row, controls) for row in range(len(spots.yaw))]
     best = int(np.argmin(costs))
     clear = bool(spots.room[best] >= CLEAR)
-    x, y, z = spots.on[best].tolist()
+    x, y, z = _on_floor(environment, spots.on[best], float(spots.yaw[best]))
     away = float(np.hypot(*(at.mean(axis=0) - spots.on[best])[:2]))
     return Standing(
         (x, y, z),
@@ -147,13 +150,21 @@ def _floor(environment: Environment, on: Floats) -> Floats:
     return np.where(np.isfinite(hits.distance), on[:, 2] - hits.distance, lowest)
 
 
+def _on_floor(environment: Environment, on: Floats, yaw: float) -> tuple[float, float, float]:
+    """A place (3,) [m], raised to the highest floor under the soles there."""
+    ahead = np.array([math.cos(yaw), math.sin(yaw), 0.0])
+    left = np.array([-ahead[1], ahead[0], 0.0])
+    spots = np.array([on + forth * ahead + aside * left for forth, aside in SOLES])
+    spots[:, 2] += STEP
+    floor = float(_floor(environment, spots).max())
+    return float(on[0]), float(on[1]), max(floor, float(on[2]))
+
+
 def _room(environment: Environment, on: Floats, yaw: Floats) -> Floats:
-    """(M,) [m] what a standing man has about him, but for the soles."""
-    placed = _standing(on, yaw)
-    apart = room(placed, environment)
-    feet = [placed.body.segment(name) for name in ("LF", "RF")]
-    apart[:, feet] = np.inf
-    return np.nan_to_num(apart, nan=np.inf).min(axis=1)
+    """(M,) [m] what a standing man has about him, lifted a little so that the floor is not near."""
+    apart = room(_standing(on + np.array([0.0, 0.0, LIFTED]), yaw), environment)
+    found: Floats = np.nan_to_num(apart, nan=np.inf).min(axis=1)
+    return found
 
 
 def _nearest_clear(spots: _Spots) -> _Spots:
@@ -165,13 +176,11 @@ def _nearest_clear(spots: _Spots) -> _Spots:
         clear = mine[spots.room[mine] >= CLEAR]
         rows.append(int(clear[0]) if len(clear) else int(mine[np.argmax(spots.room[mine])]))
     kept = np.array(rows)
-    clear = spots.room[kept] >= CLEAR
-    return spots.keep(kept[clear] if clear.any() else kept)
+    clear_ones = kept[spots.room[kept] >= CLEAR]
+    return spots.keep(clear_ones if len(clear_ones) else kept)
 
 
-def _cost(
-    environment: Environment, spots: _Spots, row: int, controls: Sequence[Control]
-) -> float:
+def _cost(environment: Environment, spots: _Spots, row: int, controls: Sequence[Control]) -> float:
     """What a place has against it, in metres of way."""
     at = np.array([one.at for one in controls])
     shoulder = spots.on[row] + np.array([0.0, 0.0, SHOULDER])
@@ -222,7 +231,7 @@ def _anywhere(environment: Environment) -> Standing:
     rows = clear if len(clear) else np.array([int(np.argmax(spots.room))])
     away = np.hypot(*(on[rows] - middle)[:, :2].T)
     best = int(rows[int(np.argmin(away))])
-    a, b, c = on[best].tolist()
+    a, b, c = _on_floor(environment, on[best], 0.0)
     why = "no seat and no control is described: as near to the middle as a standing man is clear"
     if not len(clear):
         why = "no seat and no control is described, and no place was found that touches nothing"
