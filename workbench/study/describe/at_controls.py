@@ -7,7 +7,7 @@ lie between the seats. Each guess says by what it was made.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -16,12 +16,16 @@ from workbench.model.arrays import Floats
 from workbench.model.environment import Control, Environment, Seat
 from workbench.study.describe.control_words import Use, is_for_eyes, is_for_heels, use_of, words_of
 
-__all__ = ["SeatFrame", "Sitter", "nominal_eye", "sitters_of"]
+__all__ = ["SeatFrame", "Sitter", "left_out", "nominal_eye", "sitters_of"]
 
 WORK = (0.45, 0.30)
 """How far [m] ahead of and above the seat reference point hands are at work, about."""
 ARM = 0.85
 """A control farther [m] than this from where hands are at work is none to rest a hand on."""
+APART = 0.25
+"""Seats nearer [m] than this to each other are taken one at a time."""
+MOST_SEATS = 4
+"""More people than this are not put in at once."""
 BETWEEN = 0.65
 """A control no farther than this share of the way to another seat is between the two."""
 EYE = (0.80, 0.227)
@@ -113,15 +117,43 @@ class _Guess:
 
 
 def sitters_of(environment: Environment) -> dict[str, Sitter]:
-    """Guess for each seat, by its name, what its occupant does.
+    """Guess for each seat, by its name, what its occupant does; of many seats for the first few.
 
     Nobody takes a control that somebody in an earlier seat of the file has taken.
     """
     taken: set[str] = set()
     found: dict[str, Sitter] = {}
-    for seat in environment.seats:
+    for seat in _apart(environment)[:MOST_SEATS]:
         found[seat.name] = _sitter(environment, seat, taken)
         taken |= {*found[seat.name].hands.values(), *found[seat.name].feet.values()}
+    return found
+
+
+def left_out(environment: Environment, asked: Collection[str]) -> Iterator[str]:
+    """Sentences about seats that nobody takes, and controls that nobody is asked to reach."""
+    apart = _apart(environment)
+    for seat in environment.seats:
+        if seat not in apart:
+            near = next(one for one in apart if math.dist(one.srp, seat.srp) < APART)
+            yield (
+                f"seat {seat.name}: left empty, for it is "
+                f"{1000 * math.dist(near.srp, seat.srp):.0f} mm from seat {near.name}, where "
+                f"somebody sits"
+            )
+    if len(apart) > MOST_SEATS:
+        names = ", ".join(seat.name for seat in apart[MOST_SEATS:])
+        yield f"{len(apart)} seats, of which the first {MOST_SEATS} are taken; empty: {names}"
+    missing = [one.name for one in environment.controls if one.name not in asked]
+    if missing:
+        yield f"nobody is asked to reach {', '.join(missing)}: nearest to who does not operate"
+
+
+def _apart(environment: Environment) -> list[Seat]:
+    """The seats that people can take at the same time."""
+    found: list[Seat] = []
+    for seat in environment.seats:
+        if all(math.dist(one.srp, seat.srp) >= APART for one in found):
+            found.append(seat)
     return found
 
 
@@ -164,7 +196,7 @@ def _sitter(environment: Environment, seat: Seat, taken: set[str]) -> Sitter:
 def _share(environment: Environment, seat: Seat, control: Control) -> float:
     """The share of the way from a seat to another one at which a control lies, the greatest; 0.5 is
     as far from either."""
-    others = [one.srp for one in environment.seats if one.srp != seat.srp]
+    others = [one.srp for one in _apart(environment) if one.srp != seat.srp]
     if not others:
         return 0.0
     way = np.array(others) - seat.srp

@@ -16,7 +16,7 @@ from typing import Any
 from workbench.files.yaml_changes import flow_text
 from workbench.model.environment import Control, Environment
 from workbench.study.describe.around import Around, around
-from workbench.study.describe.at_controls import Sitter, sitters_of
+from workbench.study.describe.at_controls import Sitter, left_out, sitters_of
 from workbench.study.describe.people import PERSON
 from workbench.study.describe.standing_place import Standing, standing_places
 
@@ -44,8 +44,8 @@ HIP = 0.09
 OVER_FLOOR = 0.015
 """Of a median man hip to knee, knee to sole, and the hip point above the cushion [m]; and how far
 [m] soles are kept over the floor."""
-LEAST_SHANK = 0.5
-"""A shank leans forward by no more than the angle of this cosine."""
+MOST_LEAN = 0.77
+"""A shank leans forward by no more than the angle of this cosine: then knees rise."""
 SOLE = 25.0
 """Degrees by which a foot is stretched at most, so that the sole lies flat."""
 ARM_AT_REST = {
@@ -84,11 +84,14 @@ def first_study(environment: Environment, source: str, *, people: int = 0) -> st
         sitters = _most_operating(sitters)
         stands = dict(list(stands.items())[:1])
     name = _plain_name(environment.name) + ("_people" if people else "")
+    asked = {one.name for sitter in sitters.values() for one in sitter.asked}
+    asked |= {one.name for stand in stands.values() for one in stand.controls}
     around_each = {role: around(environment, sitter) for role, sitter in sitters.items()}
     lines = [
         "# A first study, made by `workbench new`: a beginning to be edited.",
         "# docs/studies.md has all that can be said here. What was guessed:",
         *(f"#   {line}" for line in _guesses(sitters, stands)),
+        *(f"#   {line}" for line in left_out(environment, asked) if not people),
         f"study: {name}",
         "length: mm",
         f"environment: {flow_text(source)}",
@@ -164,7 +167,7 @@ class _Action:
 
 def _action(role: str, sitter: Sitter, about: Around, seats: int) -> _Action:
     """What the occupant of a seat does: hands and feet on controls, or at rest."""
-    name = "at_rest" if seats == 1 else f"{_plain_name(role)}_at_rest"
+    name = "at rest" if seats == 1 else f"{role} at rest"
     if not sitter.operates:
         angles = {**_legs(sitter, about), **_arms(["left", "right"])}
         return _Action({"posture": name}, (name, {"like": "driving", "angles": angles}))
@@ -189,20 +192,19 @@ def _arms(sides: Sequence[str]) -> dict[str, Any]:
 
 
 def _legs(sitter: Sitter, about: Around) -> dict[str, Any]:
-    """Angles of legs that lie along the cushion with the soles flat on the floor."""
+    """Angles of legs that lie along the cushion with the soles flat on the floor. Over a low floor
+    the shanks hang, over a high one the knees rise."""
     seat = sitter.frame.seat
     rise = seat.cushion_angle
     lean = 0.0
     if about.floor is not None:
-        knee = seat.srp[2] + HIP + THIGH * math.sin(rise) - about.floor - OVER_FLOOR
-        lean = math.acos(min(max(knee / SHANK, LEAST_SHANK), 1.0))
-    hip = 90.0 + math.degrees(rise - seat.back_angle)
-    bent = 90.0 + math.degrees(rise - lean)
-    stretched = min(math.degrees(lean), SOLE)
+        hip = seat.srp[2] + HIP - about.floor - OVER_FLOOR
+        lean = math.acos(min(max((hip + THIGH * math.sin(rise)) / SHANK, MOST_LEAN), 1.0))
+        rise = math.asin(min(max((SHANK * math.cos(lean) - hip) / THIGH, math.sin(rise)), 0.7))
     return {
-        "LH RH": {"flexion": round(hip), "abduction": 3},
-        "LK RK": {"flexion": round(bent)},
-        "LA RA": {"plantarflexion": round(stretched)},
+        "LH RH": {"flexion": round(90.0 + math.degrees(rise - seat.back_angle)), "abduction": 3},
+        "LK RK": {"flexion": round(90.0 + math.degrees(rise - lean))},
+        "LA RA": {"plantarflexion": round(min(math.degrees(lean), SOLE))},
     }
 
 
@@ -210,7 +212,10 @@ def _posture_lines(postures: Sequence[tuple[str, dict[str, Any]]]) -> list[str]:
     """The postures of the study."""
     if not postures:
         return []
-    return ["postures:", *(f"  {name}: {flow_text(posture)}" for name, posture in postures)]
+    return [
+        "postures:",
+        *(f"  {flow_text(name)}: {flow_text(posture)}" for name, posture in postures),
+    ]
 
 
 def _criteria_lines(rows: Sequence[_Row]) -> Iterator[str]:

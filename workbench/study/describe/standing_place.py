@@ -26,6 +26,8 @@ __all__ = ["Standing", "standing_places"]
 
 TOGETHER = 1.4
 """Controls that are all nearer [m] than this to one another are used from one place."""
+MOST_PLACES = 4
+"""More people than this are not put in at once."""
 DISTANCES = (0.30, 0.40, 0.50, 0.60, 0.70)
 """How far [m] before the middle of the controls somebody may stand."""
 TURNS = 24
@@ -77,15 +79,15 @@ class _Spots:
 
 
 def standing_places(environment: Environment) -> list[Standing]:
-    """Guess where people stand in an environment, one for each group of controls; one person
-    where there are none.
+    """Guess where people stand in an environment, one for each group of controls, of many for the
+    first few; one person where there are none.
 
     The order is that of the controls in the file.
     """
     controls = [one for one in environment.controls if not one.for_feet]
     if not controls:
         return [_anywhere(environment)]
-    return [_at(environment, group) for group in _groups(controls)]
+    return [_at(environment, group) for group in _groups(controls)[:MOST_PLACES]]
 
 
 def _groups(controls: Sequence[Control]) -> list[list[Control]]:
