@@ -141,7 +141,7 @@ def _take_place(
     if there is not workplace:
         comfortable = comfortable_situations(there, who)
     words = move_words(comfortable[first], found, asked)
-    words = [*setting_words(comfortable[first], workplace, found), *words]
+    words = [*setting_words(comfortable[first], workplace, found, asked), *words]
     if not words:
         return comfortable, []
     return in_positions(there, who, found.tried.seat, comfortable), words

@@ -138,7 +138,9 @@ def _limb_off(
     return [f"the {limb} stays {1000 * miss[0]:.0f} mm from {control}{depth}{why}"]
 
 
-def setting_words(situation: Situation, place: Workplace, found: Fitted) -> list[str]:
+def setting_words(
+    situation: Situation, place: Workplace, found: Fitted, asked: Sequence[Asked]
+) -> list[str]:
     """That a person has set something otherwise than a workplace had it, and why.
 
     situation: of the case that decides where the seat is wanted; found: of this one person.
@@ -151,13 +153,16 @@ def setting_words(situation: Situation, place: Workplace, found: Fitted) -> list
     if not set_so:
         return []
     lead = f"{situation.place.role}, {situation.work.name}"
-    return [f"{lead}: {' and '.join(set_so)}: so {_why(found.tried)}"]
+    return [f"{lead}: {' and '.join(set_so)}: so {_why(found.tried, asked)}"]
 
 
-def _why(found: Tried) -> str:
+def _why(found: Tried, asked: Sequence[Asked]) -> str:
     """Why the first person is where he or she is."""
-    met = float(np.nanmin(found.margin[0])) >= -MET
-    return "everything asked of the person is met" if met else "least is missing"
+    if lacks := _lacks(found.margin[0], asked):
+        return f"least is missing: {lacks}"
+    if float(np.nanmin(found.margin[0])) >= -MET:
+        return "everything asked of the person is met"
+    return "everything is met that depends on where the seat is"
 
 
 def move_words(situation: Situation, found: Fitted, asked: Sequence[Asked]) -> list[str]:
@@ -177,12 +182,13 @@ def move_words(situation: Situation, found: Fitted, asked: Sequence[Asked]) -> l
     ]
     lead = f"{situation.place.role}, {situation.work.name}"
     where = f"{' and '.join(way)} the most comfortable position"
-    here = _lacks(found.tried.margin[0], asked)
-    why = f"{_why(found.tried)}{f': {here}' if here else ''}"
+    why = _why(found.tried, asked)
     before = _lacks(found.first[0], asked)
     there = f"; in the most comfortable one {before}" if before else ""
     legs = ""
-    if situation.seated is not None and situation.seated.miss and abs(ahead) >= PEDALS_OFF:
+    at_end = float(situation.spare[0].min()) < AT_END  # what pedals are for the legs is said then
+    has_pedals = situation.seated is not None and bool(situation.seated.miss)
+    if has_pedals and abs(ahead) >= PEDALS_OFF and not at_end:
         legs = f"; for the legs the pedals are {_pedals_off(-ahead)} there"
     return [f"{lead}: the seat is {where}, because there {why}{there}{legs}"]
 

@@ -421,7 +421,8 @@ def take_places(seating: Seating, who: Occupants, positions: Floats | None = Non
 
 def freely_seated(situation: Situation, more: float) -> Seated | None:
     """The people of a situation where pedals and view would have their seats, if these went so much
-    [m] farther back and forward; None of drivers and of people without a seat or pedals."""
+    [m] farther back and forward and thighs could hang as they will; None of drivers and of people
+    without a seat or pedals."""
     seating = seating_of(situation.place, situation.case)
     seat_of = seating.seat
     if seat_of is None or seating.driving is not None or not (seating.pedals and seating.pedals.at):
@@ -430,7 +431,7 @@ def freely_seated(situation: Situation, more: float) -> Seated | None:
     return seat(
         situation.body,
         _pose_of_each(seating, situation.body),
-        replace(seat_of, travel_forward=(low - more, high + more)),
+        replace(seat_of, travel_forward=(low - more, high + more), front=None),
         eye=seating.eye,
         pedals=seating.pedals,
     )

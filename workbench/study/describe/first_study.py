@@ -31,11 +31,13 @@ EYES_ABOVE = 40
 DOWN = 5
 TRAVEL_LEFT = 20
 SHARE = 90
+GIVES = 10
 """Limits that are assumed: [mm], degrees, percent."""
 SHORT_TRAVEL = 0.06
 """Of less travel [m] nothing is asked to be left."""
-LIMBS = ["LUA", "RUA", "LLA", "RLA", "LHN", "RHN", "LUL", "RUL", "LLL", "RLL", "LF", "RF"]
-"""Segments that are asked not to be in the rest of the body: folds of trunk and neck are no fault."""
+LIMBS = ["LLA", "RLA", "LHN", "RHN", "LLL", "RLL", "LF", "RF"]
+"""Segments that are asked not to be in the rest of the body: folds of trunk, shoulders and hips are
+no fault."""
 LEGS = ["LUL", "RUL", "LLL", "RLL"]
 CASE = "at the controls"
 THIGH = 0.42
@@ -114,7 +116,7 @@ def first_study(environment: Environment, source: str, *, people: int = 0) -> st
     for role, made in actions.items():
         lines.append(f"      {flow_text(role)}: {flow_text(made.action)}")
     lines += [f"      {flow_text(role)}: {flow_text({'posture': 'standing'})}" for role in stands]
-    rows = [*_asked(sitters, around_each, stands)]
+    rows = [*_asked(sitters, around_each, stands, people)]
     if people:
         share = {"name": f"{SHARE} in a hundred", "check": "share", "at_least": SHARE}
         rows.append(_Row(share, "assumed: the share of these people who meet everything"))
@@ -229,15 +231,21 @@ def _asked(
     sitters: Mapping[str, Sitter],
     around_each: Mapping[str, Around],
     stands: Mapping[str, Standing],
+    people: int,
 ) -> Iterator[_Row]:
     """What is asked of everybody, and of each by where he is."""
-    yield _Row({"name": "nobody is in the structure", "check": "contact"})
-    note = "the limbs; folds of trunk and neck are no fault"
+    contact = {"name": "nobody is in the structure", "check": "contact"}
+    if people:
+        note = "assumed: flesh, sleeves and soles give way by so much"
+        yield _Row({**contact, "at_most": GIVES}, note)
+    else:
+        yield _Row(contact)
+    note = "forearms, hands, shanks and feet: folds of trunk, shoulders and hips are no fault"
     own = {"name": "no one overlaps himself", "check": "self_contact", "segments": LIMBS}
     yield _Row(own, note)
     several = len(sitters) + len(stands) > 1
     for role, sitter in sitters.items():
-        for row in _asked_in_seat(sitter, around_each[role]):
+        for row in _asked_in_seat(sitter, around_each[role], people):
             yield _owned(row, role) if several else row
     for role, stand in stands.items():
         for row in _reaches(stand.controls):
@@ -258,14 +266,14 @@ def _but(asked: Mapping[str, Any]) -> dict[str, Any]:
     return {key: value for key, value in asked.items() if key not in ("name", "check")}
 
 
-def _asked_in_seat(sitter: Sitter, about: Around) -> Iterator[_Row]:
-    """What is asked of the occupant of a seat."""
+def _asked_in_seat(sitter: Sitter, about: Around, people: int) -> Iterator[_Row]:
+    """What is asked of the occupant of a seat; a population may use the travel up to its ends."""
     yield from _view(sitter, about)
     yield from _clearances(sitter, about)
     if sitter.feet:
         yield _Row({"name": "feet on the pedals", "check": "pedals"})
     low, high = sitter.frame.seat.travel_forward
-    if sitter.feet and high - low >= SHORT_TRAVEL:
+    if sitter.feet and not people and high - low >= SHORT_TRAVEL:
         travel = {"name": "travel left", "check": "preferred_seat", "at_least": TRAVEL_LEFT}
         note = "assumed: so much of the seat's travel is left fore and aft where it is comfortable"
         yield _Row(travel, note)
