@@ -28,9 +28,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
+from numpy.typing import NDArray
 
 from workbench.model.accommodation import MET
 from workbench.model.arrays import Bools, Floats, Ints
@@ -92,6 +93,9 @@ CLOSE = 4
 how many of its points lie to each side."""
 LAST_STEPS = (0.0025, 0.001, 0.0005)
 """Distances [m] at which the neighbours of the best position of those are tried at last."""
+WITHIN_NEIGHBOURS = 0.01
+"""Who misses by more [m] in all positions that a changed design is tried in is not tried in their
+neighbours: these were tried before the change, where they were worth it."""
 SETTING_WORTH = 1e-4
 """A setting in which somebody still does not fit must be better than the best so far by this [m]."""
 WAVE = 8
@@ -179,6 +183,10 @@ class Fitted:
         (B, K) whether some position, in some setting, meets all requirements of each set.
     setting
         (B, A) [m or rad] the setting of the adjustments that the margins are of.
+    judged
+        (B,) of those who do not fit in the comfortable position a list of arrays (2 + R,), one for
+        each position that was judged: where it is, and what the person has to spare there [m], NaN
+        where that is not known.
     first
         (B, R) [m] the margins in the comfortable position and the nominal setting, NaN where they
         are not known.
@@ -189,6 +197,7 @@ class Fitted:
     window: Floats
     sets: Bools
     setting: Floats
+    judged: NDArray[np.object_]
     first: Floats
 
     def rows(self, keep: Ints) -> Fitted:
@@ -199,6 +208,7 @@ class Fitted:
             self.window[keep],
             self.sets[keep],
             self.setting[keep],
+            self.judged[keep],
             self.first[keep],
         )
 
@@ -208,6 +218,7 @@ class Fitted:
         self.window[rows] = other.window
         self.sets[rows] = other.sets
         self.setting[rows] = other.setting
+        self.judged[rows] = other.judged
 
 
 def found_places(
@@ -240,25 +251,39 @@ def found_places(
 
 @dataclass(frozen=True, eq=False)
 class Before:
-    """How people came out before a change of the design that bears on some requirements only.
+    """How people came out before a change of the design.
 
     Parameters
     ----------
-    margin
-        (B, R) [m].
-    stays
-        (B,) who met everything in the comfortable position, where this person still sits.
+    margin, seat
+        (B, R) [m], and (B, 2) [m] the position that they are of.
+    fits
+        (B,) who met everything, with all adjustments at their nominal setting.
+    again
+        (B,) of each of the others the positions (n, 2) [m] of the travel that there was in which
+        the change may let the person fit; None where all are to be tried.
+    travel
+        (2, 2) [m] that travel, forward and up.
     borne
-        The requirements that the change bears on, by number.
+        The requirements that the change bears on, by number: they are asked again where people sit.
     """
 
     margin: Floats
-    stays: Bools
+    seat: Floats
+    fits: Bools
+    again: NDArray[np.object_]
+    travel: Floats
     borne: tuple[int, ...]
 
     def rows(self, keep: Ints) -> Before:
         """The people at indices, in their order."""
-        return Before(self.margin[keep], self.stays[keep], self.borne)
+        return replace(
+            self,
+            margin=self.margin[keep],
+            seat=self.seat[keep],
+            fits=self.fits[keep],
+            again=self.again[keep],
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -269,7 +294,9 @@ class _Search:
     wanted: the cases in the comfortable position of the setting; fixed: what became of them there; counted (B, R): the requirements by which positions are compared: without those that are the same
     everywhere, or proved to be missed everywhere; score (B,) [m]: the least
     margin of these in the best position; setting (A,) [m or rad]; remembered: what the people
-    reached so far in it; worth [m]: what a position that does not fit must be better by; judged: the people (by index) in positions [m] that were judged.
+    reached so far in it; worth [m]: what a position that does not fit must be better by; judged: the people (by index) in positions [m] that were judged; begun: whether
+    people begin with the best position of a search before; notes: whether it is noted what people have to
+    spare in each position.
     """
 
     place: Workplace
@@ -287,6 +314,8 @@ class _Search:
     judged: set[tuple[int, float, float]] = field(default_factory=set)
 
     again: bool = False
+    begun: bool = False
+    notes: bool = False
 
     def of(self, people: Ints, before: Fitted, *, few_starts: bool) -> _Search:
         """The same search of some people (N,), once more from what was found before."""
@@ -306,6 +335,13 @@ class _Search:
     def whole(self) -> Bools:
         """(B,) who was judged whole in the comfortable position."""
         return np.zeros(len(self.who), dtype=np.bool_)
+
+    @property
+    def unrefined(self) -> Bools:
+        """(B,) about whose best position more positions are worth a try: of a changed design only
+        where these may let the person fit."""
+        everybody = np.ones(len(self.who), dtype=np.bool_)
+        return self.moved & (self.score > -WITHIN_NEIGHBOURS) if self.begun else everybody
 
     @cached_property
     def score(self) -> Floats:
@@ -344,27 +380,36 @@ def fitted_positions(
     comfortable
         The same people in each case, in their comfortable positions.
     before
-        Of a changed design: how the same people came out without the change. Who met everything
-        where he sits, and still meets what the change bears on, is asked nothing else.
+        Of a changed design: how the same people came out without the change. Who fitted, and still
+        meets what the change bears on, is asked nothing else; the others are tried where it may let them fit.
     proceed
         Called before each batch of positions; the search ends by what it raises.
     """
     reached = Remembered(len(who), np.arange(len(who)), {}, few_starts=True)
     comfortable = _remembering(comfortable, reached)
-    here = _tried_again(comfortable, asked, before) if before else tried(comfortable, asked)
     positions = lattice(place.own_seat)
+    if before is None:
+        here, settled = tried(comfortable, asked), np.zeros(len(who), dtype=np.bool_)
+    else:
+        here, settled = _tried_again(place, who, comfortable, asked, before)
     hangs = _hang_on_reaches(comfortable, asked, here.margin, anywhere=len(positions) == 1)
+    hangs = hangs[~settled[hangs]]
     if len(hangs):
         here.take(hangs, tried(_whole([one.rows(hangs) for one in comfortable]), asked))
-    at = here.seat.copy()
+    at = position_of(comfortable[0])
     window = np.full((len(at), 4), np.nan)
     nominal = nominal_setting(place)
     setting = np.tile(nominal, (len(at), 1))
+    judged = np.empty(len(at), dtype=object)
+    judged[:] = [[] for _ in at]
     sets = _met_sets(here.margin, members)
-    found = Fitted(here, at, window, sets, setting, here.margin.copy())
+    found = Fitted(here, at, window, sets, setting, judged, here.margin.copy())
     movable = _movable(asked)
-    short = np.flatnonzero((here.margin[:, movable] < -MET).any(axis=1))
-    if len(positions) > 1 and len(short):
+    missing = (here.margin[:, movable] < -MET).any(axis=1)
+    for begun, mine in ((False, missing & ~settled), (True, missing & settled)):
+        short = np.flatnonzero(mine)
+        if len(positions) < 2 or not len(short):
+            continue
         wanted = [situation.rows(short) for situation in comfortable]
         search = _Search(
             place,
@@ -377,10 +422,16 @@ def fitted_positions(
             movable & ~never_met(wanted, asked),
             nominal,
             replace(reached.rows(short), searching=True),
+            begun=begun,
+            notes=before is None and bool(members.shape[1]),
             proceed=proceed,
         )
-        search.whole[np.isin(short, hangs)] = True
-        _search_travel(search, positions)
+        search.whole[np.isin(short, hangs) | begun] = True
+        _note(search, np.arange(len(short)), search.comfortable, here.margin[short])
+        scan = partial(_scan, positions=positions)
+        if before is not None and begun:
+            scan = partial(_scan_changed, positions=positions, before=before.rows(short))
+        _search_travel(search, scan)
         found.take(short, search.best)
     settings = settings_of(place)
     if len(settings):
@@ -388,22 +439,62 @@ def fitted_positions(
     return found
 
 
-def _tried_again(situations: Sequence[Situation], asked: Sequence[Asked], before: Before) -> Tried:
-    """People of a changed design in their comfortable positions."""
-    people = len(situations[0])
+def _tried_again(
+    place: Workplace,
+    who: Occupants,
+    comfortable: Sequence[Situation],
+    asked: Sequence[Asked],
+    before: Before,
+) -> tuple[Tried, Bools]:
+    """People of a changed design, and who of them (B,) is settled: in the position that was found
+    before, or else comfortable and still to be searched for."""
+    people = len(who)
     nothing = no_margins(people, asked)
-    margin = before.margin.copy()
-    found = Tried(margin, nothing.words, nothing.toward, position_of(situations[0]))
-    borne = np.array(before.borne, dtype=np.int64)
-    stays = np.flatnonzero(before.stays)
-    if len(stays) and len(borne):
+    comes = position_of(comfortable[0])
+    found = Tried(before.margin.copy(), nothing.words, nothing.toward, comes.copy())
+    known = np.array([some is not None for some in before.again], dtype=np.bool_)
+    settled = before.fits | known
+    if place.own_seat is not None:
+        low, high = np.array([place.own_seat.travel_forward, place.own_seat.travel_up]).T
+        settled &= ((before.seat >= low - MET) & (before.seat <= high + MET)).all(axis=1)
+    there = np.flatnonzero(settled)
+    found.seat[there] = before.seat[there]
+    if len(before.borne):
         some = [asked[r] for r in before.borne]
-        again = tried([situation.rows(stays) for situation in situations], some)
-        margin[np.ix_(stays, borne)] = again.margin
-    rest = np.flatnonzero((margin < -MET).any(axis=1) | ~before.stays)
+        stays = (before.seat == comes).all(axis=1)
+        for rows in (there[stays[there]], there[~stays[there]]):
+            wanted = [situation.rows(rows) for situation in comfortable]
+            if not stays[rows].all():
+                at = in_positions(place, who.rows(rows), before.seat[rows], wanted)
+                reached = wanted[0].remembered
+                wanted = at if reached is None else _remembering(at, reached)
+            if len(rows):
+                again = tried(wanted, some)
+                found.margin[np.ix_(rows, before.borne)] = again.margin
+    settled &= known | ~(found.margin < -MET).any(axis=1)
+    rest = np.flatnonzero(~settled)
     if len(rest):
-        found.take(rest, tried([situation.rows(rest) for situation in situations], asked))
-    return found
+        found.take(rest, tried([situation.rows(rest) for situation in comfortable], asked))
+    return found, settled
+
+
+def _scan_changed(search: _Search, positions: Floats, before: Before) -> None:
+    """Try people of a changed design where it may let them fit: in some of the positions that were
+    judged before, and in those of the lattice that a longer travel has added."""
+    new = positions[_outside(positions, before.travel)]
+    comes = _outside(search.comfortable, before.travel)
+    people = [np.flatnonzero(comes), np.repeat(np.arange(len(search.who)), len(new))]
+    places = [search.comfortable[comes], np.tile(new, (len(search.who), 1))]
+    for person, some in enumerate(before.again):
+        people.append(np.full(len(some), person))
+        places.append(some)
+    _try_positions(search, np.concatenate(people), np.concatenate(places))
+
+
+def _outside(positions: Floats, travel: Floats) -> Bools:
+    """(M,) which positions (M, 2) lie outside a travel (2, 2) of the seat."""
+    inside = (positions >= travel[:, 0] - 1e-6) & (positions <= travel[:, 1] + 1e-6)
+    return np.asarray(~inside.all(axis=1))
 
 
 def lattice(seat: Seat | None) -> Floats:
@@ -505,6 +596,9 @@ def _judge(search: _Search, people: Ints, positions: Floats) -> None:
             known = known | stage.columns
             margin = found.margin[left]
         hopeful = _hopeful(search, people[left], margin, known | stage.columns)
+        given_up = np.setdiff1d(np.arange(len(left)), hopeful)
+        at = positions[left[given_up]]
+        _note(search, people[left[given_up]], at, margin[given_up])
         if not len(hopeful):
             return
         if len(hopeful) < len(left):
@@ -512,7 +606,16 @@ def _judge(search: _Search, people: Ints, positions: Floats) -> None:
             left = left[hopeful]
     at = position_of(situations[0])
     best = Tried(found.margin[left], found.words[left], found.toward[left], at)
+    _note(search, people[left], positions[left], best.margin)
     _keep(search, people[left], best)
+
+
+def _note(search: _Search, people: Ints, positions: Floats, margin: Floats) -> None:
+    """Note what people (N,) have to spare in positions (N, 2), as far as it is known (N, R)."""
+    if search.notes:
+        rows = np.hstack([positions, margin]).astype(np.float32)
+        for person, row in zip(people.tolist(), rows, strict=True):
+            search.best.judged[person].append(row)
 
 
 def _remembering(situations: Sequence[Situation], known: Remembered) -> list[Situation]:
@@ -560,7 +663,10 @@ def _hopeful(search: _Search, people: Ints, margin: Floats, known: Bools) -> Int
     """The rows of people (N,) who may do better than in their best position, or meet another set,
     as far as the requirements (R,) that are known say."""
     least = _score(margin, known & search.counted[people])
-    better = least > np.minimum(search.score[people] + search.worth, -MET)
+    enough = np.minimum(search.score[people] + search.worth, -MET)
+    if search.begun:
+        enough = np.maximum(enough, -WITHIN_NEIGHBOURS)
+    better = least > enough
     sets = _met_sets(margin[:, known], search.members[known])
     return np.flatnonzero(better | (sets & ~search.best.sets[people]).any(axis=1))
 
@@ -603,7 +709,7 @@ def _refine(search: _Search) -> None:
     """Try the neighbours of the best position of those for whom none fits, nearer and nearer."""
     step = SPACING / 2
     while step >= FINEST - 1e-9:
-        people = np.flatnonzero(search.score < -MET)
+        people = np.flatnonzero((search.score < -MET) & search.unrefined)
         if not len(people):
             return
         _try_neighbours(search, people, step)
@@ -613,8 +719,8 @@ def _refine(search: _Search) -> None:
         _try_neighbours(search, _near_misses(search), step)
 
 
-def _search_travel(search: _Search, positions: Floats) -> None:
-    """Search the travel of the seat, whose lattice is `positions` (M, 2) [m].
+def _search_travel(search: _Search, scan: Callable[[_Search], None]) -> None:
+    """Search the travel of the seat: the lattice by `scan`, then about the best position of each.
 
     While positions are searched for, reaches that obstacles put in doubt are tried from few starts.
     In the position that is found they are asked whole. Who fits there by the one and not by the
@@ -622,7 +728,7 @@ def _search_travel(search: _Search, positions: Floats) -> None:
     is searched for again from the posture that reaches it.
     """
     before = search.best.rows(np.arange(len(search.who)))
-    _scan(search, positions)
+    scan(search)
     _refine(search)
     few = search.best.tried.margin.copy()
     fits = search.score >= -MET
@@ -634,7 +740,7 @@ def _search_travel(search: _Search, positions: Floats) -> None:
     for people, few_starts in ((np.flatnonzero(wrong), False), (np.flatnonzero(missed), True)):
         if len(people) and not search.again:
             again = search.of(people, before, few_starts=few_starts)
-            _search_travel(again, positions)
+            _search_travel(again, scan)
             search.best.take(people, again.best)
     # who is proved to be kept from something everywhere fits nowhere
     search.best.window[~search.counted[:, _movable(search.asked)].all(axis=1)] = np.nan
@@ -643,10 +749,17 @@ def _search_travel(search: _Search, positions: Floats) -> None:
 def _judge_whole(search: _Search) -> None:
     """Judge whole, in the best position of each, those who were not yet: each reach with all starts,
     and with how much is to spare."""
-    people = np.flatnonzero(search.moved | ~search.whole)
+    best = search.best
+    asks = search.moved | ~search.whole
+    if search.begun:
+        hangs = np.zeros(len(asks), dtype=np.bool_)
+        hangs[_hang_on_reaches(search.wanted, search.asked, best.tried.margin, anywhere=False)] = (
+            True
+        )
+        asks &= hangs | (search.score >= -MET)
+    people = np.flatnonzero(asks)
     if not len(people):
         return
-    best = search.best
     wanted = [situation.rows(people) for situation in search.wanted]
     who = search.who.rows(people)
     there = in_positions(search.place, who, best.tried.seat[people], wanted)
@@ -680,7 +793,8 @@ def _hang_on_reaches(
 
 def _near_misses(search: _Search) -> Ints:
     """The people who fit nowhere, but nearly do."""
-    return np.flatnonzero((search.score < -MET) & (search.score > -NEAR_MISS))
+    near = (search.score < -MET) & (search.score > -NEAR_MISS)
+    return np.flatnonzero(near & search.unrefined)
 
 
 def _try_neighbours(search: _Search, people: Ints, step: float) -> None:

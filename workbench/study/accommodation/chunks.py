@@ -61,7 +61,8 @@ class Chunk:
     `margins.Bounds`: all NaN where that was not asked; reason (B, R): index into `words`, -1 where
     there is none; toward (B, R, 3); seat, comfortable (B, 2), window (B, 4), sets (B, K), setting
     (B, A): see `positions.Fitted`. overlap (O, 4), depth (O,): see `overlaps.Overlaps`; none where
-    the bounds were not asked.
+    the bounds were not asked. judged_person (M,), judged (M, 2 + R): people in positions that were
+    judged, see `positions.Fitted`.
     """
 
     margin: Floats
@@ -76,6 +77,8 @@ class Chunk:
     setting: Floats
     overlap: Ints
     depth: Floats
+    judged_person: Ints
+    judged: Floats
     words: tuple[str, ...]
 
 
@@ -206,6 +209,8 @@ class _Files:
             "setting": chunk.setting,
             "overlap": chunk.overlap,
             "depth": chunk.depth,
+            "judged_person": chunk.judged_person,
+            "judged": chunk.judged,
             "words": np.array(chunk.words, dtype=str),
         }
         try:
@@ -365,6 +370,7 @@ def time_left(begun: float, done: int, left: int) -> str:
 def _as_numbers(fitted: Fitted, bounds: Bounds, overlaps: Overlaps) -> Chunk:
     """What became of some people as numbers: words become indices into a list."""
     found = fitted.tried
+    rows = fitted.judged.tolist()
     every = found.words.ravel().tolist()
     words = tuple(word for word in dict.fromkeys(every) if word)
     number = {word: k for k, word in enumerate(words)} | {"": -1}
@@ -382,6 +388,10 @@ def _as_numbers(fitted: Fitted, bounds: Bounds, overlaps: Overlaps) -> Chunk:
         setting=fitted.setting,
         overlap=overlaps.pair,
         depth=overlaps.depth,
+        judged_person=np.repeat(np.arange(len(rows)), [len(some) for some in rows]),
+        judged=np.array([row for some in rows for row in some], dtype=np.float64).reshape(
+            -1, 2 + found.margin.shape[1]
+        ),
         words=words,
     )
 
@@ -412,5 +422,9 @@ def joined_chunks(chunks: Sequence[Chunk]) -> Chunk:
         setting=np.concatenate([chunk.setting for chunk in chunks]),
         overlap=overlaps.pair,
         depth=overlaps.depth,
+        judged_person=np.concatenate(
+            [chunk.judged_person + first for chunk, first in zip(chunks, ends[:-1], strict=True)]
+        ),
+        judged=np.concatenate([chunk.judged for chunk in chunks]),
         words=words,
     )

@@ -12,8 +12,9 @@ import numpy as np
 
 from workbench.model.accommodation import MET, Change, Gain, met_of
 from workbench.model.arrays import Bools, Floats
+from workbench.model.moves import moved_controls
 from workbench.model.population_found import ChangedPerson, TriedChange
-from workbench.study.accommodation.changes import borne_by, changed
+from workbench.study.accommodation.changes import borne_by, changed, moved_parts
 from workbench.study.accommodation.chunks import Chunk, Question, joined_chunks, result_chunks
 from workbench.study.accommodation.hardest import shown_people
 from workbench.study.accommodation.population_bodies import PopulationBodies
@@ -28,6 +29,8 @@ MOST_GAINS = 3
 MOST_TRIES = 5
 """Changes that are proposed, and tried for that: one that gains nothing after all is not
 proposed."""
+ARMS = frozenset(("LSM", "RSM", "LUA", "RUA", "LLA", "RLA", "LHN", "RHN"))
+"""The segments that go along with hands."""
 NEAR = 5e-3
 """Half the move [m] over which the rate of a gain is taken."""
 Run = Callable[[Question], Chunk]
@@ -74,14 +77,15 @@ def gains_of(
 def _changed_question(question: Question, found: Chunk, change: Change) -> Question:
     """What is asked of everybody with a change made."""
     asked = question.asked
-    rows = borne_by(question.place, asked, change)
+    still = replace(change, travel_forward=(0.0, 0.0), travel_up=(0.0, 0.0))
+    rows = borne_by(question.place, asked, still)
     place = changed(question.place, change)
     return replace(
         question,
         place=place,
         asked=renewed(place, asked),
         members=np.zeros((len(asked), 0), dtype=np.bool_),
-        before=_before(question, found, rows),
+        before=_before(question, found, change, rows),
         bounded=False,
     )
 
@@ -146,15 +150,63 @@ def _compared(
     )
 
 
-def _before(question: Question, found: Chunk, rows: Sequence[int]) -> Before | None:
-    """How people came out without a change that bears on these requirements, None where it bears
-    on all of them."""
-    if len(rows) == len(question.asked):
+def _before(question: Question, found: Chunk, change: Change, rows: Sequence[int]) -> Before:
+    """How people came out without a change that bears on these requirements.
+
+    Who fits with a shorter travel of the seat fits with a longer one.
+    """
+    nominal = (found.setting == nominal_setting(question.place)).all(axis=1)
+    everything: Bools = np.asarray(met_of(found.margin).all(axis=1), dtype=np.bool_)
+    seat = question.place.own_seat
+    travel = np.zeros((2, 2)) if seat is None else [seat.travel_forward, seat.travel_up]
+    again = np.empty(len(everything), dtype=object)
+    left = _left_as_they_are(question, change)
+    if left is not None:
+        for person in np.flatnonzero(~everything & nominal).tolist():
+            again[person] = _where_it_may_fit(found, person, *left)
+    return Before(
+        margin=found.margin,
+        seat=found.seat,
+        fits=everything & nominal,
+        again=again,
+        travel=np.array(travel),
+        borne=tuple(rows) if change.moves else (),
+    )
+
+
+def _left_as_they_are(question: Question, change: Change) -> tuple[Floats, frozenset[str]] | None:
+    """(R,) [m] by how much a change lets the margin of each requirement grow at most in a position of
+    the seat, and the parts of which a reach may be kept no more. None where hands or feet hold one
+    of the controls that are moved: that may change everything.
+
+    A distance to a part grows by no more than the part is moved by. What depends on the arms is not
+    known, since they may go another way.
+    """
+    controls = set(moved_controls(question.place.environment, change.moves))
+    held = {name for case in question.place.cases for name in case.held.values()}
+    if controls & held:
         return None
-    nominal = nominal_setting(question.place)
-    there = (found.seat == found.comfortable).all(axis=1) & (found.setting == nominal).all(axis=1)
-    stays = met_of(found.margin).all(axis=1) & there
-    return Before(found.margin, stays, tuple(rows))
+    parts = moved_parts(change)
+    most = np.zeros(len(question.asked))
+    for r, one in enumerate(question.asked):
+        if one.control is not None and one.control.name in controls:
+            most[r] = np.inf
+        elif parts & set(one.criterion.parts):
+            segments = one.criterion.segments
+            legs = bool(segments) and not ARMS.intersection(segments)
+            most[r] = sum(np.linalg.norm(move.by) for move in change.moves) if legs else np.inf
+    return most, frozenset(parts)
+
+
+def _where_it_may_fit(found: Chunk, person: int, most: Floats, parts: frozenset[str]) -> Floats:
+    """(n, 2) [m] the positions that were judged in which a person may meet everything once margins
+    have grown by `most` (R,) and nothing is in the way that some parts were; see
+    `_left_as_they_are`."""
+    rows = found.judged[found.judged_person == person].astype(np.float64)
+    blamed = np.array([k in parts for k in (*found.words, "")])[found.reason[person]]
+    grown = rows[:, 2:] + np.where(blamed, np.inf, most)
+    places: Floats = rows[~(grown < -MET).any(axis=1), :2]
+    return places
 
 
 def _joint(met: Bools, weight: Floats) -> float:

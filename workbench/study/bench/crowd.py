@@ -276,8 +276,15 @@ def _before(before: Settled, question: Question, arrangement: Arrangement) -> Be
     fitted = before.fitted
     there = (fitted.tried.seat == fitted.comfortable).all(axis=1)
     there &= (fitted.setting == nominal_setting(before.question.place)).all(axis=1)
-    stays = met_of(before.margin).all(axis=1) & there
-    return Before(in_columns(before.margin, same), stays, tuple(borne))
+    fits = met_of(before.margin).all(axis=1) & there
+    return Before(
+        margin=in_columns(before.margin, same),
+        seat=fitted.tried.seat,
+        fits=fits,
+        again=np.empty(len(fits), dtype=object),
+        travel=np.zeros((2, 2)),
+        borne=tuple(borne),
+    )
 
 
 def same_columns(old: Sequence[Asked], new: Sequence[Asked]) -> Ints:
