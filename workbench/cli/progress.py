@@ -6,6 +6,7 @@ import os
 import shutil
 import sys
 import textwrap
+import time
 from collections.abc import Callable
 from typing import Any, TextIO
 
@@ -15,6 +16,8 @@ __all__ = ["Progress", "emit", "emit_sentence", "emit_verdict", "tell"]
 
 _INKS = {"passed": "32", "FAILED": "1;31"}
 """Codes of colours on a terminal: green, and bold red."""
+QUIET_TIME = 10.0
+"""Time [s] after which a command whose talk is not read on a terminal says how far it is."""
 _INDENT = 8
 """Columns by which the lines of a verdict that go on are set in: as wide as its first word."""
 
@@ -65,11 +68,12 @@ def emit_verdict(line: str) -> None:
 
 
 class Progress:
-    """`with Progress() as say: say("reading")`: one line that changes, with the time that has gone
-    by, on a terminal only."""
+    """`with Progress() as say: say("reading")`: on a terminal one line that changes, with the time
+    that has gone by; elsewhere a line every `QUIET_TIME`, so that a log shows that it goes on."""
 
     def __enter__(self) -> Callable[[str], None]:
         self.line: Any = None
+        self.told = time.monotonic()
         if sys.stderr.isatty():
             from rich.console import Console
             from rich.progress import Progress as Line
@@ -85,6 +89,9 @@ class Progress:
     def _say(self, text: str) -> None:
         if self.line is not None:
             self.line.update(self.task, description=printable(text))
+        elif time.monotonic() - self.told >= QUIET_TIME:
+            self.told = time.monotonic()
+            tell(text)
 
     def __exit__(self, *_: object) -> None:
         if self.line is not None:

@@ -39,6 +39,8 @@ SCHEDULER_TIMEOUT = 6
 """Time [s] within which a Dask scheduler must answer."""
 SENDING_TIME = 5
 """Time [s] after which a process whose parent is gone no longer tries to send a result."""
+BEAT = 1.0
+"""Time [s] after which who waits for jobs is told that these are not done."""
 CLUSTER_JOBS = 256
 """Jobs handed to a cluster at a time."""
 
@@ -82,6 +84,7 @@ def completed(
     arguments: Callable[[K], tuple[Any, ...]],
     *,
     executor: Executor | None = None,
+    waiting: Callable[[], None] = lambda: None,
 ) -> Generator[tuple[K, T]]:
     """Call a function once for each key, in parallel, and yield the results as they are ready.
 
@@ -97,6 +100,8 @@ def completed(
     executor
         Runs the jobs: `local_executor` if None. A single job, or a single core, needs no other
         process: the jobs are then run here, in order.
+    waiting
+        Called every second in which no job of other processes is done.
 
     Yields
     ------
@@ -114,15 +119,18 @@ def completed(
             yield key, function(*arguments(key))
         return
     most = CLUSTER_JOBS if executor is not None else 2 * processes
-    waiting = iter(keys)
+    left = iter(keys)
     futures: dict[Future[T], K] = {}
     with nullcontext(executor) if executor is not None else local_executor(processes) as pool:
         while True:
-            for key in islice(waiting, most - len(futures)):
+            for key in islice(left, most - len(futures)):
                 futures[pool.submit(_run_job, function, arguments(key))] = key
             if not futures:
                 return
-            for future in wait(futures, return_when=FIRST_COMPLETED).done:
+            done = wait(futures, timeout=BEAT, return_when=FIRST_COMPLETED).done
+            if not done:
+                waiting()
+            for future in done:
                 yield futures.pop(future), future.result()
 
 

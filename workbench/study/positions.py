@@ -259,9 +259,11 @@ class Before:
         (B, R) [m], and (B, 2) [m] the position that they are of.
     fits
         (B,) who met everything, with all adjustments at their nominal setting.
+    known
+        (B,) of whom of the others it is known where the change may let them fit.
     again
-        (B,) of each of the others the positions (n, 2) [m] of the travel that there was in which
-        the change may let the person fit; None where all are to be tried.
+        (B, W, 2) [m] the positions of the travel that there was in which it may; NaN after the last
+        of a person.
     travel
         (2, 2) [m] that travel, forward and up.
     borne
@@ -271,7 +273,8 @@ class Before:
     margin: Floats
     seat: Floats
     fits: Bools
-    again: NDArray[np.object_]
+    known: Bools
+    again: Floats
     travel: Floats
     borne: tuple[int, ...]
 
@@ -282,6 +285,7 @@ class Before:
             margin=self.margin[keep],
             seat=self.seat[keep],
             fits=self.fits[keep],
+            known=self.known[keep],
             again=self.again[keep],
         )
 
@@ -367,6 +371,7 @@ def fitted_positions(
     comfortable: Sequence[Situation],
     before: Before | None = None,
     *,
+    thorough: bool = False,
     proceed: Callable[[], None] = lambda: None,
 ) -> Fitted:
     """Judge people in the fitting position nearest to the comfortable one.
@@ -382,10 +387,13 @@ def fitted_positions(
     before
         Of a changed design: how the same people came out without the change. Who fitted, and still
         meets what the change bears on, is asked nothing else; the others are tried where it may let them fit.
+    thorough
+        Whether each reach is searched for whole in each position. That takes up to a hundred times
+        as long, and is what the sparing search is compared with.
     proceed
         Called before each batch of positions; the search ends by what it raises.
     """
-    reached = Remembered(len(who), np.arange(len(who)), {}, few_starts=True)
+    reached = Remembered(len(who), np.arange(len(who)), {}, few_starts=not thorough)
     comfortable = _remembering(comfortable, reached)
     positions = lattice(place.own_seat)
     if before is None:
@@ -419,9 +427,9 @@ def fitted_positions(
             wanted,
             found.rows(short),
             here.rows(short),
-            movable & ~never_met(wanted, asked),
+            movable & (thorough | ~never_met(wanted, asked)),
             nominal,
-            replace(reached.rows(short), searching=True),
+            replace(reached.rows(short), searching=not thorough),
             begun=begun,
             notes=before is None and bool(members.shape[1]),
             proceed=proceed,
@@ -452,8 +460,7 @@ def _tried_again(
     nothing = no_margins(people, asked)
     comes = position_of(comfortable[0])
     found = Tried(before.margin.copy(), nothing.words, nothing.toward, comes.copy())
-    known = np.array([some is not None for some in before.again], dtype=np.bool_)
-    settled = before.fits | known
+    settled = before.fits | before.known
     if place.own_seat is not None:
         low, high = np.array([place.own_seat.travel_forward, place.own_seat.travel_up]).T
         settled &= ((before.seat >= low - MET) & (before.seat <= high + MET)).all(axis=1)
@@ -471,7 +478,7 @@ def _tried_again(
             if len(rows):
                 again = tried(wanted, some)
                 found.margin[np.ix_(rows, before.borne)] = again.margin
-    settled &= known | ~(found.margin < -MET).any(axis=1)
+    settled &= before.known | ~(found.margin < -MET).any(axis=1)
     rest = np.flatnonzero(~settled)
     if len(rest):
         found.take(rest, tried([situation.rows(rest) for situation in comfortable], asked))
@@ -483,12 +490,11 @@ def _scan_changed(search: _Search, positions: Floats, before: Before) -> None:
     judged before, and in those of the lattice that a longer travel has added."""
     new = positions[_outside(positions, before.travel)]
     comes = _outside(search.comfortable, before.travel)
-    people = [np.flatnonzero(comes), np.repeat(np.arange(len(search.who)), len(new))]
+    person, place = np.nonzero(~np.isnan(before.again[:, :, 0]))
+    everybody = np.repeat(np.arange(len(search.who)), len(new))
+    people = np.concatenate([np.flatnonzero(comes), everybody, person])
     places = [search.comfortable[comes], np.tile(new, (len(search.who), 1))]
-    for person, some in enumerate(before.again):
-        people.append(np.full(len(some), person))
-        places.append(some)
-    _try_positions(search, np.concatenate(people), np.concatenate(places))
+    _try_positions(search, people, np.concatenate([*places, before.again[person, place]]))
 
 
 def _outside(positions: Floats, travel: Floats) -> Bools:

@@ -154,14 +154,18 @@ def result_chunks(
     people = sum(_size(bodies.chunks[number]) for number in missing)
     begun = monotonic()
     done = 0
-    say(f"person 0 of {people}")
+
+    def tell() -> None:
+        say(f"person {done} of {people}{time_left(begun, done, people - done)}")
+
+    tell()
     try:
-        with closing(_evaluated(question, bodies, missing, executor)) as ready:
+        with closing(_evaluated(question, bodies, missing, executor, tell)) as ready:
             for number, chunk in ready:
                 files.write(number, chunk)
                 found[number] = chunk
                 done += _size(bodies.chunks[number])
-                say(f"person {done} of {people}{time_left(begun, done, people - done)}")
+                tell()
     except InputError as error:
         if keep is None or not done:
             raise
@@ -242,6 +246,7 @@ def _evaluated(
     bodies: PopulationBodies,
     missing: Sequence[int],
     executor: Executor | None,
+    waiting: Callable[[], None],
 ) -> Generator[tuple[int, Chunk]]:
     """Yield the chunks of these numbers as they are done, and note where their people sit."""
     places = _places(question.place, question.people, bodies)
@@ -256,7 +261,8 @@ def _evaluated(
         row = bodies.chunks[missing[0]].start
         who = Occupants(bodies[row], question.people, np.array([row]))
         tried(comfortable_situations(question.place, who), question.asked)
-    with closing(completed(_evaluate_chunk, missing, arguments, executor=executor)) as ready:
+    jobs = completed(_evaluate_chunk, missing, arguments, executor=executor, waiting=waiting)
+    with closing(jobs) as ready:
         for number, (chunk, taken) in ready:
             if taken is not None:
                 bodies.seats[places[number]] = taken
@@ -360,7 +366,7 @@ def forget_chunks(keep: Path) -> None:
 
 
 def time_left(begun: float, done: int, left: int) -> str:
-    """ ", 40 s left", from what was done since the beginning."""
+    """ ", 40 s left", from what was done since the beginning; "" where nothing was, or is left."""
     if not done or not left:
         return ""
     seconds = (monotonic() - begun) / done * left

@@ -159,15 +159,21 @@ def _before(question: Question, found: Chunk, change: Change, rows: Sequence[int
     everything: Bools = np.asarray(met_of(found.margin).all(axis=1), dtype=np.bool_)
     seat = question.place.own_seat
     travel = np.zeros((2, 2)) if seat is None else [seat.travel_forward, seat.travel_up]
-    again = np.empty(len(everything), dtype=object)
     left = _left_as_they_are(question, change)
-    if left is not None:
-        for person in np.flatnonzero(~everything & nominal).tolist():
-            again[person] = _where_it_may_fit(found, person, *left)
+    known = ~everything & nominal & (left is not None)
+    places = {
+        person: _where_it_may_fit(found, person, *left)
+        for person in np.flatnonzero(known).tolist()
+        if left is not None
+    }
+    again = np.full((len(known), max(map(len, places.values()), default=0), 2), np.nan)
+    for person, some in places.items():
+        again[person, : len(some)] = some
     return Before(
         margin=found.margin,
         seat=found.seat,
         fits=everything & nominal,
+        known=known,
         again=again,
         travel=np.array(travel),
         borne=tuple(rows) if change.moves else (),

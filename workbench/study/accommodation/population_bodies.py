@@ -53,6 +53,10 @@ MAX_CHUNKS_TOGETHER = 4
 """Fitted chunks that a study works on together at most."""
 MIN_PIECES = 8
 """Fitted chunks are worked on together only where so many pieces of work are left."""
+LEAST_CHUNK = 16
+FEWEST_CHUNKS = 4
+"""People that are worked on together at least, and the pieces of work that there are at least where
+these are so many."""
 MAX_FILES = 512
 """Files kept on disk, about a megabyte each; those used longest ago are removed."""
 EXACT_MEASURES = (
@@ -162,9 +166,11 @@ class PopulationBodies:
 
     @property
     def chunks(self) -> list[slice]:
-        """People that are worked on together; large populations have fewer, larger chunks."""
+        """People that are worked on together; large populations have fewer, larger chunks. A small
+        one is cut into several, so that all cores work and it is said how far it is."""
         fitted = -(-len(self) // CHUNK_SIZE)
         size = CHUNK_SIZE * max(1, min(MAX_CHUNKS_TOGETHER, fitted // MIN_PIECES))
+        size = min(size, max(LEAST_CHUNK, -(-len(self) // FEWEST_CHUNKS)))
         return [slice(first, min(first + size, len(self))) for first in range(0, len(self), size)]
 
 

@@ -281,7 +281,8 @@ def _before(before: Settled, question: Question, arrangement: Arrangement) -> Be
         margin=in_columns(before.margin, same),
         seat=fitted.tried.seat,
         fits=fits,
-        again=np.empty(len(fits), dtype=object),
+        known=np.zeros_like(fits),
+        again=np.zeros((len(fits), 0, 2)),
         travel=np.zeros((2, 2)),
         borne=tuple(borne),
     )
