@@ -596,19 +596,14 @@ def test_a_first_study_is_checked_and_leads_on(tmp_path, capsys):
     assert main(["new", str(tmp_path)]) == 0
     assert main(["check", str(tmp_path / "study.yaml")]) == 0
     text = (tmp_path / "study.yaml").read_text()
-    assert 'driver: {predicted: {hands: {right: "gear lever"}}}' in text
+    assert 'hands: {right: "gear lever"}' in text
     assert "next: workbench run" in capsys.readouterr().err
     assert main(["new", str(tmp_path)]) == 3
     assert "is there already" in capsys.readouterr().err
 
 
-def test_without_a_seat_somebody_stands_behind(tmp_path):
-    opened = placed(tmp_path, obj_text({"desk": corners((0, -1, 0), (1, 1, 1))}))
-    sure = framed(opened, opened.start, 0, {"length": "m", "up": "z", "forward": "x"}).description
-    save_description(opened, sure, None)
-    assert main(["new", str(tmp_path / "environment.yaml")]) == 0
-    text = (tmp_path / "study.yaml").read_text()
-    assert 'stand: {"on": [-500, 0, 0]}' in text
+def test_a_mesh_has_no_first_study(tmp_path):
+    (tmp_path / "cab.obj").write_text(obj_text({"desk": corners((0, -1, 0), (1, 1, 1))}))
     assert main(["new", str(tmp_path / "cab.obj")]) == 2
 
 

@@ -39,7 +39,6 @@ from workbench.study.situation import (
     Occupants,
     Situation,
     as_bystander,
-    position_of,
     seats_moved,
 )
 from workbench.study.unasked import overlap_warnings, unasked_overlaps
@@ -142,8 +141,8 @@ def _take_place(
     there = at_setting(workplace, found.setting[0])
     if there is not workplace:
         comfortable = comfortable_situations(there, who)
-    words = move_words(comfortable[first], found.tried, position_of(comfortable[first])[0])
-    words = [*setting_words(comfortable[first], workplace, found), *words]
+    words = move_words(comfortable[first], found, asked)
+    words = [*setting_words(comfortable[first], workplace, found, asked), *words]
     if not words:
         return comfortable, []
     return in_positions(there, who, found.tried.seat, comfortable), words

@@ -187,6 +187,9 @@ class Fitted:
         (B,) of those who do not fit in the comfortable position a list of arrays (2 + R,), one for
         each position that was judged: where it is, and what the person has to spare there [m], NaN
         where that is not known.
+    first
+        (B, R) [m] the margins in the comfortable position and the nominal setting, NaN where they
+        are not known.
     """
 
     tried: Tried
@@ -195,6 +198,7 @@ class Fitted:
     sets: Bools
     setting: Floats
     judged: NDArray[np.object_]
+    first: Floats
 
     def rows(self, keep: Ints) -> Fitted:
         """A copy of what became of the people at indices, in their order."""
@@ -205,6 +209,7 @@ class Fitted:
             self.sets[keep],
             self.setting[keep],
             self.judged[keep],
+            self.first[keep],
         )
 
     def take(self, rows: Ints, other: Fitted) -> None:
@@ -405,7 +410,8 @@ def fitted_positions(
     setting = np.tile(nominal, (len(at), 1))
     judged = np.empty(len(at), dtype=object)
     judged[:] = [[] for _ in at]
-    found = Fitted(here, at, window, _met_sets(here.margin, members), setting, judged)
+    sets = _met_sets(here.margin, members)
+    found = Fitted(here, at, window, sets, setting, judged, here.margin.copy())
     movable = _movable(asked)
     missing = (here.margin[:, movable] < -MET).any(axis=1)
     for begun, mine in ((False, missing & ~settled), (True, missing & settled)):

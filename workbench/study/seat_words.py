@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from workbench.model.accommodation import MET
@@ -9,10 +11,12 @@ from workbench.model.arrays import Floats
 from workbench.model.workplace import Workplace
 from workbench.posture.seating.driving import DrivingPosture
 from workbench.posture.seating.seat import Seated
+from workbench.study.checks.margins import Asked
+from workbench.study.checks.table import SAME_EVERYWHERE
 from workbench.study.hands import kept_off_by_others
 from workbench.study.positions import Fitted, Tried
 from workbench.study.settings import adjustments_of, setting_text
-from workbench.study.situation import Situation
+from workbench.study.situation import Situation, freely_seated, position_of
 
 __all__ = ["move_words", "setting_words", "shortfalls"]
 
@@ -20,6 +24,10 @@ REPORTED = 1e-3
 """A miss [m] that is reported."""
 AT_END = 1e-6
 """Travel [m] that is none."""
+FARTHER = 0.5
+"""How far [m] beyond the ends of a seat's travel it is looked for where legs would have it."""
+PEDALS_OFF = 0.02
+"""Pedals that are nearer or farther by less [m] than legs would have them are not mentioned."""
 
 _NO_ROOM = (
     ": no posture was found in which all hands are on their controls and nobody touches another"
@@ -33,7 +41,11 @@ def shortfalls(situation: Situation) -> list[str]:
     held = situation.work.held
     lines: list[str] = []
     if seated is not None and situation.work.aims is not None:
-        lines += [*_eyes_off(situation, seated), *_travel_off(seated), *_pressed(situation, seated)]
+        lines += [
+            *_eyes_off(situation, seated),
+            *_travel_off(situation, seated),
+            *_pressed(situation, seated),
+        ]
         for foot, miss in seated.miss.items():
             lines += _limb_off(foot, held[foot], miss, seated.limit[foot])
     kept_off = kept_off_by_others(situation)
@@ -63,16 +75,39 @@ def _eyes_off(situation: Situation, seated: Seated) -> list[str]:
     return [f"the eyes are {1000 * above:.0f} mm above {situation.eyes}{why}"]
 
 
-def _travel_off(seated: Seated) -> list[str]:
-    """How far the travel ends before a driver has the seat where it is wanted."""
-    if not isinstance(seated, DrivingPosture):
+def _travel_off(situation: Situation, seated: Seated) -> list[str]:
+    """How far the travel ends before the seat is where a driver wants it, or legs have it by the
+    pedals."""
+    if isinstance(seated, DrivingPosture):
+        beyond = float(seated.wanted[0] - seated.forward[0])
+        at_end = float(seated.spare_travel[0, :2].min()) < AT_END
+        if abs(beyond) <= REPORTED or not at_end:
+            return []
+        return [f"the seat would go {_farther(beyond)} than its travel lets it"]
+    if not float(situation.spare[0].min()) < AT_END:
         return []
-    beyond = float(seated.wanted[0] - seated.forward[0])
-    at_end = float(seated.spare_travel[0, :2].min()) < AT_END
-    if abs(beyond) <= REPORTED or not at_end:
+    wanted = freely_seated(situation, FARTHER)
+    seat = situation.place.own_seat
+    if wanted is None or seat is None:
         return []
-    way = "forward" if beyond > 0 else "back"
-    return [f"the seat would go {1000 * abs(beyond):.0f} mm farther {way} than its travel lets it"]
+    forward = float(wanted.forward[0])
+    beyond = forward - float(np.clip(forward, *seat.travel_forward))
+    if abs(beyond) < PEDALS_OFF:
+        return []
+    return [
+        f"the pedals are {_pedals_off(beyond)} for the legs: the seat would go {_farther(beyond)} "
+        f"than its travel lets it"
+    ]
+
+
+def _farther(beyond: float) -> str:
+    """How far [m] beyond its travel a seat would go: "30 mm farther back"."""
+    return f"{1000 * abs(beyond):.0f} mm farther {'forward' if beyond > 0 else 'back'}"
+
+
+def _pedals_off(beyond: float) -> str:
+    """How pedals are for legs that would have the seat so much [m] farther forward."""
+    return f"{1000 * abs(beyond):.0f} mm too {'far' if beyond > 0 else 'near'}"
 
 
 def _pressed(situation: Situation, seated: Seated) -> list[str]:
@@ -96,11 +131,16 @@ def _limb_off(
     if miss[0] <= (REPORTED if limb.endswith("foot") else 0.0):
         return []
     why = f", limited by {limit[0]}" if limit[0] else ""
+    if overlap > 0.0 and miss[0] <= REPORTED:
+        what = limit[0] or "an obstacle"
+        return [f"the {limb} is on {control} only where it is {1000 * overlap:.0f} mm into {what}"]
     depth = f", {1000 * overlap:.0f} mm in an obstacle" if overlap > 0.0 else ""
     return [f"the {limb} stays {1000 * miss[0]:.0f} mm from {control}{depth}{why}"]
 
 
-def setting_words(situation: Situation, place: Workplace, found: Fitted) -> list[str]:
+def setting_words(
+    situation: Situation, place: Workplace, found: Fitted, asked: Sequence[Asked]
+) -> list[str]:
     """That a person has set something otherwise than a workplace had it, and why.
 
     situation: of the case that decides where the seat is wanted; found: of this one person.
@@ -113,18 +153,26 @@ def setting_words(situation: Situation, place: Workplace, found: Fitted) -> list
     if not set_so:
         return []
     lead = f"{situation.place.role}, {situation.work.name}"
-    return [f"{lead}: {' and '.join(set_so)}: so {_why(found.tried)}"]
+    return [f"{lead}: {' and '.join(set_so)}: so {_why(found.tried, asked)}"]
 
 
-def _why(found: Tried) -> str:
+def _why(found: Tried, asked: Sequence[Asked]) -> str:
     """Why the first person is where he or she is."""
-    met = float(np.nanmin(found.margin[0])) >= -MET
-    return "everything asked of the person is met" if met else "least is missing"
+    if lacks := _lacks(found.margin[0], asked):
+        return f"least is missing: {lacks}"
+    if float(np.nanmin(found.margin[0])) >= -MET:
+        return "everything asked of the person is met"
+    return "everything is met that depends on where the seat is"
 
 
-def move_words(situation: Situation, found: Tried, comfortable: Floats) -> list[str]:
-    """That the seat of a person has left the comfortable position (2,) [m], and why."""
-    ahead, above = (found.seat[0] - comfortable).tolist()
+def move_words(situation: Situation, found: Fitted, asked: Sequence[Asked]) -> list[str]:
+    """That the seat of a person has left the comfortable position, why, and what that means for
+    the legs.
+
+    situation: in the comfortable position of the setting found; found: of this one person.
+    """
+    comfortable = position_of(situation)[0]
+    ahead, above = (found.tried.seat[0] - comfortable).tolist()
     if not (ahead or above):
         return []
     way = [
@@ -134,4 +182,33 @@ def move_words(situation: Situation, found: Tried, comfortable: Floats) -> list[
     ]
     lead = f"{situation.place.role}, {situation.work.name}"
     where = f"{' and '.join(way)} the most comfortable position"
-    return [f"{lead}: the seat is {where}, because there {_why(found)}"]
+    why = _why(found.tried, asked)
+    before = _lacks(found.first[0], asked)
+    there = f"; in the most comfortable one {before}" if before else ""
+    legs = ""
+    at_end = float(situation.spare[0].min()) < AT_END  # what pedals are for the legs is said then
+    has_pedals = situation.seated is not None and bool(situation.seated.miss)
+    if has_pedals and abs(ahead) >= PEDALS_OFF and not at_end:
+        legs = f"; for the legs the pedals are {_pedals_off(-ahead)} there"
+    return [f"{lead}: the seat is {where}, because there {why}{there}{legs}"]
+
+
+def _lacks(margin: Floats, asked: Sequence[Asked]) -> str:
+    """What is missed most of the requirements (R,) that depend on the position, by how much, and how
+    many more; "" where nothing is."""
+    missed = [
+        r
+        for r in np.argsort(margin).tolist()
+        if margin[r] < -MET and asked[r].requirement.check not in SAME_EVERYWHERE
+    ]
+    if not missed:
+        return ""
+    first = asked[missed[0]]
+    size = -float(margin[missed[0]])
+    much = f"{np.degrees(size):.0f} degrees" if first.requirement.check == "stops" else _mm(size)
+    more = f", and {len(missed) - 1} more" if len(missed) > 1 else ""
+    return f"{first.requirement.name!r} lacks {much}{more}"
+
+
+def _mm(size: float) -> str:
+    return f"{1000 * size:.0f} mm" if size >= 1e-3 else f"{1000 * size:.1f} mm"

@@ -43,6 +43,7 @@ __all__ = [
     "Taken",
     "as_bystander",
     "feet_of",
+    "freely_seated",
     "hands_moved",
     "in_place",
     "join_situations",
@@ -416,6 +417,24 @@ def take_places(seating: Seating, who: Occupants, positions: Floats | None = Non
         positions=positions,
     )
     return Taken(driven.poses, driven)
+
+
+def freely_seated(situation: Situation, more: float) -> Seated | None:
+    """The people of a situation where pedals and view would have their seats, if these went so much
+    [m] farther back and forward and thighs could hang as they will; None of drivers and of people
+    without a seat or pedals."""
+    seating = seating_of(situation.place, situation.case)
+    seat_of = seating.seat
+    if seat_of is None or seating.driving is not None or not (seating.pedals and seating.pedals.at):
+        return None
+    low, high = seat_of.travel_forward
+    return seat(
+        situation.body,
+        _pose_of_each(seating, situation.body),
+        replace(seat_of, travel_forward=(low - more, high + more), front=None),
+        eye=seating.eye,
+        pedals=seating.pedals,
+    )
 
 
 def _pose_of_each(seating: Seating, body: Body) -> Poses:

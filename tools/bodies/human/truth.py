@@ -26,6 +26,13 @@ __all__ = ["BENT", "BentGap", "Skinned", "allowances", "bent_gaps", "fit_errors"
 
 Floats = NDArray[np.float64]
 SEATED = {f"{side}{joint}": {"flexion": 90.0} for side in "LR" for joint in "HKE"}
+LEANING = {
+    "W": {"flexion": 5.0},
+    "SP": {"flexion": 4.0},
+    "NP": {"flexion": 4.0},
+    "HP": {"flexion": 2.0},
+}
+"""Trunk, neck and head of the posture `driving`."""
 BENT = {
     "LE": ("flexion", 100.0),
     "LK": ("flexion", 100.0),
@@ -190,12 +197,18 @@ def _winding(points, corner):  # type: ignore[no-untyped-def]
 
 
 def allowances(body: Body) -> tuple[list[tuple[str, str, float]], list[str]]:
-    """Overlaps of segments standing or sitting, the flesh spread or not, as allowances, rounded up
-    to 2 mm; and those that no flesh explains."""
+    """Overlaps of segments standing or sitting, upright and leaning, the flesh spread or not, as
+    allowances, rounded up to 2 mm; and those that no flesh explains."""
     bare = _without(body)
     segment = body.sphere_segment
     deepest: dict[tuple[str, str], float] = {}
-    for shape, posture in ((bare, {}), (bare, SEATED), (seated(bare), SEATED)):
+    sitting = seated(bare)
+    for shape, posture in (
+        (bare, {}),
+        (bare, SEATED),
+        (sitting, SEATED),
+        (sitting, SEATED | LEANING),
+    ):
         found = wb.self_contacts(wb.place(shape, wb.pose(shape, posture)))
         rows = zip(found.sphere, found.other_sphere, found.distance, strict=True)
         for one, other, distance in rows:

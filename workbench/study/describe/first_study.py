@@ -1,33 +1,73 @@
-"""Write a first study of an environment: somebody in each seat, with what is asked of any cockpit.
+"""Write a first study of an environment: somebody in each seat or at each group of controls, with
+what a reviewer asks of any workplace.
 
-It is a beginning to be edited. Each seat has a role. Hands and feet of a sitter take the
-likeliest controls on their own side; a control belongs to the seat that is nearest to it.
+It is a beginning to be edited. What was guessed stands in it as comments, and so do the limits
+that this project assumes.
 """
 
 from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-
 from workbench.files.yaml_changes import flow_text
-from workbench.model.environment import Control, Environment, Seat
+from workbench.model.environment import Control, Environment
+from workbench.study.describe.around import Around, around
+from workbench.study.describe.at_controls import Sitter, left_out, sitters_of
 from workbench.study.describe.people import PERSON
+from workbench.study.describe.standing_place import Standing, standing_places
 
-__all__ = ["first_study"]
+__all__ = ["first_study", "guesses_of"]
 
-STANDS_BEHIND = 0.5
-"""How far [m] behind an environment without seats somebody stands, looking forward."""
-BEFORE = (0.45, 0.30)
-"""How far [m] ahead of and above the seat reference point hands are at work, about."""
-FEET = "foot"
-HANDS = ("push", "pinch", "grasp")
+HEAD_ROOM = 50
+KNEE_ROOM = 30
+WHEEL_ROOM = 25
+BELLY_ROOM = 50
+EYES_BELOW = 25
+EYES_ABOVE = 40
+DOWN = 5
+TRAVEL_LEFT = 20
+SHARE = 90
+GIVES = 10
+"""Limits that are assumed: [mm], degrees, percent."""
+SHORT_TRAVEL = 0.06
+"""Of less travel [m] nothing is asked to be left."""
+LIMBS = ["LLA", "RLA", "LHN", "RHN", "LLL", "RLL", "LF", "RF"]
+"""Segments that are asked not to be in the rest of the body: folds of trunk, shoulders and hips are
+no fault."""
+LEGS = ["LUL", "RUL", "LLL", "RLL"]
+CASE = "at the controls"
+THIGH = 0.42
+SHANK = 0.50
+HIP = 0.09
+OVER_FLOOR = 0.015
+"""Of a median man hip to knee, knee to sole, and the hip point above the cushion [m]; and how far
+[m] soles are kept over the floor."""
+MOST_LEAN = 0.77
+"""A shank leans forward by no more than the angle of this cosine: then knees rise."""
+SOLE = 25.0
+"""Degrees by which a foot is stretched at most, so that the sole lies flat."""
+ARM_AT_REST = {
+    "C": {"protraction": 0},
+    "S": {"flexion": 15, "medial_rotation": 15},
+    "E": {"flexion": 75},
+    "W": {"pronation": 50, "flexion": 4},
+}
+"""A hand above the own thigh, in degrees by joint of its side."""
 
 
-def first_study(environment: Environment, source: str) -> str:
+@dataclass(frozen=True)
+class _Row:
+    """A criterion, and what is assumed in it or says what it is about; "" where nothing is."""
+
+    asked: dict[str, Any]
+    note: str = ""
+
+
+def first_study(environment: Environment, source: str, *, people: int = 0) -> str:
     """Return the text of a study that runs as it is.
 
     Parameters
@@ -36,24 +76,56 @@ def first_study(environment: Environment, source: str) -> str:
         The environment.
     source
         How the study is to name it: a name of the catalogue, or a path from the study's file.
+    people
+        So many people of a survey take the place of the one who operates most. One person in each
+        place if 0.
     """
+    sitters = sitters_of(environment)
+    stands = {} if sitters else _stand_names(standing_places(environment))
+    if people:
+        sitters = _most_operating(sitters)
+        stands = dict(list(stands.items())[:1])
+    name = _plain_name(environment.name) + ("_people" if people else "")
+    asked = {one.name for sitter in sitters.values() for one in sitter.asked}
+    asked |= {one.name for stand in stands.values() for one in stand.controls}
+    around_each = {role: around(environment, sitter) for role, sitter in sitters.items()}
     lines = [
-        "# A first study, made by `workbench new`. docs/studies.md has all that can be said here.",
-        f"study: {_plain_name(environment.name)}",
+        "# A first study, made by `workbench new`: a beginning to be edited.",
+        "# docs/studies.md has all that can be said here. What was guessed:",
+        *(f"#   {line}" for line in _guesses(sitters, stands)),
+        *(f"#   {line}" for line in left_out(environment, asked) if not people),
+        f"study: {name}",
         "length: mm",
         f"environment: {flow_text(source)}",
         "people:                       # who is present at once; other people: size, population",
     ]
-    if not environment.seats:
-        return "\n".join([*lines, *_standing(environment)]) + "\n"
-    roles = _roles(environment)
-    for role, seat in roles.items():
-        who = {"body": PERSON, "seat": seat.name}
+    extra = {"population": {"source": "ansur2", "people": people, "seed": 1}} if people else {}
+    for role, sitter in sitters.items():
+        who = {"body": PERSON, "seat": sitter.frame.seat.name, **extra}
         lines.append(f"  {flow_text(role)}: {flow_text(who)}")
-    lines += ["cases:", "  - name: at the controls", "    people:"]
-    for role, seat in roles.items():
-        lines.append(f"      {flow_text(role)}: {flow_text(_action(environment, seat))}")
-    return "\n".join([*lines, *_criteria(environment, roles)]) + "\n"
+    for role, stand in stands.items():
+        on = [round(1e3 * value) for value in stand.on]
+        place = {"on": on, "yaw": round(math.degrees(stand.yaw))}
+        lines.append(f"  {flow_text(role)}: {flow_text({'body': PERSON, 'stand': place, **extra})}")
+    actions = {
+        role: _action(role, sitter, around_each[role], len(sitters))
+        for role, sitter in sitters.items()
+    }
+    lines += _posture_lines([made.posture for made in actions.values() if made.posture])
+    lines += ["cases:", f"  - name: {CASE}", "    people:"]
+    for role, made in actions.items():
+        lines.append(f"      {flow_text(role)}: {flow_text(made.action)}")
+    lines += [f"      {flow_text(role)}: {flow_text({'posture': 'standing'})}" for role in stands]
+    rows = [*_asked(sitters, around_each, stands, people)]
+    if people:
+        share = {"name": f"{SHARE} in a hundred", "check": "share", "at_least": SHARE}
+        rows.append(_Row(share, "assumed: the share of these people who meet everything"))
+    return "\n".join([*lines, "criteria:", *_criteria_lines(rows)]) + "\n"
+
+
+def guesses_of(text: str) -> list[str]:
+    """What was guessed in a first study, as its text says it."""
+    return [line[4:] for line in text.splitlines() if line.startswith("#   ")]
 
 
 def _plain_name(words: str) -> str:
@@ -61,81 +133,200 @@ def _plain_name(words: str) -> str:
     return "_".join(re.findall(r"[a-z0-9]+", words.lower())) or "study"
 
 
-def _standing(environment: Environment) -> list[str]:
-    """The rest of a study of an environment that nobody sits in."""
-    corners = environment.vertices
-    low, high = corners.min(axis=0), corners.max(axis=0)
-    at = [low[0] - STANDS_BEHIND, 0.5 * (low[1] + high[1]), max(float(low[2]), 0.0)]
-    who = {"body": PERSON, "stand": {"on": [round(1e3 * float(value)) for value in at]}}
-    lines = [
-        f"  person: {flow_text(who)}",
-        "cases:",
-        "  - {name: standing, people: {person: {posture: standing}}}",
-    ]
-    return [*lines, *_criteria(environment, {})]
+def _stand_names(places: Sequence[Standing]) -> dict[str, Standing]:
+    """A role for each place where somebody stands."""
+    if len(places) == 1:
+        return {"person": places[0]}
+    return {f"at {place.controls[0].name}": place for place in places}
 
 
-def _roles(environment: Environment) -> dict[str, Seat]:
-    """A role for each seat, called as the seat."""
-    return {seat.name: seat for seat in environment.seats}
+def _most_operating(sitters: Mapping[str, Sitter]) -> dict[str, Sitter]:
+    """The sitter with most hands and feet on controls, the first of these."""
+    if not sitters:
+        return {}
+    most = max(sitters, key=lambda role: len(sitters[role].hands) + len(sitters[role].feet))
+    return {most: sitters[most]}
 
 
-def _criteria(environment: Environment, roles: Mapping[str, Seat]) -> list[str]:
-    """What is asked: contact, reach of each seat's controls, room between people."""
-    rows: list[dict[str, Any]] = [{"name": "nobody is in the structure", "check": "contact"}]
-    owned = {role: _own_controls(environment, seat) for role, seat in roles.items()}
-    for role, controls in owned.items():
-        if controls:
-            names = [control.name for control in controls]
-            row: dict[str, Any] = {"name": f"{role} reaches the controls", "check": "reach"}
-            if len(roles) > 1:
-                row |= {"people": [role], "controls": names}
-            rows.append(row)
-    if not roles and environment.controls:
-        rows.append({"name": "controls are reached", "check": "reach"})
-    if len(roles) > 1:
-        rows.append({"name": "room between people", "check": "between_people", "at_least": 0})
-    return ["criteria:", *(f"  - {flow_text(row)}" for row in rows)]
+def _guesses(sitters: Mapping[str, Sitter], stands: Mapping[str, Standing]) -> Iterator[str]:
+    """What was guessed, and by what."""
+    for role, sitter in sitters.items():
+        yield from (f"{role}: {why}" for why in sitter.why)
+        if sitter.operates and not sitter.eyes:
+            yield f"{role}: no eye point is near where the eyes are: no view is asked for"
+        if sitter.hands and not sitter.feet:
+            yield f"{role}: no pedal is nearest to the seat: legs rest as the seat has them"
+    yield from (f"{role} stands {stand.why}" for role, stand in stands.items())
 
 
-def _own_controls(environment: Environment, seat: Seat) -> list[Control]:
-    """The controls to which no other seat is nearer."""
+@dataclass(frozen=True)
+class _Action:
+    """What a role does, and the posture that is made for it, None where there is none."""
+
+    action: dict[str, Any]
+    posture: tuple[str, dict[str, Any]] | None
+
+
+def _action(role: str, sitter: Sitter, about: Around, seats: int) -> _Action:
+    """What the occupant of a seat does: hands and feet on controls, or at rest."""
+    name = "at rest" if seats == 1 else f"{role} at rest"
+    if not sitter.operates:
+        angles = {**_legs(sitter, about), **_arms(["left", "right"])}
+        return _Action({"posture": name}, (name, {"like": "driving", "angles": angles}))
+    predicted: dict[str, Any] = {}
+    posture = None
+    resting = [side for side in ("left", "right") if side not in sitter.hands]
+    if resting or not sitter.feet:
+        predicted["like"] = name
+        legs = {} if sitter.feet else _legs(sitter, about)
+        posture = (name, {"like": "driving", "angles": {**legs, **_arms(resting)}})
+    predicted |= {"hands": sitter.hands} if sitter.hands else {}
+    predicted |= {"feet": sitter.feet} if sitter.feet else {}
+    predicted |= {"eyes": sitter.eyes} if sitter.eyes else {}
+    predicted |= {"heels": sitter.heels} if sitter.heels else {}
+    return _Action({"predicted": predicted}, posture)
+
+
+def _arms(sides: Sequence[str]) -> dict[str, Any]:
+    """Angles of arms at rest."""
+    letters = " ".join(f"{side[0].upper()}{{}}" for side in sides)
+    return {letters.replace("{}", joint): angles for joint, angles in ARM_AT_REST.items() if sides}
+
+
+def _legs(sitter: Sitter, about: Around) -> dict[str, Any]:
+    """Angles of legs that lie along the cushion with the soles flat on the floor. Over a low floor
+    the shanks hang, over a high one the knees rise."""
+    seat = sitter.frame.seat
+    rise = seat.cushion_angle
+    lean = 0.0
+    if about.floor is not None:
+        hip = seat.srp[2] + HIP - about.floor - OVER_FLOOR
+        lean = math.acos(min(max((hip + THIGH * math.sin(rise)) / SHANK, MOST_LEAN), 1.0))
+        rise = math.asin(min(max((SHANK * math.cos(lean) - hip) / THIGH, math.sin(rise)), 0.7))
+    return {
+        "LH RH": {"flexion": round(90.0 + math.degrees(rise - seat.back_angle)), "abduction": 3},
+        "LK RK": {"flexion": round(90.0 + math.degrees(rise - lean))},
+        "LA RA": {"plantarflexion": round(min(math.degrees(lean), SOLE))},
+    }
+
+
+def _posture_lines(postures: Sequence[tuple[str, dict[str, Any]]]) -> list[str]:
+    """The postures of the study."""
+    if not postures:
+        return []
     return [
-        control
-        for control in environment.controls
-        if min(environment.seats, key=lambda one: math.dist(one.srp, control.at)) is seat
+        "postures:",
+        *(f"  {flow_text(name)}: {flow_text(posture)}" for name, posture in postures),
     ]
 
 
-def _action(environment: Environment, seat: Seat) -> dict[str, Any]:
-    """What somebody does in a seat: hands and feet on the likeliest controls of their side."""
-    own = _own_controls(environment, seat)
-    hands = _by_side(seat, [control for control in own if control.grip in HANDS])
-    feet = _by_side(seat, [control for control in own if control.grip == FEET])
-    if not hands and not feet:
-        return {"posture": "hands_in_lap"}
-    predicted: dict[str, Any] = {"hands": hands} if hands else {}
-    if feet:
-        predicted["feet"] = feet
-    return {"predicted": predicted}
+def _criteria_lines(rows: Sequence[_Row]) -> Iterator[str]:
+    for row in rows:
+        if row.note:
+            yield f"  # {row.note}"
+        yield f"  - {flow_text(row.asked)}"
 
 
-def _by_side(seat: Seat, controls: Iterable[Control]) -> dict[str, str]:
-    """The control to the left and the one to the right of a seat's middle that hands and feet are
-    likely on: of the least zone, and of these the nearest to where hands are at work."""
-    ahead = np.array([math.cos(seat.yaw), math.sin(seat.yaw), 0.0])
-    work = np.array(seat.srp) + BEFORE[0] * ahead + np.array([0.0, 0.0, BEFORE[1]])
-    rows = sorted(
-        controls, key=lambda control: (control.zone, math.dist(work, control.at), control.name)
-    )
-    found: dict[str, str] = {}
-    for control in rows:
-        side = "left" if _to_left(seat, control.at) > 0.0 else "right"
-        found.setdefault(side, control.name)
-    return {side: found[side] for side in ("left", "right") if side in found}
+def _asked(
+    sitters: Mapping[str, Sitter],
+    around_each: Mapping[str, Around],
+    stands: Mapping[str, Standing],
+    people: int,
+) -> Iterator[_Row]:
+    """What is asked of everybody, and of each by where he is."""
+    contact = {"name": "nobody is in the structure", "check": "contact"}
+    if people:
+        note = "assumed: flesh, sleeves and soles give way by so much"
+        yield _Row({**contact, "at_most": GIVES}, note)
+    else:
+        yield _Row(contact)
+    note = "forearms, hands, shanks and feet: folds of trunk, shoulders and hips are no fault"
+    own = {"name": "no one overlaps himself", "check": "self_contact", "segments": LIMBS}
+    yield _Row(own, note)
+    several = len(sitters) + len(stands) > 1
+    for role, sitter in sitters.items():
+        for row in _asked_in_seat(sitter, around_each[role], people):
+            yield _owned(row, role) if several else row
+    for role, stand in stands.items():
+        for row in _reaches(stand.controls):
+            yield _owned(row, role) if several else row
+    if several:
+        room = {"name": "room between people", "check": "between_people", "at_least": 0}
+        yield _Row(room)
 
 
-def _to_left(seat: Seat, at: Sequence[float]) -> float:
-    """How far [m] a place is to the left of a seat's middle."""
-    way = np.array([-math.sin(seat.yaw), math.cos(seat.yaw), 0.0])
-    return float((np.array(at) - np.array(seat.srp)) @ way)
+def _owned(row: _Row, role: str) -> _Row:
+    """A criterion of one of several roles."""
+    asked = row.asked
+    name = f"{role}: {asked['name']}"
+    return _Row({"name": name, "check": asked["check"], "people": [role], **_but(asked)}, row.note)
+
+
+def _but(asked: Mapping[str, Any]) -> dict[str, Any]:
+    return {key: value for key, value in asked.items() if key not in ("name", "check")}
+
+
+def _asked_in_seat(sitter: Sitter, about: Around, people: int) -> Iterator[_Row]:
+    """What is asked of the occupant of a seat; a population may use the travel up to its ends."""
+    yield from _view(sitter, about)
+    yield from _clearances(sitter, about)
+    if sitter.feet:
+        yield _Row({"name": "feet on the pedals", "check": "pedals"})
+    low, high = sitter.frame.seat.travel_forward
+    if sitter.feet and not people and high - low >= SHORT_TRAVEL:
+        travel = {"name": "travel left", "check": "preferred_seat", "at_least": TRAVEL_LEFT}
+        note = "assumed: so much of the seat's travel is left fore and aft where it is comfortable"
+        yield _Row(travel, note)
+    yield from _reaches(sitter.asked)
+
+
+def _view(sitter: Sitter, about: Around) -> Iterator[_Row]:
+    """What is asked of the eyes, where a design eye is."""
+    if not sitter.eyes:
+        return
+    heights = {"below": EYES_BELOW, "above": EYES_ABOVE}
+    note = "assumed: the eyes come so near to the height of the design eye"
+    yield _Row({"name": "eyes at the design eye", "check": "eye_height", **heights}, note)
+    if about.over:
+        over = {"name": "view ahead", "check": "view_over", "parts": list(about.over)}
+        note = f"assumed: {DOWN} degrees down over what lies before the eyes, parts by their names"
+        yield _Row({**over, "down": DOWN}, note)
+
+
+def _clearances(sitter: Sitter, about: Around) -> Iterator[_Row]:
+    """What is asked of the room about an occupant."""
+    if about.above:
+        soup = not about.rests.isdisjoint(about.above)  # the headrest may be of the same part
+        who = {"subparts": ["H/crown"]} if soup else {"segments": ["H"]}
+        parts = {"parts": list(about.above), "at_least": HEAD_ROOM}
+        note = "assumed: room for a headset and bumps; the parts that are above the head"
+        yield _Row({"name": "head room", "check": "clearance", **who, **parts}, note)
+    if about.before:
+        soup = not about.rests.isdisjoint(about.before)  # shanks are near the floor
+        knees = {"subparts": ["LLL/knee cap", "RLL/knee cap"]}
+        who = knees if soup else {"segments": LEGS}
+        parts = {"parts": list(about.before), "at_least": KNEE_ROOM}
+        note = "assumed: room to get in and out; the parts that are before knees and shins"
+        yield _Row({"name": "knee room", "check": "clearance", **who, **parts}, note)
+    if sitter.wheels:
+        parts = {"parts": list(sitter.wheels)}
+        thighs = {"segments": ["LUL", "RUL"], **parts, "at_least": WHEEL_ROOM}
+        yield _Row(
+            {"name": "thighs to the wheel", "check": "clearance", **thighs},
+            "assumed: room to turn the wheel",
+        )
+        belly = {"segments": ["LT", "CT", "UT"], **parts, "at_least": BELLY_ROOM}
+        yield _Row({"name": "belly to the wheel", "check": "clearance", **belly}, "assumed")
+
+
+def _reaches(controls: Sequence[Control]) -> Iterator[_Row]:
+    """The controls of each zone are reached."""
+    zones = {
+        1: ("primary controls", "zone 1, without stretching a shoulder"),
+        2: ("secondary controls", "zone 2, with the shoulder stretched"),
+        3: ("other controls", "zone 3, leaning over the lap belt"),
+    }
+    for zone, (name, note) in zones.items():
+        names = [one.name for one in controls if one.zone == zone]
+        if names:
+            yield _Row({"name": f"{name} in reach", "check": "reach", "controls": names}, note)

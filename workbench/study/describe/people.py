@@ -26,6 +26,7 @@ __all__ = [
     "person_words",
     "seated_person",
     "seated_words",
+    "standing_man",
     "standing_person",
 ]
 
@@ -44,6 +45,11 @@ def _posture(name: str) -> Poses:
     path = posture_path(body_path(PERSON))
     assert path is not None
     return posture_pose(_person(), load_postures(path, _person())[0], name)
+
+
+def standing_man() -> tuple[Body, Poses]:
+    """The person, and how he stands (P = 1)."""
+    return _person(), _posture("standing")
 
 
 def standing_person(bounds: Floats) -> Placed:

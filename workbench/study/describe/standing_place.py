@@ -1,0 +1,263 @@
+"""Guess where people stand at controls: on the floor, clear of everything, facing the controls.
+
+Controls that are near one another are used from one place. Places about them are tried, in all
+directions; of those where a standing man is clear of everything the one is taken whose way from
+the shoulders to the controls is free and short, square to the surfaces that they are on.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+
+from workbench.body.forward import place
+from workbench.contact.collide import room
+from workbench.model.arrays import Floats, Ints
+from workbench.model.environment import Control, Environment
+from workbench.model.poses import Placed, Poses
+from workbench.study.describe.people import standing_man
+from workbench.study.describe.rays import first_hits
+
+__all__ = ["Standing", "standing_places"]
+
+TOGETHER = 1.4
+"""Controls that are all nearer [m] than this to one another are used from one place."""
+MOST_PLACES = 4
+"""More people than this are not put in at once."""
+DISTANCES = (0.30, 0.40, 0.50, 0.60, 0.70)
+"""How far [m] before the middle of the controls somebody may stand."""
+TURNS = 24
+CLEAR = 0.01
+"""Room [m] that a standing man has about him where he is clear."""
+LIFTED = 0.03
+"""A man is lifted so far [m] off the floor while it is asked what else he touches."""
+SOLES = ((0.0, 0.0), (0.15, 0.1), (0.15, -0.1), (-0.05, 0.1), (-0.05, -0.1))
+"""About where soles are, ahead and to the left [m]."""
+SHOULDER = 1.35
+"""Height [m] of the shoulders above the floor, about."""
+SHORT_OF = 0.04
+"""A free way ends so far [m] before a control: there its own part begins."""
+STEP = 0.15
+"""A floor higher [m] than the lowest one about the controls is furniture."""
+ABOUT = 0.06
+"""Triangles nearer [m] than this are the surface that a control is on."""
+BLOCKED = 0.5
+ASKEW = 0.4
+"""What a blocked way to every control, and surfaces seen edge-on, weigh against way [m]."""
+
+
+@dataclass(frozen=True, eq=False)
+class Standing:
+    """Somebody who stands.
+
+    on: (3,) [m] on the floor; yaw [rad]; controls: within reach of here; clear: whether nothing is
+    touched; why: by what this was guessed.
+    """
+
+    on: tuple[float, float, float]
+    yaw: float
+    controls: tuple[Control, ...]
+    clear: bool
+    why: str
+
+
+@dataclass(frozen=True, eq=False)
+class _Spots:
+    """(M,) places that are tried: on (M, 3) [m], facing (M,) [rad]; room (M,) [m] there."""
+
+    on: Floats
+    yaw: Floats
+    room: Floats
+
+    def keep(self, rows: Ints) -> _Spots:
+        """The places at indices."""
+        return _Spots(self.on[rows], self.yaw[rows], self.room[rows])
+
+
+def standing_places(environment: Environment) -> list[Standing]:
+    """Guess where people stand in an environment, one for each group of controls, of many for the
+    first few; one person where there are none.
+
+    The order is that of the controls in the file.
+    """
+    controls = [one for one in environment.controls if not one.for_feet]
+    if not controls:
+        return [_anywhere(environment)]
+    return [_at(environment, group) for group in _groups(controls)[:MOST_PLACES]]
+
+
+def _groups(controls: Sequence[Control]) -> list[list[Control]]:
+    """Controls that are all near one another, from the first of the file on."""
+    groups: list[list[Control]] = []
+    for one in controls:
+        near = [
+            group
+            for group in groups
+            if all(math.dist(one.at[:2], other.at[:2]) <= TOGETHER for other in group)
+        ]
+        if near:
+            near[0].append(one)
+        else:
+            groups.append([one])
+    return groups
+
+
+def _at(environment: Environment, controls: Sequence[Control]) -> Standing:
+    """Where somebody stands at a group of controls."""
+    at = np.array([one.at for one in controls])
+    spots = _spots(environment, at.mean(axis=0))
+    spots = _nearest_clear(spots)
+    costs = [_cost(environment, spots, row, controls) for row in range(len(spots.yaw))]
+    best = int(np.argmin(costs))
+    clear = bool(spots.room[best] >= CLEAR)
+    x, y, z = _on_floor(environment, spots.on[best], float(spots.yaw[best]))
+    away = float(np.hypot(*(at.mean(axis=0) - spots.on[best])[:2]))
+    return Standing(
+        (x, y, z),
+        float(spots.yaw[best]),
+        tuple(controls),
+        clear,
+        f"{1000 * away:.0f} mm before the middle of the controls, on the floor below, facing them"
+        + ("" if clear else "; no place was found there that touches nothing"),
+    )
+
+
+def _spots(environment: Environment, centre: Floats) -> _Spots:
+    """Places about a point (3,), on the floor there."""
+    yaw, away = (
+        axis.ravel()
+        for axis in np.meshgrid(
+            np.arange(TURNS) * 2 * math.pi / TURNS, np.array(DISTANCES), indexing="ij"
+        )
+    )
+    on = centre - away[:, None] * np.stack([np.cos(yaw), np.sin(yaw), np.zeros(len(yaw))], axis=1)
+    floor = _floor(environment, on)
+    on[:, 2] = floor
+    level = floor <= floor.min() + STEP
+    on, yaw = on[level], yaw[level]
+    return _Spots(on, yaw, _room(environment, on, yaw))
+
+
+def _floor(environment: Environment, on: Floats) -> Floats:
+    """(M,) [m] the height of what is below places (M, 3); the lowest of the environment where
+    nothing is."""
+    lowest = float(environment.bounds[0, 2])
+    down = np.tile([0.0, 0.0, -1.0], (len(on), 1))
+    length = float(max(np.max(on[:, 2]) - lowest + 0.1, 0.1))
+    hits = first_hits(environment, on, down, length=length, among=~environment.hidden)
+    return np.where(np.isfinite(hits.distance), on[:, 2] - hits.distance, lowest)
+
+
+def _on_floor(environment: Environment, on: Floats, yaw: float) -> tuple[float, float, float]:
+    """A place (3,) [m], raised to the highest floor under the soles there."""
+    ahead = np.array([math.cos(yaw), math.sin(yaw), 0.0])
+    left = np.array([-ahead[1], ahead[0], 0.0])
+    spots = np.array([on + forth * ahead + aside * left for forth, aside in SOLES])
+    spots[:, 2] += STEP
+    floor = float(_floor(environment, spots).max())
+    return float(on[0]), float(on[1]), max(floor, float(on[2]))
+
+
+def _room(environment: Environment, on: Floats, yaw: Floats) -> Floats:
+    """(M,) [m] what a standing man has about him, lifted a little so that the floor is not near."""
+    apart = room(_standing(on + np.array([0.0, 0.0, LIFTED]), yaw), environment)
+    found: Floats = np.nan_to_num(apart, nan=np.inf).min(axis=1)
+    return found
+
+
+def _nearest_clear(spots: _Spots) -> _Spots:
+    """In each direction the nearest place where a man is clear; where there is none in any, the
+    clearest of each."""
+    rows = []
+    for yaw in np.unique(spots.yaw):
+        mine = np.flatnonzero(spots.yaw == yaw)  # in the order of the distances
+        clear = mine[spots.room[mine] >= CLEAR]
+        rows.append(int(clear[0]) if len(clear) else int(mine[np.argmax(spots.room[mine])]))
+    kept = np.array(rows)
+    clear_ones = kept[spots.room[kept] >= CLEAR]
+    return spots.keep(clear_ones if len(clear_ones) else kept)
+
+
+def _cost(environment: Environment, spots: _Spots, row: int, controls: Sequence[Control]) -> float:
+    """What a place has against it, in metres of way."""
+    at = np.array([one.at for one in controls])
+    shoulder = spots.on[row] + np.array([0.0, 0.0, SHOULDER])
+    way = at - shoulder
+    length = np.linalg.norm(way, axis=1)
+    hits = first_hits(
+        environment,
+        np.tile(shoulder, (len(at), 1)),
+        way / length[:, None],
+        length=float(length.max()),
+        among=~environment.hidden,
+    )
+    blocked = hits.distance < length - SHORT_OF
+    ahead = np.array([math.cos(spots.yaw[row]), math.sin(spots.yaw[row])])
+    askew = [_askew(environment, one, ahead) for one in controls]
+    cost = length.mean() + BLOCKED * blocked.mean() + ASKEW * float(np.mean(askew))
+    return float(cost) + max(0.0, CLEAR - float(spots.room[row])) * 10.0
+
+
+def _askew(environment: Environment, control: Control, ahead: Floats) -> float:
+    """How much of the surface that a control is on is seen from its edge: 0 to 1."""
+    if control.part not in environment.parts:
+        return 0.0
+    corners = environment.triangle_corners(environment.part(control.part))
+    at = np.array(control.at)
+    near = (corners.min(axis=1) <= at + ABOUT).all(axis=1)
+    near &= (corners.max(axis=1) >= at - ABOUT).all(axis=1)
+    normal = np.cross(corners[near, 1] - corners[near, 0], corners[near, 2] - corners[near, 0])
+    size = np.linalg.norm(normal, axis=1)
+    level = (normal[:, :2] / np.sqrt(np.maximum(size, 1e-12))[:, None]) ** 2
+    if not level.sum():
+        return 0.0
+    along = (normal[:, :2] @ ahead) ** 2 / np.maximum(size, 1e-12)
+    return float(1.0 - along.sum() / level.sum())
+
+
+def _anywhere(environment: Environment) -> Standing:
+    """Where somebody stands who has nothing to do: clear, as near to the middle as may be."""
+    low, high = environment.bounds
+    middle = 0.5 * (low + high)
+    steps = [np.linspace(low[k] - 0.5, high[k] + 0.5, 9) for k in (0, 1)]
+    x, y = (axis.ravel() for axis in np.meshgrid(*steps, indexing="ij"))
+    on = np.stack([x, y, np.full(len(x), low[2] + 0.4)], axis=1)
+    on[:, 2] = _floor(environment, on)
+    yaw = np.zeros(len(on))
+    spots = _Spots(on, yaw, _room(environment, on, yaw))
+    clear = np.flatnonzero(spots.room >= CLEAR)
+    rows = clear if len(clear) else np.array([int(np.argmax(spots.room))])
+    away = np.hypot(*(on[rows] - middle)[:, :2].T)
+    best = int(rows[int(np.argmin(away))])
+    a, b, c = _on_floor(environment, on[best], 0.0)
+    why = "no seat and no control is described: as near to the middle as a standing man is clear"
+    if not len(clear):
+        why = "no seat and no control is described, and no place was found that touches nothing"
+    return Standing((a, b, c), 0.0, (), bool(len(clear)), why)
+
+
+@cache
+def _soles() -> float:
+    """Height [m] of the soles of the standing man."""
+    body, poses = standing_man()
+    return float((place(body, poses).centres[0, :, 2] - body.radius[0]).min())
+
+
+def _standing(on: Floats, yaw: Floats) -> Placed:
+    """A man who stands in places (M, 3) [m], facing directions (M,)."""
+    body, poses = standing_man()
+    count = len(on)
+    world = np.repeat(poses.world_from_reference, count, axis=0)
+    turn = np.zeros((count, 3, 3))
+    turn[:, 0, 0] = turn[:, 1, 1] = np.cos(yaw)
+    turn[:, 1, 0] = np.sin(yaw)
+    turn[:, 0, 1] = -turn[:, 1, 0]
+    turn[:, 2, 2] = 1.0
+    world[:, :, :3] = turn @ world[:, :, :3]
+    world[:, :2, 3] = on[:, :2]
+    world[:, 2, 3] += on[:, 2] - _soles()
+    return place(body, Poses(np.repeat(poses.rotations, count, axis=0), poses.reference, world))
