@@ -138,7 +138,7 @@ def test_faults_of_form_and_of_names_come_together_in_the_order_of_the_lines(tmp
         (
             "criteria:\n",
             "reach_envelopes: [{people: bert}]\ncriteria:\n",
-            "'bert' is in no seat, about which reaches are measured",
+            "'bert' neither sits nor stands, so nothing says which way is ahead",
         ),
         (
             "criteria:\n",

@@ -270,6 +270,8 @@ def person_words(person: PersonFound) -> str:
         ):
             if abs(value) >= HALF_MILLIMETRE:
                 words += f", {abs(1000 * value):.0f} mm {ahead if value > 0 else behind}"
+    elif role.stand is not None:
+        words += ", standing"
     return words
 
 

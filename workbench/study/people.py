@@ -134,7 +134,8 @@ def _take_place(
     comfortable = comfortable_situations(workplace, who)
     asked = asked_of(workplace)
     first = workplace.first_predicted
-    if not role.free or workplace.cases[first].aims is None or not asked:
+    given = workplace.cases[first].aims is None and workplace.seat is not None
+    if not role.free or given or not asked:
         return comfortable, []
     no_sets = np.zeros((len(asked), 0), dtype=np.bool_)
     found = fitted_positions(workplace, asked, no_sets, who, comfortable)

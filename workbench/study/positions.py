@@ -35,7 +35,6 @@ import numpy as np
 from workbench.model.accommodation import MET
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.content import content_key
-from workbench.model.environment import Seat
 from workbench.model.workplace import Workplace
 from workbench.posture.seating.posture import DECIMALS
 from workbench.study.checks.margins import Asked, Margins, no_margins
@@ -316,7 +315,7 @@ def fitted_positions(
     nominal = nominal_setting(place)
     setting = np.tile(nominal, (len(at), 1))
     found = Fitted(here, at, window, _met_sets(here.margin, members), setting)
-    positions = lattice(place.own_seat)
+    positions = lattice(place.travel)
     movable = _movable(asked)
     short = np.flatnonzero((here.margin[:, movable] < -MET).any(axis=1))
     if len(positions) > 1 and len(short):
@@ -363,14 +362,11 @@ def _tried_again(situations: Sequence[Situation], asked: Sequence[Asked], before
     return found
 
 
-def lattice(seat: Seat | None) -> Floats:
-    """(M, 2) [m] positions all over the travel of a seat, forward and up, with its ends; one
-    position without a seat."""
-    if seat is None:
-        return np.zeros((1, 2))
-    axes = [_axis(*seat.travel_forward), _axis(*seat.travel_up)]
-    forward, up = np.meshgrid(*axes, indexing="ij")
-    return np.stack([forward.ravel(), up.ravel()], axis=1)
+def lattice(travel: tuple[tuple[float, float], tuple[float, float]]) -> Floats:
+    """(M, 2) [m] positions all over the travel of a seat, or the area that somebody steps in, with
+    its ends; one position where there is none."""
+    first, second = np.meshgrid(*(_axis(*ends) for ends in travel), indexing="ij")
+    return np.stack([first.ravel(), second.ravel()], axis=1)
 
 
 def _axis(low: float, high: float) -> Floats:
@@ -578,9 +574,7 @@ def _try_neighbours(search: _Search, people: Ints, step: float) -> None:
 
 def _within_travel(search: _Search, positions: Floats) -> Floats:
     """Positions (N, 2) [m], brought into the travel of the seat."""
-    seat = search.place.own_seat
-    assert seat is not None
-    low, high = np.array([seat.travel_forward, seat.travel_up]).T
+    low, high = np.array(search.place.travel).T
     inside: Floats = np.clip(positions, low, high)
     return inside
 
@@ -625,7 +619,7 @@ class _Settings:
 
     def search(self, settings: Floats) -> None:
         """Try settings (S, A), then the neighbours of the best positions."""
-        positions = lattice(self.place.own_seat)
+        positions = lattice(self.place.travel)
         for setting in settings:
             self._tried_at(setting, self.left, lambda search: _scan(search, positions))
         if len(positions) > 1:

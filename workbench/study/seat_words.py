@@ -123,15 +123,21 @@ def _why(found: Tried) -> str:
 
 
 def move_words(situation: Situation, found: Tried, comfortable: Floats) -> list[str]:
-    """That the seat of a person has left the comfortable position (2,) [m], and why."""
+    """That the seat of a person has left the comfortable position (2,) [m], or that a person who
+    stands has stepped, and why."""
+    stands = situation.place.seat is None
+    aside = ("to the left of", "to the right of") if stands else ("above", "below")
     ahead, above = (found.seat[0] - comfortable).tolist()
     if not (ahead or above):
         return []
     way = [
         f"{1000 * abs(size):.0f} mm {words[0] if size > 0 else words[1]}"
-        for size, words in ((ahead, ("ahead of", "behind")), (above, ("above", "below")))
+        for size, words in ((ahead, ("ahead of", "behind")), (above, aside))
         if abs(size) >= 5e-4
     ]
     lead = f"{situation.place.role}, {situation.work.name}"
+    if stands:
+        where = f"{' and '.join(way)} the stated place"
+        return [f"{lead}: the person stands {where}, because there {_why(found)}"]
     where = f"{' and '.join(way)} the most comfortable position"
     return [f"{lead}: the seat is {where}, because there {_why(found)}"]

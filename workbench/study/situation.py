@@ -25,7 +25,7 @@ from workbench.model.environment import Control, Environment, Seat
 from workbench.model.population import Population
 from workbench.model.poses import Placed, Poses
 from workbench.model.posing import join_poses
-from workbench.model.workplace import Aims, WorkCase, Workplace
+from workbench.model.workplace import Aims, Stand, WorkCase, Workplace
 from workbench.posture.kernels.clear_reach import KEPT
 from workbench.posture.reaching.limbs import FEET, HANDS, ZONES, Limb, limb
 from workbench.posture.reaching.reach import reach
@@ -96,15 +96,18 @@ class Occupants:
 
 @dataclass(frozen=True, eq=False)
 class Taken:
-    """The places that B people have taken: their poses in the world with the hands at rest, and how
-    the seat came out, None for people without one."""
+    """The places that B people have taken: their poses in the world with the hands at rest, how
+    the seat came out, None for people without one, and (B, 2) [m] how far those who stand have
+    stepped, forward and left."""
 
     poses: Poses
     seated: Seated | None
+    stepped: Floats
 
     def rows(self, keep: Ints) -> Taken:
         """The people at indices, in their order."""
-        return Taken(self.poses.rows(keep), self.seated.rows(keep) if self.seated else None)
+        seated = self.seated.rows(keep) if self.seated else None
+        return Taken(self.poses.rows(keep), seated, self.stepped[keep])
 
 
 @dataclass(frozen=True, eq=False)
@@ -259,7 +262,11 @@ def join_situations(parts: Sequence[Situation]) -> Situation:
 
 def _join_taken(parts: Sequence[Taken]) -> Taken:
     seats = [part.seated for part in parts if part.seated is not None]
-    return Taken(join_poses([part.poses for part in parts]), join_seated(seats) if seats else None)
+    return Taken(
+        join_poses([part.poses for part in parts]),
+        join_seated(seats) if seats else None,
+        np.concatenate([part.stepped for part in parts]),
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -270,7 +277,7 @@ class Seating:
     Parameters
     ----------
     seat, stand
-        The seat with its travel, or the point (3,) [m] to stand on, None where there is none.
+        The seat with its travel, or where somebody stands, None where there is none.
     pose
         The posture that the prediction begins from, or the posture itself (P = 1).
     pedals
@@ -282,7 +289,7 @@ class Seating:
     """
 
     seat: Seat | None
-    stand: tuple[float, float, float] | None
+    stand: Stand | None
     pose: Poses
     pedals: Pedals | None = None
     eye: float | None = None
@@ -334,20 +341,22 @@ def take_places(seating: Seating, who: Occupants, positions: Floats | None = Non
     Parameters
     ----------
     positions
-        (B, 2) [m] forward and up, where the seat of each stands. None: where it is comfortable
-        within its travel.
+        (B, 2) [m] forward and up, where the seat of each stands; forward and left, how far each has
+        stepped. None: where it is comfortable within the travel, without a step.
     """
     body = who.body
     poses = _pose_of_each(seating, body)
+    stepped = np.zeros((len(body), 2))
     if seating.seat is None:
         if seating.stand is not None:
-            poses = _standing(body, poses, seating.stand)
-        return Taken(poses, None)
+            stepped = stepped if positions is None else positions
+            poses = _standing(body, poses, seating.stand.floor(stepped))
+        return Taken(poses, None, stepped)
     if seating.driving is None:
         found = seat(
             body, poses, seating.seat, eye=seating.eye, pedals=seating.pedals, held=positions
         )
-        return Taken(found.poses, found)
+        return Taken(found.poses, found, stepped)
     assert seating.package is not None and seating.pedals is not None
     driven = driving_posture(
         body,
@@ -361,7 +370,7 @@ def take_places(seating: Seating, who: Occupants, positions: Floats | None = Non
         numbers=(who.first + who.numbers).tolist(),
         positions=positions,
     )
-    return Taken(driven.poses, driven)
+    return Taken(driven.poses, driven, stepped)
 
 
 def _pose_of_each(seating: Seating, body: Body) -> Poses:
@@ -379,14 +388,14 @@ def _pose_of_each(seating: Seating, body: Body) -> Poses:
     )
 
 
-def _standing(body: Body, poses: Poses, stand: tuple[float, float, float]) -> Poses:
-    """Bodies whose lowest spheres rest at the height of a point, their reference segments over
-    it."""
+def _standing(body: Body, poses: Poses, floor: Floats) -> Poses:
+    """Bodies whose lowest spheres rest at the height of points (B, 3) [m], their reference segments
+    over these."""
     centres = place(body, poses).centres
     lowest = np.min(centres[:, :, 2] - body.radius, axis=1)
     world = poses.world_from_reference.copy()
-    world[:, :2, 3] = stand[:2]
-    world[:, 2, 3] += stand[2] - lowest
+    world[:, :2, 3] = floor[:, :2]
+    world[:, 2, 3] += floor[:, 2] - lowest
     return Poses(poses.rotations, poses.reference, world)
 
 
@@ -413,10 +422,11 @@ def in_place(place: Workplace, case: int, who: Occupants, taken: Taken) -> Situa
 
 
 def position_of(situation: Situation) -> Floats:
-    """(B, 2) [m] where the seats stand, forward and up; 0 of people without a seat."""
+    """(B, 2) [m] where the seats stand, forward and up; how far people without a seat have stepped,
+    forward and left."""
     seated = situation.seated
     if seated is None:
-        return np.zeros((len(situation), 2))
+        return situation.taken.stepped.copy()
     return np.stack([seated.forward, seated.up], axis=1)
 
 
