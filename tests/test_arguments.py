@@ -175,6 +175,7 @@ def arm_cases(one_arm):
             "tolerance": 1e-6,
             "threads": 1,
         },
+        "balance": {"placed": wb.place(man(), wb.pose(man(), {}))},
         "stops": {"body": one_arm, "poses": rest},
         "sweep": {
             "body": one_arm,

@@ -58,6 +58,7 @@ from .model.posing import pose as pose
 from .model.reach import Reach as Reach
 from .model.result import Result as Result
 from .model.study import Study as Study
+from .posture.balance import balance as balance
 from .posture.reaching.limbs import limb as limb
 from .posture.reaching.reach import reach as reach
 from .posture.seating.driving import driving_posture as driving_posture
