@@ -26,6 +26,16 @@ controls:
   aside: {at: [500, -700, 920], grip: push, zone: 1, part: top}
   far: {at: [1000, 0, 920], grip: push, zone: 1, part: top}
 """
+BENT = """study: bending
+length: mm
+environment: environment.yaml
+people:
+  worker: {body: adult_male, stand: {on: [0, 0, 0]AREA}PEOPLE}
+cases:
+  - {name: at work, people: {worker: {predicted: {hands: {left: far}}}}}
+criteria:
+  - {name: joints, check: stops, at_least: 0}
+"""
 STUDY = """study: at_the_desk
 length: mm
 environment: environment.yaml
@@ -113,6 +123,67 @@ def test_maps_and_envelopes_need_no_seat(desk):
     (reached,) = answered(desk, people=people, more=more).population.maps
     near = reached.points[:, 0] < 0.5
     assert reached.share[near].mean() > 0.4 > reached.share[~near].mean()
+
+
+def bent(desk, *, area="", people="", text=BENT):
+    area = f", area: {area}" if area else ""
+    (desk / "study.yaml").write_text(text.replace("AREA", area).replace("PEOPLE", people))
+    return wb.run(wb.load_study(desk / "study.yaml"))
+
+
+def fingertip_to(placed, target):
+    arm = wb.limb(placed.body, "left hand", grip="push")
+    hand = placed.world_from_segment[0, arm.end]
+    return np.linalg.norm(hand[:, :3] @ arm.tip[0] + hand[:, 3] - target)
+
+
+def test_a_predicted_stander_bends_to_the_control_in_balance_with_flat_feet(desk):
+    (found,) = bent(desk).postures
+    placed = found.people[0].placed
+    assert fingertip_to(placed, (1.0, 0.0, 0.92)) < 1e-4
+    assert wb.balance(placed).margin[0] > 0.005
+    feet = placed.world_from_segment[0, [placed.body.segment(name) for name in ("LF", "RF")]]
+    np.testing.assert_allclose(feet[:, :, :3], np.tile(np.eye(3), (2, 1, 1)), atol=2e-3)
+    assert found.people[0].margin.min() > -1e-6
+    assert not any("stays" in line for line in found.warnings)
+
+
+def test_a_predicted_stander_steps_to_where_it_is_comfortable(desk):
+    (stays,) = bent(desk).postures
+    (steps,) = bent(desk, area="{forward: [0, 300]}").postures
+    assert 0.1 < steps.people[0].forward <= 0.3 and steps.people[0].up == 0
+    hips = [
+        abs(wb.model.posing.angles_of(p.placed.body, p.poses)[0]).max()
+        for p in (stays.people[0], steps.people[0])
+    ]
+    assert hips[1] < hips[0]
+    assert fingertip_to(steps.people[0].placed, (1.0, 0.0, 0.92)) < 1e-4
+
+
+def test_everybody_of_a_population_bends_to_the_control(desk):
+    # upright the crown of the head is 650 mm and more over the desk, and 300 mm before it
+    people = ", population: {source: ansur2, people: 4, seed: 1}"
+    clearance = "check: clearance, segments: [H], parts: [top], at_least: "
+    upright = BENT.replace("predicted: {hands: {left: far}}", "posture: standing")
+    near, far = (
+        bent(desk, people=people, text=text.replace("check: stops, at_least: 0", clearance + "300"))
+        for text in (BENT, upright)
+    )
+    assert (near.population.margin < far.population.margin - 0.05).all()
+    assert near.population.served.all()
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("hands: {left: far}", "hands: {left: far}, eyes: e", "leave 'eyes' out"),
+        ("hands: {left: far}", "like: standing", "where they go; give 'hands'"),
+        ("stand: {on: [0, 0, 0]AREA}", "at: {segment: LT, position: [0, 0, 900]}", "or who stands"),
+    ],
+)
+def test_what_is_not_predicted_of_a_stander_says_what_is(desk, old, new, words):
+    with pytest.raises(InputError, match=words):
+        bent(desk, text=BENT.replace(old, new))
 
 
 @pytest.mark.parametrize(

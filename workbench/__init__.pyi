@@ -66,6 +66,7 @@ from .posture.seating.driving_angles import driving_angles as driving_angles
 from .posture.seating.packaging import eyellipse as eyellipse
 from .posture.seating.packaging import seat_curve as seat_curve
 from .posture.seating.seat import seat as seat
+from .posture.standing import standing_posture as standing_posture
 from .posture.stops import stops as stops
 from .study.accommodation.compare import compare as compare
 from .study.envelope.envelope import reach_envelope as reach_envelope

@@ -209,14 +209,14 @@ def _person(role: Role, situations: Sequence[Situation]) -> PersonFound:
     placed = place(situations[0].body, poses)
     margins = stops(placed.body, poses)
     joints = range(len(placed.body.joints))
-    seated = situations[0].seated
+    ahead, other = position_of(situations[0])[0].tolist()
     return PersonFound(
         role=role,
         poses=poses,
         placed=placed,
         postures=tuple(_posture(situation) for situation in situations),
-        forward=float(seated.forward[0]) if seated is not None else 0.0,
-        up=float(seated.up[0]) if seated is not None else 0.0,
+        forward=ahead,
+        up=other,
         contacts=contacts(placed, situations[0].environment),
         self_contacts=self_contacts(placed),
         clearance=_joined([situation.nearest for situation in situations]),

@@ -137,7 +137,8 @@ def move_words(situation: Situation, found: Tried, comfortable: Floats) -> list[
     ]
     lead = f"{situation.place.role}, {situation.work.name}"
     if stands:
-        where = f"{' and '.join(way)} the stated place"
+        chosen = situation.work.aims is not None
+        where = f"{' and '.join(way)} the {'most comfortable' if chosen else 'stated'} place"
         return [f"{lead}: the person stands {where}, because there {_why(found)}"]
     where = f"{' and '.join(way)} the most comfortable position"
     return [f"{lead}: the seat is {where}, because there {_why(found)}"]

@@ -2,7 +2,8 @@
 
 Who is seated by a prediction takes the lowest position of the seat that still gives the view, then
 the pedals, then the controls with the hands, each in the tightest harness zone that will do. This
-is the order of Zehner and Kennedy's cockpit assessments.
+is the order of Zehner and Kennedy's cockpit assessments. Who stands by a prediction bends, and steps
+within the area, as is most comfortable for the controls; then the hands go there.
 """
 
 from __future__ import annotations
@@ -32,6 +33,7 @@ from workbench.posture.reaching.reach import reach
 from workbench.posture.seating.driving import driving_posture
 from workbench.posture.seating.posture import Pedals
 from workbench.posture.seating.seat import Seated, join_seated, seat
+from workbench.posture.standing import standing_posture
 from workbench.study.drivers import drivers_among
 
 __all__ = [
@@ -162,6 +164,12 @@ class Situation:
         """What is done."""
         return self.place.cases[self.case]
 
+    def freest(self, control: Control) -> int:
+        """The freest harness zone in which a hand comes to a control that it holds. Who bends for it
+        does so before, see `take_places`: then the arm alone moves."""
+        bends = self.work.aims is not None and self.place.seat is None
+        return ARMS_ALONE if bends else control.zone
+
     @property
     def seated(self) -> Seated | None:
         """How the seat came out, None for people without one."""
@@ -286,6 +294,9 @@ class Seating:
         Height [m] that the eyes are to reach, None where any.
     driving, package
         Of drivers.
+    hands
+        Of a predicted posture of somebody who stands: by hand the grip and the point (3,) [m] where
+        it goes, None where the posture is given.
     """
 
     seat: Seat | None
@@ -295,6 +306,7 @@ class Seating:
     eye: float | None = None
     driving: DrivingAims | None = None
     package: Package | None = None
+    hands: Mapping[str, tuple[str, tuple[float, float, float]]] | None = None
 
 
 def seating_of(place: Workplace, case: int) -> Seating:
@@ -313,7 +325,17 @@ def seating_of(place: Workplace, case: int) -> Seating:
         eye=points[aims.eyes][2] if aims.eyes else None,
         driving=aims.driving,
         package=package_of(aims, place.environment) if aims.driving is not None else None,
+        hands=_held_points(aims, place.environment) if place.seat is None else None,
     )
+
+
+def _held_points(
+    aims: Aims, environment: Environment
+) -> dict[str, tuple[str, tuple[float, float, float]]]:
+    """By hand the grip, and where the control is [m] that it holds."""
+    controls = {control.name: control for control in environment.controls}
+    held = {hand: controls[name] for hand, name in aims.controls.items() if hand in HANDS}
+    return {hand: (control.grip, control.at) for hand, control in held.items()}
 
 
 def feet_of(aims: Aims, environment: Environment) -> dict[str, tuple[float, float, float]]:
@@ -342,16 +364,19 @@ def take_places(seating: Seating, who: Occupants, positions: Floats | None = Non
     ----------
     positions
         (B, 2) [m] forward and up, where the seat of each stands; forward and left, how far each has
-        stepped. None: where it is comfortable within the travel, without a step.
+        stepped. None: where it is comfortable within the travel; without a step where a posture is
+        given.
     """
     body = who.body
     poses = _pose_of_each(seating, body)
     stepped = np.zeros((len(body), 2))
     if seating.seat is None:
-        if seating.stand is not None:
-            stepped = stepped if positions is None else positions
-            poses = _standing(body, poses, seating.stand.floor(stepped))
-        return Taken(poses, None, stepped)
+        if seating.stand is None:
+            return Taken(poses, None, stepped)
+        if seating.hands:
+            return _bent(seating, seating.stand, body, poses, positions)
+        stepped = stepped if positions is None else positions
+        return Taken(_standing(body, poses, seating.stand.floor(stepped)), None, stepped)
     if seating.driving is None:
         found = seat(
             body, poses, seating.seat, eye=seating.eye, pedals=seating.pedals, held=positions
@@ -397,6 +422,24 @@ def _standing(body: Body, poses: Poses, floor: Floats) -> Poses:
     world[:, :2, 3] = floor[:, :2]
     world[:, 2, 3] += floor[:, 2] - lowest
     return Poses(poses.rotations, poses.reference, world)
+
+
+def _bent(
+    seating: Seating, stand: Stand, body: Body, poses: Poses, positions: Floats | None
+) -> Taken:
+    """People who bend and step so that their hands come to where they go; the arms are at rest
+    again."""
+    assert seating.hands is not None
+    start = np.zeros((len(body), 2)) if positions is None else positions
+    upright = _standing(body, poses, stand.floor(start))
+    area = (stand.forward, stand.left) if positions is None else ((0.0, 0.0), (0.0, 0.0))
+    found = standing_posture(body, upright, seating.hands, area=area, heading=stand.yaw)
+    rotations = found.poses.rotations.copy()
+    for hand, (grip, _) in seating.hands.items():
+        arm = list(limb(body, hand, grip=grip, zone=ARMS_ALONE).free)
+        rotations[:, arm] = upright.rotations[:, arm]
+    bent = replace(found.poses, rotations=rotations)
+    return Taken(bent, None, start + found.stepped)
 
 
 def situated(
@@ -475,7 +518,7 @@ def _holding_arms(
     """The arms whose hands hold a control, of some hands, in the freest zone of the control, or in
     `freest` where that is tighter."""
     return [
-        limb(situation.body, hand, grip=control.grip, zone=min(control.zone, freest))
+        limb(situation.body, hand, grip=control.grip, zone=min(situation.freest(control), freest))
         for hand, control in _hands_of(situation)
         if hand in hands
     ]
@@ -486,7 +529,7 @@ def hands_moved(situation: Situation, controls: Set[str]) -> tuple[str, ...]:
     on a joint that these turn."""
     found: list[str] = []
     for hand, control in _hands_of(situation):
-        arm = limb(situation.body, hand, grip=control.grip, zone=control.zone)
+        arm = limb(situation.body, hand, grip=control.grip, zone=situation.freest(control))
         turned = _turned_by(situation, _holding_arms(situation, found))
         bears = _beyond(situation.body, turned)[arm.base] or turned[list(arm.free)].any()
         if control.name in controls or bears:
@@ -510,7 +553,8 @@ def with_hands_again(situation: Situation, hands: Collection[str], before: Situa
         if hand in hands:
             situation = _with_hand(situation, hand, control)
             continue
-        free = list(limb(situation.body, hand, grip=control.grip, zone=control.zone).free)
+        zone = situation.freest(control)
+        free = list(limb(situation.body, hand, grip=control.grip, zone=zone).free)
         poses = situation.poses
         rotations = poses.rotations.copy()
         rotations[:, free] = before.poses.rotations[:, free]
@@ -597,7 +641,7 @@ def _with_hand(
     if situation.unsure is not None:
         unsure |= situation.unsure
     left = np.arange(len(situation))
-    for zone in range(1, control.zone + 1):
+    for zone in range(1, situation.freest(control) + 1):
         found = reach(
             body,
             Poses(
