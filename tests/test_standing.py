@@ -125,6 +125,49 @@ def test_maps_and_envelopes_need_no_seat(desk):
     assert reached.share[near].mean() > 0.4 > reached.share[~near].mean()
 
 
+def zone_three(desk, *, on="-250, 0, 0", area="", wall=None):
+    """Whether the far control is reached in zone 3 by who stands so far away, and the row of it."""
+    text = (desk / "environment.yaml").read_text()
+    text = text.replace(
+        "far: {at: [1000, 0, 920], grip: push, zone: 1",
+        "far: {at: [1000, 0, 920], grip: push, zone: 3",
+    )
+    (desk / "environment.yaml").write_text(text)
+    if wall is not None:
+        low, size = np.array(wall[0]), np.subtract(wall[1], wall[0])
+        lines = ["o wall", *("v {} {} {}".format(*(low + size * c)) for c in BOX)]
+        lines += ["f " + " ".join(str(17 + v) for v in face) for face in BOX_FACES]
+        with open(desk / "desk.obj", "a") as mesh:
+            mesh.write("\n".join(lines) + "\n")
+    area = f", area: {area}" if area else ""
+    study = STUDY.replace("AREA", area).replace("PEOPLE", "").replace("CONTROLS", "far")
+    (desk / "study.yaml").write_text(study.replace("100, 0, 0", on))
+    (found,) = wb.run(wb.load_study(desk / "study.yaml")).postures
+    return found, {row.zone: row for row in found.reaches}
+
+
+def test_in_zone_3_who_stands_bends_over_still_feet(desk):
+    found, rows = zone_three(desk)
+    assert not rows[1].reached and not rows[2].reached and rows[3].reached
+    assert rows[2].miss > 0.4  # far beyond what the trunk gives over a still pelvis
+    assert found.verdicts[-1].passed and not found.people[0].forward
+    assert not zone_three(desk, on="-700, 0, 0")[1][3].reached
+
+
+def test_in_zone_3_who_stands_steps_within_the_area_for_a_control(desk):
+    found, rows = zone_three(desk, on="-700, 0, 0", area="{forward: [0, 600]}")
+    assert rows[3].reached and rows[2].miss > 0.8
+    assert not found.people[0].forward  # for one control, and back
+
+
+def test_who_bends_stays_out_of_parts_with_trunk_and_legs(desk):
+    low, high = (0.3, -0.8, 0.9), (0.34, 0.8, 1.25)  # before the belly, the arm goes over it
+    _, rows = zone_three(desk, on="-100, 0, 0")
+    assert rows[3].reached
+    _, rows = zone_three(desk, on="-100, 0, 0", wall=(low, high))
+    assert not rows[3].reached and rows[3].limit in ("wall", "top")
+
+
 def bent(desk, *, area="", people="", text=BENT):
     area = f", area: {area}" if area else ""
     (desk / "study.yaml").write_text(text.replace("AREA", area).replace("PEOPLE", people))

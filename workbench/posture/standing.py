@@ -121,7 +121,8 @@ def standing_posture(
     hands
         By "left hand" or "right hand" the grip, and the target (3,) or (P, 3) [m].
     area
-        (2, 2) [m] least and greatest step, forward and to the left; the feet stay if nothing.
+        (2, 2), or (P, 2, 2), [m] least and greatest step, forward and to the left; the feet stay if
+        nothing.
     heading
         [rad] the way that is forward, from x to y.
     margin
@@ -141,7 +142,7 @@ def standing_posture(
     if wrong:
         raise InputError(f"no hand {wrong[0]!r}; {one_of(wrong[0], HANDS)}")
     ends = np.asarray(area, dtype=np.float64)
-    if ends.shape != (2, 2) or not np.all(ends[:, 0] <= ends[:, 1]):
+    if ends.shape[-2:] != (2, 2) or not np.all(ends[..., 0] <= ends[..., 1]):
         raise UsageError(
             f"area: expected two pairs of a least and a greatest step [m], got {area!r}"
         )
@@ -156,7 +157,7 @@ def standing_posture(
         other=_frames(placed, _FEET[1]),
         edges=_edges(placed, margin),
         ahead=np.tile([np.cos(heading), np.sin(heading)], (count, 1)),
-        area=np.tile(ends, (count, 1, 1)),
+        area=np.array(np.broadcast_to(ends, (count, 2, 2))),
         goal=np.ascontiguousarray(goals.reshape(len(hands), count, 3).swapaxes(0, 1)),
         mode=_modes(body, poses, stander),
     )

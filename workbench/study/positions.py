@@ -38,6 +38,7 @@ from workbench.model.content import content_key
 from workbench.model.workplace import Workplace
 from workbench.posture.seating.posture import DECIMALS
 from workbench.study.checks.margins import Asked, Margins, no_margins
+from workbench.study.checks.reach import same_in_the_area
 from workbench.study.checks.table import (
     AFTER_SEATING,
     CHECKS,
@@ -355,7 +356,7 @@ def fitted_positions(
     nominal = nominal_setting(place)
     setting = np.tile(nominal, (len(at), 1))
     found = Fitted(here, at, window, _met_sets(here.margin, members), setting)
-    movable = _movable(asked)
+    movable = _movable(place, asked)
     short = np.flatnonzero((here.margin[:, movable] < -MET).any(axis=1))
     if len(positions) > 1 and len(short):
         wanted = [situation.rows(short) for situation in comfortable]
@@ -410,9 +411,15 @@ def _axis(low: float, high: float) -> Floats:
     return np.linspace(low, high, 1 + int(np.ceil((high - low) / SPACING - 1e-9)))
 
 
-def _movable(asked: Sequence[Asked]) -> Bools:
+def _movable(place: Workplace, asked: Sequence[Asked]) -> Bools:
     """(R,) the requirements whose margins depend on the position."""
-    return np.array([one.requirement.check not in SAME_EVERYWHERE for one in asked], dtype=np.bool_)
+    return np.array(
+        [
+            one.requirement.check not in SAME_EVERYWHERE and not same_in_the_area(place, one)
+            for one in asked
+        ],
+        dtype=np.bool_,
+    )
 
 
 def _score(margin: Floats, counted: Bools) -> Floats:
@@ -478,7 +485,7 @@ def _judge(search: _Search, people: Ints, positions: Floats) -> None:
     """
     search.proceed()
     found = no_margins(len(people), search.asked)
-    known = ~_movable(search.asked)
+    known = ~_movable(search.place, search.asked)
     found.put(np.arange(len(people)), np.flatnonzero(known), _of(search.fixed, people, known))
     wanted = [situation.rows(people) for situation in search.wanted]
     there = in_positions(search.place, search.who.rows(people), positions, wanted)
@@ -541,7 +548,7 @@ def _stages(search: _Search, people: Ints) -> list[_Stage]:
         _Stage(dear & ~missed & held),
         _Stage(dear & ~missed & ~held),
     ]
-    movable = _movable(search.asked)
+    movable = _movable(search.place, search.asked)
     some = [replace(stage, columns=stage.columns & movable) for stage in stages]
     return [stage for stage in some if np.any(stage.columns)]
 
@@ -627,7 +634,9 @@ def _search_travel(search: _Search, positions: Floats) -> None:
             _search_travel(again, positions)
             search.best.take(people, again.best)
     # who is proved to be kept from something everywhere fits nowhere
-    search.best.window[~search.counted[:, _movable(search.asked)].all(axis=1)] = np.nan
+    search.best.window[~search.counted[:, _movable(search.place, search.asked)].all(axis=1)] = (
+        np.nan
+    )
 
 
 def _judge_whole(search: _Search) -> None:
@@ -800,7 +809,7 @@ class _Settings:
 def _margins_anywhere(wanted: Sequence[Situation], asked: Sequence[Asked]) -> Margins:
     """The margins of the requirements that are the same in every position, NaN of the others."""
     people = len(wanted[0])
-    same = np.flatnonzero(~_movable(asked))
+    same = np.flatnonzero(~_movable(wanted[0].place, asked))
     found = no_margins(people, asked)
     if len(same):
         found.put(np.arange(people), same, margins_of(wanted, [asked[r] for r in same.tolist()]))
