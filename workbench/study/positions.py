@@ -83,6 +83,9 @@ __all__ = [
 
 SPACING = 0.03
 """Distance [m] between neighbours of the lattice, at most."""
+BENDING_SPACING = 0.1
+"""The same for people whose standing posture is predicted: in each position they bend anew, which
+takes 100 times as long as to be seated."""
 FINEST = 0.0075
 """Distance [m] down to which the neighbours of the best position are tried."""
 NEAR_MISS = 0.02
@@ -347,7 +350,7 @@ def fitted_positions(
     reached = Remembered(len(who), np.arange(len(who)), {}, few_starts=True)
     comfortable = _remembering(comfortable, reached)
     here = _tried_again(comfortable, asked, before) if before else tried(comfortable, asked)
-    positions = lattice(place.travel)
+    positions = lattice(place.travel, spacing_of(place))
     hangs = _hang_on_reaches(comfortable, asked, here.margin, anywhere=len(positions) == 1)
     if len(hangs):
         here.take(hangs, tried(_whole([one.rows(hangs) for one in comfortable]), asked))
@@ -400,15 +403,23 @@ def _tried_again(situations: Sequence[Situation], asked: Sequence[Asked], before
     return found
 
 
-def lattice(travel: tuple[tuple[float, float], tuple[float, float]]) -> Floats:
+def spacing_of(place: Workplace) -> float:
+    """Distance [m] between neighbours of the lattice, at most."""
+    bends = place.seat is None and any(case.aims is not None for case in place.cases)
+    return BENDING_SPACING if bends else SPACING
+
+
+def lattice(
+    travel: tuple[tuple[float, float], tuple[float, float]], spacing: float = SPACING
+) -> Floats:
     """(M, 2) [m] positions all over the travel of a seat, or the area that somebody steps in, with
-    its ends; one position where there is none."""
-    first, second = np.meshgrid(*(_axis(*ends) for ends in travel), indexing="ij")
+    its ends, so far [m] from each other at most; one position where there is none."""
+    first, second = np.meshgrid(*(_axis(*ends, spacing) for ends in travel), indexing="ij")
     return np.stack([first.ravel(), second.ravel()], axis=1)
 
 
-def _axis(low: float, high: float) -> Floats:
-    return np.linspace(low, high, 1 + int(np.ceil((high - low) / SPACING - 1e-9)))
+def _axis(low: float, high: float, spacing: float) -> Floats:
+    return np.linspace(low, high, 1 + int(np.ceil((high - low) / spacing - 1e-9)))
 
 
 def _movable(place: Workplace, asked: Sequence[Asked]) -> Bools:
@@ -598,7 +609,7 @@ def _widen(window: Floats, position: Floats) -> None:
 
 def _refine(search: _Search) -> None:
     """Try the neighbours of the best position of those for whom none fits, nearer and nearer."""
-    step = SPACING / 2
+    step = spacing_of(search.place) / 2
     while step >= FINEST - 1e-9:
         people = np.flatnonzero(search.score < -MET)
         if not len(people):
@@ -744,7 +755,7 @@ class _Settings:
 
     def search(self, settings: Floats) -> None:
         """Try settings (S, A), then the neighbours of the best positions."""
-        positions = lattice(self.place.travel)
+        positions = lattice(self.place.travel, spacing_of(self.place))
         for setting in settings:
             self._tried_at(setting, self.left, lambda search: _scan(search, positions))
         if len(positions) > 1:
