@@ -137,7 +137,7 @@ def zone_three(desk, *, on="-250, 0, 0", area="", wall=None):
         low, size = np.array(wall[0]), np.subtract(wall[1], wall[0])
         lines = ["o wall", *("v {} {} {}".format(*(low + size * c)) for c in BOX)]
         lines += ["f " + " ".join(str(17 + v) for v in face) for face in BOX_FACES]
-        with open(desk / "desk.obj", "a") as mesh:
+        with (desk / "desk.obj").open("a") as mesh:
             mesh.write("\n".join(lines) + "\n")
     area = f", area: {area}" if area else ""
     study = STUDY.replace("AREA", area).replace("PEOPLE", "").replace("CONTROLS", "far")
