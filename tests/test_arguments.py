@@ -175,6 +175,16 @@ def arm_cases(one_arm):
             "tolerance": 1e-6,
             "threads": 1,
         },
+        "balance": {"placed": wb.place(man(), wb.pose(man(), {}))},
+        "standing_posture": {
+            "body": man(),
+            "poses": wb.pose(man(), {}),
+            "hands": {"right hand": ("push", (0.5, -0.2, 1.0))},
+            "area": ((0.0, 0.1), (0.0, 0.0)),
+            "heading": 0.0,
+            "margin": 0.01,
+            "threads": 1,
+        },
         "stops": {"body": one_arm, "poses": rest},
         "sweep": {
             "body": one_arm,

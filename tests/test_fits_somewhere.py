@@ -119,7 +119,7 @@ def test_the_position_named_is_the_fitting_one_nearest_to_the_comfortable_one(fo
         assert window[2] - 1e-9 <= up <= window[3] + 1e-9
     stay = ~population.moved & population.served
     np.testing.assert_array_equal(population.seat[stay], population.comfortable[stay])
-    steps = np.diff(np.unique(lattice(seat)[:, 0]))
+    steps = np.diff(np.unique(lattice((seat.travel_forward, seat.travel_up))[:, 0]))
     assert steps.max(initial=0.0) <= SPACING + 1e-12
 
 

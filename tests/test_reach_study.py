@@ -194,7 +194,11 @@ def one(environment, name):
             "posture: driving\n        predicted:",
             "'posture' and 'predicted' are given",
         ),
-        ("seat: left}", "stand: {on: [0, 0, 0]}}", "only the posture of somebody in a seat"),
+        (
+            "seat: left}",
+            "stand: {on: [0, 0, 0]}}",
+            "of somebody who stands the hands are predicted",
+        ),
         (
             "controls: [left_stick, throttle, grab_handle]",
             "controls: [sticks]",

@@ -12,6 +12,7 @@ from tests.conftest import ONE_ARM, box_part, environment_of
 from tests.made_studies import found_of, made_study
 from workbench.model.criterion import Criterion
 from workbench.model.environment import Allowance, Rest, Seat
+from workbench.model.workplace import Stand
 from workbench.posture.seating.seating import seat_planes
 from workbench.study.people import present_people
 
@@ -54,9 +55,9 @@ def study(one_arm, *criteria, environment=None, stand=(0.0, 0.0, 0.0), other=Non
     cab = environment or environment_of(
         box_part("floor", [-1, -1, -0.1], [1, 1, 0]), box_part("wall", [0.5, -1, 0], [0.6, 1, 1])
     )
-    people = {"arm": ({"body": one_arm, "stand": stand}, wb.pose(one_arm, angles or {}))}
+    people = {"arm": ({"body": one_arm, "stand": Stand(stand)}, wb.pose(one_arm, angles or {}))}
     if other is not None:
-        people["twin"] = ({"body": one_arm, "stand": other}, wb.pose(one_arm, {}))
+        people["twin"] = ({"body": one_arm, "stand": Stand(other)}, wb.pose(one_arm, {}))
     return made_study(cab, people, criteria)
 
 

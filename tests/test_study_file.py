@@ -119,7 +119,7 @@ def test_faults_of_form_and_of_names_come_together_in_the_order_of_the_lines(tmp
         (
             "bert: {posture: bent}",
             "bert: {predicted: {like: bent}}",
-            "bert.predicted: only the posture of somebody in a seat is predicted",
+            "bert.predicted: only the posture of somebody in a seat, or who stands, is predicted",
         ),
         ("position: {forward: 10, up: 0}", "position: free", "hands and feet would not follow"),
         ("position: {forward: 10, up: 0}", "position: loose", "input should be 'free' or 'refer"),
@@ -138,7 +138,7 @@ def test_faults_of_form_and_of_names_come_together_in_the_order_of_the_lines(tmp
         (
             "criteria:\n",
             "reach_envelopes: [{people: bert}]\ncriteria:\n",
-            "'bert' is in no seat, about which reaches are measured",
+            "'bert' neither sits nor stands, so nothing says which way is ahead",
         ),
         (
             "criteria:\n",

@@ -33,6 +33,7 @@ from workbench.files.meshes.reading import read_mesh, to_world
 from workbench.files.motions.tables import angle_table_text
 from workbench.files.postures import posture_pose
 from workbench.model.criterion import Criterion
+from workbench.model.workplace import Stand
 
 LOW = [-1.5, -1.5, -0.5]
 HIGH = [1.5, 1.5, 2.5]
@@ -178,7 +179,7 @@ def standing(bubbleman, postures, environment, *, at=(0.0, 0.0, 0.0)):
     clear = Criterion(
         "clear", "clearance", ("man",), tuple(bubbleman.segments), environment.parts, 0.0
     )
-    man = {"man": ({"body": bubbleman, "stand": at}, pose)}
+    man = {"man": ({"body": bubbleman, "stand": Stand(at)}, pose)}
     return made_study(environment, man, [clear], case="standing")
 
 

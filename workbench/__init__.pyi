@@ -60,6 +60,7 @@ from .model.posing import pose as pose
 from .model.reach import Reach as Reach
 from .model.result import Result as Result
 from .model.study import Study as Study
+from .posture.balance import balance as balance
 from .posture.reaching.limbs import limb as limb
 from .posture.reaching.reach import reach as reach
 from .posture.seating.driving import driving_posture as driving_posture
@@ -67,6 +68,7 @@ from .posture.seating.driving_angles import driving_angles as driving_angles
 from .posture.seating.packaging import eyellipse as eyellipse
 from .posture.seating.packaging import seat_curve as seat_curve
 from .posture.seating.seat import seat as seat
+from .posture.standing import standing_posture as standing_posture
 from .posture.stops import stops as stops
 from .report.folder import write_report as write_report
 from .study.accommodation.compare import compare as compare

@@ -27,15 +27,15 @@ class ReachTask:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Envelope:
-    """The reach of one limb about an origin (3,) [m], the seat reference point: of a person, or of
-    a share of people.
+    """The reach of one limb about an origin (3,) [m], the seat reference point, or the shoulder of
+    who has no seat: of a person, or of a share of people.
 
     about: along D rays of a grid of azimuth and elevation, `step` [rad] wide, level by level from
     below and the two poles last; triangles (T, 3) between neighbouring rays; cell (D,) [sr]: the
     solid angle that each ray stands for. levels: along level rays from the upright axis through the
     origin, `step` apart, at heights (H,) [m] above it, height by height; both empty where they were
     not asked for. obstacles: whether they were heeded; parts: their names. people: 1, or of how
-    many people each boundary is a percentile.
+    many people each boundary is a percentile. origin_name: what the origin is called.
     """
 
     person: str
@@ -51,6 +51,7 @@ class Envelope:
     obstacles: bool
     parts: tuple[str, ...] = ()
     people: int = 1
+    origin_name: str = "seat reference point"
 
     def __repr__(self) -> str:
         return f"Envelope({self.person}, {self.limb}, zone {self.zone}: {1000 * self.volume:.0f} litres)"

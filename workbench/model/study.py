@@ -24,7 +24,7 @@ from workbench.model.population import Population, PopulationModel
 from workbench.model.poses import Poses
 from workbench.model.short_repr import short_repr
 from workbench.model.simulation import Restraints
-from workbench.model.workplace import Aims
+from workbench.model.workplace import Aims, Stand
 
 __all__ = [
     "Action",
@@ -63,8 +63,8 @@ class Role:
     body: as its file has it; detail: the level of it that is used, its own where None. size: the
     measures the body is scaled to; sizes: several of them by name, or population: many people, who
     take the role one at a time; none of these for the body as it is. seat: whose position [m] is `forward` and `up`, or found where `free`.
-    stand: the point (3,) [m] that the lowest sphere stands on. Where neither is given, poses say
-    where the body is. adjusts: the adjustments of the environment that the person may make.
+    stand: the point that the lowest sphere stands on, and the area to step in; it is stepped where
+    `free`. Where neither is given, poses say where the body is. adjusts: the adjustments of the environment that the person may make.
     library: a pose in each posture that can be named.
     """
 
@@ -79,7 +79,7 @@ class Role:
     free: bool = False
     forward: float = 0.0
     up: float = 0.0
-    stand: tuple[float, float, float] | None = None
+    stand: Stand | None = None
     adjusts: tuple[str, ...] = ()
     library: Mapping[str, Poses] = field(default_factory=dict)
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from workbench.model.arrays import Bools
+from workbench.model.arrays import Bools, Floats
 from workbench.model.bystander import Bystander
 from workbench.model.criterion import Criterion
 from workbench.model.driving import DrivingAims
@@ -16,7 +16,43 @@ from workbench.model.environment import Environment, Seat
 from workbench.model.poses import Placed, Poses
 from workbench.model.short_repr import short_repr
 
-__all__ = ["Aims", "Beside", "WorkCase", "Workplace"]
+__all__ = ["Aims", "Beside", "Stand", "WorkCase", "Workplace"]
+
+
+Interval = tuple[float, float]
+
+
+@dataclass(frozen=True)
+class Stand:
+    """Where somebody stands, and the area within which the feet may step.
+
+    Parameters
+    ----------
+    on
+        (3,) [m] the point of the floor that is stood on.
+    yaw
+        Heading [rad], 0 along x.
+    forward, left
+        (low, high) [m] how far the person may step from the point, ahead and to the left as the
+        person faces. Both nothing where the feet stay.
+    """
+
+    on: tuple[float, float, float]
+    yaw: float = 0.0
+    forward: Interval = (0.0, 0.0)
+    left: Interval = (0.0, 0.0)
+
+    @property
+    def steps(self) -> bool:
+        """Whether there is an area to step in."""
+        return self.forward != (0.0, 0.0) or self.left != (0.0, 0.0)
+
+    def floor(self, positions: Floats) -> Floats:
+        """(B, 3) [m] the points of the floor at positions (B, 2) [m], forward and left."""
+        ahead = np.array([np.cos(self.yaw), np.sin(self.yaw), 0.0])
+        left = np.array([-ahead[1], ahead[0], 0.0])
+        found: Floats = np.array(self.on) + positions[:, :1] * ahead + positions[:, 1:] * left
+        return found
 
 
 @dataclass(frozen=True)
@@ -106,7 +142,7 @@ class Workplace:
     seat
         The own seat, None for somebody who stands, or is where the poses say.
     stand
-        (3,) [m] the point that the lowest sphere stands on, where there is one.
+        The point that the lowest sphere stands on, and the area to step in, where there is one.
     beside
         Others who are there too, each with a pose for every case. Hands keep clear of them.
     adjusts
@@ -118,7 +154,7 @@ class Workplace:
     cases: tuple[WorkCase, ...]
     criteria: tuple[Criterion, ...]
     seat: str | None = None
-    stand: tuple[float, float, float] | None = None
+    stand: Stand | None = None
     beside: tuple[Beside, ...] = ()
     adjusts: tuple[str, ...] = ()
 
@@ -128,6 +164,17 @@ class Workplace:
     def own_seat(self) -> Seat | None:
         """The own seat with its travel."""
         return None if self.seat is None else self.environment.seat(self.seat)
+
+    @property
+    def travel(self) -> tuple[Interval, Interval]:
+        """[m] how far the position may be from the one stated: forward and up of a seat, forward
+        and left of somebody who stands."""
+        seat = self.own_seat
+        if seat is not None:
+            return seat.travel_forward, seat.travel_up
+        if self.stand is not None:
+            return self.stand.forward, self.stand.left
+        return (0.0, 0.0), (0.0, 0.0)
 
     @property
     def moving_parts(self) -> tuple[str, ...]:

@@ -270,6 +270,14 @@ def person_words(person: PersonFound) -> str:
         ):
             if abs(value) >= HALF_MILLIMETRE:
                 words += f", {abs(1000 * value):.0f} mm {ahead if value > 0 else behind}"
+    elif role.stand is not None:
+        words += ", standing"
+        for value, ahead, behind in (
+            (person.forward, "forward", "back"),
+            (person.up, "to the left", "to the right"),
+        ):
+            if abs(value) >= HALF_MILLIMETRE:
+                words += f", stepped {abs(1000 * value):.0f} mm {ahead if value > 0 else behind}"
     return words
 
 

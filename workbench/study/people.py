@@ -39,6 +39,7 @@ from workbench.study.situation import (
     Occupants,
     Situation,
     as_bystander,
+    position_of,
     seats_moved,
 )
 from workbench.study.unasked import overlap_warnings, unasked_overlaps
@@ -134,7 +135,8 @@ def _take_place(
     comfortable = comfortable_situations(workplace, who)
     asked = asked_of(workplace)
     first = workplace.first_predicted
-    if not role.free or workplace.cases[first].aims is None or not asked:
+    given = workplace.cases[first].aims is None and workplace.seat is not None
+    if not role.free or given or not asked:
         return comfortable, []
     no_sets = np.zeros((len(asked), 0), dtype=np.bool_)
     found = fitted_positions(workplace, asked, no_sets, who, comfortable)
@@ -209,14 +211,14 @@ def _person(role: Role, situations: Sequence[Situation]) -> PersonFound:
     placed = place(situations[0].body, poses)
     margins = stops(placed.body, poses)
     joints = range(len(placed.body.joints))
-    seated = situations[0].seated
+    ahead, other = position_of(situations[0])[0].tolist()
     return PersonFound(
         role=role,
         poses=poses,
         placed=placed,
         postures=tuple(_posture(situation) for situation in situations),
-        forward=float(seated.forward[0]) if seated is not None else 0.0,
-        up=float(seated.up[0]) if seated is not None else 0.0,
+        forward=ahead,
+        up=other,
         contacts=contacts(placed, situations[0].environment),
         self_contacts=self_contacts(placed),
         clearance=_joined([situation.nearest for situation in situations]),

@@ -36,10 +36,10 @@ from numpy.typing import NDArray
 from workbench.model.accommodation import MET
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.content import content_key
-from workbench.model.environment import Seat
 from workbench.model.workplace import Workplace
 from workbench.posture.seating.posture import DECIMALS
 from workbench.study.checks.margins import Asked, Margins, no_margins
+from workbench.study.checks.reach import same_in_the_area
 from workbench.study.checks.table import (
     AFTER_SEATING,
     CHECKS,
@@ -84,6 +84,9 @@ __all__ = [
 
 SPACING = 0.03
 """Distance [m] between neighbours of the lattice, at most."""
+BENDING_SPACING = 0.1
+"""The same for people whose standing posture is predicted: in each position they bend anew, which
+takes 100 times as long as to be seated."""
 FINEST = 0.0075
 """Distance [m] down to which the neighbours of the best position are tried."""
 NEAR_MISS = 0.02
@@ -395,7 +398,7 @@ def fitted_positions(
     """
     reached = Remembered(len(who), np.arange(len(who)), {}, few_starts=not thorough)
     comfortable = _remembering(comfortable, reached)
-    positions = lattice(place.own_seat)
+    positions = lattice(place.travel, spacing_of(place))
     if before is None:
         here, settled = tried(comfortable, asked), np.zeros(len(who), dtype=np.bool_)
     else:
@@ -412,7 +415,7 @@ def fitted_positions(
     judged[:] = [[] for _ in at]
     sets = _met_sets(here.margin, members)
     found = Fitted(here, at, window, sets, setting, judged, here.margin.copy())
-    movable = _movable(asked)
+    movable = _movable(place, asked)
     missing = (here.margin[:, movable] < -MET).any(axis=1)
     for begun, mine in ((False, missing & ~settled), (True, missing & settled)):
         short = np.flatnonzero(mine)
@@ -461,9 +464,8 @@ def _tried_again(
     comes = position_of(comfortable[0])
     found = Tried(before.margin.copy(), nothing.words, nothing.toward, comes.copy())
     settled = before.fits | before.known
-    if place.own_seat is not None:
-        low, high = np.array([place.own_seat.travel_forward, place.own_seat.travel_up]).T
-        settled &= ((before.seat >= low - MET) & (before.seat <= high + MET)).all(axis=1)
+    low, high = np.array(place.travel).T
+    settled &= ((before.seat >= low - MET) & (before.seat <= high + MET)).all(axis=1)
     there = np.flatnonzero(settled)
     found.seat[there] = before.seat[there]
     if len(before.borne):
@@ -503,23 +505,34 @@ def _outside(positions: Floats, travel: Floats) -> Bools:
     return np.asarray(~inside.all(axis=1))
 
 
-def lattice(seat: Seat | None) -> Floats:
-    """(M, 2) [m] positions all over the travel of a seat, forward and up, with its ends; one
-    position without a seat."""
-    if seat is None:
-        return np.zeros((1, 2))
-    axes = [_axis(*seat.travel_forward), _axis(*seat.travel_up)]
-    forward, up = np.meshgrid(*axes, indexing="ij")
-    return np.stack([forward.ravel(), up.ravel()], axis=1)
+def spacing_of(place: Workplace) -> float:
+    """Distance [m] between neighbours of the lattice, at most."""
+    bends = place.seat is None and any(case.aims is not None for case in place.cases)
+    return BENDING_SPACING if bends else SPACING
 
 
-def _axis(low: float, high: float) -> Floats:
-    return np.linspace(low, high, 1 + int(np.ceil((high - low) / SPACING - 1e-9)))
+def lattice(
+    travel: tuple[tuple[float, float], tuple[float, float]], spacing: float = SPACING
+) -> Floats:
+    """(M, 2) [m] positions all over the travel of a seat, or the area that somebody steps in, with
+    its ends, so far [m] from each other at most; one position where there is none."""
+    first, second = np.meshgrid(*(_axis(*ends, spacing) for ends in travel), indexing="ij")
+    return np.stack([first.ravel(), second.ravel()], axis=1)
 
 
-def _movable(asked: Sequence[Asked]) -> Bools:
+def _axis(low: float, high: float, spacing: float) -> Floats:
+    return np.linspace(low, high, 1 + int(np.ceil((high - low) / spacing - 1e-9)))
+
+
+def _movable(place: Workplace, asked: Sequence[Asked]) -> Bools:
     """(R,) the requirements whose margins depend on the position."""
-    return np.array([one.requirement.check not in SAME_EVERYWHERE for one in asked], dtype=np.bool_)
+    return np.array(
+        [
+            one.requirement.check not in SAME_EVERYWHERE and not same_in_the_area(place, one)
+            for one in asked
+        ],
+        dtype=np.bool_,
+    )
 
 
 def _score(margin: Floats, counted: Bools) -> Floats:
@@ -585,7 +598,7 @@ def _judge(search: _Search, people: Ints, positions: Floats) -> None:
     """
     search.proceed()
     found = no_margins(len(people), search.asked)
-    known = ~_movable(search.asked)
+    known = ~_movable(search.place, search.asked)
     found.put(np.arange(len(people)), np.flatnonzero(known), _of(search.fixed, people, known))
     wanted = [situation.rows(people) for situation in search.wanted]
     there = in_positions(search.place, search.who.rows(people), positions, wanted)
@@ -660,7 +673,7 @@ def _stages(search: _Search, people: Ints) -> list[_Stage]:
         _Stage(dear & ~missed & held),
         _Stage(dear & ~missed & ~held),
     ]
-    movable = _movable(search.asked)
+    movable = _movable(search.place, search.asked)
     some = [replace(stage, columns=stage.columns & movable) for stage in stages]
     return [stage for stage in some if np.any(stage.columns)]
 
@@ -713,7 +726,7 @@ def _widen(window: Floats, position: Floats) -> None:
 
 def _refine(search: _Search) -> None:
     """Try the neighbours of the best position of those for whom none fits, nearer and nearer."""
-    step = SPACING / 2
+    step = spacing_of(search.place) / 2
     while step >= FINEST - 1e-9:
         people = np.flatnonzero((search.score < -MET) & search.unrefined)
         if not len(people):
@@ -749,7 +762,9 @@ def _search_travel(search: _Search, scan: Callable[[_Search], None]) -> None:
             _search_travel(again, scan)
             search.best.take(people, again.best)
     # who is proved to be kept from something everywhere fits nowhere
-    search.best.window[~search.counted[:, _movable(search.asked)].all(axis=1)] = np.nan
+    search.best.window[~search.counted[:, _movable(search.place, search.asked)].all(axis=1)] = (
+        np.nan
+    )
 
 
 def _judge_whole(search: _Search) -> None:
@@ -813,9 +828,7 @@ def _try_neighbours(search: _Search, people: Ints, step: float) -> None:
 
 def _within_travel(search: _Search, positions: Floats) -> Floats:
     """Positions (N, 2) [m], brought into the travel of the seat."""
-    seat = search.place.own_seat
-    assert seat is not None
-    low, high = np.array([seat.travel_forward, seat.travel_up]).T
+    low, high = np.array(search.place.travel).T
     inside: Floats = np.clip(positions, low, high)
     return inside
 
@@ -867,7 +880,7 @@ class _Settings:
 
     def search(self, settings: Floats) -> None:
         """Try settings (S, A), then the neighbours of the best positions."""
-        positions = lattice(self.place.own_seat)
+        positions = lattice(self.place.travel, spacing_of(self.place))
         for setting in settings:
             self._tried_at(setting, self.left, lambda search: _scan(search, positions))
         if len(positions) > 1:
@@ -932,7 +945,7 @@ class _Settings:
 def _margins_anywhere(wanted: Sequence[Situation], asked: Sequence[Asked]) -> Margins:
     """The margins of the requirements that are the same in every position, NaN of the others."""
     people = len(wanted[0])
-    same = np.flatnonzero(~_movable(asked))
+    same = np.flatnonzero(~_movable(wanted[0].place, asked))
     found = no_margins(people, asked)
     if len(same):
         found.put(np.arange(people), same, margins_of(wanted, [asked[r] for r in same.tolist()]))

@@ -166,21 +166,27 @@ def _why(found: Tried, asked: Sequence[Asked]) -> str:
 
 
 def move_words(situation: Situation, found: Fitted, asked: Sequence[Asked]) -> list[str]:
-    """That the seat of a person has left the comfortable position, why, and what that means for
-    the legs.
+    """That the seat of a person has left the comfortable position, or that a person who stands has
+    stepped, why, and what that means for the legs.
 
     situation: in the comfortable position of the setting found; found: of this one person.
     """
+    stands = situation.place.seat is None
+    aside = ("to the left of", "to the right of") if stands else ("above", "below")
     comfortable = position_of(situation)[0]
     ahead, above = (found.tried.seat[0] - comfortable).tolist()
     if not (ahead or above):
         return []
     way = [
         f"{1000 * abs(size):.0f} mm {words[0] if size > 0 else words[1]}"
-        for size, words in ((ahead, ("ahead of", "behind")), (above, ("above", "below")))
+        for size, words in ((ahead, ("ahead of", "behind")), (above, aside))
         if abs(size) >= 5e-4
     ]
     lead = f"{situation.place.role}, {situation.work.name}"
+    if stands:
+        chosen = situation.work.aims is not None
+        where = f"{' and '.join(way)} the {'most comfortable' if chosen else 'stated'} place"
+        return [f"{lead}: the person stands {where}, because there {_why(found.tried, asked)}"]
     where = f"{' and '.join(way)} the most comfortable position"
     why = _why(found.tried, asked)
     before = _lacks(found.first[0], asked)

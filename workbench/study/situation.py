@@ -2,7 +2,8 @@
 
 Who is seated by a prediction takes the lowest position of the seat that still gives the view, then
 the pedals, then the controls with the hands, each in the tightest harness zone that will do. This
-is the order of Zehner and Kennedy's cockpit assessments.
+is the order of Zehner and Kennedy's cockpit assessments. Who stands by a prediction bends, and steps
+within the area, as is most comfortable for the controls; then the hands go there.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ from workbench.model.environment import Control, Environment, Seat
 from workbench.model.population import Population
 from workbench.model.poses import Placed, Poses
 from workbench.model.posing import join_poses
-from workbench.model.workplace import Aims, WorkCase, Workplace
+from workbench.model.workplace import Aims, Stand, WorkCase, Workplace
 from workbench.posture.kernels.clear_reach import KEPT
 from workbench.posture.reaching.history import ReachHistory, Recall
 from workbench.posture.reaching.limbs import FEET, HANDS, ZONES, Limb, limb
@@ -33,6 +34,7 @@ from workbench.posture.reaching.reach import reach
 from workbench.posture.seating.driving import driving_posture
 from workbench.posture.seating.posture import Pedals
 from workbench.posture.seating.seat import Seated, join_seated, seat
+from workbench.posture.standing import standing_posture
 from workbench.study.drivers import drivers_among
 
 __all__ = [
@@ -99,15 +101,18 @@ class Occupants:
 
 @dataclass(frozen=True, eq=False)
 class Taken:
-    """The places that B people have taken: their poses in the world with the hands at rest, and how
-    the seat came out, None for people without one."""
+    """The places that B people have taken: their poses in the world with the hands at rest, how
+    the seat came out, None for people without one, and (B, 2) [m] how far those who stand have
+    stepped, forward and left."""
 
     poses: Poses
     seated: Seated | None
+    stepped: Floats
 
     def rows(self, keep: Ints) -> Taken:
         """The people at indices, in their order."""
-        return Taken(self.poses.rows(keep), self.seated.rows(keep) if self.seated else None)
+        seated = self.seated.rows(keep) if self.seated else None
+        return Taken(self.poses.rows(keep), seated, self.stepped[keep])
 
 
 @dataclass(frozen=True, eq=False)
@@ -213,6 +218,12 @@ class Situation:
         """What is done."""
         return self.place.cases[self.case]
 
+    def freest(self, control: Control) -> int:
+        """The freest harness zone in which a hand comes to a control that it holds. Who bends for it
+        does so before, see `take_places`: then the arm alone moves."""
+        bends = self.work.aims is not None and self.place.seat is None
+        return ARMS_ALONE if bends else control.zone
+
     @property
     def seated(self) -> Seated | None:
         """How the seat came out, None for people without one."""
@@ -314,7 +325,11 @@ def join_situations(parts: Sequence[Situation]) -> Situation:
 
 def _join_taken(parts: Sequence[Taken]) -> Taken:
     seats = [part.seated for part in parts if part.seated is not None]
-    return Taken(join_poses([part.poses for part in parts]), join_seated(seats) if seats else None)
+    return Taken(
+        join_poses([part.poses for part in parts]),
+        join_seated(seats) if seats else None,
+        np.concatenate([part.stepped for part in parts]),
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -325,7 +340,7 @@ class Seating:
     Parameters
     ----------
     seat, stand
-        The seat with its travel, or the point (3,) [m] to stand on, None where there is none.
+        The seat with its travel, or where somebody stands, None where there is none.
     pose
         The posture that the prediction begins from, or the posture itself (P = 1).
     pedals
@@ -334,15 +349,19 @@ class Seating:
         Height [m] that the eyes are to reach, None where any.
     driving, package
         Of drivers.
+    hands
+        Of a predicted posture of somebody who stands: by hand the grip and the point (3,) [m] where
+        it goes, None where the posture is given.
     """
 
     seat: Seat | None
-    stand: tuple[float, float, float] | None
+    stand: Stand | None
     pose: Poses
     pedals: Pedals | None = None
     eye: float | None = None
     driving: DrivingAims | None = None
     package: Package | None = None
+    hands: Mapping[str, tuple[str, tuple[float, float, float]]] | None = None
 
 
 def seating_of(place: Workplace, case: int) -> Seating:
@@ -361,7 +380,17 @@ def seating_of(place: Workplace, case: int) -> Seating:
         eye=points[aims.eyes][2] if aims.eyes else None,
         driving=aims.driving,
         package=package_of(aims, place.environment) if aims.driving is not None else None,
+        hands=_held_points(aims, place.environment) if place.seat is None else None,
     )
+
+
+def _held_points(
+    aims: Aims, environment: Environment
+) -> dict[str, tuple[str, tuple[float, float, float]]]:
+    """By hand the grip, and where the control is [m] that it holds."""
+    controls = {control.name: control for control in environment.controls}
+    held = {hand: controls[name] for hand, name in aims.controls.items() if hand in HANDS}
+    return {hand: (control.grip, control.at) for hand, control in held.items()}
 
 
 def feet_of(aims: Aims, environment: Environment) -> dict[str, tuple[float, float, float]]:
@@ -389,20 +418,25 @@ def take_places(seating: Seating, who: Occupants, positions: Floats | None = Non
     Parameters
     ----------
     positions
-        (B, 2) [m] forward and up, where the seat of each stands. None: where it is comfortable
-        within its travel.
+        (B, 2) [m] forward and up, where the seat of each stands; forward and left, how far each has
+        stepped. None: where it is comfortable within the travel; without a step where a posture is
+        given.
     """
     body = who.body
     poses = _pose_of_each(seating, body)
+    stepped = np.zeros((len(body), 2))
     if seating.seat is None:
-        if seating.stand is not None:
-            poses = _standing(body, poses, seating.stand)
-        return Taken(poses, None)
+        if seating.stand is None:
+            return Taken(poses, None, stepped)
+        if seating.hands:
+            return _bent(seating, seating.stand, body, poses, positions)
+        stepped = stepped if positions is None else positions
+        return Taken(_standing(body, poses, seating.stand.floor(stepped)), None, stepped)
     if seating.driving is None:
         found = seat(
             body, poses, seating.seat, eye=seating.eye, pedals=seating.pedals, held=positions
         )
-        return Taken(found.poses, found)
+        return Taken(found.poses, found, stepped)
     assert seating.package is not None and seating.pedals is not None
     driven = driving_posture(
         body,
@@ -416,7 +450,7 @@ def take_places(seating: Seating, who: Occupants, positions: Floats | None = Non
         numbers=(who.first + who.numbers).tolist(),
         positions=positions,
     )
-    return Taken(driven.poses, driven)
+    return Taken(driven.poses, driven, stepped)
 
 
 def freely_seated(situation: Situation, more: float) -> Seated | None:
@@ -452,15 +486,33 @@ def _pose_of_each(seating: Seating, body: Body) -> Poses:
     )
 
 
-def _standing(body: Body, poses: Poses, stand: tuple[float, float, float]) -> Poses:
-    """Bodies whose lowest spheres rest at the height of a point, their reference segments over
-    it."""
+def _standing(body: Body, poses: Poses, floor: Floats) -> Poses:
+    """Bodies whose lowest spheres rest at the height of points (B, 3) [m], their reference segments
+    over these."""
     centres = place(body, poses).centres
     lowest = np.min(centres[:, :, 2] - body.radius, axis=1)
     world = poses.world_from_reference.copy()
-    world[:, :2, 3] = stand[:2]
-    world[:, 2, 3] += stand[2] - lowest
+    world[:, :2, 3] = floor[:, :2]
+    world[:, 2, 3] += floor[:, 2] - lowest
     return Poses(poses.rotations, poses.reference, world)
+
+
+def _bent(
+    seating: Seating, stand: Stand, body: Body, poses: Poses, positions: Floats | None
+) -> Taken:
+    """People who bend and step so that their hands come to where they go; the arms are at rest
+    again."""
+    assert seating.hands is not None
+    start = np.zeros((len(body), 2)) if positions is None else positions
+    upright = _standing(body, poses, stand.floor(start))
+    area = (stand.forward, stand.left) if positions is None else ((0.0, 0.0), (0.0, 0.0))
+    found = standing_posture(body, upright, seating.hands, area=area, heading=stand.yaw)
+    rotations = found.poses.rotations.copy()
+    for hand, (grip, _) in seating.hands.items():
+        arm = list(limb(body, hand, grip=grip, zone=ARMS_ALONE).free)
+        rotations[:, arm] = upright.rotations[:, arm]
+    bent = replace(found.poses, rotations=rotations)
+    return Taken(bent, None, start + found.stepped)
 
 
 def situated(
@@ -486,10 +538,11 @@ def in_place(place: Workplace, case: int, who: Occupants, taken: Taken) -> Situa
 
 
 def position_of(situation: Situation) -> Floats:
-    """(B, 2) [m] where the seats stand, forward and up; 0 of people without a seat."""
+    """(B, 2) [m] where the seats stand, forward and up; how far people without a seat have stepped,
+    forward and left."""
     seated = situation.seated
     if seated is None:
-        return np.zeros((len(situation), 2))
+        return situation.taken.stepped.copy()
     return np.stack([seated.forward, seated.up], axis=1)
 
 
@@ -538,7 +591,7 @@ def _holding_arms(
     """The arms whose hands hold a control, of some hands, in the freest zone of the control, or in
     `freest` where that is tighter."""
     return [
-        limb(situation.body, hand, grip=control.grip, zone=min(control.zone, freest))
+        limb(situation.body, hand, grip=control.grip, zone=min(situation.freest(control), freest))
         for hand, control in _hands_of(situation)
         if hand in hands
     ]
@@ -549,7 +602,7 @@ def hands_moved(situation: Situation, controls: Set[str]) -> tuple[str, ...]:
     on a joint that these turn."""
     found: list[str] = []
     for hand, control in _hands_of(situation):
-        arm = limb(situation.body, hand, grip=control.grip, zone=control.zone)
+        arm = limb(situation.body, hand, grip=control.grip, zone=situation.freest(control))
         turned = _turned_by(situation, _holding_arms(situation, found))
         bears = _beyond(situation.body, turned)[arm.base] or turned[list(arm.free)].any()
         if control.name in controls or bears:
@@ -573,7 +626,8 @@ def with_hands_again(situation: Situation, hands: Collection[str], before: Situa
         if hand in hands:
             situation = _with_hand(situation, hand, control)
             continue
-        free = list(limb(situation.body, hand, grip=control.grip, zone=control.zone).free)
+        zone = situation.freest(control)
+        free = list(limb(situation.body, hand, grip=control.grip, zone=zone).free)
         poses = situation.poses
         rotations = poses.rotations.copy()
         rotations[:, free] = before.poses.rotations[:, free]
@@ -664,7 +718,7 @@ def _with_hand(
     if situation.unsure is not None:
         unsure |= situation.unsure
     left = np.arange(len(situation))
-    for zone in range(1, control.zone + 1):
+    for zone in range(1, situation.freest(control) + 1):
         found = reach(
             body,
             Poses(

@@ -1,6 +1,6 @@
 """Draw plane sections of a reach envelope as SVG.
 
-There are level sections, and two upright ones through the seat reference point. Nested areas show
+There are level sections, and two upright ones through the origin. Nested areas show
 where reach is easy, moderate and possible at all. Hatching shows what obstacles take away. The
 surroundings are drawn as the plane of the section cuts them.
 """
@@ -111,12 +111,15 @@ def envelope_sections(
     sections = [
         _upright_section(
             envelope,
-            "upright through the seat reference point, forward is to the right",
+            f"upright through the {envelope.origin_name}, forward is to the right",
             forward,
             across=1,
         ),
         _upright_section(
-            envelope, "upright through the seat reference point, seen from behind", -left, across=0
+            envelope,
+            f"upright through the {envelope.origin_name}, seen from behind",
+            -left,
+            across=0,
         ),
         *(_level_section(envelope, number) for number in range(len(envelope.heights))),
     ]

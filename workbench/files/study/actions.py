@@ -57,6 +57,9 @@ from workbench.model.workplace import Aims
 
 __all__ = ["CaseActions", "aims_of", "case_actions", "library_of", "load_actions", "with_postures"]
 
+STANDS_LIKE = "standing"
+"""The posture that the prediction of somebody who stands begins from, where none is stated."""
+
 CaseActions = dict[tuple[int, str], Action]
 """The actions that could be loaded, by the row of their case and the role."""
 
@@ -242,20 +245,39 @@ def _predicted(work: Work, asked: _Asked, room: Environment | None) -> Predicted
     assert file is not None
     key = (*asked.key, asked.file.kind)
     role = asked.role.file
-    if role.at is not None or role.stand is not None:
+    if role.at is not None:
         what = (
-            "only the posture of somebody in a seat is predicted; give the role a 'seat', or the "
-            "case a 'posture'"
+            "only the posture of somebody in a seat, or who stands, is predicted; give the role a "
+            "'seat' or 'stand', or the case a 'posture'"
         )
         work.fault(key, what)
+    if role.stand is not None:
+        _standing_faults(work, key, file)
     if isinstance(file, DriverFile):
         _sex_faults(work, key, file, role)
     if room is not None:
         _aim_faults(work, file, key, room)
-    postures = _named(work, asked, (asked.file.kind, "like"), file.like)
+    stated = "like" in file.model_fields_set or role.stand is None
+    like = file.like if stated else STANDS_LIKE
+    postures = _named(work, asked, (asked.file.kind, "like"), like)
     if postures is None:
         return None
-    return PredictedPosture(file.like, _pose(asked.role, postures, file.like, {}), aims_of(file))
+    return PredictedPosture(like, _pose(asked.role, postures, like, {}), aims_of(file))
+
+
+def _standing_faults(work: Work, key: Key, file: PredictedFile | DriverFile) -> None:
+    """Report what is not predicted of somebody who stands."""
+    if isinstance(file, DriverFile):
+        work.fault(key, "a driver sits; give the role a 'seat'")
+        return
+    for field in sorted(file.model_fields_set & {"feet", "eyes", "heels"}):
+        what = (
+            f"of somebody who stands the hands are predicted; the feet step within the 'area' of "
+            f"'stand': leave {field!r} out"
+        )
+        work.fault((*key, field), what)
+    if not file.hands.left and not file.hands.right:
+        work.fault(key, "it says of nobody's hands where they go; give 'hands', or a 'posture'")
 
 
 def _sex_faults(work: Work, key: Key, file: DriverFile, role: RoleFile) -> None:

@@ -3,6 +3,7 @@ once."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -14,6 +15,7 @@ from workbench.files.crash.restraints import contact_faults, law_in_si
 from workbench.files.environments import environment_files, load_environment
 from workbench.files.meshes.reading import FORMATS
 from workbench.files.names import matching
+from workbench.files.places import AreaFile, StandFile
 from workbench.files.study.actions import (
     CaseActions,
     library_of,
@@ -49,6 +51,7 @@ from workbench.model.study import (
     Study,
     sealed,
 )
+from workbench.model.workplace import Stand
 
 __all__ = ["load_study", "read_study"]
 
@@ -255,13 +258,16 @@ def _named_twice(work: Work) -> None:
 
 
 def _reach_person_faults(work: Work, key: Key, name: str) -> None:
-    """Report a reach of nobody, or of somebody who is in no seat."""
+    """Report a reach of nobody, or of somebody who neither sits nor stands."""
     key = (*key, "people")
     if not work.check_name(key, name, work.parts.roles, f"nobody is called {name!r}"):
         return
     role = work.parts.roles[name]
-    if role is not None and role.seat is None:
-        what = f"{name!r} is in no seat, about which reaches are measured; give the role a 'seat'"
+    if role is not None and role.seat is None and role.stand is None:
+        what = (
+            f"{name!r} neither sits nor stands, so nothing says which way is ahead; "
+            "give the role a 'seat' or 'stand'"
+        )
         work.fault(key, what)
 
 
@@ -329,7 +335,9 @@ class _ActingRole:
 
     @property
     def free(self) -> bool:
-        """Whether the seat goes where the person wants it."""
+        """Whether the seat goes where the person wants it, or the person steps."""
+        if self.file.stand is not None:
+            return self.file.stand.area is not None
         return self.predicts if self.file.position is None else self.file.position == "free"
 
 
@@ -553,9 +561,17 @@ def _role(work: Work, name: str, loaded: LoadedRole) -> Role:
         free=_acting(work, name, file).free,
         forward=place.forward if place else 0.0,
         up=place.up if place else 0.0,
-        stand=file.stand.on if file.stand else None,
+        stand=_stand(file.stand),
         library=library_of(work, loaded),
     )
+
+
+def _stand(file: StandFile | None) -> Stand | None:
+    """Where a role stands, and how far it may step."""
+    if file is None:
+        return None
+    area = file.area or AreaFile()
+    return Stand(file.on, math.radians(file.yaw), area.forward, area.left)
 
 
 def _shares(file: StudyFile) -> Shares:

@@ -291,7 +291,8 @@ class RightFootFile(FileModel):
 class PredictedFile(FileModel):
     """A posture to be predicted: trunk and head as in the posture `like`, hands and feet on these
     controls, the eyes at the height of one point as far as the seat goes, the heels at that of
-    another."""
+    another. Of somebody who stands: from the posture `like`, `standing` where none is given, with the
+    hands on these controls and the feet flat; trunk, hips and knees bend as that needs."""
 
     like: Name = "driving"
     hands: SidesFile = SidesFile()

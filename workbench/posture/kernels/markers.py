@@ -36,7 +36,7 @@ from workbench.geometry.vectors import (
 )
 from workbench.posture.kernels.past_stops import StopPack, past_stops
 
-__all__ = ["MarkerChain", "solve_markers"]
+__all__ = ["MarkerChain", "solve_in_place", "solve_markers"]
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -316,7 +316,7 @@ def _add_stops(rotations, chain, workspace):  # type: ignore[no-untyped-def]
 
 
 @inner
-def _solve_in_place(matrix, right):  # type: ignore[no-untyped-def]
+def solve_in_place(matrix, right):  # type: ignore[no-untyped-def]
     """Solve a positive definite system by Cholesky's method; the solution replaces the right side."""
     n = right.shape[0]
     for j in range(n):
@@ -427,7 +427,7 @@ def _solve_frame(seen, chain, rotations, turn, place, steps, workspace):  # type
         _add_markers(seen, chain, workspace)
         _add_joints(rotations, chain, workspace)
         _add_stops(rotations, chain, workspace)
-        _solve_in_place(workspace.matrix, workspace.right)
+        solve_in_place(workspace.matrix, workspace.right)
         before = cost
         cost, moved = _descend(cost, seen, chain, rotations, turn, place, workspace)
         if moved < _CLOSE or before - cost <= _LEAST_GAIN * cost:

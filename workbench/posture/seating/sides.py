@@ -16,7 +16,7 @@ def middle(place: Workplace) -> Floats:
     if place.own_seat is not None:
         return np.array(place.own_seat.srp)
     if place.stand is not None:
-        return np.array(place.stand)
+        return np.array(place.stand.on)
     return np.array(place.cases[0].pose.world_from_reference[0, :, 3])
 
 

@@ -163,11 +163,10 @@ def _crowd(result: PopulationFound) -> dict[str, Any]:
         values = np.percentile(people.column(name), _LEVELS) * factor
         measures.append((plain(name), unit, [f"{value:,.0f}" for value in values]))
     seats = []
-    if result.place.seat is not None:
-        for words, column in (("forward", 0), ("up", 1)):
-            values = np.percentile(1000.0 * result.seat[:, column], _LEVELS)
-            texts = [f"{v + 0.0:,.0f}".replace("-", "−") for v in values]
-            seats.append((f"seat position, {words}", "mm", texts))
+    for words, column in _position_names(result):
+        values = np.percentile(1000.0 * result.seat[:, column], _LEVELS)
+        texts = [f"{v + 0.0:,.0f}".replace("-", "−") for v in values]
+        seats.append((words, "mm", texts))
     count = len(people)
     return {
         "count": f"{count:,}",
@@ -180,12 +179,23 @@ def _crowd(result: PopulationFound) -> dict[str, Any]:
     }
 
 
+def _position_names(result: PopulationFound) -> list[tuple[str, int]]:
+    """What the position of people is called, and its column: none of those who cannot move."""
+    if result.place.seat is not None:
+        return [("seat position, forward", 0), ("seat position, up", 1)]
+    stand = result.place.stand
+    if stand is None or not stand.steps:
+        return []
+    return [("steps, forward", 0), ("steps, to the left", 1)]
+
+
 def _method(result: PopulationFound) -> dict[str, Any]:
     """What the method and its limits depend on."""
     return {
         "body": result.body.name,
         "clothes": [item.name for item in _clothes(result)],
         "seated": result.place.seat is not None,
+        "steps": result.place.stand is not None and result.place.stand.steps,
         "bootstrap": result.study.shares.interval.method == "bootstrap",
     }
 

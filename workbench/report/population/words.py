@@ -165,7 +165,8 @@ def _counted(result: PopulationFound) -> str:
     """How many of the undecided count as fitting."""
     count = int(result.undecided.sum())
     fit = int((result.undecided & result.served).sum())
-    other = "; another position of the seat may be certain" if fit and result.place.seat else ""
+    moves = result.place.travel != ((0.0, 0.0), (0.0, 0.0))
+    other = f"; another {_position_words(result)} may be certain" if fit and moves else ""
     if count == 1:
         return f"This person counts as {'fitting' if fit else 'not fitting'} here{other}."
     who = "All of them count" if fit == count else f"{fit:,} of them count{'s' if fit == 1 else ''}"
@@ -209,9 +210,14 @@ def elsewhere_words(result: PopulationFound) -> str:
     fit = "fit" if count > 1 else "fits"
     middle = f"half of these within {far} of it" if count > 1 else f"{far} away from it"
     return (
-        f"{who} ({share}) {fit} only in another position of the seat than the most comfortable "
+        f"{who} ({share}) {fit} only in another {_position_words(result)} than the most comfortable "
         f"one, {middle}."
     )
+
+
+def _position_words(result: PopulationFound) -> str:
+    """What a person may have otherwise: "position of the seat", or "place within the area"."""
+    return "position of the seat" if result.place.seat is not None else "place within the area"
 
 
 def adjusted_words(result: PopulationFound) -> str:

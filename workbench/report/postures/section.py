@@ -81,6 +81,7 @@ def postures_sections(
         title = f"Reach envelope: {envelope.person}, {envelope.limb}, zone {envelope.zone}"
         values = {
             "envelope": rows.envelopes[k],
+            "origin": envelope.origin_name,
             "pictures": envelope_pictures(result, envelope, making.views),
             "legend": LEGEND,
         }

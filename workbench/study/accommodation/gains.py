@@ -157,8 +157,6 @@ def _before(question: Question, found: Chunk, change: Change, rows: Sequence[int
     """
     nominal = (found.setting == nominal_setting(question.place)).all(axis=1)
     everything: Bools = np.asarray(met_of(found.margin).all(axis=1), dtype=np.bool_)
-    seat = question.place.own_seat
-    travel = np.zeros((2, 2)) if seat is None else [seat.travel_forward, seat.travel_up]
     left = _left_as_they_are(question, change)
     known = ~everything & nominal & (left is not None)
     places = {
@@ -175,7 +173,7 @@ def _before(question: Question, found: Chunk, change: Change, rows: Sequence[int
         fits=everything & nominal,
         known=known,
         again=again,
-        travel=np.array(travel),
+        travel=np.array(question.place.travel),
         borne=tuple(rows) if change.moves else (),
     )
 

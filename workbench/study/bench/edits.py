@@ -46,11 +46,12 @@ class Edit:
 
 
 def held_seat(placement: Placement, row: int) -> PersonState:
-    """A person whose seat is held where it stands."""
+    """A person whose seat is held where it stands; as before without a seat."""
     person = placement.arrangement.people[row]
-    if not person.free:
-        return person
     there = placement.people[row]
+    sits = there.resting is None or there.resting.place.seat is not None
+    if not person.free or not sits:
+        return person
     forward = rounded(there.forward, LENGTH_STEP)
     up = rounded(there.up, LENGTH_STEP)
     return replace(person, free=False, forward=forward, up=up)

@@ -13,7 +13,7 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.body.forward import segment_frames
+from workbench.body.forward import place, segment_frames
 from workbench.model.accommodation import MET
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.body import Body
@@ -23,6 +23,7 @@ from workbench.model.poses import Poses
 from workbench.model.reach import DOUBTS, MOST_SPARE, Reach
 from workbench.model.result import ControlReach, Finding
 from workbench.model.workplace import Workplace
+from workbench.posture.balance import balance
 from workbench.posture.kernels.clear_reach import KEPT
 from workbench.posture.kernels.inverse import NEARLY
 from workbench.posture.reaching.again import KeptReaches, no_reaches, still_reached
@@ -31,6 +32,7 @@ from workbench.posture.reaching.limbs import ZONES, Limb, limb
 from workbench.posture.reaching.obstacles import hands_without_room
 from workbench.posture.reaching.reach import reach
 from workbench.posture.seating.sides import leftward, middle
+from workbench.study.checks.bending import bent_reaches
 from workbench.study.checks.margins import Asked, Margins, no_margins
 from workbench.study.situation import Remembered, Situation, without_seat
 
@@ -41,6 +43,7 @@ __all__ = [
     "margins",
     "margins_again",
     "never_reached",
+    "same_in_the_area",
 ]
 
 LEAST_MISS = 1e-4
@@ -207,7 +210,49 @@ def _reached_by(situation: Situation, group: _Group, controls: Sequence[Control]
     if situation.remembered is not None and not situation.remembered.few_starts:
         for name, in_doubt in unsure.items():
             _search_whole(situation, group, controls, name, in_doubt, best)
+    if _bends(situation.place, group.grip, group.zone):
+        searching = situation.remembered is not None and situation.remembered.searching
+        for name in () if searching else group.limbs:
+            _bend(situation, group, controls, name, best)
     return best
+
+
+def _bends(place: Workplace, grip: str, zone: int) -> bool:
+    """Whether a control is reached by bending, and stepping, too: in zone 3 by the hands of who
+    stands."""
+    return place.stand is not None and grip != "foot" and zone == max(ZONES)
+
+
+def same_in_the_area(place: Workplace, asked: Asked) -> bool:
+    """Whether a requirement is the same wherever in the area somebody stands: what is stepped to is
+    reached from anywhere."""
+    control = asked.control
+    return control is not None and _bends(place, control.grip, asked.requirement.zone)
+
+
+def _bend(
+    situation: Situation, group: _Group, controls: Sequence[Control], name: str, best: _Reached
+) -> None:
+    """Let people who stand bend for what they still miss."""
+    who, at = np.nonzero(best.short)
+    if not len(who):
+        return
+    some = [controls[k] for k in at.tolist()]
+    bent = bent_reaches(situation, name, group.grip, some, who=who, spare=group.spare)
+    way = _root(situation.body, situation.taken.poses, name)[who] - [one.at for one in some]
+    short = np.maximum(bent.miss + bent.overlap, LEAST_MISS)
+    found = _Reached(
+        margin=np.where(bent.reached, bent.spare, -short)[:, None],
+        reached=bent.reached[:, None],
+        miss=bent.miss[:, None],
+        overlap=bent.overlap[:, None],
+        discomfort=bent.discomfort[:, None],
+        doubt=best.doubt[who, at][:, None],
+        limb=np.full((len(who), 1), name, dtype=object),
+        limit=bent.limit[:, None],
+        toward=(way / np.maximum(np.linalg.norm(way, axis=1, keepdims=True), 1e-9))[:, None],
+    )
+    best.take_better(who, at, found)
 
 
 def _search_whole(
@@ -279,10 +324,16 @@ def _reached_with(
     limit = np.full(found.reached.shape, "", dtype=object)
     for row, target in np.argwhere(~found.reached).tolist():
         limit[row, target] = found.limit(row, target)
+    reached = found.reached
+    if _bends(situation.place, group.grip, group.zone):
+        falls = _falls(found)
+        reached = reached & (falls <= 0.0)
+        short = np.where(falls > 0.0, np.maximum(falls, LEAST_MISS), short)
+        limit[falls > 0.0] = "balance"
     way = _root(body, situation.taken.poses, name)[:, None] - targets
     return _Reached(
-        margin=np.where(found.reached, found.extension, -short),
-        reached=found.reached,
+        margin=np.where(reached, found.extension, -short),
+        reached=reached,
         miss=found.miss,
         overlap=found.overlap,
         discomfort=found.discomfort,
@@ -291,6 +342,16 @@ def _reached_with(
         limit=limit,
         toward=way / np.maximum(np.linalg.norm(way, axis=2, keepdims=True), 1e-9),
     )
+
+
+def _falls(found: Reach) -> Floats:
+    """(B, T) [m] how far the centre of mass is outside the soles where a control is reached; 0 where
+    it is inside, or nothing is reached."""
+    out = np.zeros(found.reached.size)
+    rows = np.flatnonzero(found.reached)
+    if len(rows):
+        out[rows] = np.maximum(-balance(place(found.body, found.poses.rows(rows))).margin, 0.0)
+    return out.reshape(found.reached.shape)
 
 
 ReachMemory = dict[tuple[object, ...], KeptReaches]
@@ -329,6 +390,10 @@ def margins_again(
     found = np.full((len(situation), len(asked)), np.nan)
     for group, rows in _grouped(situation.place, asked, 0.0).items():
         controls = tuple(control for r in rows if (control := asked[r].control) is not None)
+        if _bends(situation.place, group.grip, group.zone):
+            if search:
+                found[:, rows] = np.minimum(_reached_by(situation, group, controls).margin, 0.0)
+            continue
         some = None if before is None else before[:, rows]
         found[:, rows] = _Again(situation, group, controls, memory, some, search).margin()
     return found

@@ -206,7 +206,7 @@ def _askew(environment: Environment, control: Control, ahead: Floats) -> float:
     """How much of the surface that a control is on is seen from its edge: 0 to 1."""
     if control.part not in environment.parts:
         return 0.0
-    corners = environment.triangle_corners(environment.part(control.part))
+    corners = environment.triangle_corners(environment.part_index(control.part))
     at = np.array(control.at)
     near = (corners.min(axis=1) <= at + ABOUT).all(axis=1)
     near &= (corners.max(axis=1) >= at - ABOUT).all(axis=1)

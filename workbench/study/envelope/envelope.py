@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -47,7 +48,7 @@ its comfortable range, and twice as far from the mode as that."""
 
 def envelopes(study: Study, people: Sequence[Sequence[Situation]]) -> Iterator[Envelope]:
     """The envelopes that a study asks for, each from the posture of its case and about the
-    reference point of the seat where it stands.
+    reference point of the seat where it stands, or the shoulder.
 
     Parameters
     ----------
@@ -75,7 +76,7 @@ def situation_envelope(here: Situation, task: ReachTask) -> Envelope:
     else:
         chain = limb(here.body, task.limb, grip=grip, zone=task.zone)
         origin = anchors(asked(here.body, here.poses, chain))[0][0]
-    return reach_envelope(
+    found = reach_envelope(
         here.body,
         here.poses,
         origin,
@@ -85,6 +86,7 @@ def situation_envelope(here: Situation, task: ReachTask) -> Envelope:
         environment=here.environment if task.obstacles else None,
         person=task.person,
     )
+    return found if here.seated is not None else replace(found, origin_name="shoulder")
 
 
 def reach_envelope(
