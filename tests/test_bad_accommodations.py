@@ -103,7 +103,7 @@ CASES = [
     (MORE, "shares: {confidence: 100}\ncriteria:", "shares.confidence: input should be less"),
     (MORE, "shares: {interval: {method: bootstrap}}\ncriteria:", "a bootstrap needs a 'seed'"),
     (MORE, "changes: [{name: x, control: knob}]\ncriteria:", "'move' says by how much"),
-    (MORE, "changes: [{name: x, higher: 9}]\ncriteria:", "a change is of one 'control'"),
+    (MORE, "changes: [{name: x, higher: 9}]\ncriteria:", "a change is of 'control'"),
     (
         MORE,
         "changes: [{name: x, seat: pilots, higher: 9}]\ncriteria:",
@@ -113,6 +113,22 @@ CASES = [
         MORE,
         "changes: [{name: x, control: handle, move: [1, 0, 0]}]\ncriteria:",
         "has no control 'handle'",
+    ),
+    (
+        MORE,
+        "changes: [{name: x, controls: [kn, 'z*'], move: [1, 0, 0]}]\ncriteria:",
+        "changes[0].controls[1]: environment toy has no control 'z*'",
+    ),
+    (
+        MORE,
+        "changes: [{name: x, control: knob, move: [1, 0, 0], "
+        "moved: [{controls: [kno*], by: [1, 0, 0]}]}]\ncriteria:",
+        "changes[0].moved[0].controls[0]: control 'knob' is moved by 'move' already; move it once",
+    ),
+    (
+        MORE,
+        "changes: [{name: x, moved: [{by: [1, 0, 0]}]}]\ncriteria:",
+        "'control', 'controls' or 'parts' says what is moved",
     ),
     (
         MORE,

@@ -15,6 +15,7 @@ from tests.toy_cockpit import write_toy
 from workbench import load_study
 from workbench.cli import main
 from workbench.model.accommodation import Change
+from workbench.model.moves import Move
 from workbench.study.accommodation.changes import borne_by, changed
 from workbench.study.accommodation.chunks import joined_chunks, result_chunks
 from workbench.study.checks.table import margins_of
@@ -134,7 +135,7 @@ def test_a_change_asks_only_what_it_bears_on_and_finds_the_same_people_fitting(f
     question = study.question
     asked = question.asked
     options = {"keep": None, "say": lambda text: None}
-    change = Change("nearer", control="knob", move=(-0.03, 0.0, 0.0))
+    change = Change("nearer", (Move((), ("knob",), (-0.03, 0.0, 0.0)),))
     place = changed(question.place, change)
     renewed = asked_of(place)
     borne = borne_by(question.place, asked, change)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -9,7 +11,7 @@ import workbench as wb
 from tests.conftest import ROOT
 from workbench.body.parts import moved
 from workbench.errors import InputError
-from workbench.model.moves import Move, displaced
+from workbench.model.moves import Move, displaced, parts_along
 from workbench.report.words import moved_line
 
 TEXT = (ROOT / "studies" / "trainer_clearance.yaml").read_text()
@@ -29,7 +31,8 @@ def control(environment, name):
 
 def test_a_part_goes_with_its_control_and_a_control_alone(tmp_path):
     rows = (
-        "  - {parts: [throttle_lever], by: [15, 0, 2 cm]}\n  - {controls: [flaps], by: [0, 5, 0]}\n"
+        "  - {parts: [throttle_lever], by: [15, 0, 2 cm]}\n"
+        "  - {controls: [flaps], alone: true, by: [0, 5, 0]}\n"
     )
     plain = wb.load_study("trainer_clearance").environment
     study = wb.load_study(study_with(tmp_path, rows))
@@ -44,6 +47,34 @@ def test_a_part_goes_with_its_control_and_a_control_alone(tmp_path):
     same = [c.name for c, d in zip(environment.controls, plain.controls, strict=True) if c == d]
     assert len(same) == len(plain.controls) - 2
     assert [move.by for move in study.moved] == [(0.015, 0.0, 0.02), (0.0, 0.005, 0.0)]
+
+
+@pytest.mark.parametrize(
+    ("row", "parts", "controls"),
+    [
+        ("control: flaps", ("flap_lever",), ()),
+        ("controls: [flap*]", ("flap_lever",), ()),
+        ("control: flaps, alone: true", (), ("flaps",)),
+        ("control: flaps, parts: [compass]", ("compass", "flap_lever"), ()),
+        ("controls: [flaps, mixture]", ("flap_lever", "mixture_lever"), ()),
+    ],
+)
+def test_controls_take_a_part_along_that_no_other_control_is_on(tmp_path, row, parts, controls):
+    study = wb.load_study(study_with(tmp_path, f"  - {{{row}, by: [0, 5, 0]}}\n"))
+    (move,) = study.moved
+    assert (set(move.parts), move.controls) == (set(parts), controls)
+    plain = wb.load_study("trainer_clearance").environment
+    shift = control(study.environment, "flaps") - control(plain, "flaps")
+    assert shift == pytest.approx([0, 0.005, 0])
+
+
+def test_a_part_goes_along_where_all_controls_on_it_do():
+    environment = wb.load_study("trainer_clearance").environment
+    first, second = environment.controls[:2]
+    both = (first, replace(second, part=first.part))
+    environment = replace(environment, controls=both)
+    assert parts_along(environment, [first.name]) == ()
+    assert parts_along(environment, [first.name, second.name]) == (first.part,)
 
 
 def test_the_report_says_what_is_moved():
@@ -91,8 +122,19 @@ def test_an_adjustment_goes_with_its_parts():
         ("{controls: [flaps], by: [1, 0]}", "by"),
         ("{controls: [flaps], by: [1 km, 0, 0]}", "by"),
         ("{controls: [flaps]}", "by"),
-        ("{by: [1, 0, 0]}", "'parts' or 'controls' says what is moved"),
-        ("{parts: [compass], controls: [flaps], by: [1, 0, 0]}", "give one of the two"),
+        ("{by: [1, 0, 0]}", "'control', 'controls' or 'parts' says what is moved"),
+        ("{parts: [compass], alone: true, by: [1, 0, 0]}", "'alone' says that controls leave"),
+        ("{control: flap*, by: [1, 0, 0]}", "has no control 'flap*'; did you mean 'flaps'"),
+        ("{controls: [knob*], by: [1, 0, 0]}", "has no control 'knob*'; valid: "),
+        ("{parts: [door*], by: [1, 0, 0]}", "has no part 'door*'; "),
+        (
+            "{controls: [flaps], by: [1, 0, 0]}\n  - {control: flaps, alone: true, by: [1, 0, 0]}",
+            "control 'flaps' is moved by entry 1 already; move it once",
+        ),
+        (
+            "{parts: [flap*], by: [1, 0, 0]}\n  - {control: flaps, by: [1, 0, 0]}",
+            "part 'flap_lever' is moved by entry 1 already, and goes along with flaps here",
+        ),
         ("{parts: [left_seat_pan], by: [1, 0, 0]}", "goes with seat 'left'"),
         (
             "{parts: [compass], by: [1, 0, 0]}\n  - {parts: [comp*], by: [0, 1, 0]}",

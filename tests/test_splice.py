@@ -205,7 +205,10 @@ def test_a_displacement_is_changed_in_its_own_entry():
     )
     flow = "length: mm\nenvironment: cab\nmoved: [{parts: [a], by: [10, 0, 0]}]\n"
     found = spliced(flow, [MovedChange(before[:1], before)])
-    assert "moved: [{parts: [a], by: [10, 0, 0]}, {controls: [b], by: [0, 20, 0]}]\n" in found
+    assert (
+        "moved: [{parts: [a], by: [10, 0, 0]}, {controls: [b], alone: true, by: [0, 20, 0]}]\n"
+        in found
+    )
 
 
 def test_a_list_of_moves_is_made_or_made_anew():
@@ -216,5 +219,5 @@ def test_a_list_of_moves_is_made_or_made_anew():
     line = "environment: cab  # of steel\r\nmoved: [{parts: [a], by: [10, 0, 0]}]\r\n"
     assert found == plain.replace("environment: cab  # of steel\r\n", line)
     found = spliced(MOVED, [MovedChange((one, other), (other,))])
-    assert yaml.safe_load(found)["moved"] == [{"controls": ["b"], "by": [0, 2, 0]}]
+    assert yaml.safe_load(found)["moved"] == [{"controls": ["b"], "alone": True, "by": [0, 2, 0]}]
     assert yaml.safe_load(spliced(MOVED, [MovedChange((one, other), ())]))["moved"] == []

@@ -165,7 +165,8 @@ def _part_corners(environment: Environment, part: int) -> Floats:
 def _only_near_parts(reach_map: ReachMap, environment: Environment) -> Environment:
     """Hide everything but the part of the map and what is mounted near its points."""
     hidden = np.array(environment.hidden)
-    mounted = {control.part for control in map_controls(reach_map, environment)}
+    near_ones = map_controls(reach_map, environment)
+    mounted = {part for control in near_ones for part in control.own_parts}
     samples = reach_map.points[:: max(1, len(reach_map.points) // _MAX_SAMPLES)]
     for part, name in enumerate(environment.parts):
         corners = _part_corners(environment, part)

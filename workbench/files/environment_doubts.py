@@ -19,7 +19,7 @@ from workbench.model.arrays import Floats
 from workbench.model.doubt import Doubt
 from workbench.model.environment import Environment, Seat
 
-__all__ = ["environment_doubts", "part_box", "unknown_segments"]
+__all__ = ["box_gap", "environment_doubts", "part_box", "unknown_segments"]
 
 _SEAT_AWAY = 0.3
 """A seat reference point farther [m] than this from the box of its cushion is not that seat's:
@@ -96,7 +96,7 @@ def _seats_away(environment: Environment, moved: bool) -> Iterator[Doubt]:
     YAML file, and must meet the mesh there."""
     for seat in environment.seats:
         box = part_box(environment, seat.cushion.part)
-        gap = _gap(box, seat.srp)
+        gap = box_gap(box, seat.srp)
         if gap > _SEAT_AWAY:
             hint = ": a wrong unit of length, or a wrong place?"
             if not moved and (units := _mistaken_units(box, seat.srp)):
@@ -169,9 +169,7 @@ def _short_lengths(environment: Environment) -> Iterator[Doubt]:
 def _controls_away(environment: Environment) -> Iterator[Doubt]:
     """Controls that are not on the part that they name."""
     for control in environment.controls:
-        if not control.part:
-            continue
-        away = _distance(environment, control.part, control.at)
+        away = min((_distance(environment, p, control.at) for p in control.own_parts), default=0.0)
         if away <= _CONTROL_AWAY:
             continue
         yield Doubt(
@@ -187,7 +185,7 @@ def _factor_hint(box: Floats, point: Sequence[float]) -> str:
     factors = sorted({one / other for one in units for other in units if one != other})
     gaps = [float(np.linalg.norm(np.array(point) * f - box.mean(axis=0))) for f in factors]
     factor = factors[int(np.argmin(gaps))]
-    if _gap(box, np.array(point) * factor) > _NEAR:
+    if box_gap(box, np.array(point) * factor) > _NEAR:
         return ""
     return f": it would be there if its numbers were {factor:.4g} times as large"
 
@@ -215,12 +213,12 @@ def _mistaken_units(box: Floats, point: Iterable[float]) -> tuple[str, str] | No
     at = tuple(point)
     for used, taken in metres_in.items():
         for right, metres in metres_in.items():
-            if used != right and _gap(box * metres / taken, at) <= _NEAR:
+            if used != right and box_gap(box * metres / taken, at) <= _NEAR:
                 return used, right
     return None
 
 
-def _gap(box: Floats, point: Iterable[float]) -> float:
-    """Distance [m] of a point to a box (2, 3)."""
+def box_gap(box: Floats, point: Iterable[float]) -> float:
+    """Return the distance [m] of a point to a box (2, 3)."""
     at = np.array(tuple(point))
     return float(np.linalg.norm(np.maximum(np.maximum(box[0] - at, at - box[1]), 0.0)))

@@ -173,12 +173,23 @@ class SeatFile(FileModel):
 
 
 class ControlFile(FileModel):
-    """A control: where it is reached, the grip, the reach zone, its part ("" where it has none)."""
+    """A control: where it is reached, the grip, the reach zone, its part ("" where it has none).
+
+    part: of a list, whose members may be patterns, the first is the one that it stands on, and all
+    are its own. A name alone leaves it open which other parts are.
+    """
 
     at: Vector
     grip: Literal["push", "pinch", "grasp", "foot"]
     zone: Annotated[int, Field(ge=1, le=3)]
-    part: str = ""
+    part: str | Annotated[list[Name], Field(min_length=1)] = ""
+
+    @property
+    def part_keys(self) -> tuple[str, ...]:
+        """The names and patterns of its parts."""
+        if isinstance(self.part, str):
+            return (self.part,) if self.part else ()
+        return tuple(self.part)
 
 
 def _direction(vector: tuple[float, float, float]) -> tuple[float, float, float]:

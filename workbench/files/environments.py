@@ -15,8 +15,9 @@ from workbench.files.environment_adjustments import (
     adjustment_faults,
     adjustments_of,
 )
+from workbench.files.environment_controls import gripped, with_controls
 from workbench.files.environment_cushions import cushion_front
-from workbench.files.environment_doubts import environment_doubts, part_box
+from workbench.files.environment_doubts import environment_doubts
 from workbench.files.environment_parts import arranged_mesh, is_piece, matching_parts
 from workbench.files.environment_schema import (
     EnvironmentFile,
@@ -45,7 +46,7 @@ from workbench.files.schema import fail, validate
 from workbench.files.yaml_text import Document, read_yaml
 from workbench.model.arrays import Floats
 from workbench.model.doubt import Doubt, open_doubts
-from workbench.model.environment import Allowance, Control, Environment, Rest, Seat
+from workbench.model.environment import Allowance, Environment, Rest, Seat
 from workbench.model.posing import attitude_matrix
 
 __all__ = [
@@ -62,14 +63,6 @@ __all__ = [
 _INNER = "environment.yaml"
 _UNEVEN = 0.001
 """Slack [m] on the depth a sitter sinks in: no cushion in a mesh is quite flat."""
-_GRIPPED = {"push": 0.015, "pinch": 0.015, "grasp": 0.03, "foot": 0.025}
-"""How deep [m] the sphere hand or foot may be in what it grips, without another rule: flesh gives
-way, and the bent fingers of a fist are not in the body's hand. Assumed by this project: a grasp
-takes up the thickness of a palm, a pinch or a push that of a finger, a foot that of a sole."""
-_GRIPPERS = {"hand": ("LHN", "RHN"), "foot": ("LF", "RF")}
-_GRIPPABLE = 0.6
-"""A part that is larger [m] than this is no handle, knob, wheel or pedal: a control on it is on a
-panel, which a hand may not enter wherever it likes."""
 
 
 def load_environment(source: str | Path, *, near: Path | None = None) -> Environment:
@@ -310,8 +303,8 @@ def unknown_names(document: Document, file: EnvironmentFile, names: list[str]) -
     return [
         fail(document, path, f"no part {name!r}; {one_of(name, names)}")
         for path, name in _named_parts(file)
-        # what a seat moves may be patterns
-        if name not in names and not (path[2] == "moves" and matching_parts(name, names))
+        # a cushion and a back are one part each, all else may be patterns
+        if name not in names and (path[2] in ("cushion", "back") or not matching_parts(name, names))
     ]
 
 
@@ -323,8 +316,9 @@ def _named_parts(file: EnvironmentFile) -> Iterator[tuple[tuple[str | int, ...],
         for k, name in enumerate(rest.moves):
             yield ("seats", seat, "moves", k), name
     for control, given in file.controls.items():
-        if given.part:
-            yield ("controls", control, "part"), given.part
+        listed = not isinstance(given.part, str)
+        for k, name in enumerate(given.part_keys):
+            yield ("controls", control, "part", *([k] if listed else [])), name
 
 
 def _complete(
@@ -338,26 +332,28 @@ def _complete(
 
     rules: of each part; notes: sentences about the meshes; sizes: doubts about these.
     """
-    controls = file.controls.items()
-    allowances = (
-        *_allowances(rules),
-        *_resting(file, environment.parts),
-        *_gripped(environment, file, rules),
-    )
-    hard = [seat_of(name, seat, environment.parts) for name, seat in file.seats.items()]
-    seats = tuple(
-        replace(seat, front=cushion_front(environment, seat, allowances)) for seat in hard
-    )
-    complete = replace(
+    hard = tuple(seat_of(name, seat, environment.parts) for name, seat in file.seats.items())
+    furnished = replace(
         environment,
         description=file.description,
         hidden=np.array([rule.hidden for rule in rules], dtype=np.bool_),
         see_through=np.array([rule.see_through for rule in rules], dtype=np.bool_),
-        allowances=allowances,
-        seats=seats,
+        seats=hard,
         points=dict(file.points),
-        controls=tuple(Control(name, c.at, c.grip, c.zone, c.part) for name, c in controls),
-        adjustments=adjustments_of(file, seats, environment.parts),
+        adjustments=adjustments_of(file, hard, environment.parts),
+    )
+    controlled = with_controls(furnished, file)
+    allowances = (
+        *_allowances(rules),
+        *_resting(file, environment.parts),
+        *gripped(controlled, rules),
+    )
+    complete = replace(
+        controlled,
+        allowances=allowances,
+        seats=tuple(
+            replace(seat, front=cushion_front(environment, seat, allowances)) for seat in hard
+        ),
     )
     moved = any(any(mesh.move) for mesh in file.meshes)
     doubts = [*sizes, *environment_doubts(complete, moved=moved)]
@@ -383,22 +379,6 @@ def _resting(file: EnvironmentFile, parts: tuple[str, ...]) -> Iterator[Allowanc
     for seat in file.seats.values():
         for rest in (seat.cushion, seat.back):
             yield Allowance(parts.index(rest.part), _segments(rest.segments), rest.depth + _UNEVEN)
-
-
-def _gripped(
-    environment: Environment, file: EnvironmentFile, rules: list[PartFile]
-) -> Iterator[Allowance]:
-    """Who uses a control enters its own part by what the grip does, where the part has no rule for
-    hands or feet."""
-    for control in file.controls.values():
-        if not control.part:
-            continue
-        part = environment.part(control.part)
-        segments = _GRIPPERS["foot" if control.grip == "foot" else "hand"]
-        ruled = {name for allow in rules[part].allow for name in _segments(allow.segments)}
-        small = np.ptp(part_box(environment, control.part), axis=0).max() <= _GRIPPABLE
-        if small and not ruled.intersection((*segments, "all")):
-            yield Allowance(part, segments, _GRIPPED[control.grip])
 
 
 def _segments(given: str | list[str]) -> tuple[str, ...]:

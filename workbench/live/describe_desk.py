@@ -185,7 +185,7 @@ class DescribeDesk:
             *(mesh.model_dump_json() for mesh in file.meshes),
             *(f"{name} {rule.see_through}" for name, rule in file.parts.items()),
             *(seat.cushion.part + seat.back.part for seat in file.seats.values()),
-            *(control.part for control in file.controls.values()),
+            *(key for control in file.controls.values() for key in control.part_keys),
         ]
         return str(crc32(repr((*seats, self.sitting, *looks)).encode()))
 

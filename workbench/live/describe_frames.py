@@ -105,7 +105,7 @@ def description_frame(
                 "at": _rounded(one.at),
                 "grip": one.grip,
                 "zone": one.zone,
-                "part": one.part,
+                "part": ", ".join(one.part_keys),
                 "how": description.why.get(("controls", name), ""),
             }
             for name, one in file.controls.items()
@@ -237,7 +237,7 @@ def _colour(file: EnvironmentFile, name: str, rule: PartFile) -> Colour:
     """The colour of a part, as in the pictures of environments."""
     if rule.see_through:
         return GLASS_PART
-    if any(control.part == name for control in file.controls.values()):
+    if any(matching_parts(key, [name]) for one in file.controls.values() for key in one.part_keys):
         return CONTROL_PART
     seats = file.seats.values()
     if any(name in (*seat.moves, seat.cushion.part, seat.back.part) for seat in seats):

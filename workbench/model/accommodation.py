@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.model.arrays import Bools, Floats
+from workbench.model.moves import Move
 
 __all__ = [
     "MAP_POINTS",
@@ -108,15 +109,24 @@ class MapTask:
 
 @dataclass(frozen=True)
 class Change:
-    """A change of the design: a control (with the part it is on) or parts moved by `move` (3,) [m];
-    or the ends of the seat's travel moved: lower and upper end of it, forward and up [m]."""
+    """A change of the design: controls and parts moved, and the ends of the seat's travel moved:
+    lower and upper end of it, forward and up [m]."""
 
     words: str
-    control: str = ""
-    parts: tuple[str, ...] = ()
-    move: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    moves: tuple[Move, ...] = ()
     travel_forward: tuple[float, float] = (0.0, 0.0)
     travel_up: tuple[float, float] = (0.0, 0.0)
+
+    @property
+    def of_travel(self) -> bool:
+        """Whether an end of the seat's travel is moved."""
+        return any((*self.travel_forward, *self.travel_up))
+
+    @property
+    def size(self) -> float:
+        """The longest way [m] that anything is moved."""
+        ends = (*self.travel_forward, *self.travel_up)
+        return max(*(math.hypot(*move.by) for move in self.moves), *map(abs, ends))
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,16 @@ from workbench.model.arguments import check_fields
 from workbench.model.arrays import ArrayKind, Bools, Floats, Ints, freeze_fields
 from workbench.model.shown import shown_html
 
-__all__ = ["Adjustment", "Allowance", "Control", "Environment", "Quality", "Rest", "Seat"]
+__all__ = [
+    "Adjustment",
+    "Allowance",
+    "Control",
+    "Environment",
+    "OwnPiece",
+    "Quality",
+    "Rest",
+    "Seat",
+]
 
 
 @dataclass(frozen=True)
@@ -26,15 +35,33 @@ class Allowance:
 
 
 @dataclass(frozen=True)
+class OwnPiece:
+    """A part that belongs to a control beside the one that it stands on, as a stalk to its knob.
+
+    why: what it was taken along for, in words; "" where the environment's file names it.
+    """
+
+    part: str
+    why: str = ""
+
+
+@dataclass(frozen=True)
 class Control:
     """A control: where it is reached [m], the grip (push, pinch, grasp, foot), the harness zone
-    (1-3), its part."""
+    (1-3), the part that it stands on and goes along with ("" for none), and the other parts that
+    are its own: who uses it may be as deep in these."""
 
     name: str
     at: tuple[float, float, float]
     grip: str
     zone: int
     part: str
+    pieces: tuple[OwnPiece, ...] = ()
+
+    @property
+    def own_parts(self) -> tuple[str, ...]:
+        """Its part, then its other pieces; nothing where it stands on no part."""
+        return (self.part, *(piece.part for piece in self.pieces)) if self.part else ()
 
     @property
     def for_feet(self) -> bool:
@@ -201,6 +228,8 @@ class Environment:
     adjustments: tuple[Adjustment, ...] = ()
     quality: tuple[Quality, ...] = ()
     warnings: tuple[str, ...] = ()
+    assumed: tuple[str, ...] = ()
+    """Sentences about what its file leaves open and the loader took to be so."""
 
     def __repr__(self) -> str:
         return f"Environment({self.name}: {len(self.parts)} parts, {len(self.normal)} polygons)"

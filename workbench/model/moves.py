@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -11,7 +11,7 @@ from workbench.model.adjusting import move_parts
 from workbench.model.arrays import Floats, xyz
 from workbench.model.environment import Adjustment, Environment
 
-__all__ = ["Move", "control_moves", "displaced", "part_moves"]
+__all__ = ["Move", "control_moves", "displaced", "moved_controls", "part_moves", "parts_along"]
 
 
 @dataclass(frozen=True)
@@ -20,8 +20,10 @@ class Move:
 
     Parameters
     ----------
-    parts, controls
-        Their names; one of the two is empty.
+    parts
+        Names of parts; all controls on them go along.
+    controls
+        Names of controls that go without their parts.
     by
         (3,) [m] from where the environment's file has them.
     """
@@ -29,6 +31,25 @@ class Move:
     parts: tuple[str, ...]
     controls: tuple[str, ...]
     by: tuple[float, float, float]
+
+
+def parts_along(environment: Environment, controls: Collection[str]) -> tuple[str, ...]:
+    """The parts that go along with controls: their own, without those of a control that stays."""
+    return tuple(
+        part
+        for part in environment.parts
+        if (on := [one.name for one in environment.controls if part in one.own_parts])
+        and all(name in controls for name in on)
+    )
+
+
+def moved_controls(environment: Environment, moves: Sequence[Move]) -> tuple[str, ...]:
+    """The controls that go with their parts, or by themselves."""
+    return tuple(
+        control.name
+        for control in environment.controls
+        if any(control.part in move.parts or control.name in move.controls for move in moves)
+    )
 
 
 def part_moves(environment: Environment, moves: Sequence[Move]) -> Floats:

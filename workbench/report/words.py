@@ -289,7 +289,8 @@ def moved_line(moves: Sequence[Move]) -> list[str]:
     mm"; nothing where nothing does."""
     found = []
     for move in moves:
-        names = ", ".join(move.parts) or "control " + ", ".join(move.controls)
+        controls = "control " + ", ".join(move.controls) if move.controls else ""
+        names = " and ".join(filter(None, (", ".join(move.parts), controls)))
         by = ", ".join(f"{1000 * value:.4g}".replace("-", "−") for value in move.by)
         found.append(f"{names} by {by} mm")
     return [f"moved: {'; '.join(found)}"] if found else []

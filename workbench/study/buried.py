@@ -17,7 +17,7 @@ def buried_controls(environment: Environment) -> list[str]:
     notes = []
     for control in environment.controls:
         for name, corners in shells.items():
-            if name == control.part:
+            if name in control.own_parts:
                 continue
             if abs(point_winding(*control.at, corners, 0, len(corners))) > 0.5:
                 notes.append(

@@ -48,6 +48,7 @@ from workbench.study.checks.table import (
     margins_of,
     most_of,
     needs_hands,
+    never_met,
 )
 from workbench.study.settings import (
     at_setting,
@@ -57,6 +58,7 @@ from workbench.study.settings import (
 )
 from workbench.study.situation import (
     Occupants,
+    Remembered,
     Situation,
     Taken,
     in_place,
@@ -259,9 +261,10 @@ class _Search:
     """Who is searched for in one setting, and what was found so far; `best` is in the order of
     these people.
 
-    wanted: the cases in the comfortable position of the setting; fixed: what became of them there; counted (R,): the requirements by which positions are compared; score (B,) [m]: the least
-    margin of these in the best position; setting (A,) [m or rad]; worth [m]: what a position that
-    does not fit must be better by; judged: the people (by index) in positions [m] that were judged.
+    wanted: the cases in the comfortable position of the setting; fixed: what became of them there; counted (B, R): the requirements by which positions are compared: without those that are the same
+    everywhere, or proved to be missed everywhere; score (B,) [m]: the least
+    margin of these in the best position; setting (A,) [m or rad]; remembered: what the people
+    reached so far in it; worth [m]: what a position that does not fit must be better by; judged: the people (by index) in positions [m] that were judged.
     """
 
     place: Workplace
@@ -270,13 +273,44 @@ class _Search:
     who: Occupants
     wanted: Sequence[Situation]
     best: Fitted
-    score: Floats
     fixed: Margins
     counted: Bools
     setting: Floats
+    remembered: Remembered
     worth: float = 0.0
     proceed: Callable[[], None] = lambda: None
     judged: set[tuple[int, float, float]] = field(default_factory=set)
+
+    again: bool = False
+
+    def of(self, people: Ints, before: Fitted, *, few_starts: bool) -> _Search:
+        """The same search of some people (N,), once more from what was found before."""
+        return replace(
+            self,
+            who=self.who.rows(people),
+            wanted=[situation.rows(people) for situation in self.wanted],
+            best=before.rows(people),
+            fixed=_of(self.fixed, people, np.ones(len(self.asked), dtype=np.bool_)),
+            counted=self.counted[people],
+            remembered=replace(self.remembered.rows(people), few_starts=few_starts),
+            judged=set(),
+            again=True,
+        )
+
+    @cached_property
+    def whole(self) -> Bools:
+        """(B,) who was judged whole in the comfortable position."""
+        return np.zeros(len(self.who), dtype=np.bool_)
+
+    @cached_property
+    def score(self) -> Floats:
+        """(B,) [m] the least margin of what counts in the best position, as the search goes on."""
+        return _score(self.best.tried.margin, self.counted)
+
+    @cached_property
+    def moved(self) -> Bools:
+        """(B,) whose best position is one of this search."""
+        return np.zeros(len(self.who), dtype=np.bool_)
 
     @cached_property
     def comfortable(self) -> Floats:
@@ -310,38 +344,41 @@ def fitted_positions(
     proceed
         Called before each batch of positions; the search ends by what it raises.
     """
+    reached = Remembered(len(who), np.arange(len(who)), {}, few_starts=True)
+    comfortable = _remembering(comfortable, reached)
     here = _tried_again(comfortable, asked, before) if before else tried(comfortable, asked)
+    positions = lattice(place.own_seat)
+    hangs = _hang_on_reaches(comfortable, asked, here.margin, anywhere=len(positions) == 1)
+    if len(hangs):
+        here.take(hangs, tried(_whole([one.rows(hangs) for one in comfortable]), asked))
     at = here.seat.copy()
     window = np.full((len(at), 4), np.nan)
     nominal = nominal_setting(place)
     setting = np.tile(nominal, (len(at), 1))
     found = Fitted(here, at, window, _met_sets(here.margin, members), setting)
-    positions = lattice(place.own_seat)
     movable = _movable(asked)
     short = np.flatnonzero((here.margin[:, movable] < -MET).any(axis=1))
     if len(positions) > 1 and len(short):
-        best = found.rows(short)
         wanted = [situation.rows(short) for situation in comfortable]
-        score = _score(best.tried.margin, movable)
         search = _Search(
             place,
             asked,
             members,
             who.rows(short),
             wanted,
-            best,
-            score,
+            found.rows(short),
             here.rows(short),
-            movable,
+            movable & ~never_met(wanted, asked),
             nominal,
+            replace(reached.rows(short), searching=True),
             proceed=proceed,
         )
-        _scan(search, positions)
-        _refine(search)
-        found.take(short, best)
+        search.whole[np.isin(short, hangs)] = True
+        _search_travel(search, positions)
+        found.take(short, search.best)
     settings = settings_of(place)
     if len(settings):
-        _Settings(place, asked, members, who, comfortable, found, proceed).search(settings)
+        _Settings(place, asked, members, who, comfortable, found, reached, proceed).search(settings)
     return found
 
 
@@ -383,8 +420,8 @@ def _movable(asked: Sequence[Asked]) -> Bools:
 
 
 def _score(margin: Floats, counted: Bools) -> Floats:
-    """(B,) [m] the least margin of some requirements (R,)."""
-    known = np.where(np.isnan(margin), np.inf, margin)[:, counted]
+    """(B,) [m] the least margin of some requirements (R,), or of some of each person (B, R)."""
+    known = np.where(np.isnan(margin) | ~counted, np.inf, margin)
     score: Floats = known.min(axis=1, initial=np.inf)
     return score
 
@@ -448,7 +485,8 @@ def _judge(search: _Search, people: Ints, positions: Floats) -> None:
     known = ~_movable(search.asked)
     found.put(np.arange(len(people)), np.flatnonzero(known), _of(search.fixed, people, known))
     wanted = [situation.rows(people) for situation in search.wanted]
-    situations = in_positions(search.place, search.who.rows(people), positions, wanted)
+    there = in_positions(search.place, search.who.rows(people), positions, wanted)
+    situations = _remembering(there, search.remembered.rows(people))
     left = np.arange(len(people))
     for stage in _stages(search, people):
         columns = np.flatnonzero(stage.columns)
@@ -469,6 +507,11 @@ def _judge(search: _Search, people: Ints, positions: Floats) -> None:
     at = position_of(situations[0])
     best = Tried(found.margin[left], found.words[left], found.toward[left], at)
     _keep(search, people[left], best)
+
+
+def _remembering(situations: Sequence[Situation], known: Remembered) -> list[Situation]:
+    """Situations with what their people reached elsewhere."""
+    return [replace(situation, remembered=known) for situation in situations]
 
 
 @dataclass(frozen=True, eq=False)
@@ -510,7 +553,7 @@ def _stages(search: _Search, people: Ints) -> list[_Stage]:
 def _hopeful(search: _Search, people: Ints, margin: Floats, known: Bools) -> Ints:
     """The rows of people (N,) who may do better than in their best position, or meet another set,
     as far as the requirements (R,) that are known say."""
-    least = _score(margin, known & search.counted)
+    least = _score(margin, known & search.counted[people])
     better = least > np.minimum(search.score[people] + search.worth, -MET)
     sets = _met_sets(margin[:, known], search.members[known])
     return np.flatnonzero(better | (sets & ~search.best.sets[people]).any(axis=1))
@@ -520,13 +563,14 @@ def _keep(search: _Search, people: Ints, tried: Tried) -> None:
     """Take up what became of people (N,) in positions."""
     best = search.best
     np.logical_or.at(best.sets, people, _met_sets(tried.margin, search.members))
-    score = _score(tried.margin, search.counted)
+    score = _score(tried.margin, search.counted[people])
     for row in np.flatnonzero(score >= -MET).tolist():
         _widen(best.window[people[row]], tried.seat[row])
     for row, person in enumerate(people.tolist()):
         if _is_better(search, person, float(score[row]), tried.seat[row]):
             best.tried.take(np.array([person]), tried.rows(np.array([row])))
             best.setting[person] = search.setting
+            search.moved[person] = True
             search.score[person] = score[row]
 
 
@@ -561,6 +605,71 @@ def _refine(search: _Search) -> None:
     _try_close(search)
     for step in LAST_STEPS:
         _try_neighbours(search, _near_misses(search), step)
+
+
+def _search_travel(search: _Search, positions: Floats) -> None:
+    """Search the travel of the seat, whose lattice is `positions` (M, 2) [m].
+
+    While positions are searched for, reaches that obstacles put in doubt are tried from few starts.
+    In the position that is found they are asked whole. Who fits there by the one and not by the
+    other is searched for again with all starts everywhere. Who reaches there what few starts missed
+    is searched for again from the posture that reaches it.
+    """
+    before = search.best.rows(np.arange(len(search.who)))
+    _scan(search, positions)
+    _refine(search)
+    few = search.best.tried.margin.copy()
+    fits = search.score >= -MET
+    _judge_whole(search)
+    margin = search.best.tried.margin
+    misses = _score(margin, search.counted) < -MET
+    wrong = fits & search.moved & misses
+    missed = misses & ~wrong & ((few < -MET) & (margin >= -MET)).any(axis=1)
+    for people, few_starts in ((np.flatnonzero(wrong), False), (np.flatnonzero(missed), True)):
+        if len(people) and not search.again:
+            again = search.of(people, before, few_starts=few_starts)
+            _search_travel(again, positions)
+            search.best.take(people, again.best)
+    # who is proved to be kept from something everywhere fits nowhere
+    search.best.window[~search.counted[:, _movable(search.asked)].all(axis=1)] = np.nan
+
+
+def _judge_whole(search: _Search) -> None:
+    """Judge whole, in the best position of each, those who were not yet: each reach with all starts,
+    and with how much is to spare."""
+    people = np.flatnonzero(search.moved | ~search.whole)
+    if not len(people):
+        return
+    best = search.best
+    wanted = [situation.rows(people) for situation in search.wanted]
+    who = search.who.rows(people)
+    there = in_positions(search.place, who, best.tried.seat[people], wanted)
+    whole = tried(_whole(_remembering(there, search.remembered.rows(people))), search.asked)
+    best.tried.take(people, whole)
+    best.sets[people] |= _met_sets(whole.margin, search.members)
+
+
+def _whole(situations: Sequence[Situation]) -> list[Situation]:
+    """Situations in which each reach is searched for whole."""
+    known = situations[0].remembered
+    assert known is not None
+    return _remembering(situations, replace(known, few_starts=False, searching=False))
+
+
+def _hang_on_reaches(
+    situations: Sequence[Situation], asked: Sequence[Asked], margin: Floats, *, anywhere: bool
+) -> Ints:
+    """The people whose verdict hangs on reaches: they miss nothing but what hands or feet reach for,
+    or what depends on where these are. anywhere: all who miss any of that."""
+    hangs = np.array(
+        [
+            CHECKS[one.requirement.check].cost == REACHING or needs_hands(situations[one.case], one)
+            for one in asked
+        ]
+    )
+    missed = margin < -MET
+    elsewhere = missed[:, ~hangs].any(axis=1) & (not anywhere)
+    return np.flatnonzero(missed[:, hangs].any(axis=1) & ~elsewhere)
 
 
 def _near_misses(search: _Search) -> Ints:
@@ -603,7 +712,8 @@ def _try_close(search: _Search) -> None:
 @dataclass(frozen=True, eq=False)
 class _Settings:
     """People who are searched for at other settings than the nominal one, and what was found of
-    them so far. comfortable: the cases at the nominal setting."""
+    them so far. comfortable: the cases at the nominal setting; remembered: what the people reached
+    there."""
 
     place: Workplace
     asked: Sequence[Asked]
@@ -611,7 +721,13 @@ class _Settings:
     who: Occupants
     comfortable: Sequence[Situation]
     found: Fitted
+    remembered: Remembered
     proceed: Callable[[], None]
+
+    @cached_property
+    def moved(self) -> Bools:
+        """(B,) who is best off in a position that was searched for here."""
+        return np.zeros(len(self.who), dtype=np.bool_)
 
     @property
     def score(self) -> Floats:
@@ -630,6 +746,19 @@ class _Settings:
             self._tried_at(setting, self.left, lambda search: _scan(search, positions))
         if len(positions) > 1:
             self._refine_at_best()
+        for setting in np.unique(self.found.setting[self.moved], axis=0):
+            self._judge_whole(setting)
+
+    def _judge_whole(self, setting: Floats) -> None:
+        """Judge whole those who are best off at a setting (A,)."""
+        people = np.flatnonzero(self.moved & (self.found.setting == setting).all(axis=1))
+        place = at_setting(self.place, setting)
+        who = self.who.rows(people)
+        wanted = [situation.rows(people) for situation in self.comfortable]
+        there = in_positions(place, who, self.found.tried.seat[people], wanted)
+        there = _remembering(there, self.remembered.elsewhere().rows(people))
+        whole = tried(_whole(there), renewed(place, self.asked))
+        self.found.tried.take(people, whole)
 
     def _tried_at(self, setting: Floats, people: Ints, trying: Callable[[_Search], None]) -> None:
         """Try some people (N,) at a setting (A,): in the comfortable position there, then as
@@ -643,8 +772,7 @@ class _Settings:
         wanted = comfortable_situations(place, who, _taken_again(self.place, place, before))
         best = self.found.rows(people)
         fixed = _margins_anywhere(wanted, asked)
-        everything = np.ones(len(asked), dtype=np.bool_)
-        score = self.score[people]
+        everything = np.ones((len(people), len(asked)), dtype=np.bool_)
         search = _Search(
             place,
             asked,
@@ -652,16 +780,17 @@ class _Settings:
             who,
             wanted,
             best,
-            score,
             fixed,
             everything,
             setting,
+            replace(self.remembered.elsewhere().rows(people), searching=True),
             SETTING_WORTH,
             self.proceed,
         )
         _try_positions(search, np.arange(len(people)), search.comfortable)
         trying(search)
         self.found.take(people, best)
+        self.moved[people[search.moved]] = True
 
     def _refine_at_best(self) -> None:
         """Try the neighbours of the best position at its setting, where that is not the nominal

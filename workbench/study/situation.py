@@ -27,6 +27,7 @@ from workbench.model.poses import Placed, Poses
 from workbench.model.posing import join_poses
 from workbench.model.workplace import Aims, WorkCase, Workplace
 from workbench.posture.kernels.clear_reach import KEPT
+from workbench.posture.reaching.history import ReachHistory, Recall
 from workbench.posture.reaching.limbs import FEET, HANDS, ZONES, Limb, limb
 from workbench.posture.reaching.reach import reach
 from workbench.posture.seating.driving import driving_posture
@@ -36,6 +37,7 @@ from workbench.study.drivers import drivers_among
 
 __all__ = [
     "Occupants",
+    "Remembered",
     "Seating",
     "Situation",
     "Taken",
@@ -108,6 +110,55 @@ class Taken:
 
 
 @dataclass(frozen=True, eq=False)
+class Remembered:
+    """What N people of a workplace were found to reach in other positions of their seats.
+
+    Parameters
+    ----------
+    count
+        N.
+    who
+        (B,) which of them the people of a situation are.
+    histories
+        By what is asked for, filled as it is asked.
+    few_starts
+        Whether few starts are tried for everything.
+    once
+        Whether few starts are tried for what was searched for whole once.
+    searching
+        Whether a position is only searched for: then what is proved to be kept is left where it is,
+        and it is not asked how much farther a limb could go.
+    """
+
+    count: int
+    who: Ints
+    histories: dict[tuple[object, ...], ReachHistory]
+    few_starts: bool = False
+    once: bool = False
+    searching: bool = False
+
+    def elsewhere(self) -> Remembered:
+        """The same, where parts stand elsewhere."""
+        histories = {key: history.elsewhere() for key, history in self.histories.items()}
+        return replace(self, histories=histories)
+
+    def rows(self, keep: Ints) -> Remembered:
+        """That of the people at indices."""
+        return replace(self, who=self.who[keep])
+
+    def recall(
+        self, place: Workplace, key: tuple[object, ...], controls: Sequence[Control]
+    ) -> Recall:
+        """The history of some controls of a workplace, asked for in the way named `key`."""
+        names = [control.name for control in place.environment.controls]
+        if key not in self.histories:
+            self.histories[key] = ReachHistory(self.count * len(names))
+        column = np.array([names.index(control.name) for control in controls])
+        row = self.who[:, None] * len(names) + column
+        return Recall(self.histories[key], row, self.once, self.few_starts)
+
+
+@dataclass(frozen=True, eq=False)
 class Situation:
     """B people in one case of their workplace.
 
@@ -145,6 +196,8 @@ class Situation:
     hand_limit: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     unsure: Bools | None = None
     """(B,) whose hands were not searched for wherever they may be; None where all were."""
+    remembered: Remembered | None = None
+    """What the people reached elsewhere; None where nobody asks elsewhere."""
 
     def __len__(self) -> int:
         return len(self.poses)
@@ -216,6 +269,7 @@ class Situation:
             hand_overlap=_rows_of(self.hand_overlap, keep),
             hand_limit=_limit_of(self, keep),
             unsure=self.unsure[keep] if self.unsure is not None else None,
+            remembered=self.remembered.rows(keep) if self.remembered is not None else None,
         )
         if "held" in self.__dict__:
             found.__dict__["held"] = replace(
@@ -578,6 +632,10 @@ def _with_hand(
 ) -> Situation:
     """The same with one hand on its control."""
     body = situation.body
+    recall = None
+    if situation.remembered is not None:
+        key = situation.case, name
+        recall = situation.remembered.recall(situation.place, key, [control])
     poses = situation.poses
     rotations = poses.rotations.copy()
     miss = np.zeros(len(situation))
@@ -601,6 +659,7 @@ def _with_hand(
             bystanders=situation.bystanders,
             tighter_zones=False,  # those who are left have missed in them
             brief=brief,
+            recall=recall.rows(left) if recall is not None else None,
         )
         rotations[left] = found.poses.rotations
         miss[left] = np.where(found.reached[:, 0], 0.0, found.miss[:, 0])

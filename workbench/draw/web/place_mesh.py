@@ -130,6 +130,6 @@ def _colour(environment: Environment, k: int) -> Colour:
     name = environment.parts[k]
     if environment.see_through[k]:
         return GLASS_PART
-    if any(control.part == name for control in environment.controls):
+    if any(name in control.own_parts for control in environment.controls):
         return CONTROL_PART
     return SEAT_PART if any(name in seat.moves for seat in environment.seats) else PLAIN_PART

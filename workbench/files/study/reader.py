@@ -8,12 +8,12 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from workbench.errors import InputError, one_of
+from workbench.errors import InputError
 from workbench.files.catalogue import find, is_file
 from workbench.files.crash.restraints import contact_faults, law_in_si
 from workbench.files.environments import environment_files, load_environment
 from workbench.files.meshes.reading import FORMATS
-from workbench.files.names import matches, matching
+from workbench.files.names import matching
 from workbench.files.study.actions import (
     CaseActions,
     library_of,
@@ -23,14 +23,14 @@ from workbench.files.study.actions import (
 from workbench.files.study.criteria import Known, criteria_of, visible_parts
 from workbench.files.study.doubts import study_doubts
 from workbench.files.study.limits import limit_faults
-from workbench.files.study.moves import move_faults, moves_of
+from workbench.files.study.moves import change_of, move_faults, moves_of
 from workbench.files.study.parts import read_parts
 from workbench.files.study.roles import LoadedRole, load_roles, place_faults
-from workbench.files.study.schema import ActionFile, ChangeFile, PositionFile, RoleFile, StudyFile
+from workbench.files.study.schema import ActionFile, PositionFile, RoleFile, StudyFile
 from workbench.files.study.settings import Sitter, adjusts_of, stated_settings
 from workbench.files.study.work import Key, Work
 from workbench.files.yaml_text import Document, read_yaml
-from workbench.model.accommodation import Change, IntervalRule, MapTask
+from workbench.model.accommodation import IntervalRule, MapTask
 from workbench.model.adjusting import adjusted
 from workbench.model.criterion import Criterion
 from workbench.model.envelope import ReachTask
@@ -259,12 +259,15 @@ def _posture_cases(work: Work, name: str | None) -> list[int]:
 
 
 def _room_faults(work: Work, room: Environment) -> None:
-    """Report the parts, controls and seats of maps and changes that the environment has not."""
+    """Report the parts of maps and the seats of changes that the environment has not."""
     for row, task in work.parts.maps:
         what = f"environment {room.name} has no part {task.part!r}"
         work.check_name(("reach_maps", row, "part"), task.part, room.parts, what)
+    seats = [seat.name for seat in room.seats]
     for row, change in work.parts.changes:
-        _change_faults(work, row, change, room)
+        if change.seat is not None:
+            what = f"environment {room.name} has no seat {change.seat!r}"
+            work.check_name(("changes", row, "seat"), change.seat, seats, what)
 
 
 def _body_faults(work: Work, known: Known) -> None:
@@ -277,20 +280,6 @@ def _body_faults(work: Work, known: Known) -> None:
     if known.room is not None:
         laws = [(("contact_forces", row), law) for row, law in work.parts.forces]
         work.add(contact_faults(work.document, laws, body, known.parts))
-
-
-def _change_faults(work: Work, row: int, change: ChangeFile, room: Environment) -> None:
-    """Report the control, seat and parts of a change that the environment has not."""
-    controls = [control.name for control in room.controls]
-    seats = [seat.name for seat in room.seats]
-    for kind, name, valid in (("control", change.control, controls), ("seat", change.seat, seats)):
-        if name is not None:
-            what = f"environment {room.name} has no {kind} {name!r}"
-            work.check_name(("changes", row, kind), name, valid, what)
-    for place, name in enumerate(change.parts or ()):
-        if not any(matches(name, part) for part in room.parts):
-            what = f"nothing is called {name!r}; {one_of(name, room.parts)}"
-            work.fault(("changes", row, "parts", place), what)
 
 
 @dataclass(frozen=True)
@@ -460,7 +449,7 @@ def _study(
         shares=_shares(file),
         reach_maps=_maps(work, file),
         reach_envelopes=_envelopes(work, file),
-        changes=tuple(_change(row, room) for row in file.changes),
+        changes=tuple(change_of(row, room) for row in file.changes),
         compare=_compared(work, file),
         signals=_signals(file, known),
         contact_forces=_forces(file, known),
@@ -544,17 +533,6 @@ def _shares(file: StudyFile) -> Shares:
         {name: women / 100 for name, women in file.shares.mixes.items()},
         file.shares.confidence / 100,
         IntervalRule(rule.method, rule.seed or 0, rule.draws),
-    )
-
-
-def _change(file: ChangeFile, room: Environment) -> Change:
-    return Change(
-        words=file.name,
-        control=file.control or "",
-        parts=matching(file.parts, room.parts) if file.parts else (),
-        move=file.move or (0.0, 0.0, 0.0),
-        travel_forward=(-file.farther_back, file.farther_forward),
-        travel_up=(-file.lower, file.higher),
     )
 
 

@@ -39,6 +39,7 @@ __all__ = [
     "CaseFile",
     "ChangeFile",
     "CriterionFile",
+    "DisplacedFile",
     "DriverFile",
     "EnvelopeFile",
     "MapFile",
@@ -540,14 +541,50 @@ class EnvelopeFile(FileModel):
     obstacles: bool = False
 
 
-class ChangeFile(FileModel):
-    """A change of the design whose gain is asked for: a control (with its part) or parts moved, or
-    the ends of a seat's travel moved outward."""
+class DisplacedFile(FileModel):
+    """What of the environment stands elsewhere: controls, and parts with the controls on them.
+
+    A control takes the part along that it is on, unless another control is on it that stays; with
+    `alone` none does.
+    """
+
+    control: Name | None = None
+    controls: Names | None = None
+    parts: Names | None = None
+    alone: bool = False
+
+    @property
+    def names_something(self) -> bool:
+        """Whether anything is named that is moved."""
+        return self.control is not None or self.controls is not None or self.parts is not None
+
+    @model_validator(mode="after")
+    def _alone_is_of_controls(self) -> DisplacedFile:
+        if self.alone and self.control is None and self.controls is None:
+            raise ValueError("'alone' says that controls leave their parts: give 'controls' too")
+        return self
+
+
+class MovedFile(DisplacedFile):
+    """Controls and parts of the environment that are moved, and by how much from where the
+    environment has them."""
+
+    by: Vector
+
+    @model_validator(mode="after")
+    def _names_what(self) -> MovedFile:
+        if not self.names_something:
+            raise ValueError("'control', 'controls' or 'parts' says what is moved: give one")
+        return self
+
+
+class ChangeFile(DisplacedFile):
+    """A change of the design whose gain is asked for: controls and parts moved, the ends of a seat's
+    travel moved outward, or both at once. moved: more of them, each by its own way."""
 
     name: Name
-    control: Name | None = None
-    parts: Names | None = None
     move: Vector | None = None
+    moved: Annotated[list[MovedFile], Field(min_length=1)] | None = None
     seat: Name | None = None
     farther_back: Annotated[Length, Field(ge=0)] = 0.0
     farther_forward: Annotated[Length, Field(ge=0)] = 0.0
@@ -555,33 +592,20 @@ class ChangeFile(FileModel):
     higher: Annotated[Length, Field(ge=0)] = 0.0
 
     @model_validator(mode="after")
-    def _one_thing(self) -> ChangeFile:
-        moved = [key for key in ("control", "parts", "seat") if getattr(self, key) is not None]
-        if len(moved) != 1:
-            raise ValueError("a change is of one 'control', or of 'parts', or of a 'seat'")
+    def _changes_something(self) -> ChangeFile:
+        if not self.names_something and self.moved is None and self.seat is None:
+            raise ValueError(
+                "a change is of 'control', 'controls' or 'parts' with 'move', of several such in "
+                "'moved', or of a 'seat'; give one at least"
+            )
         ends = any((self.farther_back, self.farther_forward, self.lower, self.higher))
         if (self.seat is not None) != ends:
             raise ValueError(
                 "'farther_back', 'farther_forward', 'lower' and 'higher' say how far the travel of "
                 "a 'seat' goes on: give one of them with it, and only with it"
             )
-        if (self.seat is None) != (self.move is not None):
-            raise ValueError("'move' says by how much a control or parts are moved")
-        return self
-
-
-class MovedFile(FileModel):
-    """Parts of the environment, with the controls on them, or controls alone, that stand elsewhere
-    in this study: by how much from where the environment has them."""
-
-    parts: Names | None = None
-    controls: Names | None = None
-    by: Vector
-
-    @model_validator(mode="after")
-    def _one_kind(self) -> MovedFile:
-        if (self.parts is None) == (self.controls is None):
-            raise ValueError("'parts' or 'controls' says what is moved: give one of the two")
+        if self.names_something != (self.move is not None):
+            raise ValueError("'move' says by how much controls or parts are moved: give both")
         return self
 
 

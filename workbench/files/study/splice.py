@@ -330,9 +330,10 @@ def _names_text(names: Sequence[str]) -> str:
 
 
 def _move_text(move: Move, scale: float) -> str:
-    """A move as it stands in a file."""
-    kind, names = ("parts", move.parts) if move.parts else ("controls", move.controls)
-    return f"{{{kind}: {_names_text(names)}, by: {_vector_text(move.by, scale)}}}"
+    """A move as it stands in a file: parts by name, so that controls take none along."""
+    entry = [f"parts: {_names_text(move.parts)}"] if move.parts else []
+    entry += [f"controls: {_names_text(move.controls)}", "alone: true"] if move.controls else []
+    return f"{{{', '.join(entry)}, by: {_vector_text(move.by, scale)}}}"
 
 
 def _vector_text(values: Sequence[float], scale: float) -> str:

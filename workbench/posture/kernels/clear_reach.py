@@ -15,6 +15,9 @@ kinds. What comes clear is made comfortable among all that is near it.
 Who does not reach a target is brought as near to it as is found: the same steps bring the tip to
 within a radius of the target, which is doubled until that is found and then halved down.
 
+A row that a search has found no reach for, its person sitting elsewhere, is not searched for whole
+again: the postures known from there are tried, and few starts (`FEW_STARTS`).
+
 A search is no proof. Where the target is too deep in a solid for any posture there is one, and
 nothing is searched (`_buried_in`). Such a row is brought near from few starts.
 
@@ -50,17 +53,31 @@ from workbench.posture.kernels.descent import (
     take,
     take_row,
 )
+from workbench.posture.kernels.hand_room import (
+    SURELY,
+    Turns,
+    has_no_room,
+    most_allowed,
+    new_turns,
+)
 from workbench.posture.kernels.inverse import LEGAL, NEARLY, next_seed, place_seeds, worth
 from workbench.posture.kernels.limits import Planes, within
 from workbench.posture.kernels.linkage import Linkage, State, new_state
 from workbench.posture.kernels.newton import Work, equations, go, new_work, newton
 
 __all__ = [
+    "BRIEF",
     "BURIED",
+    "FEW_STARTS",
     "KEPT",
+    "KNOWN_POSTURES",
+    "NO_ROOM",
+    "SKIPPED",
+    "WHOLE",
     "Looked",
     "Outcome",
     "clear_reaches",
+    "prove_no_room",
     "still_reaches",
 ]
 
@@ -89,10 +106,11 @@ RADIAN = 0.3
 LOTS = (4, 12, 24, 40, 48)
 FEW_LOTS = 2
 LOTS_OF_BURIED = 1
+LOTS_OF_FEW_STARTS = 1
+LOTS_BEFORE_PROOF = 2
 """How many starts a search takes from the seeds, one lot after the other; how many lots where the
-limb enters nothing and is only short of the target, and where the target is buried."""
-SURELY = 1e-6
-"""[m] How much more than is allowed a proof wants, so that rounding does not make one."""
+limb enters nothing and is only short of the target, where the target is buried, of FEW_STARTS, and
+before a proof is sought that the hand has no room."""
 POOL = 8
 KICKS = 160
 KICK = (0.1, 0.25, 0.5, 0.75)
@@ -120,6 +138,17 @@ NARROWING = 5
 """By how much [m] a target may be missed at first, how much more each time, how often, and how often
 that is halved."""
 
+WHOLE = 0
+FEW_STARTS = 1
+BRIEF = 2
+NO_ROOM = 3
+SKIPPED = 4
+"""How a row is searched for: from starts of all kinds, and at last from the postures that are known;
+from its own posture, those that are known, and one lot of seeds; from its own posture alone; with
+few starts, since it is proved that the hand has no room at the target; the same, not at all."""
+KNOWN_POSTURES = 2
+"""How many postures may be known of a row: one that reached its target, one that came near it."""
+
 CERTAIN = 0
 OWN_WAY = 1
 OTHER_WAY = 2
@@ -141,7 +170,14 @@ class Outcome(NamedTuple):
     part: NDArray[np.int64]
     """(P,) the part that keeps the limb from its target, -1 where none does."""
     doubt: NDArray[np.int64]
-    """(P,) CERTAIN, OWN_WAY, OTHER_WAY, KEPT or BURIED. KEPT before: no other way is searched for."""
+    """(P,) CERTAIN, OWN_WAY, OTHER_WAY, KEPT or BURIED. Of `still_reaches`, KEPT before: the row is
+    left out."""
+    effort: NDArray[np.int64]
+    """(P,) WHOLE, FEW_STARTS, BRIEF, NO_ROOM or SKIPPED; NO_ROOM after where that was proved."""
+    known: NDArray[np.float64]
+    """(P, KNOWN_POSTURES, K, 3) [rad] postures of the rows in a place near by."""
+    is_known: NDArray[np.bool_]
+    """(P, KNOWN_POSTURES) whether there is such a posture."""
 
 
 class Looked(NamedTuple):
@@ -196,6 +232,7 @@ class Desk(NamedTuple):
     """(M,) 1 for a seed that was used."""
     starts: NDArray[np.float64]
     """(M, K, 3) postures to start from."""
+    turns: Turns
     worth: NDArray[np.float64]
     """(M,) [m] how far a start is from being a reach; infinite where it was used."""
 
@@ -237,6 +274,7 @@ def _new_desk(link, limbs, joints, seeds):  # type: ignore[no-untyped-def]
         np.zeros(POOL),
         np.zeros(seeds, np.int64),
         np.zeros((seeds, count, 3)),
+        new_turns(),
         np.zeros(seeds),
     )
 
@@ -541,16 +579,22 @@ def _search_about_failures(case, seeds, desk, out):  # type: ignore[no-untyped-d
 
 
 @inner
-def _search(case, seeds, lots, desk, out):  # type: ignore[no-untyped-def]
-    """Seek a reach from the free posture; then from so many lots of starts of all kinds, those first
-    that enter least; then from about the best that failed. Returns OWN_WAY, OTHER_WAY or KEPT."""
-    desk.rank[:] = np.inf
-    take(desk.free, desk.state.angles)
-    if _attempt(case, desk, out):
-        return OWN_WAY
-    place_seeds(case.link, case.body, seeds, desk.state)
-    desk.tried[:] = 0
-    for n in range(lots):
+def _search_from_known(case, desk, out):  # type: ignore[no-untyped-def]
+    """Seek a reach from the postures that are known of a row; True where one is found."""
+    for i in range(KNOWN_POSTURES):
+        if out.is_known[case.row, i]:
+            take(out.known[case.row, i], desk.state.angles)
+            if _attempt(case, desk, out):
+                return True
+    return False
+
+
+@inner
+def _search_from_seeds(case, seeds, lots, desk, out):  # type: ignore[no-untyped-def]
+    """Seek a reach from the lots of starts lots[0]..lots[1], those of a lot first that enter least;
+    True where one is found."""
+    first, last = lots
+    for n in range(first, last):
         for _ in range(_find_starts(case, seeds, LOTS[n], desk, out)):
             least = 0
             for i in range(desk.worth.shape[0]):
@@ -559,42 +603,57 @@ def _search(case, seeds, lots, desk, out):  # type: ignore[no-untyped-def]
             desk.worth[least] = np.inf
             take(desk.starts[least], desk.state.angles)
             if _attempt(case, desk, out):
-                return OTHER_WAY
+                return True
+    return False
+
+
+@inner
+def _search_on(case, seeds, lots, desk, out):  # type: ignore[no-untyped-def]
+    """Go on with a whole search of so many lots of starts: seek a proof that the hand has no room,
+    then a reach from the other lots, about the best that failed, and from known postures; True
+    where one is found."""
+    first = min(lots, LOTS_BEFORE_PROOF)
+    target = vector(case.goal[case.row])
+    if lots > FEW_LOTS and has_no_room(
+        case.limbs, case.body, case.room, target, REACHED, desk.turns, desk.space
+    ):
+        out.effort[case.row] = NO_ROOM
+        return False
+    if _search_from_seeds(case, seeds, (first, lots), desk, out):
+        return True
     if lots > FEW_LOTS and _search_about_failures(case, seeds, desk, out):
-        return OTHER_WAY
+        return True
+    return _search_from_known(case, desk, out)
+
+
+@inner
+def _search(case, seeds, lots, desk, out):  # type: ignore[no-untyped-def]
+    """Seek a reach from the free posture; then from so many lots of starts, and about the best that
+    failed; then from known postures, which come before all others where there are few starts.
+    Returns OWN_WAY, OTHER_WAY or KEPT."""
+    desk.rank[:] = np.inf
+    take(desk.free, desk.state.angles)
+    if _attempt(case, desk, out):
+        return OWN_WAY
+    effort = out.effort[case.row]
+    if effort != BRIEF:
+        place_seeds(case.link, case.body, seeds, desk.state)
+        desk.tried[:] = 0
+        if effort == WHOLE:
+            first = min(lots, LOTS_BEFORE_PROOF)
+            if _search_from_seeds(case, seeds, (0, first), desk, out):
+                return OTHER_WAY
+            if _search_on(case, seeds, lots, desk, out):
+                return OTHER_WAY
+        else:
+            if _search_from_known(case, desk, out):
+                return OTHER_WAY
+            few = min(lots, LOTS_OF_FEW_STARTS)
+            if _search_from_seeds(case, seeds, (0, few), desk, out):
+                return OTHER_WAY
     desk.least[0] = desk.rank[0]
     take(desk.pool[0], desk.best)
     return KEPT
-
-
-@inlined
-def _box_gap(point, span, m):  # type: ignore[no-untyped-def]
-    """Square of the distance [m2] of a point from the box span[m] (low, high), 0 within."""
-    square = 0.0
-    for axis in range(3):
-        gap = max(max(span[m, axis] - point[axis], point[axis] - span[m, 3 + axis]), 0.0)
-        square += gap * gap
-    return square
-
-
-@inlined
-def _most_allowed(room, g, n, part, point, arm, depth):  # type: ignore[no-untyped-def]
-    """The most [m] that a part allows segment n if it may be what a centre is deepest in: the part
-    `part`, or another solid of group g. The centre is within `arm` of a point, and at least `depth`
-    deep in that solid.
-
-    No point is deeper in a solid than half the least extent of its box.
-    """
-    field = room.field
-    most = room.allowed[n, part]
-    for m in range(field.solid_start[g], field.solid_start[g + 1]):
-        span = field.solid_span
-        thick = span[m, 3] - span[m, 0]
-        for axis in range(1, 3):
-            thick = min(thick, span[m, 3 + axis] - span[m, axis])
-        if 0.5 * thick >= depth and _box_gap(point, span, m) <= arm * arm:
-            most = max(most, room.allowed[n, field.solid_part[m]])
-    return most
 
 
 @inner
@@ -639,7 +698,7 @@ def _buried_in(case, desk):  # type: ignore[no-untyped-def]
             continue
         part = np.int64(room.owner[int(room.field.trees.record[room.field.trees.begin[rank] + 8])])
         inside = max(0.0, depth - arm)
-        allowed = _most_allowed(room, g, n, part, point, arm, inside)
+        allowed = most_allowed(room, g, n, part, point, arm, inside)
         if radius + depth - arm - allowed > SURELY:
             return part
     return np.int64(-1)
@@ -702,7 +761,7 @@ def _clear_rows(link, limbs, who, held, problem, room, seeds, out, rows, desk): 
         take(desk.state.angles, desk.free)
         out.overlap[p] = free.depth
         out.part[p] = free.part
-        brief = out.doubt[p] == KEPT
+        brief = out.effort[p] == BRIEF
         out.doubt[p] = CERTAIN
         desk.least[0] = np.inf
         desk.blocking[0] = free.part
@@ -710,14 +769,16 @@ def _clear_rows(link, limbs, who, held, problem, room, seeds, out, rows, desk): 
         buried = np.int64(-1)
         if _is_reach(free, 0.0) or (free.depth <= 0.0 and missed > NEARLY):
             continue
+        if out.effort[p] == SKIPPED:
+            out.doubt[p] = BURIED
+            continue
         if missed <= NEARLY:
             lots = len(LOTS) if free.depth > 0.0 else FEW_LOTS
             if free.depth > 0.0:
                 buried = _buried_in(case, desk)
             lots = lots if buried < 0 else LOTS_OF_BURIED
-            lots = 0 if brief else lots
             out.doubt[p] = _search(case, seeds, lots, desk, out)
-            if out.doubt[p] == KEPT and buried >= 0:
+            if out.doubt[p] == KEPT and (buried >= 0 or out.effort[p] == NO_ROOM):
                 out.doubt[p] = BURIED
             if out.doubt[p] < KEPT:
                 _make_comfortable(case, desk, out)
@@ -728,8 +789,21 @@ def _clear_rows(link, limbs, who, held, problem, room, seeds, out, rows, desk): 
             take(desk.best, desk.state.angles)
         if free.depth > 0.0:
             _come_near(case, missed, free.part, desk, out)
-        if out.doubt[p] == BURIED:
+        if buried >= 0 and out.doubt[p] == BURIED:
             out.part[p] = buried
+
+
+@njit(cache=True, nogil=True)
+def prove_no_room(limbs, who, targets, room, proved, begin, end):  # type: ignore[no-untyped-def]
+    """Prove of the rows begin..end of P that the hand of body who[p] has no room at target p,
+    however it is turned; proved (P,) is filled with 1 where there is a proof, else 0."""
+    joints = limbs.axes.shape[0]
+    space = new_space(limbs, joints)
+    turns = new_turns()
+    for p in range(begin, end):
+        forget(space)
+        target = vector(targets[p])
+        proved[p] = has_no_room(limbs, who[p], room, target, REACHED, turns, space)
 
 
 @njit(cache=True, nogil=True)

@@ -44,6 +44,7 @@ __all__ = [
     "Limbs",
     "Obstacles",
     "Space",
+    "contact_of_sphere",
     "depth_behind",
     "forget",
     "limb_contacts",
@@ -186,6 +187,10 @@ class Limbs(NamedTuple):
     none."""
     grip_arm: NDArray[np.float64]
     """(B,) [m] that d."""
+    tip: NDArray[np.float64]
+    """(B, 3) [m] the point that arrives, in the frame of the segment that arrives."""
+    rigid: NDArray[np.int64]
+    """(H,) the solid spheres that are rigid in that segment."""
 
 
 @inlined
@@ -346,6 +351,18 @@ def _sphere(x, y, z, r, s, n, g, room, clear, outside, count, space):  # type: i
     count, least = _near_polygons(x, y, z, r, s, n, g, room, clear, far, entered, count, space)
     space.gap[g, s] = -1.0 if entered >= 0 else math.sqrt(least)
     return count
+
+
+@inner
+def contact_of_sphere(limbs, b, room, g, s, point, space):  # type: ignore[no-untyped-def]
+    """Find what sphere s of body b, with its centre at a point (3) [m] in the frame of group g,
+    enters of the group beyond what is allowed; space.found is filled, deepest first. Returns the
+    number of contacts."""
+    x, y, z = point
+    n = limbs.segment[s]
+    r = limbs.radius[b, s]
+    none = np.int64(0)
+    return _sphere(x, y, z, r, s, n, g, room, 0.0, False, none, space)
 
 
 @inlined

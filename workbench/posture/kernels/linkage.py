@@ -33,7 +33,7 @@ from workbench.geometry.vectors import (
     vector,
 )
 
-__all__ = ["Linkage", "State", "move", "new_state"]
+__all__ = ["Linkage", "State", "move", "new_state", "rotation_of"]
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -255,6 +255,12 @@ def _fill_axis_derivatives(link, k, swing, size, coefficients, parent, state):  
     store(
         matvec(parent, _left_jacobian_slope(swing, coefficients, slopes, second, second)), bend[2]
     )
+
+
+@inlined
+def rotation_of(vector):  # type: ignore[no-untyped-def]
+    """Matrix of a rotation vector [rad], as nine numbers."""
+    return _exp_so3(vector, _rodrigues_coefficients(norm(vector)))
 
 
 @inlined

@@ -22,6 +22,7 @@ from workbench.model.poses import Poses
 from workbench.posture.kernels.clear_reach import KEPT, Looked, Outcome, still_reaches
 from workbench.posture.kernels.contacts import GROUPS
 from workbench.posture.reaching.chains import goals_of, limb_task
+from workbench.posture.reaching.history import known_of
 from workbench.posture.reaching.limbs import Limb
 from workbench.posture.reaching.linkage import joints_between
 from workbench.posture.reaching.obstacles import obstacles_of
@@ -124,6 +125,7 @@ def still_reached(
         np.zeros(rows),
         np.full(rows, -1),
         np.where(kept.reached.ravel(), 0, KEPT),
+        *known_of(task),
     )
     limbs = packed_limbs(body, limb)
 

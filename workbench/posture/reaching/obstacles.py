@@ -22,17 +22,19 @@ from workbench.contact.kernels.field import Field, Trees
 from workbench.contact.kernels.inside import Shells
 from workbench.contact.kernels.pairs import Balls
 from workbench.geometry.polygon import Faces
-from workbench.model.arrays import Floats, Ints
+from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.body import Body, Topology
 from workbench.model.bystander import Bystander
 from workbench.model.environment import Environment
-from workbench.posture.kernels.clear_reach import KEPT, Outcome, clear_reaches
+from workbench.posture.kernels.clear_reach import Outcome, clear_reaches, prove_no_room
 from workbench.posture.kernels.contacts import Limbs, Obstacles
 from workbench.posture.reaching.chains import PIECE, Found, Task
+from workbench.posture.reaching.history import Recall, known_of
+from workbench.posture.reaching.limbs import Limb
 from workbench.posture.reaching.packing import packed_limbs
 from workbench.threads import in_pieces
 
-__all__ = ["Room", "cleared", "obstacles_of"]
+__all__ = ["Room", "cleared", "hands_without_room", "obstacles_of"]
 
 
 ENCLOSING = 1e-9
@@ -74,7 +76,14 @@ class Room:
     threads: int | None = None
 
 
-def cleared(task: Task, found: Found, room: Room, *, brief: bool = False) -> tuple[Found, Ints]:
+def cleared(
+    task: Task,
+    found: Found,
+    room: Room,
+    *,
+    brief: bool = False,
+    recall: Recall | None = None,
+) -> tuple[Found, Ints]:
     """Keep reaches clear of obstacles.
 
     Parameters
@@ -86,6 +95,8 @@ def cleared(task: Task, found: Found, room: Room, *, brief: bool = False) -> tup
     brief
         Whether a reach is left in doubt where no way about the obstacles is found from its own
         posture.
+    recall
+        What is known of the same reaches from elsewhere; it is made to hold what they come to.
 
     Returns
     -------
@@ -98,7 +109,8 @@ def cleared(task: Task, found: Found, room: Room, *, brief: bool = False) -> tup
         np.array(found.numbers),
         np.zeros(count),
         np.full(count, -1),
-        np.full(count, KEPT if brief else 0),
+        np.zeros(count, dtype=np.int64),
+        *known_of(task, brief=brief, recall=recall),
     )
     limbs, obstacles = _packed(task, room)
 
@@ -117,7 +129,48 @@ def cleared(task: Task, found: Found, room: Room, *, brief: bool = False) -> tup
         )
 
     in_pieces(work, count, PIECE, threads=room.threads)
+    if recall is not None and not brief:
+        recall.keep(task.limb, out)
     return Found(out.angles, out.numbers, found.held, out.overlap, out.part), out.doubt
+
+
+def hands_without_room(
+    body: Body,
+    limb: Limb,
+    targets: Floats,
+    environment: Environment,
+    moving_parts: Sequence[str],
+) -> Bools:
+    """Prove that hands have no room at targets, wherever the seat stands and however they are
+    turned.
+
+    Parameters
+    ----------
+    body, limb
+        The hand of B rows of a body.
+    targets
+        (T, 3) [m] in the world.
+    environment, moving_parts
+        The obstacles, of which those that move with the seat are not asked.
+
+    Returns
+    -------
+    (B, T) array
+        False where there is no proof.
+    """
+    count = len(targets)
+    moving = np.isin(environment.parts, list(moving_parts)).astype(np.int64)
+    room = obstacles_of(body, environment, moving, np.zeros((len(body), 3)))
+    limbs = packed_limbs(body, limb)
+    who = np.repeat(np.arange(len(body)), count)
+    each = np.tile(targets, (len(body), 1))
+    proved = np.zeros(len(who), np.int64)
+
+    def work(begin: int, end: int) -> None:
+        prove_no_room(limbs, who, each, room, proved, begin, end)
+
+    in_pieces(work, len(who), PIECE)
+    return np.asarray(proved.reshape(-1, count) > 0)
 
 
 def _packed(task: Task, room: Room) -> tuple[Limbs, Obstacles]:

@@ -63,6 +63,8 @@ def packed_limbs(body: Body, limb: Limb) -> Limbs:
         base=limb.base,
         grip=grip,
         grip_arm=grip_arm,
+        tip=np.array(limb.tip),
+        rigid=np.flatnonzero(_rigid(body, limb, sphere).all(axis=0)),
     )
 
 
@@ -71,11 +73,17 @@ def _grips(body: Body, limb: Limb, sphere: Ints) -> tuple[Ints, Floats]:
     segment that arrives and has the greatest r - d, with its radius r and its centre d (B,) [m]
     from the tip; -1 where there is none."""
     arm = np.linalg.norm(body.centre[:, sphere] - limb.tip[:, None], axis=2)
-    rigid = (body.blend_share[:, sphere] == 0) & (body.twist_share[:, sphere] == 0)
-    counts = rigid & limb.solid[:, sphere] & (body.sphere_segment[sphere] == limb.end)
+    counts = _rigid(body, limb, sphere)
     best = np.argmax(np.where(counts, body.radius[:, sphere] - arm, -np.inf), axis=1)
     rows = np.arange(len(body))
     return np.where(counts[rows, best], best, -1), arm[rows, best]
+
+
+def _rigid(body: Body, limb: Limb, sphere: Ints) -> Bools:
+    """(B, S) which of some spheres are solid and rigid in the segment that arrives."""
+    rigid = (body.blend_share[:, sphere] == 0) & (body.twist_share[:, sphere] == 0)
+    found: Bools = rigid & limb.solid[:, sphere] & (body.sphere_segment[sphere] == limb.end)
+    return found
 
 
 def _twist_arms(body: Body, sphere: Ints) -> tuple[Floats, Floats]:

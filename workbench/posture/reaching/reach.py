@@ -37,6 +37,7 @@ from workbench.posture.reaching.chains import (
     tips_of,
 )
 from workbench.posture.reaching.guides import Guides, Guiding, guides_of
+from workbench.posture.reaching.history import Recall
 from workbench.posture.reaching.limbs import Limb, tighter
 from workbench.posture.reaching.obstacles import Room, cleared
 from workbench.posture.reaching.outward import Lead, no_lead, outward
@@ -62,7 +63,16 @@ class _Ask:
     most: float
     tighter: bool
     brief: bool
+    recall: Recall | None
     threads: int | None
+
+    def rows(self, keep: slice | Ints, count: int) -> _Ask:
+        """What is asked of some of so many people."""
+        initial = self.initial
+        if initial is not None and len(initial) == count:
+            initial = initial.rows(keep)
+        recall = self.recall.rows(keep) if self.recall is not None else None
+        return replace(self, initial=initial, recall=recall)
 
 
 def reach(
@@ -81,6 +91,7 @@ def reach(
     max_extension: float = 0.0,
     tighter_zones: bool = True,
     brief: bool = False,
+    recall: Recall | None = None,
     threads: int | None = None,
 ) -> Reach:
     """Solve the inverse kinematics of one limb for B people with T targets each.
@@ -121,6 +132,9 @@ def reach(
     brief
         Whether what obstacles put in doubt is left so where no way about them is found from the
         posture that reaches without them: it counts as missed, and may not be.
+    recall
+        What is known of the same people and targets from elsewhere; it is made to hold what becomes
+        of them here.
     threads
         All cores if None. No answer depends on it.
 
@@ -151,6 +165,7 @@ def reach(
         most=max_extension,
         tighter=tighter_zones,
         brief=brief,
+        recall=recall,
         threads=threads,
     )
     person = people_of(body, poses)
@@ -159,8 +174,7 @@ def reach(
     for first in range(0, count, PEOPLE_PER_REACH_BATCH):
         some = slice(first, first + PEOPLE_PER_REACH_BATCH)
         crowd = _crowd(body, limb, held.rows(some), goals[some], ways[some], displaced[some])
-        own = initial.rows(some) if initial is not None and len(initial) == count else initial
-        parts.append(_crowd_reach(crowd, replace(ask, initial=own)))
+        parts.append(_crowd_reach(crowd, ask.rows(some, count)))
     return join_reaches(parts, body, held)
 
 
@@ -293,7 +307,7 @@ def _solved_crowd(crowd: _Crowd, ask: _Ask) -> _Solved:
     if ask.environment is not None:
         moving = np.isin(ask.environment.parts, list(ask.moving_parts)).astype(np.int64)
         room = Room(ask.environment, moving, crowd.displacement, ask.bystanders, ask.threads)
-        found, doubt = cleared(task, found, room, brief=ask.brief)
+        found, doubt = cleared(task, found, room, brief=ask.brief, recall=ask.recall)
     reached = (found.numbers[:, 0] <= REACHED) & (found.overlap <= 0)
     extension = np.zeros(len(task))
     own = _Solved(task, found, doubt, reached, extension)
@@ -344,9 +358,11 @@ def _held_crowd(crowd: _Crowd, held: Limb, whose: Ints, rows: Ints) -> _Crowd:
 
 def _of_rows(ask: _Ask, whose: Ints, rows: Ints) -> _Ask:
     """What is asked of a person for each of some reaches."""
-    if ask.initial is None or len(ask.initial) == 1:
-        return ask
-    return replace(ask, initial=ask.initial.rows(whose[rows]))
+    initial = ask.initial
+    if initial is not None and len(initial) > 1:
+        initial = initial.rows(whose[rows])
+    recall = ask.recall.each().rows(rows) if ask.recall is not None else None
+    return replace(ask, initial=initial, recall=recall)
 
 
 def _extension(task: Task, found: Found, root: Floats, lead: Lead, ask: _Ask) -> Floats:

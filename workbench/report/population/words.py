@@ -277,8 +277,8 @@ def no_gain_words(result: PopulationFound) -> list[str]:
     if result.gains or result.served.all() or result.study.changes:
         return []
     return [
-        "No straight move of a single control, part or end of the seat's travel, up to 100 mm, was found that lets "
-        "more people meet all requirements together."
+        "No straight move of a control, a part or an end of the seat's travel, up to 100 mm, nor two "
+        "of them together, was found that lets more people meet all requirements together."
     ]
 
 

@@ -6,9 +6,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from workbench.body.parts import moved
 from workbench.model.accommodation import Change
 from workbench.model.environment import Environment
+from workbench.model.moves import displaced, moved_controls
 from workbench.model.workplace import Workplace
 from workbench.study.checks.margins import Asked
 
@@ -16,19 +16,11 @@ __all__ = ["borne_by", "changed", "moved_parts"]
 
 
 def changed(place: Workplace, change: Change) -> Workplace:
-    """The workplace with a change made. A control takes the part along that it is on, unless another
-    control is on it; a part takes all controls along that are on it."""
-    environment = place.environment
-    if change.control or change.parts:
-        environment = moved(environment, moved_parts(environment, change), change.move)
-        x, y, z = change.move
-        controls = tuple(
-            replace(c, at=(c.at[0] + x, c.at[1] + y, c.at[2] + z))
-            if c.name == change.control or c.part in change.parts
-            else c
-            for c in environment.controls
-        )
-        return replace(place, environment=replace(environment, controls=controls))
+    """The workplace with a change made: what is moved as a study's own moves are, and the ends of the
+    own seat's travel."""
+    environment = displaced(place.environment, change.moves)
+    if not change.of_travel:
+        return replace(place, environment=environment)
     seats = []
     for seat in environment.seats:
         if seat.name == place.seat:
@@ -44,27 +36,31 @@ def changed(place: Workplace, change: Change) -> Workplace:
     return replace(place, environment=replace(environment, seats=tuple(seats)))
 
 
-def moved_parts(environment: Environment, change: Change) -> tuple[str, ...]:
+def moved_parts(change: Change) -> set[str]:
     """The parts that a change moves."""
-    if not change.control:
-        return change.parts
-    part = next(control.part for control in environment.controls if control.name == change.control)
-    shared = [control.name for control in environment.controls if control.part == part]
-    return (part,) if len(shared) == 1 and part in environment.parts else ()
+    return {name for move in change.moves for name in move.parts}
 
 
 def borne_by(place: Workplace, asked: Sequence[Asked], change: Change) -> list[int]:
-    """The numbers of the requirements that a change bears on: of a control its own and those about
-    its part; all of them where it is one that the sitters hold, or anything else is moved."""
+    """The numbers of the requirements that a change bears on: of controls with nothing but their own
+    parts the reaches of these and what is asked about the parts; all of them where the sitters hold
+    one of the controls, or anything else is moved."""
     every = list(range(len(asked)))
     held = {name for case in place.cases for name in case.held.values()}
-    if not change.control or change.control in held:
+    controls = set(moved_controls(place.environment, change.moves))
+    parts = moved_parts(change)
+    if change.of_travel or controls & held or not _of_controls(place.environment, parts):
         return every
-    parts = set(moved_parts(place.environment, change))
     rows = [
         r
         for r, one in enumerate(asked)
-        if (one.requirement.target == change.control and one.control is not None)
+        if (one.control is not None and one.control.name in controls)
         or (one.control is None and parts & set(one.criterion.parts))
     ]
     return rows if rows else every
+
+
+def _of_controls(environment: Environment, parts: set[str]) -> bool:
+    """Whether each part is that of one control alone."""
+    on = [part for control in environment.controls for part in control.own_parts]
+    return all(on.count(part) == 1 for part in parts)

@@ -133,11 +133,10 @@ def _compared(
     then = share_single(after, weight)
     r = at if isinstance(at, int) else at[int(np.argmax(np.abs(then - single)[at]))]
     grows = growth(question, found, change, r)
-    ways = (np.linalg.norm(change.move), *np.abs([change.travel_forward, change.travel_up]).ravel())
     return Gain(
         words=change.words,
         requirement=question.asked[r].requirement.name,
-        move=float(max(ways)),
+        move=change.size,
         rate=_rate(found.margin[:, r], grows, weight),
         margin_rate=_mean(grows, ~before[:, r], weight),
         before=float(single[r]),

@@ -1,22 +1,30 @@
 """Changes of a design that would let more people meet everything, looked for in the margins.
 
 Moving a control toward a person's shoulder lets the margin grow as much as the way gets shorter; so
-do a part that is moved away from the sphere it is nearest to, and a seat's end for who sits at it.
-So the margins say, to first order, who would meet what with a change made. What it really gains is
-what a run with it says (see gains).
+does a part that is moved away from the sphere it is nearest to. A seat that goes beyond the end of
+its travel carries along who sits at that end: what they reach for comes nearer as if it were moved
+the other way. So the margins say, to first order, who would meet what with a change made. What it
+really gains is what a run with it says (see gains).
+
+1. For each requirement that somebody misses, the straight moves of its control or parts are looked
+   at; for the sitters' own seat, each end of its travel.
+2. Of each, the shortest move is taken that gains nearly as much as the best one does.
+3. Two of them together are looked at where people are left out whom neither helps alone.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import combinations
 
 import numpy as np
 
 from workbench.model.accommodation import Change, met_of
 from workbench.model.arrays import Bools, Floats, xyz
+from workbench.model.moves import Move, moved_controls, parts_along
 from workbench.model.workplace import Workplace
 from workbench.posture.seating.sides import leftward
-from workbench.study.accommodation.changes import moved_parts
 from workbench.study.accommodation.chunks import Chunk, Question
 from workbench.study.accommodation.shares import left_out_alone, share_single
 from workbench.study.checks.view import TOO_LOW
@@ -25,72 +33,128 @@ __all__ = ["MOST_MOVE", "growth", "proposals", "shortest"]
 
 MOST_MOVE = 0.1
 """The longest move [m] that is looked at."""
-OF_THE_SEAT = ("eye_height", "view_over", "pedals", "preferred_seat")
-"""The checks for which the ends of the seat's travel are moved."""
 STEP = 1e-3
 """[m] between the moves that are tried; what is nearer to an end of travel is at it."""
-_MOVES = np.arange(1, round(MOST_MOVE / STEP) + 1) * STEP
+PAIR_STEP = 1e-2
+"""[m] between the moves of two things together."""
+MOST_PAIRED = 6
+"""Controls and parts that are looked at two together: those whose requirements are missed most."""
+MOST_PAIRS = 2
+"""Proposals of two moves together, at most."""
+NEEDED = 0.1
+"""The part of what two moves gain together that is gained by people whom neither helps alone; with
+less, two single proposals say as much."""
 ENOUGH = 0.95
 """The part of what the best move would gain that the shortest one which is proposed must gain."""
+_ENDS = (
+    ("travel_forward", -1, "farther back"),
+    ("travel_forward", 1, "farther forward"),
+    ("travel_up", -1, "lower"),
+    ("travel_up", 1, "higher"),
+)
+"""The ends of the seat's travel: which travel, outward, and what going beyond it is called."""
+_SEAT_WORDS = "letting the seat go "
+
+
+@dataclass(frozen=True, eq=False)
+class _Way:
+    """A straight way for something, and what it does to the margins to first order.
+
+    thing, words: what is moved, and where to; rows: the requirements that it changes; slope
+    (P, len(rows)): by how much their margins grow with a metre of it; change: as a metre of it is
+    made. optional: of a seat, which nobody must take farther than suits.
+    """
+
+    thing: str
+    words: str
+    rows: tuple[int, ...]
+    slope: Floats
+    change: Change
+    optional: bool = False
+
+    def by(self, amount: float) -> Change:
+        """The change with so much [m] of the way gone."""
+        unit = self.change
+        return Change(
+            self.words.format(f"{1000 * amount:.0f} mm"),
+            tuple(Move(m.parts, m.controls, xyz(amount * np.array(m.by))) for m in unit.moves),
+            _scaled(unit.travel_forward, amount),
+            _scaled(unit.travel_up, amount),
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class _Candidate:
+    """A change, the number of the requirement that it is for, and the share that would meet
+    everything."""
+
+    change: Change
+    requirement: int
+    share: float
 
 
 def proposals(question: Question, found: Chunk) -> Iterator[tuple[Change, int]]:
     """Changes that let more people meet everything, as far as the margins say, with the number of
-    the requirement each is for: those first that leave out most people by nothing else."""
-    asked = question.asked
-    weight = question.people.weight
+    the requirement each is for: first those that let most people meet everything."""
     met = met_of(found.margin)
+    weight = question.people.weight
+    now = float(weight @ met.all(axis=1) / weight.sum())
+    alone = left_out_alone(met, found.sets[:, : len(question.asked)], weight)
     single = share_single(met, weight)
-    alone = left_out_alone(met, found.sets[:, : len(asked)], weight)
-    tried: set[str] = set()
-    for r in np.lexsort((single, -alone)).tolist():
-        target = asked[r].requirement.target
-        if single[r] >= 1.0 or target in tried:
-            continue
-        seat = asked[r].requirement.check in OF_THE_SEAT
-        change = (_travel if seat else _moved)(question, found, r)
-        if change is not None:
-            tried.add(target)
-            yield change, r
+    missed = [r for r in np.lexsort((single, -alone)).tolist() if single[r] < 1.0]
+    things = [_moved_ways(question, found, r) for r in missed]
+    seat = _seat_ways(question, found)
+    best = [
+        one
+        for ways in (*things, *([way] for way in seat))
+        if (one := _single(found, ways, weight, now)) is not None
+    ]
+    helpful = [
+        _most_helpful(found, ways, r, weight) for ways, r in zip(things, missed, strict=True)
+    ]
+    paired = [way for way in helpful if way is not None]
+    pairs = [
+        one
+        for two in combinations([*_each_once(paired)[:MOST_PAIRED], *seat], 2)
+        if (one := _pair(found, two, weight)) is not None
+    ]
+    pairs.sort(key=lambda one: -one.share)
+    once = {one.change: one for one in (*best, *pairs[:MOST_PAIRS])}
+    for one in sorted(once.values(), key=lambda one: -one.share):
+        yield one.change, one.requirement
 
 
 def growth(question: Question, found: Chunk, change: Change, r: int) -> Floats:
-    """(P,) by how much each person's margin of the requirement r grows with a unit of a change's
-    move: for a start, and as long as nothing else gets in the way."""
-    place = question.place
-    asked = question.asked
-    if change.control or change.parts:
-        size = float(np.linalg.norm(change.move))
-        if r not in _rows(question, change) or size == 0:
-            return np.zeros(len(found.margin))
-        return np.nan_to_num(found.toward[:, r] @ (np.array(change.move) / size))
-    if asked[r].requirement.check not in OF_THE_SEAT:
-        return np.zeros(len(found.margin))
-    seat = place.own_seat
-    if seat is None:
-        return np.zeros(len(found.margin))
-    column = 0 if any(change.travel_forward) else 1
-    low, high = change.travel_forward if column == 0 else change.travel_up
-    ends = seat.travel_forward if column == 0 else seat.travel_up
-    at = found.seat[:, column]
-    helped = ((np.abs(at - ends[0]) < STEP) & (low < 0)) | (
-        (np.abs(at - ends[1]) < STEP) & (high > 0)
+    """(P,) by how much each person's margin of the requirement r grows with a metre of a change: for
+    a start, and as long as nothing else gets in the way."""
+    total = np.zeros(len(found.margin))
+    if change.size == 0:
+        return total
+    for move in change.moves:
+        if r in _rows(question, move):
+            total += np.nan_to_num(found.toward[:, r] @ np.array(move.by))
+    for travel, outward, _ in _ENDS:
+        amount = outward * getattr(change, travel)[int(outward > 0)]
+        if amount > 0:
+            total += amount * _seat_slope(question, found, travel, outward)[:, r]
+    return total / change.size
+
+
+def _rows(question: Question, move: Move) -> tuple[int, ...]:
+    """The requirements whose margins a move changes as `toward` says: reaches of what is moved, and
+    clearances to nothing but what is moved."""
+    controls = set(moved_controls(question.place.environment, [move]))
+    parts = set(move.parts)
+    return tuple(
+        r
+        for r, one in enumerate(question.asked)
+        if (one.control is not None and one.control.name in controls)
+        or (
+            one.control is None
+            and one.requirement.check == "clearance"
+            and parts >= set(one.criterion.parts)
+        )
     )
-    return np.asarray((helped & ~met_of(found.margin[:, r])).astype(np.float64))
-
-
-def _rows(question: Question, change: Change) -> list[int]:
-    """The requirements whose margins a moved control or part changes as `toward` says: reaches of
-    what is moved, and clearances to nothing but what is moved."""
-    parts = set(moved_parts(question.place.environment, change))
-    rows = []
-    for r, one in enumerate(question.asked):
-        if one.control is not None:
-            goes = one.control.part in parts if change.parts else one.control.name == change.control
-        else:
-            goes = one.requirement.check == "clearance" and parts >= set(one.criterion.parts)
-        rows += [r] if goes else []
-    return rows
 
 
 def shortest(shares: Floats, now: float) -> int | None:
@@ -102,33 +166,38 @@ def shortest(shares: Floats, now: float) -> int | None:
     return int(np.argmax(shares >= now + ENOUGH * (best - now) - 1e-12))
 
 
-def _moved(question: Question, found: Chunk, r: int) -> Change | None:
-    """A control or parts moved along an axis: the shortest of the moves that gain about as much as
-    the best."""
+def _scaled(ends: tuple[float, float], amount: float) -> tuple[float, float]:
+    return ends[0] * amount, ends[1] * amount
+
+
+def _moved_ways(question: Question, found: Chunk, r: int) -> list[_Way]:
+    """The straight ways of the control or the parts that a requirement is about; none where it is
+    about neither."""
     one = question.asked[r]
     if one.requirement.check not in ("reach", "clearance"):
-        return None
-    control = one.control.name if one.control is not None else ""
-    parts = () if one.control is not None else one.criterion.parts
-    ways = _ways(question.place)
-    shares = np.stack(
-        [
-            _shares_moved(question, found, Change("", control, parts, xyz(axis)))
-            for axis in ways.values()
-        ],
-        axis=1,
-    )
-    m = shortest(shares.max(axis=1), _joint(met_of(found.margin), question.people.weight))
-    if m is None:
-        return None
-    word = list(ways)[int(np.argmax(shares[m]))]
-    move = float(_MOVES[m])
-    name = control or one.requirement.target
-    words = f"moving {name} {1000 * move:.0f} mm {word}"
-    return Change(words, control, parts, xyz(move * ways[word]))
+        return []
+    environment = question.place.environment
+    name = one.requirement.target
+    parts, controls = tuple(one.criterion.parts), tuple[str, ...]()
+    if one.control is not None:
+        name = one.control.name
+        parts = parts_along(environment, (name,))
+        controls = () if one.control.part in parts else (name,)
+    rows = _rows(question, Move(parts, controls, (0.0, 0.0, 0.0)))
+    toward = np.nan_to_num(found.toward[:, rows])
+    return [
+        _Way(
+            thing=name,
+            words=f"moving {name} {{}} {word}",
+            rows=rows,
+            slope=toward @ axis,
+            change=Change("", (Move(parts, controls, xyz(axis)),)),
+        )
+        for word, axis in _axes(question.place).items()
+    ]
 
 
-def _ways(place: Workplace) -> dict[str, Floats]:
+def _axes(place: Workplace) -> dict[str, Floats]:
     """(3,) the unit vectors along which something may be moved, by what they are called."""
     side = leftward(place)
     ahead = np.array([side[1], -side[0], 0.0])
@@ -143,59 +212,151 @@ def _ways(place: Workplace) -> dict[str, Floats]:
     }
 
 
-def _shares_moved(question: Question, found: Chunk, change: Change) -> Floats:
-    """The share that meets everything after each of the moves along a way, as the margins say."""
-    weight = question.people.weight
-    rows = _rows(question, change)
-    others = np.delete(met_of(found.margin), rows, axis=1).all(axis=1)
-    steps = np.nan_to_num(found.toward[:, rows] @ np.array(change.move))
-    shares = [
-        weight @ (others & met_of(found.margin[:, rows] + move * steps).all(axis=1))
-        for move in _MOVES
-    ]
-    share: Floats = np.array(shares) / weight.sum()
-    return share
+def _seat_ways(question: Question, found: Chunk) -> list[_Way]:
+    """Going on beyond each end of the travel of the sitters' own seat; none where nobody sits
+    there who would gain by it."""
+    if question.place.own_seat is None:
+        return []
+    missed = ~met_of(found.margin)
+    ways = []
+    for travel, outward, words in _ENDS:
+        slope = _seat_slope(question, found, travel, outward)
+        if not (missed & (slope > 0)).any():
+            continue
+        ends = (0.0, 1.0) if outward > 0 else (-1.0, 0.0)
+        along = travel == "travel_forward"
+        change = Change("", travel_forward=ends) if along else Change("", travel_up=ends)
+        rows = tuple(range(slope.shape[1]))
+        ways.append(_Way("seat", f"{_SEAT_WORDS}{{}} {words}", rows, slope, change, True))
+    return ways
 
 
-def _joint(met: Bools, weight: Floats) -> float:
-    return float(weight @ met.all(axis=1) / weight.sum())
-
-
-def _travel(question: Question, found: Chunk, r: int) -> Change | None:
-    """The end of the seat's travel, at which those sit who miss the view or the pedals, moved
-    outward."""
+def _seat_slope(question: Question, found: Chunk, travel: str, outward: int) -> Floats:
+    """(P, R) by how much the margins of those who sit at an end of the seat's travel grow with a
+    metre beyond it: 0 of everybody else, and of what is not known."""
     seat = question.place.own_seat
     if seat is None:
+        return np.zeros(found.margin.shape)
+    along = travel == "travel_forward"
+    end = getattr(seat, travel)[int(outward > 0)]
+    at_end = np.abs(found.seat[:, 0 if along else 1] - end) < STEP
+    wanted = np.abs(found.comfortable[:, 0 if along else 1] - end) < STEP
+    way = outward * _axes(question.place)["forward" if along else "up"]
+    missed = ~met_of(found.margin)
+    slope = np.zeros(found.margin.shape)
+    for r, one in enumerate(question.asked):
+        check = one.requirement.check
+        if check in ("reach", "clearance", "contact"):
+            slope[:, r] = -np.nan_to_num(found.toward[:, r] @ way)
+        elif check in ("pedals", "preferred_seat") and along:
+            slope[:, r] = missed[:, r]
+        elif check in ("eye_height", "view_over") and not along:
+            low = np.array([k >= 0 and found.words[k] == TOO_LOW for k in found.reason[:, r]])
+            # who meets it and sits at the end would sit farther for the eyes' sake
+            slope[:, r] = np.where(missed[:, r], np.where(low, outward, -outward), wanted * 2.0 - 1)
+    found_slope: Floats = slope * at_end[:, None]
+    return found_slope
+
+
+def _served(found: Chunk, ways: Sequence[_Way], steps: Sequence[Floats]) -> Bools:
+    """(M, ..., P) who would meet everything with each of the amounts [m] (M,) of one way, or of two
+    with each of the amounts of either."""
+    rows = sorted({r for way in ways for r in way.rows})
+    others = np.delete(met_of(found.margin), rows, axis=1).all(axis=1)
+    margin = found.margin[:, rows]
+    slopes = []
+    for way in ways:
+        slope = np.zeros(margin.shape)
+        slope[:, [rows.index(r) for r in way.rows]] = way.slope
+        slopes.append(slope)
+    shape = tuple(len(amounts) for amounts in steps)
+    served = np.zeros((*shape, len(margin)), dtype=np.bool_)
+    for at in np.ndindex(shape):
+        more = sum(amounts[k] * slope for amounts, k, slope in zip(steps, at, slopes, strict=True))
+        served[at] = others & met_of(margin + more).all(axis=1)
+    for axis, way in enumerate(ways):
+        if way.optional:
+            served = np.logical_or.accumulate(served, axis=axis)
+    return served
+
+
+def _single(found: Chunk, ways: Sequence[_Way], weight: Floats, now: float) -> _Candidate | None:
+    """The shortest move along one of some ways that gains about as much as the best."""
+    if not ways:
         return None
-    along = question.asked[r].requirement.check in ("pedals", "preferred_seat")
-    ends = seat.travel_forward if along else seat.travel_up
-    beyond = _wants_upper_end(found, r, ends, along)
-    at = found.seat[:, 0 if along else 1]
-    at_end = np.abs(at - ends[int(beyond)]) < STEP
-    met = met_of(found.margin)
-    others = np.delete(met, r, axis=1).all(axis=1)
-    weight = question.people.weight
-    shares = [
-        weight @ (others & met_of(found.margin[:, r] + move * at_end)) / weight.sum()
-        for move in _MOVES
-    ]
-    m = shortest(np.array(shares), _joint(met, weight))
+    steps = STEP * np.arange(round(MOST_MOVE / STEP) + 1, dtype=np.float64)
+    served = [_served(found, [way], [steps])[1:] for way in ways]
+    shares = np.stack([one @ weight / weight.sum() for one in served], axis=1)
+    m = shortest(shares.max(axis=1), now)
     if m is None:
         return None
-    move = float(_MOVES[m])
-    ends_moved = (0.0, move) if beyond else (-move, 0.0)
-    if along:
-        way = "farther forward" if beyond else "farther back"
-        words = f"letting the seat go {1000 * move:.0f} mm {way}"
-        return Change(words, travel_forward=ends_moved)
-    way = "higher" if beyond else "lower"
-    return Change(f"letting the seat go {1000 * move:.0f} mm {way}", travel_up=ends_moved)
+    k = int(np.argmax(shares[m]))
+    amount = float(steps[m + 1])
+    r = _most_met(found, [ways[k]], [amount], weight)
+    return _Candidate(ways[k].by(amount), r, float(shares[m, k]))
 
 
-def _wants_upper_end(found: Chunk, r: int, ends: tuple[float, float], along: bool) -> bool:
-    """Whether those who miss a requirement want the seat beyond its upper (foremost) end."""
-    missed = np.flatnonzero(~met_of(found.margin)[:, r])
-    if along:  # short legs stop short of pedals: who sits at neither end is helped by neither
-        at = found.seat[missed, 0]
-        return bool(np.mean(at - ends[0] >= ends[1] - at) >= 0.5)
-    return bool(np.mean([found.words[k] == TOO_LOW for k in found.reason[missed, r]]) >= 0.5)
+def _most_met(found: Chunk, ways: Sequence[_Way], amounts: Sequence[float], weight: Floats) -> int:
+    """The requirement that most people would meet with a change who miss it now."""
+    margin = found.margin.copy()
+    for way, amount in zip(ways, amounts, strict=True):
+        margin[:, way.rows] += amount * way.slope
+    newly = met_of(margin) & ~met_of(found.margin)
+    return int(np.argmax(weight @ newly))
+
+
+def _most_helpful(found: Chunk, ways: Sequence[_Way], r: int, weight: Floats) -> _Way | None:
+    """The way along which most people would meet one requirement, whatever else they miss; None
+    where it lets nobody."""
+    missed = ~met_of(found.margin[:, r])
+    gained = []
+    for way in ways:
+        after = found.margin[:, r] + MOST_MOVE * way.slope[:, way.rows.index(r)]
+        gained.append(float(weight @ (missed & met_of(after))))
+    if not any(gained):
+        return None
+    return ways[int(np.argmax(gained))]
+
+
+def _each_once(ways: Sequence[_Way]) -> list[_Way]:
+    """The first way of each thing."""
+    return list({way.thing: way for way in reversed(ways)}.values())[::-1]
+
+
+def _pair(found: Chunk, two: Sequence[_Way], weight: Floats) -> _Candidate | None:
+    """The shortest two moves together that gain about as much as the best two; None where few of
+    those who gain need both."""
+    steps = PAIR_STEP * np.arange(round(MOST_MOVE / PAIR_STEP) + 1, dtype=np.float64)
+    served = _served(found, two, [steps, steps])
+    alone = served[:, 0].any(axis=0) | served[0].any(axis=0)
+    shares = served @ weight / weight.sum()
+    now = float(shares[0, 0])
+    best = float(shares.max())
+    if best <= now + 1e-9:
+        return None
+    enough = shares >= now + ENOUGH * (best - now) - 1e-12
+    length = np.where(enough, steps[:, None] + steps[None, :], np.inf)
+    m, k = (int(at) for at in np.unravel_index(np.argmin(length), length.shape))
+    both = float(weight @ (served[m, k] & ~alone) / weight.sum())
+    if both < NEEDED * (float(shares[m, k]) - now) or both <= 0.0:
+        return None
+    amounts = [float(steps[m]), float(steps[k])]
+    one, other = (way.by(amount) for way, amount in zip(two, amounts, strict=True))
+    together = Change(
+        _together(one.words, other.words),
+        (*one.moves, *other.moves),
+        _sum(one.travel_forward, other.travel_forward),
+        _sum(one.travel_up, other.travel_up),
+    )
+    return _Candidate(together, _most_met(found, two, amounts, weight), float(shares[m, k]))
+
+
+def _together(one: str, other: str) -> str:
+    """ "moving knob 20 mm aft and letting the seat go 10 mm higher"; the seat is named once."""
+    if one.startswith(_SEAT_WORDS):
+        other = other.removeprefix(_SEAT_WORDS)
+    return f"{one} and {other}"
+
+
+def _sum(one: tuple[float, float], other: tuple[float, float]) -> tuple[float, float]:
+    return one[0] + other[0], one[1] + other[1]

@@ -8,7 +8,7 @@ entered there. The limb on the side of the control is asked first, the other whe
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,15 +23,25 @@ from workbench.model.poses import Poses
 from workbench.model.reach import DOUBTS, MOST_SPARE, Reach
 from workbench.model.result import ControlReach, Finding
 from workbench.model.workplace import Workplace
+from workbench.posture.kernels.clear_reach import KEPT
 from workbench.posture.kernels.inverse import NEARLY
 from workbench.posture.reaching.again import KeptReaches, no_reaches, still_reached
+from workbench.posture.reaching.history import Recall
 from workbench.posture.reaching.limbs import ZONES, Limb, limb
+from workbench.posture.reaching.obstacles import hands_without_room
 from workbench.posture.reaching.reach import reach
 from workbench.posture.seating.sides import leftward, middle
 from workbench.study.checks.margins import Asked, Margins, no_margins
-from workbench.study.situation import Situation, without_seat
+from workbench.study.situation import Remembered, Situation, without_seat
 
-__all__ = ["ReachMemory", "control_reaches", "findings", "margins", "margins_again"]
+__all__ = [
+    "ReachMemory",
+    "control_reaches",
+    "findings",
+    "margins",
+    "margins_again",
+    "never_reached",
+]
 
 LEAST_MISS = 1e-4
 """What is reached through an obstacle only is missed by this [m] at least."""
@@ -99,14 +109,26 @@ class _Reached:
         """(B, T) what is not reached yet."""
         return np.asarray(np.isnan(self.margin) | (self.margin < -MET))
 
-    def take_better(self, who: Ints, other: _Reached) -> None:
-        """Take from another limb of some people what is better than before."""
-        before = self.margin[who]
-        better = np.isnan(before) | (self.short[who] & (other.margin > before))
-        row, column = np.nonzero(better)
-        at = who[row], column
+    def take_better(self, who: Ints, at: Ints, other: _Reached) -> None:
+        """Take from another limb of people (P,) for a control each (P,) what is better than before.
+
+        other: (P, 1).
+        """
+        before = self.margin[who, at]
+        better = np.isnan(before) | (self.short[who, at] & (other.margin[:, 0] > before))
         for field in fields(self):
-            getattr(self, field.name)[at] = getattr(other, field.name)[row, column]
+            taken = getattr(other, field.name)[better, 0]
+            getattr(self, field.name)[who[better], at[better]] = taken
+
+    def each(self) -> _Reached:
+        """The same, a row for each control of the first, then of the next."""
+        return _Reached(
+            **{
+                field.name: getattr(self, field.name).reshape(self.margin.size, 1, *more)
+                for field in fields(self)
+                for more in [getattr(self, field.name).shape[2:]]
+            }
+        )
 
 
 def _nothing_reached(people: int, controls: int) -> _Reached:
@@ -128,7 +150,9 @@ def _nothing_reached(people: int, controls: int) -> _Reached:
 def margins(situation: Situation, asked: Sequence[Asked]) -> Margins:
     """What everybody has to spare in each control; controls of one grip, zone and side together."""
     found = no_margins(len(situation), asked)
-    for group, rows in _grouped(situation.place, asked, MOST_SPARE).items():
+    remembered = situation.remembered
+    spare = 0.0 if remembered is not None and remembered.searching else MOST_SPARE
+    for group, rows in _grouped(situation.place, asked, spare).items():
         controls = [control for r in rows if (control := asked[r].control) is not None]
         best = _reached_by(situation, group, controls)
         found.margin[:, rows] = best.margin
@@ -162,15 +186,58 @@ def _side(place: Workplace, control: Control) -> str:
 
 def _reached_by(situation: Situation, group: _Group, controls: Sequence[Control]) -> _Reached:
     """How people reach the controls of a group: by the first limb, and who misses any by the
-    other."""
+    other.
+
+    Where what people reached elsewhere is remembered, either limb is tried from few starts before
+    one is searched for whole: where the other reaches, nobody has to know whether the first would
+    after a long search.
+    """
     best = _nothing_reached(len(situation), len(controls))
-    environment = _obstacles(situation, group)
+    everybody = np.arange(len(situation))
+    every = np.arange(len(controls))
+    unsure = {}
     for name in group.limbs:
-        who = np.flatnonzero(best.short.any(axis=1))
+        who = everybody[best.short.any(axis=1)]
         if len(who):
             some = situation if len(who) == len(situation) else situation.rows(who)
-            best.take_better(who, _reached_with(some, group, controls, name, environment))
+            found = _reached_with(some, group, controls, name, few_starts=True)
+            best.take_better(np.repeat(who, len(every)), np.tile(every, len(who)), found.each())
+            unsure[name] = np.zeros(best.margin.shape, dtype=np.bool_)
+            unsure[name][who] = found.doubt == KEPT
+    if situation.remembered is not None and not situation.remembered.few_starts:
+        for name, in_doubt in unsure.items():
+            _search_whole(situation, group, controls, name, in_doubt, best)
     return best
+
+
+def _search_whole(
+    situation: Situation,
+    group: _Group,
+    controls: Sequence[Control],
+    name: str,
+    in_doubt: Bools,
+    best: _Reached,
+) -> None:
+    """Search for whole what people still miss with a limb that few starts left in doubt (B, T);
+    where that is done once, what was not searched for whole before."""
+    recall = _recall(situation, controls)
+    assert recall is not None
+    arm = _limb(situation.body, group, name)
+    left = in_doubt & best.short
+    if recall.once:
+        left &= ~recall.searched(arm)
+    for at in np.flatnonzero(left.any(axis=0)).tolist():
+        who = np.flatnonzero(left[:, at])
+        found = _reached_with(situation.rows(who), group, [controls[at]], name)
+        best.take_better(who, np.full(len(who), at), found)
+
+
+def _recall(situation: Situation, controls: Sequence[Control]) -> Recall | None:
+    """What is remembered of people and controls; None where nothing is."""
+    if situation.remembered is None:
+        return None
+    recall = situation.remembered.recall(situation.place, (situation.case,), controls)
+    return replace(recall, skips_proved=situation.remembered.searching)
 
 
 def _obstacles(situation: Situation, group: _Group) -> Environment:
@@ -190,20 +257,23 @@ def _reached_with(
     group: _Group,
     controls: Sequence[Control],
     name: str,
-    environment: Environment,
+    *,
+    few_starts: bool = False,
 ) -> _Reached:
-    """How people reach controls with one limb."""
+    """How people reach controls with one limb; few_starts: as of `Recall`."""
     body = situation.body
+    recall = _recall(situation, controls)
     targets = np.array([control.at for control in controls])
     found = reach(
         body,
         situation.taken.poses,
         targets,
         limb=_limb(body, group, name),
-        environment=environment,
+        environment=_obstacles(situation, group),
         moving_parts=situation.place.moving_parts,
         displacement=situation.displacement,
         max_extension=group.spare,
+        recall=replace(recall, few_starts=few_starts) if recall is not None else None,
     )
     short = np.maximum(found.miss + found.overlap, LEAST_MISS)
     limit = np.full(found.reached.shape, "", dtype=object)
@@ -363,12 +433,53 @@ def _root(body: Body, poses: Poses, limb: str) -> Floats:
     return at
 
 
+def never_reached(situation: Situation, asked: Sequence[Asked]) -> Bools:
+    """(B, R) which controls people are proved to be kept from wherever their seat stands: none of
+    the limbs that may do it has room at the control. Asked are those of which one limb is known to
+    have none.
+    """
+    found = np.zeros((len(situation), len(asked)), dtype=np.bool_)
+    remembered = situation.remembered
+    if remembered is None:
+        return found
+    for group, rows in _grouped(situation.place, asked, 0.0).items():
+        controls = [control for r in rows if (control := asked[r].control) is not None]
+        recall = _recall(situation, controls)
+        arms = [_limb(situation.body, group, name) for name in group.limbs]
+        assert recall is not None
+        known = [recall.without_room(arm) for arm in arms]
+        kept = np.any(known, axis=0)
+        for at in np.flatnonzero(kept.any(axis=0)).tolist():
+            left = kept[:, at]
+            for arm, proved in zip(arms, known, strict=True):
+                who = np.flatnonzero(left & ~proved[:, at])
+                left[who] = _no_room(situation, group, controls[at], arm, who)
+            found[left, rows[at]] = True
+    return found
+
+
+def _no_room(situation: Situation, group: _Group, control: Control, arm: Limb, who: Ints) -> Bools:
+    """(P,) whether the hand of some people (P,) is proved to have no room at a control."""
+    if not len(who):
+        return np.zeros(0, dtype=np.bool_)
+    return hands_without_room(
+        situation.body[who],
+        arm.rows(who),
+        np.array([control.at]),
+        _obstacles(situation, group),
+        situation.place.moving_parts,
+    )[:, 0]
+
+
 def control_reaches(situation: Situation) -> Iterator[ControlReach]:
     """Every control that a criterion asks one person for in a case, in the zones 1 to 3.
 
     InputError where a body lacks the landmarks of a grip.
     """
     place = situation.place
+    # what a tighter zone misses is tried again in each freer one, from few starts
+    known = Remembered(len(situation), np.arange(len(situation)), {}, once=True)
+    situation = replace(situation, remembered=known)
     by_hand: dict[str, list[Criterion]] = {}
     for criterion in place.criteria:
         if criterion.check == "reach" and criterion.asks(situation.work.name):

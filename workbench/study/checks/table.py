@@ -47,6 +47,7 @@ __all__ = [
     "most_of",
     "motion_verdict",
     "needs_hands",
+    "never_met",
     "verdict",
 ]
 
@@ -89,6 +90,9 @@ class Check:
     most
         Of many people in one case, with the hands at rest: (B, R) [m] what they have to spare at
         most, wherever their hands are. None where nothing is known of that.
+    never
+        Of many people in one case, whose margins were asked: (B, R) what is proved to be missed in
+        every position of the seat. None where nothing is.
     """
 
     cost: int
@@ -99,6 +103,7 @@ class Check:
     nothing: Callable[[Criterion], str] = lambda criterion: ""
     spheres: Callable[[Situation, Criterion], Bools] | None = None
     most: Callable[[Situation, Sequence[Asked]], Floats] | None = None
+    never: Callable[[Situation, Sequence[Asked]], Bools] | None = None
 
 
 CHECKS = {
@@ -148,7 +153,7 @@ CHECKS = {
         excursion.moments,
         excursion.bounds,
     ),
-    "reach": Check(REACHING, reach.margins),
+    "reach": Check(REACHING, reach.margins, never=reach.never_reached),
     "injury": Check(IN_POSTURE, moments=injury.moments),
 }
 
@@ -211,6 +216,22 @@ def most_of(situations: Sequence[Situation], asked: Sequence[Asked]) -> Floats:
         rows = [r for r, one in enumerate(asked) if one.case == number]
         for most, columns in _by_function(asked, rows, lambda check: check.most):
             found[:, columns] = most(situation, [asked[r] for r in columns])
+    return found
+
+
+def never_met(situations: Sequence[Situation], asked: Sequence[Asked]) -> Bools:
+    """(B, R) what people are proved to miss in every position of the seat.
+
+    Parameters
+    ----------
+    situations
+        As of `margins_of`, which was asked of them.
+    """
+    found = np.zeros((len(situations[0]), len(asked)), dtype=np.bool_)
+    for number, situation in enumerate(situations):
+        rows = [r for r, one in enumerate(asked) if one.case == number]
+        for never, columns in _by_function(asked, rows, lambda check: check.never):
+            found[:, columns] = never(situation, [asked[r] for r in columns])
     return found
 
 

@@ -183,13 +183,18 @@ def _unused(says: Mapping[str, Any], part: str) -> None:
                     f"{part!r} is the {surface} of seat {name!r}: remove the seat first"
                 )
     for name, control in (says.get("controls") or {}).items():
-        if control.get("part") == part:
+        if part in _listed(control.get("part")):
             raise InputError(
                 f"control {name!r} is on {part!r}: remove it, or put it elsewhere first"
             )
     for name, one in (says.get("adjustments") or {}).items():
         if part in one.get("parts", ()):
             raise InputError(f"adjustment {name!r} moves {part!r}: change it in the file first")
+
+
+def _listed(given: str | list[str] | None) -> Sequence[str]:
+    """What a control says of its parts, as a list."""
+    return [given] if isinstance(given, str) else given or []
 
 
 def _forgotten(says: Mapping[str, Any], part: str) -> dict[str, Any]:
@@ -232,8 +237,7 @@ def _named(says: Mapping[str, Any], parts: Sequence[str], new: str) -> dict[str,
         }
     if says.get("controls"):
         found["controls"] = {
-            key: {**one, "part": name(one["part"])} if one.get("part") else one
-            for key, one in says["controls"].items()
+            key: _control_named(one, name, names) for key, one in says["controls"].items()
         }
     if says.get("adjustments"):
         found["adjustments"] = {
@@ -251,6 +255,14 @@ def _seat_named(seat: Mapping[str, Any], name: Any, names: Any) -> dict[str, Any
     if seat.get("moves"):
         found["moves"] = names(seat["moves"])
     return found
+
+
+def _control_named(control: Mapping[str, Any], name: Any, names: Any) -> dict[str, Any]:
+    """A control with new names of its parts."""
+    own = control.get("part")
+    if not own:
+        return dict(control)
+    return {**control, "part": name(own) if isinstance(own, str) else names(own)}
 
 
 def _why(why: Mapping[Key, str], parts: Sequence[str], new: str) -> dict[Key, str]:

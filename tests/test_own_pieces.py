@@ -1,0 +1,255 @@
+"""The parts of a control beside the one that it stands on: stated in the file, or taken along
+because they touch it and belong to the same small thing."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+import pytest
+from scipy.spatial import cKDTree
+
+from tests.conftest import BOX, BOX_FACES, SHARED, real_input
+from workbench import InputError, load_environment
+from workbench.geometry.touching import come_near
+
+# name, least and greatest corner [mm]: two levers of knob and stalk in a base on a console
+LEVERS = {
+    "console": ((0, -500, 0), (1000, 500, 90)),
+    "GateBase": ((400, -60, 90), (500, 60, 100)),
+    "PropCap": ((440, 20, 200), (460, 40, 230)),
+    "PropLever": ((447, 28, 100), (453, 32, 199)),
+    "MixCap": ((440, -40, 200), (460, -20, 230)),
+    "MixLever": ((447, -32, 100), (453, -28, 199)),
+}
+PROPELLER = {"propeller": ((450, 30, 215), "grasp", "PropCap")}
+BOTH = PROPELLER | {"mixture": ((450, -30, 215), "grasp", "MixCap")}
+
+
+def place(folder, boxes, controls, *, more="", unit="mm", scale=1.0, side=1.0):
+    """An environment of boxes with controls: name, (at [mm], grip, part). The mesh in another unit
+    and mirrored where that is asked."""
+    lines = []
+    for name, ends in boxes.items():
+        corners = np.array(ends[0]) + BOX * np.subtract(ends[1], ends[0])
+        corners = corners * scale * np.array([1.0, side, 1.0])
+        faces = BOX_FACES if side > 0 else BOX_FACES[:, ::-1]
+        lines.append(f"o {name}")
+        lines += ["v {:.9g} {:.9g} {:.9g}".format(*corner) for corner in corners]
+        first = 1 + 8 * list(boxes).index(name)
+        lines += ["f {} {} {}".format(*(face + first)) for face in faces]
+    (folder / "place.obj").write_text("\n".join(lines) + "\n")
+    rows = [
+        f"  {name}: {{at: [{x}, {side * y}, {z}], grip: {grip}, zone: 1, part: {part}}}"
+        for name, ((x, y, z), grip, part) in controls.items()
+    ]
+    path = folder / "environment.yaml"
+    path.write_text(
+        "environment: place\nlength: mm\n"
+        f"meshes: [{{file: place.obj, length: {unit}, up: z, forward: x}}]\n"
+        + more
+        + "\n".join(["controls:", *rows])
+        + "\n"
+    )
+    return load_environment(path)
+
+
+def pieces(environment):
+    """The pieces of each control that has any."""
+    return {
+        control.name: [piece.part for piece in control.pieces]
+        for control in environment.controls
+        if control.pieces
+    }
+
+
+def depths(environment):
+    """[mm] by part, how deep hands may be in it."""
+    return {
+        environment.parts[rule.part]: round(1000 * rule.depth) for rule in environment.allowances
+    }
+
+
+def test_a_knob_takes_its_stalk_along_to_the_depth_of_its_grip(tmp_path):
+    environment = place(tmp_path, LEVERS, PROPELLER)
+    assert pieces(environment) == {"propeller": ["PropLever"]}
+    assert depths(environment) == {"PropCap": 30, "PropLever": 30}
+    assert environment.assumed == (
+        "control 'propeller': 'PropLever' counts as a piece of 'PropCap': it touches PropCap, and "
+        "it is named like it (prop)",
+    )
+
+
+@pytest.mark.parametrize("gap, taken", [(1.9, {"propeller": ["PropLever"]}), (2.1, {})])
+def test_a_piece_is_two_millimetres_away_at_most(tmp_path, gap, taken):
+    stalk = {"PropLever": ((447, 28, 100), (453, 32, 200 - gap))}
+    assert pieces(place(tmp_path, LEVERS | stalk, PROPELLER)) == taken
+
+
+def test_a_piece_may_touch_a_piece_and_not_the_part_itself(tmp_path):
+    boxes = LEVERS | {"PropBase": ((430, 10, 90), (470, 50, 101))}
+    assert pieces(place(tmp_path, boxes, PROPELLER)) == {"propeller": ["PropLever", "PropBase"]}
+
+
+def test_what_is_large_in_all_is_no_piece(tmp_path):
+    boxes = LEVERS | {"PropLever": ((447, 28, -80), (453, 32, 199))}
+    assert pieces(place(tmp_path, boxes, PROPELLER)) == {}
+    shorter = LEVERS | {"PropLever": ((447, 28, -69), (453, 32, 199))}
+    assert pieces(place(tmp_path, shorter, PROPELLER)) == {"propeller": ["PropLever"]}
+
+
+def test_a_base_of_two_levers_is_neither_s_and_says_so(tmp_path):
+    boxes = {("PropGateBase" if name == "GateBase" else name): one for name, one in LEVERS.items()}
+    environment = place(tmp_path, boxes, BOTH)
+    assert pieces(environment) == {"propeller": ["PropLever"], "mixture": ["MixLever"]}
+    assert environment.assumed[-1].startswith(
+        "part 'PropGateBase' touches 'PropLever', and could be a piece of mixture and propeller: "
+        "it counts as a piece of none"
+    )
+
+
+def test_levers_that_touch_one_another_keep_their_own_stalks(tmp_path):
+    beside = {
+        "MixCap": ((440, 5, 191), (460, 17, 230)),
+        "MixLever": ((447, 15, 100), (453, 27, 190)),
+    }
+    boxes = {name: one for name, one in (LEVERS | beside).items() if name != "GateBase"}
+    environment = place(tmp_path, boxes, BOTH)
+    assert pieces(environment) == {"propeller": ["PropLever"], "mixture": ["MixLever"]}
+
+
+def test_a_part_of_another_control_is_never_a_piece(tmp_path):
+    controls = PROPELLER | {"prop_button": ((450, 30, 150), "push", "PropLever")}
+    assert pieces(place(tmp_path, LEVERS, controls)) == {}
+
+
+def test_parts_of_a_kind_or_a_place_are_not_one_thing(tmp_path):
+    boxes = {
+        "left_switch": ((0, 0, 0), (10, 10, 10)),
+        "right_switch": ((11, 0, 0), (21, 10, 10)),
+        "switch_panel": ((0, 0, -5), (100, 100, -1)),
+        "Object_4": ((0, 11, 0), (10, 21, 10)),
+        "cab": ((-900, -900, -900), (900, 900, -800)),
+    }
+    controls = {"lights": ((5, 5, 5), "push", "left_switch")}
+    assert pieces(place(tmp_path, boxes, controls)) == {}
+
+
+def test_a_lever_that_is_called_lever_takes_lever_stalk_along(tmp_path):
+    names = {"PropCap": "lever_knob", "PropLever": "lever_stalk", "MixLever": "left_lever"}
+    boxes = {names.get(name, name): one for name, one in LEVERS.items()}
+    controls = {"propeller": ((450, 30, 215), "grasp", "lever_knob")}
+    assert pieces(place(tmp_path, boxes, controls)) == {"propeller": ["lever_stalk"]}
+
+
+def test_a_piece_may_be_named_like_the_control(tmp_path):
+    names = {"PropCap": "Cube_7"}
+    boxes = {names.get(name, name): one for name, one in LEVERS.items()}
+    controls = {"propeller": ((450, 30, 215), "grasp", "Cube_7")}
+    assert pieces(place(tmp_path, boxes, controls)) == {"propeller": ["PropLever"]}
+
+
+def test_what_lies_within_a_part_is_a_piece_of_it_whatever_its_name(tmp_path):
+    boxes = LEVERS | {
+        "Cube_8": ((445, 25, 228), (455, 35, 231)),
+        "Cube_9": ((448, 27, 210), (452, 33, 213)),
+    }
+    assert pieces(place(tmp_path, boxes, PROPELLER)) == {
+        "propeller": ["Cube_8", "Cube_9", "PropLever"]
+    }
+
+
+def test_what_an_adjustment_alone_moves_is_one_thing(tmp_path):
+    names = {"PropCap": "Cube_7", "PropLever": "Cube_8"}
+    boxes = {names.get(name, name): one for name, one in LEVERS.items()}
+    controls = {"feather": ((450, 30, 215), "grasp", "Cube_7")}
+    moves = "adjustments: {slide: {along: [1, 0, 0], travel: [-9, 9], parts: [PARTS]}}\n"
+    both = place(tmp_path, boxes, controls, more=moves.replace("PARTS", "Cube_7, Cube_8"))
+    assert pieces(both) == {"feather": ["Cube_8"]}
+    console = place(tmp_path, boxes, controls, more=moves.replace("PARTS", "'C*', console"))
+    assert pieces(console) == {}
+
+
+def test_what_moves_otherwise_is_no_piece(tmp_path):
+    moves = "adjustments: {slide: {along: [1, 0, 0], travel: [-9, 9], parts: [PropCap]}}\n"
+    assert pieces(place(tmp_path, LEVERS, PROPELLER, more=moves)) == {}
+
+
+def test_pieces_depend_on_no_order_unit_or_side(tmp_path):
+    boxes = {("PropGateBase" if name == "GateBase" else name): one for name, one in LEVERS.items()}
+    wanted = {"propeller": ["PropLever"], "mixture": ["MixLever"]}
+    for names in itertools.islice(itertools.permutations(boxes), 0, 720, 90):
+        turned = {name: boxes[name] for name in names}
+        assert pieces(place(tmp_path, turned, dict(reversed(BOTH.items())))) == wanted
+    assert pieces(place(tmp_path, boxes, BOTH, unit="m", scale=0.001)) == wanted
+    assert pieces(place(tmp_path, boxes, BOTH, side=-1.0)) == wanted
+
+
+def test_a_list_says_what_is_the_control_s_own_and_nothing_more_is_taken(tmp_path):
+    controls = {"propeller": ((450, 30, 215), "pinch", "[PropCap, GateBase]")}
+    environment = place(tmp_path, LEVERS, controls)
+    assert pieces(environment) == {"propeller": ["GateBase"]}
+    assert depths(environment) == {"PropCap": 15, "GateBase": 15}
+    assert environment.assumed == ()
+    alone = place(tmp_path, LEVERS, {"propeller": ((450, 30, 215), "grasp", "[PropCap]")})
+    assert depths(alone) == {"PropCap": 30}
+
+
+def test_a_pattern_is_a_list_and_the_control_stands_on_the_nearest_of_its_parts(tmp_path):
+    for key in ("'Prop*'", "['Prop*']", "['Prop*', PropLever]"):
+        environment = place(tmp_path, LEVERS, {"propeller": ((450, 30, 215), "grasp", key)})
+        assert environment.controls[0].part == "PropCap"
+        assert pieces(environment) == {"propeller": ["PropLever"]}
+
+
+def test_a_rule_for_hands_holds_for_a_piece_too(tmp_path):
+    more = "parts: {PropLever: {allow: [{segments: [RHN], depth: 5}]}}\n"
+    environment = place(tmp_path, LEVERS, PROPELLER, more=more)
+    assert depths(environment) == {"PropCap": 30, "PropLever": 5}
+
+
+def test_a_listed_part_that_is_not_there_is_named_with_its_place(tmp_path):
+    with pytest.raises(InputError, match=r"controls\.propeller\.part\[1\]: no part 'PropLevr'"):
+        place(tmp_path, LEVERS, {"propeller": ((450, 30, 215), "grasp", "[PropCap, PropLevr]")})
+    with pytest.raises(InputError, match=r"controls\.propeller\.part: at least 1"):
+        place(tmp_path, LEVERS, {"propeller": ((450, 30, 215), "grasp", "[]")})
+    with pytest.raises(InputError, match=r"controls\.propeller\.part: "):
+        place(tmp_path, LEVERS, {"propeller": ((450, 30, 215), "grasp", "7")})
+
+
+def test_the_levers_of_a_real_cockpit_take_their_stalks_along():
+    environment = load_environment(
+        real_input(SHARED.parent / "cases" / "grob" / "environment.yaml")
+    )
+    own = pieces(environment)
+    assert own["propeller"] == ["PropLever"]
+    assert own["throttle"] == ["ThrottleLever"]
+    assert own["breaker_att"] == ["BAttIndic1S"]
+    assert "ThrotCovPlate" not in itertools.chain(*own.values())
+
+
+def _points(corners, count=40):
+    """Points all over a triangle (3, 3), the edges with them."""
+    i, j = np.meshgrid(np.arange(count + 1), np.arange(count + 1))
+    u, v = (k[i + j <= count] / count for k in (i, j))
+    return corners[0] + np.outer(u, corners[1] - corners[0]) + np.outer(v, corners[2] - corners[0])
+
+
+def test_triangles_come_as_near_as_their_nearest_points():
+    random = np.random.default_rng(7)
+    for _ in range(100):
+        one, other = random.normal(size=(2, 3, 3)) + random.normal(size=(2, 1, 3))
+        gap = float(cKDTree(_points(one)).query(_points(other))[0].min())
+        step = max(np.ptp(one, axis=0).max(), np.ptp(other, axis=0).max()) / 40
+        assert come_near(one[None], other[None], gap + 1e-9)
+        assert gap < 3 * step or not come_near(one[None], other[None], gap - 3 * step)
+
+
+def test_an_edge_through_a_face_and_edges_that_pass_one_another_are_near():
+    plate = np.array([[[-1.0, -1, 0], [1, -1, 0], [0, 2, 0]]])
+    rod = np.array([[[0.0, 0, -5], [0, 0, 5], [0, 0, 5]]])
+    assert come_near(plate, rod, 0.0)
+    beside = np.array([[[-5.0, -1.001, -5], [5, -1.001, 5], [5, -1.001, 5]]])
+    assert come_near(plate, beside, 0.0011)
+    assert not come_near(plate, beside, 0.0009)
+    assert not come_near(plate[:0], rod, 1.0)
