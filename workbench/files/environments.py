@@ -64,8 +64,6 @@ __all__ = [
 _INNER = "environment.yaml"
 _UNEVEN = 0.001
 """Slack [m] on the depth a sitter sinks in: no cushion in a mesh is quite flat."""
-_SMALL = 0.005
-"""One of several meshes of an environment may be this small [m]; the whole may not."""
 
 
 def load_environment(source: str | Path, *, near: Path | None = None) -> Environment:

@@ -4,14 +4,14 @@ floor, or pedals that are missing."""
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from workbench.geometry.ground import Ground
 from workbench.model.arrays import Floats
-from workbench.model.environment import Control, Seat
+from workbench.model.environment import Seat
 from workbench.model.poses import Placed
 
 __all__ = ["FeetOnFloor", "feet_on_floor", "feet_words"]
@@ -108,7 +108,7 @@ def _ahead(leg: float, room: float) -> float:
     return math.sqrt(leg * leg - room * room)
 
 
-def feet_words(who: str, feet: FeetOnFloor | None, controls: Iterable[Control]) -> list[str]:
+def feet_words(who: str, feet: FeetOnFloor | None, pedals: Sequence[str]) -> list[str]:
     """Return what is wrong with the feet of a sitter and what would mend it; nothing where they are
     on the floor.
 
@@ -118,10 +118,9 @@ def feet_words(who: str, feet: FeetOnFloor | None, controls: Iterable[Control]) 
         What sentences begin with.
     feet
         As of `feet_on_floor`.
-    controls
-        Those of the environment: pedals are where feet go.
+    pedals
+        Controls of the environment where feet go.
     """
-    pedals = [control.name for control in controls if control.for_feet]
     if feet is None:
         return [
             f"{who}: there is no floor under the feet: is it left out or hidden, or is the seat in "

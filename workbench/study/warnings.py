@@ -56,17 +56,19 @@ def _under_floor(
     rest = environment.seat(person.role.seat)
     x, y, z = (np.array(rest.srp) + seat_shift(rest, person.forward, person.up)).tolist()
     own = replace(rest, srp=(x, y, z))
-    pedals = {one.part for one in environment.controls if one.for_feet}
+    feet_controls = [one for one in environment.controls if one.for_feet]
+    pedals = [one.name for one in feet_controls]
+    no_floor = [one.part for one in feet_controls]
     worst: tuple[str, FeetOnFloor] | None = None
     for pose, case in enumerate(cases):
-        feet = feet_on_floor(person.placed, pose, own, ground, without=pedals)
+        feet = feet_on_floor(person.placed, pose, own, ground, without=no_floor)
         if feet is None or feet.above >= -_allowed(environment, feet.part):
             continue
         if worst is None or feet.above < worst[1].above:
             worst = case, feet
     if worst is None or worst[1].above > 0.0:
         return []
-    return feet_words(f"{person.name}, {worst[0]}", worst[1], environment.controls)
+    return feet_words(f"{person.name}, {worst[0]}", worst[1], pedals)
 
 
 def _allowed(environment: Environment, part: str) -> float:

@@ -8,14 +8,13 @@ import numpy as np
 
 from workbench.body.forward import place
 from workbench.files.body.bodies import body_path, load_body
+from workbench.files.environment_parts import matching_parts
 from workbench.files.environment_schema import EnvironmentFile
 from workbench.files.environments import seat_of
-from workbench.files.names import matching
 from workbench.files.postures import load_postures, posture_path, posture_pose
 from workbench.geometry.ground import Ground
 from workbench.model.arrays import Floats
 from workbench.model.body import Body
-from workbench.model.environment import Control
 from workbench.model.poses import Placed, Poses
 from workbench.posture.seating.seat import seat
 from workbench.study.feet_on_floor import feet_on_floor, feet_words
@@ -105,17 +104,11 @@ def seated_words(file: EnvironmentFile, name: str, ground: Ground) -> list[str]:
         What may be a floor.
     """
     own_seat = seat_of(name, file.seats[name], ())
-    pedals = {
-        part
-        for one in file.controls.values()
-        if one.grip == "foot"
-        for part in matching(one.part_keys, ground.names)
-    }
-    feet = feet_on_floor(seated_person(file, name).placed, 0, own_seat, ground, without=pedals)
-    controls = [
-        Control(called, one.at, one.grip, one.zone, "") for called, one in file.controls.items()
-    ]
-    return feet_words(f"{name}: {PERSON.replace('_', ' ')}, hands in the lap", feet, controls)
+    pedals = {called: one for called, one in file.controls.items() if one.grip == "foot"}
+    parts = [key for one in pedals.values() for key in one.part_keys]
+    no_floor = [part for key in parts for part in matching_parts(key, ground.names)]
+    feet = feet_on_floor(seated_person(file, name).placed, 0, own_seat, ground, without=no_floor)
+    return feet_words(f"{name}: {PERSON.replace('_', ' ')}, hands in the lap", feet, list(pedals))
 
 
 def seated_person(file: EnvironmentFile, name: str) -> SeatedPerson:
