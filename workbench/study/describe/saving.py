@@ -139,7 +139,7 @@ def save_description(
     """
     path = (opened.target if to is None else to).absolute()
     with write_errors(path):
-        changed = opened.changed_meshes()
+        changed = opened.changed_meshes(len(description.says["meshes"]))
         if changed and not over:
             raise ForeignFileError(
                 f"{', '.join(changed)} has changed on the disk since it was opened: what was picked "
@@ -206,12 +206,12 @@ def next_commands(saved: Path) -> list[str]:
 
 
 def _copy_meshes(opened: OpenPlace, description: Description, folder: Path, *, over: bool) -> None:
-    """Copy the meshes beside an environment that is in another folder than they are."""
-    if folder.resolve() == opened.folder.resolve():
-        return
-    for mesh in description.says["meshes"]:
-        source = opened.folder / mesh["file"]
+    """Copy the meshes beside an environment that lie elsewhere than it says."""
+    for mesh, raw in zip(description.says["meshes"], opened.meshes.raws, strict=False):
+        source = Path(raw.file)
         copy = folder / mesh["file"]
+        if copy.resolve() == source.resolve():
+            continue
         if copy.exists() and copy.read_bytes() == source.read_bytes():
             continue
         if source.suffix.lower() in BESIDE:
