@@ -35,7 +35,7 @@ from workbench.study.describe.saving import (
     unfinished,
 )
 from workbench.study.describe.seats import seat_figures
-from workbench.study.describe.state import open_place, standing_of
+from workbench.study.describe.state import open_place, open_sizes, standing_of
 
 DOWN = (0.0, 0.0, -1.0)
 
@@ -243,8 +243,8 @@ def test_a_guess_that_is_right_is_no_guess_any_more(tmp_path):
 def test_sizes_that_no_vehicle_has_are_said_as_the_reader_does(tmp_path):
     opened = placed(tmp_path, obj_text(seat_parts()))
     wrong = framed(opened, opened.start, 0, {"length": "mm", "up": None, "forward": None})
-    (words,) = opened.meshes.size_words(wrong.description.file.meshes)
-    assert "0.0018 m large, and 0.3 to 60 m is plausible" in words
+    (doubt,) = open_sizes(opened, wrong.description)
+    assert "0.0018 m large, and 0.3 to 60 m is plausible" in doubt.words
     turned = framed(opened, opened.start, 0, {"length": None, "up": "x", "forward": None})
     assert turned.words == "up and forward are at right angles: forward is y"
 
@@ -258,7 +258,9 @@ def test_a_mesh_of_thirty_metres_is_doubted(tmp_path, moved, words):
     opened = placed(tmp_path, obj_text({"box": corners((0, 0, 0), (3, 2, high))}))
     given = {"length": "m", "up": "z", "forward": "x"}
     found = framed(opened, opened.start, 0, given).description
-    assert tuple(opened.meshes.size_words(found.file.meshes)) == words
+    assert tuple(doubt.words for doubt in open_sizes(opened, found)) == words
+    accepted = replace(found, says={**found.says, "accepted": ["height"]})
+    assert open_sizes(opened, accepted) == []
 
 
 # --- axes that are guessed --------------------------------------------------------------------------

@@ -98,6 +98,30 @@ def test_a_part_of_a_plausible_size_and_one_named_after_nothing_known_are_not_to
     assert implausible_sizes([sized(name, size)], 1.0) == ()
 
 
+def test_an_electrical_bus_on_a_panel_is_no_coach_and_a_bus_by_itself_is_one():
+    panel = sized("Panel", (1.4, 0.1, 0.7))
+    assert implausible_sizes([panel, sized("BMainBus", (0.01, 0.01, 0.003))], 1.0) == ()
+    assert implausible_sizes([panel, sized("Bus", (0.01, 0.01, 0.003))], 1.0) == ()
+    assert implausible_sizes([panel, sized("headset_pilot", (0.2, 0.1, 0.2))], 1.0) == ()
+    (said,) = implausible_sizes([sized("Bus", (0.3, 0.07, 0.1))], 0.0254)
+    assert "Bus would be 11.8 m in m" in said
+
+
+def test_a_doubt_that_is_accepted_is_not_told_and_one_that_nobody_has_is(tmp_path):
+    written(tmp_path, sized("body", (2.0, 1.0, 1.0)), sized("Wheel_FL", (2.0, 0.5, 2.0)))
+    path = tmp_path / "environment.yaml"
+    bare = CAB.split("seats:")[0].replace("UNIT", "m")
+    path.write_text(bare)
+    assert [line.rpartition(" [")[2] for line in load_environment(path).warnings] == [
+        "sizes in cab.obj]"
+    ]
+    path.write_text(bare + 'accepted: ["sizes in *.obj"]\n')
+    assert load_environment(path).warnings == ()
+    path.write_text(bare + "accepted: [sizes in cab.obj, sizes in cap.obj]\n")
+    (said,) = load_environment(path).warnings
+    assert said.startswith("accepted: nothing is doubted about 'sizes in cap.obj'")
+
+
 def test_the_unit_that_fits_all_parts_is_told_once_for_the_mesh():
     parts = [
         sized("wheel", (0.065, 0.02, 0.065)),

@@ -1,7 +1,7 @@
 """What of an environment is probably a mistake: seats, controls and rules that do not fit the mesh.
 
-Nothing of it is an error: an environment may be odd on purpose. Each sentence gives the distance,
-and the unit of length that would explain it.
+Nothing of it is an error: an environment may be odd on purpose, and its key `accepted` puts doubts
+away. Each sentence gives the distance, and the unit of length that would explain it.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from workbench.errors import one_of
 from workbench.files.schema import metres_in
 from workbench.geometry.polygon import point_winding
 from workbench.model.arrays import Floats
+from workbench.model.doubt import Doubt
 from workbench.model.environment import Environment, Seat
 
 __all__ = ["environment_doubts", "part_box", "unknown_segments"]
@@ -33,8 +34,8 @@ _SHORT = 0.0002
 """A travel or a depth that is shorter [m] than this, and not 0, was typed in another unit."""
 
 
-def environment_doubts(environment: Environment, *, moved: bool) -> list[str]:
-    """Return a sentence for each thing that is probably a mistake.
+def environment_doubts(environment: Environment, *, moved: bool) -> list[Doubt]:
+    """Return what is probably a mistake.
 
     Parameters
     ----------
@@ -87,7 +88,7 @@ def part_box(environment: Environment, part: str) -> Floats:
     return np.array([corners.min(axis=0), corners.max(axis=0)])
 
 
-def _seats_away(environment: Environment, moved: bool) -> Iterator[str]:
+def _seats_away(environment: Environment, moved: bool) -> Iterator[Doubt]:
     """Seats whose reference point is not at their cushion: a person is seated by the numbers of the
     YAML file, and must meet the mesh there."""
     for seat in environment.seats:
@@ -98,50 +99,56 @@ def _seats_away(environment: Environment, moved: bool) -> Iterator[str]:
             if not moved and (units := _mistaken_units(box, seat.srp)):
                 used, right = units
                 hint = f": the mesh would be there if its unit were {right} where {used} is taken"
-            yield (
+            yield Doubt(
+                f"place of seat {seat.name}",
                 f"seat {seat.name!r}: its reference point is {gap:.3g} m away from its cushion "
-                f"{seat.cushion.part!r}{hint}"
+                f"{seat.cushion.part!r}{hint}",
             )
 
 
-def _cushion_sizes(environment: Environment) -> Iterator[str]:
+def _cushion_sizes(environment: Environment) -> Iterator[Doubt]:
     """Cushions that nobody can sit on."""
     for seat in environment.seats:
         depth = np.ptp(part_box(environment, seat.cushion.part), axis=0)[:2].min()
         least, greatest = _CUSHION
         if not least <= depth <= greatest:
-            yield (
+            yield Doubt(
+                f"cushion of seat {seat.name}",
                 f"seat {seat.name!r}: its cushion {seat.cushion.part!r} is {depth:.3g} m deep, and "
                 f"{least:g} to {greatest:g} m is plausible: a wrong unit of length, or another "
-                f"part?"
+                f"part?",
             )
 
 
-def _short_lengths(environment: Environment) -> Iterator[str]:
+def _short_lengths(environment: Environment) -> Iterator[Doubt]:
     """Lengths that were typed in metres where millimetres are meant."""
     for seat in environment.seats:
         for name, ends in (("forward", seat.travel_forward), ("up", seat.travel_up)):
             if 0 < ends[1] - ends[0] < _SHORT:
-                yield (
+                yield Doubt(
+                    f"travel of seat {seat.name}",
                     f"seat {seat.name!r}: its travel {name} is {1e3 * (ends[1] - ends[0]):.2g} mm "
-                    f"long: a wrong unit of length?"
+                    f"long: a wrong unit of length?",
                 )
     for one in environment.adjustments:
         long = one.travel[1] - one.travel[0]
         if not one.turns and long < _SHORT:
-            yield (
+            yield Doubt(
+                f"travel of adjustment {one.name}",
                 f"adjustment {one.name!r}: its travel is {1e3 * long:.2g} mm long: a wrong unit of "
-                f"length?"
+                f"length?",
             )
     for rule in environment.allowances:
         if 0 < rule.depth < _SHORT:
-            yield (
-                f"part {environment.parts[rule.part]!r}: contact is allowed down to "
-                f"{1e3 * rule.depth:.2g} mm: a wrong unit of length?"
+            part = environment.parts[rule.part]
+            yield Doubt(
+                f"contact with part {part}",
+                f"part {part!r}: contact is allowed down to {1e3 * rule.depth:.2g} mm: a wrong "
+                f"unit of length?",
             )
 
 
-def _controls_away(environment: Environment) -> Iterator[str]:
+def _controls_away(environment: Environment) -> Iterator[Doubt]:
     """Controls that are not on the part that they name."""
     for control in environment.controls:
         if not control.part:
@@ -149,9 +156,10 @@ def _controls_away(environment: Environment) -> Iterator[str]:
         away = _distance(environment, control.part, control.at)
         if away <= _CONTROL_AWAY:
             continue
-        yield (
+        yield Doubt(
+            f"place of control {control.name}",
             f"control {control.name!r} is {1e3 * away:.0f} mm away from its part "
-            f"{control.part!r}{_factor_hint(part_box(environment, control.part), control.at)}"
+            f"{control.part!r}{_factor_hint(part_box(environment, control.part), control.at)}",
         )
 
 

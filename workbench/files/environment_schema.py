@@ -254,7 +254,10 @@ class AdjustmentFile(FileModel):
 
 
 class EnvironmentFile(FileModel):
-    """The whole file."""
+    """The whole file.
+
+    accepted: what doubts are about that are put away, or patterns of it.
+    """
 
     environment: Name
     description: str = ""
@@ -267,3 +270,4 @@ class EnvironmentFile(FileModel):
     points: dict[str, Vector] = Field(default_factory=dict)
     controls: dict[str, ControlFile] = Field(default_factory=dict)
     adjustments: dict[str, AdjustmentFile] = Field(default_factory=dict)
+    accepted: list[Name] = Field(default_factory=list)

@@ -43,6 +43,7 @@ from workbench.files.meshes.sizes import implausible_sizes
 from workbench.files.schema import fail, validate
 from workbench.files.yaml_text import Document, read_yaml
 from workbench.model.arrays import Floats
+from workbench.model.doubt import Doubt, open_doubts
 from workbench.model.environment import Allowance, Control, Environment, Rest, Seat
 from workbench.model.posing import attitude_matrix
 
@@ -53,6 +54,7 @@ __all__ = [
     "load_environment",
     "mesh_frame",
     "seat_of",
+    "size_doubts",
     "unknown_names",
 ]
 
@@ -81,7 +83,7 @@ def load_environment(source: str | Path, *, near: Path | None = None) -> Environ
     path = _path(source, near)
     document = read_yaml(path)
     file = validate(document, EnvironmentFile)
-    parts, notes = _meshes(document, file, path.parent)
+    parts, notes, sizes = _meshes(document, file, path.parent)
     names = [part.name for part in parts]
     rules, faults = _rules(document, file, names)
     faults += unknown_names(document, file, names)
@@ -95,7 +97,7 @@ def load_environment(source: str | Path, *, near: Path | None = None) -> Environ
         raise InputError(
             [fail(document, _rule_path(file, names[k]), what) for k, what in open_parts]
         )
-    return _complete(environment, file, rules, notes)
+    return _complete(environment, file, rules, notes, sizes)
 
 
 def environment_files(source: str | Path, *, near: Path | None = None) -> tuple[Path, ...]:
@@ -167,16 +169,17 @@ def _stated(source: str, length: str) -> float:
 
 def _meshes(
     document: Document, file: EnvironmentFile, folder: Path
-) -> tuple[list[RawPart], list[str]]:
-    """All parts of all meshes in the world's frame, and notes about them; every fault of every mesh
-    at once."""
+) -> tuple[list[RawPart], list[str], list[Doubt]]:
+    """All parts of all meshes in the world's frame, notes about them, and doubts about their
+    sizes; every fault of every mesh at once."""
     parts: list[RawPart] = []
     notes: list[str] = []
+    doubts: list[Doubt] = []
     faults: list[str] = []
     for row, mesh in enumerate(file.meshes):
         key = ("meshes", row, "file")
         try:
-            found, said = _mesh(folder, mesh, alone=len(file.meshes) == 1)
+            found, said, odd = _mesh(folder, mesh, alone=len(file.meshes) == 1)
         except InputError as error:
             faults += [fail(document, key, problem) for problem in error.problems]
             continue
@@ -185,17 +188,19 @@ def _meshes(
         faults += [fail(document, key, f"part {name!r} is in another mesh too") for name in twice]
         parts += found
         notes += [f"{mesh.file}: {note}" for note in said]
+        doubts += odd
     if not faults and (wrong := implausible(float(extent(tuple(parts)).max()), 1.0)):
         faults.append(fail(document, ("meshes",), wrong))
     if faults:
         raise InputError(faults)
-    return parts, notes
+    return parts, notes, doubts
 
 
 def _mesh(
     folder: Path, mesh: MeshFile, *, alone: bool
-) -> tuple[tuple[RawPart, ...], tuple[str, ...]]:
-    """The parts of a mesh in the world's frame, and notes about it. alone: it is all there is."""
+) -> tuple[tuple[RawPart, ...], tuple[str, ...], list[Doubt]]:
+    """The parts of a mesh in the world's frame, notes about it, and doubts about its sizes. alone:
+    it is all there is."""
     if outside_folder(mesh.file):
         raise InputError(
             f"{mesh.file}: a mesh lies in the folder of its environment file, or below it"
@@ -211,8 +216,23 @@ def _mesh(
     except InputError as error:
         raise InputError([f"{mesh.file}: {problem}" for problem in error.problems]) from None
     parts = to_world(arranged, frame.rotation, metres=frame.metres, move=frame.move)
-    doubts = implausible_sizes(parts, frame.metres, file=Path(mesh.file).stem)
-    return parts, (*doubts, *raw.notes)
+    return parts, raw.notes, size_doubts(parts, frame.metres, mesh.file)
+
+
+def size_doubts(parts: Iterable[RawPart], metres: float, file: str) -> list[Doubt]:
+    """Return what is doubted of the sizes of the parts of a mesh file.
+
+    Parameters
+    ----------
+    parts, metres
+        As of `implausible_sizes`.
+    file
+        The file, as an environment names it.
+    """
+    return [
+        Doubt(f"sizes in {file}", f"{file}: {words}")
+        for words in implausible_sizes(parts, metres, file=Path(file).stem)
+    ]
 
 
 @dataclass(frozen=True, eq=False)
@@ -297,11 +317,15 @@ def _named_parts(file: EnvironmentFile) -> Iterator[tuple[tuple[str | int, ...],
 
 
 def _complete(
-    environment: Environment, file: EnvironmentFile, rules: list[PartFile], notes: list[str]
+    environment: Environment,
+    file: EnvironmentFile,
+    rules: list[PartFile],
+    notes: list[str],
+    sizes: list[Doubt],
 ) -> Environment:
     """The environment with its seats, points, controls and allowances.
 
-    rules: of each part; notes: sentences about the meshes.
+    rules: of each part; notes: sentences about the meshes; sizes: doubts about these.
     """
     controls = file.controls.items()
     allowances = (
@@ -324,8 +348,16 @@ def _complete(
         controls=tuple(Control(name, c.at, c.grip, c.zone, c.part) for name, c in controls),
         adjustments=adjustments_of(file, seats, environment.parts),
     )
-    doubts = environment_doubts(complete, moved=any(any(mesh.move) for mesh in file.meshes))
-    return replace(complete, warnings=(*notes, *doubts, *environment.warnings))
+    moved = any(any(mesh.move) for mesh in file.meshes)
+    doubts = [*sizes, *environment_doubts(complete, moved=moved)]
+    said = [doubt.said for doubt in open_doubts(doubts, file.accepted)]
+    said += [
+        f"accepted: nothing is doubted about {key!r}: leave it out; "
+        f"{one_of(key, [doubt.about for doubt in doubts])}"
+        for key in file.accepted
+        if open_doubts(doubts, [key]) == open_doubts(doubts, [])
+    ]
+    return replace(complete, warnings=(*notes, *said, *environment.warnings))
 
 
 def _allowances(rules: list[PartFile]) -> Iterator[Allowance]:

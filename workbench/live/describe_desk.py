@@ -32,7 +32,7 @@ from workbench.study.describe.saving import (
     save_description,
     unfinished,
 )
-from workbench.study.describe.state import Description, open_place, standing_of
+from workbench.study.describe.state import Description, open_place, open_sizes, standing_of
 
 __all__ = ["DescribeDesk"]
 
@@ -224,7 +224,7 @@ class DescribeDesk:
         )
         self.target = self.disk.text.path
         self.source = self.target
-        sizes = self.opened.meshes.size_words(self.live.file.meshes)
+        sizes = [doubt.said for doubt in open_sizes(self.opened, self.live)]
         self.warnings = tuple(words for words in self.disk.warnings if words not in sizes)
         self.saved_content = self.live.content
         head = {"kind": "saved", "answers": question.number, "file": self.target.name}

@@ -20,7 +20,13 @@ from workbench.live.protocol import packed
 from workbench.model.arrays import Floats
 from workbench.study.describe.edits_frame import AXES
 from workbench.study.describe.edits_parts import left_out
-from workbench.study.describe.state import Description, OpenPlace, figures_of, standing_of
+from workbench.study.describe.state import (
+    Description,
+    OpenPlace,
+    figures_of,
+    open_sizes,
+    standing_of,
+)
 
 __all__ = ["describe_hello", "description_frame", "drawn_place", "part_rules"]
 
@@ -88,7 +94,7 @@ def description_frame(
         "name": description.says["environment"],
         "length": description.says["length"],
         "meshes": [_mesh(opened, description, row) for row in range(len(file.meshes))],
-        "sizes": opened.meshes.size_words(file.meshes),
+        "sizes": [doubt.said for doubt in open_sizes(opened, description)],
         "size": _rounded(stands.bounds[1] - stands.bounds[0]),
         "parts": parts,
         "left": [{"row": row, "name": name} for row, name in left_out(description)],

@@ -3,7 +3,10 @@
 A name is divided into words (at capitals, digits and signs). Words for the place or the owner of a
 part are dropped. The last words that are left name a thing: `Front_Wheel_Left` is a wheel,
 `left_door_handle` a handle. A name that only begins with a thing (`seat_rails`, `wheel_arch`) is a
-piece of it and at most as large. A name with a plural may mean several things in one part, and is
+piece of it and at most as large. A name of a whole vehicle or a person among other words
+(`main_bus`, `headset_pilot`) says what a part is for, so that only parts with no other word in their
+names are held against its size, and only where some unit makes it one without making the mesh none
+of anything: a label of 10 mm called `Bus` on a panel is no coach. A name with a plural may mean several things in one part, and is
 at least as large as one. The name of a file tells what the whole of it is.
 
 The ranges are this project's assumptions, wide on purpose: of what is built for people, from
@@ -20,6 +23,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.files.meshes.parts import RawPart
+from workbench.files.meshes.reading import LARGEST
 from workbench.files.schema import metres_in
 from workbench.model.arrays import Floats
 
@@ -238,8 +242,10 @@ def implausible_sizes(
         The name of the file without its ending, which may name the whole.
     """
     known = list(parts)
-    sizes = [size for part in known if (size := _named_size(part.name, _extents([part])))]
-    whole = _whole_size(file, _extents(known))
+    extents = _extents(known)
+    named = [size for part in known if (size := _named_size(part.name, _extents([part])))]
+    sizes = [size for size in named if _is_meant(size, float(extents[2]), metres)]
+    whole = _whole_size(file, extents)
     if whole is not None and whole.thing not in {size.thing for size in sizes}:
         sizes.append(whole)
     wrong = [size for size in sizes if not size.fits(1.0)]
@@ -248,6 +254,19 @@ def implausible_sizes(
     shown = "; ".join(_size_sentence(size) for size in wrong[:_MAX_NAMES])
     more = f"; {len(wrong) - _MAX_NAMES} more named parts too" if len(wrong) > _MAX_NAMES else ""
     return (f"{shown}{more}: {_unit_advice(sizes, wrong, metres)}",)
+
+
+def _is_meant(size: _Size, largest: float, metres: float) -> bool:
+    """Whether a part is what its name says, as far as other words and the mesh tell.
+
+    size: of the part; largest: extent [m] of its mesh, read with a unit of `metres`.
+    """
+    if size.thing not in _WHOLES or size.fits(1.0):
+        return True
+    if not all(word in _WHOLES for word in _words(size.name)):
+        return False
+    scales = [unit / metres for unit in metres_in.values()]
+    return any(size.fits(scale) and largest * scale <= LARGEST for scale in scales)
 
 
 def _unit_advice(sizes: list[_Size], wrong: list[_Size], metres: float) -> str:

@@ -17,11 +17,11 @@ import numpy as np
 from workbench.errors import InputError
 from workbench.files.environment_parts import face_parts
 from workbench.files.environment_schema import MeshFile
-from workbench.files.environments import MeshFrame, mesh_frame
+from workbench.files.environments import MeshFrame, mesh_frame, size_doubts
 from workbench.files.meshes.parts import RawMesh, RawPart
 from workbench.files.meshes.reading import LARGEST, implausible, read_mesh
-from workbench.files.meshes.sizes import implausible_sizes
 from workbench.model.arrays import Floats, Ints
+from workbench.model.doubt import Doubt
 from workbench.study.describe.planes import Surface, grown_faces, outline
 from workbench.study.describe.seats import SeatFigures
 
@@ -210,7 +210,7 @@ class Meshes:
         """(T,) the mesh that each face is of."""
         self._vertex_mesh = np.repeat(row, [len(part.vertices) for part in parts])
         self._stood: dict[tuple[str, ...], Standing] = {}
-        self._sizes: dict[tuple[str, ...], list[str]] = {}
+        self._sizes: dict[tuple[str, ...], list[Doubt]] = {}
         self._grown: dict[tuple[int, ...], Ints] = {}
         self._borders: dict[tuple[int, ...], Ints] = {}
         self._surfaces: dict[tuple[int, ...], Surface] = {}
@@ -300,19 +300,20 @@ class Meshes:
         used, index = np.unique(self.faces[faces], return_inverse=True)
         return Surface(self.vertices[used], index.reshape(-1, 3))
 
-    def size_words(self, says: Sequence[MeshFile]) -> list[str]:
-        """Sentences about sizes that no vehicle has, as the reader of meshes has them."""
+    def size_doubts(self, says: Sequence[MeshFile]) -> list[Doubt]:
+        """What is doubted of sizes, as the reader of meshes doubts it."""
         key = tuple(mesh.model_dump_json() for mesh in says)
         if key not in self._sizes:
-            self._sizes[key] = self._size_words(says)
+            self._sizes[key] = self._size_doubts(says)
         return self._sizes[key]
 
-    def _size_words(self, says: Sequence[MeshFile]) -> list[str]:
+    def _size_doubts(self, says: Sequence[MeshFile]) -> list[Doubt]:
         stands = self.standing(says)
-        words = []
+        doubts = []
         high = float(np.ptp(stands.bounds[:, 2]))
         if HIGHEST < high <= LARGEST:
-            words.append(f"it is {high:.3g} m high: are the unit and the axes right?")
+            words = f"it is {high:.3g} m high: are the unit and the axes right?"
+            doubts.append(Doubt("height", words))
         for row, (raw, mesh) in enumerate(zip(self.raws, says, strict=False)):
             frame = mesh_frame(raw, mesh)
             own = self.mesh == row
@@ -321,15 +322,15 @@ class Meshes:
                 largest, frame.metres, smallest=0.3 if len(says) == 1 else 0.005
             )
             if wrong:
-                words.append(f"{mesh.file}: {wrong}")
+                doubts.append(Doubt(f"size of {mesh.file}", f"{mesh.file}: {wrong}"))
                 continue
             there = np.unique(stands.part[own])
             parts = [
                 RawPart(stands.names[k], *_two_corners(stands.boxes[k]))
                 for k in there[there >= 0].tolist()
             ]
-            words += implausible_sizes(parts, frame.metres or 1.0, file=Path(mesh.file).stem)
-        return words
+            doubts += size_doubts(parts, frame.metres or 1.0, mesh.file)
+        return doubts
 
 
 def _two_corners(box: Floats) -> tuple[Floats, Ints]:

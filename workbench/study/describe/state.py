@@ -25,6 +25,7 @@ from workbench.files.study.saving import StudyText, read_text
 from workbench.files.yaml_edits import Key
 from workbench.files.yaml_text import Document, parse_yaml
 from workbench.model.arrays import Floats
+from workbench.model.doubt import Doubt, open_doubts
 from workbench.study.describe.axes import guessed_axes
 from workbench.study.describe.meshes import Hit, Meshes, Standing
 from workbench.study.describe.seats import SeatFigures, seat_figures
@@ -44,6 +45,7 @@ __all__ = [
     "figures_of",
     "file_stamp",
     "open_place",
+    "open_sizes",
     "spot_of",
     "spot_place",
     "standing_of",
@@ -329,6 +331,12 @@ def _unit(source: Path, raw: RawMesh, up: str, forward: str) -> tuple[str, bool]
     fewest = min(found.values())
     best = [unit for unit, odd in found.items() if odd == fewest]
     return best[0], len(best) == 1 and fewest == 0.0
+
+
+def open_sizes(opened: OpenPlace, description: Description) -> list[Doubt]:
+    """Return what is doubted of the sizes of the meshes, and not accepted."""
+    file = description.file
+    return open_doubts(opened.meshes.size_doubts(file.meshes), file.accepted)
 
 
 def standing_of(opened: OpenPlace, description: Description) -> Standing:
