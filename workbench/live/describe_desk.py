@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import re
 import time
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from functools import cached_property
-from itertools import cycle
+from itertools import count, cycle
 from pathlib import Path
 from zlib import crc32
 
@@ -23,6 +25,7 @@ from workbench.live.protocol import Question, packed
 from workbench.live.replies import Replies
 from workbench.model.arrays import Ints
 from workbench.study.bench.history import Entry, History
+from workbench.study.describe.edits_files import added_file, files_beside
 from workbench.study.describe.meshes import Meshes
 from workbench.study.describe.people import person_words, seated_person, standing_person
 from workbench.study.describe.saving import (
@@ -30,6 +33,7 @@ from workbench.study.describe.saving import (
     SavedPlace,
     next_commands,
     save_description,
+    save_first_study,
     unfinished,
 )
 from workbench.study.describe.state import Description, open_place, open_sizes, standing_of
@@ -49,6 +53,8 @@ class DescribeDesk:
     ----------
     source
         A mesh, or an environment's file or folder.
+    more
+        Meshes that are added to it.
     out
         The file or folder to save in, None for beside the mesh, or the file itself.
     read_only
@@ -64,18 +70,21 @@ class DescribeDesk:
     def __init__(
         self,
         source: str,
-        *,
+        *more: str,
         out: str = "",
         read_only: bool = False,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
         self.source = Path(source)
+        self.more = tuple(Path(path) for path in more)
         self.out = Path(out) if out else None
         self.read_only = read_only
         self.clock = clock
         self.sitting = False
         self._others: Mapping[str, Callable[[Question], Replies]] = {
             "sit": self._sit,
+            "add": self._add,
+            "study": self._study,
             "undo": self._undo,
             "redo": self._redo,
             "save": self._save,
@@ -86,6 +95,11 @@ class DescribeDesk:
     def open(self) -> None:
         """Read the environment from its file; what was done to it before is forgotten."""
         opened = open_place(self.source, self.out)
+        for path in self.more:
+            found = added_file(opened, opened.start, path)
+            start = found.edit.description
+            notes = (*opened.notes, found.edit.words)
+            opened = replace(found.opened, start=start, notes=notes)
         self.opened = opened
         self.disk: SavedPlace | None = None
         if opened.text is not None:
@@ -162,7 +176,9 @@ class DescribeDesk:
             "unsaved": self.unsaved,
             "file": self.target.name,
             "saved": self.disk is not None,
-            "warnings": list(self.warnings),
+            "study": self._study_path.name if self._study_path.exists() else "",
+            "others": files_beside(self.opened),
+            "warnings": [_put_away(words) for words in self.warnings],
             "unfinished": unfinished(self.opened, description),
             "next": [] if self.disk is None else next_commands(self.target),
             "drawn": len(self._thin.faces),
@@ -206,6 +222,43 @@ class DescribeDesk:
         self.sitting = on
         return Replies([self._answered(question.number, "")])
 
+    def _add(self, question: Question) -> Replies:
+        """Add a mesh file, named from the folder of the meshes or by its whole path."""
+        path = self.opened.folder / Path(question.given["file"]).expanduser()
+        found = added_file(self.opened, self.live, path)
+        before = self.opened, self.history
+        self.opened = found.opened
+        self.__dict__.pop("_thin", None)
+        self.history = self.history.added(Entry(found.edit.description, time=self.clock()))
+        try:
+            return Replies([self._answered(question.number, found.edit.words)])
+        except WorkbenchError:
+            self.opened, self.history = before
+            self.__dict__.pop("_thin", None)
+            raise
+
+    @property
+    def _study_path(self) -> Path:
+        """The study that `workbench new` makes of the environment."""
+        return self.target.with_name("study.yaml")
+
+    def _study(self, question: Question) -> Replies:
+        """Open the study beside the environment, or a first one that is made."""
+        if self.disk is None or self.unsaved:
+            raise InputError("save the environment first: a study is of what its file says")
+        path = self._study_path
+        if path.exists() and question.given["anew"]:
+            numbered = (path.with_name(f"study_{number}.yaml") for number in count(2))
+            path = next(one for one in numbered if not one.exists())
+        if not path.exists():
+            if self.read_only:
+                raise InputError("the bench was started to read only")
+            save_first_study(self.target, path)
+        return Replies(
+            [packed({"kind": "busy", "answers": question.number, "what": f"opening {path.name}"})],
+            study=path,
+        )
+
     def _undo(self, question: Question) -> Replies:
         self.history = self.history.undone()
         return Replies([self._answered(question.number, "")])
@@ -224,14 +277,15 @@ class DescribeDesk:
         )
         self.target = self.disk.text.path
         self.source = self.target
+        self.more = ()
         sizes = [doubt.said for doubt in open_sizes(self.opened, self.live)]
         self.warnings = tuple(words for words in self.disk.warnings if words not in sizes)
         self.saved_content = self.live.content
         head = {"kind": "saved", "answers": question.number, "file": self.target.name}
         words = f"saved {self.target.name}; it loads without a fault"
         if self.warnings:
-            count = len(self.warnings)
-            words += f", with {count} warning{'s' if count > 1 else ''}"
+            many = len(self.warnings)
+            words += f", with {many} warning{'s' if many > 1 else ''}"
         lead = f"next: {next_commands(self.target)[0]}"
         words = "; ".join([words, *unfinished(self.opened, self.live), lead])
         return Replies([packed(head), self._answered(0, words)])
@@ -239,6 +293,14 @@ class DescribeDesk:
     def _reload(self, question: Question) -> Replies:
         self.open()
         return Replies([*self.greeting(), self._answered(question.number, "read again")])
+
+
+def _put_away(words: str) -> dict[str, str]:
+    """A warning, and what it is about where it can be put away."""
+    found = re.fullmatch(r"(.*) \[([^\[\]]+)\]", words, re.DOTALL)
+    return (
+        {"words": words, "about": ""} if found is None else {"words": found[1], "about": found[2]}
+    )
 
 
 def _groups(meshes: Meshes) -> Ints:

@@ -9,7 +9,8 @@ export function element(name, words = "", more = {}) {
 }
 
 export function options(select, names, chosen) {
-  select.replaceChildren(...names.map((name) => element("option", name, { value: name })));
+  const same = names.length === select.children.length && names.every((name, k) => select.children[k].value === name);
+  if (!same) select.replaceChildren(...names.map((name) => element("option", name, { value: name }))); // an open list stays open
   if (chosen !== undefined) select.value = chosen;
 }
 
@@ -19,14 +20,10 @@ export function options(select, names, chosen) {
 // meanwhile does not write over it.
 const TEXT = "input:not([type]), input[type=text], input[type=number]";
 
-addEventListener("input", ({ target }) => {
-  if (target.matches?.(TEXT)) hold(target, "typed");
-});
-
 function hold(field, how, words = "") {
   if (how) field.dataset.held = how;
   else delete field.dataset.held;
-  field.toggleAttribute("aria-invalid", how === "refused");
+  field.setAttribute("aria-invalid", how === "refused");
   field.title = words;
 }
 
@@ -52,7 +49,7 @@ export function sendTyped(field, send) {
   hold(field, "sent");
   send((head) => {
     if (field.dataset.held !== "sent") return; // typed anew meanwhile
-    if (head?.kind === "fault") refuse(field, head.words);
+    if (head?.kind === "fault" && field.value) refuse(field, head.words);
     else release(field);
   });
 }
@@ -77,8 +74,22 @@ export function guardLeaving(unsaved) {
   });
 }
 
+function watchTyping() {
+  addEventListener("input", ({ target }) => {
+    if (target.matches?.(TEXT) && !target.matches("[data-setting]")) hold(target, "typed");
+  });
+  // What nothing was asked for is taken with its change, but for a draft, which a button takes.
+  addEventListener("change", ({ target }) => {
+    if (target.dataset?.held === "typed" && !target.matches("[data-draft]")) hold(target, "");
+  });
+  addEventListener("keydown", ({ key, target }) => {
+    if (key === "Escape" && target.dataset?.held) release(target);
+  });
+}
+
 // Undo, redo and save by their keys and buttons: Ctrl-Z, Ctrl-Shift-Z or Ctrl-Y, Ctrl-S.
 export function bindHistory(verbs) {
+  watchTyping();
   for (const [verb, does] of Object.entries(verbs)) at(verb).onclick = () => does();
   addEventListener("keydown", (event) => {
     if (!event.ctrlKey && !event.metaKey) return;

@@ -116,7 +116,7 @@ def _as_the_first(
     guessed, why = bare_mesh(Path(raw.file), raw)
     axes = {"up": first.get("up") or stated.up, "forward": first.get("forward") or stated.forward}
     mesh: dict[str, Any] = dict(guessed)
-    reasons = {key[-1]: words for key, words in why.items()}
+    reasons = {str(key[-1]): words for key, words in why.items()}
     if raw.up is None and raw.forward is None and all(axes.values()):
         mesh |= axes
         reasons |= dict.fromkeys(axes, like)
@@ -179,7 +179,9 @@ def removed_file(opened: OpenPlace, before: Description, row: int) -> Edit:
 def _named_parts(file: EnvironmentFile) -> set[str]:
     """The parts that seats, controls and adjustments name."""
     seats = [
-        name for seat in file.seats.values() for name in (seat.cushion.part, seat.back.part, *seat.moves)
+        name
+        for seat in file.seats.values()
+        for name in (seat.cushion.part, seat.back.part, *seat.moves)
     ]
     moved = [name for one in file.adjustments.values() for name in one.parts]
     return {*seats, *moved, *(control.part for control in file.controls.values())}
@@ -219,7 +221,8 @@ def met_file(opened: OpenPlace, before: Description, point: Ray, target: Ray) ->
     if row == int(opened.meshes.mesh[other.face]):
         raise InputError("both points are of one file: click the second on another file")
     by: Floats = other.point - one.point
-    edit = moved_file(opened, before, row, np.array(before.file.meshes[row].move) + by)
+    to = np.array(before.file.meshes[row].move) + by
+    edit = moved_file(opened, before, row, to.tolist())
     name = before.says["meshes"][row]["file"]
     millimetres = ", ".join(f"{1e3 * value:.0f}" for value in by)
     why = edit.description.why | {("meshes", row, "move"): "picked: two points brought together"}
@@ -229,5 +232,7 @@ def met_file(opened: OpenPlace, before: Description, point: Ray, target: Ray) ->
 def files_beside(opened: OpenPlace) -> list[str]:
     """The mesh files in the folder of a place that it does not have, in the order of their names."""
     have = {Path(raw.file).name for raw in opened.meshes.raws}
-    names = (path.name for path in sorted(opened.folder.iterdir()) if path.suffix.lower() in FORMATS)
+    names = (
+        path.name for path in sorted(opened.folder.iterdir()) if path.suffix.lower() in FORMATS
+    )
     return [name for name in names if name not in have][:MOST_FILES]

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
+
+import numpy as np
 
 from workbench.errors import InputError, one_of
 from workbench.files.environment_parts import pieces
@@ -12,7 +14,19 @@ from workbench.files.yaml_edits import Key
 from workbench.study.describe.edits import Edit, good_name, with_value, without_value
 from workbench.study.describe.state import Description, OpenPlace, standing_of
 
-__all__ = ["dropped", "joined", "left_out", "put_back", "ruled", "split_part"]
+__all__ = [
+    "LargePart",
+    "dropped",
+    "joined",
+    "large_part",
+    "left_out",
+    "put_back",
+    "ruled",
+    "split_part",
+]
+
+MOSTLY = 0.5
+"""A part of a larger share of all triangles is what is split first."""
 
 
 def joined(opened: OpenPlace, before: Description, parts: Sequence[str], to: str) -> Edit:
@@ -120,6 +134,34 @@ def split_part(opened: OpenPlace, before: Description, part: str) -> Edit:
     after = replace(before, says=says)
     count = len(standing_of(opened, after).names) - len(standing_of(opened, before).names) + 1
     return Edit(after, f"{part} is {count} parts")
+
+
+@dataclass(frozen=True)
+class LargePart:
+    """A part that most of the triangles are of: its share of them, and its connected pieces."""
+
+    name: str
+    share: float
+    pieces: int
+
+
+def large_part(opened: OpenPlace, description: Description) -> LargePart | None:
+    """Return the part that most of the triangles are of and that falls into pieces, None where there
+    is none."""
+    stands = standing_of(opened, description)
+    meshes = opened.meshes
+    kept = stands.part >= 0
+    count = np.bincount(stands.part[kept], minlength=len(stands.names))
+    most = int(count.argmax())
+    name = stands.names[most]
+    share = float(count[most] / count.sum())
+    row = _mesh_of(opened, description, name)
+    if share < MOSTLY or not any(part.name == name for part in meshes.raws[row].parts):
+        return None
+    if name in (description.says["meshes"][row].get("join") or {}):
+        return None
+    found = meshes.piece_count(int(meshes.owner[int((stands.part == most).argmax())]))
+    return LargePart(name, share, found) if found > 1 else None
 
 
 def ruled(opened: OpenPlace, before: Description, part: str, rule: str, value: bool | str) -> Edit:

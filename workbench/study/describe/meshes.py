@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from workbench.errors import InputError
-from workbench.files.environment_parts import face_parts
+from workbench.files.environment_parts import face_parts, pieces
 from workbench.files.environment_schema import MeshFile
 from workbench.files.environments import MeshFrame, mesh_frame, size_doubts
 from workbench.files.meshes.parts import RawMesh, RawPart
@@ -214,6 +214,14 @@ class Meshes:
         self._grown: dict[tuple[int, ...], Ints] = {}
         self._borders: dict[tuple[int, ...], Ints] = {}
         self._surfaces: dict[tuple[int, ...], Surface] = {}
+        self._pieces: dict[int, int] = {}
+
+    def piece_count(self, owner: int) -> int:
+        """Connected pieces of a part of the files, by its number."""
+        if owner not in self._pieces:
+            parts = [part for raw in self.raws for part in raw.parts]
+            self._pieces[owner] = int(pieces(parts[owner]).max()) + 1
+        return self._pieces[owner]
 
     @classmethod
     def read(cls, folder: Path, files: Sequence[str]) -> Meshes:
@@ -318,9 +326,7 @@ class Meshes:
             frame = mesh_frame(raw, mesh)
             own = self.mesh == row
             largest = float(np.ptp(self.vertices[self.faces[own].ravel()], axis=0).max())
-            wrong = implausible(
-                largest, frame.metres, smallest=0.3 if len(says) == 1 else 0.005
-            )
+            wrong = implausible(largest, frame.metres, smallest=0.3 if len(says) == 1 else 0.005)
             if wrong:
                 doubts.append(Doubt(f"size of {mesh.file}", f"{mesh.file}: {wrong}"))
                 continue
