@@ -264,7 +264,7 @@ def moves(scene: Scene) -> None:
     """How much a frame of walking changes the order: most where limbs swing along the view, nothing
     across it."""
     spheres = walking(scene, 31)
-    for view in ("left", "top", "three_quarter", "front"):
+    for view in ("left", "top", "corner", "front"):
         camera = standard_view(view, scene.bounds, width=320, height=240)
         last = project_disks(spheres[0], camera)
         counted = []
@@ -290,7 +290,7 @@ def vectors(seconds: float) -> None:
     )
     body = dense(700)
     views: list[tuple[str, Camera, int]] = []
-    for view in ("front", "three_quarter"):
+    for view in ("front", "corner"):
         flat = standard_view(view, body.bounds, width=800, height=800)
         wide = standard_view(view, body.bounds, width=800, height=800, field=math.radians(40))
         views += [
@@ -305,9 +305,7 @@ def vectors(seconds: float) -> None:
 def cockpit(seconds: float) -> None:
     """A body among 50,000 triangles."""
     scene = replace(scene_of("trainer_clearance"), environment=triangles(50_000))
-    camera = fitted_view(
-        scene, standard_view("three_quarter", scene.bounds, width=1280, height=720)
-    )
+    camera = fitted_view(scene, standard_view("corner", scene.bounds, width=1280, height=720))
     count = len(scene.environment.triangles) if scene.environment else 0
     for mode in ("flat", "shaded"):
         taken = best(lambda m=mode: disks(scene, camera, mode=m, supersample=1), seconds)

@@ -68,9 +68,9 @@ def figures_1_and_2() -> None:
     scan line."""
     scene = scene_of("bubbleman", posture="standing")
     (IMAGES / "figure_1_circles.svg").write_text(
-        circles(scene, framed_views(scene, ["three_quarter"], width=260, height=480)[0][1])
+        circles(scene, framed_views(scene, ["corner"], width=260, height=480)[0][1])
     )
-    camera = framed_views(scene, ["three_quarter"], width=240, height=320)[0][1]
+    camera = framed_views(scene, ["corner"], width=240, height=320)[0][1]
     grey_disks(scene, camera).save(IMAGES / "figure_2_disks.png", optimize=True)
     scanline(scene, camera, spacing=3).save(IMAGES / "scanline.png", optimize=True)
 
@@ -78,13 +78,13 @@ def figures_1_and_2() -> None:
 def figures_3_and_5() -> None:
     """A seated man as a line drawing, and in light; his head, his hands and what joins them."""
     scene = scene_of("bubbleman", posture="seated")
-    camera = framed_views(scene, ["three_quarter"], width=420, height=440)[0][1]
+    camera = framed_views(scene, ["corner"], width=420, height=440)[0][1]
     (IMAGES / "figure_3_outline.svg").write_text(outline(scene, camera))
     disks(scene, camera, mode="shaded").save(IMAGES / "shaded.png", optimize=True)
     person = build_source("bubbleman", poses="seated").persons[0]
     placed = wb.place(person.body, person.poses, window=("H", "LHN", "RHN"))
     part = Scene((SceneBody(placed, 0, "blue"),), title="head and hands")
-    camera = framed_views(part, ["three_quarter"], width=420, height=440)[0][1]
+    camera = framed_views(part, ["corner"], width=420, height=440)[0][1]
     disks(part, camera).save(IMAGES / "figure_5_window.png", optimize=True)
 
 
@@ -95,7 +95,7 @@ def trainer() -> None:
         ("trainer", "flat", 760, 760),
         ("trainer_shaded", "shaded", 640, 480),
     ):
-        camera = framed_views(scene, ["three_quarter"], width=width, height=height)[0][1]
+        camera = framed_views(scene, ["corner"], width=width, height=height)[0][1]
         picture = disks(scene, camera, mode=mode)
         picture.quantize(256, dither=Image.Dither.NONE).save(IMAGES / f"{name}.png", optimize=True)
 
@@ -103,7 +103,7 @@ def trainer() -> None:
 def figure_6() -> None:
     """Two men in the trainer as a hidden-line drawing, cut open before the nearer one."""
     scene = scene_of("trainer_clearance")
-    camera = framed_views(scene, ["three_quarter"], width=720, height=620)[0][1]
+    camera = framed_views(scene, ["corner"], width=720, height=620)[0][1]
     (IMAGES / "figure6.svg").write_text(outline(scene, camera, hidden="hidden_line"))
 
 

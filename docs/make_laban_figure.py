@@ -27,7 +27,7 @@ def greeting() -> None:
     motion, _ = load_motion(body, DOCS / "examples" / "greeting.laban")
     placed = wb.place(body, poses_at(motion, BEATS - 1.0))
     shown = Scene((SceneBody(placed),), title="greeting")
-    camera = framed_views(every_pose(shown), ["three_quarter"], width=230, height=330)[0][1]
+    camera = framed_views(every_pose(shown), ["corner"], width=230, height=330)[0][1]
     pictures = [disks(scene_at(shown, k), camera) for k in range(len(BEATS))]
     strip_image(pictures, [f"beat {beat:g}" for beat in BEATS]).save(
         DOCS / "images" / "greeting.png", optimize=True

@@ -387,7 +387,9 @@ def test_moving_an_unknown_part_or_by_nonsense_is_refused(tmp_path):
 def test_inspecting_a_mesh_without_a_unit_shows_it_in_each(tmp_path):
     (tmp_path / "a.obj").write_text(obj(a=solid((200, 100, 50))))
     found = inspect_mesh(tmp_path / "a.obj", up="z", forward="y")
-    assert found.metres is None and found.size == pytest.approx((100, 200, 50))
+    assert found.metres_told is None and found.metres == 0.01
+    assert found.size == pytest.approx((1, 2, 0.5))
+    assert found.assumed == ("unit cm (not sure): by its size, 2 m long; it would be 5.08 m in in",)
     assert (
         found.largest_if["cm"] == pytest.approx(2)
         and found.problem is not None

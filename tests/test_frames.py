@@ -218,7 +218,7 @@ def test_light_falls_from_the_left_and_creases_are_darker() -> None:
 
 def test_every_mode_and_style_draws_the_scene() -> None:
     scene = Scene((crowd(),), boxes([[-1, -1, -1], [1, 1, -0.9]]))
-    for camera in (front(64), standard_view("three_quarter", BOX, width=64, height=48, field=1.0)):
+    for camera in (front(64), standard_view("corner", BOX, width=64, height=48, field=1.0)):
         pictures = [np.asarray(disks(scene, camera, mode=mode)) for mode in MODES]
         pictures += [
             np.asarray(disks(scene, camera, polygons=style, exact=True)) for style in POLYGONS

@@ -93,7 +93,7 @@ def random_scene(seed, count=6):
 
 
 CAMERAS = {
-    "parallel": standard_view("three_quarter", BOX, width=300, height=260),
+    "parallel": standard_view("corner", BOX, width=300, height=260),
     "perspective": look_at([2.6, 1.9, 1.4], [0, 0, 0], width=300, height=260, field=0.9),
 }
 

@@ -339,7 +339,7 @@ def test_a_cut_box_is_closed_by_a_face_of_its_size(moves):
 
 def test_every_cut_of_the_trainer_keeps_whole_bodies_and_finds_faces():
     scene = build_source("trainer_clearance").scene
-    camera = standard_view("three_quarter", scene.bounds, width=64, height=64)
+    camera = standard_view("corner", scene.bounds, width=64, height=64)
     count = len(scene.environment.normal)
     for side in ("left", "right", "front", "back", "top", "bottom"):
         environment = apply_section(scene, camera, parse_section_plane(side))

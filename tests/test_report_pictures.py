@@ -40,7 +40,7 @@ def test_the_drawing_states_the_least_clearance_of_the_case(result):
         for value in values
     }
     assert len(set(texts) & measured) >= 2
-    assert drawing["name"] in ("front", "left", "top", "three quarter")
+    assert drawing["name"] in ("front", "left", "top", "corner")
 
 
 def test_there_is_no_drawing_where_nothing_is_near(result):

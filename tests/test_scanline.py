@@ -51,7 +51,7 @@ def test_scan_lines_by_the_surface_equal_the_depth_buffer(seed: int) -> None:
 
 def test_a_body_by_scan_lines_is_the_body_by_disks() -> None:
     scene = scene_of("bubbleman", posture="seated")
-    camera = standard_view("three_quarter", scene.bounds, width=120, height=160)
+    camera = standard_view("corner", scene.bounds, width=120, height=160)
     drawn = painter_item_buffer(project_disks(scene.spheres, camera), camera)
     assert np.array_equal(scan_numbers(scene.spheres, camera), drawn)
 

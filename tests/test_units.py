@@ -210,7 +210,9 @@ def test_a_mesh_of_the_wrong_unit_is_told_by_inspect_check_and_the_environment(t
     (tmp_path / "environment.yaml").write_text(CAB.split("seats:")[0].replace("UNIT", "m"))
     assert main(["check", str(tmp_path / "environment.yaml")]) == 0
     assert "warning: cab.obj: 'Wheel_FL' is 2 m large" in capsys.readouterr().err
-    assert not inspect_mesh(path).warnings
+    guessed = inspect_mesh(path)
+    assert guessed.assumed[0] == "unit m (not sure): by its size, 2 m long"
+    assert guessed.problem.startswith("the file does not say its unit of length")
 
 
 @pytest.mark.parametrize(

@@ -831,7 +831,7 @@ PICTURES: dict[str, str] = {
     },
     "dog.png": "dog --view left",
     **{
-        f"bubbleman {posture}.png": f"bubbleman --pose {posture} --view three_quarter"
+        f"bubbleman {posture}.png": f"bubbleman --pose {posture} --view corner"
         for posture in (
             "standing",
             "t_pose",
@@ -852,8 +852,8 @@ PICTURES: dict[str, str] = {
     },
     "bubbleman outline.svg": "bubbleman --display outline --view front",
     "bubbleman circles.svg": "bubbleman --display circles --view front",
-    "trainer.png": "trainer --view three_quarter",
-    "compact_car.png": "compact_car --view three_quarter",
+    "trainer.png": "trainer --view corner",
+    "compact_car.png": "compact_car --view corner",
     "two men.png": "trainer_clearance --view front --marks contacts,clearances",
     "two men cut.png": "trainer_clearance --view left --cut left --marks controls,axes",
     "two men outline.svg": "trainer_clearance --display outline --style hidden_line --view left",

@@ -227,39 +227,69 @@ def check(*files: Path) -> int:
 
 @app.command
 def inspect(
-    source: str,
-    *,
+    *sources: str,
     units: str | None = None,
     up: Annotated[str | None, Parameter(allow_leading_hyphen=True)] = None,
     forward: Annotated[str | None, Parameter(allow_leading_hyphen=True)] = None,
     as_json: Json = False,
 ) -> int:
-    """Show the parts, sizes, quality and warnings of a mesh file or an environment.
+    """Show the parts, sizes, quality and warnings of mesh files or an environment, or what a result
+    says.
 
     Parameters
     ----------
-    source
-        a mesh file, an environment folder, or the name of an environment
+    sources
+        a mesh file, an environment folder or its name, or a folder with a result; several mesh
+        files that stand in one frame, each with a move where it needs one
+        (wheel.stl@400mm,0,250mm: so much forward, left and up)
     units
         the unit of length of a mesh file: mm, cm, m, in or ft
     up
-        the mesh's upward axis, such as z or -y; where not given, y for glTF, what a DAE says, else
-    z forward
-        the mesh's forward axis; where not given, z where up is y, else x
+        the mesh's upward axis, such as z or -y
+    forward
+        the mesh's forward axis; what is neither given nor said by the file is assumed, and told
     """
     from workbench.files.inspection import inspect_environment, inspect_mesh
-    from workbench.files.kinds import is_mesh
+    from workbench.files.kinds import is_mesh, is_result
     from workbench.report.inspection_text import inspection_lines
 
-    if is_mesh(source):
-        found = inspect_mesh(source, length=units, up=up, forward=forward)
-    else:
-        if (units, up, forward) != (None, None, None):
-            raise UsageError(
-                "--units, --up and --forward are for mesh files; an environment says its own"
-            )
-        found = inspect_environment(source)
+    if not sources:
+        raise UsageError("workbench inspect: name a mesh, an environment or a result")
+    meshes = [source for source in sources if is_mesh(source)]
+    if len(sources) > 1 and len(meshes) < len(sources):
+        raise UsageError("several sources are looked at together only where all are mesh files")
+    if not meshes and (units, up, forward) != (None, None, None):
+        raise UsageError(
+            "--units, --up and --forward are for mesh files; an environment says its own"
+        )
+    if is_result(Path(sources[0])):
+        return _inspect_result(Path(sources[0]), as_json=as_json)
+    with Progress() as say:
+        say(f"reading {' and '.join(sources)}")
+        if meshes:
+            found = inspect_mesh(*sources, length=units, up=up, forward=forward)
+        else:
+            found = inspect_environment(sources[0])
     emit(_dumped(found) if as_json else "\n".join(inspection_lines(found)))
+    return 0
+
+
+def _inspect_result(path: Path, *, as_json: bool) -> int:
+    """Show what a result says."""
+    from workbench.files.results.result import load_result
+    from workbench.report.inspection_text import result_head, verdict_lines
+
+    rows = load_result(path)
+    if as_json:
+        emit(_dumped(rows))
+        return 0
+    for line in result_head(path, rows):
+        emit_sentence(line)
+    for line in verdict_lines(rows):
+        emit_verdict(line)
+    emit_sentence(rows.headline)
+    for warning in rows.warnings:
+        tell(f"warning: {warning}")
     return 0
 
 

@@ -1,7 +1,9 @@
-"""`workbench render`: pictures, films and models of a body, an environment, a study or a result."""
+"""`workbench render`: pictures, films and models of a body, an environment, a mesh, a study or a
+result."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -15,7 +17,7 @@ if TYPE_CHECKING:
     from workbench.draw.display_options import DisplayOptions
     from workbench.draw.source import Source
 
-__all__ = ["Movement", "Picture", "render"]
+__all__ = ["MeshSays", "Movement", "Picture", "render"]
 
 
 @Parameter(name="*")
@@ -32,7 +34,7 @@ class Picture:
         and circles: veiled (pale behind walls) or hidden_line; pyvista. Where no display is named,
         the style chooses it
     view
-        front, back, left, right, top, bottom, three_quarter, eye (of the first body) or eye:NAME
+        front, back, left, right, top, bottom, corner, eye (of the first body) or eye:NAME
     size
         pixels, 800 or 1280x720
     angle
@@ -80,7 +82,8 @@ class Movement:
     end
         last time wanted of the motion files [s]
     up
-        the upward axis of the motion files, where it is not told right: x, y, z, -x, -y, -z
+        the upward axis of the motion files, or of a mesh, where it is not told right: x, y, z, -x,
+        -y, -z
     """
 
     motion: str | None = None
@@ -92,17 +95,35 @@ class Movement:
     up: Annotated[str | None, Parameter(allow_leading_hyphen=True)] = None
 
 
+@Parameter(name="*")
+@dataclass(frozen=True, kw_only=True)
+class MeshSays:
+    """How a bare mesh is taken, where its file does not say it right.
+
+    Parameters
+    ----------
+    units
+        the unit of length of a mesh file: mm, cm, m, in or ft
+    forward
+        the forward axis of a mesh file, such as x or -y
+    """
+
+    units: str | None = None
+    forward: Annotated[str | None, Parameter(allow_leading_hyphen=True)] = None
+
+
 def render(
-    source: str,
-    *,
+    *sources: str,
     out: Annotated[Path, Parameter(name=["--out", "-o"])],
     pose: str | None = None,
     case: str | None = None,
     study: str | None = None,
     picture: Picture = Picture(),
     movement: Movement = Movement(),
+    mesh: MeshSays = MeshSays(),
 ) -> int:
-    """Draw a body, an environment, a study or a result; the ending of the file says what is made.
+    """Draw a body, an environment, a mesh, a study or a result; the ending of the file says what is
+    made.
 
     .png and .svg are pictures, .gif, .webp and .mp4 films, .glb a model with its motion, .stl and
     .3mf the body as one solid. Several poses or cases stand side by side in a picture and move from
@@ -110,8 +131,10 @@ def render(
 
     Parameters
     ----------
-    source
-        a body, an environment, a study or a result: a file, a folder or a name
+    sources
+        a body, an environment, a study or a result: a file, a folder or a name; or mesh files that
+        stand in one frame, each with a move where it needs one (wheel.stl@400mm,0,250mm: so much
+        forward, left and up)
     out
         the file to write
     pose
@@ -125,14 +148,18 @@ def render(
     from workbench.files.output_file import check_file
 
     options = _options(out, picture, movement)
+    bare = _are_meshes(sources, mesh, movement, {"--pose": pose, "--case": case, "--study": study})
     check_file(out)
     from workbench.draw.marks.requested_marks import with_marks
     from workbench.draw.render import render as write
+    from workbench.draw.scene_builder import mesh_source
 
     with Progress() as say:
-        say(f"reading {source}")
-        shown = _Shown(source, pose, case, study)
-        found = _found(shown, movement)
+        say(f"reading {' and '.join(sources)}")
+        if bare:
+            found = mesh_source(sources, length=mesh.units, up=movement.up, forward=mesh.forward)
+        else:
+            found = _found(_Shown(sources[0], pose, case, study), movement)
         check_file(out)  # again, now that all inputs are known
         if picture.marks is not None:
             found = with_marks(found, tuple(name.strip() for name in picture.marks.split(",")))
@@ -141,6 +168,34 @@ def render(
         tell(note)
     emit(out)
     return 0
+
+
+def _are_meshes(
+    sources: Sequence[str], mesh: MeshSays, movement: Movement, others: dict[str, str | None]
+) -> bool:
+    """Whether bare meshes are drawn.
+
+    others: options that a mesh has no use for. UsageError where sources or options do not go
+    together.
+    """
+    from workbench.files.kinds import is_mesh
+
+    if not sources:
+        raise UsageError(
+            "workbench render: name a body, an environment, a mesh, a study or a result"
+        )
+    found = [is_mesh(source) for source in sources]
+    if len(sources) > 1 and not all(found):
+        odd = sources[found.index(False)]
+        raise UsageError(f"{odd}: several sources are drawn together only where all are mesh files")
+    if all(found):
+        others = others | {"--motion": movement.motion, "--over": movement.over}
+        for option, value in others.items():
+            if value is not None:
+                raise UsageError(f"{sources[0]} is a mesh: leave out {option}")
+    elif (mesh.units, mesh.forward) != (None, None):
+        raise UsageError("--units and --forward are for mesh files; an environment says its own")
+    return all(found)
 
 
 def _options(out: Path, picture: Picture, movement: Movement) -> DisplayOptions:

@@ -45,7 +45,7 @@ _VIEW_AXES: dict[str, tuple[tuple[float, float, float], tuple[float, float, floa
     "right": ((0.0, -1.0, 0.0), (0.0, 0.0, 1.0)),
     "top": ((0.0, 0.0, 1.0), (1.0, 0.0, 0.0)),
     "bottom": ((0.0, 0.0, -1.0), (1.0, 0.0, 0.0)),
-    "three_quarter": ((0.78, 0.66, 0.46), (0.0, 0.0, 1.0)),
+    "corner": ((0.78, 0.66, 0.46), (0.0, 0.0, 1.0)),
 }
 TO_VIEWER = np.array([0.0, 0.0, 1.0])
 """Direction to the viewer in view coordinates."""
@@ -164,7 +164,7 @@ def standard_view(
     right            at -y                   forward is to the right
     top              at +z                   forward is up, the body's left is on the left
     bottom           at -z                   forward is up, the body's left is on the right
-    three_quarter    front left and above   all three sides show
+    corner           front left and above    all three sides show
     ===============  ======================  ===============================================
 
     Parameters

@@ -26,6 +26,8 @@ __all__ = [
 _MIN_PIXELS = 16
 _MAX_PIXELS = 8192
 _MAX_GHOSTS = 50
+_OLD_VIEWS = {"three_quarter": "corner"}
+"""Views by the names that they had."""
 
 
 @dataclass(frozen=True)
@@ -79,7 +81,7 @@ class DisplayOptions:
     display: str
     """A key of `DISPLAYS`, "" for models and solids."""
     style: str
-    view: str = "three_quarter"
+    view: str = "corner"
     """A standard view, "eye" (of the first body) or "eye:NAME"."""
     width: int = 800
     height: int = 800
@@ -151,7 +153,7 @@ def parse_display_options(
         kind.holds,
         chosen,
         _style(chosen, style),
-        _view(view or "three_quarter"),
+        _view(view or "corner"),
         width,
         height,
         angle=_radians(angle or 0.0),
@@ -249,6 +251,7 @@ def _style(display: str, style: str | None) -> str:
 
 
 def _view(view: str) -> str:
+    view = _OLD_VIEWS.get(view, view)
     if view not in VIEWS and view != "eye" and not view.startswith("eye:"):
         raise UsageError(f"no view {view!r}; {one_of(view, [*VIEWS, 'eye', 'eye:NAME'])}")
     return view

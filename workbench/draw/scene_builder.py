@@ -1,7 +1,8 @@
-"""Build the scene that shows a body, an environment, a study or a result."""
+"""Build the scene that shows a body, an environment, a mesh, a study or a result."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -13,16 +14,17 @@ from workbench.draw.scene import Scene, SceneBody
 from workbench.draw.source import Source, split_names
 from workbench.draw.study_scene import study_source
 from workbench.errors import InputError, UsageError, one_of
+from workbench.files.bare_mesh import read_bare
 from workbench.files.body.bodies import load_body
 from workbench.files.catalogue import is_there, names
 from workbench.files.environments import load_environment
-from workbench.files.kinds import kind_of
+from workbench.files.kinds import is_mesh, is_result, kind_of
 from workbench.files.postures import load_postures, posture_path, posture_pose
 from workbench.files.study.reader import load_study
 from workbench.model.person import Person
 from workbench.model.posing import join_poses
 
-__all__ = ["build_source", "scene_of", "source_kind"]
+__all__ = ["build_source", "mesh_source", "scene_of", "source_kind"]
 
 
 def scene_of(source: str, *, posture: str | None = None, case: str | None = None) -> Scene:
@@ -36,7 +38,7 @@ def scene_of(source: str, *, posture: str | None = None, case: str | None = None
 def build_source(
     source: str, *, poses: str | None = None, case: str | None = None, study: str | None = None
 ) -> Source:
-    """Build what is to be drawn of a body, an environment, a study or a result.
+    """Build what is to be drawn of a body, an environment, a mesh, a study or a result.
 
     Parameters
     ----------
@@ -58,6 +60,8 @@ def build_source(
         If a case or a posture does not exist, or does not suit the kind of source.
     """
     kind = source_kind(source)
+    if kind == "mesh":
+        return mesh_source((source,))
     _check_choice(source, kind, poses, case)
     if study is not None and kind != "result":
         raise UsageError(f"{source} is no result: --study names the study of a result")
@@ -74,6 +78,23 @@ def build_source(
             f"{source} is about many people and has no case to draw; run it: its report shows the hardest"
         )
     return study_source(loaded, case)
+
+
+def mesh_source(
+    sources: Sequence[str],
+    *,
+    length: str | None = None,
+    up: str | None = None,
+    forward: str | None = None,
+) -> Source:
+    """Build what is to be drawn of mesh files; what is assumed of them is noted. Arguments and
+    errors as of `read_bare`."""
+    bare = read_bare(sources, length=length, up=up, forward=forward)
+    notes = [f"assumed: {words}" for words in bare.assumed]
+    if bare.assumed:
+        notes.append("state what is wrong by --units, --up and --forward")
+    scene = Scene((), bare.environment, (), bare.environment.name)
+    return Source(scene, notes=tuple(notes))
 
 
 def _check_choice(source: str, kind: str, poses: str | None, case: str | None) -> None:
@@ -106,7 +127,7 @@ def _body_source(source: str, poses: str | None) -> Source:
 
 
 def source_kind(source: str) -> str:
-    """Return body, environment, study or result for a path or a name of the catalogue.
+    """Return body, environment, mesh, study or result for a path or a name of the catalogue.
 
     Raises
     ------
@@ -115,13 +136,14 @@ def source_kind(source: str) -> str:
     """
     path = Path(source)
     if is_there(path):
-        is_result = path.suffix == ".json" or (path / "result.json").is_file()
-        kind = "result" if is_result else kind_of(path)
-        if kind in ("body", "environment", "study", "result"):
+        kind = "result" if is_result(path) else kind_of(path)
+        if kind in ("body", "environment", "mesh", "study", "result"):
             return kind
         raise InputError(
-            f"{source}: a body, an environment, a study or a result is needed (got {kind})"
+            f"{source}: a body, an environment, a mesh, a study or a result is needed (got {kind})"
         )
+    if is_mesh(source):
+        return "mesh"
     catalogue = {
         "body": names("bodies"),
         "environment": names("environments", "environment.yaml"),

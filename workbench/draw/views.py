@@ -13,12 +13,12 @@ from workbench.model.arrays import Floats
 
 __all__ = ["FOUR", "fitted_view", "four_views", "framed_views"]
 
-FOUR: tuple[str, ...] = ("front", "left", "top", "three_quarter")
+FOUR: tuple[str, ...] = ("front", "left", "top", "corner")
 """The views of a report."""
 
 
 def four_views(scene: Scene, *, width: int = 640, height: int = 640) -> list[tuple[str, Camera]]:
-    """Return front, left, top and three-quarter cameras, see `framed_views`."""
+    """Return front, left, top and corner cameras, see `framed_views`."""
     return framed_views(scene, FOUR, width=width, height=height)
 
 

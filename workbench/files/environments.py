@@ -31,6 +31,7 @@ from workbench.files.meshes.obj import outside_folder
 from workbench.files.meshes.parts import RawMesh, RawPart
 from workbench.files.meshes.reading import (
     SMALLEST,
+    SMALLEST_OF_SEVERAL,
     axes_rotation,
     extent,
     implausible,
@@ -69,8 +70,6 @@ _GRIPPERS = {"hand": ("LHN", "RHN"), "foot": ("LF", "RF")}
 _GRIPPABLE = 0.6
 """A part that is larger [m] than this is no handle, knob, wheel or pedal: a control on it is on a
 panel, which a hand may not enter wherever it likes."""
-_SMALL = 0.005
-"""One of several meshes of an environment may be this small [m]; the whole may not."""
 
 
 def load_environment(source: str | Path, *, near: Path | None = None) -> Environment:
@@ -185,7 +184,7 @@ def _meshes(
             continue
         taken = {part.name for part in parts}
         twice = [part.name for part in found if part.name in taken]
-        faults += [fail(document, key, f"part {name!r} is in another mesh too") for name in twice]
+        faults += [fail(document, key, _twice(file, row, name)) for name in twice]
         parts += found
         notes += [f"{mesh.file}: {note}" for note in said]
         doubts += odd
@@ -194,6 +193,15 @@ def _meshes(
     if faults:
         raise InputError(faults)
     return parts, notes, doubts
+
+
+def _twice(file: EnvironmentFile, row: int, name: str) -> str:
+    """That a part of a mesh is in another one too, and what helps."""
+    new = f"{Path(file.meshes[row].file).stem}_{name}"
+    return (
+        f"part {name!r} is in another mesh too: give this one another name, "
+        f"join: {{{new}: [{name}]}}"
+    )
 
 
 def _mesh(
@@ -207,7 +215,7 @@ def _mesh(
         )
     raw = read_mesh(folder / mesh.file)
     frame = mesh_frame(raw, mesh)
-    smallest = SMALLEST if alone else _SMALL
+    smallest = SMALLEST if alone else SMALLEST_OF_SEVERAL
     wrong = implausible(float(extent(raw.parts).max()), frame.metres, smallest=smallest)
     if wrong or frame.metres is None:
         raise InputError(f"{mesh.file}: {wrong}")

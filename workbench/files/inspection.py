@@ -8,12 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
-from workbench.errors import InputError
-from workbench.files.environment_schema import unit_metres
+from workbench.files.bare_mesh import read_bare
 from workbench.files.environments import load_environment
-from workbench.files.meshes.assembly import build_environment
-from workbench.files.meshes.reading import axes_rotation, implausible, read_mesh, to_world
-from workbench.files.meshes.sizes import implausible_sizes
 from workbench.files.schema import metres_in
 from workbench.model.environment import Environment
 
@@ -25,7 +21,7 @@ Size = tuple[float, float, float]
 @dataclass(frozen=True)
 class PartSize:
     """One part: its faults, whether it counts as a solid, and its box (least and greatest corner)
-    [m, or file units where no unit is known]."""
+    [m]."""
 
     name: str
     faces: int
@@ -53,16 +49,17 @@ class PartSize:
 @dataclass(frozen=True)
 class Inspection:
     """A file as found. metres_told: one file unit in metres as the file says, None where it does
-    not; metres: what was used, None where none is known (lengths are then file units); size along
-    x, y, z; largest_if: the largest extent [m] in each unit it could be in; problem: why it would
-    be refused as an environment, None where it would not."""
+    not; metres: what was used; assumed: sentences about what was guessed of unit and axes; size
+    along x, y, z; largest_if: the largest extent [m] in each unit it could be in; problem: why it
+    would be refused as an environment, None where it would not."""
 
     file: str
     format: str
     metres_told: float | None
-    metres: float | None
+    metres: float
     up: str
     forward: str
+    assumed: tuple[str, ...]
     parts: tuple[PartSize, ...]
     size: Size
     largest_if: dict[str, float]
@@ -71,55 +68,40 @@ class Inspection:
 
 
 def inspect_mesh(
-    path: str | Path,
-    *,
+    *sources: str | Path,
     length: str | None = None,
     up: str | None = None,
     forward: str | None = None,
 ) -> Inspection:
-    """Look through a mesh file.
+    """Look through a mesh file, or several that stand in one frame.
 
     Parameters
     ----------
-    path
-        The file.
-    length
-        Its unit, where it does not say it or is wrong.
-    up, forward
-        Its axes, where None those that the file or its format says, else z and x.
+    sources, length, up, forward
+        As of `read_bare`.
 
     Raises
     ------
     InputError
-        Where it cannot be read at all. UsageError for wrong axes.
+        Where one cannot be read at all. UsageError for wrong axes.
     """
-    raw = read_mesh(path)
-    name = Path(path).stem
-    up = up or raw.up or "z"
-    forward = forward or {"y": "z", "z": "x"}.get(up.lstrip("+-"), "y")
-    rotation = axes_rotation(up, forward)
-    try:
-        metres = raw.metres if length is None else unit_metres(length)
-    except ValueError as error:
-        raise InputError(f"{path}: length {length!r}: {error}") from None
-    parts = to_world(raw, rotation, metres=metres or 1.0)
-    doubts = () if metres is None else implausible_sizes(parts, metres, file=name)
-    notes = (*doubts, *raw.notes)
-    environment, _ = build_environment(name, parts, solid=["auto"] * len(parts), notes=notes)
-    size = _size(environment)
-    units = max(size) / (metres or 1.0)
+    bare = read_bare(sources, length=length, up=up, forward=forward)
+    frame = bare.frames[0]
+    size = _size(bare.environment)
+    told = {raw.metres for raw in bare.raws}
     return Inspection(
-        file=str(path),
-        format=raw.format,
-        metres_told=raw.metres,
-        metres=metres,
-        up=up,
-        forward=forward,
-        parts=_parts(environment),
+        file=" + ".join(str(source) for source in sources),
+        format=" + ".join(dict.fromkeys(raw.format for raw in bare.raws)),
+        metres_told=told.pop() if len(told) == 1 else None,
+        metres=frame.metres,
+        up=frame.up.value,
+        forward=frame.forward.value,
+        assumed=bare.assumed,
+        parts=_parts(bare.environment),
         size=size,
-        largest_if={unit: units * one for unit, one in metres_in.items()},
-        warnings=environment.warnings,
-        problem=implausible(units, metres),
+        largest_if={unit: max(size) / frame.metres * one for unit, one in metres_in.items()},
+        warnings=bare.environment.warnings,
+        problem=bare.problem,
     )
 
 
@@ -134,6 +116,7 @@ def inspect_environment(source: str | Path, *, near: Path | None = None) -> Insp
         metres=1.0,
         up="z",
         forward="x",
+        assumed=(),
         parts=_parts(environment),
         size=size,
         largest_if={"m": max(size)},

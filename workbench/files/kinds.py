@@ -31,6 +31,7 @@ __all__ = [
     "check_file",
     "is_environment",
     "is_mesh",
+    "is_result",
     "json_schemas",
     "kind_of",
     "named_kind",
@@ -97,7 +98,12 @@ def is_mesh(source: str) -> bool:
     """True where a source is a mesh file by its ending, False for environment folders, YAML files
     and bare names."""
     path = Path(source)
-    return not path.is_dir() and path.suffix.lower() not in ("", ".yaml", ".yml")
+    return not path.is_dir() and path.suffix.lower() not in ("", ".yaml", ".yml", ".json")
+
+
+def is_result(path: Path) -> bool:
+    """True where a path is a result.json, or a folder with one."""
+    return path.suffix.lower() == ".json" or (path / "result.json").is_file()
 
 
 def is_environment(source: str) -> bool:

@@ -11,6 +11,7 @@ from workbench.files.output_folder import write_folder
 from workbench.files.parquet import has_parquet, parquet_bytes
 from workbench.files.results.result import ResultFile, dump_json
 from workbench.model.result import Result
+from workbench.report.inspection_text import verdict_lines
 from workbench.report.page import page
 from workbench.report.postures.envelopes.rows import envelope_solids
 from workbench.report.postures.rows import postures_tables
@@ -95,9 +96,4 @@ def report_lines(result: Result, rows: ResultFile) -> list[str]:
         from workbench.report.population.rows import population_lines
 
         lines = population_lines(result.population)
-    several = len(rows.motions) > 1
-    for verdict in rows.verdicts:
-        about = (verdict.name, verdict.row, verdict.motion if several else None)
-        name = ", ".join(word for word in about if word)
-        lines.append(f"{'passed' if verdict.passed else 'FAILED'}  {name}: {verdict.sentence}")
-    return lines
+    return [*lines, *verdict_lines(rows)]

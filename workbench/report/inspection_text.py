@@ -1,25 +1,26 @@
-"""An Inspection for reading."""
+"""An Inspection and a result for reading."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
+from pathlib import Path
 
 from workbench.files.inspection import Inspection, PartSize
+from workbench.files.results.result import ResultFile
 
-__all__ = ["inspection_lines"]
+__all__ = ["inspection_lines", "result_head", "verdict_lines"]
 
 
 def inspection_lines(found: Inspection) -> list[str]:
     """Lines of text: the file, its unit and size, a table of parts, warnings, and what would be
     refused."""
-    scale, unit = (1000.0, "mm") if found.metres is not None else (1.0, "file units")
-    lines = [*_head(found, scale, unit), ""]
+    lines = [*_head(found), ""]
     width = max([4, *(len(part.name) for part in found.parts)])
     lines.append(
         f"{'part':<{width}} {'faces':>8} {'polygons':>8} {'open':>6} {'degen.':>6} {'dupl.':>6}  solid  "
-        f"size x y z, from x y z [{unit}]"
+        f"size x y z, from x y z [mm]"
     )
-    lines += [_row(part, width, scale) for part in found.parts]
+    lines += [_row(part, width) for part in found.parts]
     if any(_is_turned(part) for part in found.parts):
         lines.append(
             "* wound inside out, or not all alike; turned for the question of inside and outside"
@@ -30,17 +31,48 @@ def inspection_lines(found: Inspection) -> list[str]:
     return lines
 
 
-def _head(found: Inspection, scale: float, unit: str) -> list[str]:
-    """The file, its unit and axes, and its size. scale: the unit in units of the file."""
-    known = "no unit of length is known"
-    if found.metres is not None:
-        known = f"file unit {found.metres:g} m"
+def result_head(path: Path, rows: ResultFile) -> list[str]:
+    """Lines that say what a result is of, and where its page lies.
+
+    path: the file or the folder that was named.
+    """
+    home = path if path.is_dir() else path.parent
+    what = [f"environment {rows.environment}"]
+    if rows.cases:
+        what.append(f"cases: {', '.join(rows.cases)}")
+    names = [name for posture in rows.postures[:1] for name in (one.name for one in posture.people)]
+    if names:
+        what.append(f"people: {', '.join(names)}")
+    if rows.population is not None:
+        what.append("a population")
+    lines = [f"{path}: result of study {rows.study}: {rows.title}", "; ".join(what)]
+    page = home / "report.html"
+    if page.is_file():
+        lines.append(f"its page: {page}")
+    return lines
+
+
+def verdict_lines(rows: ResultFile) -> list[str]:
+    """A line for each verdict of a result."""
+    several = len(rows.motions) > 1
+    lines = []
+    for verdict in rows.verdicts:
+        about = (verdict.name, verdict.row, verdict.motion if several else None)
+        name = ", ".join(word for word in about if word)
+        lines.append(f"{'passed' if verdict.passed else 'FAILED'}  {name}: {verdict.sentence}")
+    return lines
+
+
+def _head(found: Inspection) -> list[str]:
+    """The file, its unit and axes, what of these was assumed, and its size."""
     faces = sum(part.faces for part in found.parts)
     polygons = sum(part.polygons for part in found.parts)
     lines = [
-        f"{found.file}: {found.format}, {known}, up {found.up}, forward {found.forward}",
-        f"size {_numbers(found.size, scale, ' x ')} {unit} (x, y, z); {len(found.parts)} parts, "
-        f"{faces} faces, {polygons} polygons",
+        f"{found.file}: {found.format}, file unit {found.metres:g} m, up {found.up}, "
+        f"forward {found.forward}",
+        *(f"assumed: {words}" for words in found.assumed),
+        f"size {_numbers(found.size, ' x ')} mm (x forward, y left, z up); {len(found.parts)} "
+        f"parts, {faces} faces, {polygons} polygons",
     ]
     if found.format != "environment":
         sizes = ", ".join(f"{name} {metres:.4g} m" for name, metres in found.largest_if.items())
@@ -48,13 +80,13 @@ def _head(found: Inspection, scale: float, unit: str) -> list[str]:
     return lines
 
 
-def _row(part: PartSize, width: int, scale: float) -> str:
+def _row(part: PartSize, width: int) -> str:
     """A part in the table, its name so many letters wide."""
     kind = ("yes" if part.solid else "no") + ("*" if _is_turned(part) else "")
     return (
         f"{part.name:<{width}} {part.faces:>8} {part.polygons:>8} {part.open_edges:>6} "
         f"{part.degenerate:>6} {part.duplicate:>6}  {kind:<5}  "
-        f"{_numbers(part.size, scale)}, from {_numbers(part.low, scale)}"
+        f"{_numbers(part.size)}, from {_numbers(part.low)}"
     )
 
 
@@ -63,5 +95,5 @@ def _is_turned(part: PartSize) -> bool:
     return bool(part.watertight and (part.inverted or part.against))
 
 
-def _numbers(values: Iterable[float], scale: float, between: str = " ") -> str:
-    return between.join(f"{scale * value:.5g}" for value in values)
+def _numbers(metres: Iterable[float], between: str = " ") -> str:
+    return between.join(f"{1e3 * value:.5g}" for value in metres)

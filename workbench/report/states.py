@@ -59,8 +59,7 @@ def two_states(shown: TwoStates, packing: Packing) -> Markup:
     index = packing.add(replace(view, look_from=shown.side))
     first, second = shown.scenes
     every = replace(first, bodies=first.bodies + second.bodies)
-    name = "three_quarter" if shown.side == "corner" else shown.side
-    camera = dict(four_views(every, width=STILL, height=STILL))[name]
+    camera = dict(four_views(every, width=STILL, height=STILL))[shown.side]
     stills = (still_picture(first, camera), still_picture(second, camera))
     return Markup(
         pair_html(index, stills=stills, names=shown.names, alt=shown.said, caption=shown.caption)

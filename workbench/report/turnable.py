@@ -172,7 +172,7 @@ def close_up(scene: Scene, point: Sequence[float], label: str, *, struck: str = 
     box = np.array([at - _AROUND, at + _AROUND])
     cameras = [
         standard_view(name, box, width=CLOSE, height=CLOSE, margin=0.0)
-        for name in ("front", "left", "top", "three_quarter")
+        for name in ("front", "left", "top", "corner")
     ]
     camera = min(cameras, key=lambda one: round(abs(float(one.toward @ way)), 6))
     x, y, z = at.tolist()

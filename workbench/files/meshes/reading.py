@@ -32,6 +32,7 @@ __all__ = [
     "FORMATS",
     "LARGEST",
     "SMALLEST",
+    "SMALLEST_OF_SEVERAL",
     "axes_rotation",
     "extent",
     "implausible",
@@ -43,6 +44,8 @@ __all__ = [
 SMALLEST = 0.3
 LARGEST = 60.0
 """Extents [m] between which a cockpit, a room or a vehicle lies."""
+SMALLEST_OF_SEVERAL = 0.005
+"""Extent [m] that one of several meshes of an environment has at least."""
 _MAX_COORDINATE = 1e9
 """Largest coordinate, in units of the file."""
 _Reader = Callable[[Path, bytes], RawMesh]
@@ -60,6 +63,37 @@ FORMATS: dict[str, tuple[_Reader, float]] = {
 }
 """Reader of each ending, and the memory [bytes] that a byte of the file takes at most until it is an
 environment (measured on meshes of a million faces, about 1.1 kB per face)."""
+_EXPORT = "export it from the program that made it as .step, .glb or .obj"
+_OTHERS = {
+    ".ac": "it is AC3D, of flight simulators: open it in AC3D, or in Blender with an importer for "
+    "AC3D, and export it as .obj or .glb, where parts keep their names",
+    ".blend": "open it in Blender and export it as .glb, where parts keep their names",
+    ".fbx": "open it in Blender and export it as .glb, where parts keep their names",
+    ".3ds": "open it in Blender with an importer for 3DS and export it as .glb",
+    ".max": "open it in 3ds Max and export it as .obj or .glb",
+    ".ma": "open it in Maya and export it as .obj",
+    ".mb": "open it in Maya and export it as .obj",
+    ".skp": "open it in SketchUp and export it as .glb or .dae",
+    ".x3d": "open it in Blender or MeshLab and export it as .glb or .obj",
+    ".wrl": "open it in Blender or MeshLab and export it as .glb or .obj",
+    ".usd": "open it in Blender and export it as .glb, where parts keep their names",
+    ".usdz": "open it in Blender and export it as .glb, where parts keep their names",
+    ".dxf": "open it in a CAD program and export its surfaces as .stl or .obj",
+    ".dwg": "open it in a CAD program and export its surfaces as .stl or .obj",
+    ".iges": "open it in a CAD program, such as FreeCAD, and export it as .step",
+    ".igs": "open it in a CAD program, such as FreeCAD, and export it as .step",
+    ".sldprt": _EXPORT,
+    ".sldasm": _EXPORT,
+    ".catpart": _EXPORT,
+    ".catproduct": _EXPORT,
+    ".prt": _EXPORT,
+    ".ipt": _EXPORT,
+    ".iam": _EXPORT,
+    ".f3d": _EXPORT,
+    ".jt": _EXPORT,
+    ".zip": "unpack it and name the mesh in it",
+}
+"""How files of other kinds become meshes that are read."""
 _DIRECTIONS = {
     "x": (1, 0, 0),
     "y": (0, 1, 0),
@@ -86,9 +120,9 @@ def read_mesh(path: str | Path) -> RawMesh:
     source = Path(path)
     ending = source.suffix.lower()
     if ending not in FORMATS:
-        raise InputError(
-            f"{source}: {source.suffix or 'no ending'} is not a mesh format; {one_of('', FORMATS)}"
-        )
+        way_on = _OTHERS.get(ending)
+        words = f"{way_on}; valid: {', '.join(FORMATS)}" if way_on else one_of("", FORMATS)
+        raise InputError(f"{source}: {ending or 'no ending'} is not a mesh format; {words}")
     reader, memory_factor = FORMATS[ending]
     data = _read_bytes(source, memory_factor)
     with np.errstate(all="ignore"):  # what is not finite is refused below, with its part

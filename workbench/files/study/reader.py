@@ -6,11 +6,13 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 from workbench.errors import InputError, one_of
-from workbench.files.catalogue import find
+from workbench.files.catalogue import find, is_file
 from workbench.files.crash.restraints import contact_faults, law_in_si
 from workbench.files.environments import environment_files, load_environment
+from workbench.files.meshes.reading import FORMATS
 from workbench.files.names import matches, matching
 from workbench.files.study.actions import (
     CaseActions,
@@ -74,8 +76,11 @@ def load_study(source: str | Path) -> Study:
     InputError
         With a line for each fault of the file, and for those of the files that it names.
     """
+    _check_study(Path(source))
     path = find("studies", str(source))
     document = read_yaml(path)
+    if isinstance(document.value, dict) and not {"study", "kind"} & set(document.value):
+        _check_no_place(path, set(document.value))
     if isinstance(document.value, dict) and "kind" in document.value:
         raise InputError(f"{document.where(('kind',))}: kind: {OLD_FILE}")
     parts, faults = read_parts(document)
@@ -107,6 +112,26 @@ def _sorted(document: Document, faults: list[str]) -> list[str]:
         return tuple(int(word) for word in words[:2] if word.isdigit())
 
     return [line for line in faults if line not in own] + sorted(own, key=place)
+
+
+def _check_study(path: Path) -> None:
+    """InputError with the way on where a path is that of a mesh or an environment's folder."""
+    if path.suffix.lower() in FORMATS:
+        raise InputError(
+            f"{path}: is a mesh, and a study is needed: 'workbench live {path}' makes an "
+            f"environment of it by pointing, 'workbench new' then a first study"
+        )
+    if is_file(path / "environment.yaml"):
+        _check_no_place(path, {"environment", "meshes"})
+
+
+def _check_no_place(path: Path, keys: set[Any]) -> None:
+    """InputError with the way on where a file with these keys is that of an environment."""
+    if {"environment", "meshes"} <= keys:
+        raise InputError(
+            f"{path}: is an environment, and a study is needed: 'workbench new {path}' writes a "
+            f"first study of it"
+        )
 
 
 def _environment(work: Work) -> Environment | None:

@@ -66,7 +66,7 @@ _FROM = {
     "front": "from the front",
     "left": "from the left",
     "top": "from above",
-    "three_quarter": "from the front left",
+    "corner": "from the front left",
 }
 _NUMBERS = ("no", "one", "two", "three", "four", "five")
 

@@ -196,9 +196,9 @@ def _case(result: PosturesFound, case: int, views: PageViews) -> dict[str, Any]:
     stills = {
         name: still_picture(scene, camera)
         for name, camera in four_views(scene, width=PICTURE, height=PICTURE)
-        if not same or name == "three_quarter"
+        if not same or name == "corner"
     }
-    still = stills.pop("three_quarter")
+    still = stills.pop("corner")
     drawing = None
     if not same:
         drawing = clearance_drawing(scene, result.people, case, within=NEAR, size=DRAWING)
@@ -208,7 +208,7 @@ def _case(result: PosturesFound, case: int, views: PageViews) -> dict[str, Any]:
         "view": index,
         "same": same,
         "turnable": views.place(
-            index, still=still, alt=f"{name}, three quarter view", caption=_caption(result, view)
+            index, still=still, alt=f"{name}, corner view", caption=_caption(result, view)
         ),
         "people": [f"{person.name}: {posture_words(person, case)}" for person in result.people],
         "stills": [(name.replace("_", " "), png) for name, png in stills.items()],

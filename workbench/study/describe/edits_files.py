@@ -17,7 +17,7 @@ from workbench.errors import InputError
 from workbench.files.environment_parts import face_parts
 from workbench.files.environment_schema import EnvironmentFile
 from workbench.files.meshes.parts import RawMesh
-from workbench.files.meshes.reading import FORMATS, implausible, read_mesh
+from workbench.files.meshes.reading import FORMATS, SMALLEST_OF_SEVERAL, implausible, read_mesh
 from workbench.files.names import unique_names
 from workbench.files.schema import metres_in
 from workbench.files.yaml_edits import Key
@@ -38,8 +38,6 @@ __all__ = ["AddedFile", "added_file", "files_beside", "met_file", "moved_file", 
 
 MOST_FILES = 200
 """Mesh files of a folder that are offered to be added."""
-SMALLEST_FILE = 0.005
-"""A mesh beside others may be this small [m]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,7 +111,7 @@ def _as_the_first(
     first = before.says["meshes"][0]
     stated = opened.meshes.raws[0]
     like = f"guessed: as {first['file']}"
-    guessed, why = bare_mesh(Path(raw.file), raw)
+    guessed, why = bare_mesh(raw)
     axes = {"up": first.get("up") or stated.up, "forward": first.get("forward") or stated.forward}
     mesh: dict[str, Any] = dict(guessed)
     reasons = {str(key[-1]): words for key, words in why.items()}
@@ -123,7 +121,7 @@ def _as_the_first(
     corners = np.concatenate([part.vertices for part in raw.parts])
     largest = float(np.ptp(corners, axis=0).max())
     metres = opened.meshes.frame(before.file.meshes, 0).metres
-    if raw.metres is None and not implausible(largest, metres, smallest=SMALLEST_FILE):
+    if raw.metres is None and not implausible(largest, metres, smallest=SMALLEST_OF_SEVERAL):
         mesh["length"] = first.get("length") or _unit_of(metres)
         reasons["length"] = like
     for key in ("move", "turn"):

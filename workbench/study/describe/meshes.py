@@ -19,7 +19,13 @@ from workbench.files.environment_parts import face_parts, pieces
 from workbench.files.environment_schema import MeshFile
 from workbench.files.environments import MeshFrame, mesh_frame, size_doubts
 from workbench.files.meshes.parts import RawMesh, RawPart
-from workbench.files.meshes.reading import LARGEST, implausible, read_mesh
+from workbench.files.meshes.reading import (
+    LARGEST,
+    SMALLEST,
+    SMALLEST_OF_SEVERAL,
+    implausible,
+    read_mesh,
+)
 from workbench.model.arrays import Floats, Ints
 from workbench.model.doubt import Doubt
 from workbench.study.describe.planes import Surface, grown_faces, outline
@@ -326,7 +332,8 @@ class Meshes:
             frame = mesh_frame(raw, mesh)
             own = self.mesh == row
             largest = float(np.ptp(self.vertices[self.faces[own].ravel()], axis=0).max())
-            wrong = implausible(largest, frame.metres, smallest=0.3 if len(says) == 1 else 0.005)
+            smallest = SMALLEST if len(says) == 1 else SMALLEST_OF_SEVERAL
+            wrong = implausible(largest, frame.metres, smallest=smallest)
             if wrong:
                 doubts.append(Doubt(f"size of {mesh.file}", f"{mesh.file}: {wrong}"))
                 continue

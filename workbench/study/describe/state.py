@@ -18,15 +18,14 @@ from workbench.files.environment_schema import EnvironmentFile
 from workbench.files.environments import unknown_names
 from workbench.files.meshes.obj import outside_folder
 from workbench.files.meshes.parts import RawMesh
-from workbench.files.meshes.reading import axes_rotation, implausible, read_mesh, to_world
-from workbench.files.meshes.sizes import implausible_sizes
+from workbench.files.meshes.reading import read_mesh
+from workbench.files.meshes.taken_frame import taken_frame
 from workbench.files.schema import metres_in, validate
 from workbench.files.study.saving import StudyText, read_text
 from workbench.files.yaml_edits import Key
 from workbench.files.yaml_text import Document, parse_yaml
 from workbench.model.arrays import Floats
 from workbench.model.doubt import Doubt, open_doubts
-from workbench.study.describe.axes import guessed_axes
 from workbench.study.describe.meshes import Hit, Meshes, Standing
 from workbench.study.describe.seats import SeatFigures, seat_figures
 
@@ -260,7 +259,7 @@ def _target(out: Path) -> Path:
     return out / INNER
 
 
-def bare_mesh(source: Path, raw: RawMesh) -> tuple[dict[str, Any], dict[Key, str]]:
+def bare_mesh(raw: RawMesh) -> tuple[dict[str, Any], dict[Key, str]]:
     """Guess the unit and the axes of a bare mesh; one without parts is split into its pieces.
 
     Returns
@@ -269,15 +268,12 @@ def bare_mesh(source: Path, raw: RawMesh) -> tuple[dict[str, Any], dict[Key, str
         What an environment's file says of it, and how that was got, by the keys of a first mesh.
     """
     why: dict[Key, str] = {}
-    axes = guessed_axes(raw)
-    unit, plain = _unit(source, raw, axes.up, axes.forward)
-    if raw.metres is None:
-        why[("meshes", 0, "length")] = f"{_guess(plain)}: by the size"
-    if raw.up is None:
-        why[("meshes", 0, "up")] = f"{_guess(axes.sure_up)}: {axes.why_up}"
-    if raw.forward is None:
-        why[("meshes", 0, "forward")] = f"{_guess(axes.sure_forward)}: {axes.why_forward}"
-    mesh: dict[str, Any] = {"length": unit, "up": axes.up, "forward": axes.forward}
+    taken = taken_frame(raw)
+    frame = {"length": taken.length, "up": taken.up, "forward": taken.forward}
+    mesh: dict[str, Any] = {key: one.value for key, one in frame.items()}
+    for key, one in frame.items():
+        if one.why:
+            why[("meshes", 0, key)] = f"{'guessed' if one.sure else UNSURE}: {one.why}"
     if len(raw.parts) == 1 and 0 < int(pieces(raw.parts[0]).max()) < MOST_PIECES:
         mesh["split"] = [raw.parts[0].name]
     return mesh, why
@@ -286,7 +282,7 @@ def bare_mesh(source: Path, raw: RawMesh) -> tuple[dict[str, Any], dict[Key, str
 def _bare(source: Path, raw: RawMesh) -> tuple[Description, list[str]]:
     """A description of a bare mesh, and what was guessed for it."""
     notes: list[str] = []
-    guessed, why = bare_mesh(source, raw)
+    guessed, why = bare_mesh(raw)
     mesh: dict[str, Any] = {"file": source.name, **guessed}
     if raw.metres is None:
         notes.append(f"the file does not say its unit: {mesh['length']} is a guess by its size")
@@ -304,33 +300,6 @@ def _bare(source: Path, raw: RawMesh) -> tuple[Description, list[str]]:
     title = " ".join(source.stem.split()) or "environment"
     says = {"environment": title, "length": "mm", "meshes": [mesh]}
     return Description(says, why=why), notes
-
-
-def _guess(sure: bool) -> str:
-    return "guessed" if sure else UNSURE
-
-
-def _unit(source: Path, raw: RawMesh, up: str, forward: str) -> tuple[str, bool]:
-    """The unit of a mesh: as the file says, else the first in which the fewest sizes are odd; and
-    whether it is the only one."""
-    if raw.metres is not None:
-        named = [unit for unit, metres in metres_in.items() if math.isclose(metres, raw.metres)]
-        return named[0] if named else f"{1e3 * raw.metres:.9g} mm", True
-    corners = np.concatenate([part.vertices[part.faces.ravel()] for part in raw.parts])
-    largest = float(np.ptp(corners, axis=0).max())
-    rotation = axes_rotation(up, forward)
-    found: dict[str, float] = {}
-    for unit in ("m", "mm", "cm", "in", "ft"):
-        metres = metres_in[unit]
-        odd = 100.0 if implausible(largest, metres, smallest=1.0) else 0.0
-        if not odd:
-            parts = to_world(raw, rotation, metres=metres)
-            odd = float(len(implausible_sizes(parts, metres, file=source.stem)))
-            odd += 0.5 * (largest * metres > 15.0)
-        found[unit] = odd
-    fewest = min(found.values())
-    best = [unit for unit, odd in found.items() if odd == fewest]
-    return best[0], len(best) == 1 and fewest == 0.0
 
 
 def open_sizes(opened: OpenPlace, description: Description) -> list[Doubt]:

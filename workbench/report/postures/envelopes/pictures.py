@@ -41,8 +41,8 @@ def envelope_pictures(
     shown = turnable_envelope(envelope, person.placed, environment, name=person.name)
     place = views.place(
         views.add(shown),
-        still=picture_address(envelope_image(envelope, scene, "three_quarter")),
-        alt=f"{title}, three quarter view",
+        still=picture_address(envelope_image(envelope, scene, "corner")),
+        alt=f"{title}, corner view",
         caption=caption,
     )
     sections = [

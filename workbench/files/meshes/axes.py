@@ -7,8 +7,8 @@ A guess follows from the first of these that tells:
    give the third axis, and with it the front.
 2. Symmetry. People and what is built for them are alike on the left and on the right, so the axis
    across is the one along which the mesh is its own mirror image best.
-3. Size. Of the two other axes the one that most area faces is up: floors, pans and roofs are larger
-   than fronts. Where both horizontal axes are symmetric the longer one is forward.
+3. Size. Of the two other axes the one that most area faces for its length is up: floors, pans and
+   roofs are larger than fronts, and what is built for people is lower than it is long. Where both horizontal axes are symmetric the longer one is forward.
 4. Lean. Windscreens and seat backs lean aft: their area, as far as it slopes, faces forward and up.
 
 What the last three find is a likely answer and no more. Where the lean is small, or the symmetry of
@@ -107,6 +107,8 @@ ALIKE = 0.5
 """A mesh that has less in common with any of its mirror images has no sides that are alike."""
 LONGER = 1.15
 """A side that is so many times as long as the other is the longer one."""
+PLAIN = 1.5
+"""An axis that so many times as much area faces, for its length, as another is plainly up."""
 SLOPES = (0.3, 0.95)
 """Upward parts of unit normals between which a face slopes: 18 to 72 degrees from the level."""
 LEANING = 0.2
@@ -184,7 +186,7 @@ def _guessed_up(parts: Sequence[RawPart], points: Floats, size: Floats) -> _Dire
     mirror = _symmetries(points)
     across = int(mirror.argmax())
     rest = [axis for axis in range(3) if axis != across]
-    faces = _facing_area(parts)
+    faces = _facing_area(parts) / np.where(size > 0.0, size, np.inf)
     way = np.zeros(3)
     if faces[rest].max() <= 0.0 or mirror[across] < ALIKE:
         way[2] = 1.0
@@ -193,8 +195,10 @@ def _guessed_up(parts: Sequence[RawPart], points: Floats, size: Floats) -> _Dire
     best = max(rest, key=lambda axis: (round(float(faces[axis] / faces[rest].max()), 1), axis))
     way[best] = 1.0
     others = [axis for axis in rest if axis != best]
-    plain = faces[best] > LONGER * faces[others].max()
-    return _Direction(way, "the axis across it that most area faces", bool(plain))
+    plain = faces[best] > PLAIN * faces[others].max()
+    return _Direction(
+        way, "most area faces this way for its length, as of floors and roofs", bool(plain)
+    )
 
 
 def _guessed_forward(

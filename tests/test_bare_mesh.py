@@ -1,0 +1,174 @@
+"""Bare meshes are looked at as they are: one or several, with what was assumed of them."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from tests.made_seat import corners, obj_text
+from tests.one_arm_cab import write_cab
+from workbench import load_environment
+from workbench.cli import main
+from workbench.draw.display_options import parse_display_options
+from workbench.errors import InputError
+from workbench.files.bare_mesh import read_bare
+from workbench.files.meshes.reading import read_mesh
+
+CAR = {
+    "floor": corners((0, -0.6, 0.0), (2, 0.6, 0.1)),
+    "roof": corners((0.2, -0.6, 1.2), (1.6, 0.6, 1.3)),
+    "front_light": corners((1.9, -0.6, 0.4), (2.0, 0.6, 0.5)),
+    "rear_light": corners((0.0, -0.6, 0.4), (0.1, 0.6, 0.5)),
+}
+
+
+def written(folder, name, parts):
+    path = folder / name
+    path.write_text(obj_text(parts))
+    return path
+
+
+def told(capsys, *arguments):
+    """(exit code, stdout, stderr) of a command line."""
+    capsys.readouterr()
+    code = main([str(argument) for argument in arguments])
+    out, err = capsys.readouterr()
+    return code, out, err
+
+
+def box(bare, part):
+    corners = bare.environment.triangle_corners(bare.environment.part(part)).reshape(-1, 3)
+    return corners.min(axis=0), corners.max(axis=0)
+
+
+def test_a_bare_mesh_is_drawn_and_what_was_assumed_is_said(tmp_path, capsys):
+    mesh = written(tmp_path, "car.obj", CAR)
+    code, out, err = told(capsys, "render", mesh, "-o", tmp_path / "car.png", "--size", 100)
+    assert code == 0 and out.strip().endswith("car.png")
+    assert "assumed: unit m: by its size, 2 m long" in err
+    assert "assumed: up z: by the names roof and floor" in err
+    assert "assumed: forward x: by the names front_light and rear_light" in err
+    assert np.ptp(np.asarray(Image.open(tmp_path / "car.png").convert("L"))) > 50
+
+
+def test_what_is_stated_is_not_assumed(tmp_path, capsys):
+    mesh = written(tmp_path, "car.obj", CAR)
+    given = ("--units", "ft", "--up", "y", "--forward", "-z")
+    code, out, _ = told(capsys, "inspect", mesh, *given, "--json")
+    found = json.loads(out)
+    assert code == 0 and found["assumed"] == []
+    assert (found["metres"], found["up"], found["forward"]) == (0.3048, "y", "-z")
+    _, _, err = told(capsys, "render", mesh, *given, "-o", tmp_path / "car.png", "--size", 50)
+    assert err == ""
+
+
+def test_inspecting_and_describing_take_a_mesh_alike(tmp_path):
+    from workbench.study.describe.state import open_place
+
+    mesh = written(tmp_path, "car.obj", CAR)
+    (frame,) = read_bare([mesh]).frames
+    (described,) = open_place(mesh).start.says["meshes"]
+    assert (frame.length.value, frame.up.value, frame.forward.value) == tuple(
+        described[key] for key in ("length", "up", "forward")
+    )
+
+
+def test_several_files_stand_in_one_frame_and_those_that_are_moved_beside_it(tmp_path, capsys):
+    car = written(tmp_path, "car.obj", CAR)
+    wheel = written(tmp_path, "wheel.obj", {"rim": corners((1, 0, 0), (1.3, 0.1, 0.3))})
+    both = read_bare([car, wheel])
+    assert both.environment.parts == (*CAR, "rim")
+    np.testing.assert_allclose(box(both, "rim")[0], (1, 0, 0))
+    moved = read_bare([car, f"{wheel}@-400mm,0,0.25"])
+    np.testing.assert_allclose(box(moved, "rim"), ((0.6, 0, 0.25), (0.9, 0.1, 0.55)))
+    code, out, _ = told(capsys, "inspect", car, f"{wheel}@-400mm,0,0.25")
+    assert code == 0 and "5 parts" in out
+    shown = tmp_path / "both.png"
+    assert told(capsys, "render", car, wheel, "-o", shown, "--size", 50)[0] == 0
+
+
+def test_parts_of_one_name_in_two_files_are_told_apart(tmp_path):
+    one = written(tmp_path, "cab.obj", CAR)
+    two = written(tmp_path, "pod.obj", {"floor": corners((3, 0, 0), (4, 1, 0.1))})
+    assert read_bare([one, two]).environment.parts == (*CAR, "pod_floor")
+    (tmp_path / "environment.yaml").write_text(
+        "environment: both\nlength: m\nmeshes:\n"
+        "  - {file: cab.obj, length: m, up: z, forward: x}\n"
+        "  - {file: pod.obj, length: m, up: z, forward: x}\n"
+    )
+    with pytest.raises(InputError, match=r"another name, join: \{pod_floor: \[floor\]\}"):
+        load_environment(tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("place", "words"),
+    [
+        ("400,0,250", "400 is farther than 60 m: is a unit missing, 400mm?"),
+        ("0.4,0", "three lengths are needed"),
+        ("left,0,0", "a length such as '450 mm'"),
+    ],
+)
+def test_a_place_that_is_none_is_refused_with_what_is_right(tmp_path, place, words):
+    mesh = written(tmp_path, "car.obj", CAR)
+    with pytest.raises(InputError, match=r"written FILE@X,Y,Z") as caught:
+        read_bare([f"{mesh}@{place}"])
+    assert words in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("name", "way"), [("cab.ac", "Blender"), ("cab.CATPart", ".step"), ("cab.zip", "unpack")]
+)
+def test_a_mesh_of_another_kind_is_refused_with_the_way_on(tmp_path, name, way):
+    (tmp_path / name).write_text("AC3Db")
+    with pytest.raises(InputError, match=f"is not a mesh format; .*{way}.*valid: .obj"):
+        read_mesh(tmp_path / name)
+
+
+def test_running_a_mesh_or_an_environment_says_what_comes_before(tmp_path, capsys):
+    mesh = written(tmp_path, "car.obj", CAR)
+    code, _, err = told(capsys, "run", mesh)
+    assert code == 3 and f"'workbench live {mesh}'" in err
+    (tmp_path / "environment.yaml").write_text(
+        "environment: car\nlength: m\nmeshes: [{file: car.obj, length: m, up: z, forward: x}]\n"
+    )
+    for source in (tmp_path, tmp_path / "environment.yaml"):
+        code, _, err = told(capsys, "run", source)
+        assert code == 3 and f"'workbench new {source}'" in err
+
+
+def test_a_result_is_inspected_with_the_lines_of_its_run(tmp_path, capsys):
+    folder = tmp_path / "out"
+    study = write_cab(tmp_path)
+    _, ran, _ = told(capsys, "run", study, "--out", folder)
+    code, out, _ = told(capsys, "inspect", folder)
+    assert code == 0 and out.splitlines()[0].startswith(f"{folder}: result of study ")
+    assert ran.splitlines()[:-1] == out.splitlines()[-len(ran.splitlines()) + 1 :]
+    assert f"its page: {folder / 'report.html'}" in out
+    _, as_json, _ = told(capsys, "inspect", folder / "result.json", "--json")
+    assert json.loads(as_json) == json.loads((folder / "result.json").read_text())
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["render", "trainer", "car.obj", "-o", "a.png"], "only where all are mesh files"),
+        (["render", "car.obj", "-o", "a.png", "--case", "x"], "is a mesh: leave out --case"),
+        (["render", "trainer", "-o", "a.png", "--units", "mm"], "--units and --forward are for"),
+        (["inspect", "trainer", "car.obj"], "only where all are mesh files"),
+        (["inspect"], "name a mesh, an environment or a result"),
+    ],
+)
+def test_sources_and_options_that_do_not_go_together_are_refused(capsys, arguments, words):
+    code, _, err = told(capsys, *arguments)
+    assert code == 2 and words in err
+
+
+def test_the_corner_view_has_one_name_and_its_old_one_is_taken(tmp_path):
+    out = tmp_path / "a.png"
+    views = [
+        parse_display_options(out, view=name).view for name in (None, "corner", "three_quarter")
+    ]
+    assert views == ["corner"] * 3

@@ -1,0 +1,150 @@
+"""An environment of bare mesh files, to be looked at: one, or several that stand in one frame."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from workbench.errors import InputError
+from workbench.files.catalogue import is_file
+from workbench.files.meshes.assembly import build_environment
+from workbench.files.meshes.parts import RawMesh, RawPart
+from workbench.files.meshes.reading import (
+    LARGEST,
+    SMALLEST,
+    SMALLEST_OF_SEVERAL,
+    extent,
+    implausible,
+    read_mesh,
+    to_world,
+)
+from workbench.files.meshes.sizes import implausible_sizes
+from workbench.files.meshes.taken_frame import TakenFrame, taken_frame
+from workbench.files.names import unique_names
+from workbench.files.schema import to_metres
+from workbench.model.environment import Environment
+
+__all__ = ["BareMesh", "read_bare"]
+
+_NO_MOVE = (0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class BareMesh:
+    """Mesh files as they are looked at.
+
+    Parameters
+    ----------
+    environment
+        Their parts in the world, without rules, seats or points.
+    raws
+        As they were read.
+    frames
+        How each is taken.
+    assumed
+        Sentences about what was guessed, each once.
+    problem
+        Why they would be refused as an environment as they are; None where they would not.
+    """
+
+    environment: Environment
+    raws: tuple[RawMesh, ...]
+    frames: tuple[TakenFrame, ...]
+    assumed: tuple[str, ...]
+    problem: str | None
+
+
+def read_bare(
+    sources: Sequence[str | Path],
+    *,
+    length: str | None = None,
+    up: str | None = None,
+    forward: str | None = None,
+) -> BareMesh:
+    """Read mesh files to be looked at. What they do not say is guessed, and nothing is refused for
+    its size.
+
+    Files of which the same is known are guessed about together.
+
+    Parameters
+    ----------
+    sources
+        Each a file, or FILE@X,Y,Z: moved by so much forward, left and up, in metres or with units
+        (`wheel.stl@400mm,0,250mm`).
+    length, up, forward
+        Of all, where the files do not say them or are wrong.
+
+    Raises
+    ------
+    InputError
+        If a file cannot be read, or a unit or a place is none. UsageError for wrong axes.
+    """
+    placed = [_placed(source) for source in sources]
+    raws = tuple(read_mesh(path) for path, _ in placed)
+    frames = tuple(
+        taken_frame(_alike(raw, raws), length=length, up=up, forward=forward) for raw in raws
+    )
+    alone = len(raws) == 1
+    parts: list[RawPart] = []
+    notes: list[str] = []
+    problems: list[str] = []
+    for raw, frame, (path, move) in zip(raws, frames, placed, strict=True):
+        own = to_world(raw, frame.rotation, metres=frame.metres, move=np.array(move))
+        taken = {part.name for part in parts}
+        parts += [
+            replace(part, name=f"{path.stem}_{part.name}") if part.name in taken else part
+            for part in own
+        ]
+        lead = "" if alone else f"{path.name}: "
+        said = (*implausible_sizes(own, frame.metres, file=path.stem), *raw.notes)
+        notes += [f"{lead}{note}" for note in said]
+        told = raw.metres if length is None else frame.metres
+        smallest = SMALLEST if alone else SMALLEST_OF_SEVERAL
+        wrong = implausible(float(extent(raw.parts).max()), told, smallest=smallest)
+        problems += [f"{lead}{wrong}"] if wrong else []
+    names = unique_names((part.name for part in parts), "part")
+    named = [replace(part, name=name) for part, name in zip(parts, names, strict=True)]
+    title = " and ".join(path.stem for path, _ in placed)
+    environment, _ = build_environment(title, named, solid=["auto"] * len(named), notes=notes)
+    assumed = dict.fromkeys(words for frame in frames for words in frame.assumed())
+    return BareMesh(environment, raws, frames, tuple(assumed), "; ".join(problems) or None)
+
+
+def _alike(raw: RawMesh, raws: Sequence[RawMesh]) -> RawMesh:
+    """A mesh with the parts of all files of which the same is known."""
+    known = (raw.metres, raw.up, raw.forward)
+    alike = [one for one in raws if (one.metres, one.up, one.forward) == known]
+    return replace(raw, parts=tuple(part for one in alike for part in one.parts))
+
+
+def _placed(source: str | Path) -> tuple[Path, tuple[float, float, float]]:
+    """A file, and how far it is moved [m]."""
+    text = str(source)
+    name, at, given = text.rpartition("@")
+    if not at or is_file(Path(text)):
+        return Path(text), _NO_MOVE
+    lengths = given.split(",")
+    try:
+        if len(lengths) != 3:
+            raise ValueError("three lengths are needed")
+        x, y, z = (_length(one.strip()) for one in lengths)
+    except ValueError as error:
+        raise InputError(
+            f"{text}: a place is written FILE@X,Y,Z, forward, left and up, such as "
+            f"{name}@400mm,0,250mm: {error}"
+        ) from None
+    return Path(name), (x, y, z)
+
+
+def _length(text: str) -> float:
+    """A number of metres, or a length with its unit [m]; ValueError for anything else."""
+    try:
+        metres = float(text)
+    except ValueError:
+        metres = to_metres(text)
+    if not abs(metres) <= LARGEST:
+        raise ValueError(f"{text} is farther than {LARGEST:g} m: is a unit missing, {text}mm?")
+    return metres

@@ -1,0 +1,151 @@
+"""The unit and the axes with which a mesh is taken: as stated, as its file says, else guessed with the
+reason in words.
+
+Describing, inspecting and drawing a bare mesh take the same.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from workbench.errors import InputError
+from workbench.files.environment_schema import unit_metres
+from workbench.files.meshes.axes import guessed_axes
+from workbench.files.meshes.parts import RawMesh
+from workbench.files.meshes.reading import axes_rotation, implausible, to_world
+from workbench.files.meshes.sizes import implausible_sizes
+from workbench.files.schema import metres_in
+from workbench.model.arrays import Floats
+
+__all__ = ["Taken", "TakenFrame", "taken_frame"]
+
+_LIKELY = 1.0
+"""A mesh that is smaller [m] is no likely cockpit."""
+_LONG = 15.0
+"""A mesh that is larger [m] is a less likely one."""
+
+
+@dataclass(frozen=True)
+class Taken:
+    """A unit or an axis.
+
+    Parameters
+    ----------
+    value
+        As in the file of an environment.
+    why
+        How it was guessed, in words; "" where it was stated, or the mesh file says it.
+    sure
+        Whether that tells plainly.
+    """
+
+    value: str
+    why: str = ""
+    sure: bool = True
+
+
+@dataclass(frozen=True)
+class TakenFrame:
+    """How a mesh is taken: its unit, the axis that is up and the one that is forward."""
+
+    length: Taken
+    up: Taken
+    forward: Taken
+
+    @property
+    def metres(self) -> float:
+        """One unit of the file [m]."""
+        return unit_metres(self.length.value)
+
+    @property
+    def rotation(self) -> Floats:
+        """(3, 3) from the axes of the file to x forward, y left, z up."""
+        return axes_rotation(self.up.value, self.forward.value)
+
+    def assumed(self) -> Iterator[str]:
+        """Sentences about what was guessed."""
+        for what, one in (("unit", self.length), ("up", self.up), ("forward", self.forward)):
+            if one.why:
+                doubt = "" if one.sure else " (not sure)"
+                yield f"{what} {one.value}{doubt}: {one.why}"
+
+
+def taken_frame(
+    raw: RawMesh, *, length: str | None = None, up: str | None = None, forward: str | None = None
+) -> TakenFrame:
+    """Find the unit and the axes of a mesh.
+
+    Parameters
+    ----------
+    raw
+        As in its file.
+    length, up, forward
+        As stated; None for what the file says, or a guess.
+
+    Raises
+    ------
+    InputError
+        If the unit is none. UsageError if the axes are none, or not at right angles.
+    """
+    said = replace(raw, up=up or raw.up, forward=forward or raw.forward)
+    if forward is None and said.up and said.forward and said.up[-1] == said.forward[-1]:
+        said = replace(said, forward=None)
+    if said.up and said.forward:
+        axes_rotation(said.up, said.forward)
+    elif said.up or said.forward:
+        given = str(said.up or said.forward)
+        axes_rotation(given, "x" if given[-1:] != "x" else "y")
+    found = guessed_axes(said)
+    turned = _turned(said, found.up, found.forward)
+    unit = _unit(said, turned) if length is None else Taken(_checked(raw.file, length))
+    return TakenFrame(
+        unit,
+        Taken(found.up) if said.up else Taken(found.up, found.why_up, found.sure_up),
+        Taken(found.forward)
+        if said.forward == found.forward
+        else Taken(found.forward, found.why_forward, found.sure_forward),
+    )
+
+
+def _checked(file: str, length: str) -> str:
+    try:
+        unit_metres(length)
+    except ValueError as error:
+        raise InputError(f"{file}: length {length!r}: {error}") from None
+    return length
+
+
+def _turned(raw: RawMesh, up: str, forward: str) -> RawMesh:
+    """A mesh in x forward, y left, z up, in its own unit."""
+    return replace(raw, parts=to_world(raw, axes_rotation(up, forward), metres=1.0))
+
+
+def _unit(raw: RawMesh, turned: RawMesh) -> Taken:
+    """The unit of a mesh: as the file says, else the first in which the fewest sizes are odd."""
+    if raw.metres is not None:
+        named = [unit for unit, metres in metres_in.items() if math.isclose(metres, raw.metres)]
+        return Taken(named[0] if named else f"{1e3 * raw.metres:.9g} mm")
+    corners = np.concatenate([part.vertices[part.faces.ravel()] for part in raw.parts])
+    largest = float(np.ptp(corners, axis=0).max())
+    found: dict[str, float] = {}
+    for unit in ("m", "mm", "cm", "in", "ft"):
+        metres = metres_in[unit]
+        odd = 100.0 if implausible(largest, metres, smallest=_LIKELY) else 0.0
+        if not odd:
+            parts = to_world(turned, np.eye(3), metres=metres)
+            odd = float(len(implausible_sizes(parts, metres, file=Path(raw.file).stem)))
+            odd += 0.5 * (largest * metres > _LONG)
+        found[unit] = odd
+    fewest = min(found.values())
+    best = [unit for unit, odd in found.items() if odd == fewest]
+    likely = f"{largest * metres_in[best[0]]:.3g} m long"
+    if fewest >= 100.0:
+        return Taken(best[0], "no unit makes it as large as a cockpit or a vehicle", False)
+    others = [f"{largest * metres_in[unit]:.3g} m in {unit}" for unit in best[1:]]
+    also = f"; it would be {' or '.join(others)}" if others else ""
+    return Taken(best[0], f"by its size, {likely}{also}", not others and fewest == 0.0)
