@@ -27,6 +27,7 @@ from workbench.study.describe.edits_parts import dropped, joined, put_back, rule
 from workbench.study.describe.edits_seats import carried, faced
 from workbench.study.describe.edits_things import placed_point, removed, renamed, typed
 from workbench.study.describe.meshes import Meshes, Ray
+from workbench.study.describe.piece_names import piece_names
 from workbench.study.describe.planes import Surface, fitted_plane, grown_faces
 from workbench.study.describe.saving import (
     ForeignFileError,
@@ -334,9 +335,48 @@ def test_which_end_of_a_box_is_the_front_is_asked(tmp_path):
 # --- parts ------------------------------------------------------------------------------------------
 
 
+def test_pieces_are_called_by_where_they_are_and_what_shape_they_have():
+    whole = corners((0, -1, 0), (4, 1, 2))
+    turn = np.linspace(0.0, 2.0 * np.pi, 24, endpoint=False)
+    rim = np.stack([0.3 * np.cos(turn), np.zeros(24), 0.3 * np.sin(turn)], axis=1)
+    wheel = np.concatenate([rim + np.array([3.5, y, 0.3]) for y in (0.8, 1.0)])
+    pieces = [
+        whole,
+        corners((1.5, 0.95, 0.4), (2.5, 1.0, 1.4)),
+        corners((1.5, -1.0, 0.4), (2.5, -0.95, 1.4)),
+        corners((0, -1, 0), (4, 1, 0.05)),
+        corners((1, -0.7, 1.9), (1.05, 0.7, 1.95)),
+        corners((3.9, 0.5, 1.0), (3.92, 0.52, 1.02)),
+        wheel,
+        wheel,
+    ]
+    assert piece_names(pieces, np.array([whole.min(axis=0), whole.max(axis=0)])) == [
+        "body",
+        "left_side_plate",
+        "right_side_plate",
+        "floor",
+        "rear_upper_crossbar",
+        "left_front_small_piece",
+        "left_front_lower_disc",
+        "left_front_lower_disc_2",
+    ]
+
+
+def test_a_part_that_is_split_keeps_its_name_before_those_of_its_pieces(tmp_path):
+    parts = seat_parts()
+    lines = obj_text(parts).replace("o rest\n", "").replace("o pan\n", "o chair\n")
+    opened = placed(tmp_path, lines)
+    found = split_part(opened, opened.start, "chair")
+    assert found.words == "chair is 2 parts, called by where they are"
+    names = standing_of(opened, found.description).names
+    assert names == ("chair_block", "chair_rear_upper_block", "floor", "lever")
+    assert found.description.says["meshes"][0]["join"]["chair_block"] == ["chair_1"]
+
+
 def test_a_mesh_without_names_is_split_into_its_pieces(tmp_path):
     opened = placed(tmp_path, obj_text(seat_parts(), names=False))
-    assert standing_of(opened, opened.start).names == ("cab_1", "cab_2", "cab_3", "cab_4")
+    names = ("block", "rear_upper_block", "floor", "front_post")
+    assert standing_of(opened, opened.start).names == names
     assert opened.start.says["meshes"][0]["split"] == ["cab"]
 
 

@@ -25,6 +25,7 @@ from workbench.model.arrays import Floats
 from workbench.study.describe.edits import Edit, with_value
 from workbench.study.describe.edits_frame import check_row, on_meshes
 from workbench.study.describe.meshes import Meshes, Ray
+from workbench.study.describe.piece_names import named_pieces
 from workbench.study.describe.state import (
     FLOOR,
     Description,
@@ -87,7 +88,13 @@ def added_file(opened: OpenPlace, before: Description, path: Path) -> AddedFile:
         why=before.why | {("meshes", rows, key): words for key, words in why.items()},
     )
     place = replace(opened, meshes=meshes, stamps=stamps)
-    standing_of(place, after)
+    stands = standing_of(place, after)
+    if "split" in mesh:
+        piece = {called.get(one, one): one for one in own}
+        named = named_pieces(stands, list(piece), lead=f"{path.stem}_")
+        join = {new: [piece[old] for old in some] for new, some in named.items()}
+        after = replace(after, says=with_value(after.says, ("meshes", rows, "join"), join))
+        called = {}
     count = f"{len(own)} part{'s' if len(own) > 1 else ''}"
     words = f"{name}: {count}, placed as the first file"
     if called:

@@ -11,6 +11,7 @@ import numpy as np
 from workbench.errors import InputError
 from workbench.files.yaml_edits import Key
 from workbench.study.describe.edits import Edit, with_value
+from workbench.study.describe.edits_parts import with_pieces_named
 from workbench.study.describe.edits_seats import with_picked, with_seat_figures
 from workbench.study.describe.meshes import Ray
 from workbench.study.describe.planes import fitted_plane
@@ -65,7 +66,8 @@ def framed(
         words = f"up and forward are at right angles: {gives_way} is {free}"
     why = before.why | {("meshes", row, name): "chosen" for name in wanted}
     says = with_value(before.says, ("meshes", row), mesh)
-    return Edit(on_meshes(opened, replace(before, says=says, why=why)), words)
+    after = on_meshes(opened, replace(before, says=says, why=why))
+    return Edit(with_pieces_named(opened, before, after, row), words)
 
 
 def scaled(opened: OpenPlace, before: Description, row: int, size: float) -> Edit:

@@ -10,8 +10,10 @@ import numpy as np
 
 from workbench.errors import InputError, one_of
 from workbench.files.environment_parts import pieces
+from workbench.files.names import unique_names
 from workbench.files.yaml_edits import Key
 from workbench.study.describe.edits import Edit, good_name, with_value, without_value
+from workbench.study.describe.piece_names import named_pieces
 from workbench.study.describe.state import Description, OpenPlace, standing_of
 
 __all__ = [
@@ -23,6 +25,7 @@ __all__ = [
     "put_back",
     "ruled",
     "split_part",
+    "with_pieces_named",
 ]
 
 MOSTLY = 0.5
@@ -119,8 +122,8 @@ def put_back(opened: OpenPlace, before: Description, row: int, name: str) -> Edi
 
 
 def split_part(opened: OpenPlace, before: Description, part: str) -> Edit:
-    """Split a part into its connected pieces. InputError where it is one piece, has another name
-    than in the file, or is used."""
+    """Split a part into its connected pieces, called by where they are. InputError where it is one
+    piece, has another name than in the file, or is used."""
     row = _mesh_of(opened, before, part)
     found = next((one for one in opened.meshes.raws[row].parts if one.name == part), None)
     if found is None or part in (before.says["meshes"][row].get("join") or {}):
@@ -131,9 +134,62 @@ def split_part(opened: OpenPlace, before: Description, part: str) -> Edit:
     mesh = dict(before.says["meshes"][row])
     split = [*(mesh.get("split") or []), part]
     says = _forgotten(_with_mesh(before.says, row, mesh, "split", split), part)
-    after = replace(before, says=says)
-    count = len(standing_of(opened, after).names) - len(standing_of(opened, before).names) + 1
-    return Edit(after, f"{part} is {count} parts")
+    stands = standing_of(opened, replace(before, says=says))
+    had = standing_of(opened, before).names
+    found_pieces = [name for name in stands.names if name not in had]
+    mesh = dict(says["meshes"][row])
+    lead = f"{part}_" if len(had) > 1 else ""
+    join = {**(mesh.get("join") or {}), **named_pieces(stands, found_pieces, lead=lead)}
+    after = replace(before, says=_with_mesh(says, row, mesh, "join", join))
+    standing_of(opened, after)
+    words = f"{part} is {len(found_pieces)} parts, called by where they are"
+    return Edit(after, words)
+
+
+def with_pieces_named(
+    opened: OpenPlace, before: Description, after: Description, row: int
+) -> Description:
+    """Return a description whose pieces of a mesh are called by where they are now, as far as they
+    were called by where they were: left is right once the mesh is turned round."""
+    join = after.says["meshes"][row].get("join") or {}
+    split = after.says["meshes"][row].get("split") or []
+    stood = standing_of(opened, before)
+    stands = standing_of(opened, after)
+    names = dict.fromkeys(join)
+    for part in split:
+        lead = f"{part}_" if any(name.startswith(f"{part}_") for name in join) else ""
+        own = [new for new, some in join.items() if len(some) == 1 and _is_piece(some[0], part)]
+        was = named_pieces(stood, own, lead=lead)
+        now = {old: new for new, (old,) in named_pieces(stands, own, lead=lead).items()}
+        names |= {old: now[old] for new, (old,) in was.items() if _plain(new) == _plain(old)}
+    changed = {old: new for old, new in names.items() if new and new != old}
+    if not changed:
+        return after
+    kept = {*stands.names} - {*changed}
+    new_names = unique_names([*kept, *changed.values()], "piece")[len(kept) :]
+    called = dict(zip(changed, new_names, strict=True))
+    mesh = dict(after.says["meshes"][row])
+    moved = {called.get(name, name): some for name, some in join.items()}
+    says = _with_mesh(after.says, row, mesh, "join", moved)
+    for number, old in enumerate(called):  # two names may be exchanged: by way of others
+        says = _named(says, [old], f"\0{number}")
+    for number, new in enumerate(called.values()):
+        says = _named(says, [f"\0{number}"], new)
+    why = {
+        ("parts", called.get(str(key[1]), key[1]), *key[2:]) if key[:1] == ("parts",) else key: one
+        for key, one in after.why.items()
+    }
+    return replace(after, says=says, why=why)
+
+
+def _plain(name: str) -> str:
+    """A name without the number behind it."""
+    return name.rstrip("0123456789").rstrip("_")
+
+
+def _is_piece(name: str, part: str) -> bool:
+    """Whether a name is that of a piece that a part was split into."""
+    return name.startswith(f"{part}_") and name[len(part) + 1 :].isdigit()
 
 
 @dataclass(frozen=True)

@@ -106,6 +106,11 @@ class Standing:
             found[k] = points.min(axis=0), points.max(axis=0)
         return found
 
+    def points(self, part: int) -> Floats:
+        """(V, 3) [m] the vertices of a part, each once."""
+        found: Floats = self.vertices[np.unique(self.faces[self.part == part])]
+        return found
+
     @property
     def bounds(self) -> Floats:
         """(2, 3) [m] the box of all parts."""

@@ -27,6 +27,7 @@ from workbench.files.yaml_text import Document, parse_yaml
 from workbench.model.arrays import Floats
 from workbench.model.doubt import Doubt, open_doubts
 from workbench.study.describe.meshes import Hit, Meshes, Standing
+from workbench.study.describe.piece_names import named_pieces
 from workbench.study.describe.seats import SeatFigures, seat_figures
 
 __all__ = [
@@ -250,7 +251,19 @@ def open_place(source: Path, out: Path | None = None) -> OpenPlace:
     beside = target or source.parent / INNER
     if beside.is_file():
         notes.append(f"{beside.name} is there already: open it instead to go on with it")
-    return OpenPlace(beside, source.parent, Meshes([raw]), start, None, tuple(notes), (stamp,))
+    meshes = Meshes([raw])
+    start = _with_piece_names(meshes, start)
+    return OpenPlace(beside, source.parent, meshes, start, None, tuple(notes), (stamp,))
+
+
+def _with_piece_names(meshes: Meshes, start: Description) -> Description:
+    """A description of a bare mesh, its pieces called by where they are where it is in pieces."""
+    (mesh,) = start.says["meshes"]
+    if "split" not in mesh:
+        return start
+    stands = meshes.standing(start.file.meshes)
+    named = {**mesh, "join": named_pieces(stands, stands.names)}
+    return replace(start, says={**start.says, "meshes": [named]})
 
 
 def _target(out: Path) -> Path:
@@ -294,7 +307,10 @@ def _bare(source: Path, raw: RawMesh) -> tuple[Description, list[str]]:
     if len(raw.parts) == 1:
         count = int(pieces(raw.parts[0]).max()) + 1
         if 1 < count <= MOST_PIECES:
-            notes.append(f"the mesh has no names of parts: its {count} connected pieces are parts")
+            notes.append(
+                f"the mesh has no names of parts: its {count} connected pieces are parts, called by "
+                f"where they are"
+            )
         elif count > MOST_PIECES:
             notes.append(f"the mesh is one part: it falls into {count} pieces, too many for parts")
     title = " ".join(source.stem.split()) or "environment"
