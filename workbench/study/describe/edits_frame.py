@@ -30,6 +30,8 @@ AXES = ("x", "y", "z", "-x", "-y", "-z")
 SMALLEST = 0.01
 LARGEST = 1000.0
 """Sizes [m] that can be typed of a mesh."""
+DEEP = 0.5
+"""A floor under which more [m] of a mesh is, is doubted."""
 
 
 def framed(
@@ -150,6 +152,9 @@ def floored(opened: OpenPlace, before: Description, ray: Ray) -> Edit:
         words += f": everything goes {abs(step):g} {says['length']} {way}"
     if slope > 0.5:
         words += f"; this face slopes {slope:.1f} degrees, which is left as it is"
+    deep = height - float(stands.bounds[0, 2])
+    if deep > DEEP:
+        words += f"; {deep:.2f} m of the mesh are below it: is it the floor?"
     spots = before.spots | {FLOOR: spot}
     return Edit(on_meshes(opened, replace(before, says=says, why=why, spots=spots)), words)
 
