@@ -26,6 +26,7 @@ postures:
 """
 ENVIRONMENT = """environment: cab
 length: mm
+accepted: [floor of seat stool]
 meshes:
   - {file: cab.obj, length: m, up: z, forward: x}
 parts:

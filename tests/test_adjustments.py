@@ -399,9 +399,8 @@ def test_what_is_set_from_one_seat_is_not_set_from_another(tmp_path):
 
 def test_a_travel_in_the_wrong_unit_is_doubted(tmp_path):
     room = room_of(tmp_path, ADJUSTMENTS.replace('[-20, "4 cm"]', "[-0.02, 0.04]"))
-    assert "adjustment 'panel_reach': its travel is 0.06 mm long: a wrong unit of length?" in (
-        room.warnings
-    )
+    words = "adjustment 'panel_reach': its travel is 0.06 mm long: a wrong unit of length?"
+    assert f"{words} [travel of adjustment panel_reach]" in room.warnings
 
 
 PEDALS = """

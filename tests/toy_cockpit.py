@@ -15,6 +15,7 @@ BOXES = {
 ENVIRONMENT = """
 environment: toy
 length: mm
+accepted: ["floor of seat *"]
 meshes: [{file: toy.obj, length: mm, up: z, forward: x}]
 parts:
   pan: {allow: [{segments: [all], depth: 200}]}

@@ -12,6 +12,8 @@ import numpy as np
 
 from workbench.errors import one_of
 from workbench.files.schema import metres_in
+from workbench.files.seat_doubts import floor_doubts, rest_doubts, twice_doubts
+from workbench.geometry.ground import ground_of
 from workbench.geometry.polygon import point_winding
 from workbench.model.arrays import Floats
 from workbench.model.doubt import Doubt
@@ -47,6 +49,7 @@ def environment_doubts(environment: Environment, *, moved: bool) -> list[Doubt]:
     return [
         *_seats_away(environment, moved),
         *_cushion_sizes(environment),
+        *_seats_odd(environment),
         *_short_lengths(environment),
         *_controls_away(environment),
     ]
@@ -118,6 +121,21 @@ def _cushion_sizes(environment: Environment) -> Iterator[Doubt]:
                 f"{least:g} to {greatest:g} m is plausible: a wrong unit of length, or another "
                 f"part?",
             )
+
+
+def _seats_odd(environment: Environment) -> Iterator[Doubt]:
+    """Seats whose cushion, back and floor do not go together."""
+    if not environment.seats:
+        return
+    ground = ground_of(environment)
+    for seat in environment.seats:
+        cushion, back = (
+            environment.triangle_corners(environment.part(rest.part))
+            for rest in (seat.cushion, seat.back)
+        )
+        yield from rest_doubts(seat, cushion, back)
+        yield from floor_doubts(seat, ground)
+    yield from twice_doubts(environment.seats)
 
 
 def _short_lengths(environment: Environment) -> Iterator[Doubt]:

@@ -18,7 +18,15 @@ from workbench.files.meshes.parts import RawMesh, RawPart, weld
 from workbench.geometry.components import component_labels
 from workbench.model.arrays import Ints
 
-__all__ = ["MOST_PIECES", "FaceParts", "arranged_mesh", "face_parts", "matching_parts", "pieces"]
+__all__ = [
+    "MOST_PIECES",
+    "FaceParts",
+    "arranged_mesh",
+    "face_parts",
+    "is_piece",
+    "matching_parts",
+    "pieces",
+]
 
 MOST_PIECES = 1000
 """Pieces that one part may be split into: a mesh of loose triangles has no parts."""
@@ -44,6 +52,13 @@ def matching_parts(key: str, names: Iterable[str]) -> list[str]:
     """The parts a key means: the one of that name, else those the pattern fits."""
     known = list(names)
     return [key] if key in known else [name for name in known if fnmatchcase(name, key)]
+
+
+def is_piece(name: str, split: Iterable[str]) -> bool:
+    """Whether a name is that of a numbered piece of a part that is split, by names or patterns of
+    such parts."""
+    stem, _, number = name.rpartition("_")
+    return number.isdigit() and any(fnmatchcase(stem, key) for key in split)
 
 
 def pieces(part: RawPart) -> Ints:

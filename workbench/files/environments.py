@@ -17,7 +17,7 @@ from workbench.files.environment_adjustments import (
 )
 from workbench.files.environment_cushions import cushion_front
 from workbench.files.environment_doubts import environment_doubts, part_box
-from workbench.files.environment_parts import arranged_mesh, matching_parts
+from workbench.files.environment_parts import arranged_mesh, is_piece, matching_parts
 from workbench.files.environment_schema import (
     EnvironmentFile,
     MeshFile,
@@ -224,22 +224,25 @@ def _mesh(
     except InputError as error:
         raise InputError([f"{mesh.file}: {problem}" for problem in error.problems]) from None
     parts = to_world(arranged, frame.rotation, metres=frame.metres, move=frame.move)
-    return parts, raw.notes, size_doubts(parts, frame.metres, mesh.file)
+    return parts, raw.notes, size_doubts(parts, frame.metres, mesh)
 
 
-def size_doubts(parts: Iterable[RawPart], metres: float, file: str) -> list[Doubt]:
-    """Return what is doubted of the sizes of the parts of a mesh file.
+def size_doubts(parts: Iterable[RawPart], metres: float, mesh: MeshFile) -> list[Doubt]:
+    """Return what is doubted of the sizes of the parts of a mesh. Numbered pieces of parts that are
+    split have no names of their own.
 
     Parameters
     ----------
     parts, metres
         As of `implausible_sizes`.
-    file
-        The file, as an environment names it.
+    mesh
+        What the environment says of the mesh.
     """
+    known = list(parts)
+    pieces = [part.name for part in known if is_piece(part.name, mesh.split)]
     return [
-        Doubt(f"sizes in {file}", f"{file}: {words}")
-        for words in implausible_sizes(parts, metres, file=Path(file).stem)
+        Doubt(f"sizes in {mesh.file}", f"{mesh.file}: {words}")
+        for words in implausible_sizes(known, metres, file=Path(mesh.file).stem, unnamed=pieces)
     ]
 
 

@@ -17,7 +17,7 @@ centimetres from inches and metres, not to judge a design.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -228,7 +228,7 @@ class _Size:
 
 
 def implausible_sizes(
-    parts: Iterable[RawPart], metres: float, *, file: str = ""
+    parts: Iterable[RawPart], metres: float, *, file: str = "", unnamed: Collection[str] = ()
 ) -> tuple[str, ...]:
     """Return a warning if named parts, or the whole, have an implausible size.
 
@@ -240,10 +240,13 @@ def implausible_sizes(
         The unit of length [m] with which the file was read.
     file
         The name of the file without its ending, which may name the whole.
+    unnamed
+        Parts whose names tell nothing.
     """
     known = list(parts)
     extents = _extents(known)
-    named = [size for part in known if (size := _named_size(part.name, _extents([part])))]
+    telling = [part for part in known if part.name not in unnamed]
+    named = [size for part in telling if (size := _named_size(part.name, _extents([part])))]
     sizes = [size for size in named if _is_meant(size, float(extents[2]), metres)]
     whole = _whole_size(file, extents)
     if whole is not None and whole.thing not in {size.thing for size in sizes}:

@@ -14,6 +14,7 @@ import numpy as np
 
 from workbench.files.environment_doubts import unknown_segments
 from workbench.files.study.roles import LoadedRole
+from workbench.geometry.ground import ground_of
 from workbench.model.arrays import Floats
 from workbench.model.environment import Environment, Seat
 from workbench.model.study import PredictedPosture
@@ -141,21 +142,8 @@ def _heel_doubts(
 def _surface_near(environment: Environment, point: Floats) -> tuple[int, float]:
     """The part, and the height [m], of the surface that the vertical through a point meets nearest
     to the point; -1 and infinite where it meets none."""
-    corners = environment.vertices[environment.triangles]
-    a, b, c = (corners[:, k, :2] - point[:2] for k in range(3))
-    # barycentric coordinates of the point in the triangles as seen from above
-    u = b[:, 0] * c[:, 1] - b[:, 1] * c[:, 0]
-    v = c[:, 0] * a[:, 1] - c[:, 1] * a[:, 0]
-    w = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
-    area = u + v + w
-    side = np.sign(area)
-    inside = np.min([u * side, v * side, w * side], axis=0) >= 0
-    part = np.repeat(environment.polygon_part, np.diff(environment.triangle_start))
-    # of a solid, what one stands on is the side that faces up
-    rows = np.flatnonzero(inside & (np.abs(area) > 1e-12) & ((area > 0) | ~environment.solid[part]))
-    if not len(rows):
+    heights, parts = ground_of(environment).levels(point[:2])
+    if not len(heights):
         return -1, math.inf
-    weight = np.stack([u, v, w], axis=1)[rows] / area[rows, None]
-    height = np.sum(weight * corners[rows, :, 2], axis=1)
-    nearest = int(np.abs(height - point[2]).argmin())
-    return int(part[rows[nearest]]), float(height[nearest])
+    nearest = int(np.abs(heights - point[2]).argmin())
+    return int(parts[nearest]), float(heights[nearest])

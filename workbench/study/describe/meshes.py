@@ -26,6 +26,7 @@ from workbench.files.meshes.reading import (
     implausible,
     read_mesh,
 )
+from workbench.geometry.ground import Ground
 from workbench.model.arrays import Floats, Ints
 from workbench.model.doubt import Doubt
 from workbench.study.describe.planes import Surface, grown_faces, outline
@@ -110,6 +111,14 @@ class Standing:
         """(V, 3) [m] the vertices of a part, each once."""
         found: Floats = self.vertices[np.unique(self.faces[self.part == part])]
         return found
+
+    @cached_property
+    def ground(self) -> Ground:
+        """All faces that are not left out, to be stood on from both sides."""
+        there = np.flatnonzero(self.part >= 0)
+        part = self.part[there]
+        one_sided = np.zeros(len(there), dtype=np.bool_)
+        return Ground(self.corners(there), part, self.names, one_sided)
 
     @property
     def bounds(self) -> Floats:
@@ -347,7 +356,7 @@ class Meshes:
                 RawPart(stands.names[k], *_two_corners(stands.boxes[k]))
                 for k in there[there >= 0].tolist()
             ]
-            doubts += size_doubts(parts, frame.metres or 1.0, mesh.file)
+            doubts += size_doubts(parts, frame.metres or 1.0, mesh)
         return doubts
 
 

@@ -21,11 +21,13 @@ from workbench.files.meshes.parts import RawMesh
 from workbench.files.meshes.reading import read_mesh
 from workbench.files.meshes.taken_frame import taken_frame
 from workbench.files.schema import metres_in, validate
+from workbench.files.seat_doubts import another_seats, floor_doubts, rest_doubts
 from workbench.files.study.saving import StudyText, read_text
 from workbench.files.yaml_edits import Key
 from workbench.files.yaml_text import Document, parse_yaml
 from workbench.model.arrays import Floats
 from workbench.model.doubt import Doubt, open_doubts
+from workbench.model.environment import Rest, Seat
 from workbench.study.describe.meshes import Hit, Meshes, Standing
 from workbench.study.describe.piece_names import named_pieces
 from workbench.study.describe.seats import SeatFigures, seat_figures
@@ -351,8 +353,24 @@ def figures_of(opened: OpenPlace, description: Description, seat: str) -> SeatFi
         cushion = stands.corners(opened.meshes.grown(picks.faces("cushion")))
         back = stands.corners(opened.meshes.grown(picks.faces("back")))
         places = [spot_place(opened, description, spot) for spot in picks.cushion]
-        stands.figures[picks] = seat_figures(cushion, back, np.array(places))
+        figures = seat_figures(cushion, back, np.array(places))
+        fitted = _fitted_seat(seat, figures)
+        another = another_seats(fitted, back)
+        if another:
+            raise InputError(f"{seat}: {another}")
+        doubts = (*rest_doubts(fitted, cushion, back), *floor_doubts(fitted, stands.ground))
+        words = tuple(doubt.words.removeprefix(f"seat {seat!r}: ") for doubt in doubts)
+        stands.figures[picks] = replace(figures, doubts=(*figures.doubts, *words))
     return stands.figures[picks]
+
+
+def _fitted_seat(name: str, figures: SeatFigures) -> Seat:
+    """A seat with the figures of its planes, to be held against the mesh."""
+    x, y, z = figures.srp.tolist()
+    cushion, back = (Rest(surface, (), 0.0) for surface in SURFACES)
+    angles = (figures.back_angle, figures.cushion_angle, figures.yaw)
+    still = (0.0, 0.0)
+    return Seat(name, (x, y, z), *angles, cushion, back, still, still, ())
 
 
 def figure_values(description: Description, figures: SeatFigures) -> dict[str, Any]:

@@ -1,0 +1,119 @@
+"""What is odd about a seat is said in millimetres: cushion and back of two seats, no floor, two in
+one place."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tests.made_seat import corners, obj_text
+from workbench import load_environment
+from workbench.cli import main
+from workbench.errors import InputError
+from workbench.files.seat_doubts import floor_before
+from workbench.geometry.ground import ground_of
+from workbench.study.describe.edits_seats import faced
+from workbench.study.describe.meshes import Ray
+from workbench.study.describe.state import open_place
+
+PARTS = {
+    "left_pan": corners((0.0, 0.1, 0.3), (0.5, 0.6, 0.4)),
+    "left_back": corners((-0.1, 0.1, 0.4), (0.0, 0.6, 1.0)),
+    "right_pan": corners((0.0, -0.6, 0.3), (0.5, -0.1, 0.4)),
+    "right_back": corners((-0.1, -0.6, 0.4), (0.0, -0.1, 1.0)),
+    "floor": corners((-1.0, -1.0, -0.1), (2.0, 1.0, 0.0)),
+    "wall": corners((1.9, -1.0, 0.0), (2.0, 1.0, 1.5)),
+}
+SEAT = """  {name}:
+    srp: [0, {y}, {z}]
+    back_angle: {back_angle}
+    cushion_angle: 0
+    cushion: {{part: {cushion}, segments: [LT], depth: 0.02}}
+    back: {{part: {back}, segments: [LT], depth: 0.02}}
+"""
+LEFT = {
+    "name": "left",
+    "y": 0.35,
+    "z": 0.4,
+    "back_angle": 0,
+    "cushion": "left_pan",
+    "back": "left_back",
+}
+
+
+def cab(folder, *seats, without=(), more=""):
+    """The warnings of a cab with some seats, and its folder."""
+    parts = {name: points for name, points in PARTS.items() if name not in without}
+    (folder / "cab.obj").write_text(obj_text(parts))
+    head = "environment: cab\nlength: m\nmeshes: [{file: cab.obj, length: m, up: z, forward: x}]\n"
+    rows = "".join(SEAT.format(**{**LEFT, **seat}) for seat in seats)
+    (folder / "environment.yaml").write_text(f"{head}{more}seats:\n{rows}")
+    return load_environment(folder).warnings
+
+
+def test_a_seat_whose_cushion_back_and_floor_go_together_is_not_doubted(tmp_path):
+    right = {"name": "right", "y": -0.35, "cushion": "right_pan", "back": "right_back"}
+    assert cab(tmp_path, {}, right) == ()
+
+
+def test_a_cushion_and_the_back_of_the_next_seat_are_told_with_how_far_it_is_aside(tmp_path):
+    (said,) = cab(tmp_path, {"back": "right_back"})
+    assert said == (
+        "seat 'left': its back 'right_back' lies 700 mm to the right of its middle, and nothing is "
+        "behind the sitter: is it that of another seat? [back of seat left]"
+    )
+    assert cab(tmp_path, {"back": "right_back"}, more='accepted: ["back of seat *"]\n') == ()
+
+
+def test_cushion_and_back_that_hold_less_than_half_of_a_sitter_are_told_with_the_width(tmp_path):
+    said = cab(tmp_path, {"y": 0.05})
+    words = "lies 300 mm to the left of its middle, and 150 of the 400 mm of a sitter have it"
+    assert [f"{words} under" in said[0], f"{words} behind" in said[1]] == [True, True]
+
+
+def test_a_seat_away_from_the_planes_of_its_parts_and_one_that_opens_too_far_are_told(tmp_path):
+    said = cab(tmp_path, {"z": 0.55, "back_angle": 80})
+    assert any("no face of 'left_pan' lies in the plane of its cushion" in line for line in said)
+    assert any("cushion and back open by 170 degrees" in line for line in said)
+
+
+def test_a_seat_without_a_floor_and_one_too_high_over_it_are_told(tmp_path):
+    (said,) = cab(tmp_path, {}, without=("floor",))
+    assert "there is no floor before it, 600 to 900 mm ahead" in said
+    high = {"z": 1.0, "cushion": "left_back", "back": "wall"}
+    assert any("1000 mm above 'floor', the floor before it" in line for line in cab(tmp_path, high))
+
+
+def test_two_seats_in_one_place_are_told(tmp_path):
+    (said,) = cab(tmp_path, {}, {"name": "left_too", "y": 0.45})
+    assert said.startswith("seats 'left' and 'left_too' are 100 mm apart: people in both are in")
+
+
+def test_the_floor_before_a_seat_is_the_highest_surface_below_it(tmp_path):
+    cab(tmp_path, {})
+    environment = load_environment(tmp_path)
+    floor = floor_before(environment.seat("left"), ground_of(environment))
+    assert (floor.height, floor.part) == (0.0, "floor")
+
+
+def test_check_and_inspect_tell_the_doubts_about_seats(tmp_path, capsys):
+    cab(tmp_path, {"back": "right_back"})
+    for command in ("check", "inspect"):
+        assert main([command, str(tmp_path)]) == 0
+        told = capsys.readouterr()
+        assert "700 mm to the right of its middle" in told.out + told.err
+
+
+def test_pointing_at_the_back_of_another_seat_is_refused_and_at_its_own_taken(tmp_path):
+    (tmp_path / "cab.obj").write_text(obj_text(PARTS))
+    opened = open_place(tmp_path / "cab.obj")
+    down, aft = (0.0, 0.0, -1.0), (-1.0, 0.0, 0.0)
+    start = opened.start
+    (mesh,) = start.says["meshes"]
+    assert (mesh["length"], mesh["up"], mesh["forward"]) == ("m", "z", "x")
+    one = faced(opened, start, "left", "cushion", Ray("left_pan", (0.2, 0.35, 3.0), down, 0.0))
+    with pytest.raises(InputError, match="700 mm to the right of its middle"):
+        faced(opened, one.description, "left", "back", Ray("right_back", (3, -0.35, 0.8), aft, 0))
+    both = faced(opened, one.description, "left", "back", Ray("left_back", (3, 0.35, 0.8), aft, 0))
+    assert both.description.says["seats"]["left"]["srp"] == [0, 350, 400]
+    assert np.allclose(both.description.file.seats["left"].back_angle, 0.0)

@@ -1,0 +1,201 @@
+"""What is odd about a seat: its cushion and back held against each other, and the floor before it.
+
+What a sitter rests on is sought in the mesh: the faces near the planes of cushion and back, that face
+as these do. Across the seat they must lie behind and under the sitter, whose middle is over the seat
+reference point.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+
+from workbench.geometry.ground import Ground
+from workbench.model.arrays import Floats
+from workbench.model.doubt import Doubt
+from workbench.model.environment import Seat
+from workbench.model.posing import attitude_matrix
+
+__all__ = ["another_seats", "floor_before", "floor_doubts", "rest_doubts", "twice_doubts"]
+
+SITTER = 0.4
+"""Width [m] of who sits: hips and chest of most people, without arms (ANSUR II, hip breadth sitting
+of men, 95th percentile 0.41 m)."""
+HELD = 0.5
+"""Share of this width that cushion and back are under and behind at least."""
+NEAR = 0.08
+"""How far [m] a face of a cushion or a back is from its plane at most: foam is curved."""
+ALIKE = math.cos(math.radians(35.0))
+"""Cosine of the angle between a face and the plane that it belongs to, at least."""
+SPAN = {"cushion": (0.0, 0.6), "back": (0.05, 0.9)}
+"""Where [m] along its plane from the seat reference point a sitter rests."""
+OPENING = (80.0, 160.0)
+"""Degrees between cushion and back: of a crouched racer's seat, of one that nearly lies."""
+FEET = ((0.6, 0.75, 0.9), (-0.1, 0.1))
+"""Where [m] ahead of the seat reference point, and beside it, feet are."""
+CLEAR = 0.05
+"""A surface less [m] below the seat reference point than this is a cushion, no floor."""
+HEIGHT = (0.08, 0.65)
+"""Height [m] of a seat reference point over the floor: of a glider's seat, of a high lorry's."""
+SAME = 0.3
+"""Two people whose seat reference points are nearer [m] sit in each other."""
+_DEEPEST = 1.5
+"""A surface farther [m] below is not the floor of this seat."""
+
+
+@dataclass(frozen=True)
+class _Across:
+    """From where to where [m] across a seat something lies; left of its middle is positive."""
+
+    right: float
+    left: float
+
+
+def rest_doubts(seat: Seat, cushion: Floats, back: Floats) -> Iterator[Doubt]:
+    """Return what is odd about the cushion and the back of a seat.
+
+    Parameters
+    ----------
+    seat
+        Its figures.
+    cushion, back
+        (T, 3, 3) [m] the faces of each, or of the parts that they are of.
+    """
+    for name, part, corners in (
+        ("cushion", seat.cushion.part, cushion),
+        ("back", seat.back.part, back),
+    ):
+        words = _aside_words(name, part, _across(seat, name, corners))
+        if words:
+            yield Doubt(f"{name} of seat {seat.name}", f"seat {seat.name!r}: {words}")
+    opening = 90.0 + math.degrees(seat.back_angle - seat.cushion_angle)
+    if not OPENING[0] <= opening <= OPENING[1]:
+        yield Doubt(
+            f"angles of seat {seat.name}",
+            f"seat {seat.name!r}: cushion and back open by {opening:.0f} degrees, and "
+            f"{OPENING[0]:g} to {OPENING[1]:g} degrees are plausible: are back_angle and "
+            f"cushion_angle right, and not exchanged?",
+        )
+
+
+def another_seats(seat: Seat, back: Floats) -> str:
+    """Return why the faces (T, 3, 3) [m] of a back cannot be those of a seat, in words; "" where
+    they can: somebody leans against them."""
+    across = _across(seat, "back", back)
+    if across is None or (across.right < 0.5 * SITTER and across.left > -0.5 * SITTER):
+        return ""
+    return _aside_words("back", seat.back.part, across)
+
+
+def _across(seat: Seat, name: str, corners: Floats) -> _Across | None:
+    """Where across a seat the faces lie that a sitter can rest on; None where there are none."""
+    heading = attitude_matrix(yaw=seat.yaw)
+    c, s = math.cos(seat.cushion_angle), math.sin(seat.cushion_angle)
+    normal, along = np.array([-s, 0.0, c]), np.array([c, 0.0, s])
+    if name == "back":
+        c, s = math.cos(seat.back_angle), math.sin(seat.back_angle)
+        normal, along = np.array([c, 0.0, s]), np.array([-s, 0.0, c])
+    own = (corners - np.array(seat.srp)) @ heading
+    crosses = np.cross(own[:, 1] - own[:, 0], own[:, 2] - own[:, 0])
+    area = np.linalg.norm(crosses, axis=1)
+    facing = np.abs(crosses @ normal) >= ALIKE * area
+    off = own @ normal
+    way = own @ along
+    low, high = SPAN[name]
+    near = (off.min(axis=1) <= NEAR) & (off.max(axis=1) >= -NEAR)
+    within = (way.min(axis=1) <= high) & (way.max(axis=1) >= low)
+    rows = (area > 0.0) & facing & near & within
+    if not rows.any():
+        return None
+    sides = own[rows][..., 1]
+    return _Across(float(sides.min()), float(sides.max()))
+
+
+def _aside_words(name: str, part: str, across: _Across | None) -> str:
+    """How far a cushion or a back is beside the sitter; "" where it is not."""
+    under = "under" if name == "cushion" else "behind"
+    if across is None:
+        return (
+            f"no face of {part!r} lies in the plane of its {name}: are the seat reference point, "
+            f"the angles and the part right?"
+        )
+    half = 0.5 * SITTER
+    held = min(across.left, half) - max(across.right, -half)
+    if held >= HELD * SITTER:
+        return ""
+    middle = 0.5 * (across.left + across.right)
+    side = "left" if middle > 0.0 else "right"
+    called = name if part == name else f"{name} {part!r}"
+    lead = f"its {called} lies {1e3 * abs(middle):.0f} mm to the {side} of its middle"
+    if held <= 0.0:
+        return f"{lead}, and nothing is {under} the sitter: is it that of another seat?"
+    return (
+        f"{lead}, and {1e3 * held:.0f} of the {1e3 * SITTER:.0f} mm of a sitter have it {under} "
+        f"them: is it all of the {name}, and of this seat?"
+    )
+
+
+@dataclass(frozen=True)
+class Floor:
+    """The floor before a seat: its height [m] and its part."""
+
+    height: float
+    part: str
+
+
+def floor_before(seat: Seat, ground: Ground) -> Floor | None:
+    """Return the floor where the feet of a sitter are likely: the highest surface below the seat,
+    in the middle of several places; None where there is none at most of them."""
+    heading = attitude_matrix(yaw=seat.yaw)
+    found: list[Floor] = []
+    places = [(ahead, aside) for ahead in FEET[0] for aside in FEET[1]]
+    for ahead, aside in places:
+        at = np.array(seat.srp) + heading @ np.array([ahead, aside, 0.0])
+        heights, parts = ground.levels(at[:2])
+        below = (heights < seat.srp[2] - CLEAR) & (heights > seat.srp[2] - _DEEPEST)
+        if below.any():
+            top = int(np.flatnonzero(below)[-1])
+            found.append(Floor(float(heights[top]), ground.names[int(parts[top])]))
+    if 2 * len(found) <= len(places):
+        return None
+    return sorted(found, key=lambda floor: floor.height)[len(found) // 2]
+
+
+def floor_doubts(seat: Seat, ground: Ground) -> Iterator[Doubt]:
+    """Return what is odd about the floor before a seat."""
+    about = f"floor of seat {seat.name}"
+    floor = floor_before(seat, ground)
+    if floor is None:
+        yield Doubt(
+            about,
+            f"seat {seat.name!r}: there is no floor before it, {1e3 * FEET[0][0]:.0f} to "
+            f"{1e3 * FEET[0][-1]:.0f} mm ahead of its reference point: feet find nothing to stand "
+            f"on",
+        )
+        return
+    low = seat.srp[2] + seat.travel_up[0] - floor.height
+    high = seat.srp[2] + seat.travel_up[1] - floor.height
+    if high < HEIGHT[0] or low > HEIGHT[1]:
+        height = seat.srp[2] - floor.height
+        yield Doubt(
+            about,
+            f"seat {seat.name!r}: its reference point is {1e3 * height:.0f} mm above "
+            f"{floor.part!r}, the floor before it, and {1e3 * HEIGHT[0]:.0f} to "
+            f"{1e3 * HEIGHT[1]:.0f} mm is plausible: is the seat right, or the floor another part?",
+        )
+
+
+def twice_doubts(seats: Sequence[Seat]) -> Iterator[Doubt]:
+    """Return which seats are in each other."""
+    for one, other in combinations(seats, 2):
+        apart = math.dist(one.srp, other.srp)
+        if apart < SAME:
+            yield Doubt(
+                f"seats {one.name} and {other.name}",
+                f"seats {one.name!r} and {other.name!r} are {1e3 * apart:.0f} mm apart: people in "
+                f"both are in each other: is one of them that of another place?",
+            )
