@@ -19,8 +19,21 @@ pytest.importorskip("starlette", reason="the extra `live` is not installed")
 pytest.importorskip("httpx2", reason="Starlette's test client needs httpx2")
 pytest.importorskip("uvicorn", reason="the extra `live` is not installed")
 
-from tests.test_live import asked, client_of, entered, frames_until, page_of
+from starlette.testclient import TestClient
+
+from tests.test_live import (
+    HOST,
+    PORT,
+    TOKEN,
+    asked,
+    client_of,
+    entered,
+    frames_until,
+    page_of,
+)
 from workbench.live.describe_desk import DescribeDesk
+from workbench.live.protocol import Question
+from workbench.live.server import live_application
 
 CUSHION = {"part": "pan", "start": [SRP[0] + 0.2, SRP[1], 3], "way": [0, 0, -1]}
 BACK = {"part": "rest", "start": [3, SRP[1], SRP[2] + 0.3], "way": [-1, 0, 0]}
@@ -234,6 +247,26 @@ def test_a_first_study_is_made_of_what_was_saved_and_opened_in_its_place(bench, 
     with page_of(client) as other:
         head, _ = frames_until(other, "hello")
         assert [one["role"] for one in head["people"]] == ["driver"]
+
+
+def test_what_is_not_saved_at_the_end_is_kept_in_a_file_of_its_own(mesh):
+    desk = DescribeDesk(str(mesh))
+    said = []
+
+    def end():
+        app = live_application(desk, port=PORT, token=TOKEN, ended=said.append)
+        with TestClient(app, base_url=f"http://{HOST}"):
+            pass
+        return said[-1]
+
+    assert end() == ""  # a mesh that was only looked at
+    desk.do(Question(1, "leave", {"parts": ["lever"]}))
+    kept = mesh.parent / "environment_unsaved.yaml"
+    assert end().startswith(f"what was not saved is in {kept}")
+    assert load_environment(kept).parts == ("pan", "rest", "floor")
+    assert "environment_unsaved_2.yaml" in end()
+    desk.do(Question(2, "save", {"to": "", "over": False}))
+    assert end() == ""
 
 
 def test_a_question_that_was_done_already_is_not_done_again(bench):

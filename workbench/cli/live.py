@@ -79,5 +79,9 @@ def live(
         if browser:
             webbrowser.open(address)
 
-    serve(desk, port=port, ready=ready)
+    def ended(words: str) -> None:
+        if words:
+            tell(words)
+
+    serve(desk, port=port, ready=ready, ended=ended)
     return 0

@@ -20,7 +20,7 @@ from workbench.geometry.components import component_labels
 from workbench.live.describe_frames import describe_hello, description_frame, drawn_place
 from workbench.live.describe_protocol import DESCRIBE_VERBS
 from workbench.live.describe_verbs import DESCRIBE_EDITS
-from workbench.live.desk import busy_frame, fault_frame, new_file, words_of
+from workbench.live.desk import busy_frame, fault_frame, kept_file, new_file, words_of
 from workbench.live.protocol import Question, packed
 from workbench.live.replies import Replies
 from workbench.model.arrays import Ints
@@ -163,6 +163,17 @@ class DescribeDesk:
             return Replies(asker=[fault_frame(question, str(error), ask="over")])
         except Exception as error:  # noqa: BLE001 (one question that fails must not end the bench)
             return Replies(asker=[fault_frame(question, words_of(error))])
+
+    def keep(self) -> str:
+        """Keep what is not saved in a file of its own; where, in words, "" where nothing is."""
+        if self.read_only or not self.unsaved or not (self.history.can_undo or self.disk):
+            return ""
+        to = kept_file(self.target)
+        try:
+            save_description(self.opened, self.live, self.disk, to=to, over=True)
+        except InputError as error:
+            return f"what was not saved is lost: {error}"
+        return f"what was not saved is in {to}: workbench live {to} goes on with it"
 
     def _answered(self, number: int, words: str) -> bytes:
         """The frame of the description as it is."""

@@ -109,6 +109,7 @@ PAGE = {
     "describe.js": "text/javascript; charset=utf-8",
     "describe_frame.js": "text/javascript; charset=utf-8",
     "describe_marks.js": "text/javascript; charset=utf-8",
+    "describe_next.js": "text/javascript; charset=utf-8",
     "describe_parts.js": "text/javascript; charset=utf-8",
     "describe_things.js": "text/javascript; charset=utf-8",
     "icon.svg": "image/svg+xml",
@@ -153,6 +154,9 @@ class AnyDesk(Protocol):
 
     def do(self, question: Question) -> Replies:
         """Do what is asked."""
+
+    def keep(self) -> str:
+        """Keep what is not saved in a file of its own; where, in words, "" where nothing is."""
 
 
 class Hub:
@@ -535,7 +539,9 @@ async def closed(opened: WebSocket, error: PageClosedError) -> None:
         return
 
 
-def live_application(desk: AnyDesk, *, port: int, token: str) -> Application:
+def live_application(
+    desk: AnyDesk, *, port: int, token: str, ended: Callable[[str], None] | None = None
+) -> Application:
     """Build the application that serves a desk, with the guard around it.
 
     Parameters
@@ -544,6 +550,9 @@ def live_application(desk: AnyDesk, *, port: int, token: str) -> Application:
         At which it is served.
     token
         The secret of its address.
+    ended
+        Is told at the end, in words, where that was kept which was not saved; "" where all was. None
+        to keep nothing.
     """
     hub = Hub(desk)
     folder = files("workbench.live") / "page"
@@ -589,6 +598,8 @@ def live_application(desk: AnyDesk, *, port: int, token: str) -> Application:
             yield
         finally:
             await hub.stop()
+            if ended is not None:
+                ended(hub.desk.keep())
 
     routes = [
         Route("/", page),
@@ -602,7 +613,13 @@ def live_application(desk: AnyDesk, *, port: int, token: str) -> Application:
     return Guard(Starlette(routes=routes, lifespan=running), port=port, token=token)
 
 
-def serve(desk: AnyDesk, *, port: int = 0, ready: Callable[[str], None]) -> None:
+def serve(
+    desk: AnyDesk,
+    *,
+    port: int = 0,
+    ready: Callable[[str], None],
+    ended: Callable[[str], None] | None = None,
+) -> None:
     """Serve a desk at 127.0.0.1 until the program is stopped.
 
     Parameters
@@ -611,6 +628,8 @@ def serve(desk: AnyDesk, *, port: int = 0, ready: Callable[[str], None]) -> None
         At which it is served; one that is free if 0.
     ready
         Is given the address to open, with its token.
+    ended
+        As of `live_application`.
 
     Raises
     ------
@@ -629,7 +648,7 @@ def serve(desk: AnyDesk, *, port: int = 0, ready: Callable[[str], None]) -> None
         taken = int(bound.getsockname()[1])
         token = secrets.token_urlsafe(32)
         settings = uvicorn.Config(
-            live_application(desk, port=taken, token=token),
+            live_application(desk, port=taken, token=token, ended=ended),
             log_level="warning",
             access_log=False,
             lifespan="on",

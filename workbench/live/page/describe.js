@@ -1,17 +1,19 @@
 // The page that makes an environment of a mesh by pointing. Names from files are only ever written as text.
 
-import { clearest, pick } from "/view/pick.js";
+import { pick } from "/view/pick.js";
 import { vec } from "/view/camera.js";
 import { ask, changes, connect } from "./connection.js";
 import { at, bindHistory, commit, element, guardLeaving, heldFields, options, sendTyped } from "./elements.js";
 import { Frame } from "./describe_frame.js";
-import { Marks } from "./describe_marks.js";
+import { Next } from "./describe_next.js";
+import { Marks, everything } from "./describe_marks.js";
 import { Parts } from "./describe_parts.js";
 import { Things } from "./describe_things.js";
 import { Picture } from "./picture.js";
 
 const state = { hello: null, found: null, scene: "", axes: "", move: [0, 0, 0], walls: true, from: null };
 const frame = new Frame(each);
+const next = new Next(each, say);
 const marks = new Marks();
 const parts = new Parts();
 const things = new Things(each, () => parts.names);
@@ -61,10 +63,9 @@ function takeDescription(head, arrays) {
   at("choices").hidden = true;
   showFields();
   parts.show(head);
-  showNext(head);
-  showLarge(head.large);
+  next.show(head, state.hello.saves);
   at("notes").hidden = !head.warnings.length;
-  at("warnings").replaceChildren(...head.warnings.map(doubt));
+  at("warnings").replaceChildren(...head.warnings.map((one) => next.doubt(one)));
   marks.show(head, arrays);
   advance(head);
   if (head.scene !== state.scene) {
@@ -77,54 +78,16 @@ function takeDescription(head, arrays) {
 function showFields() {
   const { found, hello } = state;
   frame.show(found, hello);
-  at("sizes").replaceChildren(...found.sizes.map(doubt));
+  at("sizes").replaceChildren(...found.sizes.map((one) => next.doubt(one)));
   at("mode-meet").hidden = found.meshes.length < 2;
   options(at("add-files"), found.others);
   things.show(found, hello);
-}
-
-// Something that is doubted, and a button that puts it away.
-function doubt({ words, about }) {
-  const made = element("li", words);
-  if (about) made.append(" ", element("button", "It is right", { type: "button", className: "small", onclick: () => each("accept", { about }) }));
-  return made;
 }
 
 // What stands in fields and is not in what was saved.
 function notUsed() {
   const words = heldFields().map((field) => `"${field.value}"${field.dataset.held === "refused" ? " was refused" : ""}`);
   return words.length ? `typed and not used: ${words.join(", ")}` : "";
-}
-
-// A part that most of the mesh is: what is picked on it would be picked on all of it.
-function showLarge(large) {
-  at("large").hidden = !large;
-  if (!large) return;
-  const share = `${Math.round(100 * large.share)} % of the triangles are of ${large.name}`;
-  const pieces = large.pieces.toLocaleString("en");
-  at("large-words").textContent = large.can
-    ? `${share}, which falls into ${pieces} connected pieces: split it before anything is picked on it.`
-    : `${share}, and it falls into ${pieces} pieces, too many to be parts: its triangles are not connected. Connect them where the mesh was made.`;
-  at("large-split").hidden = !large.can;
-  at("large-split").onclick = () => each("split", { part: large.name });
-}
-
-// Once all is saved: what is not finished, and what leads on.
-function showNext(head) {
-  at("next").hidden = !head.next.length || head.unsaved;
-  at("study-open").hidden = !head.study;
-  at("study-open").textContent = `Open ${head.study}`;
-  at("study-open").onclick = () => openStudy({});
-  at("study-new").textContent = head.study ? "Make another first study and open it" : "Make a first study and open it";
-  at("study-new").hidden = !state.hello.saves;
-  at("study-new").onclick = () => openStudy({ anew: Boolean(head.study) });
-  at("next-commands").textContent = head.next.join("\n");
-  at("unfinished").replaceChildren(...head.unfinished.map((words) => element("li", words)));
-}
-
-function openStudy(given) {
-  say("the study is being made and opened; the first time this takes a while");
-  ask("study", given);
 }
 
 /* ---- the picture ---- */
@@ -142,21 +105,7 @@ function attach(panel) {
     viewer.draw();
   };
   viewer.fit = () => look(box);
-  const part = (names) => (k) => names.has(panel.scene.place.parts[k].name);
-  panel.fit = () => { // what is chosen, alone; else what is shown
-    panel.leave();
-    look(parts.box() ?? box);
-  };
-  panel.focus = () => {
-    const some = parts.chosen.size && parts.box();
-    if (!some) return panel.chosen && panel.lookAt(panel.chosen.point);
-    const shown = { body: () => false, part: part(new Set(parts.shown)) };
-    const middle = vec.mul(vec.add(...some), 0.5);
-    panel.leave();
-    const { azimuth, height } = clearest(panel.scene, viewer.camera, middle, shown, viewer.section);
-    viewer.camera.look(azimuth, height);
-    return look(some);
-  };
+  parts.bindLooks(panel, box, look);
   if (state.walls) panel.toggleWalls(); // walls are opaque at first; later pictures go on as they were
   state.walls = false;
   parts.attach(panel);
@@ -166,18 +115,6 @@ function attach(panel) {
   if (axes !== state.axes) panel.reset();
   else viewer.camera.at = vec.add(viewer.camera.at, vec.sub(move, state.move));
   Object.assign(state, { axes, move });
-}
-
-function everything(scene) {
-  const low = [Infinity, Infinity, Infinity];
-  const high = [-Infinity, -Infinity, -Infinity];
-  for (const points of [scene.place.vertices, ...scene.bodies.map((body) => body.centres)]) {
-    for (let i = 0; i < points.length; i++) {
-      if (points[i] < low[i % 3]) low[i % 3] = points[i];
-      if (points[i] > high[i % 3]) high[i % 3] = points[i];
-    }
-  }
-  return [low, high];
 }
 
 const mode = () => document.querySelector("input[name=mode]:checked").value;

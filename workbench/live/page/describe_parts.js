@@ -2,6 +2,7 @@
 
 import { ask } from "./connection.js";
 import { vec } from "/view/camera.js";
+import { clearest } from "/view/pick.js";
 import { at, element, put, sendTyped } from "./elements.js";
 
 const FRAME = [226, 120, 0];
@@ -60,6 +61,25 @@ export class Parts {
     const boxes = this.head.parts.filter((part) => names.has(part.name)).map(boxOf);
     const [low, high] = [Math.min, Math.max].map((least, k) => [0, 1, 2].map((i) => least(...boxes.map((one) => one[k][i]))));
     return [low, high];
+  }
+
+  // fit and F of a picture: what is chosen, alone; else what is shown of it. look: looks at a box.
+  bindLooks(panel, everything, look) {
+    panel.fit = () => {
+      panel.leave();
+      look(this.box() ?? everything);
+    };
+    panel.focus = () => {
+      if (!this.chosen.size) return panel.chosen && panel.lookAt(panel.chosen.point);
+      const { scene, viewer } = panel;
+      const box = this.box();
+      const there = new Set(this.shown);
+      const shown = { body: () => false, part: (k) => there.has(scene.place.parts[k].name) };
+      panel.leave();
+      const { azimuth, height } = clearest(scene, viewer.camera, vec.mul(vec.add(...box), 0.5), shown, viewer.section);
+      viewer.camera.look(azimuth, height);
+      return look(box);
+    };
   }
 
   all(what) {
