@@ -151,6 +151,7 @@ def render(
     bare = _are_meshes(sources, mesh, movement, {"--pose": pose, "--case": case, "--study": study})
     check_file(out)
     from workbench.draw.marks.requested_marks import with_marks
+    from workbench.draw.render import left_out_words
     from workbench.draw.render import render as write
     from workbench.draw.scene_builder import mesh_source
 
@@ -164,7 +165,8 @@ def render(
         if picture.marks is not None:
             found = with_marks(found, tuple(name.strip() for name in picture.marks.split(",")))
         write(found, options, out, progress=lambda done, count: say(f"frame {done} of {count}"))
-    for note in found.notes:
+        said = left_out_words(found, options)
+    for note in (*found.notes, *said):
         tell(note)
     emit(out)
     return 0

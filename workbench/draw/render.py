@@ -27,6 +27,7 @@ from workbench.draw.films.motion_clips import (
     evenly_spaced_times,
 )
 from workbench.draw.films.strip import strip_image, strip_svg
+from workbench.draw.hidden import cut_off_words, seen_through
 from workbench.draw.lines.circles import circles
 from workbench.draw.lines.hidden_lines import HIDDEN
 from workbench.draw.lines.outline import outline
@@ -46,7 +47,15 @@ from workbench.model.arrays import Floats
 from workbench.model.environment import Environment
 from workbench.model.poses import Placed
 
-__all__ = ["TURN", "camera_for_all_poses", "choose_camera", "drawing", "picture", "render"]
+__all__ = [
+    "TURN",
+    "camera_for_all_poses",
+    "choose_camera",
+    "drawing",
+    "left_out_words",
+    "picture",
+    "render",
+]
 
 TURN = 6.0
 """Time [s] in which a film of something at rest goes round it once."""
@@ -211,8 +220,25 @@ def _panels(source: Source, options: DisplayOptions) -> list[tuple[Scene, Camera
             key=scene.key if number == 0 else (),
         )
         own = choose_camera(shown, options, source.people) if _is_eye_view(options) else camera
-        panels.append((shown, own))
+        found = [np.array(mark.point) for mark in shown.marks if mark.kind == "contact"]
+        panels.append((seen_through(shown, own, found)[0], own))
     return panels
+
+
+def left_out_words(source: Source, options: DisplayOptions) -> list[str]:
+    """Return what a picture leaves out or looks through, in words; nothing of other files, and of
+    what is seen by somebody's eyes."""
+    if options.holds not in ("raster", "vector") or _is_eye_view(options):
+        return []
+    scene, camera = _panels(_stills(source, options), options)[0]
+    words = cut_off_words(scene, camera)
+    before = source.scene.environment
+    if before is not None and scene.environment is not None and options.cut is None:
+        through = scene.environment.see_through & ~before.see_through
+        names = [name for name, one in zip(before.parts, through, strict=True) if one]
+        if names:
+            words.append(f"see-through, so that what was found is seen: {', '.join(names)}")
+    return words
 
 
 def camera_for_all_poses(source: Source, options: DisplayOptions) -> Camera:

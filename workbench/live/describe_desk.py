@@ -27,7 +27,12 @@ from workbench.model.arrays import Ints
 from workbench.study.bench.history import Entry, History
 from workbench.study.describe.edits_files import added_file, files_beside
 from workbench.study.describe.meshes import Meshes
-from workbench.study.describe.people import person_words, seated_person, standing_person
+from workbench.study.describe.people import (
+    person_words,
+    seated_person,
+    seated_words,
+    standing_person,
+)
 from workbench.study.describe.saving import (
     ForeignFileError,
     SavedPlace,
@@ -225,13 +230,15 @@ class DescribeDesk:
 
     def _sit(self, question: Question) -> Replies:
         on = bool(question.given["on"])
+        words: list[str] = []
         if on:
             if not self.live.file.seats:
                 raise InputError("there is no seat yet: pick a cushion and a back")
+            ground = standing_of(self.opened, self.live).ground
             for name in self.live.file.seats:
-                seated_person(self.live.file, name)
+                words += seated_words(self.live.file, name, ground)
         self.sitting = on
-        return Replies([self._answered(question.number, "")])
+        return Replies([self._answered(question.number, "; ".join(words))])
 
     def _add(self, question: Question) -> Replies:
         """Add a mesh file, named from the folder of the meshes or by its whole path."""

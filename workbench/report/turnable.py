@@ -11,6 +11,7 @@ from markupsafe import Markup, escape
 
 from workbench.draw.camera import Camera, standard_view
 from workbench.draw.disks import disks
+from workbench.draw.hidden import seen_through
 from workbench.draw.scene import Mark, Scene
 from workbench.draw.shining import shining_part
 from workbench.draw.web.packing import Packing
@@ -158,7 +159,7 @@ def close_up(scene: Scene, point: Sequence[float], label: str, *, struck: str = 
         What stands beside the point.
     struck
         What is met there, with the number of its polygon or without. A part shines through the
-        body.
+        body; other parts that stand before the point are see-through.
 
     Returns
     -------
@@ -179,5 +180,6 @@ def close_up(scene: Scene, point: Sequence[float], label: str, *, struck: str = 
     marked = replace(scene, marks=(Mark((x, y, z), label),))
     part = struck.split(",")[0]
     known = scene.environment is not None and part in scene.environment.parts
+    marked, _ = seen_through(marked, camera, [at], kept=[part])
     picture = shining_part(marked, camera, part) if known else disks(marked, camera, mode="shaded")
     return picture_address(picture, colours=_CLOSE_COLOURS)

@@ -4,17 +4,19 @@ enclosed, seats missed."""
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from workbench.contact.enclosure import enclosed
+from workbench.geometry.ground import Ground, ground_of
 from workbench.model.arrays import Floats
 from workbench.model.criterion import Criterion
 from workbench.model.environment import Environment, Rest, Seat
 from workbench.model.poses import Placed
 from workbench.model.result import Finding, PersonFound, Verdict
-from workbench.posture.seating.seating import seat_planes
+from workbench.posture.seating.seating import seat_planes, seat_shift
+from workbench.study.feet_on_floor import FeetOnFloor, feet_on_floor, feet_words
 
 __all__ = ["enclosure_warnings", "result_warnings", "seat_verdicts"]
 
@@ -32,6 +34,7 @@ def result_warnings(
 ) -> list[str]:
     """Sentences, person by person."""
     found: list[str] = []
+    ground = ground_of(environment)
     for person in people:
         found += _breached(cases, person)
         found += _swallowed(environment, cases, person)
@@ -40,7 +43,41 @@ def result_warnings(
             most = DRIVER_TOLERANCE if "driver" in person.postures else SEAT_TOLERANCE
             for rest in _rests(environment.seat(person.role.seat)):
                 found += _missed(environment, person, rest, cases, most)
+            found += _under_floor(environment, person, cases, ground)
     return found
+
+
+def _under_floor(
+    environment: Environment, person: PersonFound, cases: tuple[str, ...], ground: Ground
+) -> list[str]:
+    """What is wrong where the feet of a sitter are through the floor, deeper than any rule allows,
+    in the case where they are deepest."""
+    assert person.role.seat is not None
+    rest = environment.seat(person.role.seat)
+    x, y, z = (np.array(rest.srp) + seat_shift(rest, person.forward, person.up)).tolist()
+    own = replace(rest, srp=(x, y, z))
+    pedals = {one.part for one in environment.controls if one.for_feet}
+    worst: tuple[str, FeetOnFloor] | None = None
+    for pose, case in enumerate(cases):
+        feet = feet_on_floor(person.placed, pose, own, ground, without=pedals)
+        if feet is None or feet.above >= -_allowed(environment, feet.part):
+            continue
+        if worst is None or feet.above < worst[1].above:
+            worst = case, feet
+    if worst is None or worst[1].above > 0.0:
+        return []
+    return feet_words(f"{person.name}, {worst[0]}", worst[1], environment.controls)
+
+
+def _allowed(environment: Environment, part: str) -> float:
+    """How deep [m] feet may be in a part."""
+    row = environment.part(part)
+    depths = [
+        rule.depth
+        for rule in environment.allowances
+        if rule.part == row and {"LF", "RF", "all"} & set(rule.segments)
+    ]
+    return max(depths, default=0.0)
 
 
 def _breached(cases: tuple[str, ...], person: PersonFound) -> Iterator[str]:

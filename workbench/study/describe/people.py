@@ -11,12 +11,22 @@ from workbench.files.body.bodies import body_path, load_body
 from workbench.files.environment_schema import EnvironmentFile
 from workbench.files.environments import seat_of
 from workbench.files.postures import load_postures, posture_path, posture_pose
+from workbench.geometry.ground import Ground
 from workbench.model.arrays import Floats
 from workbench.model.body import Body
+from workbench.model.environment import Control
 from workbench.model.poses import Placed, Poses
 from workbench.posture.seating.seat import seat
+from workbench.study.feet_on_floor import feet_on_floor, feet_words
 
-__all__ = ["PERSON", "SeatedPerson", "person_words", "seated_person", "standing_person"]
+__all__ = [
+    "PERSON",
+    "SeatedPerson",
+    "person_words",
+    "seated_person",
+    "seated_words",
+    "standing_person",
+]
 
 PERSON = "adult_male"
 ASIDE = 0.6
@@ -75,6 +85,26 @@ class SeatedPerson:
     def __init__(self, placed: Placed, eye: Floats) -> None:
         self.placed = placed
         self.eye = eye
+
+
+def seated_words(file: EnvironmentFile, name: str, ground: Ground) -> list[str]:
+    """Return what is wrong with the feet of the person in a seat, and what would mend it.
+
+    Parameters
+    ----------
+    file, name
+        As of `seated_person`.
+    ground
+        What may be a floor.
+    """
+    own_seat = seat_of(name, file.seats[name], ())
+    pedals = {one.part for one in file.controls.values() if one.grip == "foot" and one.part}
+    feet = feet_on_floor(seated_person(file, name).placed, 0, own_seat, ground, without=pedals)
+    controls = [
+        Control(called, one.at, one.grip, one.zone, one.part)
+        for called, one in file.controls.items()
+    ]
+    return feet_words(f"{name}: {PERSON.replace('_', ' ')}, hands in the lap", feet, controls)
 
 
 def seated_person(file: EnvironmentFile, name: str) -> SeatedPerson:

@@ -1,0 +1,117 @@
+"""Feet that are through the floor, above it or over none are told in millimetres, with what would
+mend it."""
+
+from __future__ import annotations
+
+import json
+import math
+
+import pytest
+
+import workbench as wb
+from tests.made_seat import corners, obj_text
+from workbench.cli import main
+from workbench.files.environment_schema import EnvironmentFile
+from workbench.files.schema import validate
+from workbench.files.yaml_text import parse_yaml
+from workbench.geometry.ground import ground_of
+from workbench.study.describe.people import seated_person, seated_words
+from workbench.study.feet_on_floor import feet_on_floor
+
+CAB = """environment: cab
+length: m
+meshes: [{{file: cab.obj, length: m, up: z, forward: x}}]
+seats:
+  left:
+    srp: [0, 0, 0.45]
+    back_angle: 10
+    cushion_angle: 5
+    cushion: {{part: pan, segments: [LT, LUL, RUL], depth: 0.02}}
+    back: {{part: back, segments: [LT, CT, UT], depth: 0.02}}
+parts:
+  pan: {{allow: [{{segments: [LT, LUL, RUL], depth: 0.2}}]}}
+controls: {controls}
+"""
+PEDAL = "{brake: {at: [0.8, 0.1, 0.2], grip: foot, zone: 1}}"
+STUDY = """study: sit
+length: mm
+environment: ./environment.yaml
+people: {driver: {body: adult_male, seat: left}}
+cases: [{name: at rest, people: {driver: {posture: hands_in_lap}}}]
+criteria: [{name: clear, check: contact}]
+"""
+
+
+def cab(folder, floor, *, controls="{}"):
+    """A cab whose floor is at a height [m], None for none; its environment and its file."""
+    parts = {
+        "pan": corners((-0.1, -0.25, 0.3), (0.4, 0.25, 0.43)),
+        "back": corners((-0.4, -0.25, 0.43), (-0.15, 0.25, 1.0)),
+    }
+    if floor is not None:
+        parts["floor"] = corners((-1.0, -1.0, floor - 0.1), (2.0, 1.0, floor))
+    (folder / "cab.obj").write_text(obj_text(parts))
+    text = CAB.format(controls=controls)
+    (folder / "environment.yaml").write_text(text)
+    file = validate(parse_yaml(text, "environment.yaml"), EnvironmentFile)
+    return wb.load_environment(folder), file
+
+
+@pytest.fixture(scope="module")
+def sole(tmp_path_factory):
+    """The height [m] of the soles of who sits in the cab."""
+    _, file = cab(tmp_path_factory.mktemp("cab"), 0.0)
+    placed = seated_person(file, "left").placed
+    body = placed.body
+    feet = [body.spheres(body.segment(foot)) for foot in ("LF", "RF")]
+    return min(float((placed.centres[0, own, 2] - body.radius[0, own]).min()) for own in feet)
+
+
+def words(folder, floor, **more):
+    environment, file = cab(folder, floor, **more)
+    return seated_words(file, "left", ground_of(environment))
+
+
+def test_feet_on_the_floor_are_nothing_to_say(tmp_path, sole):
+    assert words(tmp_path, sole + 0.001) == []
+
+
+def test_feet_under_the_floor_are_told_with_the_seat_that_is_high_enough(tmp_path, sole):
+    (said,) = words(tmp_path, sole + 0.1)
+    needed = 1e3 * (0.45 - sole)
+    assert said.startswith(
+        f"left: adult male, hands in the lap: the feet are 100 mm under 'floor': with these knees "
+        f"the seat reference point must be {needed:.0f} mm above it, and it is {needed - 100:.0f} "
+        f"mm. A seat 100 mm higher would mend it, or feet "
+    )
+    assert said.endswith("no control is for feet: are pedals missing?")
+    assert "as on brake" in words(tmp_path, sole + 0.1, controls=PEDAL)[0]
+
+
+def test_feet_that_hang_and_feet_over_nothing_are_told(tmp_path, sole):
+    (said,) = words(tmp_path, sole - 0.15)
+    assert "the feet hang 150 mm above 'floor'" in said and "150 mm lower, or a footrest" in said
+    assert words(tmp_path, None) == [
+        "left: adult male, hands in the lap: there is no floor under the feet: is it left out or "
+        "hidden, or is the seat in another place?"
+    ]
+
+
+def test_the_lower_leg_reaches_the_floor_farther_ahead_by_pythagoras(tmp_path, sole):
+    environment, file = cab(tmp_path, sole + 0.1)
+    placed = seated_person(file, "left").placed
+    feet = feet_on_floor(placed, 0, environment.seat("left"), ground_of(environment))
+    legs = [placed.body.spheres(placed.body.segment(leg)) for leg in ("LLL", "RLL")]
+    knee = max(float(placed.centres[0, leg, 2].max()) for leg in legs)
+    leg = knee - sole
+    assert feet.above == pytest.approx(-0.1, abs=2e-3)
+    assert feet.ahead == pytest.approx(math.sqrt(leg**2 - (leg - 0.1) ** 2), rel=0.03)
+
+
+def test_a_run_says_that_feet_are_through_the_floor(tmp_path, sole, capsys):
+    cab(tmp_path, sole + 0.1)
+    (tmp_path / "sit.yaml").write_text(STUDY)
+    main(["run", str(tmp_path / "sit.yaml"), "--out", str(tmp_path / "out"), "--json"])
+    told = json.loads(capsys.readouterr().out)["warnings"]
+    (said,) = [line for line in told if "under 'floor'" in line]
+    assert said.startswith("driver, at rest: the feet are 1") and "mm higher would mend it" in said

@@ -1,0 +1,149 @@
+"""Whether the feet of a sitter are on the floor, and what is wrong where they are not: the seat, the
+floor, or pedals that are missing."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from workbench.geometry.ground import Ground
+from workbench.model.arrays import Floats
+from workbench.model.environment import Control, Seat
+from workbench.model.poses import Placed
+
+__all__ = ["FeetOnFloor", "feet_on_floor", "feet_words"]
+
+LEGS = {"LF": "LLL", "RF": "RLL"}
+"""The lower leg of each foot."""
+UNDER = 0.02
+"""Feet that are less [m] under a floor are on it: soles and carpets give way."""
+OVER = 0.05
+"""Feet that are less [m] above it are on it."""
+_UNDER_KNEE = 0.05
+"""What is less [m] below the knee is no floor."""
+
+
+@dataclass(frozen=True)
+class FeetOnFloor:
+    """How the lower one of two feet stands to the floor.
+
+    Parameters
+    ----------
+    above
+        How far [m] the sole is above the floor, negative under it.
+    part
+        What is the floor there.
+    height
+        How far [m] the seat reference point is above the floor.
+    ahead
+        How much farther [m] ahead the foot would be on the floor with the knee where it is; nan
+        where it can't be.
+    """
+
+    above: float
+    part: str
+    height: float
+    ahead: float
+
+
+def feet_on_floor(
+    placed: Placed, pose: int, seat: Seat, ground: Ground, *, without: Iterable[str] = ()
+) -> FeetOnFloor | None:
+    """Find how the feet of a sitter stand to the floor under them.
+
+    Parameters
+    ----------
+    placed, pose
+        Who sits, and in which pose.
+    seat
+        The seat where it stands.
+    ground
+        What may be a floor.
+    without
+        Parts that are none: pedals.
+
+    Returns
+    -------
+    FeetOnFloor | None
+        Of the foot that is deepest, None where there is no floor under either.
+    """
+    body = placed.body
+    centres = placed.centres[pose]
+    radius = body.radius[placed.person[pose]]
+    left_out = [ground.names.index(name) for name in without if name in ground.names]
+    found = []
+    for foot, leg in LEGS.items():
+        if foot not in body.segments or leg not in body.segments:
+            continue
+        own = body.spheres(body.segment(foot))
+        knee = float(centres[body.spheres(body.segment(leg)), 2].max())
+        sole = float((centres[own, 2] - radius[own]).min())
+        floor = _under(ground, centres[own, :2].mean(axis=0), knee - _UNDER_KNEE, left_out)
+        if floor is not None:
+            height, part = floor
+            ahead = _ahead(knee - sole, knee - height)
+            found.append(FeetOnFloor(sole - height, part, seat.srp[2] - height, ahead))
+    return min(found, key=lambda one: one.above, default=None)
+
+
+def _under(
+    ground: Ground, at: Floats, below: float, left_out: list[int]
+) -> tuple[float, str] | None:
+    """Height [m] and part of the highest surface below a height [m] at a place (2,)."""
+    heights, parts = ground.levels(at)
+    rows = np.flatnonzero((heights < below) & ~np.isin(parts, left_out))
+    if not len(rows):
+        return None
+    return float(heights[rows[-1]]), ground.names[int(parts[rows[-1]])]
+
+
+def _ahead(leg: float, room: float) -> float:
+    """How much farther ahead [m] a foot is on the floor if the leg below the knee, `leg` [m] high
+    where it is upright, has `room` [m] under the knee."""
+    if not 0.0 < room < leg:
+        return math.nan
+    return math.sqrt(leg * leg - room * room)
+
+
+def feet_words(who: str, feet: FeetOnFloor | None, controls: Iterable[Control]) -> list[str]:
+    """Return what is wrong with the feet of a sitter and what would mend it; nothing where they are
+    on the floor.
+
+    Parameters
+    ----------
+    who
+        What sentences begin with.
+    feet
+        As of `feet_on_floor`.
+    controls
+        Those of the environment: pedals are where feet go.
+    """
+    pedals = [control.name for control in controls if control.for_feet]
+    if feet is None:
+        return [
+            f"{who}: there is no floor under the feet: is it left out or hidden, or is the seat in "
+            f"another place?"
+        ]
+    if feet.above > OVER:
+        return [
+            f"{who}: the feet hang {1e3 * feet.above:.0f} mm above {feet.part!r}: the seat "
+            f"reference point is {1e3 * feet.height:.0f} mm above it. A seat "
+            f"{1e3 * feet.above:.0f} mm lower, or a footrest, would hold them"
+        ]
+    if feet.above >= -UNDER:
+        return []
+    under = -feet.above
+    needed = feet.height + under
+    words = (
+        f"{who}: the feet are {1e3 * under:.0f} mm under {feet.part!r}: with these knees the seat "
+        f"reference point must be {1e3 * needed:.0f} mm above it, and it is "
+        f"{1e3 * feet.height:.0f} mm. A seat {1e3 * under:.0f} mm higher would mend it"
+    )
+    if math.isfinite(feet.ahead):
+        words += f", or feet {1e3 * feet.ahead:.0f} mm farther ahead"
+    if pedals:
+        return [f"{words}, as on {' and '.join(pedals[:2])}"]
+    return [f"{words}; no control is for feet: are pedals missing?"]
