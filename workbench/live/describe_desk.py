@@ -86,6 +86,7 @@ class DescribeDesk:
         self.read_only = read_only
         self.clock = clock
         self.sitting = False
+        self._seated: tuple[Description, dict[str, list[str]]] | None = None
         self._others: Mapping[str, Callable[[Question], Replies]] = {
             "sit": self._sit,
             "add": self._add,
@@ -200,6 +201,7 @@ class DescribeDesk:
             "drawn": len(self._thin.faces),
             "of": len(meshes.faces),
             "sitting": self.sitting,
+            "seated": self._seated_words() if self.sitting else {},
             "scene": self._scene_key(description),
         }
         return description_frame(self.opened, description, head)
@@ -230,15 +232,21 @@ class DescribeDesk:
 
     def _sit(self, question: Question) -> Replies:
         on = bool(question.given["on"])
-        words: list[str] = []
-        if on:
-            if not self.live.file.seats:
-                raise InputError("there is no seat yet: pick a cushion and a back")
-            ground = standing_of(self.opened, self.live).ground
-            for name in self.live.file.seats:
-                words += seated_words(self.live.file, name, ground)
+        if on and not self.live.file.seats:
+            raise InputError("there is no seat yet: pick a cushion and a back")
+        words = [one for some in self._seated_words().values() for one in some] if on else []
         self.sitting = on
         return Replies([self._answered(question.number, "; ".join(words))])
+
+    def _seated_words(self) -> dict[str, list[str]]:
+        """By its seat, what is wrong with the person in it as the description is."""
+        description = self.live
+        if self._seated is None or self._seated[0] is not description:
+            ground = standing_of(self.opened, description).ground
+            file = description.file
+            found = {name: seated_words(file, name, ground) for name in file.seats}
+            self._seated = (description, found)
+        return self._seated[1]
 
     def _add(self, question: Question) -> Replies:
         """Add a mesh file, named from the folder of the meshes or by its whole path."""

@@ -14,7 +14,8 @@ export class Things {
 
   show(head, hello) {
     this.hello = hello;
-    this.list("seats", "seat", head.seats, (one) => this.seat(one), "Pick a cushion and a back in the picture.");
+    const seats = head.seats.map((one) => ({ ...one, doubts: [...one.doubts, ...(head.seated[one.name] ?? [])] }));
+    this.list("seats", "seat", seats, (one) => this.seat(one), "Pick a cushion and a back in the picture.");
     this.list("controls", "control", head.controls, (one) => this.control(one), "Pick them in the picture.");
     this.list("points", "point", head.points, (one) => this.point(one), "Design eyes, heels, balls of the feet.");
     const names = (rows) => rows.map(({ name }) => element("option", "", { value: name }));
