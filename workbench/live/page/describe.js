@@ -26,7 +26,10 @@ function each(verb, given, then) {
 function take(found) {
   const { head } = found;
   const saved = () => (at("panels").scrollTop = 0); // where it goes on stands on top
-  const moved = () => location.reload(); // a study is open in the place of what was described
+  const moved = () => { // a study is open in the place of what was described
+    state.moved = true;
+    location.reload();
+  };
   const what = { hello: takeHello, description: takeDescription, fault: takeFault, saved, moved };
   if (head.kind === "busy") say(head.what);
   if (what[head.kind]) what[head.kind](head, found.arrays);
@@ -238,7 +241,7 @@ at("save-as").onclick = () => {
 };
 guardLeaving(() => {
   const { undo, saved, unsaved } = state.found ?? {};
-  return (unsaved && (undo || saved)) || changes() || heldFields().length > 0;
+  return !state.moved && ((unsaved && (undo || saved)) || changes() || heldFields().length > 0);
 });
 
 connect(take, say);

@@ -1,7 +1,7 @@
 // What is said of the whole: where it goes on, a part that is better split first, and what is doubted.
 
 import { ask } from "./connection.js";
-import { at, element } from "./elements.js";
+import { at, element, heldFields } from "./elements.js";
 
 export class Next {
   // each: asks something of the bench; say: writes into the status line.
@@ -23,8 +23,10 @@ export class Next {
   }
 
   open(given) {
+    const held = heldFields().map((field) => `"${field.value}"`);
+    if (held.length) return this.say(`typed and not used: ${held.join(", ")}; use it, or press Esc in its field, and open the study then`, true);
     this.say("the study is being made and opened; the first time this takes a while");
-    ask("study", given);
+    return ask("study", given);
   }
 
   // A part that most of the mesh is: what is picked on it would be picked on all of it.
