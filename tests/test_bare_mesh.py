@@ -166,6 +166,17 @@ def test_sources_and_options_that_do_not_go_together_are_refused(capsys, argumen
     assert code == 2 and words in err
 
 
+def test_a_soup_of_loose_triangles_is_called_one(tmp_path):
+    away = np.random.default_rng(0).uniform(0.0, 2.0, (120, 3))
+    rows = [f"v {x:.4f} {y:.4f} {z:.4f}" for a in away for x, y, z in a + 0.1 * np.eye(3)]
+    faces = [f"f {k} {k + 1} {k + 2}" for k in range(1, 361, 3)]
+    (tmp_path / "cab.obj").write_text("\n".join(["o cab", *rows, *faces, ""]))
+    said = read_bare([tmp_path / "cab.obj"]).environment.warnings
+    assert said[0].startswith("part cab is a soup of loose triangles: distances hold")
+    whole = written(tmp_path, "car.obj", CAR)
+    assert not any("soup" in line for line in read_bare([whole]).environment.warnings)
+
+
 def test_the_corner_view_has_one_name_and_its_old_one_is_taken(tmp_path):
     out = tmp_path / "a.png"
     views = [

@@ -294,7 +294,9 @@ def test_render_draws_a_body_an_environment_and_a_case(capsys, cab, tmp_path, so
             "64",
             *more,
         ]
-        assert answer(capsys, *wanted) == (0, f"{out}\n", "")
+        code, said, cut_off = answer(capsys, *wanted)
+        assert (code, said) == (0, f"{out}\n")
+        assert all("beyond the picture" in line for line in cut_off.splitlines())
         assert out.read_bytes().startswith(head)
     assert sorted(path.name for path in tmp_path.glob("picture.*")) == [
         "picture.png",

@@ -15,6 +15,9 @@ from workbench.model.environment import Environment, Quality
 
 __all__ = ["build_environment"]
 
+_SOUP = 100
+_LOOSE = 2.0
+"""A part of so many triangles with more open edges each than this is a soup; loose ones have 3."""
 _MAX_NAMES = 3
 """Number of parts that a warning about many parts names."""
 
@@ -69,7 +72,7 @@ def build_environment(
         hidden=none,
         see_through=none,
         quality=_qualities(checked, np.diff(part_start), declared),
-        warnings=(*notes, *_defect_warnings(checked), *shared),
+        warnings=(*notes, *_soup_warnings(checked), *_defect_warnings(checked), *shared),
     )
     return environment, _solid_errors(checked, declared)
 
@@ -143,6 +146,25 @@ def _qualities(
         )
         for (part, defects), count, how in zip(checked, polygons.tolist(), declared, strict=True)
     )
+
+
+def _soup_warnings(checked: Sequence[_Checked]) -> list[str]:
+    """Return one sentence about parts whose triangles are hardly connected with each other."""
+    soups = [
+        part.name
+        for part, defects in checked
+        if len(part.faces) >= _SOUP and defects.open_edges > _LOOSE * len(part.faces)
+    ]
+    if not soups:
+        return []
+    shown = ", ".join(soups[:_MAX_NAMES])
+    if len(soups) > _MAX_NAMES:
+        shown += f" and {len(soups) - _MAX_NAMES} more"
+    lead = f"parts {shown} are soups" if len(soups) > 1 else f"part {shown} is a soup"
+    return [
+        f"{lead} of loose triangles: distances hold, but nothing has an inside or falls into parts; "
+        f"merge near corners in the program that made it (Blender: Merge by Distance)"
+    ]
 
 
 def _defect_warnings(checked: Sequence[_Checked]) -> list[str]:
