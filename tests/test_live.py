@@ -63,6 +63,7 @@ FILES = (
     "describe.js",
     "describe_frame.js",
     "describe_marks.js",
+    "describe_next.js",
     "describe_parts.js",
     "describe_things.js",
     "connection.js",

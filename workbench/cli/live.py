@@ -16,7 +16,7 @@ __all__ = ["live"]
 
 def live(
     study: str,
-    *,
+    *more: str,
     port: int = 0,
     browser: Annotated[bool, Parameter(negative="--no-browser")] = True,
     read_only: Annotated[bool, Parameter(negative="")] = False,
@@ -34,6 +34,8 @@ def live(
     study
         a study file, or the name of one that comes with the workbench, which is not written over;
         or a mesh file, or an environment's file or folder, which is described by pointing
+    more
+        more mesh files of the same environment
     port
         the port to serve at; a free one where not given
     browser
@@ -61,8 +63,12 @@ def live(
         if is_environment(study):
             if size:
                 raise UsageError("--size: an environment has no people")
-            desk = DescribeDesk(study, out=out, read_only=read_only)
+            desk = DescribeDesk(study, *more, out=out, read_only=read_only)
         else:
+            if more:
+                raise UsageError(
+                    f"{more[0]}: a study is opened alone; several are possible of meshes"
+                )
             if out:
                 raise UsageError("--out: a study is saved in its own file")
             desk = Desk(study, size=size, read_only=read_only)
@@ -73,5 +79,9 @@ def live(
         if browser:
             webbrowser.open(address)
 
-    serve(desk, port=port, ready=ready)
+    def ended(words: str) -> None:
+        if words:
+            tell(words)
+
+    serve(desk, port=port, ready=ready, ended=ended)
     return 0

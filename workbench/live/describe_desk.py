@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import re
 import time
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from functools import cached_property
-from itertools import cycle
+from itertools import count, cycle
 from pathlib import Path
 from zlib import crc32
 
@@ -18,11 +20,12 @@ from workbench.geometry.components import component_labels
 from workbench.live.describe_frames import describe_hello, description_frame, drawn_place
 from workbench.live.describe_protocol import DESCRIBE_VERBS
 from workbench.live.describe_verbs import DESCRIBE_EDITS
-from workbench.live.desk import busy_frame, fault_frame, new_file, words_of
+from workbench.live.desk import busy_frame, fault_frame, kept_file, new_file, words_of
 from workbench.live.protocol import Question, packed
 from workbench.live.replies import Replies
 from workbench.model.arrays import Ints
 from workbench.study.bench.history import Entry, History
+from workbench.study.describe.edits_files import added_file, files_beside
 from workbench.study.describe.meshes import Meshes
 from workbench.study.describe.people import (
     person_words,
@@ -35,6 +38,7 @@ from workbench.study.describe.saving import (
     SavedPlace,
     next_commands,
     save_description,
+    save_first_study,
     unfinished,
 )
 from workbench.study.describe.state import Description, open_place, open_sizes, standing_of
@@ -54,6 +58,8 @@ class DescribeDesk:
     ----------
     source
         A mesh, or an environment's file or folder.
+    more
+        Meshes that are added to it.
     out
         The file or folder to save in, None for beside the mesh, or the file itself.
     read_only
@@ -69,18 +75,22 @@ class DescribeDesk:
     def __init__(
         self,
         source: str,
-        *,
+        *more: str,
         out: str = "",
         read_only: bool = False,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
         self.source = Path(source)
+        self.more = tuple(Path(path) for path in more)
         self.out = Path(out) if out else None
         self.read_only = read_only
         self.clock = clock
         self.sitting = False
+        self._seated: tuple[Description, dict[str, list[str]]] | None = None
         self._others: Mapping[str, Callable[[Question], Replies]] = {
             "sit": self._sit,
+            "add": self._add,
+            "study": self._study,
             "undo": self._undo,
             "redo": self._redo,
             "save": self._save,
@@ -91,6 +101,11 @@ class DescribeDesk:
     def open(self) -> None:
         """Read the environment from its file; what was done to it before is forgotten."""
         opened = open_place(self.source, self.out)
+        for path in self.more:
+            found = added_file(opened, opened.start, path)
+            start = found.edit.description
+            notes = (*opened.notes, found.edit.words)
+            opened = replace(found.opened, start=start, notes=notes)
         self.opened = opened
         self.disk: SavedPlace | None = None
         if opened.text is not None:
@@ -155,6 +170,17 @@ class DescribeDesk:
         except Exception as error:  # noqa: BLE001 (one question that fails must not end the bench)
             return Replies(asker=[fault_frame(question, words_of(error))])
 
+    def keep(self) -> str:
+        """Keep what is not saved in a file of its own; where, in words, "" where nothing is."""
+        if self.read_only or not self.unsaved or not (self.history.can_undo or self.disk):
+            return ""
+        to = kept_file(self.target)
+        try:
+            save_description(self.opened, self.live, self.disk, to=to, over=True)
+        except InputError as error:
+            return f"what was not saved is lost: {error}"
+        return f"what was not saved is in {to}: workbench live {to} goes on with it"
+
     def _answered(self, number: int, words: str) -> bytes:
         """The frame of the description as it is."""
         description = self.live
@@ -167,12 +193,15 @@ class DescribeDesk:
             "unsaved": self.unsaved,
             "file": self.target.name,
             "saved": self.disk is not None,
-            "warnings": list(self.warnings),
+            "study": self._study_path.name if self._study_path.exists() else "",
+            "others": files_beside(self.opened),
+            "warnings": [_put_away(words) for words in self.warnings],
             "unfinished": unfinished(self.opened, description),
             "next": [] if self.disk is None else next_commands(self.target),
             "drawn": len(self._thin.faces),
             "of": len(meshes.faces),
             "sitting": self.sitting,
+            "seated": self._seated_words() if self.sitting else {},
             "scene": self._scene_key(description),
         }
         return description_frame(self.opened, description, head)
@@ -203,15 +232,58 @@ class DescribeDesk:
 
     def _sit(self, question: Question) -> Replies:
         on = bool(question.given["on"])
-        words: list[str] = []
-        if on:
-            if not self.live.file.seats:
-                raise InputError("there is no seat yet: pick a cushion and a back")
-            ground = standing_of(self.opened, self.live).ground
-            for name in self.live.file.seats:
-                words += seated_words(self.live.file, name, ground)
+        if on and not self.live.file.seats:
+            raise InputError("there is no seat yet: pick a cushion and a back")
+        words = [one for some in self._seated_words().values() for one in some] if on else []
         self.sitting = on
         return Replies([self._answered(question.number, "; ".join(words))])
+
+    def _seated_words(self) -> dict[str, list[str]]:
+        """By its seat, what is wrong with the person in it as the description is."""
+        description = self.live
+        if self._seated is None or self._seated[0] is not description:
+            ground = standing_of(self.opened, description).ground
+            file = description.file
+            found = {name: seated_words(file, name, ground) for name in file.seats}
+            self._seated = (description, found)
+        return self._seated[1]
+
+    def _add(self, question: Question) -> Replies:
+        """Add a mesh file, named from the folder of the meshes or by its whole path."""
+        path = self.opened.folder / Path(question.given["file"]).expanduser()
+        found = added_file(self.opened, self.live, path)
+        before = self.opened, self.history
+        self.opened = found.opened
+        self.__dict__.pop("_thin", None)
+        self.history = self.history.added(Entry(found.edit.description, time=self.clock()))
+        try:
+            return Replies([self._answered(question.number, found.edit.words)])
+        except WorkbenchError:
+            self.opened, self.history = before
+            self.__dict__.pop("_thin", None)
+            raise
+
+    @property
+    def _study_path(self) -> Path:
+        """The study that `workbench new` makes of the environment."""
+        return self.target.with_name("study.yaml")
+
+    def _study(self, question: Question) -> Replies:
+        """Open the study beside the environment, or a first one that is made."""
+        if self.disk is None or self.unsaved:
+            raise InputError("save the environment first: a study is of what its file says")
+        path = self._study_path
+        if path.exists() and question.given["anew"]:
+            numbered = (path.with_name(f"study_{number}.yaml") for number in count(2))
+            path = next(one for one in numbered if not one.exists())
+        if not path.exists():
+            if self.read_only:
+                raise InputError("the bench was started to read only")
+            save_first_study(self.target, path)
+        return Replies(
+            [packed({"kind": "busy", "answers": question.number, "what": f"opening {path.name}"})],
+            study=path,
+        )
 
     def _undo(self, question: Question) -> Replies:
         self.history = self.history.undone()
@@ -231,14 +303,15 @@ class DescribeDesk:
         )
         self.target = self.disk.text.path
         self.source = self.target
+        self.more = ()
         sizes = [doubt.said for doubt in open_sizes(self.opened, self.live)]
         self.warnings = tuple(words for words in self.disk.warnings if words not in sizes)
         self.saved_content = self.live.content
         head = {"kind": "saved", "answers": question.number, "file": self.target.name}
         words = f"saved {self.target.name}; it loads without a fault"
         if self.warnings:
-            count = len(self.warnings)
-            words += f", with {count} warning{'s' if count > 1 else ''}"
+            many = len(self.warnings)
+            words += f", with {many} warning{'s' if many > 1 else ''}"
         lead = f"next: {next_commands(self.target)[0]}"
         words = "; ".join([words, *unfinished(self.opened, self.live), lead])
         return Replies([packed(head), self._answered(0, words)])
@@ -246,6 +319,14 @@ class DescribeDesk:
     def _reload(self, question: Question) -> Replies:
         self.open()
         return Replies([*self.greeting(), self._answered(question.number, "read again")])
+
+
+def _put_away(words: str) -> dict[str, str]:
+    """A warning, and what it is about where it can be put away."""
+    found = re.fullmatch(r"(.*) \[([^\[\]]+)\]", words, re.DOTALL)
+    return (
+        {"words": words, "about": ""} if found is None else {"words": found[1], "about": found[2]}
+    )
 
 
 def _groups(meshes: Meshes) -> Ints:

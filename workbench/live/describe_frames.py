@@ -15,13 +15,13 @@ from workbench.draw.web.thinning import ThinMesh
 from workbench.draw.web.views import WebPlace
 from workbench.errors import InputError
 from workbench.files.environment_controls import found_controls
-from workbench.files.environment_parts import matching_parts
+from workbench.files.environment_parts import MOST_PIECES, matching_parts
 from workbench.files.environment_schema import EnvironmentFile, PartFile
 from workbench.live.describe_protocol import GRIPS, UNITS, ZONES
 from workbench.live.protocol import packed
 from workbench.model.arrays import Floats
 from workbench.study.describe.edits_frame import AXES
-from workbench.study.describe.edits_parts import left_out
+from workbench.study.describe.edits_parts import large_part, left_out
 from workbench.study.describe.state import (
     Description,
     OpenPlace,
@@ -98,9 +98,13 @@ def description_frame(
         "name": description.says["environment"],
         "length": description.says["length"],
         "meshes": [_mesh(opened, description, row) for row in range(len(file.meshes))],
-        "sizes": [doubt.said for doubt in open_sizes(opened, description)],
+        "sizes": [
+            {"words": doubt.words, "about": doubt.about}
+            for doubt in open_sizes(opened, description)
+        ],
         "size": _rounded(stands.bounds[1] - stands.bounds[0]),
         "parts": parts,
+        "large": _large(opened, description),
         "left": [{"row": row, "name": name} for row, name in left_out(description)],
         "seats": seats,
         "controls": [
@@ -128,6 +132,15 @@ def description_frame(
             lines = _borders(opened, description, name, surface)
             arrays.append((f"{surface}{k}", lines.astype(np.float32)))
     return packed(sent, arrays)
+
+
+def _large(opened: OpenPlace, description: Description) -> dict[str, Any] | None:
+    """The part that is better split before anything is picked."""
+    found = large_part(opened, description)
+    if found is None:
+        return None
+    can = found.pieces <= MOST_PIECES
+    return {"name": found.name, "share": found.share, "pieces": found.pieces, "can": can}
 
 
 def _seat_names(description: Description) -> list[str]:

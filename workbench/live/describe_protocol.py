@@ -49,6 +49,11 @@ DESCRIBE_VERBS: Verbs = {
     },
     "long": {"row": _ROW, "size": Taken("a number of metres", is_number)},
     "agree": {},
+    "accept": {"about": Taken("what is doubted", is_text)},
+    "add": {"file": Taken("the name of a mesh file", is_text)},
+    "take": {"row": _ROW},
+    "move": {"row": _ROW, "to": Taken("three numbers of metres", is_point)},
+    "meet": {**_RAY, **{f"to_{key}": taken for key, taken in _RAY.items()}},
     "floor": _RAY,
     "face": {
         "seat": _NAME,
@@ -96,6 +101,7 @@ DESCRIBE_VERBS: Verbs = {
         "over": Taken("true or false", is_flag, False, needed=False),
         "to": Taken("the name of a file", is_text, "", needed=False),
     },
+    "study": {"anew": Taken("true or false", is_flag, False, needed=False)},
     "reload": {},
 }
 """What a page may ask, and what each verb takes."""

@@ -7,10 +7,12 @@ from typing import Any
 
 from workbench.errors import InputError
 from workbench.study.describe.edits import Edit
+from workbench.study.describe.edits_files import met_file, moved_file, removed_file
 from workbench.study.describe.edits_frame import agreed, floored, framed, scaled
 from workbench.study.describe.edits_parts import dropped, joined, put_back, ruled, split_part
 from workbench.study.describe.edits_seats import carried, faced
 from workbench.study.describe.edits_things import (
+    accepted,
     owned,
     placed_point,
     pointed,
@@ -28,13 +30,15 @@ Given = Mapping[str, Any]
 DescribeEdit = Callable[[OpenPlace, Description, Given], Edit]
 
 
-def _ray(given: Given) -> Ray:
-    """Where a picture was clicked. InputError where it was not on a part."""
-    if not given["part"] or given["start"] is None or given["way"] is None:
+def _ray(given: Given, before: str = "") -> Ray:
+    """Where a picture was clicked; before: what stands before the keys. InputError where it was not
+    on a part."""
+    part, start, way, far = (given[before + key] for key in ("part", "start", "way", "far"))
+    if not part or start is None or way is None:
         raise InputError("nothing was picked: click on a part in the picture")
-    a, b, c = given["start"]
-    x, y, z = given["way"]
-    return Ray(given["part"], (a, b, c), (x, y, z), given["far"])
+    a, b, c = start
+    x, y, z = way
+    return Ray(part, (a, b, c), (x, y, z), far)
 
 
 def _mesh(opened: OpenPlace, before: Description, given: Given) -> Edit:
@@ -44,6 +48,22 @@ def _mesh(opened: OpenPlace, before: Description, given: Given) -> Edit:
 
 def _long(opened: OpenPlace, before: Description, given: Given) -> Edit:
     return scaled(opened, before, int(given["row"]), given["size"])
+
+
+def _move(opened: OpenPlace, before: Description, given: Given) -> Edit:
+    return moved_file(opened, before, int(given["row"]), given["to"])
+
+
+def _meet(opened: OpenPlace, before: Description, given: Given) -> Edit:
+    return met_file(opened, before, _ray(given), _ray(given, "to_"))
+
+
+def _take(opened: OpenPlace, before: Description, given: Given) -> Edit:
+    return removed_file(opened, before, int(given["row"]))
+
+
+def _accept(opened: OpenPlace, before: Description, given: Given) -> Edit:
+    return accepted(before, given["about"])
 
 
 def _agree(opened: OpenPlace, before: Description, given: Given) -> Edit:
@@ -120,6 +140,10 @@ def _rule(opened: OpenPlace, before: Description, given: Given) -> Edit:
 DESCRIBE_EDITS: Mapping[str, DescribeEdit] = {
     "mesh": _mesh,
     "long": _long,
+    "move": _move,
+    "meet": _meet,
+    "take": _take,
+    "accept": _accept,
     "agree": _agree,
     "floor": _floor,
     "face": _face,

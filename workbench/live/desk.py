@@ -8,7 +8,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
-from itertools import cycle
+from itertools import chain, count, cycle
 from pathlib import Path
 
 from workbench.draw.web.views import PEOPLE, WebView, body_view
@@ -46,6 +46,7 @@ __all__ = [
     "SupersededError",
     "busy_frame",
     "fault_frame",
+    "kept_file",
     "new_file",
     "words_of",
     "work_made",
@@ -279,6 +280,17 @@ class Desk:
         except Exception as error:  # noqa: BLE001 (one question that fails must not end the bench)
             return Replies(asker=[fault_frame(question, words_of(error))])
 
+    def keep(self) -> str:
+        """Keep what is not saved in a file of its own; where, in words, "" where nothing is."""
+        if not self.unsaved or not self.may_save:
+            return "what was changed was not saved under a name" if self.unsaved else ""
+        to = kept_file(self.path)
+        try:
+            save(self.opened, self.text, self.live, disk=self.disk, sharing="all", over=True, to=to)
+        except InputError as error:
+            return f"what was not saved is lost: {error}"
+        return f"what was not saved is in {to}"
+
     def judgement(self) -> Judgement:
         """What is to be judged now."""
         seat = None
@@ -452,6 +464,13 @@ def work_made(work: Work) -> Made:
         return work.made()
     except Exception as error:  # noqa: BLE001 (one work that fails must not end the bench)
         return Made([fault_frame(None, words_of(error))])
+
+
+def kept_file(path: Path) -> Path:
+    """The name of a new file for what is not saved of a file."""
+    stem = path.with_name(f"{path.stem}_unsaved{path.suffix}")
+    numbered = (path.with_name(f"{path.stem}_unsaved_{k}{path.suffix}") for k in count(2))
+    return next(one for one in chain([stem], numbered) if not one.exists())
 
 
 def new_file(folder: Path, name: str, *, like: str) -> Path:

@@ -60,11 +60,14 @@ class Question:
         One of VERBS.
     given
         What the verb takes, and nothing else.
+    again
+        Whether it may have been asked already, over a connection that was lost.
     """
 
     number: int
     verb: str
     given: Mapping[str, Any]
+    again: bool = False
 
     @property
     def done(self) -> bool:
@@ -289,13 +292,16 @@ def parsed(text: str | bytes, verbs: Verbs | None = None) -> Question:
     number = message.pop("n", 0)
     if not isinstance(number, int) or is_flag(number) or not 0 <= number < LARGEST:
         raise InputError("n: a whole number from 0 on is needed")
+    again = message.pop("again", False)
+    if not is_flag(again):
+        raise InputError("again: true or false is needed")
     table = VERBS if verbs is None else verbs
     verb = message.pop("do", None)
     if verb is None:
         raise InputError(f"'do' is missing: expected one of {', '.join(table)}")
     if not isinstance(verb, str) or verb not in table:
         raise InputError(f"do: nothing is called {str(verb)[:40]!r}; {one_of(str(verb), table)}")
-    return Question(number, verb, _given(verb, table[verb], message))
+    return Question(number, verb, _given(verb, table[verb], message), again)
 
 
 def _object(data: bytes) -> dict[str, Any]:

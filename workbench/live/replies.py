@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Protocol
 
 from workbench.live.filming import Film
@@ -40,7 +41,8 @@ class Work(Protocol):
 @dataclass
 class Replies:
     """Frames for everybody, frames for who asked alone, whether the study is another now, what is to
-    be done for who asked, and a film that is to be made, or ended."""
+    be done for who asked, a film that is to be made, or ended, and the file of a study that is to be
+    opened in the place of what is open."""
 
     everybody: list[bytes] = field(default_factory=list)
     asker: list[bytes] = field(default_factory=list)
@@ -48,3 +50,4 @@ class Replies:
     work: Work | None = None
     film: Film | None = None
     film_ends: bool = False
+    study: Path | None = None

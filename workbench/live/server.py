@@ -15,12 +15,14 @@ import secrets
 import socket
 import sys
 import traceback
+from collections import deque
 from collections.abc import AsyncIterator, Callable, Coroutine
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import asynccontextmanager
 from functools import partial
 from importlib.resources import files
 from itertools import product
+from pathlib import Path
 from typing import Any, Protocol, TypeVar
 
 from workbench.draw.web.packing import Packing
@@ -40,7 +42,7 @@ from workbench.live.desk import (
 from workbench.live.films import Films
 from workbench.live.guard import Application, Guard
 from workbench.live.pages import Page, PageClosedError
-from workbench.live.protocol import LONGEST, SUBPROTOCOL, Question, Verbs, parsed
+from workbench.live.protocol import LONGEST, SUBPROTOCOL, Question, Verbs, packed, parsed
 from workbench.live.replies import Replies, Work
 from workbench.live.waiting import Waiting
 from workbench.threads import cores
@@ -63,10 +65,13 @@ IDLE = 0.12
 """Time [s] without a change after which a state is judged."""
 OFTEN = 0.1
 """Time [s] between two frames about a population that is followed."""
+SAVES_THEN = "it is saved once what is being computed is there"
 WATCH = 1.0
 """Time [s] between looks at the study's file."""
 CLOSING = 1.0
 """Time [s] in which a page is told why it is closed."""
+MOST_KNOWN = 10_000
+"""Questions that are known to have been asked, by their numbers."""
 SWITCH = 5e-4
 """Time [s] after which a thread lets another one go on. Of the 5e-3 that are usual, an answer waits
 for several where a state is judged meanwhile."""
@@ -104,6 +109,7 @@ PAGE = {
     "describe.js": "text/javascript; charset=utf-8",
     "describe_frame.js": "text/javascript; charset=utf-8",
     "describe_marks.js": "text/javascript; charset=utf-8",
+    "describe_next.js": "text/javascript; charset=utf-8",
     "describe_parts.js": "text/javascript; charset=utf-8",
     "describe_things.js": "text/javascript; charset=utf-8",
     "icon.svg": "image/svg+xml",
@@ -149,6 +155,9 @@ class AnyDesk(Protocol):
     def do(self, question: Question) -> Replies:
         """Do what is asked."""
 
+    def keep(self) -> str:
+        """Keep what is not saved in a file of its own; where, in words, "" where nothing is."""
+
 
 class Hub:
     """What is done for the pages that are open on one desk."""
@@ -164,7 +173,10 @@ class Hub:
         self.begun = asyncio.Event()
         self.works: list[tuple[Page, Work]] = []
         self.ended = False
-        self.preparations: asyncio.Queue[tuple[Page, Preparation]] = asyncio.Queue()
+        self.known: deque[int] = deque(maxlen=MOST_KNOWN)
+        self.tasks: dict[str, asyncio.Task[None]] = {}
+        self.preparations: asyncio.Queue[tuple[Page, Preparation | Question]] = asyncio.Queue()
+        self.prepared = 0
         self.work = ThreadPoolExecutor(1, "desk")
         self.preparing = ThreadPoolExecutor(1, "prepare")
         self.judging = ThreadPoolExecutor(1, "judge")
@@ -194,6 +206,19 @@ class Hub:
         """The desk where it is that of a study, which alone judges."""
         assert isinstance(self.desk, Desk)
         return self.desk
+
+    def start(self) -> None:
+        """Start what is done again and again, but for what has been started already."""
+        for step in self.steps:
+            if step.__name__ not in self.tasks:
+                self.tasks[step.__name__] = asyncio.create_task(self.repeat(step))
+
+    async def stop(self) -> None:
+        """Stop what is done again and again."""
+        for task in self.tasks.values():
+            task.cancel()
+        await asyncio.gather(*self.tasks.values(), return_exceptions=True)
+        self.end()
 
     def end(self) -> None:
         """Let the threads end with what they are at."""
@@ -242,32 +267,60 @@ class Hub:
             await self.failed(error, question)
 
     async def answer_one(self, asker: Page, question: Question) -> None:
-        """Do what is asked, or let it be prepared first."""
+        """Do what is asked, or let it be prepared first. What is saved is what was asked before: it
+        waits for what is being prepared."""
+        if question.verb == "save" and self.prepared:
+            self.prepare_next(asker, question)
+            await self.send(Replies(everybody=[busy_frame(0, SAVES_THEN)]))
+            return
         preparation = await self.at_desk(self.desk.preparation, question)
         if preparation is None:
             await self.replied(await self.at_desk(self.desk.do, question), asker)
             return
-        self.preparations.put_nowait((asker, preparation))
+        self.prepare_next(asker, preparation)
         busy = busy_frame(question.number, preparation.words)
         await self.send(Replies(everybody=[busy]))
+
+    def prepare_next(self, asker: Page, wanted: Preparation | Question) -> None:
+        """Let something be prepared, or done, after what is being prepared already."""
+        self.prepared += 1
+        self.preparations.put_nowait((asker, wanted))
 
     async def prepare(self) -> None:
         """Prepare what takes time beside the desk, and let the desk do it then."""
         loop = asyncio.get_running_loop()
-        asker, preparation = await self.preparations.get()
-        found = await loop.run_in_executor(self.preparing, preparation.made)
-        done = await self.at_desk(self.study.prepared, preparation, found)
-        await self.replied(done, asker)
+        asker, wanted = await self.preparations.get()
+        try:
+            if isinstance(wanted, Question):
+                done = await self.at_desk(self.desk.do, wanted)
+            else:
+                found = await loop.run_in_executor(self.preparing, wanted.made)
+                done = await self.at_desk(self.study.prepared, wanted, found)
+            await self.replied(done, asker)
+        finally:
+            self.prepared -= 1
 
     async def replied(self, replies: Replies, asker: Page) -> None:
         """Send replies, and begin what is to be done for who asked."""
         await self.send(replies, asker)
+        if replies.study is not None:
+            await self.open_study(replies.study, asker)
         if replies.work is not None:
             self.begin(asker, replies.work)
         if replies.film_ends:
             self.films.end_for(asker)
         if replies.film is not None and asker in self.pages:
             self.films.begin(asker, replies.film)
+
+    async def open_study(self, path: Path, asker: Page) -> None:
+        """Open a study in the place of what is open; the pages come to it by themselves."""
+        try:
+            self.desk = await self.at_desk(Desk, str(path))
+        except WorkbenchError as error:
+            await self.send(Replies(asker=[fault_frame(None, str(error))]), asker)
+            return
+        self.start()
+        await self.send(Replies(everybody=[packed({"kind": "moved"})]))
 
     def begin(self, page: Page, work: Work) -> None:
         """Let another thread do something for a page, in the place of what is of the same
@@ -460,10 +513,14 @@ class Hub:
             question = parsed(
                 text if text is not None else message.get("bytes") or b"", self.desk.verbs
             )
+            if question.again and question.number in self.known:
+                page.put(packed({"kind": "known", "answers": question.number}))
+                return
             self.waiting.put(page, question)
         except InputError as error:
             page.put(fault_frame(question, str(error)))
             return
+        self.known.append(question.number)
         self.asked.set()
 
 
@@ -482,7 +539,9 @@ async def closed(opened: WebSocket, error: PageClosedError) -> None:
         return
 
 
-def live_application(desk: AnyDesk, *, port: int, token: str) -> Application:
+def live_application(
+    desk: AnyDesk, *, port: int, token: str, ended: Callable[[str], None] | None = None
+) -> Application:
     """Build the application that serves a desk, with the guard around it.
 
     Parameters
@@ -491,6 +550,9 @@ def live_application(desk: AnyDesk, *, port: int, token: str) -> Application:
         At which it is served.
     token
         The secret of its address.
+    ended
+        Is told at the end, in words, where that was kept which was not saved; "" where all was. None
+        to keep nothing.
     """
     hub = Hub(desk)
     folder = files("workbench.live") / "page"
@@ -498,7 +560,7 @@ def live_application(desk: AnyDesk, *, port: int, token: str) -> Application:
     viewer = {name: (files("workbench.draw.web") / name).read_bytes() for name in VIEW}
 
     async def page(request: Request) -> Response:
-        name = request.path_params.get("name", desk.page)
+        name = request.path_params.get("name", hub.desk.page)
         if name not in pages:
             return Response("There is no such file.", 404, media_type="text/plain")
         return Response(pages[name], media_type=PAGE[name])
@@ -511,7 +573,7 @@ def live_application(desk: AnyDesk, *, port: int, token: str) -> Application:
 
     async def scene(request: Request) -> Response:
         try:
-            view = await hub.at_desk(desk.scene)
+            view = await hub.at_desk(lambda: hub.desk.scene())
             # a million triangles take seconds, in which the desk must answer
             return Response(await asyncio.to_thread(packed_text, view), media_type="text/plain")
         except WorkbenchError as error:
@@ -531,14 +593,13 @@ def live_application(desk: AnyDesk, *, port: int, token: str) -> Application:
 
     @asynccontextmanager
     async def running(app: Starlette) -> AsyncIterator[None]:
-        tasks = [asyncio.create_task(hub.repeat(one)) for one in hub.steps]
+        hub.start()
         try:
             yield
         finally:
-            for task in tasks:
-                task.cancel()
-            await asyncio.gather(*tasks, return_exceptions=True)
-            hub.end()
+            await hub.stop()
+            if ended is not None:
+                ended(hub.desk.keep())
 
     routes = [
         Route("/", page),
@@ -552,7 +613,13 @@ def live_application(desk: AnyDesk, *, port: int, token: str) -> Application:
     return Guard(Starlette(routes=routes, lifespan=running), port=port, token=token)
 
 
-def serve(desk: AnyDesk, *, port: int = 0, ready: Callable[[str], None]) -> None:
+def serve(
+    desk: AnyDesk,
+    *,
+    port: int = 0,
+    ready: Callable[[str], None],
+    ended: Callable[[str], None] | None = None,
+) -> None:
     """Serve a desk at 127.0.0.1 until the program is stopped.
 
     Parameters
@@ -561,6 +628,8 @@ def serve(desk: AnyDesk, *, port: int = 0, ready: Callable[[str], None]) -> None
         At which it is served; one that is free if 0.
     ready
         Is given the address to open, with its token.
+    ended
+        As of `live_application`.
 
     Raises
     ------
@@ -579,7 +648,7 @@ def serve(desk: AnyDesk, *, port: int = 0, ready: Callable[[str], None]) -> None
         taken = int(bound.getsockname()[1])
         token = secrets.token_urlsafe(32)
         settings = uvicorn.Config(
-            live_application(desk, port=taken, token=token),
+            live_application(desk, port=taken, token=token, ended=ended),
             log_level="warning",
             access_log=False,
             lifespan="on",

@@ -82,10 +82,7 @@ export class Panel {
 
   buttons() {
     for (const name of Object.keys(VIEWS)) this.button(name, () => this.view(name));
-    this.button("fit", () => {
-      this.leave();
-      this.viewer.fit();
-    });
+    this.button("fit", () => this.fit());
     this.bar.append(element("span", { className: "space" }));
     if (this.scene.place) {
       this.wallButton = this.button("see-through walls", () => this.toggleWalls(), true);
@@ -101,6 +98,17 @@ export class Panel {
     this.leave();
     this.viewer.camera.look(...VIEWS[name]);
     this.viewer.fit();
+  }
+
+  // Look at all of it, from where the camera looks.
+  fit() {
+    this.leave();
+    this.viewer.fit();
+  }
+
+  // Look at what was clicked.
+  focus() {
+    if (this.chosen) this.lookAt(this.chosen.point);
   }
 
   reset() {

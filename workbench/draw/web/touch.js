@@ -94,11 +94,8 @@ export class Touch {
       arrowdown: () => viewer.camera.turn(0, -step),
       "+": () => viewer.camera.zoom(0.9),
       "-": () => viewer.camera.zoom(1 / 0.9),
-      0: () => {
-        panel.leave();
-        viewer.fit();
-      },
-      f: () => panel.chosen && panel.lookAt(panel.chosen.point),
+      0: () => panel.fit(),
+      f: () => panel.focus(),
       h: () => this.hide(),
       i: () => this.isolate(),
       x: () => panel.toggleWalls(),

@@ -1,8 +1,8 @@
 // The page of the bench: picture, verdicts, nearest pairs and native controls. Names from files are only ever
 // written as text.
 
-import { ask, askedAfter, connect } from "./connection.js";
-import { at, bindHistory, element, options } from "./elements.js";
+import { ask, askedAfter, changes, connect } from "./connection.js";
+import { at, bindHistory, element, guardLeaving, options } from "./elements.js";
 import { Grips } from "./grips.js";
 import { Keys, commandsOf } from "./keys.js";
 import { Looks } from "./looks.js";
@@ -103,7 +103,7 @@ function takeAnswer(head) {
   state.answer = head;
   at("undo").disabled = !head.undo;
   at("redo").disabled = !head.redo;
-  at("save").disabled = !head.unsaved;
+  at("save").disabled = false; // what is still computed is saved too, once it is there
   at("case").value = looks.motion.name || head.case;
   at("took").textContent = head.ms < 2000 ? `answered in ${head.ms} ms` : `made ready in ${Math.round(head.ms / 1000)} s`;
   document.title = (head.unsaved ? "● " : "") + state.hello.title;
@@ -197,7 +197,7 @@ function choosePerson(number) {
 }
 
 at("person").onchange = () => choosePerson(at("person").selectedIndex);
-bindHistory({ undo: () => ask("undo"), redo: () => ask("redo"), save: () => save() });
+bindHistory({ undo: () => ask("undo", {}, true), redo: () => ask("redo", {}, true), save: () => save() });
 new Keys({
   commands: () => commandsOf({ hello: state.hello, panel: picture.panel, show: showCase, choosePerson }),
   picture: (event) => picture.panel?.touch.key(event),
@@ -208,6 +208,6 @@ new Keys({
   others: { g: () => looks.ghost.toggle(), p: () => looks.copying.copy(), m: () => looks.filming.toggle() },
   play: () => looks.motion.play(Boolean(state.hello)),
 });
-addEventListener("beforeunload", (event) => state.answer?.unsaved && event.preventDefault());
+guardLeaving(() => state.answer?.unsaved || changes());
 
 connect(take, say);

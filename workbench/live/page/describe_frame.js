@@ -1,6 +1,6 @@
 // Unit and axes of the meshes: what is guessed, why, and what is asked about it.
 
-import { at, element, options } from "./elements.js";
+import { at, element, options, put, refuse, sendTyped } from "./elements.js";
 
 const UNSURE = "guessed, not sure";
 const metres = (value) => `${value >= 100 ? value.toFixed(0) : value.toPrecision(3)} m`;
@@ -11,38 +11,74 @@ export class Frame {
   // each: asks something of the bench.
   constructor(each) {
     Object.assign(this, { each, head: null });
-    at("long").onchange = () => this.each("long", { row: 0, size: at("long").valueAsNumber });
+    at("long").onchange = () => {
+      const size = at("long").valueAsNumber;
+      if (!Number.isFinite(size)) return refuse(at("long"), "a number of metres is needed");
+      return sendTyped(at("long"), (then) => this.each("long", { row: 0, size }, then));
+    };
+    this.rows = [];
   }
 
   show(head, hello) {
-    this.head = head;
-    const rows = head.meshes.map((mesh, row) => {
-      const made = element("div", "", { className: "mesh" });
-      if (head.meshes.length > 1) made.append(element("strong", mesh.file));
-      const units = [...new Set([...hello.units, mesh.length])];
-      const choices = { length: ["unit", units], up: ["up", hello.axes], forward: ["forward", hello.axes] };
-      Object.entries(choices).forEach(([key, [words, names]], k) => {
-        const select = element("select", "", { id: `mesh-${row}-${key}` });
-        options(select, names, mesh[key]);
-        select.onchange = () => this.each("mesh", { row, [key]: select.value });
-        const label = element("label", `${words} `);
-        label.append(select);
-        made.append(label);
-      });
-      made.append(button("Turn round", () => this.turned(row, 2)), button("A quarter turn", () => this.turned(row, 1)));
-      const how = reasons(mesh.how);
-      if (how) made.append(element("span", how, { className: "how why" }));
-      return made;
-    });
-    const focus = at("meshes").contains(document.activeElement) && document.activeElement.id;
-    at("meshes").replaceChildren(...rows);
-    if (focus) at(focus).focus();
+    Object.assign(this, { head, hello });
+    const files = head.meshes.map(({ file }) => file).join("\n");
+    if (files !== this.files) { // rows that stay keep what is being typed in them
+      this.rows = head.meshes.map((mesh, row) => this.row(row, head.meshes.length));
+      at("meshes").replaceChildren(...this.rows.map(({ made }) => made));
+    }
+    this.files = files;
+    this.rows.forEach((row, k) => row.show(head.meshes[k]));
     const [long, wide, high] = head.size;
-    if (document.activeElement !== at("long")) at("long").value = Number(long.toPrecision(4));
+    put(at("long"), Number(long.toPrecision(4)));
     at("long").disabled = head.meshes.length > 1;
     at("extent-more").textContent = `, ${metres(wide)} wide, ${metres(high)} high. The person beside it: ${hello.person}.`;
-    at("sizes").replaceChildren(...head.sizes.map((words) => element("li", words)));
     this.ask(head);
+  }
+
+  // The unit, the axes and, of several, the place of a file.
+  row(row, count) {
+    const { units, axes } = this.hello;
+    const made = element("div", "", { className: "mesh" });
+    const name = element("strong");
+    if (count > 1) made.append(name);
+    const lists = { length: ["unit", units], up: ["up", axes], forward: ["forward", axes] };
+    const selects = Object.entries(lists).map(([key, [words, names]]) => {
+      const select = element("select", "", { id: `mesh-${row}-${key}` });
+      select.onchange = () => this.each("mesh", { row, [key]: select.value });
+      const label = element("label", `${words} `);
+      label.append(select);
+      made.append(label);
+      return (mesh) => options(select, [...new Set([...names, mesh[key]])], mesh[key]);
+    });
+    made.append(button("Turn round", () => this.turned(row, 2)), button("A quarter turn", () => this.turned(row, 1)));
+    if (count > 1) selects.push(this.place(row, made));
+    if (row && row === count - 1) made.append(button("Take it away", () => this.each("take", { row })));
+    const how = element("span", "", { className: "how why" });
+    made.append(how);
+    const show = (mesh) => {
+      name.textContent = mesh.file;
+      for (const one of selects) one(mesh);
+      how.textContent = reasons(mesh.how);
+    };
+    return { made, show };
+  }
+
+  // Number fields [mm] of where a file is; returns what shows them.
+  place(row, made) {
+    const label = element("span", "moved by x, y, z [mm] ");
+    const fields = [0, 1, 2].map((k) => {
+      const field = element("input", "", { type: "number", step: "1" });
+      field.setAttribute("aria-label", `file ${row + 1}: moved by, ${"xyz"[k]}`);
+      field.onchange = () => {
+        const to = fields.map((one) => Number((one.valueAsNumber / 1000).toPrecision(12)));
+        if (!to.every(Number.isFinite)) return refuse(field, "a number of millimetres is needed");
+        return sendTyped(field, (then) => this.each("move", { row, to }, then));
+      };
+      label.append(field, " ");
+      return field;
+    });
+    made.append(label);
+    return ({ move }) => fields.forEach((field, k) => put(field, Number((1000 * move[k]).toFixed(1))));
   }
 
   // What is guessed and not sure is asked about in plain words; all guesses can be agreed to.

@@ -117,3 +117,16 @@ function pairs(ends, colour) {
   }
   return lines;
 }
+
+// The box of all that is in a picture, people too.
+export function everything(scene) {
+  const low = [Infinity, Infinity, Infinity];
+  const high = [-Infinity, -Infinity, -Infinity];
+  for (const points of [scene.place.vertices, ...scene.bodies.map((body) => body.centres)]) {
+    for (let i = 0; i < points.length; i++) {
+      if (points[i] < low[i % 3]) low[i % 3] = points[i];
+      if (points[i] > high[i % 3]) high[i % 3] = points[i];
+    }
+  }
+  return [low, high];
+}

@@ -1,19 +1,35 @@
 // The parts: which are shown, which are chosen, and what becomes of the chosen ones.
 
 import { ask } from "./connection.js";
-import { at, element } from "./elements.js";
+import { vec } from "/view/camera.js";
+import { clearest } from "/view/pick.js";
+import { at, element, put, sendTyped } from "./elements.js";
+
+const FRAME = [226, 120, 0];
+const MOST_FRAMES = 60;
+
+const boxOf = ({ at: middle, size }) => [vec.sub(middle, vec.mul(size, 0.5)), vec.add(middle, vec.mul(size, 0.5))];
+
+// The twelve edges of a box.
+function edgesOf(box) {
+  const corner = (k) => [0, 1, 2].map((i) => box[(k >> i) & 1][i]);
+  const ends = [0, 1, 2, 3, 4, 5, 6, 7].flatMap((k) => [1, 2, 4].filter((bit) => !(k & bit)).map((bit) => [k, k | bit]));
+  return ends.map(([from, to]) => ({ from: corner(from), to: corner(to), colour: FRAME }));
+}
 
 export class Parts {
   constructor() {
     Object.assign(this, { panel: null, head: null, hidden: new Set(), chosen: new Set() });
     at("part-find").oninput = () => this.find();
     at("part-show").onclick = () => this.showOnly(null);
+    at("part-none").onclick = () => this.showOnly(new Set());
     at("part-alone").onclick = () => this.showOnly(this.chosen);
+    at("part-look").onclick = () => this.panel?.focus();
     at("part-form").onsubmit = (event) => event.preventDefault();
     at("part-edit").onsubmit = (event) => {
       event.preventDefault();
       const to = at("part-name").value.trim();
-      if (to) this.ask("join", { parts: this.names, to });
+      if (to) sendTyped(at("part-name"), (then) => ask("join", { parts: this.names, to }, true, then));
     };
     at("part-leave").onclick = () => this.ask("leave", { parts: this.names });
     at("part-split").onclick = () => this.names.forEach((part) => this.ask("split", { part }));
@@ -33,6 +49,39 @@ export class Parts {
     return this.head.parts.map((part) => part.name).filter((name) => this.chosen.has(name));
   }
 
+  // The parts that are in the picture.
+  get shown() {
+    return this.head.parts.filter((part) => !part.hidden && !this.hidden.has(part.name)).map((part) => part.name);
+  }
+
+  // The box of the chosen parts, or of those that are shown where some are not; null for all.
+  box() {
+    const names = this.chosen.size ? this.chosen : new Set(this.shown);
+    if (!names.size || (names.size === this.head.parts.length && !this.chosen.size)) return null;
+    const boxes = this.head.parts.filter((part) => names.has(part.name)).map(boxOf);
+    const [low, high] = [Math.min, Math.max].map((least, k) => [0, 1, 2].map((i) => least(...boxes.map((one) => one[k][i]))));
+    return [low, high];
+  }
+
+  // fit and F of a picture: what is chosen, alone; else what is shown of it. look: looks at a box.
+  bindLooks(panel, everything, look) {
+    panel.fit = () => {
+      panel.leave();
+      look(this.box() ?? everything);
+    };
+    panel.focus = () => {
+      if (!this.chosen.size) return panel.chosen && panel.lookAt(panel.chosen.point);
+      const { scene, viewer } = panel;
+      const box = this.box();
+      const there = new Set(this.shown);
+      const shown = { body: () => false, part: (k) => there.has(scene.place.parts[k].name) };
+      panel.leave();
+      const { azimuth, height } = clearest(scene, viewer.camera, vec.mul(vec.add(...box), 0.5), shown, viewer.section);
+      viewer.camera.look(azimuth, height);
+      return look(box);
+    };
+  }
+
   all(what) {
     const some = this.head.parts.filter((part) => this.chosen.has(part.name));
     return some.length > 0 && some.every(what);
@@ -46,6 +95,7 @@ export class Parts {
     this.panel = panel;
     panel.viewer.canvas.addEventListener("keyup", () => this.follow());
     this.hide();
+    if (this.head) this.outline();
   }
 
   // The boxes of the list follow what the keys of the picture have hidden.
@@ -148,11 +198,18 @@ export class Parts {
       row.querySelectorAll("input")[1].checked = chosen;
     }
     const names = this.names;
-    if (document.activeElement !== at("part-name")) at("part-name").value = names[0] ?? "";
-    for (const id of ["part-leave", "part-split", "part-glass", "part-hidden", "part-solid", "part-alone"]) at(id).disabled = !names.length;
+    put(at("part-name"), names[0] ?? "");
+    this.outline();
+    for (const id of ["part-leave", "part-split", "part-glass", "part-hidden", "part-solid", "part-alone", "part-look"]) at(id).disabled = !names.length;
     at("part-edit").querySelector("[type=submit]").disabled = !names.length;
     const solid = [...new Set(this.head.parts.filter((part) => this.chosen.has(part.name)).map((part) => String(part.solid)))];
     at("part-solid").value = solid.length === 1 ? solid[0] : "auto";
+  }
+
+  // Frames around what is chosen, so that it is seen where it is small or behind others.
+  outline() {
+    const some = this.head.parts.filter((part) => this.chosen.has(part.name)).slice(0, MOST_FRAMES);
+    this.panel?.viewer.setMarks(some.flatMap((part) => edgesOf(boxOf(part))), "chosen");
   }
 
   showOnly(names) {

@@ -1,6 +1,6 @@
 // Seats, controls and points in numbers, each of which can be typed over.
 
-import { at, element, options } from "./elements.js";
+import { at, element, options, put, refuse, sendTyped } from "./elements.js";
 
 const TRAVEL = { forward: "travel forward", up: "travel up" };
 const ANGLES = { cushion_angle: "cushion, front up", back_angle: "back, aft of upright", yaw: "turned to the left" };
@@ -14,7 +14,8 @@ export class Things {
 
   show(head, hello) {
     this.hello = hello;
-    this.list("seats", "seat", head.seats, (one) => this.seat(one), "Pick a cushion and a back in the picture.");
+    const seats = head.seats.map((one) => ({ ...one, doubts: [...one.doubts, ...(head.seated[one.name] ?? [])] }));
+    this.list("seats", "seat", seats, (one) => this.seat(one), "Pick a cushion and a back in the picture.");
     this.list("controls", "control", head.controls, (one) => this.control(one), "Pick them in the picture.");
     this.list("points", "point", head.points, (one) => this.point(one), "Design eyes, heels, balls of the feet.");
     const names = (rows) => rows.map(({ name }) => element("option", "", { value: name }));
@@ -45,12 +46,14 @@ export class Things {
       input.setAttribute("aria-label", `${name}: ${words}${count > 1 ? ` ${k + 1}` : ""}`);
       input.onchange = () => {
         const values = inputs.map((one) => Number((one.valueAsNumber * scale).toPrecision(12)));
-        if (values.every(Number.isFinite)) this.each("figure", { kind, name, figure, value: count > 1 ? values : values[0] });
+        if (!values.every(Number.isFinite)) return refuse(input, "a number is needed");
+        const value = count > 1 ? values : values[0];
+        return sendTyped(input, (then) => this.each("figure", { kind, name, figure, value }, then));
       };
       made.append(input, " ");
       return input;
     });
-    const show = (value) => [value].flat().forEach((one, k) => (inputs[k].value = Number((one / scale).toFixed(1))));
+    const show = (value) => [value].flat().forEach((one, k) => put(inputs[k], Number((one / scale).toFixed(1))));
     return { made, show };
   }
 
@@ -60,9 +63,10 @@ export class Things {
     field.setAttribute("aria-label", `name of the ${kind} ${name}`);
     field.onchange = () => {
       const to = field.value.trim();
-      field.value = name;
-      if (to) this.each("rename", { kind, name, to });
+      if (!to) return refuse(field, `a ${kind} needs a name`);
+      return sendTyped(field, (then) => this.each("rename", { kind, name, to }, then));
     };
+    field.dataset.shown = name;
     const remove = element("button", "Remove", { type: "button", className: "small" });
     remove.onclick = () => this.each("remove", { kind, name });
     made.append(field, remove);

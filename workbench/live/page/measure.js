@@ -100,7 +100,7 @@ export class Measure {
     if (!segment || to.control) return this.say("a criterion is about a segment of a person, and a part or somebody else", true);
     if (!Number.isFinite(limit)) return this.say("a limit in mm is needed", true);
     const other = to.part ? { part: to.part } : { other: to.person, other_segment: to.segment };
-    ask("criterion", { person, segment, ...other, at_least: limit / 1000 });
+    ask("criterion", { person, segment, ...other, at_least: limit / 1000 }, true);
   }
 
   get picking() {

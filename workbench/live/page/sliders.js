@@ -64,11 +64,12 @@ export class Sliders {
   adjustments(found) {
     if (found.map((one) => one.name).join() !== [...this.set.keys()].join()) {
       const made = found.map(({ name, unit, scale }) => {
+        let resting = 0; // its own: another slider takes nothing away that was set here
         const send = (value, done) => {
           if (!done) return;
           this.pending = { name, value }; // takes a second: answers until then are of an earlier state
-          clearTimeout(this.resting);
-          this.resting = setTimeout(() => ask("adjust", { name, value: value / scale }), REST);
+          clearTimeout(resting);
+          resting = setTimeout(() => ask("adjust", { name, value: value / scale }, name), REST);
         };
         return [name, this.slider(name.replaceAll("_", " "), unit, send)];
       });

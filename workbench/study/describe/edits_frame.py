@@ -11,19 +11,27 @@ import numpy as np
 from workbench.errors import InputError
 from workbench.files.yaml_edits import Key
 from workbench.study.describe.edits import Edit, with_value
+from workbench.study.describe.edits_parts import with_pieces_named
 from workbench.study.describe.edits_seats import with_picked, with_seat_figures
 from workbench.study.describe.meshes import Ray
 from workbench.study.describe.planes import fitted_plane
-from workbench.study.describe.state import Description, OpenPlace, spot_of, spot_place, standing_of
+from workbench.study.describe.state import (
+    FLOOR,
+    Description,
+    OpenPlace,
+    spot_of,
+    spot_place,
+    standing_of,
+)
 
-__all__ = ["AXES", "agreed", "floored", "framed", "scaled"]
+__all__ = ["AXES", "agreed", "check_row", "floored", "framed", "on_meshes", "scaled"]
 
 AXES = ("x", "y", "z", "-x", "-y", "-z")
-FLOOR: Key = ("floor",)
-"""Key of the spot that was picked of the floor."""
 SMALLEST = 0.01
 LARGEST = 1000.0
 """Sizes [m] that can be typed of a mesh."""
+DEEP = 0.5
+"""A floor under which more [m] of a mesh is, is doubted."""
 
 
 def framed(
@@ -44,7 +52,7 @@ def framed(
     InputError
         If there is no such mesh, unit or axis.
     """
-    _check_row(before, row)
+    check_row(before, row)
     raw = opened.meshes.raws[row]
     mesh = dict(before.says["meshes"][row])
     wanted = {name: value for name, value in given.items() if value is not None}
@@ -60,7 +68,8 @@ def framed(
         words = f"up and forward are at right angles: {gives_way} is {free}"
     why = before.why | {("meshes", row, name): "chosen" for name in wanted}
     says = with_value(before.says, ("meshes", row), mesh)
-    return Edit(_refigured(opened, replace(before, says=says, why=why)), words)
+    after = on_meshes(opened, replace(before, says=says, why=why))
+    return Edit(with_pieces_named(opened, before, after, row), words)
 
 
 def scaled(opened: OpenPlace, before: Description, row: int, size: float) -> Edit:
@@ -78,7 +87,7 @@ def scaled(opened: OpenPlace, before: Description, row: int, size: float) -> Edi
     InputError
         If there is no such mesh, it is flat along x, or the size is none of anything.
     """
-    _check_row(before, row)
+    check_row(before, row)
     if not SMALLEST <= size <= LARGEST:
         raise InputError(f"a length from {SMALLEST:g} to {LARGEST:g} m is needed, got {size:g} m")
     stands = standing_of(opened, before)
@@ -101,7 +110,7 @@ def agreed(before: Description) -> Edit:
     return Edit(replace(before, why=why), "unit and axes are right")
 
 
-def _check_row(before: Description, row: int) -> None:
+def check_row(before: Description, row: int) -> None:
     """InputError where there is no mesh of this number."""
     count = len(before.says["meshes"])
     if not 0 <= row < count:
@@ -143,17 +152,20 @@ def floored(opened: OpenPlace, before: Description, ray: Ray) -> Edit:
         words += f": everything goes {abs(step):g} {says['length']} {way}"
     if slope > 0.5:
         words += f"; this face slopes {slope:.1f} degrees, which is left as it is"
+    deep = height - float(stands.bounds[0, 2])
+    if deep > DEEP:
+        words += f"; {deep:.2f} m of the mesh are below it: is it the floor?"
     spots = before.spots | {FLOOR: spot}
-    return Edit(_refigured(opened, replace(before, says=says, why=why, spots=spots)), words)
+    return Edit(on_meshes(opened, replace(before, says=says, why=why, spots=spots)), words)
 
 
 def _raised(before: Description, point: Sequence[float], by: float) -> list[float]:
     return before.point([point[0], point[1], point[2] + by])
 
 
-def _refigured(opened: OpenPlace, before: Description) -> Description:
-    """A description in which what was pointed at has gone along with its mesh. A seat that is none
-    with the new axes keeps its figures."""
+def on_meshes(opened: OpenPlace, before: Description) -> Description:
+    """Return a description in which what was pointed at has gone along with its mesh. A seat that
+    is none with the new axes keeps its figures."""
     after = _on_floor(opened, before)
     for name in before.picks:
         if name in (before.says.get("seats") or {}):

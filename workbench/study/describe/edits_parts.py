@@ -3,17 +3,33 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
+
+import numpy as np
 
 from workbench.errors import InputError, one_of
 from workbench.files.environment_parts import pieces
+from workbench.files.names import unique_names
 from workbench.files.yaml_edits import Key
 from workbench.study.describe.edits import Edit, good_name, with_value, without_value
 from workbench.study.describe.piece_names import named_pieces
 from workbench.study.describe.state import Description, OpenPlace, standing_of
 
-__all__ = ["dropped", "joined", "left_out", "put_back", "ruled", "split_part"]
+__all__ = [
+    "LargePart",
+    "dropped",
+    "joined",
+    "large_part",
+    "left_out",
+    "put_back",
+    "ruled",
+    "split_part",
+    "with_pieces_named",
+]
+
+MOSTLY = 0.5
+"""A part of a larger share of all triangles is what is split first."""
 
 
 def joined(opened: OpenPlace, before: Description, parts: Sequence[str], to: str) -> Edit:
@@ -128,6 +144,80 @@ def split_part(opened: OpenPlace, before: Description, part: str) -> Edit:
     standing_of(opened, after)
     words = f"{part} is {len(found_pieces)} parts, called by where they are"
     return Edit(after, words)
+
+
+def with_pieces_named(
+    opened: OpenPlace, before: Description, after: Description, row: int
+) -> Description:
+    """Return a description whose pieces of a mesh are called by where they are now, as far as they
+    were called by where they were: left is right once the mesh is turned round."""
+    join = after.says["meshes"][row].get("join") or {}
+    split = after.says["meshes"][row].get("split") or []
+    stood = standing_of(opened, before)
+    stands = standing_of(opened, after)
+    names = dict.fromkeys(join)
+    for part in split:
+        lead = f"{part}_" if any(name.startswith(f"{part}_") for name in join) else ""
+        own = [new for new, some in join.items() if len(some) == 1 and _is_piece(some[0], part)]
+        was = named_pieces(stood, own, lead=lead)
+        now = {old: new for new, (old,) in named_pieces(stands, own, lead=lead).items()}
+        names |= {old: now[old] for new, (old,) in was.items() if _plain(new) == _plain(old)}
+    changed = {old: new for old, new in names.items() if new and new != old}
+    if not changed:
+        return after
+    kept = {*stands.names} - {*changed}
+    new_names = unique_names([*kept, *changed.values()], "piece")[len(kept) :]
+    called = dict(zip(changed, new_names, strict=True))
+    mesh = dict(after.says["meshes"][row])
+    moved = {called.get(name, name): some for name, some in join.items()}
+    says = _with_mesh(after.says, row, mesh, "join", moved)
+    for number, old in enumerate(called):  # two names may be exchanged: by way of others
+        says = _named(says, [old], f"\0{number}")
+    for number, new in enumerate(called.values()):
+        says = _named(says, [f"\0{number}"], new)
+    why = {
+        ("parts", called.get(str(key[1]), key[1]), *key[2:]) if key[:1] == ("parts",) else key: one
+        for key, one in after.why.items()
+    }
+    return replace(after, says=says, why=why)
+
+
+def _plain(name: str) -> str:
+    """A name without the number behind it."""
+    return name.rstrip("0123456789").rstrip("_")
+
+
+def _is_piece(name: str, part: str) -> bool:
+    """Whether a name is that of a piece that a part was split into."""
+    return name.startswith(f"{part}_") and name[len(part) + 1 :].isdigit()
+
+
+@dataclass(frozen=True)
+class LargePart:
+    """A part that most of the triangles are of: its share of them, and its connected pieces."""
+
+    name: str
+    share: float
+    pieces: int
+
+
+def large_part(opened: OpenPlace, description: Description) -> LargePart | None:
+    """Return the part that most of the triangles are of and that falls into pieces, None where there
+    is none."""
+    stands = standing_of(opened, description)
+    meshes = opened.meshes
+    kept = stands.part >= 0
+    count = np.bincount(stands.part[kept], minlength=len(stands.names))
+    most = int(count.argmax())
+    name = stands.names[most]
+    share = float(count[most] / count.sum())
+    row = _mesh_of(opened, description, name)
+    if share < MOSTLY or not any(part.name == name for part in meshes.raws[row].parts):
+        return None
+    if name in (description.says["meshes"][row].get("join") or {}):
+        return None
+    found = meshes.piece_count(int(meshes.owner[int((stands.part == most).argmax())]))
+    return LargePart(name, share, found) if found > 1 else None
 
 
 def ruled(opened: OpenPlace, before: Description, part: str, rule: str, value: bool | str) -> Edit:

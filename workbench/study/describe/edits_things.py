@@ -28,7 +28,7 @@ from workbench.study.describe.state import (
     whole,
 )
 
-__all__ = ["owned", "placed_point", "pointed", "removed", "renamed", "typed"]
+__all__ = ["accepted", "owned", "placed_point", "pointed", "removed", "renamed", "typed"]
 
 
 def placed_point(
@@ -264,3 +264,12 @@ def removed(before: Description, kind: str, name: str) -> Edit:
             {key: words for key, words in before.why.items() if key[:2] != gone},
         )
     )
+
+
+def accepted(before: Description, about: str) -> Edit:
+    """Put a doubt away, by what it is about."""
+    have = before.says.get("accepted") or []
+    if about in have:
+        return Edit(before)
+    says = with_value(before.says, ("accepted",), [*have, about])
+    return Edit(replace(before, says=says), f"{about}: put away; the file says so under accepted")

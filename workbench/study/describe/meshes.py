@@ -16,7 +16,7 @@ import numpy as np
 
 from workbench.errors import InputError
 from workbench.files.environment_own import PartMeshes, Touching
-from workbench.files.environment_parts import face_parts
+from workbench.files.environment_parts import face_parts, pieces
 from workbench.files.environment_schema import MeshFile
 from workbench.files.environments import MeshFrame, mesh_frame, size_doubts
 from workbench.files.meshes.parts import RawMesh, RawPart
@@ -39,6 +39,8 @@ MOST_FACES = 3_000_000
 """Triangles that are described: of more, each answer would take seconds."""
 HIGHEST = 12.0
 """A place for people that is higher [m] is doubted."""
+SAME_PLACE = 0.005
+"""What is met so near [m] to where it was clicked is what was clicked."""
 _PARALLEL = 1e-12
 _KEPT = 4
 """Ways in which the meshes have stood that are kept: undo and redo go back to them."""
@@ -140,22 +142,25 @@ class Standing:
 
     def hit(self, ray: Ray) -> Hit:
         """Find the face that a ray meets, the one nearest to where the picture was met: a picture
-        may be coarser than the mesh, and a section may hide what stands before.
+        may be coarser than the mesh, and a section may hide what stands before. A part that has
+        another name since it was clicked is found by its place.
 
         Raises
         ------
         InputError
             If the ray meets no face of the part.
         """
-        if ray.part not in self.names:
-            raise InputError(f"there is no part {ray.part!r} any more")
-        own = np.flatnonzero(self.part == self.names.index(ray.part))
+        there = ray.part in self.names
+        own = np.flatnonzero(self.part == self.names.index(ray.part) if there else self.part >= 0)
         start = np.array(ray.start)
         way = np.array(ray.way) / (np.linalg.norm(ray.way) or 1.0)
         far = _met(self.corners(own), start, way)
-        if not np.isfinite(far).any():
+        off = np.abs(np.where(np.isfinite(far), far, np.inf) - ray.far)
+        best = int(off.argmin())
+        if not there and off[best] > SAME_PLACE:
+            raise InputError(f"there is no part {ray.part!r} any more")
+        if not np.isfinite(off[best]):
             raise InputError("nothing was picked: click on a part in the picture")
-        best = int(np.nanargmin(np.abs(np.where(np.isfinite(far), far, np.nan) - ray.far)))
         return Hit(int(own[best]), start + far[best] * way)
 
     def nearest(self, point: Floats, within: float) -> Hit | None:
@@ -239,6 +244,14 @@ class Meshes:
         self._grown: dict[tuple[int, ...], Ints] = {}
         self._borders: dict[tuple[int, ...], Ints] = {}
         self._surfaces: dict[tuple[int, ...], Surface] = {}
+        self._pieces: dict[int, int] = {}
+
+    def piece_count(self, owner: int) -> int:
+        """Connected pieces of a part of the files, by its number."""
+        if owner not in self._pieces:
+            parts = [part for raw in self.raws for part in raw.parts]
+            self._pieces[owner] = int(pieces(parts[owner]).max()) + 1
+        return self._pieces[owner]
 
     @classmethod
     def read(cls, folder: Path, files: Sequence[str]) -> Meshes:
@@ -251,7 +264,7 @@ class Meshes:
         Parameters
         ----------
         says
-            What it says of each.
+            What it says of each; files beyond are left out.
 
         Raises
         ------
@@ -269,7 +282,7 @@ class Meshes:
         vertices = np.empty_like(self.vertices)
         part = np.full(len(self.faces), -1, dtype=np.int64)
         names: list[str] = []
-        for row, (raw, mesh) in enumerate(zip(self.raws, says, strict=True)):
+        for row, (raw, mesh) in enumerate(zip(self.raws, says, strict=False)):
             frame = mesh_frame(raw, mesh)
             own = self._vertex_mesh == row
             vertices[own] = _in_world(self.vertices[own], frame)
@@ -339,11 +352,11 @@ class Meshes:
         if HIGHEST < high <= LARGEST:
             words = f"it is {high:.3g} m high: are the unit and the axes right?"
             doubts.append(Doubt("height", words))
-        for row, (raw, mesh) in enumerate(zip(self.raws, says, strict=True)):
+        for row, (raw, mesh) in enumerate(zip(self.raws, says, strict=False)):
             frame = mesh_frame(raw, mesh)
             own = self.mesh == row
             largest = float(np.ptp(self.vertices[self.faces[own].ravel()], axis=0).max())
-            smallest = SMALLEST if len(self.raws) == 1 else SMALLEST_OF_SEVERAL
+            smallest = SMALLEST if len(says) == 1 else SMALLEST_OF_SEVERAL
             wrong = implausible(largest, frame.metres, smallest=smallest)
             if wrong:
                 doubts.append(Doubt(f"size of {mesh.file}", f"{mesh.file}: {wrong}"))

@@ -14,10 +14,12 @@ from typing import Any
 from workbench.errors import InputError
 from workbench.files.environments import load_environment
 from workbench.files.output_file import write_errors, write_file
+from workbench.files.study.reader import load_study
 from workbench.files.study.saving import StudyText, written_beside
 from workbench.files.yaml_changes import changed_text, yaml_text
 from workbench.files.yaml_edits import Key
 from workbench.files.yaml_text import parse_yaml
+from workbench.study.describe.first_study import first_study
 from workbench.study.describe.state import UNSURE, Description, OpenPlace
 
 __all__ = [
@@ -26,6 +28,7 @@ __all__ = [
     "description_text",
     "next_commands",
     "save_description",
+    "save_first_study",
     "unfinished",
 ]
 
@@ -35,6 +38,7 @@ ORDER = (
     "source",
     "licence",
     "length",
+    "accepted",
     "meshes",
     "parts",
     "seats",
@@ -75,8 +79,8 @@ def description_text(description: Description, before: SavedPlace | None) -> str
         If the text cannot be changed so that it says this.
     """
     if before is None:
-        known = [key for key in ORDER if description.says.get(key)]
-        says = {key: description.says[key] for key in known}
+        known = dict.fromkeys([*ORDER, *description.says])
+        says = {key: description.says[key] for key in known if description.says.get(key)}
         text = yaml_text(says, description.why, _in_block)
     else:
         mark = "\ufeff" if before.text.text.startswith("\ufeff") else ""
@@ -139,7 +143,7 @@ def save_description(
     """
     path = (opened.target if to is None else to).absolute()
     with write_errors(path):
-        changed = opened.changed_meshes()
+        changed = opened.changed_meshes(len(description.says["meshes"]))
         if changed and not over:
             raise ForeignFileError(
                 f"{', '.join(changed)} has changed on the disk since it was opened: what was picked "
@@ -194,6 +198,21 @@ def unfinished(opened: OpenPlace, description: Description) -> list[str]:
     return found
 
 
+def save_first_study(environment: Path, to: Path) -> tuple[str, ...]:
+    """Write a first study of an environment's file; returns its warnings.
+
+    Raises
+    ------
+    InputError
+        If there is a file already, it cannot be written, or it does not load.
+    """
+    if to.exists():
+        raise InputError(f"{to.name} is there already")
+    source = Path(os.path.relpath(environment.resolve(), to.resolve().parent)).as_posix()
+    write_file(to, first_study(load_environment(environment), source))
+    return tuple(load_study(to).warnings)
+
+
 def next_commands(saved: Path) -> list[str]:
     """The commands that lead from an environment that was saved to a study."""
     path = Path(os.path.relpath(saved))
@@ -206,12 +225,12 @@ def next_commands(saved: Path) -> list[str]:
 
 
 def _copy_meshes(opened: OpenPlace, description: Description, folder: Path, *, over: bool) -> None:
-    """Copy the meshes beside an environment that is in another folder than they are."""
-    if folder.resolve() == opened.folder.resolve():
-        return
-    for mesh in description.says["meshes"]:
-        source = opened.folder / mesh["file"]
+    """Copy the meshes beside an environment that lie elsewhere than it says."""
+    for mesh, raw in zip(description.says["meshes"], opened.meshes.raws, strict=False):
+        source = Path(raw.file)
         copy = folder / mesh["file"]
+        if copy.resolve() == source.resolve():
+            continue
         if copy.exists() and copy.read_bytes() == source.read_bytes():
             continue
         if source.suffix.lower() in BESIDE:

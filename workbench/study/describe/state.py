@@ -34,15 +34,18 @@ from workbench.study.describe.seats import SeatFigures, seat_figures
 
 __all__ = [
     "FITTED",
+    "FLOOR",
     "SURFACES",
     "UNSURE",
     "Description",
     "OpenPlace",
     "SeatPicks",
     "Spot",
+    "bare_mesh",
     "figure_reasons",
     "figure_values",
     "figures_of",
+    "file_stamp",
     "open_place",
     "open_sizes",
     "spot_of",
@@ -54,6 +57,8 @@ __all__ = [
 
 INNER = "environment.yaml"
 SURFACES = ("cushion", "back")
+FLOOR: Key = ("floor",)
+"""Key of the spot that was picked of the floor."""
 UNSURE = "guessed, not sure"
 """How a figure was got that is asked about."""
 FITTED = ("srp", "cushion_angle", "back_angle", "yaw")
@@ -181,15 +186,16 @@ class OpenPlace:
     notes: tuple[str, ...]
     stamps: tuple[tuple[int, int], ...]
 
-    def changed_meshes(self) -> list[str]:
-        """The mesh files that are others now than those that were read, or are gone."""
-        paths = [Path(raw.file) for raw in self.meshes.raws]
-        found = zip(paths, self.stamps, map(_stamp, paths), strict=True)
+    def changed_meshes(self, count: int) -> list[str]:
+        """The first so many mesh files that are others now than those that were read, or are
+        gone."""
+        paths = [Path(raw.file) for raw in self.meshes.raws[:count]]
+        found = zip(paths, self.stamps, map(file_stamp, paths), strict=False)
         return [path.name for path, before, now in found if before != now]
 
 
-def _stamp(path: Path) -> tuple[int, int]:
-    """Size and time of a file, -1 where it is not there."""
+def file_stamp(path: Path) -> tuple[int, int]:
+    """Return size and time of a file, -1 where it is not there."""
     try:
         stat = path.stat()
     except OSError:
@@ -225,7 +231,7 @@ def open_place(source: Path, out: Path | None = None) -> OpenPlace:
                     f"below it"
                 )
         files = [mesh.file for mesh in file.meshes]
-        stamps = tuple(_stamp(path.parent / name) for name in files)
+        stamps = tuple(file_stamp(path.parent / name) for name in files)
         try:
             meshes = Meshes.read(path.parent, files)
         except InputError as error:
@@ -241,7 +247,7 @@ def open_place(source: Path, out: Path | None = None) -> OpenPlace:
             if raw.metres is None and mesh.length is None
         ]
         return replace(opened, start=start, notes=tuple(notes))
-    stamp = _stamp(source)
+    stamp = file_stamp(source)
     raw = read_mesh(source)
     start, notes = _bare(source, raw)
     beside = target or source.parent / INNER
@@ -268,19 +274,33 @@ def _target(out: Path) -> Path:
     return out / INNER
 
 
-def _bare(source: Path, raw: RawMesh) -> tuple[Description, list[str]]:
-    """A description of a bare mesh, and what was guessed for it."""
+def bare_mesh(raw: RawMesh) -> tuple[dict[str, Any], dict[Key, str]]:
+    """Guess the unit and the axes of a bare mesh; one without parts is split into its pieces.
+
+    Returns
+    -------
+    tuple
+        What an environment's file says of it, and how that was got, by the keys of a first mesh.
+    """
     why: dict[Key, str] = {}
-    notes: list[str] = []
     taken = taken_frame(raw)
     frame = {"length": taken.length, "up": taken.up, "forward": taken.forward}
-    mesh: dict[str, Any] = {"file": source.name}
-    mesh |= {key: one.value for key, one in frame.items()}
+    mesh: dict[str, Any] = {key: one.value for key, one in frame.items()}
     for key, one in frame.items():
         if one.why:
             why[("meshes", 0, key)] = f"{'guessed' if one.sure else UNSURE}: {one.why}"
+    if len(raw.parts) == 1 and 0 < int(pieces(raw.parts[0]).max()) < MOST_PIECES:
+        mesh["split"] = [raw.parts[0].name]
+    return mesh, why
+
+
+def _bare(source: Path, raw: RawMesh) -> tuple[Description, list[str]]:
+    """A description of a bare mesh, and what was guessed for it."""
+    notes: list[str] = []
+    guessed, why = bare_mesh(raw)
+    mesh: dict[str, Any] = {"file": source.name, **guessed}
     if raw.metres is None:
-        notes.append(f"the file does not say its unit: {taken.length.value} is a guess by its size")
+        notes.append(f"the file does not say its unit: {mesh['length']} is a guess by its size")
     if raw.up is None or raw.forward is None:
         what = "axes" if raw.up is None else "forward axis"
         notes.append(
@@ -289,7 +309,6 @@ def _bare(source: Path, raw: RawMesh) -> tuple[Description, list[str]]:
     if len(raw.parts) == 1:
         count = int(pieces(raw.parts[0]).max()) + 1
         if 1 < count <= MOST_PIECES:
-            mesh["split"] = [raw.parts[0].name]
             notes.append(
                 f"the mesh has no names of parts: its {count} connected pieces are parts, called by "
                 f"where they are"
