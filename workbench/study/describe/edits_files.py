@@ -189,7 +189,8 @@ def _named_parts(file: EnvironmentFile) -> set[str]:
         for name in (seat.cushion.part, seat.back.part, *seat.moves)
     ]
     moved = [name for one in file.adjustments.values() for name in one.parts]
-    return {*seats, *moved, *(control.part for control in file.controls.values())}
+    controls = [key for control in file.controls.values() for key in control.part_keys]
+    return {*seats, *moved, *controls}
 
 
 def moved_file(opened: OpenPlace, before: Description, row: int, to: Sequence[float]) -> Edit:
