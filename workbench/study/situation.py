@@ -601,6 +601,7 @@ def _with_hand(
             bystanders=situation.bystanders,
             tighter_zones=False,  # those who are left have missed in them
             brief=brief,
+            thorough=False,
         )
         rotations[left] = found.poses.rotations
         miss[left] = np.where(found.reached[:, 0], 0.0, found.miss[:, 0])

@@ -15,6 +15,9 @@ kinds. What comes clear is made comfortable among all that is near it.
 Who does not reach a target is brought as near to it as is found: the same steps bring the tip to
 within a radius of the target, which is doubled until that is found and then halved down.
 
+How near that is depends on the start. A miss that is to be told is asked again from many
+(`_come_nearer`), each of which must beat the best so far.
+
 A search is no proof. Where the target is too deep in a solid for any posture there is one, and
 nothing is searched (`_buried_in`). Such a row is brought near from few starts.
 
@@ -59,6 +62,9 @@ __all__ = [
     "BURIED",
     "KEPT",
     "Looked",
+    "NEARER",
+    "NEXT_TO",
+    "PRECISE",
     "Outcome",
     "clear_reaches",
     "still_reaches",
@@ -119,6 +125,16 @@ MOST_RADII = 7
 NARROWING = 5
 """By how much [m] a target may be missed at first, how much more each time, how often, and how often
 that is halved."""
+NEARER_KICKS = 32
+NEARER_SEEDS = 96
+"""Starts about the best posture, and starts from seeds, as they are or brought to the target in
+turns, that a miss is asked again from."""
+BOLD = 0.3
+TIMID = 0.9
+"""What is left of a miss that is to be beaten, at the first try of a start and at the second."""
+PRECISE = 2e-4
+MOST_HALVINGS = 12
+"""How precise [m] a miss is that is asked again, and how often a radius is halved for it at most."""
 
 CERTAIN = 0
 OWN_WAY = 1
@@ -127,6 +143,10 @@ KEPT = 3
 BURIED = 4
 """What became of a row: not in doubt; clear from its own posture; clear from another one; in doubt,
 and no clear posture found; in doubt, and proved that there is none."""
+NEARER = 5
+NEXT_TO = 6
+"""What is asked of a row that misses its target: a posture nearer to it than one that is known, from
+many starts; the same from its own posture alone."""
 
 
 class Outcome(NamedTuple):
@@ -135,13 +155,16 @@ class Outcome(NamedTuple):
     angles: NDArray[np.float64]
     """(P, K, 3) [rad] the free postures, in, and what they have come to, out."""
     numbers: NDArray[np.float64]
-    """(P, 8) as of kernels.inverse."""
+    """(P, 8) as of kernels.inverse. Of a row that is NEARER or NEXT_TO, before: [0] no posture misses
+    the target by less [m]; [1] the miss [m] that is to be beaten."""
     overlap: NDArray[np.float64]
-    """(P,) [m] depth in parts beyond what is allowed."""
+    """(P,) [m] depth in parts beyond what is allowed; infinite after NEARER or NEXT_TO where no
+    better posture is found."""
     part: NDArray[np.int64]
     """(P,) the part that keeps the limb from its target, -1 where none does."""
     doubt: NDArray[np.int64]
-    """(P,) CERTAIN, OWN_WAY, OTHER_WAY, KEPT or BURIED. KEPT before: no other way is searched for."""
+    """(P,) CERTAIN, OWN_WAY, OTHER_WAY, KEPT or BURIED. KEPT before: no other way is searched for.
+    NEARER or NEXT_TO before: OTHER_WAY or KEPT after."""
 
 
 class Looked(NamedTuple):
@@ -489,34 +512,42 @@ def _kick(link, angles, number, share, start, out):  # type: ignore[no-untyped-d
 
 
 @inner
+def _bring_seed(case, seeds, most, desk, out):  # type: ignore[no-untyped-def]
+    """Make the state a start of the seed with the nearest tip that was not used, brought toward the
+    target by `most` steps, obstacles aside; False where none is left."""
+    none = np.int64(0)
+    at = next_seed(case.base, case.goal, case.row, seeds, case.body, desk.tried)
+    if at < 0:
+        return False
+    desk.tried[at] = 1
+    desk.many[0] = 0
+    desk.work.press[:] = 0.0
+    _set_free(case.link, seeds.angles, at, 1.0, desk.free, desk.state.angles)
+    steps, _ = approach(
+        case.link,
+        case.body,
+        (case.base, case.goal),
+        case.row,
+        desk.planes,
+        (none, none),
+        np.int64(most),
+        DISTANT_EASE,
+        desk.state,
+        desk.work,
+    )
+    out.numbers[case.row, 2] += steps
+    return True
+
+
+@inner
 def _find_starts(case, seeds, lot, desk, out):  # type: ignore[no-untyped-def]
     """Bring the tip to the target, obstacles aside, from up to `lot` seeds that were not used, those
     with the nearest tips; returns how many starts that gives."""
     count = 0
-    none = np.int64(0)
-    problem = (case.base, case.goal)
     desk.worth[:] = np.inf
     for _ in range(lot):
-        at = next_seed(case.base, case.goal, case.row, seeds, case.body, desk.tried)
-        if at < 0:
+        if not _bring_seed(case, seeds, TOWARD, desk, out):
             break
-        desk.tried[at] = 1
-        desk.many[0] = 0
-        desk.work.press[:] = 0.0
-        _set_free(case.link, seeds.angles, at, 1.0, desk.free, desk.state.angles)
-        steps, _ = approach(
-            case.link,
-            case.body,
-            problem,
-            case.row,
-            desk.planes,
-            (none, none),
-            np.int64(TOWARD),
-            DISTANT_EASE,
-            desk.state,
-            desk.work,
-        )
-        out.numbers[case.row, 2] += steps
         witness = _witness(case, desk)
         if witness.error < CLOSE and witness.breach < OFF:
             take(desk.state.angles, desk.starts[count])
@@ -675,6 +706,86 @@ def _come_near(case, missed, part, desk, out):  # type: ignore[no-untyped-def]
     out.part[case.row] = part if low > missed or missed <= NEARLY else -1
 
 
+@inner
+def _within_radius(case, radius, desk, out):  # type: ignore[no-untyped-def]
+    """Seek a posture that enters nothing and misses the target by a radius at most, from the state
+    of a row. It is kept where there is one: then its miss [m] is returned, else infinity."""
+    desk.least[0] = np.inf
+    if not _solve(case, radius, desk, out):
+        return np.inf
+    witness = _witness(case, desk)
+    _keep(case, witness, desk, out)
+    return min(radius, witness.error)
+
+
+@inner
+def _narrow(case, low, high, desk, out):  # type: ignore[no-untyped-def]
+    """Halve the radius about the target, from the posture that is kept of a row: that misses it by
+    `high` [m], and `low` [m] is out of reach. Returns the least miss that was had [m]."""
+    for _ in range(MOST_HALVINGS):
+        if high - low <= PRECISE:
+            break
+        radius = 0.5 * (low + high)
+        take_row(out.angles, case.row, desk.state.angles)
+        had = _within_radius(case, radius, desk, out)
+        if had < np.inf:
+            high = had
+        else:
+            low = radius
+            out.part[case.row] = desk.blocking[0]
+    return high
+
+
+@inner
+def _beat(case, least, high, desk, out):  # type: ignore[no-untyped-def]
+    """Seek a posture that misses the target by less than `high` [m], from the state of a row; no
+    posture misses it by less than `least` [m]. Returns the least miss that was had [m]."""
+    had = _within_radius(case, least + BOLD * (high - least), desk, out)
+    if had == np.inf:
+        take(desk.best, desk.state.angles)
+        had = _within_radius(case, least + TIMID * (high - least), desk, out)
+    if had == np.inf:
+        return high
+    return _narrow(case, least, had, desk, out)
+
+
+@inner
+def _come_nearer(case, seeds, many, desk, out):  # type: ignore[no-untyped-def]
+    """Seek a posture that enters nothing and is nearer to the target than is known: from the state of
+    a row, and where `many`, from starts about the best and from seeds. The best is kept; True where
+    it is a reach."""
+    least = out.numbers[case.row, 0]
+    high = out.numbers[case.row, 1]
+    out.overlap[case.row] = np.inf
+    witness = _witness(case, desk)
+    take(desk.state.angles, desk.free)
+    if witness.depth <= 0.0 and witness.breach < LEGAL and witness.error < high:
+        _keep(case, witness, desk, out)
+        high = witness.error
+    high = _beat(case, least, high, desk, out)
+    if many:
+        place_seeds(case.link, case.body, seeds, desk.state)
+        desk.tried[:] = 0
+        for i in range(NEARER_KICKS + NEARER_SEEDS):
+            if high - least <= PRECISE:
+                break
+            if out.overlap[case.row] < np.inf:
+                take_row(out.angles, case.row, desk.free)
+            if i < NEARER_KICKS:
+                _kick(case.link, seeds.angles, i, KICK[i % len(KICK)], desk.free, desk.state.angles)
+            elif not _bring_seed(case, seeds, TOWARD * (i % 2), desk, out):
+                break
+            high = _beat(case, least, high, desk, out)
+    if least > 0.0 or high > CLOSE or out.overlap[case.row] == np.inf:
+        return False
+    take_row(out.angles, case.row, desk.state.angles)
+    desk.least[0] = np.inf
+    if not _solve(case, 0.0, desk, out):
+        return False
+    _make_comfortable(case, desk, out)
+    return True
+
+
 @njit(cache=True, nogil=True)
 def clear_reaches(link, limbs, who, held, problem, room, seeds, out, begin, end):  # type: ignore[no-untyped-def]
     """Keep reaches clear of obstacles, rows begin..end of P, each by itself.
@@ -698,6 +809,10 @@ def _clear_rows(link, limbs, who, held, problem, room, seeds, out, rows, desk): 
             last = who[p]
         case = Case(link, limbs, room, held, base, goal, who[p], p)
         take_row(out.angles, p, desk.state.angles)
+        if out.doubt[p] >= NEARER:
+            many = out.doubt[p] == NEARER
+            out.doubt[p] = OTHER_WAY if _come_nearer(case, seeds, many, desk, out) else KEPT
+            continue
         free = _witness(case, desk)
         take(desk.state.angles, desk.free)
         out.overlap[p] = free.depth

@@ -26,7 +26,7 @@ from workbench.model.arrays import Floats, Ints
 from workbench.model.body import Body, Topology
 from workbench.model.bystander import Bystander
 from workbench.model.environment import Environment
-from workbench.posture.kernels.clear_reach import KEPT, Outcome, clear_reaches
+from workbench.posture.kernels.clear_reach import Outcome, clear_reaches
 from workbench.posture.kernels.contacts import Limbs, Obstacles
 from workbench.posture.reaching.chains import PIECE, Found, Task
 from workbench.posture.reaching.packing import packed_limbs
@@ -74,18 +74,20 @@ class Room:
     threads: int | None = None
 
 
-def cleared(task: Task, found: Found, room: Room, *, brief: bool = False) -> tuple[Found, Ints]:
+def cleared(task: Task, found: Found, room: Room, *, how: int = 0) -> tuple[Found, Ints]:
     """Keep reaches clear of obstacles.
 
     Parameters
     ----------
     task, found
-        P reaches, and what they have come to without obstacles.
+        P reaches, and what they have come to without obstacles. If nearer postures are asked for: a
+        start of each, and numbers as of `Outcome`.
     room
         The obstacles.
-    brief
-        Whether a reach is left in doubt where no way about the obstacles is found from its own
-        posture.
+    how
+        0: all ways about the obstacles are tried. KEPT: a reach is left in doubt where no way is
+        found from its own posture. NEARER or NEXT_TO: a posture that is nearer to the target than
+        one that is known.
 
     Returns
     -------
@@ -98,7 +100,7 @@ def cleared(task: Task, found: Found, room: Room, *, brief: bool = False) -> tup
         np.array(found.numbers),
         np.zeros(count),
         np.full(count, -1),
-        np.full(count, KEPT if brief else 0),
+        np.full(count, how),
     )
     limbs, obstacles = _packed(task, room)
 

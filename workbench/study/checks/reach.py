@@ -125,12 +125,15 @@ def _nothing_reached(people: int, controls: int) -> _Reached:
     )
 
 
-def margins(situation: Situation, asked: Sequence[Asked]) -> Margins:
-    """What everybody has to spare in each control; controls of one grip, zone and side together."""
+def margins(situation: Situation, asked: Sequence[Asked], *, thorough: bool = False) -> Margins:
+    """What everybody has to spare in each control; controls of one grip, zone and side together.
+
+    thorough: as of `reach`, for what is told; positions are compared without.
+    """
     found = no_margins(len(situation), asked)
     for group, rows in _grouped(situation.place, asked, MOST_SPARE).items():
         controls = [control for r in rows if (control := asked[r].control) is not None]
-        best = _reached_by(situation, group, controls)
+        best = _reached_by(situation, group, controls, thorough=thorough)
         found.margin[:, rows] = best.margin
         found.words[:, rows] = best.limit
         found.toward[:, rows] = best.toward
@@ -160,16 +163,19 @@ def _side(place: Workplace, control: Control) -> str:
     return "left" if away @ leftward(place) > 0 else "right"
 
 
-def _reached_by(situation: Situation, group: _Group, controls: Sequence[Control]) -> _Reached:
+def _reached_by(
+    situation: Situation, group: _Group, controls: Sequence[Control], *, thorough: bool
+) -> _Reached:
     """How people reach the controls of a group: by the first limb, and who misses any by the
-    other."""
+    other; `thorough` as of `reach`."""
     best = _nothing_reached(len(situation), len(controls))
     environment = _obstacles(situation, group)
     for name in group.limbs:
         who = np.flatnonzero(best.short.any(axis=1))
         if len(who):
             some = situation if len(who) == len(situation) else situation.rows(who)
-            best.take_better(who, _reached_with(some, group, controls, name, environment))
+            found = _reached_with(some, group, controls, name, environment, thorough=thorough)
+            best.take_better(who, found)
     return best
 
 
@@ -191,6 +197,8 @@ def _reached_with(
     controls: Sequence[Control],
     name: str,
     environment: Environment,
+    *,
+    thorough: bool,
 ) -> _Reached:
     """How people reach controls with one limb."""
     body = situation.body
@@ -204,6 +212,7 @@ def _reached_with(
         moving_parts=situation.place.moving_parts,
         displacement=situation.displacement,
         max_extension=group.spare,
+        thorough=thorough,
     )
     short = np.maximum(found.miss + found.overlap, LEAST_MISS)
     limit = np.full(found.reached.shape, "", dtype=object)
@@ -351,6 +360,7 @@ class _Again:
             environment=environment,
             moving_parts=situation.place.moving_parts,
             displacement=situation.displacement[who] if environment is not None else None,
+            thorough=False,
         )
 
 
@@ -405,7 +415,7 @@ def _zone_reaches(
         group = _group(situation.place, control, zone, criteria[0], spare)
         groups.setdefault(group, []).append(control)
     for group, some in groups.items():
-        best = _reached_by(situation, group, some)
+        best = _reached_by(situation, group, some, thorough=True)
         for t, control in enumerate(some):
             yield ControlReach(
                 person=situation.place.role,
