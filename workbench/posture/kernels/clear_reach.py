@@ -61,10 +61,10 @@ from workbench.posture.kernels.newton import Work, equations, go, new_work, newt
 __all__ = [
     "BURIED",
     "KEPT",
-    "Looked",
     "NEARER",
     "NEXT_TO",
     "PRECISE",
+    "Looked",
     "Outcome",
     "clear_reaches",
     "still_reaches",

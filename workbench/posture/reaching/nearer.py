@@ -17,7 +17,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from workbench.model.arrays import Floats, Ints
+from workbench.model.arrays import Bools, Floats, Ints
 from workbench.posture.kernels.clear_reach import BURIED, KEPT, NEARER, NEXT_TO, OTHER_WAY, PRECISE
 from workbench.posture.kernels.inverse import NEARLY
 from workbench.posture.reaching.chains import REACHED, Found, Task, rows_of, tips_of
@@ -201,19 +201,19 @@ def _nearer(
     numbers = np.zeros((count, 8))
     numbers[:, 0] = least
     numbers[:, 1] = beat
-    start = Found(
-        angles, numbers, np.zeros((count, 0)), np.zeros(count), np.full(count, -1)
-    )
+    start = Found(angles, numbers, np.zeros((count, 0)), np.zeros(count), np.full(count, -1))
     return cleared(task, start, room, how=how)
 
 
 def _put(
-    found: Found, doubt: Ints, rows: Ints, misses: _Misses, better: np.ndarray, free: Found
+    found: Found, doubt: Ints, rows: Ints, misses: _Misses, better: Bools, free: Found
 ) -> tuple[Found, Ints]:
     """Found with the rows that are better."""
-    angles, numbers, held, overlap, part = (
-        np.array(one) for one in (found.angles, found.numbers, found.held, found.overlap, found.part)
-    )
+    angles = found.angles.copy()
+    numbers = found.numbers.copy()
+    held = found.held.copy()
+    overlap = found.overlap.copy()
+    part = found.part.copy()
     doubt = doubt.copy()
     at = rows[better]
     angles[at] = misses.angles[better]
