@@ -29,7 +29,7 @@ MIDDLE = np.array([0.45, -0.15, 0.75])
 """[m] In front of the right shoulder of a seated man."""
 PRECISE = 1e-3
 """[m] How precise misses are said to be."""
-ROUGH = 0.05
+ROUGH = 0.1
 """Most of the misses of targets all about parts that may contradict a target near by."""
 LOCAL = 5e-3
 """[m] By how much an independent search may come nearer: measured, once 3.1 mm in 19."""
@@ -45,8 +45,8 @@ def seated(bubbleman):
 def shelf():
     """A box of 300 mm that is open to nobody, below a shelf."""
     return environment_of(
-        box_part("box", MIDDLE - [0.1, 0.15, 0.15], MIDDLE + [0.2, 0.15, 0.15]),
-        box_part("shelf", MIDDLE + [-0.15, -0.4, 0.25], MIDDLE + [0.3, 0.4, 0.27]),
+        box_part("box", MIDDLE - [0.1, 0.15, 0.15], MIDDLE - [-0.2, -0.15, -0.15]),
+        box_part("shelf", MIDDLE - [0.15, 0.4, -0.25], MIDDLE - [-0.3, -0.4, -0.27]),
     )
 
 
@@ -63,7 +63,7 @@ def right_hand(body, poses, targets, environment, **options):
 def test_no_miss_exceeds_that_of_a_target_near_by_by_more_than_their_distance(
     bubbleman, seated, shelf, inside, aside
 ):
-    target = MIDDLE + [0.05, 0.0, 0.0] + inside
+    target = MIDDLE - [-0.05, 0.0, 0.0] + np.array(inside)
     both = np.array([target, target + aside])
     miss = short(right_hand(bubbleman, seated, both, shelf))[0]
     assert abs(miss[0] - miss[1]) <= np.linalg.norm(aside) + PRECISE
@@ -99,7 +99,7 @@ def test_a_search_that_begins_at_a_reach_finds_it_beside_obstacles_too(bubbleman
 
 
 def test_a_miss_is_told_as_the_posture_shows_it(bubbleman, seated, shelf):
-    found = right_hand(bubbleman, seated, [MIDDLE, MIDDLE + [0.1, 0.05, 0.0]], shelf)
+    found = right_hand(bubbleman, seated, [MIDDLE, MIDDLE - [-0.1, -0.05, 0.0]], shelf)
     arm = wb.limb(bubbleman, "right hand", grip="push", zone=1)
     placed = wb.place(bubbleman, found.poses)
     frame = placed.world_from_segment[:, arm.end]
