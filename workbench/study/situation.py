@@ -733,6 +733,7 @@ def _with_hand(
             tighter_zones=False,  # those who are left have missed in them
             brief=brief,
             recall=recall.rows(left) if recall is not None else None,
+            thorough=False,
         )
         rotations[left] = found.poses.rotations
         miss[left] = np.where(found.reached[:, 0], 0.0, found.miss[:, 0])

@@ -18,6 +18,9 @@ within a radius of the target, which is doubled until that is found and then hal
 A row that a search has found no reach for, its person sitting elsewhere, is not searched for whole
 again: the postures known from there are tried, and few starts (`FEW_STARTS`).
 
+How near that is depends on the start. A miss that is to be told is asked again from many
+(`_come_nearer`), each of which must beat the best so far.
+
 A search is no proof. Where the target is too deep in a solid for any posture there is one, and
 nothing is searched (`_buried_in`). Such a row is brought near from few starts.
 
@@ -71,7 +74,10 @@ __all__ = [
     "FEW_STARTS",
     "KEPT",
     "KNOWN_POSTURES",
+    "NEARER",
+    "NEXT_TO",
     "NO_ROOM",
+    "PRECISE",
     "SKIPPED",
     "WHOLE",
     "Looked",
@@ -137,6 +143,16 @@ MOST_RADII = 7
 NARROWING = 5
 """By how much [m] a target may be missed at first, how much more each time, how often, and how often
 that is halved."""
+NEARER_KICKS = 32
+NEARER_SEEDS = 96
+"""Starts about the best posture, and starts from seeds, as they are or brought to the target in
+turns, that a miss is asked again from."""
+BOLD = 0.3
+TIMID = 0.9
+"""What is left of a miss that is to be beaten, at the first try of a start and at the second."""
+PRECISE = 2e-4
+MOST_HALVINGS = 12
+"""How precise [m] a miss is that is asked again, and how often a radius is halved for it at most."""
 
 WHOLE = 0
 FEW_STARTS = 1
@@ -146,6 +162,10 @@ SKIPPED = 4
 """How a row is searched for: from starts of all kinds, and at last from the postures that are known;
 from its own posture, those that are known, and one lot of seeds; from its own posture alone; with
 few starts, since it is proved that the hand has no room at the target; the same, not at all."""
+NEARER = 5
+NEXT_TO = 6
+"""What is asked of a row that misses its target: a posture nearer to it than one that is known, from
+many starts; the same from its own posture alone."""
 KNOWN_POSTURES = 2
 """How many postures may be known of a row: one that reached its target, one that came near it."""
 
@@ -164,16 +184,19 @@ class Outcome(NamedTuple):
     angles: NDArray[np.float64]
     """(P, K, 3) [rad] the free postures, in, and what they have come to, out."""
     numbers: NDArray[np.float64]
-    """(P, 8) as of kernels.inverse."""
+    """(P, 8) as of kernels.inverse. Of a row that is NEARER or NEXT_TO, before: [0] no posture misses
+    the target by less [m]; [1] the miss [m] that is to be beaten."""
     overlap: NDArray[np.float64]
-    """(P,) [m] depth in parts beyond what is allowed."""
+    """(P,) [m] depth in parts beyond what is allowed; infinite after NEARER or NEXT_TO where no
+    better posture is found."""
     part: NDArray[np.int64]
     """(P,) the part that keeps the limb from its target, -1 where none does."""
     doubt: NDArray[np.int64]
     """(P,) CERTAIN, OWN_WAY, OTHER_WAY, KEPT or BURIED. Of `still_reaches`, KEPT before: the row is
     left out."""
     effort: NDArray[np.int64]
-    """(P,) WHOLE, FEW_STARTS, BRIEF, NO_ROOM or SKIPPED; NO_ROOM after where that was proved."""
+    """(P,) WHOLE, FEW_STARTS, BRIEF, NO_ROOM or SKIPPED, and NO_ROOM after where that was proved; or
+    NEARER or NEXT_TO."""
     known: NDArray[np.float64]
     """(P, KNOWN_POSTURES, K, 3) [rad] postures of the rows in a place near by."""
     is_known: NDArray[np.bool_]
@@ -527,34 +550,42 @@ def _kick(link, angles, number, share, start, out):  # type: ignore[no-untyped-d
 
 
 @inner
+def _bring_seed(case, seeds, most, desk, out):  # type: ignore[no-untyped-def]
+    """Make the state a start of the seed with the nearest tip that was not used, brought toward the
+    target by `most` steps, obstacles aside; False where none is left."""
+    none = np.int64(0)
+    at = next_seed(case.base, case.goal, case.row, seeds, case.body, desk.tried)
+    if at < 0:
+        return False
+    desk.tried[at] = 1
+    desk.many[0] = 0
+    desk.work.press[:] = 0.0
+    _set_free(case.link, seeds.angles, at, 1.0, desk.free, desk.state.angles)
+    steps, _ = approach(
+        case.link,
+        case.body,
+        (case.base, case.goal),
+        case.row,
+        desk.planes,
+        (none, none),
+        np.int64(most),
+        DISTANT_EASE,
+        desk.state,
+        desk.work,
+    )
+    out.numbers[case.row, 2] += steps
+    return True
+
+
+@inner
 def _find_starts(case, seeds, lot, desk, out):  # type: ignore[no-untyped-def]
     """Bring the tip to the target, obstacles aside, from up to `lot` seeds that were not used, those
     with the nearest tips; returns how many starts that gives."""
     count = 0
-    none = np.int64(0)
-    problem = (case.base, case.goal)
     desk.worth[:] = np.inf
     for _ in range(lot):
-        at = next_seed(case.base, case.goal, case.row, seeds, case.body, desk.tried)
-        if at < 0:
+        if not _bring_seed(case, seeds, TOWARD, desk, out):
             break
-        desk.tried[at] = 1
-        desk.many[0] = 0
-        desk.work.press[:] = 0.0
-        _set_free(case.link, seeds.angles, at, 1.0, desk.free, desk.state.angles)
-        steps, _ = approach(
-            case.link,
-            case.body,
-            problem,
-            case.row,
-            desk.planes,
-            (none, none),
-            np.int64(TOWARD),
-            DISTANT_EASE,
-            desk.state,
-            desk.work,
-        )
-        out.numbers[case.row, 2] += steps
         witness = _witness(case, desk)
         if witness.error < CLOSE and witness.breach < OFF:
             take(desk.state.angles, desk.starts[count])
@@ -734,6 +765,86 @@ def _come_near(case, missed, part, desk, out):  # type: ignore[no-untyped-def]
     out.part[case.row] = part if low > missed or missed <= NEARLY else -1
 
 
+@inner
+def _within_radius(case, radius, desk, out):  # type: ignore[no-untyped-def]
+    """Seek a posture that enters nothing and misses the target by a radius at most, from the state
+    of a row. It is kept where there is one: then its miss [m] is returned, else infinity."""
+    desk.least[0] = np.inf
+    if not _solve(case, radius, desk, out):
+        return np.inf
+    witness = _witness(case, desk)
+    _keep(case, witness, desk, out)
+    return min(radius, witness.error)
+
+
+@inner
+def _narrow(case, low, high, desk, out):  # type: ignore[no-untyped-def]
+    """Halve the radius about the target, from the posture that is kept of a row: that misses it by
+    `high` [m], and `low` [m] is out of reach. Returns the least miss that was had [m]."""
+    for _ in range(MOST_HALVINGS):
+        if high - low <= PRECISE:
+            break
+        radius = 0.5 * (low + high)
+        take_row(out.angles, case.row, desk.state.angles)
+        had = _within_radius(case, radius, desk, out)
+        if had < np.inf:
+            high = had
+        else:
+            low = radius
+            out.part[case.row] = desk.blocking[0]
+    return high
+
+
+@inner
+def _beat(case, least, high, desk, out):  # type: ignore[no-untyped-def]
+    """Seek a posture that misses the target by less than `high` [m], from the state of a row; no
+    posture misses it by less than `least` [m]. Returns the least miss that was had [m]."""
+    had = _within_radius(case, least + BOLD * (high - least), desk, out)
+    if had == np.inf:
+        take(desk.best, desk.state.angles)
+        had = _within_radius(case, least + TIMID * (high - least), desk, out)
+    if had == np.inf:
+        return high
+    return _narrow(case, least, had, desk, out)
+
+
+@inner
+def _come_nearer(case, seeds, many, desk, out):  # type: ignore[no-untyped-def]
+    """Seek a posture that enters nothing and is nearer to the target than is known: from the state of
+    a row, and where `many`, from starts about the best and from seeds. The best is kept; True where
+    it is a reach."""
+    least = out.numbers[case.row, 0]
+    high = out.numbers[case.row, 1]
+    out.overlap[case.row] = np.inf
+    witness = _witness(case, desk)
+    take(desk.state.angles, desk.free)
+    if witness.depth <= 0.0 and witness.breach < LEGAL and witness.error < high:
+        _keep(case, witness, desk, out)
+        high = witness.error
+    high = _beat(case, least, high, desk, out)
+    if many:
+        place_seeds(case.link, case.body, seeds, desk.state)
+        desk.tried[:] = 0
+        for i in range(NEARER_KICKS + NEARER_SEEDS):
+            if high - least <= PRECISE:
+                break
+            if out.overlap[case.row] < np.inf:
+                take_row(out.angles, case.row, desk.free)
+            if i < NEARER_KICKS:
+                _kick(case.link, seeds.angles, i, KICK[i % len(KICK)], desk.free, desk.state.angles)
+            elif not _bring_seed(case, seeds, TOWARD * (i % 2), desk, out):
+                break
+            high = _beat(case, least, high, desk, out)
+    if least > 0.0 or high > CLOSE or out.overlap[case.row] == np.inf:
+        return False
+    take_row(out.angles, case.row, desk.state.angles)
+    desk.least[0] = np.inf
+    if not _solve(case, 0.0, desk, out):
+        return False
+    _make_comfortable(case, desk, out)
+    return True
+
+
 @njit(cache=True, nogil=True)
 def clear_reaches(link, limbs, who, held, problem, room, seeds, out, begin, end):  # type: ignore[no-untyped-def]
     """Keep reaches clear of obstacles, rows begin..end of P, each by itself.
@@ -757,6 +868,10 @@ def _clear_rows(link, limbs, who, held, problem, room, seeds, out, rows, desk): 
             last = who[p]
         case = Case(link, limbs, room, held, base, goal, who[p], p)
         take_row(out.angles, p, desk.state.angles)
+        if out.effort[p] >= NEARER:
+            many = out.effort[p] == NEARER
+            out.doubt[p] = OTHER_WAY if _come_nearer(case, seeds, many, desk, out) else KEPT
+            continue
         free = _witness(case, desk)
         take(desk.state.angles, desk.free)
         out.overlap[p] = free.depth

@@ -14,7 +14,6 @@ import numpy as np
 
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.posture.kernels.clear_reach import (
-    BRIEF,
     BURIED,
     CERTAIN,
     FEW_STARTS,
@@ -141,22 +140,19 @@ class Recall:
 
 
 def known_of(
-    task: Task, *, brief: bool = False, recall: Recall | None = None
+    task: Task, *, effort: int = WHOLE, recall: Recall | None = None
 ) -> tuple[Ints, Floats, Bools]:
     """The effort, the known postures, and which of these there are, of the rows of a task, as
     `Outcome` has them."""
     count = len(task)
     joints = len(task.joints)
-    if recall is None:
-        effort = np.full(count, BRIEF if brief else WHOLE)
+    if recall is None or effort != WHOLE:
         none = np.zeros((count, KNOWN_POSTURES), dtype=np.bool_)
-        return effort, np.zeros((count, KNOWN_POSTURES, joints, 3)), none
+        return np.full(count, effort), np.zeros((count, KNOWN_POSTURES, joints, 3)), none
     known = recall.history.of(task.limb, joints)
     row = recall.row.ravel()
     few = (known.searched[row] & recall.once) | recall.few_starts
-    effort = np.where(few, FEW_STARTS, WHOLE)
+    each = np.where(few, FEW_STARTS, WHOLE)
     proved = recall.history.no_room[task.limb.name][row]
-    effort[proved] = SKIPPED if recall.skips_proved else NO_ROOM
-    if brief:
-        effort[:] = BRIEF
-    return effort, known.angles[row], known.held[row]
+    each[proved] = SKIPPED if recall.skips_proved else NO_ROOM
+    return each, known.angles[row], known.held[row]

@@ -26,7 +26,7 @@ from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.body import Body, Topology
 from workbench.model.bystander import Bystander
 from workbench.model.environment import Environment
-from workbench.posture.kernels.clear_reach import Outcome, clear_reaches, prove_no_room
+from workbench.posture.kernels.clear_reach import WHOLE, Outcome, clear_reaches, prove_no_room
 from workbench.posture.kernels.contacts import Limbs, Obstacles
 from workbench.posture.reaching.chains import PIECE, Found, Task
 from workbench.posture.reaching.history import Recall, known_of
@@ -81,7 +81,7 @@ def cleared(
     found: Found,
     room: Room,
     *,
-    brief: bool = False,
+    effort: int = WHOLE,
     recall: Recall | None = None,
 ) -> tuple[Found, Ints]:
     """Keep reaches clear of obstacles.
@@ -89,14 +89,17 @@ def cleared(
     Parameters
     ----------
     task, found
-        P reaches, and what they have come to without obstacles.
+        P reaches, and what they have come to without obstacles. If nearer postures are asked for: a
+        start of each, and numbers as of `Outcome`.
     room
         The obstacles.
-    brief
-        Whether a reach is left in doubt where no way about the obstacles is found from its own
-        posture.
+    effort
+        WHOLE: all ways about the obstacles are tried. BRIEF: a reach is left in doubt where no way
+        is found from its own posture. NEARER or NEXT_TO: a posture is sought that is nearer to the
+        target than one that is known.
     recall
-        What is known of the same reaches from elsewhere; it is made to hold what they come to.
+        What is known of the same reaches from elsewhere, for WHOLE; it is made to hold what they
+        come to.
 
     Returns
     -------
@@ -110,7 +113,7 @@ def cleared(
         np.zeros(count),
         np.full(count, -1),
         np.zeros(count, dtype=np.int64),
-        *known_of(task, brief=brief, recall=recall),
+        *known_of(task, effort=effort, recall=recall),
     )
     limbs, obstacles = _packed(task, room)
 
@@ -129,7 +132,7 @@ def cleared(
         )
 
     in_pieces(work, count, PIECE, threads=room.threads)
-    if recall is not None and not brief:
+    if recall is not None and effort == WHOLE:
         recall.keep(task.limb, out)
     return Found(out.angles, out.numbers, found.held, out.overlap, out.part), out.doubt
 

@@ -19,7 +19,7 @@ from workbench.model.environment import Environment
 from workbench.model.poses import Poses, check_joints, people_of
 from workbench.model.posing import angles_of
 from workbench.model.reach import Reach, join_reaches
-from workbench.posture.kernels.clear_reach import BURIED
+from workbench.posture.kernels.clear_reach import BRIEF, BURIED, PRECISE, WHOLE
 from workbench.posture.reaching.chains import (
     AGAIN,
     REACHED,
@@ -39,6 +39,7 @@ from workbench.posture.reaching.chains import (
 from workbench.posture.reaching.guides import Guides, Guiding, guides_of
 from workbench.posture.reaching.history import Recall
 from workbench.posture.reaching.limbs import Limb, tighter
+from workbench.posture.reaching.nearer import asked_again
 from workbench.posture.reaching.obstacles import Room, cleared
 from workbench.posture.reaching.outward import Lead, no_lead, outward
 
@@ -64,6 +65,7 @@ class _Ask:
     tighter: bool
     brief: bool
     recall: Recall | None
+    thorough: bool
     threads: int | None
 
     def rows(self, keep: slice | Ints, count: int) -> _Ask:
@@ -92,6 +94,7 @@ def reach(
     tighter_zones: bool = True,
     brief: bool = False,
     recall: Recall | None = None,
+    thorough: bool = True,
     threads: int | None = None,
 ) -> Reach:
     """Solve the inverse kinematics of one limb for B people with T targets each.
@@ -119,8 +122,8 @@ def reach(
     bystanders
         People who are obstacles too, and stand still; beside an environment only.
     initial
-        1 or B poses near the solutions, from which the search starts. If None it starts from the
-        solution of a standard limb for a target near by.
+        1 or B poses near the solutions, from which the search starts, that round obstacles too. If
+        None it starts from the solution of a standard limb for a target near by.
     restarts
         How many other postures to start again from where a target is missed. If given, the search
         starts from `initial`, or from the comfort modes.
@@ -135,6 +138,10 @@ def reach(
     recall
         What is known of the same people and targets from elsewhere; it is made to hold what becomes
         of them here.
+    thorough
+        Whether what is missed by obstacles is asked again, from many starts and at targets near
+        by, so that no miss exceeds that of a target near by by more than their distance. A caller
+        who only compares many places spares the time.
     threads
         All cores if None. No answer depends on it.
 
@@ -166,6 +173,7 @@ def reach(
         tighter=tighter_zones,
         brief=brief,
         recall=recall,
+        thorough=thorough and not brief,
         threads=threads,
     )
     person = people_of(body, poses)
@@ -305,9 +313,7 @@ def _solved_crowd(crowd: _Crowd, ask: _Ask) -> _Solved:
     )
     doubt = np.zeros(len(task), np.int64)
     if ask.environment is not None:
-        moving = np.isin(ask.environment.parts, list(ask.moving_parts)).astype(np.int64)
-        room = Room(ask.environment, moving, crowd.displacement, ask.bystanders, ask.threads)
-        found, doubt = cleared(task, found, room, brief=ask.brief, recall=ask.recall)
+        found, doubt = _among_obstacles(task, found, start, crowd, ask)
     reached = (found.numbers[:, 0] <= REACHED) & (found.overlap <= 0)
     extension = np.zeros(len(task))
     own = _Solved(task, found, doubt, reached, extension)
@@ -323,9 +329,22 @@ def _solved_crowd(crowd: _Crowd, ask: _Ask) -> _Solved:
     return own
 
 
+def _among_obstacles(
+    task: Task, free: Found, start: Floats, crowd: _Crowd, ask: _Ask
+) -> tuple[Found, Ints]:
+    """What reaches come to beside obstacles, and what became of each."""
+    assert ask.environment is not None
+    moving = np.isin(ask.environment.parts, list(ask.moving_parts)).astype(np.int64)
+    room = Room(ask.environment, moving, crowd.displacement, ask.bystanders, ask.threads)
+    effort = BRIEF if ask.brief else WHOLE
+    found, doubt = cleared(task, free, room, effort=effort, recall=ask.recall)
+    starts = start if ask.initial is not None else None
+    return asked_again(task, free, found, doubt, room, starts=starts, thorough=ask.thorough)
+
+
 def _take_tighter(own: _Solved, crowd: _Crowd, ask: _Ask, whose: Ints) -> None:
-    """Put in what the limb reaches in tighter zones where it misses in its own. What is too deep in
-    a part for the hand is so in every zone."""
+    """Put in what the limb reaches in tighter zones where it misses in its own, and what it misses
+    by less there. What is too deep in a part for the hand is so in every zone."""
     held = tighter(crowd.body, crowd.limb)
     missed = np.flatnonzero(~own.reached & (own.doubt != BURIED))
     if held is None or not len(missed):
@@ -333,19 +352,28 @@ def _take_tighter(own: _Solved, crowd: _Crowd, ask: _Ask, whose: Ints) -> None:
     there = _solved_crowd(
         _held_crowd(crowd, held, whose[missed], missed), _of_rows(ask, whose, missed)
     )
-    got = np.flatnonzero(there.reached)
+    less = _short(there.found) < _short(own.found.rows(missed)) - PRECISE
+    got = np.flatnonzero(there.reached | less)
     rows = missed[got]
     columns = [own.task.joints.index(joint) for joint in there.task.joints]
     angles = angles_of(own.task.body, crowd.held)[whose[rows]][:, own.task.joints]
     angles[:, columns] = there.found.angles[got]
     own.found.angles[rows] = angles
-    own.found.numbers[rows] = there.found.numbers[got]
+    numbers = there.found.numbers[got].copy()
+    numbers[:, 3] = np.array(columns)[numbers[:, 3].astype(np.int64)]  # the joint of a stop
+    own.found.numbers[rows] = numbers
     own.found.held[rows] = 0.0  # multipliers of another chain
     own.found.overlap[rows] = there.found.overlap[got]
     own.found.part[rows] = there.found.part[got]
     own.doubt[rows] = there.doubt[got]
-    own.reached[rows] = True
+    own.reached[rows] = there.reached[got]
     own.extension[rows] = there.extension[got]
+
+
+def _short(found: Found) -> Floats:
+    """(P,) [m] what reaches lack: how far they stay away, and how deep they enter something."""
+    lack: Floats = found.numbers[:, 0] + found.overlap
+    return lack
 
 
 def _held_crowd(crowd: _Crowd, held: Limb, whose: Ints, rows: Ints) -> _Crowd:

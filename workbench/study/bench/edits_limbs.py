@@ -128,6 +128,7 @@ def _solved(opened: OpenStudy, placement: Placement, row: int, wanted: LimbTarge
             initial=poses,
             restarts=0,
             tighter_zones=len(zones) == 1,  # the zones before have missed it
+            thorough=bool(wanted.control),  # a hand that is dragged is asked again at once
         )
         if found.reached[0, 0]:
             break

@@ -206,7 +206,7 @@ def _reached_by(situation: Situation, group: _Group, controls: Sequence[Control]
             found = _reached_with(some, group, controls, name, few_starts=True)
             best.take_better(np.repeat(who, len(every)), np.tile(every, len(who)), found.each())
             unsure[name] = np.zeros(best.margin.shape, dtype=np.bool_)
-            unsure[name][who] = found.doubt == KEPT
+            unsure[name][who] = found.doubt >= KEPT
     if situation.remembered is not None and not situation.remembered.few_starts:
         for name, in_doubt in unsure.items():
             _search_whole(situation, group, controls, name, in_doubt, best)
@@ -263,7 +263,8 @@ def _search_whole(
     in_doubt: Bools,
     best: _Reached,
 ) -> None:
-    """Search for whole what people still miss with a limb that few starts left in doubt (B, T);
+    """Search for whole what people still miss with a limb that few starts left in doubt (B, T), and
+    ask again how near it comes;
     where that is done once, what was not searched for whole before."""
     recall = _recall(situation, controls)
     assert recall is not None
@@ -273,7 +274,7 @@ def _search_whole(
         left &= ~recall.searched(arm)
     for at in np.flatnonzero(left.any(axis=0)).tolist():
         who = np.flatnonzero(left[:, at])
-        found = _reached_with(situation.rows(who), group, [controls[at]], name)
+        found = _reached_with(situation.rows(who), group, [controls[at]], name, thorough=True)
         best.take_better(who, np.full(len(who), at), found)
 
 
@@ -304,8 +305,10 @@ def _reached_with(
     name: str,
     *,
     few_starts: bool = False,
+    thorough: bool = False,
 ) -> _Reached:
-    """How people reach controls with one limb; few_starts: as of `Recall`."""
+    """How people reach controls with one limb; few_starts: as of `Recall`; thorough: as of
+    `reach`."""
     body = situation.body
     recall = _recall(situation, controls)
     targets = np.array([control.at for control in controls])
@@ -319,6 +322,7 @@ def _reached_with(
         displacement=situation.displacement,
         max_extension=group.spare,
         recall=replace(recall, few_starts=few_starts) if recall is not None else None,
+        thorough=thorough,
     )
     short = np.maximum(found.miss + found.overlap, LEAST_MISS)
     limit = np.full(found.reached.shape, "", dtype=object)
@@ -486,6 +490,7 @@ class _Again:
             environment=environment,
             moving_parts=situation.place.moving_parts,
             displacement=situation.displacement[who] if environment is not None else None,
+            thorough=False,
         )
 
 
