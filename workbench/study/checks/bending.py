@@ -144,6 +144,7 @@ def _bent(question: _Question, area: Floats) -> tuple[Bent, Floats]:
         limb=arm,
         environment=situation.environment,
         max_extension=question.spare,
+        thorough=False,
     )
     depth, part = _in_parts(question, posture.poses, arm.moving)
     clear = depth <= 0.0
