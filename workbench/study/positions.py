@@ -888,12 +888,18 @@ class _Settings:
         for setting in np.unique(self.found.setting[self.moved], axis=0):
             self._judge_whole(setting)
 
+    def _comfortable_at(self, place: Workplace, people: Ints) -> list[Situation]:
+        """Some people (N,) in the comfortable position of the workplace in a setting."""
+        before = [situation.rows(people) for situation in self.comfortable]
+        taken = _taken_again(self.place, place, before)
+        return comfortable_situations(place, self.who.rows(people), taken)
+
     def _judge_whole(self, setting: Floats) -> None:
         """Judge whole those who are best off at a setting (A,)."""
         people = np.flatnonzero(self.moved & (self.found.setting == setting).all(axis=1))
         place = at_setting(self.place, setting)
         who = self.who.rows(people)
-        wanted = [situation.rows(people) for situation in self.comfortable]
+        wanted = self._comfortable_at(place, people)
         there = in_positions(place, who, self.found.tried.seat[people], wanted)
         there = _remembering(there, self.remembered.elsewhere().rows(people))
         whole = tried(_whole(there), renewed(place, self.asked))
@@ -907,8 +913,7 @@ class _Settings:
         place = at_setting(self.place, setting)
         asked = renewed(place, self.asked)
         who = self.who.rows(people)
-        before = [situation.rows(people) for situation in self.comfortable]
-        wanted = comfortable_situations(place, who, _taken_again(self.place, place, before))
+        wanted = self._comfortable_at(place, people)
         best = self.found.rows(people)
         fixed = _margins_anywhere(wanted, asked)
         everything = np.ones((len(people), len(asked)), dtype=np.bool_)
