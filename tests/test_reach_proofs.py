@@ -11,6 +11,7 @@ import pytest
 import workbench as wb
 from tests.conftest import box_part, environment_of
 from workbench import limb, reach
+from workbench.files.meshes.parts import RawPart
 from workbench.model.environment import Allowance
 from workbench.model.quaternions import matrices
 from workbench.model.reach import DOUBTS
@@ -95,3 +96,39 @@ def test_a_target_counts_as_too_deep_beyond_what_the_hand_may_enter(
     arm = limb(bubbleman, "right hand", grip="grasp", zone=3)
     found = reach(bubbleman, seated, [MIDDLE], limb=arm, environment=replace(box, allowances=rules))
     assert (found.doubt[0, 0] == PROVED) == proved
+
+
+def _slot(gap):
+    """Two walls of one sheet each, open all round, `gap` [m] apart about the middle."""
+    walls = []
+    for name, side in (("left wall", 0.5), ("right wall", -0.5)):
+        y = MIDDLE[1] + side * gap
+        corners = MIDDLE + 0.4 * np.array([[-1, 0, -1], [1, 0, -1], [1, 0, 1], [-1, 0, 1.0]])
+        corners[:, 1] = y
+        walls.append(RawPart(name, corners, np.array([[0, 1, 2], [0, 2, 3]])))
+    return environment_of(*walls, solid=False)
+
+
+@pytest.mark.parametrize(("gap", "proved"), [(0.03, True), (0.3, False)])
+@pytest.mark.parametrize("side", ["left", "right"])
+def test_a_hand_between_walls_nearer_than_it_is_thick_is_kept_for_certain(
+    bubbleman, seated, gap, proved, side
+):
+    arm = limb(bubbleman, f"{side} hand", grip="grasp", zone=2)
+    found = reach(bubbleman, seated, [MIDDLE], limb=arm, environment=_slot(gap))
+    assert (found.doubt[0, 0] == PROVED) == proved
+    centres, radius = _hand(bubbleman, arm, MIDDLE, np.random.default_rng(1))
+    inside = np.abs(np.abs(centres[..., 1] - MIDDLE[1]) - gap / 2) - radius
+    assert (inside.min(axis=1).max() < 0) == proved  # the best of all turns still enters a wall
+
+
+def test_what_is_proved_of_a_hand_does_not_depend_on_where_its_person_sits(bubbleman, seated):
+    arm = limb(bubbleman, "right hand", grip="grasp", zone=1)
+    doubts = []
+    for ahead in (-0.05, 0.0, 0.04):
+        world = seated.world_from_reference.copy()
+        world[:, 0, 3] += ahead
+        there = wb.Poses(seated.rotations, seated.reference, world)
+        found = reach(bubbleman, there, [MIDDLE], limb=arm, environment=_slot(0.03))
+        doubts.append(int(found.doubt[0, 0]))
+    assert doubts == [PROVED] * 3

@@ -23,7 +23,7 @@ from workbench.study.accommodation.shares import share_single
 from workbench.study.positions import Before
 from workbench.study.settings import nominal_setting, renewed
 
-__all__ = ["MOST_GAINS", "MOST_TRIES", "gains_of"]
+__all__ = ["MOST_GAINS", "MOST_TRIES", "changed_question", "gains_of"]
 
 MOST_GAINS = 3
 MOST_TRIES = 5
@@ -54,7 +54,7 @@ def gains_of(
 
     def tried(change: Change, at: int | None) -> TriedChange:
         say(f"trying: {change.words}")
-        other = _changed_question(question, found, change)
+        other = changed_question(question, found, change)
         then = run(other)
         rows = borne_by(question.place, question.asked, change) if at is None else at
         gain = _compared(question, found, then.margin, change, rows)
@@ -74,7 +74,7 @@ def gains_of(
             return
 
 
-def _changed_question(question: Question, found: Chunk, change: Change) -> Question:
+def changed_question(question: Question, found: Chunk, change: Change) -> Question:
     """What is asked of everybody with a change made."""
     asked = question.asked
     still = replace(change, travel_forward=(0.0, 0.0), travel_up=(0.0, 0.0))
