@@ -2,7 +2,7 @@
 
     python -m benchmarks [SECTION ...] [--all] [--quick] [--write]
 
-Sections: places, meshes, pose, index, peers, batches, people, commands; all of them where none is
+Sections: places, meshes, pose, index, peers, batches, people, cockpits, commands; all of them where none is
 named. It takes some twenty-five minutes on an idle machine of two cores. --all asks everybody,
 where else fewer people are asked and the row says so: more than an hour. --quick takes the
 least of everything, to see that all of it works. --write puts the page into docs/benchmarks.md and
@@ -27,6 +27,7 @@ from pathlib import Path
 from benchmarks.batches import POSES, batch_rows
 from benchmarks.cases import BODIES, in_cockpit, seated_in
 from benchmarks.clearance import index_rows, mesh_rows, one_pose_rows, place_rows
+from benchmarks.cockpits import cockpit_rows
 from benchmarks.commands import command_rows
 from benchmarks.peers import peer_rows
 from benchmarks.people import EVERYBODY, people_rows
@@ -133,6 +134,14 @@ TOPICS = {
         "The study trainer_accommodation about everybody who was measured, without its map; by the "
         "clock on all cores.",
         lambda effort: people_rows(effort.people, mapped=effort.mapped, points=effort.points),
+        one_core=False,
+    ),
+    "cockpits": Topic(
+        "Cockpits of others",
+        "A person of a population: CPU seconds of the whole command for many people less those for "
+        "few, a person, proposed changes included, everything compiled. The first two are the "
+        "product's own; the others are real meshes that nobody here made.",
+        lambda effort: cockpit_rows(min(effort.people, 64)),
         one_core=False,
     ),
     "commands": Topic(
