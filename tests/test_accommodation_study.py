@@ -380,7 +380,8 @@ def test_on_a_full_disk_the_run_stops_and_earlier_chunks_stay(toy, tmp_path, mon
 
 
 @pytest.mark.parametrize(
-    ("count", "size"), [(1, 1), (64, 64), (600, 64), (1100, 128), (2048, 256), (6068, 256)]
+    ("count", "size"),
+    [(1, 1), (16, 16), (64, 16), (200, 50), (600, 64), (1100, 128), (2048, 256), (6068, 256)],
 )
 def test_chunks_hold_everybody_once_and_are_larger_where_there_are_many(count, size):
     bodies = PopulationBodies(None, np.zeros(count, dtype=np.int64), {}, ("",) * count)

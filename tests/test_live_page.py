@@ -376,7 +376,7 @@ def test_a_control_is_moved_by_number_and_saved(page, study):
     page.locator("#thing-z").press("Enter")
     page.wait_for_function("() => document.title.startsWith('●')")
     saved(page)
-    assert "moved: [{controls: [flaps], by: [0, 0, 12.5]}]\n" in study.read_text()
+    assert "moved: [{controls: [flaps], alone: true, by: [0, 0, 12.5]}]\n" in study.read_text()
     undone_and_saved(page)
     assert study.read_text() == before
     assert faults(page) == []

@@ -303,7 +303,7 @@ def test_a_control_without_a_part_is_told_at_which_it_is(tmp_path):
     environment = place(tmp_path, LEVERS, controls)
     assert [words for words in environment.warnings if "names no part" in words] == [
         "control 'propeller' names no part and is at 'PropCap', which nobody may enter to use it: "
-        "is that its 'part'?"
+        "is that its 'part'? [part of control propeller]"
     ]
     assert depths(environment) == {}
 

@@ -43,7 +43,7 @@ def render(
     posture, case
         Of a body's file or name, and of a study or result; with commas between.
     view
-        A standard view ("left", "top", "three_quarter", ...), "eye" or "eye:NAME".
+        A standard view ("left", "top", "corner", ...), "eye" or "eye:NAME".
     size
         "800" or "1280x720" [pixels].
     display, style

@@ -90,7 +90,12 @@ def parse_yaml(text: str, file: str) -> Document:
     except yaml.MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
         spot = f"{file}:{mark.line + 1}:{mark.column + 1}" if mark else file
-        raise InputError(f"{spot}: not YAML: {error.problem or error.context}") from None
+        problem = str(error.problem or error.context)
+        if (
+            "nesting depth" in problem
+        ):  # PyYAML 6.0.4 has a limit of its own, met while it looks ahead
+            raise InputError(f"{spot}: nested deeper than {MOST_DEPTH} levels") from None
+        raise InputError(f"{spot}: not YAML: {problem}") from None
     except yaml.YAMLError as error:
         raise InputError(
             f"{_forbidden(text, file)}: not YAML: {str(error).splitlines()[0]}"

@@ -66,6 +66,7 @@ from workbench.study.situation import (
     position_of,
     seating_of,
     situated,
+    with_hands,
 )
 
 __all__ = [
@@ -778,15 +779,18 @@ def _judge_whole(search: _Search) -> None:
             True
         )
         asks &= hangs | (search.score >= -MET)
-    people = np.flatnonzero(asks)
-    if not len(people):
-        return
-    wanted = [situation.rows(people) for situation in search.wanted]
-    who = search.who.rows(people)
-    there = in_positions(search.place, who, best.tried.seat[people], wanted)
-    whole = tried(_whole(_remembering(there, search.remembered.rows(people))), search.asked)
-    best.tried.take(people, whole)
-    best.sets[people] |= _met_sets(whole.margin, search.members)
+    for moved in (False, True):  # who stays sits as comfortable people do, to the last digit
+        people = np.flatnonzero(asks & (search.moved == moved))
+        if not len(people):
+            continue
+        there = [situation.rows(people) for situation in search.wanted]
+        if moved:
+            positions = best.tried.seat[people]
+            there = in_positions(search.place, search.who.rows(people), positions, there)
+        known = search.remembered.rows(people)
+        whole = tried(_whole(_remembering(there, known)), search.asked)
+        best.tried.take(people, whole)
+        best.sets[people] |= _met_sets(whole.margin, search.members)
 
 
 def _whole(situations: Sequence[Situation]) -> list[Situation]:
@@ -800,7 +804,8 @@ def _hang_on_reaches(
     situations: Sequence[Situation], asked: Sequence[Asked], margin: Floats, *, anywhere: bool
 ) -> Ints:
     """The people whose verdict hangs on reaches: they miss nothing but what hands or feet reach for,
-    or what depends on where these are. anywhere: all who miss any of that."""
+    or what depends on where these are, or their hands do not get to what they hold. anywhere: all
+    who miss any of that."""
     hangs = np.array(
         [
             CHECKS[one.requirement.check].cost == REACHING or needs_hands(situations[one.case], one)
@@ -809,7 +814,17 @@ def _hang_on_reaches(
     )
     missed = margin < -MET
     elsewhere = missed[:, ~hangs].any(axis=1) & (not anywhere)
-    return np.flatnonzero(missed[:, hangs].any(axis=1) & ~elsewhere)
+    return np.flatnonzero((missed[:, hangs].any(axis=1) | _kept_hands(situations)) & ~elsewhere)
+
+
+def _kept_hands(situations: Sequence[Situation]) -> Bools:
+    """(B,) whose hands were brought to what they hold in some case and do not get there."""
+    kept = np.zeros(len(situations[0]), dtype=np.bool_)
+    for situation in situations:
+        if situation.hands_placed:
+            for hand, miss in with_hands(situation).hand_miss.items():
+                kept |= (miss > 0) | (with_hands(situation).hand_overlap[hand] > 0)
+    return kept
 
 
 def _near_misses(search: _Search) -> Ints:

@@ -254,6 +254,11 @@ class Situation:
         """The same with the hands on the controls that they hold, see `with_hands`."""
         return _hands_placed(self)
 
+    @property
+    def hands_placed(self) -> bool:
+        """Whether the hands were brought to the controls that they hold already."""
+        return "held" in self.__dict__
+
     @cached_property
     def at_rest(self) -> Situation:
         """The same with the hands at rest and nobody whom they keep clear of."""
@@ -283,7 +288,7 @@ class Situation:
             unsure=self.unsure[keep] if self.unsure is not None else None,
             remembered=self.remembered.rows(keep) if self.remembered is not None else None,
         )
-        if "held" in self.__dict__:
+        if self.hands_placed:
             found.__dict__["held"] = replace(
                 found,
                 poses=self.held.poses.rows(keep),

@@ -67,7 +67,7 @@ export class Panel {
     this.viewer.addEventListener("frame", () => this.labels.place());
     this.viewer.theme(dark);
     this.at(this.scene.begin ?? 0);
-    this.reset();
+    this.view();
     const how = sliders(scene);
     if (this.words && how) this.said.append(element("span", { className: "how", textContent: `; ${how}` }));
     this.said.setAttribute("aria-live", "polite");
@@ -85,7 +85,7 @@ export class Panel {
     this.button("fit", () => this.fit());
     this.bar.append(element("span", { className: "space" }));
     if (this.scene.place) {
-      this.wallButton = this.button("see-through walls", () => this.toggleWalls(), true);
+      this.wallButton = this.button("see-through walls", () => this.setWalls(), true);
     }
     this.sectionButton = this.button("section", () => this.toggleSection(), false);
     if (this.scene.place || this.scene.bodies.length > 1) {
@@ -94,7 +94,7 @@ export class Panel {
     this.button("?", () => this.say(HELP));
   }
 
-  view(name) {
+  view(name = this.scene.from || "corner") {
     this.leave();
     this.viewer.camera.look(...VIEWS[name]);
     this.viewer.fit();
@@ -111,18 +111,8 @@ export class Panel {
     if (this.chosen) this.lookAt(this.chosen.point);
   }
 
-  reset() {
-    this.leave();
-    this.viewer.camera.look(...VIEWS[this.scene.from || "corner"]);
-    this.viewer.fit();
-  }
-
-  toggleWalls() {
-    this.setWalls(!this.viewer.walls);
-  }
-
-  // Whether walls before a body are opaque.
-  setWalls(walls) {
+  // Whether walls before a body are opaque; the other way if not told.
+  setWalls(walls = !this.viewer.walls) {
     this.viewer.walls = walls;
     this.wallButton?.setAttribute("aria-pressed", !walls);
     this.viewer.draw();

@@ -98,7 +98,7 @@ export class Touch {
       f: () => panel.focus(),
       h: () => this.hide(),
       i: () => this.isolate(),
-      x: () => panel.toggleWalls(),
+      x: () => panel.setWalls(),
       c: () => panel.toggleSection(),
       "[": () => this.other(-1),
       "]": () => this.other(1),
@@ -144,7 +144,7 @@ export class Touch {
     if (panel.viewer.section) panel.toggleSection();
     panel.say(panel.words);
     panel.viewer.partsChanged();
-    panel.reset();
+    panel.view();
   }
 
   other(step) {

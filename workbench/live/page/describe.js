@@ -109,13 +109,13 @@ function attach(panel) {
   };
   viewer.fit = () => look(box);
   parts.bindLooks(panel, box, look);
-  if (state.walls) panel.toggleWalls(); // walls are opaque at first; later pictures go on as they were
+  if (state.walls) panel.setWalls(); // walls are opaque at first; later pictures go on as they were
   state.walls = false;
   parts.attach(panel);
   marks.attach(panel);
   if (document.activeElement === document.body) viewer.canvas.focus({ preventScroll: true }); // the wheel zooms
   const { move } = state.found.meshes[0];
-  if (axes !== state.axes) panel.reset();
+  if (axes !== state.axes) panel.view();
   else viewer.camera.at = vec.add(viewer.camera.at, vec.sub(move, state.move));
   Object.assign(state, { axes, move });
 }

@@ -44,7 +44,7 @@ export class Eye {
     if (!body) return;
     const { camera } = this.panel.viewer;
     if (!this.set && !this.panel.viewer.walls) {
-      this.panel.toggleWalls(); // nobody sees through walls
+      this.panel.setWalls(); // nobody sees through walls
       this.veiled = true;
     }
     const turned = this.set && [camera.azimuth - this.set.azimuth, camera.height - this.set.height];
@@ -69,7 +69,7 @@ export class Eye {
     this.set = null;
     if (this.body) delete this.body.unseen;
     this.body = null;
-    if (this.veiled && this.panel.viewer.walls) this.panel.toggleWalls();
+    if (this.veiled && this.panel.viewer.walls) this.panel.setWalls();
     this.veiled = false;
     this.button.setAttribute("aria-pressed", "false");
     this.panel.say(this.panel.words);
