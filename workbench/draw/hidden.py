@@ -102,6 +102,8 @@ def cut_off_words(scene: Scene, camera: Camera) -> list[str]:
         if environment.hidden[k]:
             continue
         corners = environment.triangle_corners(k).reshape(-1, 3)
+        if not len(corners):  # a section has left nothing of it
+            continue
         seen = project(camera, corners)[:, :2]
         low, high = seen.min(axis=0), seen.max(axis=0)
         size = (camera.width, camera.height)

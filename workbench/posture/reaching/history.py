@@ -58,8 +58,12 @@ class ReachHistory:
 
     count: int
     known: dict[tuple[str, int], _Known] = field(default_factory=dict)
-    no_room: dict[str, Bools] = field(default_factory=dict)
+    proofs: dict[str, Bools] = field(default_factory=dict)
     """By limb whether it is proved that the hand has no room at the target (N,)."""
+
+    def no_room(self, limb: Limb) -> Bools:
+        """(N,) of what it is proved that the hand has no room at the target; filled in place."""
+        return self.proofs.setdefault(limb.name, np.zeros(self.count, dtype=np.bool_))
 
     def elsewhere(self) -> ReachHistory:
         """The same, where parts stand elsewhere: nothing is proved there yet."""
@@ -67,8 +71,6 @@ class ReachHistory:
 
     def of(self, limb: Limb, joints: int) -> _Known:
         """What is known of a limb with so many joints."""
-        if limb.name not in self.no_room:
-            self.no_room[limb.name] = np.zeros(self.count, dtype=np.bool_)
         key = limb.name, limb.zone
         if key not in self.known:
             shape = self.count, KNOWN_POSTURES
@@ -119,10 +121,17 @@ class Recall:
             np.zeros(self.row.shape, dtype=np.bool_) if known is None else known.searched[self.row]
         )
 
-    def without_room(self, limb: Limb) -> Bools:
-        """(B, T) for what it is proved that the hand has no room."""
-        known = self.history.no_room.get(limb.name)
-        return np.zeros(self.row.shape, dtype=np.bool_) if known is None else known[self.row]
+    def kept(self, limb: Limb) -> Bools:
+        """(B, T) what obstacles have kept a limb from, in any zone."""
+        found = np.zeros(self.row.shape, dtype=np.bool_)
+        for (name, _), known in self.history.known.items():
+            if name == limb.name:
+                found |= known.held[self.row, NEAREST_AT]
+        return found
+
+    def prove(self, limb: Limb, people: Ints, target: int) -> None:
+        """Hold that it is proved of some people that the hand has no room at a target."""
+        self.history.no_room(limb)[self.row[people, target]] = True
 
     def keep(self, limb: Limb, out: Outcome) -> None:
         """Hold what became of the reaches (B T,) of a limb that obstacles put in doubt."""
@@ -136,7 +145,7 @@ class Recall:
             known.angles[row[some], at] = out.angles[some]
             known.held[row[some], at] = True
         known.searched[row[kept & (out.effort != FEW_STARTS)]] = True
-        self.history.no_room[limb.name][row[out.effort == NO_ROOM]] = True
+        self.history.no_room(limb)[row[out.effort == NO_ROOM]] = True
 
 
 def known_of(
@@ -153,6 +162,6 @@ def known_of(
     row = recall.row.ravel()
     few = (known.searched[row] & recall.once) | recall.few_starts
     each = np.where(few, FEW_STARTS, WHOLE)
-    proved = recall.history.no_room[task.limb.name][row]
+    proved = recall.history.no_room(task.limb)[row]
     each[proved] = SKIPPED if recall.skips_proved else NO_ROOM
     return each, known.angles[row], known.held[row]

@@ -3,6 +3,7 @@ same every time."""
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 from collections.abc import Container
 from dataclasses import dataclass
@@ -432,7 +433,7 @@ def reason_words(reason: str, limb: str = "") -> str:
     (flexion)"."""
     words = plain(reason)
     if words == "length of the limb":
-        legs = any(part in limb for part in ("foot", "leg", "pedal", "heel"))
+        legs = not {"foot", "leg", "pedal", "heel"}.isdisjoint(re.split(r"[^a-z]+", limb.lower()))
         return f"the length of the {'leg' if legs else 'arm'}"
     if ", " in words:  # a foot, and what limits it
         foot, limit = words.split(", ", 1)

@@ -264,7 +264,7 @@ def _search_whole(
     best: _Reached,
 ) -> None:
     """Search for whole what people still miss with a limb that few starts left in doubt (B, T), and
-    ask again how near it comes;
+    ask again how near it comes, whatever is remembered of elsewhere;
     where that is done once, what was not searched for whole before."""
     recall = _recall(situation, controls)
     assert recall is not None
@@ -274,7 +274,10 @@ def _search_whole(
         left &= ~recall.searched(arm)
     for at in np.flatnonzero(left.any(axis=0)).tolist():
         who = np.flatnonzero(left[:, at])
-        found = _reached_with(situation.rows(who), group, [controls[at]], name, thorough=True)
+        fresh = replace(
+            situation.rows(who), remembered=situation.remembered if recall.once else None
+        )
+        found = _reached_with(fresh, group, [controls[at]], name, thorough=True)
         best.take_better(who, np.full(len(who), at), found)
 
 
@@ -437,7 +440,8 @@ class _Again:
             return
         free = self._reach(name, who, at, None)
         short = np.where(free.reached[:, 0], LEAST_MISS, free.miss[:, 0])
-        margin[who, at] = np.maximum(margin[who, at], -short)
+        before = margin[who, at]
+        margin[who, at] = np.maximum(before, -short)
         left = np.flatnonzero(free.reached[:, 0] | (free.miss[:, 0] <= NEARLY))
         who = who[left]
         at = at[left]
@@ -446,8 +450,9 @@ class _Again:
         elif len(left):
             found = self._reach(name, who, at, _obstacles(self.situation, self.group))
             got = found.reached[:, 0]
-            short = np.maximum(found.miss + found.overlap, LEAST_MISS)[:, 0]
-            margin[who, at] = np.where(got, 0.0, np.minimum(margin[who, at], -short))
+            less = np.maximum(found.miss + found.overlap, LEAST_MISS)[:, 0]
+            lack = -np.maximum(short[left], less)
+            margin[who, at] = np.where(got, 0.0, np.maximum(before[left], lack))
             kept.put(who[got], at[got], found.angles[got, 0])
 
     def _kept(self, name: str) -> KeptReaches:
@@ -490,7 +495,7 @@ class _Again:
             environment=environment,
             moving_parts=situation.place.moving_parts,
             displacement=situation.displacement[who] if environment is not None else None,
-            thorough=False,
+            thorough=environment is not None,
         )
 
 
@@ -505,8 +510,7 @@ def _root(body: Body, poses: Poses, limb: str) -> Floats:
 
 def never_reached(situation: Situation, asked: Sequence[Asked]) -> Bools:
     """(B, R) which controls people are proved to be kept from wherever their seat stands: none of
-    the limbs that may do it has room at the control. Asked are those of which one limb is known to
-    have none.
+    the limbs that may do it has room at the control. Asked are those that obstacles keep a limb from.
     """
     found = np.zeros((len(situation), len(asked)), dtype=np.bool_)
     remembered = situation.remembered
@@ -517,13 +521,13 @@ def never_reached(situation: Situation, asked: Sequence[Asked]) -> Bools:
         recall = _recall(situation, controls)
         arms = [_limb(situation.body, group, name) for name in group.limbs]
         assert recall is not None
-        known = [recall.without_room(arm) for arm in arms]
-        kept = np.any(known, axis=0)
+        kept = np.any([recall.kept(arm) for arm in arms], axis=0)
         for at in np.flatnonzero(kept.any(axis=0)).tolist():
             left = kept[:, at]
-            for arm, proved in zip(arms, known, strict=True):
-                who = np.flatnonzero(left & ~proved[:, at])
+            for arm in arms:
+                who = np.flatnonzero(left)
                 left[who] = _no_room(situation, group, controls[at], arm, who)
+                recall.prove(arm, np.flatnonzero(left), at)
             found[left, rows[at]] = True
     return found
 
