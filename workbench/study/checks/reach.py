@@ -196,11 +196,10 @@ def _reached_by(situation: Situation, group: _Group, controls: Sequence[Control]
     after a long search.
     """
     best = _nothing_reached(len(situation), len(controls))
-    everybody = np.arange(len(situation))
     every = np.arange(len(controls))
     unsure = {}
     for name in group.limbs:
-        who = everybody[best.short.any(axis=1)]
+        who = np.flatnonzero(best.short.any(axis=1))
         if len(who):
             some = situation if len(who) == len(situation) else situation.rows(who)
             found = _reached_with(some, group, controls, name, few_starts=True)
@@ -264,8 +263,8 @@ def _search_whole(
     best: _Reached,
 ) -> None:
     """Search for whole what people still miss with a limb that few starts left in doubt (B, T), and
-    ask again how near it comes, whatever is remembered of elsewhere;
-    where that is done once, what was not searched for whole before."""
+    ask again how near it comes. What is remembered of elsewhere does not bear on it, except where a
+    reach is searched for whole once: then what was is left out."""
     recall = _recall(situation, controls)
     assert recall is not None
     arm = _limb(situation.body, group, name)
