@@ -106,7 +106,8 @@ def first_study(environment: Environment, source: str, *, people: int = 0) -> st
         who = {"body": PERSON, "seat": sitter.frame.seat.name, **extra}
         lines.append(f"  {flow_text(role)}: {flow_text(who)}")
     for role, stand in stands.items():
-        on = [round(1e3 * value) for value in stand.on]
+        on = [round(1e3 * value) for value in stand.on[:2]]
+        on.append(math.ceil(1e3 * stand.on[2] - 0.01))  # a sole in the floor by less is in it
         place = {"on": on, "yaw": round(math.degrees(stand.yaw)), **_steps(stand)}
         lines.append(f"  {flow_text(role)}: {flow_text({'body': PERSON, 'stand': place, **extra})}")
     actions = {

@@ -198,8 +198,10 @@ def _on_floor(environment: Environment, on: Floats, yaw: float) -> tuple[float, 
     left = np.array([-ahead[1], ahead[0], 0.0])
     spots = np.array([on + forth * ahead + aside * left for forth, aside in SOLES])
     spots[:, 2] += STEP
-    floor = float(_floor(environment, spots).max())
-    return float(on[0]), float(on[1]), max(floor, float(on[2]))
+    z = max(float(_floor(environment, spots).max()), float(on[2]))
+    at = np.array([[on[0], on[1], z]])
+    deep = float(np.nan_to_num(room(_standing(at, np.array([yaw])), environment), nan=np.inf).min())
+    return float(on[0]), float(on[1]), z + (max(-deep, 0.0) if deep > -LEVEL else 0.0)
 
 
 def _room(environment: Environment, on: Floats, yaw: Floats) -> Floats:
@@ -274,9 +276,9 @@ def _anywhere(environment: Environment) -> Standing:
     away = np.hypot(*(on[rows] - middle)[:, :2].T)
     best = int(rows[int(np.argmin(away))])
     a, b, c = _on_floor(environment, on[best], 0.0)
-    why = "no seat and no control is described: as near to the middle as a standing man is clear"
+    why = "as near to the middle as a standing man is clear: no seat and no control is described"
     if not len(clear):
-        why = "no seat and no control is described, and no place was found that touches nothing"
+        why = "where least is touched: no seat and no control is described, and no place is clear"
     return Standing((a, b, c), 0.0, (), bool(len(clear)), why)
 
 
