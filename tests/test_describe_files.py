@@ -182,6 +182,6 @@ def test_a_click_on_a_part_that_was_renamed_meanwhile_is_not_lost(tmp_path):
 def test_a_first_study_is_written_once(tmp_path):
     added = two_files(tmp_path, KNOB)
     save_description(added.opened, added.edit.description, None)
-    assert save_first_study(tmp_path / "environment.yaml", tmp_path / "study.yaml") == ()
+    assert save_first_study(tmp_path / "environment.yaml", tmp_path / "study.yaml").warnings == ()
     with pytest.raises(InputError, match=r"study\.yaml is there already"):
         save_first_study(tmp_path / "environment.yaml", tmp_path / "study.yaml")

@@ -147,6 +147,19 @@ def test_people_are_drawn_into_the_seat_that_operates(tmp_path):
     assert main(["new", str(place), "-o", str(tmp_path / "other.yaml"), "--people", "-1"]) == 2
 
 
+def test_people_are_written_beside_a_study_that_stays_as_it_is(tmp_path, capsys):
+    place = write_cab(tmp_path, controls=f"{{stick: {control((450, 200, 600))}}}")
+    mine = tmp_path / "study.yaml"
+    mine.write_text("# my own\n")
+    assert main(["new", str(place), "--people", "7"]) == 0
+    assert mine.read_text() == "# my own\n" and (tmp_path / "study_people.yaml").exists()
+    assert "study.yaml: is there already and stays as it is" in capsys.readouterr().err
+    assert main(["new", str(place), "--people", "7"]) == 3
+    assert (
+        "study_people.yaml: is there already: name another file with -o" in capsys.readouterr().err
+    )
+
+
 DESK = {
     "floor": corners((-3, -3, -0.02), (3, 3, 0)),
     "desk": corners((0, -0.6, 0), (0.5, 0.6, 1.0)),

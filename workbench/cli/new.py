@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 from typing import Annotated
 
@@ -30,42 +29,37 @@ def new(
     out
         the study file to write; study.yaml beside the environment where not given
     people
-        write the study of so many people of a survey too, in STUDY_people.yaml beside it
+        write the study of so many people of a survey too, in STUDY_people.yaml beside it; a STUDY
+        that is there already stays as it is
     """
-    from workbench.files.environments import load_environment
     from workbench.files.kinds import is_mesh
-    from workbench.files.output_file import write_file
-    from workbench.files.study.reader import load_study
-    from workbench.study.describe.first_study import first_study, guesses_of
+    from workbench.study.describe.saving import save_first_study
 
     if is_mesh(environment):
         raise UsageError(
             f"{environment} is a mesh: make an environment of it first, workbench live {environment}"
         )
     given = Path(environment)
-    found = load_environment(environment)
-    if not given.exists():
-        source = environment
-        path = out or Path("study.yaml")
-    else:
-        inner = given / "environment.yaml" if given.is_dir() else given
-        path = out or inner.parent / "study.yaml"
-        source = Path(os.path.relpath(inner.resolve(), path.resolve().parent)).as_posix()
+    source = given / "environment.yaml" if given.is_dir() else given
+    path = out or (source.parent if given.exists() else Path()) / "study.yaml"
     wanted = {path: 0}
     if people:
         wanted[path.with_stem(f"{path.stem}_people")] = people
-    for each in wanted:
-        if each.exists():
-            raise InputError(f"{each}: is there already: name another file with -o")
-    for each, many in wanted.items():
-        text = first_study(found, source, people=many)
-        write_file(each, text)
-        if not many:
-            for line in guesses_of(text):
-                emit_sentence(f"guessed: {line}")
-    for warning in load_study(path).warnings:
-        tell(f"{path}: warning: {warning}")
-    for each in wanted:
+    missing = {each: many for each, many in wanted.items() if not each.exists()}
+    last = [*wanted][-1]
+    if last not in missing:
+        raise InputError(f"{last}: is there already: name another file with -o")
+    for each in [one for one in wanted if one not in missing]:
+        tell(f"{each}: is there already and stays as it is")
+    told: set[str] = set()
+    for each, many in missing.items():
+        made = save_first_study(source if given.exists() else environment, each, people=many)
+        for line in [one for one in made.guesses if one not in told]:
+            emit_sentence(f"guessed: {line}")
+        for warning in [one for one in made.warnings if one not in told]:
+            tell(f"{each}: warning: {warning}")
+        told |= {*made.guesses, *made.warnings}
+    for each in missing:
         emit(each)
         tell(f"next: workbench run {each}, or workbench live {each}")
     return 0

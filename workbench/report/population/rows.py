@@ -257,7 +257,11 @@ def population_tables(result: PopulationFound, rows: PopulationRows) -> dict[str
 def _shown_tables(rows: PopulationRows) -> dict[str, Table]:
     """The postures of the people who are shown; no table where nobody is."""
     held = [
-        Held([hard.posture.case, hard.person], rows.people.seat_mm[hard.row], hard.posture)
+        Held(
+            [hard.posture.case, hard.person],
+            rows.people.seat_mm[hard.row] if rows.seat else None,
+            hard.posture,
+        )
         for hard in rows.hardest
         if hard.posture is not None
     ]
@@ -283,14 +287,7 @@ def people_table(result: PopulationFound) -> Table:
         "served",
         "certain",
         "limiting",
-        "seat_forward_mm",
-        "seat_up_mm",
-        "comfortable_forward_mm",
-        "comfortable_up_mm",
-        "fits_forward_from_mm",
-        "fits_forward_to_mm",
-        "fits_up_from_mm",
-        "fits_up_to_mm",
+        *_place_columns(sits=result.place.seat is not None),
         *(one.column for one in result.adjustments),
         *(f"{name} [mm]" for name in names),
         *(f"{name}: limited by" for name in names),
@@ -298,6 +295,15 @@ def people_table(result: PopulationFound) -> Table:
         *(f"{name}_{'kg' if name == MASS else 'mm'}" for name in result.people.names),
     ]
     return Table(header, _people_lines(result))
+
+
+def _place_columns(*, sits: bool) -> Iterator[str]:
+    """The names of the columns that say where people are: of who stands, steps ahead and to the
+    left."""
+    across = "up" if sits else "left"
+    for what in ("seat", "comfortable") if sits else ("step", "stated"):
+        yield from (f"{what}_{way}_mm" for way in ("forward", across))
+    yield from (f"fits_{way}_{end}_mm" for way in ("forward", across) for end in ("from", "to"))
 
 
 def _people_lines(result: PopulationFound) -> Iterator[list[object]]:

@@ -176,6 +176,7 @@ def _crowd(result: PopulationFound) -> dict[str, Any]:
         "measures": [*measures, *seats],
         "more": max(len(people.names) - _MOST_MEASURES, 0),
         "levels": _LEVELS,
+        "seated": result.place.seat is not None,
     }
 
 

@@ -315,9 +315,11 @@ def no_gain_words(result: PopulationFound) -> list[str]:
     else nothing."""
     if result.gains or result.served.all() or result.study.changes:
         return []
+    sits = result.place.seat is not None
+    what = "a control, a part or an end of the seat's travel" if sits else "a control or a part"
     return [
-        "No straight move of a control, a part or an end of the seat's travel, up to 100 mm, nor two "
-        "of them together, was found that lets more people meet all requirements together."
+        f"No straight move of {what}, up to 100 mm, nor two of them together, was found that lets "
+        "more people meet all requirements together."
     ]
 
 

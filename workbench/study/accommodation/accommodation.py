@@ -251,8 +251,10 @@ def _limiting(question: Question, body: Body, found: Chunk) -> tuple[str, ...]:
         found.words[int(found.reason[row, r])] if found.reason[row, r] >= 0 else ""
         for row, r in zip(rows, at, strict=True)
     ]
+    sits = question.place.seat is not None
     bearing = [
-        bearing_on(question.asked[int(r)], why, body) for r, why in zip(at, words, strict=True)
+        bearing_on(question.asked[int(r)], why, body, sits=sits)
+        for r, why in zip(at, words, strict=True)
     ]
     people = question.people
     names = [""] * len(people)
@@ -280,12 +282,13 @@ def _warnings(
     flat = {one.requirement for one in grips}
     kept = [one for one in kept if one.requirement not in flat]
     told = {one.requirement for one in kept} | flat
+    where = "place" if question.place.seat is None else "position of the seat"
     return (
         *grip_words(grips),
         *kept_words(kept),
         *piece_warnings([(body.name, body)]),
         *_inexact(bodies),
-        *_hopeless(question.asked, met_of(found.margin), told),
+        *_hopeless(question.asked, met_of(found.margin), told, where=where),
         *buried_controls(question.place.environment),
     )
 
@@ -312,9 +315,16 @@ def _around(
     return list(enclosure_warnings(f"person {row + 1}", situation.placed, environment))
 
 
-def _hopeless(asked: tuple[Asked, ...], met: Bools, told: Container[str] = ()) -> list[str]:
+def _hopeless(
+    asked: tuple[Asked, ...],
+    met: Bools,
+    told: Container[str] = (),
+    *,
+    where: str = "position of the seat",
+) -> list[str]:
     """Requirements that nobody meets, and pairs that nobody meets together though some meet
-    each. told: those that nobody meets and that are told already."""
+    each. told: those that nobody meets and that are told already; where: what people
+    are in that suits best."""
     single: Bools = np.asarray(met.any(axis=0))
     nobodys = [asked[r].requirement.name for r in np.flatnonzero(~single)]
     words = [
@@ -328,6 +338,6 @@ def _hopeless(asked: tuple[Asked, ...], met: Bools, told: Container[str] = ()) -
     for a, b in np.argwhere(np.triu((both == 0) & (expected >= EXPECTED), 1)):
         words.append(
             f"nobody meets both {asked[a].requirement.name!r} and {asked[b].requirement.name!r} in the "
-            "position of the seat that suits best: they may contradict each other"
+            f"{where} that suits best: they may contradict each other"
         )
     return words

@@ -64,6 +64,21 @@ BEARING: dict[str, tuple[str, ...]] = {
     "shoe": ("foot_length", "foot_breadth_horizontal", "popliteal_height"),
 }
 """The measures that bear on a limb's reach, on the eyes, and on what a segment touches."""
+STANDING = {
+    "sitting_height": "stature",
+    "eye_height_sitting": "stature",
+    "acromial_height_sitting": "acromial_height",
+    "elbow_rest_height": "acromial_height",
+    "hand_length": "stature",
+    "abdominal_extension_depth_sitting": "waist_depth",
+    "hip_breadth_sitting": "hip_breadth",
+    "thigh_clearance": "buttock_depth",
+    "buttock_knee_length": "trochanterion_height",
+    "knee_height_sitting": "lateral_femoral_epicondyle_height",
+    "popliteal_height": "lateral_femoral_epicondyle_height",
+}
+"""What bears on people who stand in place of what is measured of those who sit; in place of a hand's
+length, which leans and steps make up for, the stature."""
 _SEGMENTS = {
     "H": "H",
     "N": "N",
@@ -80,12 +95,22 @@ _SEGMENTS = {
 }
 
 
-def bearing_on(one: Asked, words: str, body: Body) -> tuple[tuple[str, ...], int]:
+def bearing_on(
+    one: Asked, words: str, body: Body, *, sits: bool = True
+) -> tuple[tuple[str, ...], int]:
     """The measures that bear on a requirement and the direction in which they hurt (-1: too small,
     1: too large).
 
-    words: what limits, as `Margins` says it.
+    words: what limits, as `Margins` says it; sits: whether people sit.
     """
+    names, sign = _bearing_on(one, words, body)
+    if sits:
+        return names, sign
+    return tuple(dict.fromkeys(STANDING.get(name, name) for name in names)), sign
+
+
+def _bearing_on(one: Asked, words: str, body: Body) -> tuple[tuple[str, ...], int]:
+    """The same of people who sit."""
     check = one.requirement.check
     if check in ("pedals", "preferred_seat"):
         return BEARING["foot"], 1 if words == SEAT_FORWARD else -1

@@ -7,7 +7,8 @@ the other way. So the margins say, to first order, who would meet what with a ch
 really gains is what a run with it says (see gains).
 
 1. For each requirement that somebody misses, the straight moves of its control or parts are looked
-   at; for the sitters' own seat, each end of its travel.
+   at; for the sitters' own seat, each end of its travel. Who may sit or stand elsewhere is looked at in
+   each place that was judged: a move there lets somebody fit who has given way in all the others.
 2. Of each, the shortest move is taken that gains nearly as much as the best one does.
 3. Two of them together are looked at where people are left out whom neither helps alone.
 """
@@ -21,7 +22,7 @@ from itertools import combinations
 import numpy as np
 
 from workbench.model.accommodation import Change, met_of
-from workbench.model.arrays import Bools, Floats, xyz
+from workbench.model.arrays import Bools, Floats, Ints, xyz
 from workbench.model.moves import Move, moved_controls, parts_along
 from workbench.model.workplace import Workplace
 from workbench.posture.seating.sides import leftward
@@ -262,22 +263,37 @@ def _served(found: Chunk, ways: Sequence[_Way], steps: Sequence[Floats]) -> Bool
     """(M, ..., P) who would meet everything with each of the amounts [m] (M,) of one way, or of two
     with each of the amounts of either."""
     rows = sorted({r for way in ways for r in way.rows})
-    others = np.delete(met_of(found.margin), rows, axis=1).all(axis=1)
-    margin = found.margin[:, rows]
+    people = len(found.margin)
+    margin, person = _in_places(found)
+    kept = np.flatnonzero(np.delete(met_of(margin), rows, axis=1).all(axis=1))
+    margin, person = margin[kept][:, rows], person[kept]
     slopes = []
     for way in ways:
         slope = np.zeros(margin.shape)
-        slope[:, [rows.index(r) for r in way.rows]] = way.slope
+        slope[:, [rows.index(r) for r in way.rows]] = way.slope[person]
+        if way.optional:
+            slope[kept >= people] = 0.0  # an end of the travel is known where people sit at it
         slopes.append(slope)
     shape = tuple(len(amounts) for amounts in steps)
-    served = np.zeros((*shape, len(margin)), dtype=np.bool_)
+    served = np.zeros((*shape, people), dtype=np.bool_)
     for at in np.ndindex(shape):
         more = sum(amounts[k] * slope for amounts, k, slope in zip(steps, at, slopes, strict=True))
-        served[at] = others & met_of(margin + more).all(axis=1)
+        served[at][person[met_of(margin + more).all(axis=1)]] = True
     for axis, way in enumerate(ways):
         if way.optional:
             served = np.logical_or.accumulate(served, axis=axis)
     return served
+
+
+def _in_places(found: Chunk) -> tuple[Floats, Ints]:
+    """(P + N, R) [m] the margins of everybody where they are found, then of some in each of the N
+    other places that were judged, and (P + N,) whose they are. What is not known there counts as
+    missed."""
+    there = found.judged[:, 2:].astype(np.float64)
+    asked = ~np.isnan(found.margin[found.judged_person])
+    there = np.where(np.isnan(there) & asked, -np.inf, there)
+    person = np.concatenate([np.arange(len(found.margin)), found.judged_person])
+    return np.concatenate([found.margin, there]), person
 
 
 def _single(found: Chunk, ways: Sequence[_Way], weight: Floats, now: float) -> _Candidate | None:
@@ -301,8 +317,8 @@ def _most_met(found: Chunk, ways: Sequence[_Way], amounts: Sequence[float], weig
     margin = found.margin.copy()
     for way, amount in zip(ways, amounts, strict=True):
         margin[:, way.rows] += amount * way.slope
-    newly = met_of(margin) & ~met_of(found.margin)
-    return int(np.argmax(weight @ newly))
+    newly = weight @ (met_of(margin) & ~met_of(found.margin))
+    return int(np.argmax(newly)) if newly.any() else ways[0].rows[0]
 
 
 def _most_helpful(found: Chunk, ways: Sequence[_Way], r: int, weight: Floats) -> _Way | None:

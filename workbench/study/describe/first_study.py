@@ -40,6 +40,8 @@ LIMBS = ["LLA", "RLA", "LHN", "RHN", "LLL", "RLL", "LF", "RF"]
 no fault."""
 LEGS = ["LUL", "RUL", "LLL", "RLL"]
 CASE = "at the controls"
+LEANING = "bending and stepping, in balance"
+"""What zone 3 is to somebody who stands."""
 THIGH = 0.42
 SHANK = 0.50
 HIP = 0.09
@@ -104,8 +106,9 @@ def first_study(environment: Environment, source: str, *, people: int = 0) -> st
         who = {"body": PERSON, "seat": sitter.frame.seat.name, **extra}
         lines.append(f"  {flow_text(role)}: {flow_text(who)}")
     for role, stand in stands.items():
-        on = [round(1e3 * value) for value in stand.on]
-        place = {"on": on, "yaw": round(math.degrees(stand.yaw))}
+        on = [round(1e3 * value) for value in stand.on[:2]]
+        on.append(math.ceil(1e3 * stand.on[2] - 0.01))  # a sole in the floor by less is in it
+        place = {"on": on, "yaw": round(math.degrees(stand.yaw)), **_steps(stand)}
         lines.append(f"  {flow_text(role)}: {flow_text({'body': PERSON, 'stand': place, **extra})}")
     actions = {
         role: _action(role, sitter, around_each[role], len(sitters))
@@ -148,6 +151,14 @@ def _most_operating(sitters: Mapping[str, Sitter]) -> dict[str, Sitter]:
     return {most: sitters[most]}
 
 
+def _steps(stand: Standing) -> dict[str, Any]:
+    """The area [mm] to step in, {} where there is none."""
+    ways = {
+        name: [round(1e3 * end) for end in ends] for name, ends in stand.area.items() if any(ends)
+    }
+    return {"area": ways} if ways else {}
+
+
 def _guesses(sitters: Mapping[str, Sitter], stands: Mapping[str, Standing]) -> Iterator[str]:
     """What was guessed, and by what."""
     for role, sitter in sitters.items():
@@ -156,7 +167,10 @@ def _guesses(sitters: Mapping[str, Sitter], stands: Mapping[str, Standing]) -> I
             yield f"{role}: no eye point is near where the eyes are: no view is asked for"
         if sitter.hands and not sitter.feet:
             yield f"{role}: no pedal is nearest to the seat: legs rest as the seat has them"
-    yield from (f"{role} stands {stand.why}" for role, stand in stands.items())
+    for role, stand in stands.items():
+        yield f"{role} stands {stand.why}"
+        if _steps(stand):
+            yield f"{role} may step as far as the floor is level and a man is clear, at most 0.5 m"
 
 
 @dataclass(frozen=True)
@@ -248,7 +262,7 @@ def _asked(
         for row in _asked_in_seat(sitter, around_each[role], people):
             yield _owned(row, role) if several else row
     for role, stand in stands.items():
-        for row in _reaches(stand.controls):
+        for row in _reaches(stand.controls, LEANING):
             yield _owned(row, role) if several else row
     if several:
         room = {"name": "room between people", "check": "between_people", "at_least": 0}
@@ -319,12 +333,14 @@ def _clearances(sitter: Sitter, about: Around) -> Iterator[_Row]:
         yield _Row({"name": "belly to the wheel", "check": "clearance", **belly}, "assumed")
 
 
-def _reaches(controls: Sequence[Control]) -> Iterator[_Row]:
+def _reaches(
+    controls: Sequence[Control], leaning: str = "leaning over the lap belt"
+) -> Iterator[_Row]:
     """The controls of each zone are reached."""
     zones = {
         1: ("primary controls", "zone 1, without stretching a shoulder"),
         2: ("secondary controls", "zone 2, with the shoulder stretched"),
-        3: ("other controls", "zone 3, leaning over the lap belt"),
+        3: ("other controls", f"zone 3, {leaning}"),
     }
     for zone, (name, note) in zones.items():
         names = [one.name for one in controls if one.zone == zone]

@@ -19,10 +19,11 @@ from workbench.files.study.saving import StudyText, written_beside
 from workbench.files.yaml_changes import changed_text, yaml_text
 from workbench.files.yaml_edits import Key
 from workbench.files.yaml_text import parse_yaml
-from workbench.study.describe.first_study import first_study
+from workbench.study.describe.first_study import first_study, guesses_of
 from workbench.study.describe.state import UNSURE, Description, OpenPlace
 
 __all__ = [
+    "FirstStudy",
     "ForeignFileError",
     "SavedPlace",
     "description_text",
@@ -53,6 +54,14 @@ BESIDE = (".gltf",)
 
 class ForeignFileError(InputError):
     """A file is in the way that was not made here, or has changed since."""
+
+
+@dataclass(frozen=True)
+class FirstStudy:
+    """A first study that was written: what was guessed in it, and its warnings."""
+
+    guesses: tuple[str, ...]
+    warnings: tuple[str, ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -198,8 +207,10 @@ def unfinished(opened: OpenPlace, description: Description) -> list[str]:
     return found
 
 
-def save_first_study(environment: Path, to: Path) -> tuple[str, ...]:
-    """Write a first study of an environment's file; returns its warnings.
+def save_first_study(environment: str | Path, to: Path, *, people: int = 0) -> FirstStudy:
+    """Write a first study of an environment: its file, or its name in the catalogue.
+
+    people: as of `first_study`.
 
     Raises
     ------
@@ -207,10 +218,13 @@ def save_first_study(environment: Path, to: Path) -> tuple[str, ...]:
         If there is a file already, it cannot be written, or it does not load.
     """
     if to.exists():
-        raise InputError(f"{to.name} is there already")
-    source = Path(os.path.relpath(environment.resolve(), to.resolve().parent)).as_posix()
-    write_file(to, first_study(load_environment(environment), source))
-    return tuple(load_study(to).warnings)
+        raise InputError(f"{to.name} is there already: name another file")
+    source = str(environment)
+    if Path(environment).exists():
+        source = Path(os.path.relpath(Path(environment).resolve(), to.resolve().parent)).as_posix()
+    text = first_study(load_environment(environment), source, people=people)
+    write_file(to, text)
+    return FirstStudy(tuple(guesses_of(text)), tuple(load_study(to).warnings))
 
 
 def next_commands(saved: Path) -> list[str]:

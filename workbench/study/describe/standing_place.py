@@ -8,8 +8,8 @@ the shoulders to the controls is free and short, square to the surfaces that the
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import cache
 
 import numpy as np
@@ -45,6 +45,12 @@ STEP = 0.15
 """A floor higher [m] than the lowest one about the controls is furniture."""
 ABOUT = 0.06
 """Triangles nearer [m] than this are the surface that a control is on."""
+STRIDE = 0.1
+MAY_STEP = {"forward": (0.3, 0.2), "left": (0.5, 0.5)}
+"""[m] Between the places where it is asked whether somebody may step there, and how far at most: back and
+ahead, to the right and to the left."""
+LEVEL = 0.02
+"""Floors that differ by less [m] are one."""
 BLOCKED = 0.5
 ASKEW = 0.4
 """What a blocked way to every control, and surfaces seen edge-on, weigh against way [m]."""
@@ -55,7 +61,8 @@ class Standing:
     """Somebody who stands.
 
     on: (3,) [m] on the floor; yaw [rad]; controls: within reach of here; clear: whether nothing is
-    touched; why: by what this was guessed.
+    touched; why: by what this was guessed; area: (low, high) [m] how far he may step, "forward" and
+    "left".
     """
 
     on: tuple[float, float, float]
@@ -63,6 +70,7 @@ class Standing:
     controls: tuple[Control, ...]
     clear: bool
     why: str
+    area: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,16 +122,48 @@ def _at(environment: Environment, controls: Sequence[Control]) -> Standing:
     costs = [_cost(environment, spots, row, controls) for row in range(len(spots.yaw))]
     best = int(np.argmin(costs))
     clear = bool(spots.room[best] >= CLEAR)
-    x, y, z = _on_floor(environment, spots.on[best], float(spots.yaw[best]))
+    yaw = float(spots.yaw[best])
+    x, y, z = _on_floor(environment, spots.on[best], yaw)
     away = float(np.hypot(*(at.mean(axis=0) - spots.on[best])[:2]))
     return Standing(
         (x, y, z),
-        float(spots.yaw[best]),
+        yaw,
         tuple(controls),
         clear,
         f"{1000 * away:.0f} mm before the middle of the controls, on the floor below, facing them"
         + ("" if clear else "; no place was found there that touches nothing"),
+        _area(environment, np.array([x, y, z]), yaw) if clear else {},
     )
+
+
+def _area(environment: Environment, on: Floats, yaw: float) -> dict[str, tuple[float, float]]:
+    """(low, high) [m] how far somebody may step from a place (3,), "forward" and "left": as far as a
+    standing man is clear there and the floor is level. Ahead others come nearer by a stride, who are
+    slimmer."""
+    ahead = np.array([math.cos(yaw), math.sin(yaw), 0.0])
+    axes = {"forward": ahead, "left": np.array([-ahead[1], ahead[0], 0.0])}
+    found = {}
+    for name, axis in axes.items():
+        low, high = MAY_STEP[name]
+        back = _free_steps(environment, on, -axis, yaw, low)
+        forth = _free_steps(environment, on, axis, yaw, high, nearer=name == "forward")
+        found[name] = (-back, forth)
+    return found
+
+
+def _free_steps(
+    environment: Environment, on: Floats, way: Floats, yaw: float, most: float, nearer: bool = False
+) -> float:
+    """How far [m] somebody may step along a way, in strides; see `_area`."""
+    strides = STRIDE * np.arange(1, round(most / STRIDE) + 1)
+    places = on + strides[:, None] * way
+    floors = np.array([_on_floor(environment, place, yaw)[2] for place in places])
+    level = np.abs(floors - on[2]) < LEVEL
+    clear = _room(environment, places, np.full(len(places), yaw)) >= CLEAR
+    if nearer:
+        clear[1:] = clear[:-1]
+        clear[0] = True
+    return float(STRIDE * np.cumprod(level & clear).sum())
 
 
 def _spots(environment: Environment, centre: Floats) -> _Spots:
@@ -158,8 +198,10 @@ def _on_floor(environment: Environment, on: Floats, yaw: float) -> tuple[float, 
     left = np.array([-ahead[1], ahead[0], 0.0])
     spots = np.array([on + forth * ahead + aside * left for forth, aside in SOLES])
     spots[:, 2] += STEP
-    floor = float(_floor(environment, spots).max())
-    return float(on[0]), float(on[1]), max(floor, float(on[2]))
+    z = max(float(_floor(environment, spots).max()), float(on[2]))
+    at = np.array([[on[0], on[1], z]])
+    deep = float(np.nan_to_num(room(_standing(at, np.array([yaw])), environment), nan=np.inf).min())
+    return float(on[0]), float(on[1]), z + (max(-deep, 0.0) if deep > -LEVEL else 0.0)
 
 
 def _room(environment: Environment, on: Floats, yaw: Floats) -> Floats:
@@ -234,9 +276,9 @@ def _anywhere(environment: Environment) -> Standing:
     away = np.hypot(*(on[rows] - middle)[:, :2].T)
     best = int(rows[int(np.argmin(away))])
     a, b, c = _on_floor(environment, on[best], 0.0)
-    why = "no seat and no control is described: as near to the middle as a standing man is clear"
+    why = "as near to the middle as a standing man is clear: no seat and no control is described"
     if not len(clear):
-        why = "no seat and no control is described, and no place was found that touches nothing"
+        why = "where least is touched: no seat and no control is described, and no place is clear"
     return Standing((a, b, c), 0.0, (), bool(len(clear)), why)
 
 
