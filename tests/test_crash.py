@@ -268,7 +268,7 @@ def test_rule_sets_that_come_along_are_read_and_a_limit_that_cannot_be_told_fail
     verdict = wb.run(wb.load_study(drop)).verdicts[2]
     assert not verdict.passed and verdict.worst is None
     assert verdict.words == (
-        "samples of head are 35 ms apart; a figure over 15 ms needs denser ones"
+        "samples of head are 110 ms apart; a figure over 15 ms needs denser ones"
     )
 
 
