@@ -155,14 +155,31 @@ def test_a_motion_compared_with_itself_moved_is_as_far_as_it_was_moved(drop):
     text = STUDY.replace("signals:", actual + "signals:") + "compare: [the fall, actual]\n"
     drop.write_text(text)
     result = wb.run(wb.load_study(drop))
-    assert [round(1000 * a.rms, 3) for a in result.agreements] == [50.0] * (
-        len(BODY.segments) + len(BODY.joints)
-    )
+    person = len(BODY.segments) - 1 + len(BODY.joints) - 1  # without the stage and its joint
+    assert [round(1000 * a.rms, 3) for a in result.agreements] == [50.0] * person
+    assert "stage" not in [a.name for a in result.agreements]
     page = report_page(result, result_file(result))
     start = page.index('<div class="still pair">')
     both = page[start : page.index('class="said"', start)]
     assert "the fall: occupant at 70.0 ms" in both and "actual: occupant at 70.0 ms" in both
     assert both.count('src="data:image/png') == 2
+
+
+def test_channels_are_filtered_as_j211_has_them_as_far_as_their_samples_carry_it(drop):
+    """The head at CFC 1000 needs 5,000 samples a second, the chest at CFC 180 needs 900."""
+    time = np.arange(0, 0.05, 0.001)
+    (drop.parent / "drop.csv").write_text(
+        "".join(angle_table_text(BODY, standing(0.1 - 2 * time, time)))
+    )
+    points = "{name: head, segment: H}, {name: chest, segment: UT}"
+    low = "{name: low, segment: H, filter_class: 60}"
+    signals = f"signals: {{filter_class: j211, points: [{points}, {low}]}}\n"
+    drop.write_text(STUDY.replace("signals: {points: [{name: head, segment: H}]}\n", signals))
+    head, chest, sixty = wb.run(wb.load_study(drop)).motions[0].signals
+    assert (head.cfc, chest.cfc, sixty.cfc) == (None, 180, 60)
+    assert head.note == "CFC 1000 of SAE J211-1 needs 5,000 samples a second or more"
+    assert chest.note == "" and sixty.note.startswith("SAE J211-1 has CFC 1000 for it")
+    assert "HIC" in head.figures and "HIC" not in chest.figures
 
 
 def test_a_motion_with_a_wrong_number_of_frames_is_read_where_the_study_says_as_read(drop):

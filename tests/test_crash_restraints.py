@@ -117,7 +117,9 @@ def test_the_vehicles_pulse_is_added_to_what_is_measured_in_it(tmp_path, fall):
     assert figures["peak"][0] == pytest.approx(16.0, rel=1e-3)
     assert figures["peak"][1] == pytest.approx(0.065, abs=1e-3)
     assert figures["delta-v"][0] == pytest.approx(2 * 16 * 9.80665 * 0.09 / np.pi, rel=1e-6)
-    assert pulse_words(result.study.pulse) == "half-sine of 16.0 g over 90 ms, 9.0 m/s in all"
+    assert pulse_words(result.study.pulse) == (
+        "half-sine of 16.0 g over 90 ms, which changes the vehicle's velocity by 9.0 m/s"
+    )
     assert wb.run(wb.load_study(fall())).motions[0].signals[0].figures["peak"][0] < 1e-6
 
 

@@ -109,6 +109,28 @@ def test_a_filter_class_passes_low_tones_and_is_down_3_db_where_j211_says(cfc):
     assert cfc_filter(time, np.full(len(time), 3.0), cfc=cfc) == pytest.approx(3.0)
 
 
+def test_hic_of_uneven_samples_is_that_of_every_pair_of_them():
+    """Samples 0.2 to 1.8 ms apart: no window begins or ends between them."""
+    rng = np.random.default_rng(2)
+    time = np.cumsum(rng.uniform(2e-4, 1.8e-3, 60))
+    level = np.abs(rng.normal(0, 300, 60))
+    area = np.concatenate([[0], np.cumsum(0.5 * (level[1:] + level[:-1]) * np.diff(time))])
+    best, start, end = max(
+        (span * ((area[j] - area[i]) / GRAVITY / span) ** 2.5, time[i], time[j])
+        for i in range(60)
+        for j in range(i + 1, 60)
+        if (span := time[j] - time[i]) <= 0.015
+    )
+    found = hic(time, level, window=0.015)
+    assert (found.value, found.start, found.end) == pytest.approx((best, start, end), rel=1e-12)
+
+
+def test_free_fall_is_one_g_at_uneven_times():
+    time = np.cumsum(np.random.default_rng(3).uniform(2e-4, 1.8e-3, 60))
+    fall = np.stack([0 * time, 0 * time, -0.5 * GRAVITY * time**2], axis=-1)
+    assert acceleration(time, fall)[:, 2] == pytest.approx(-GRAVITY, abs=1e-6)
+
+
 def test_uneven_samples_are_made_even():
     time, values = evenly(np.array([0, 1.0, 2.0, 3.5, 4.0]), np.array([0, 1.0, 2.0, 3.5, 4.0]))
     assert time.tolist() == values.tolist() == [0, 1, 2, 3, 4]
@@ -124,7 +146,7 @@ def test_what_a_signal_cannot_give_is_refused():
     with pytest.raises(UsageError, match="the classes are 60"):
         cfc_filter(time, time, cfc=100)
     with pytest.raises(InputError, match="3 or more"):
-        evenly(time[:2], time[:2])
+        acceleration(time[:2], np.zeros((2, 3)))
     with pytest.raises(InputError, match="cannot hold"):
         held_level(np.array([0, 0.001]), np.array([1.0, 1.0]))
     with pytest.raises(UsageError):

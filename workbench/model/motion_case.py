@@ -30,12 +30,21 @@ __all__ = [
 
 @dataclass(frozen=True)
 class SignalPoint:
-    """A point whose motion is wanted: at `at` (3,) [m] of a segment's frame (0: its centre of
-    gravity)."""
+    """A point whose motion is wanted.
+
+    Parameters
+    ----------
+    segment, at
+        Index of its segment, and where it is in the frame of the segment (3,) [m]: 0 is the centre
+        of gravity.
+    filter_class
+        Channel frequency class of its accelerations, `j211` for that of SAE J211-1, or None for no filter.
+    """
 
     name: str
     segment: int
     at: tuple[float, float, float]
+    filter_class: int | str | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,8 +60,8 @@ class MotionCase:
         The role, its body (B = 1) and P poses with times [s].
     environment, cabin
         The surroundings with the belts where they run at the first frame, and without them.
-    points, filter_class
-        Whose signals are found, and the class of the filter, None for no filter.
+    points
+        Whose signals are found.
     criteria
         The criteria that are asked of this case.
     belts, pulse
@@ -73,7 +82,6 @@ class MotionCase:
     environment: Environment
     cabin: Environment
     points: tuple[SignalPoint, ...] = ()
-    filter_class: int | None = None
     criteria: tuple[Criterion, ...] = ()
     belts: tuple[Belt, ...] = ()
     pulse: Pulse | None = None
@@ -143,8 +151,9 @@ class Excursion:
 
 @dataclass(frozen=True, eq=False)
 class Signal:
-    """A point's motion at even times: time (n,) [s], position, velocity, acceleration (n, 3) in SI
-    units, filtered by class `cfc` (None: not), figures: name -> (value, begin [s], end [s])."""
+    """A point's motion: time (n,) [s], position, velocity, acceleration (n, 3) in SI units, filtered
+    by class `cfc` (None: not), at even times then; figures: name -> (value, begin [s], end [s]);
+    note: how the filter differs from that of SAE J211-1, "" where it does not."""
 
     point: SignalPoint
     time: Floats
@@ -153,6 +162,7 @@ class Signal:
     acceleration: Floats
     cfc: int | None
     figures: Mapping[str, tuple[float, float, float]]
+    note: str = ""
 
 
 @dataclass(frozen=True, eq=False)

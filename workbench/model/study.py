@@ -175,10 +175,10 @@ class Shares:
 
 @dataclass(frozen=True)
 class Signals:
-    """The points whose signals are reported, and the class of the filter."""
+    """The points whose signals are reported, and the filter of those that only rules are about."""
 
     points: tuple[SignalPoint, ...] = ()
-    filter_class: int | None = None
+    filter_class: int | str | None = None
 
 
 @dataclass(frozen=True)

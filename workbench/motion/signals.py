@@ -14,6 +14,7 @@ __all__ = [
     "GRAVITY",
     "Hic",
     "acceleration",
+    "carries",
     "cfc_filter",
     "evenly",
     "held_level",
@@ -58,15 +59,7 @@ def evenly(time: Floats, values: Floats) -> tuple[Floats, Floats]:
     tuple of Floats
         Times (m,) at the median step, and samples (m, ...) between the given ones, linear in time.
 
-    Raises
-    ------
-    InputError
-        If there are fewer than 3 samples.
     """
-    if len(time) < 3:
-        raise InputError(
-            f"a signal of {len(time)} samples has no acceleration: 3 or more are needed"
-        )
     steps = np.diff(time)
     step = float(np.median(steps))
     if np.all(np.abs(steps - step) <= _EVEN * step):
@@ -83,7 +76,7 @@ def velocity(time: Floats, position: Floats) -> Floats:
     Parameters
     ----------
     time
-        (n,) even times [s].
+        (n,) increasing times [s].
     position
         (n, 3) [m].
 
@@ -96,12 +89,13 @@ def velocity(time: Floats, position: Floats) -> Floats:
 
 
 def acceleration(time: Floats, position: Floats) -> Floats:
-    """Differentiate positions twice, by second differences (x1 - 2 x0 + x-1) / h^2.
+    """Differentiate positions twice, by second differences: between steps h before and k after a
+    sample, 2 ((x1 - x0) / k - (x0 - x-1) / h) / (h + k).
 
     Parameters
     ----------
     time
-        (n,) even times [s].
+        (n,) increasing times [s].
     position
         (n, 3) [m].
 
@@ -109,9 +103,19 @@ def acceleration(time: Floats, position: Floats) -> Floats:
     -------
     Floats
         (n, 3) [m/s2]; the first and the last repeat their neighbours.
+
+    Raises
+    ------
+    InputError
+        If there are fewer than 3 samples.
     """
-    step = (time[-1] - time[0]) / (len(time) - 1)
-    inner = (position[2:] - 2 * position[1:-1] + position[:-2]) / step**2
+    if len(time) < 3:
+        raise InputError(
+            f"a signal of {len(time)} samples has no acceleration: 3 or more are needed"
+        )
+    step = np.diff(time)[:, None]
+    rate = np.diff(position, axis=0) / step
+    inner = 2.0 * np.diff(rate, axis=0) / (step[1:] + step[:-1])
     return np.concatenate([inner[:1], inner, inner[-1:]])
 
 
@@ -151,11 +155,16 @@ def cfc_filter(time: Floats, values: Floats, *, cfc: int) -> Floats:
     return np.asarray(sosfiltfilt(sections, values, axis=0, padlen=padding))
 
 
+def carries(rate: float, cfc: int) -> bool:
+    """Whether a sampling rate [1/s] is high enough for a class."""
+    return rate >= 5 * cfc
+
+
 def _require_rate(rate: float, cfc: int) -> None:
     """Refuse a sampling rate [1/s] that is too low for a class."""
-    if rate >= 5 * cfc:
+    if carries(rate, cfc):
         return
-    possible = [c for c in CFC if rate >= 5 * c]
+    possible = [c for c in CFC if carries(rate, c)]
     advice = (
         f"CFC {possible[-1]} is the highest it can carry"
         if possible
@@ -192,21 +201,24 @@ def hic(time: Floats, resultant: Floats, *, window: float) -> Hic:
     """
     if window <= 0:
         raise UsageError(f"window {window:g} s: a positive time is needed")
-    even, level = evenly(time, np.abs(resultant) / GRAVITY)
-    step = (even[-1] - even[0]) / (len(even) - 1)
-    if step > window:
+    level = np.abs(resultant) / GRAVITY
+    step = np.diff(time)
+    longest = window * (1.0 + 1e-9)
+    if step.min() > longest:
         raise InputError(
-            f"samples {1000 * step:g} ms apart are too far for a window of {1000 * window:g} ms"
+            f"samples {1000 * step.min():g} ms apart are too far for a window of {1000 * window:g} ms"
         )
-    integral = np.concatenate([[0.0], np.cumsum(0.5 * (level[1:] + level[:-1])) * step])
-    best = Hic(0.0, float(even[0]), float(even[1]))
-    for width in range(1, min(len(even) - 1, int(np.floor(window / step + 1e-9))) + 1):
+    integral = np.concatenate([[0.0], np.cumsum(0.5 * (level[1:] + level[:-1]) * step)])
+    last = np.searchsorted(time, time + longest, side="right") - 1
+    best = Hic(0.0, float(time[0]), float(time[1]))
+    for width in range(1, int((last - np.arange(len(time))).max()) + 1):
+        span = time[width:] - time[:-width]
         gain = integral[width:] - integral[:-width]
-        first = int(np.argmax(gain))
         # (t2 - t1) (gain / (t2 - t1))^2.5 = gain^2.5 / (t2 - t1)^1.5
-        value = float(gain[first]) ** 2.5 / (width * step) ** 1.5
-        if value > best.value:
-            best = Hic(value, float(even[first]), float(even[first + width]))
+        values = np.where(span <= longest, gain**2.5 / span**1.5, 0.0)
+        first = int(np.argmax(values))
+        if values[first] > best.value:
+            best = Hic(float(values[first]), float(time[first]), float(time[first + width]))
     return best
 
 

@@ -89,7 +89,6 @@ def _motion_case(study: Study, case: Case, row: int, body: Body, name: str) -> M
             environment=study.environment,
             cabin=study.environment,
             points=_points(study, body),
-            filter_class=study.signals.filter_class,
             belts=action.restraints.belts,
             pulse=action.restraints.pulse,
             warnings=notes,
@@ -175,7 +174,12 @@ def _points(study: Study, body: Body) -> tuple[SignalPoint, ...]:
     known = {body.segments[point.segment] for point in points}
     limited = (limit.segment for criterion in study.criteria for limit in criterion.limits)
     return points + tuple(
-        SignalPoint(body.segment_names[body.segment(s)], body.segment(s), (0.0, 0.0, 0.0))
+        SignalPoint(
+            body.segment_names[body.segment(s)],
+            body.segment(s),
+            (0.0, 0.0, 0.0),
+            study.signals.filter_class,
+        )
         for s in dict.fromkeys(limited)
         if s not in known
     )

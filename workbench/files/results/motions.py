@@ -51,12 +51,14 @@ class FigureRow(Row):
 
 
 class SignalRow(Row):
-    """A point: its filter class and figures."""
+    """A point: its filter class and figures. note: how the filter differs from that of SAE J211-1,
+    "" where it does not."""
 
     name: str
     segment: str
     filter_class: int | None
     samples_per_second: float
+    note: str = ""
     figures: list[FigureRow]
 
 

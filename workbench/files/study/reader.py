@@ -590,7 +590,12 @@ def _signals(file: StudyFile, known: Known) -> Signals:
         return Signals()
     body = next(iter(known.roles.values())).body
     points = tuple(
-        SignalPoint(point.name, body.segment(point.segment), point.at)
+        SignalPoint(
+            point.name,
+            body.segment(point.segment),
+            point.at,
+            point.filter_class or file.signals.filter_class,
+        )
         for point in file.signals.points
     )
     return Signals(points, file.signals.filter_class)

@@ -619,19 +619,25 @@ class ChangeFile(DisplacedFile):
         return self
 
 
+FilterClass = Literal[60, 180, 600, 1000, "j211"]
+
+
 class SignalPointFile(FileModel):
-    """A point whose signals are wanted; the segment's centre of gravity where `at` is not given."""
+    """A point whose signals are wanted; the segment's centre of gravity where `at` is not given, the
+    filter class of all points where it has none of its own."""
 
     name: Name
     segment: Name
     at: Vector = (0.0, 0.0, 0.0)
+    filter_class: FilterClass | None = None
 
 
 class SignalsFile(FileModel):
-    """The signals of motions: whose points, and the class of the filter."""
+    """The signals of motions: whose points, and the class of the filter; `j211`: for each segment
+    the class that SAE J211-1 has for it, as far as the samples carry it."""
 
     points: list[SignalPointFile] = []
-    filter_class: Literal[60, 180, 600, 1000] | None = None
+    filter_class: FilterClass | None = None
 
 
 class StudyFile(FileModel):

@@ -23,6 +23,9 @@ __all__ = ["movement_sentences"]
 _LEAST_TURN = 15.0
 _LEAST_WAY = 0.08
 _STILL = 0.1
+_FASTEST = 1500.0
+"""[degrees/s] Mean speed of a turn from which on it is remarked on. Throwers' forearms and wrists reach
+about as much by their own muscles; whatever is faster was struck or flung."""
 _DRAWN_IN = 0.08
 """[m] A limb whose end comes so much nearer to its first joint does not reach but is drawn in."""
 _VERBS = {
@@ -219,7 +222,8 @@ def _limb_sentence(body: Body, motion: Poses, reach: str, group: list[_Turn]) ->
     limb = _limb(body, group[0].joint)
     side = limb.split()[0] + " "
     parts = [
-        f"the {body.joint_names[t.joint].removeprefix(side)} {_turned(t)} in {time[t.last] - time[t.first]:.3g} s"
+        f"the {body.joint_names[t.joint].removeprefix(side)} {_turned(t)} in "
+        f"{time[t.last] - time[t.first]:.3g} s{_flung(t, time)}"
         for t in group
     ]
     first = min(t.first for t in group)
@@ -231,8 +235,16 @@ def _turn_sentence(body: Body, motion: Poses, turn: _Turn) -> str:
     time = motion.clock
     return (
         f"The {body.joint_names[turn.joint]} {_turned(turn)} between {1000 * time[turn.first]:.0f} and "
-        f"{1000 * time[turn.last]:.0f} ms."
+        f"{1000 * time[turn.last]:.0f} ms{_flung(turn, time)}."
     )
+
+
+def _flung(turn: _Turn, time: Floats) -> str:
+    """ " (2,010 degrees a second: faster than muscles turn a joint)" of a turn that is; else ""."""
+    rate = abs(turn.end - turn.begin) / max(float(time[turn.last] - time[turn.first]), 1e-9)
+    if rate <= _FASTEST:
+        return ""
+    return f" ({rate:,.0f} degrees a second: faster than muscles turn a joint)"
 
 
 def _turned(turn: _Turn) -> str:

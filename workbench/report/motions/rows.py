@@ -193,5 +193,6 @@ def _signal(signal: Signal, segment: str) -> SignalRow:
         segment=segment,
         filter_class=signal.cfc,
         samples_per_second=round(float(rate), 3),
+        note=signal.note,
         figures=figures,
     )

@@ -43,7 +43,15 @@ _COLOURS = ("warm", "blue")
 _CAPTION = "spheres are red while they are deeper in something than is allowed"
 _MOST_LINES = 14
 _MOST_FORCES = 6
-_FIGURES = ("peak", "3 ms", "HIC15", "HIC36", "delta-v")
+_FIGURES = {
+    "peak": "Peak",
+    "3 ms": "Held for 3 ms",
+    "HIC15": "HIC15",
+    "HIC36": "HIC36",
+    "HIC": "HIC, any window",
+    "delta-v": "Change of velocity",
+}
+"""Figures of signals, and the headings of their columns."""
 
 
 def motions_sections(result: Result, rows: ResultFile, making: Making) -> list[Section]:
@@ -100,9 +108,10 @@ def _tables(result: Result, rows: ResultFile, making: Making) -> Iterator[Sectio
     known = {figure.name for m in rows.motions for s in m.signals for figure in s.figures}
     signals = [(m.name, signal) for m in rows.motions for signal in m.signals]
     if signals:
-        figures = [name for name in _FIGURES if name in known]
-        values = {"signals": signals, "figures": figures}
-        yield writer.section("tables", "signals", "Signals", values)
+        figures = {name: words for name, words in _FIGURES.items() if name in known}
+        pulses = dict.fromkeys(m.pulse for m in rows.motions if m.pulse)
+        shown = {"signals": signals, "figures": figures, "pulses": pulses}
+        yield writer.section("tables", "signals", "Signals", shown)
     if rows.agreement:
         one, two = (result.motions[case].study.name for case in result.study.compare or (0, 1))
         words = agreement_sentence(result.agreements, two)
@@ -196,12 +205,14 @@ def _motion(motion: MotionFound, rows: MotionRows, view: int) -> dict[str, Any]:
 
 def _acceleration(motion: MotionFound) -> str:
     """The resultant acceleration of each point over time [g]; "" where there is none."""
-    lines = [
-        (s.point.name, np.linalg.norm(s.acceleration, axis=1) / GRAVITY) for s in motion.signals
-    ]
-    if not lines:
+    if not motion.signals:
         return ""
-    return curves(motion.signals[0].time, lines, unit="g", title="Resultant acceleration")
+    time = motion.signals[0].time
+    lines = [
+        (s.point.name, np.interp(time, s.time, np.linalg.norm(s.acceleration, axis=1)) / GRAVITY)
+        for s in motion.signals
+    ]
+    return curves(time, lines, unit="g", title="Resultant acceleration")
 
 
 def _is_deep(row: MeetingRow) -> bool:

@@ -74,11 +74,12 @@ def _newtons(force: float) -> str:
 
 
 def pulse_words(pulse: Pulse) -> str:
-    """ "half-sine of 16.0 g over 90 ms, 9.0 m/s in all"."""
+    """ "half-sine of 16.0 g over 90 ms, which changes the vehicle's velocity by 9.0 m/s"."""
     speed = float(gained(pulse, np.array([np.inf]))[0])
     peak = pulse.peak / STANDARD_GRAVITY
     return (
-        f"{pulse.shape} of {peak:.1f} g over {1000 * pulse.duration:g} ms, {speed:.1f} m/s in all"
+        f"{pulse.shape} of {peak:.1f} g over {1000 * pulse.duration:g} ms, which changes the "
+        f"vehicle's velocity by {speed:.1f} m/s"
     )
 
 

@@ -23,7 +23,7 @@ def moments(found: MotionFound, criterion: Criterion) -> list[Finding]:
 def too_coarse(found: MotionFound, criterion: Criterion) -> str:
     """Why the rules cannot be judged: samples too far apart for a figure; "" where they can."""
     for limit, signal in _pairs(found, criterion):
-        step = float(signal.time[1] - signal.time[0])
+        step = float(np.diff(signal.time).max())
         if step > 0.5 * limit.span:
             return (
                 f"samples of {signal.point.name} are {1000 * step:.3g} ms apart; a figure over "
@@ -46,7 +46,8 @@ def _figure(found: MotionFound, limit: Limit, signal: Signal) -> Finding:
     value, begin, end = figure_of(signal, limit)
     window = "" if np.isinf(limit.span) else f"{1000 * limit.span:g}"
     if limit.figure == "hic":
-        figure = f"HIC{window} from {1000 * begin:.1f} to {1000 * end:.1f} ms"
+        which = f"HIC{window}" if window else "HIC with windows of any length"
+        figure = f"{which}, greatest from {1000 * begin:.1f} to {1000 * end:.1f} ms"
     else:
         figure = f"acceleration held for {window} ms"
     return Finding(

@@ -123,15 +123,9 @@ class _Reached:
             taken = getattr(other, field.name)[better, 0]
             getattr(self, field.name)[who[better], at[better]] = taken
 
-    def each(self) -> _Reached:
-        """The same, a row for each control of the first, then of the next."""
-        return _Reached(
-            **{
-                field.name: getattr(self, field.name).reshape(self.margin.size, 1, *more)
-                for field in fields(self)
-                for more in [getattr(self, field.name).shape[2:]]
-            }
-        )
+    def of(self, who: Ints, at: Ints) -> _Reached:
+        """Of people (P,) for a control each (P,): (P, 1)."""
+        return _Reached(**{f.name: getattr(self, f.name)[who, at][:, None] for f in fields(self)})
 
 
 def _nothing_reached(people: int, controls: int) -> _Reached:
@@ -196,19 +190,27 @@ def _reached_by(situation: Situation, group: _Group, controls: Sequence[Control]
     after a long search.
     """
     best = _nothing_reached(len(situation), len(controls))
-    every = np.arange(len(controls))
+    remembered = situation.remembered
+    goes_on = remembered is not None and not remembered.few_starts
     unsure = {}
     for name in group.limbs:
         who = np.flatnonzero(best.short.any(axis=1))
-        if len(who):
-            some = situation if len(who) == len(situation) else situation.rows(who)
-            found = _reached_with(some, group, controls, name, few_starts=True)
-            best.take_better(np.repeat(who, len(every)), np.tile(every, len(who)), found.each())
-            unsure[name] = np.zeros(best.margin.shape, dtype=np.bool_)
-            unsure[name][who] = found.doubt >= KEPT
-    if situation.remembered is not None and not situation.remembered.few_starts:
-        for name, in_doubt in unsure.items():
-            _search_whole(situation, group, controls, name, in_doubt, best)
+        if not len(who):
+            break
+        some = situation if len(who) == len(situation) else situation.rows(who)
+        thorough = remembered is None
+        found = _reached_with(some, group, controls, name, few_starts=True, thorough=thorough)
+        left = found.doubt >= KEPT if goes_on else np.zeros(found.doubt.shape, dtype=np.bool_)
+        recall = _recall(some, controls)
+        if recall is not None and recall.once:
+            left &= ~recall.searched(_limb(some.body, group, name))
+        # what few starts came to does not compete with the search that follows
+        row, at = np.nonzero(~left)
+        best.take_better(who[row], at, found.of(row, at))
+        unsure[name] = np.zeros(best.margin.shape, dtype=np.bool_)
+        unsure[name][who] = left
+    for name, in_doubt in unsure.items():
+        _search_whole(situation, group, controls, name, in_doubt, best)
     if _bends(situation.place, group.grip, group.zone):
         searching = situation.remembered is not None and situation.remembered.searching
         for name in () if searching else group.limbs:
@@ -264,18 +266,14 @@ def _search_whole(
 ) -> None:
     """Search for whole what people still miss with a limb that few starts left in doubt (B, T), and
     ask again how near it comes. What is remembered of elsewhere does not bear on it, except where a
-    reach is searched for whole once: then what was is left out."""
-    recall = _recall(situation, controls)
-    assert recall is not None
-    arm = _limb(situation.body, group, name)
+    reach is searched for whole once: then it is held that it was."""
+    remembered = situation.remembered
     left = in_doubt & best.short
-    if recall.once:
-        left &= ~recall.searched(arm)
     for at in np.flatnonzero(left.any(axis=0)).tolist():
         who = np.flatnonzero(left[:, at])
-        fresh = replace(
-            situation.rows(who), remembered=situation.remembered if recall.once else None
-        )
+        once = remembered is not None and remembered.once
+        fresh = situation.rows(who)
+        fresh = fresh if once else replace(fresh, remembered=None)
         found = _reached_with(fresh, group, [controls[at]], name, thorough=True)
         best.take_better(who, np.full(len(who), at), found)
 

@@ -3,7 +3,7 @@ fast, how deep."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -111,7 +111,7 @@ def motions_agree(one: MotionCase, two: MotionCase) -> tuple[Agreement, ...]:
         )
     body = one.body
     shared = time[both]
-    names = (*body.segment_names, *(f"{name} joint" for name in body.joint_names))
+    names = (*body.segment_names, *_joint_words(body))
     squares = np.zeros(len(names))
     peak = np.full(len(names), -1.0)
     at = np.zeros(len(names))
@@ -128,8 +128,22 @@ def motions_agree(one: MotionCase, two: MotionCase) -> tuple[Agreement, ...]:
         at[more] = shared[rows][worst[more]]
     rms = np.sqrt(squares / len(shared))
     return tuple(
-        Agreement(*row) for row in zip(names, rms.tolist(), peak.tolist(), at.tolist(), strict=True)
+        Agreement(names[k], float(rms[k]), float(peak[k]), float(at[k])) for k in _of_the_body(body)
     )
+
+
+def _joint_words(body: Body) -> Iterator[str]:
+    """The joints by their names: "left clavicular joint", "waist joint"."""
+    return (name if name.endswith("joint") else f"{name} joint" for name in body.joint_names)
+
+
+def _of_the_body(body: Body) -> list[int]:
+    """Which of the segments and joints belong to the person: not the stage, the ground of the
+    paper, and not the joint that hangs the person on it."""
+    if body.start[1] > 0:  # a root that has spheres is a part of the body
+        return list(range(len(body.segments) + len(body.joints)))
+    hung = np.flatnonzero(body.parent[1:] == 0) + len(body.segments)
+    return [k for k in range(1, len(body.segments) + len(body.joints)) if k not in hung]
 
 
 def _points(body: Body, poses: Poses) -> Floats:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from workbench.errors import UsageError
@@ -12,6 +14,7 @@ from workbench.model.pulse import gained, level_at
 from workbench.motion.signals import (
     GRAVITY,
     acceleration,
+    carries,
     cfc_filter,
     evenly,
     held_level,
@@ -21,8 +24,18 @@ from workbench.motion.signals import (
 
 __all__ = ["LONGEST_HIC", "figure_of", "signal_of"]
 
-_USUAL = {("held", 0.003): "3 ms", ("hic", 0.015): "HIC15", ("hic", 0.036): "HIC36"}
-"""Figures of every signal by what they are and over how long [s]."""
+BY_J211 = "j211"
+"""The filter class of a point that is filtered as SAE J211-1 has it."""
+_J211 = {"UT": 180, "CT": 180}
+"""Channel frequency classes of accelerations by SAE J211-1 (1995), table 1: of the thorax at the
+spine. That of head, pelvis and limbs is 1000."""
+_USUAL = {
+    ("held", 0.003): "3 ms",
+    ("hic", 0.015): "HIC15",
+    ("hic", 0.036): "HIC36",
+    ("hic", np.inf): "HIC",
+}
+"""Figures of every signal, HIC of the head only, by what they are and over how long [s]."""
 LONGEST_HIC = 0.2
 """[s] Windows of a HIC without a stated one are searched up to here."""
 
@@ -30,7 +43,7 @@ LONGEST_HIC = 0.2
 def signal_of(clock: Floats, path: Floats, point: SignalPoint, study: MotionCase) -> Signal:
     """The signal of a point that is on a path (P, 3) [m] at times (P,) [s], with its figures.
     UsageError where the frames are too few for the filter."""
-    time, position = evenly(clock, path)
+    time, position = clock, path
     second = acceleration(time, position)
     moved = velocity(time, position)
     if (
@@ -39,20 +52,41 @@ def signal_of(clock: Floats, path: Floats, point: SignalPoint, study: MotionCase
         toward = np.array(study.pulse.toward)
         second = second - level_at(study.pulse, time)[:, None] * toward
         moved = moved - gained(study.pulse, time)[:, None] * toward
-    if study.filter_class is not None:
+    cfc, note = _filter_class(point, study, (len(time) - 1) / (time[-1] - time[0]))
+    if cfc is not None:
+        even = time
+        time, second = evenly(even, second)
+        _, position = evenly(even, position)
+        _, moved = evenly(even, moved)
         try:
-            second = cfc_filter(time, second, cfc=study.filter_class)
+            second = cfc_filter(time, second, cfc=cfc)
         except UsageError as error:
             raise UsageError(f"filter_class of {point.name}: {error}") from None
-    bare = Signal(point, time, position, moved, second, study.filter_class, {})
+    bare = Signal(point, time, position, moved, second, cfc, {}, note)
     level = np.linalg.norm(second, axis=1)
     most = int(np.argmax(level))
     figures = {"peak": (float(level[most]) / GRAVITY, float(time[most]), float(time[most]))}
     figures["delta-v"] = _change(bare)
     for (figure, span), name in _USUAL.items():
-        if time[-1] - time[0] >= span >= time[1] - time[0]:
+        if figure == "hic" and study.body.segments[point.segment] != "H":
+            continue
+        if np.isinf(span) or time[-1] - time[0] >= span >= np.diff(time).max():
             figures[name] = figure_of(bare, Limit(figure, "", span, 0.0, ""))
-    return Signal(point, time, position, bare.velocity, second, study.filter_class, figures)
+    return replace(bare, figures=figures)
+
+
+def _filter_class(point: SignalPoint, study: MotionCase, rate: float) -> tuple[int | None, str]:
+    """The class that a point is filtered by, None for no filter, and how that differs from SAE
+    J211-1. rate: samples a second."""
+    usual = _J211.get(study.body.segments[point.segment], 1000)
+    asked = point.filter_class
+    if asked != BY_J211:
+        low = isinstance(asked, int) and asked < usual
+        note = f"SAE J211-1 has CFC {usual} for it: peaks and HIC come out too low" if low else ""
+        return (int(asked) if asked is not None else None), note
+    if carries(rate, usual):
+        return usual, ""
+    return None, f"CFC {usual} of SAE J211-1 needs {5 * usual:,} samples a second or more"
 
 
 def figure_of(signal: Signal, limit: Limit) -> tuple[float, float, float]:
