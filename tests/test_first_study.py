@@ -173,6 +173,7 @@ def test_somebody_stands_at_the_controls_on_the_floor_and_faces_them(tmp_path):
     stand = study["people"]["person"]["stand"]
     assert -600 <= stand["on"][0] <= -250 and abs(stand["on"][1]) < 200 and stand["on"][2] == 0
     assert abs(stand["yaw"]) <= 15 or abs(stand["yaw"] - 360) <= 15
+    assert stand["area"]["forward"][0] == -300 and stand["area"]["forward"][1] <= 200
     result = wb.run(wb.load_study(tmp_path / "study.yaml"))
     assert result.passed, [v.criterion.name for v in result.verdicts if not v.passed]
 

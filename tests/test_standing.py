@@ -113,6 +113,21 @@ def test_more_of_a_population_fit_where_they_may_step(desk):
     assert (steps.population.seat[:, 1] == 0).all()
 
 
+def test_a_move_is_proposed_that_lets_people_stand_where_they_gave_way_to_another_control(desk):
+    text = (desk / "environment.yaml").read_text().replace("[500, 250, 920]", "[400, 550, 920]")
+    (desk / "environment.yaml").write_text(text)
+    found = answered(
+        desk,
+        controls="aside, left",
+        people=", population: {source: ansur2, people: 2, seed: 1}",
+        area="{left: [-200, 0]}",
+    ).population
+    # between the two everybody lacks some 12 mm to either: nothing is gained there by one of them
+    assert not found.served.any() and (found.margin < -0.005).all()
+    assert any(" and " not in one.words and one.joint_after > 0.4 for one in found.gains)
+    assert not set(found.limiting) & {"hand_length", "acromial_height_sitting"}
+
+
 def test_maps_and_envelopes_need_no_seat(desk):
     more = "reach_envelopes: [{people: worker, hand: right}]\n"
     (found,) = answered(desk, more=more).postures

@@ -39,7 +39,8 @@ class Picture:
         pixels, 800 or 1280x720
     angle
         of view from bottom to top in degrees, for a perspective picture; 0 is a parallel view
-    cut opens the environment: the side that goes (left, right, front, back, top, bottom), by a
+    cut
+        opens the environment: the side that goes (left, right, front, back, top, bottom), by a
         plane through the middle of the bodies or at a place, left=0.3 or left=300mm; x=, y= or z=
         takes the viewer's side. Bodies stay whole
     marks
@@ -70,10 +71,12 @@ class Movement:
     ----------
     motion
         a motion file (CSV, BVH, TRC, C3D, MOT, STO) that the body makes, or the first person of the
-    study, or NAME=FILE over
+        study, or NAME=FILE
+    over
         what lies pale behind in a second colour, predicted over actual: another motion file, or
         another body, study or result
-    at the moments of a motion that a picture shows side by side, in s or ms: 0,0.05,90ms; four
+    at
+        the moments of a motion that a picture shows side by side, in s or ms: 0,0.05,90ms; four
         where not given
     trail
         so many earlier positions are shown pale behind each

@@ -319,9 +319,21 @@ def _nearest(name: str, value: object, kind: Any, faults: Sequence[str]) -> str:
 
 
 def _words(name: str, value: object, kind: Any) -> str:
-    return f"{name}: expected {_kind_words(kind)}, got {given_words(value)}"
+    words = f"{name}: expected {_kind_words(kind)}, got {given_words(value)}"
+    kinds = [getattr(one, "__name__", "") for one in (kind, *get_args(kind))]
+    loader = next((_LOADERS[one] for one in kinds if one in _LOADERS), None)
+    if loader is None or not isinstance(value, (str, Path)):
+        return words
+    return f"{words}; wb.{loader}({str(value)!r}) loads one"
 
 
+_LOADERS = {
+    "Body": "load_body",
+    "Environment": "load_environment",
+    "PopulationModel": "load_population_model",
+    "Study": "load_study",
+}
+"""What loads a noun of which the name is given, by its class."""
 _PLAIN = {
     Any: "anything",
     float: "a number",
