@@ -147,6 +147,10 @@ def test_what_a_signal_cannot_give_is_refused():
         cfc_filter(time, time, cfc=100)
     with pytest.raises(InputError, match="3 or more"):
         acceleration(time[:2], np.zeros((2, 3)))
+    with pytest.raises(InputError, match="3 or more"):
+        evenly(time[:2], time[:2])
+    with pytest.raises(InputError, match="3 or more"):
+        hic(time[:1], time[:1], window=0.015)
     with pytest.raises(InputError, match="cannot hold"):
         held_level(np.array([0, 0.001]), np.array([1.0, 1.0]))
     with pytest.raises(UsageError):

@@ -46,10 +46,10 @@ def new(
     if people:
         wanted[path.with_stem(f"{path.stem}_people")] = people
     missing = {each: many for each, many in wanted.items() if not each.exists()}
-    last = [*wanted][-1]
+    *first, last = wanted
     if last not in missing:
         raise InputError(f"{last}: is there already: name another file with -o")
-    for each in [one for one in wanted if one not in missing]:
+    for each in [one for one in first if one not in missing]:
         tell(f"{each}: is there already and stays as it is")
     told: set[str] = set()
     for each, many in missing.items():

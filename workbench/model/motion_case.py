@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Literal
 
 import numpy as np
 
@@ -44,7 +45,7 @@ class SignalPoint:
     name: str
     segment: int
     at: tuple[float, float, float]
-    filter_class: int | str | None = None
+    filter_class: int | Literal["j211"] | None = None
 
 
 @dataclass(frozen=True, eq=False)

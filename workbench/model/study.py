@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from workbench.errors import InputError
 from workbench.model.above import above
@@ -178,7 +178,7 @@ class Signals:
     """The points whose signals are reported, and the filter of those that only rules are about."""
 
     points: tuple[SignalPoint, ...] = ()
-    filter_class: int | str | None = None
+    filter_class: int | Literal["j211"] | None = None
 
 
 @dataclass(frozen=True)

@@ -59,7 +59,12 @@ def evenly(time: Floats, values: Floats) -> tuple[Floats, Floats]:
     tuple of Floats
         Times (m,) at the median step, and samples (m, ...) between the given ones, linear in time.
 
+    Raises
+    ------
+    InputError
+        If there are fewer than 3 samples.
     """
+    _require_samples(time)
     steps = np.diff(time)
     step = float(np.median(steps))
     if np.all(np.abs(steps - step) <= _EVEN * step):
@@ -109,10 +114,7 @@ def acceleration(time: Floats, position: Floats) -> Floats:
     InputError
         If there are fewer than 3 samples.
     """
-    if len(time) < 3:
-        raise InputError(
-            f"a signal of {len(time)} samples has no acceleration: 3 or more are needed"
-        )
+    _require_samples(time)
     step = np.diff(time)[:, None]
     rate = np.diff(position, axis=0) / step
     inner = 2.0 * np.diff(rate, axis=0) / (step[1:] + step[:-1])
@@ -153,6 +155,14 @@ def cfc_filter(time: Floats, values: Floats, *, cfc: int) -> Floats:
     sections = butter(2, 2.0775 * cfc, fs=rate, output="sos")
     padding = min(len(time) - 1, int(rate / cfc))
     return np.asarray(sosfiltfilt(sections, values, axis=0, padlen=padding))
+
+
+def _require_samples(time: Floats) -> None:
+    """Refuse a signal of too few samples."""
+    if len(time) < 3:
+        raise InputError(
+            f"a signal of {len(time)} samples has no acceleration: 3 or more are needed"
+        )
 
 
 def carries(rate: float, cfc: int) -> bool:
@@ -197,10 +207,11 @@ def hic(time: Floats, resultant: Floats, *, window: float) -> Hic:
     UsageError
         If the window is not positive.
     InputError
-        If samples are further apart than the window.
+        If there are fewer than 3 samples, or all are further apart than the window.
     """
     if window <= 0:
         raise UsageError(f"window {window:g} s: a positive time is needed")
+    _require_samples(time)
     level = np.abs(resultant) / GRAVITY
     step = np.diff(time)
     longest = window * (1.0 + 1e-9)

@@ -224,19 +224,17 @@ def _method(result: Result) -> dict[str, object]:
     bodies = [person.body for found in result.postures for person in found.people]
     bodies += [motion.study.body for motion in result.motions]
     stated = {body.name: bool(np.isfinite(body.fit_error).all()) for body in bodies}
-    study = result.study
-    sitters = [k for k, role in enumerate(study.roles) if role.seat is not None]
-    predicted = {
-        k in sitters
-        for case in study.cases
-        for k, action in enumerate(case.actions)
+    predicted = [
+        role
+        for case in result.study.cases
+        for role, action in zip(result.study.roles, case.actions, strict=True)
         if isinstance(action, PredictedPosture)
-    }
+    ]
     return {
         "known": [name for name, known in stated.items() if known],
         "unknown": [name for name, known in stated.items() if not known],
-        "predicted": True in predicted,
-        "bent": False in predicted,
+        "predicted": any(role.seat is not None for role in predicted),
+        "bent": any(role.seat is None for role in predicted),
         "reaches": any(found.reaches for found in result.postures),
         "most": f"{1000 * MOST_SPARE:.0f}",
         "envelopes": any(found.envelopes for found in result.postures),

@@ -190,20 +190,15 @@ def _reached_by(situation: Situation, group: _Group, controls: Sequence[Control]
     after a long search.
     """
     best = _nothing_reached(len(situation), len(controls))
-    remembered = situation.remembered
-    goes_on = remembered is not None and not remembered.few_starts
+    thorough = situation.remembered is None
     unsure = {}
     for name in group.limbs:
         who = np.flatnonzero(best.short.any(axis=1))
         if not len(who):
             break
         some = situation if len(who) == len(situation) else situation.rows(who)
-        thorough = remembered is None
         found = _reached_with(some, group, controls, name, few_starts=True, thorough=thorough)
-        left = found.doubt >= KEPT if goes_on else np.zeros(found.doubt.shape, dtype=np.bool_)
-        recall = _recall(some, controls)
-        if recall is not None and recall.once:
-            left &= ~recall.searched(_limb(some.body, group, name))
+        left = _to_be_searched(some, group, controls, name, found)
         # what few starts came to does not compete with the search that follows
         row, at = np.nonzero(~left)
         best.take_better(who[row], at, found.of(row, at))
@@ -256,6 +251,18 @@ def _bend(
     best.take_better(who, at, found)
 
 
+def _to_be_searched(
+    situation: Situation, group: _Group, controls: Sequence[Control], name: str, found: _Reached
+) -> Bools:
+    """(B, T) what is searched for whole after few starts of a limb have left it in doubt: nothing
+    where few starts are all that is asked for, and where once is enough not what was before."""
+    recall = _recall(situation, controls)
+    if recall is None or recall.few_starts:
+        return np.zeros(found.doubt.shape, dtype=np.bool_)
+    left: Bools = found.doubt >= KEPT
+    return left & ~recall.searched(_limb(situation.body, group, name)) if recall.once else left
+
+
 def _search_whole(
     situation: Situation,
     group: _Group,
@@ -267,14 +274,13 @@ def _search_whole(
     """Search for whole what people still miss with a limb that few starts left in doubt (B, T), and
     ask again how near it comes. What is remembered of elsewhere does not bear on it, except where a
     reach is searched for whole once: then it is held that it was."""
-    remembered = situation.remembered
     left = in_doubt & best.short
+    remembered = situation.remembered
+    if remembered is not None and not remembered.once:
+        situation = replace(situation, remembered=None)
     for at in np.flatnonzero(left.any(axis=0)).tolist():
         who = np.flatnonzero(left[:, at])
-        once = remembered is not None and remembered.once
-        fresh = situation.rows(who)
-        fresh = fresh if once else replace(fresh, remembered=None)
-        found = _reached_with(fresh, group, [controls[at]], name, thorough=True)
+        found = _reached_with(situation.rows(who), group, [controls[at]], name, thorough=True)
         best.take_better(who, np.full(len(who), at), found)
 
 

@@ -140,10 +140,10 @@ def _joint_words(body: Body) -> Iterator[str]:
 def _of_the_body(body: Body) -> list[int]:
     """Which of the segments and joints belong to the person: not the stage, the ground of the
     paper, and not the joint that hangs the person on it."""
-    if body.start[1] > 0:  # a root that has spheres is a part of the body
-        return list(range(len(body.segments) + len(body.joints)))
-    hung = np.flatnonzero(body.parent[1:] == 0) + len(body.segments)
-    return [k for k in range(1, len(body.segments) + len(body.joints)) if k not in hung]
+    segments = len(body.segments)
+    first = 0 if body.start[1] > 0 else 1  # a root that has spheres is a part of the body
+    joints = np.flatnonzero(body.parent[1:] >= first)
+    return [*range(first, segments), *(segments + joints).tolist()]
 
 
 def _points(body: Body, poses: Poses) -> Floats:

@@ -24,8 +24,6 @@ from workbench.motion.signals import (
 
 __all__ = ["LONGEST_HIC", "figure_of", "signal_of"]
 
-BY_J211 = "j211"
-"""The filter class of a point that is filtered as SAE J211-1 has it."""
 _J211 = {"UT": 180, "CT": 180}
 """Channel frequency classes of accelerations by SAE J211-1 (1995), table 1: of the thorax at the
 spine. That of head, pelvis and limbs is 1000."""
@@ -54,10 +52,8 @@ def signal_of(clock: Floats, path: Floats, point: SignalPoint, study: MotionCase
         moved = moved - gained(study.pulse, time)[:, None] * toward
     cfc, note = _filter_class(point, study, (len(time) - 1) / (time[-1] - time[0]))
     if cfc is not None:
-        even = time
-        time, second = evenly(even, second)
-        _, position = evenly(even, position)
-        _, moved = evenly(even, moved)
+        time, values = evenly(clock, np.stack([position, moved, second], axis=1))
+        position, moved, second = values.transpose(1, 0, 2)
         try:
             second = cfc_filter(time, second, cfc=cfc)
         except UsageError as error:
@@ -80,13 +76,13 @@ def _filter_class(point: SignalPoint, study: MotionCase, rate: float) -> tuple[i
     J211-1. rate: samples a second."""
     usual = _J211.get(study.body.segments[point.segment], 1000)
     asked = point.filter_class
-    if asked != BY_J211:
-        low = isinstance(asked, int) and asked < usual
-        note = f"SAE J211-1 has CFC {usual} for it: peaks and HIC come out too low" if low else ""
-        return (int(asked) if asked is not None else None), note
-    if carries(rate, usual):
-        return usual, ""
-    return None, f"CFC {usual} of SAE J211-1 needs {5 * usual:,} samples a second or more"
+    if asked == "j211":
+        if carries(rate, usual):
+            return usual, ""
+        return None, f"CFC {usual} of SAE J211-1 needs {5 * usual:,} samples a second or more"
+    if asked is not None and asked < usual:
+        return asked, f"SAE J211-1 has CFC {usual} for it: peaks and HIC come out too low"
+    return asked, ""
 
 
 def figure_of(signal: Signal, limit: Limit) -> tuple[float, float, float]:

@@ -18,7 +18,7 @@ from workbench.model.environment import Control, Environment
 from workbench.study.describe.around import Around, around
 from workbench.study.describe.at_controls import Sitter, left_out, sitters_of
 from workbench.study.describe.people import PERSON
-from workbench.study.describe.standing_place import Standing, standing_places
+from workbench.study.describe.standing_place import MAY_STEP, Standing, standing_places
 
 __all__ = ["first_study", "guesses_of"]
 
@@ -167,10 +167,11 @@ def _guesses(sitters: Mapping[str, Sitter], stands: Mapping[str, Standing]) -> I
             yield f"{role}: no eye point is near where the eyes are: no view is asked for"
         if sitter.hands and not sitter.feet:
             yield f"{role}: no pedal is nearest to the seat: legs rest as the seat has them"
+    most = max(max(ends) for ends in MAY_STEP.values())
     for role, stand in stands.items():
         yield f"{role} stands {stand.why}"
         if _steps(stand):
-            yield f"{role} may step as far as the floor is level and a man is clear, at most 0.5 m"
+            yield f"{role} may step as far as the floor is level and a man is clear, at most {most:g} m"
 
 
 @dataclass(frozen=True)

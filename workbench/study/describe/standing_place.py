@@ -22,7 +22,7 @@ from workbench.model.poses import Placed, Poses
 from workbench.study.describe.people import standing_man
 from workbench.study.describe.rays import first_hits
 
-__all__ = ["Standing", "standing_places"]
+__all__ = ["MAY_STEP", "Standing", "standing_places"]
 
 TOGETHER = 1.4
 """Controls that are all nearer [m] than this to one another are used from one place."""
@@ -152,7 +152,13 @@ def _area(environment: Environment, on: Floats, yaw: float) -> dict[str, tuple[f
 
 
 def _free_steps(
-    environment: Environment, on: Floats, way: Floats, yaw: float, most: float, nearer: bool = False
+    environment: Environment,
+    on: Floats,
+    way: Floats,
+    yaw: float,
+    most: float,
+    *,
+    nearer: bool = False,
 ) -> float:
     """How far [m] somebody may step along a way, in strides; see `_area`."""
     strides = STRIDE * np.arange(1, round(most / STRIDE) + 1)
@@ -200,13 +206,14 @@ def _on_floor(environment: Environment, on: Floats, yaw: float) -> tuple[float, 
     spots[:, 2] += STEP
     z = max(float(_floor(environment, spots).max()), float(on[2]))
     at = np.array([[on[0], on[1], z]])
-    deep = float(np.nan_to_num(room(_standing(at, np.array([yaw])), environment), nan=np.inf).min())
-    return float(on[0]), float(on[1]), z + (max(-deep, 0.0) if deep > -LEVEL else 0.0)
+    # soles stand on what they are in by little
+    apart = float(_room(environment, at, np.array([yaw]), lifted=0.0)[0])
+    return float(on[0]), float(on[1]), z + (-apart if -LEVEL < apart < 0.0 else 0.0)
 
 
-def _room(environment: Environment, on: Floats, yaw: Floats) -> Floats:
+def _room(environment: Environment, on: Floats, yaw: Floats, *, lifted: float = LIFTED) -> Floats:
     """(M,) [m] what a standing man has about him, lifted a little so that the floor is not near."""
-    apart = room(_standing(on + np.array([0.0, 0.0, LIFTED]), yaw), environment)
+    apart = room(_standing(on + np.array([0.0, 0.0, lifted]), yaw), environment)
     found: Floats = np.nan_to_num(apart, nan=np.inf).min(axis=1)
     return found
 
