@@ -750,9 +750,11 @@ def test_a_file_that_an_editor_changes_is_read_again_or_asked_about(study, desk)
     desk.open()
     try:
         study.write_text(before.decode().replace("RE: {flexion: 75}", "RE: {flexion: 70}"))
+        assert not desk.watched().changed  # an editor may be in the middle of it
         assert desk.watched().changed and not desk.watched().everybody
         desk.do(parsed(json.dumps(TURN)))
         study.write_bytes(before)
+        assert desk.watched().everybody == []
         (fault,) = desk.watched().everybody
         assert unpacked(fault)[0]["ask"] == "over"
         assert desk.watched().everybody == []
@@ -761,6 +763,31 @@ def test_a_file_that_an_editor_changes_is_read_again_or_asked_about(study, desk)
         assert unpacked(refused)[0]["ask"] == "over"
         desk.do(parsed('{"do": "reload"}'))
         assert not desk.unsaved
+    finally:
+        study.write_bytes(before)
+
+
+def test_a_file_that_could_not_be_read_is_read_again_once_it_can(study, desk):
+    before = study.read_bytes()
+    changed = before.replace(b"RE: {flexion: 75}", b"RE: {flexion: 70}")
+    desk.open()
+    try:
+        for half in (b"", b"study: ["):  # written in steps
+            study.write_bytes(half)
+            assert desk.watched().everybody == []
+        assert desk.watched().everybody != []
+        assert desk.watched().everybody == []
+        study.write_bytes(changed)
+        desk.watched()
+        assert desk.watched().changed
+        study.write_bytes(b"")
+        desk.watched()
+        assert desk.watched().everybody != []
+        study.write_bytes(changed)  # put back: it is what is open
+        assert not any(desk.watched().asker or desk.watched().everybody for _ in range(2))
+        desk.do(parsed(json.dumps(TURN)))
+        (saved, _) = desk.do(parsed('{"do": "save"}')).everybody
+        assert unpacked(saved)[0]["kind"] == "saved"
     finally:
         study.write_bytes(before)
 

@@ -201,7 +201,8 @@ class Desk:
         self.verdicts: bytes | None = None
         self.judged: Judged | None = None
         self.motions_judged: MotionsJudged | None = None
-        self.seen_change = False
+        self.looked_at: bytes | None = text.data
+        self.told_of = self.looked_at
         self.generation += 1
 
     @property
@@ -336,16 +337,21 @@ class Desk:
 
     def watched(self) -> Replies:
         """Look whether the file has changed on the disk: then it is read again, unless something is
-        not saved."""
-        if self.seen_change or not self.disk.changed_on_disk():
+        not saved. What differs from one look to the next is still being written. Each change is told
+        once; another one after it, also of a file that could not be read, is a change again."""
+        now = self.disk.bytes_on_disk()
+        rests = now == self.looked_at
+        self.looked_at = now
+        if not rests or now == self.told_of:
+            return Replies()
+        self.told_of = now
+        if now == self.disk.data:
             return Replies()
         if not self.unsaved:
             try:
                 return self._reloaded("the file has changed and was read again")
             except InputError as error:
-                self.seen_change = True
                 return Replies(everybody=[fault_frame(None, str(error))])
-        self.seen_change = True
         words = f"{self.path.name} has changed on the disk: reload it, or save over it"
         return Replies(everybody=[fault_frame(None, words, ask="over")])
 
@@ -439,7 +445,7 @@ class Desk:
             self.path = self.disk.path
             self.catalogued = False
         self.saved = self.live
-        self.seen_change = False
+        self.looked_at = self.told_of = self.disk.data
         head = {"kind": "saved", "answers": question.number, "file": self.path.name}
         return Replies([packed(head), self._answered(0, f"saved {self.path.name}")])
 

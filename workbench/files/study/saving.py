@@ -46,10 +46,14 @@ class StudyText:
 
     def changed_on_disk(self) -> bool:
         """Whether the file holds other bytes now, or is gone."""
+        return self.bytes_on_disk() != self.data
+
+    def bytes_on_disk(self) -> bytes | None:
+        """What the file holds now; None where it is gone or cannot be read."""
         try:
-            return self.path.read_bytes() != self.data
+            return self.path.read_bytes()
         except OSError:
-            return True
+            return None
 
 
 def read_text(path: Path) -> StudyText:
