@@ -202,7 +202,7 @@ class Desk:
         self.judged: Judged | None = None
         self.motions_judged: MotionsJudged | None = None
         self.looked_at: bytes | None = text.data
-        self.told_of = self.looked_at
+        self.told_of: bytes | None = text.data
         self.generation += 1
 
     @property
