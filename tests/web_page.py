@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 from PIL import Image
 
-__all__ = ["CHROMIUM", "launched", "node", "opened", "pixels", "served", "started"]
+__all__ = ["CHROMIUM", "launched", "node", "opened", "pixels", "pixels_once", "served", "started"]
 
 _NAMES = ("chromium", "chromium-browser", "google-chrome")
 CHROMIUM = next((path for name in _NAMES if (path := shutil.which(name))), None)
@@ -79,6 +79,16 @@ def pixels(page, selector="canvas"):
     page.wait_for_timeout(900)
     data = page.locator(selector).first.screenshot()
     return Image.open(io.BytesIO(data)).convert("RGB")
+
+
+def pixels_once(page, selector, holds):
+    """The first picture of an element of which something holds; the last of 40 where it never does.
+    A machine that is busy paints later than `pixels` waits."""
+    for _ in range(40):
+        found = pixels(page, selector)
+        if holds(found):
+            break
+    return found
 
 
 @contextlib.contextmanager
