@@ -147,15 +147,22 @@ CHANGES = {
 @pytest.mark.parametrize("name", CHANGES)
 def test_a_change_asks_only_whom_it_may_change_and_finds_the_same_people_fitting(found, name):
     _, study, _ = found
+    fits, fit_before = fit_with_a_change(study, CHANGES[name])
+    assert (fits != fit_before).any()
+
+
+def fit_with_a_change(study, change):
+    """(P,) who fits with a change, the same by the short and by the whole search; and who did
+    before."""
     question = study.question
     options = {"keep": None, "say": lambda text: None}
     before = joined_chunks(result_chunks(question, study.bodies, **options))
-    some = changed_question(question, before, CHANGES[name])
+    some = changed_question(question, before, change)
     short = joined_chunks(result_chunks(some, study.bodies, **options))
     whole = joined_chunks(result_chunks(replace(some, before=None), study.bodies, **options))
     fits, fit_before = (met_of(each.margin).all(axis=1) for each in (whole, before))
     np.testing.assert_array_equal(met_of(short.margin).all(axis=1), fits)
-    assert (fits != fit_before).any()
+    return fits, fit_before
 
 
 def test_a_sparing_search_finds_what_a_thorough_one_finds(found):

@@ -215,7 +215,7 @@ def person_shown(found: PopulationFound, row: int, requirement: str) -> Shown | 
         overlap=np.zeros((0, 4), dtype=np.int64),
         depth=np.zeros(0),
         judged_person=np.zeros(0, dtype=np.int64),
-        judged=np.zeros((0, 2 + len(names))),
+        judged=np.zeros((0, found.setting.shape[1] + 2 + len(names))),
         words=found.reasons,
     )
     question = replace(population_question(found.study), people=people)

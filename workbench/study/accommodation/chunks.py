@@ -61,8 +61,8 @@ class Chunk:
     `margins.Bounds`: all NaN where that was not asked; reason (B, R): index into `words`, -1 where
     there is none; toward (B, R, 3); seat, comfortable (B, 2), window (B, 4), sets (B, K), setting
     (B, A): see `positions.Fitted`. overlap (O, 4), depth (O,): see `overlaps.Overlaps`; none where
-    the bounds were not asked. judged_person (M,), judged (M, 2 + R): people in positions that were
-    judged, see `positions.Fitted`.
+    the bounds were not asked. judged_person (M,), judged (M, A + 2 + R): people in settings and
+    positions that were judged, see `positions.Fitted`.
     """
 
     margin: Floats
@@ -396,7 +396,7 @@ def _as_numbers(fitted: Fitted, bounds: Bounds, overlaps: Overlaps) -> Chunk:
         depth=overlaps.depth,
         judged_person=np.repeat(np.arange(len(rows)), [len(some) for some in rows]),
         judged=np.array([row for some in rows for row in some], dtype=np.float64).reshape(
-            -1, 2 + found.margin.shape[1]
+            -1, fitted.setting.shape[1] + 2 + found.margin.shape[1]
         ),
         words=words,
     )
