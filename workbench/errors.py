@@ -33,11 +33,13 @@ lone surrogates (bytes of a file name that are no text).
 
 class WorkbenchError(Exception):
     """Root of all errors the workbench raises on purpose. Its text is printable, whatever a file
-    was called."""
+    was called, and never empty: an error that says nothing is a fault of the workbench."""
 
     exit_code = 3
 
-    def __init__(self, text: str = "") -> None:
+    def __init__(self, text: str) -> None:
+        if not text.strip():
+            raise ValueError(f"{type(self).__name__}: no text says what is wrong")
         super().__init__(printable(text))
 
 

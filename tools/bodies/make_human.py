@@ -32,7 +32,7 @@ from human.anchors import Family, density, fitted_z
 from human.basis import Basis, basis_of
 from human.family import Member, member, people
 from human.known import KNOWN, Known
-from human.skeleton import SEGMENTS
+from human.skeleton import OTHER_SEGMENT, SEGMENTS
 from human.source import Source
 from human.stretched import GROUPS, Changed, carried_into, changed, skin_change, stretched
 from human.template import Template, made_template, rigs_of
@@ -211,7 +211,8 @@ def write_all(made: Made, basis: Basis, *, report: bool, folder: Path = BODIES) 
         for level in basis.levels:
             spheres = basis.at(f"{level}_centre", z), basis.at(f"{level}_radius", z)
             own = (*spheres, basis.levels[level].segment)
-            errors[level].append(fit_errors(skin, own))
+            error = fit_errors(skin, own)
+            errors[level].append(np.maximum(error, error[OTHER_SEGMENT]))
         head = _head(basis, name, known)
         tables = _tables(basis, (name, known), z, errors[LEVEL][-1])
         texts[name] = (head, tables)
@@ -297,6 +298,7 @@ def _tables(basis: Basis, who: tuple[str, Known], z: Floats, error: Floats) -> d
     name, known = who
     body = _tried(basis, z, name, LEVEL)
     volume, _ = Family(basis, body, LEVEL).volume_rows(z)
+    volume = 0.5 * (volume + volume[OTHER_SEGMENT])  # sampled, and not alike on both sides
     mass = np.array([volume[i] * density(n) if n != "STG" else 0.0 for i, n in enumerate(SEGMENTS)])
     if known.share:
         mass = np.array([known.share.get(n if n[0] != "R" else "L" + n[1:], 0.0) for n in SEGMENTS])

@@ -33,7 +33,7 @@ from workbench.model.study import Study
 from workbench.posture.seating.seating import seat_shift
 from workbench.study.accommodation.accommodation import body_of_person
 from workbench.study.provenance import hashes
-from workbench.study.workplaces import occupant
+from workbench.study.workplaces import drawn_number, occupant
 
 __all__ = ["result_source"]
 
@@ -125,10 +125,10 @@ def _held_source(study: Study, rows: PosturesRows, case: str) -> Source:
     at = [names.index(name) for name in chosen]
     environment = _with_settings(single.environment, rows.settings)
     persons = []
-    for number, role in enumerate(single.roles):
+    for role in single.roles:
         held = next((row for row in rows.people if row.name == role.name), None)
         if held is not None:
-            body = occupant(role, number)[0].body
+            body = occupant(role, drawn_number(single.roles, role))[0].body
             persons.append(Person(role.name, body, join_poses([_pose(body, held, p) for p in at])))
             environment = _with_seat(environment, held)
     return people_source(single.title, environment, tuple(persons), chosen)

@@ -180,7 +180,8 @@ def _lines(document: Document, model: type[FileModel], error: ValidationError) -
     lines: dict[str, None] = {}
     for fault in error.errors(include_url=False):
         path = _real_path(document.value, fault["loc"])
-        if path == ("length",) or (fault["type"] == "missing" and fault["loc"] == ("length",)):
+        at_unit = path == ("length",) or fault["loc"] == ("length",)
+        if at_unit and "length" in model.model_fields:
             continue  # reported already, with what was given
         if fault["type"] == "extra_forbidden":
             what = f"unknown key {path[-1]!r}; {one_of(str(path[-1]), _keys(model, path[:-1]))}"

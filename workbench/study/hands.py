@@ -4,7 +4,7 @@ One after the other people bring their hands to their controls. Whoever does kee
 others: of those before as they are, of those after but for the arms that are still to go to
 controls. Fingers on a control bend around it and count for nobody.
 
-1. They go in the order of the study's roles.
+1. They go in the order of their names, whatever their order in the study.
 2. Where somebody then stays off a control that alone would be reached, orders are tried in which
    each who does goes first.
 
@@ -59,6 +59,13 @@ def hands_together(
     list[Situation]
         The same with the hands on the controls, or as near as was found.
     """
+    rows = sorted(range(len(resting)), key=lambda row: resting[row].place.role)
+    found = _by_name([resting[row] for row in rows], standing)
+    return [found[rows.index(row)] for row in range(len(resting))]
+
+
+def _by_name(resting: Sequence[Situation], standing: Sequence[Bystander]) -> list[Situation]:
+    """The people, who come in the order of their names, with the hands on the controls."""
     everybody = range(len(resting))
     tried = [_tried(_in_order(resting, standing, everybody))]
     for k in everybody[1:]:

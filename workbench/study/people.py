@@ -18,7 +18,7 @@ from workbench.model.environment import Environment
 from workbench.model.poses import Poses
 from workbench.model.posing import join_poses
 from workbench.model.result import ControlReach, Finding, PersonFound, PosturesFound, Verdict
-from workbench.model.study import Role, Study
+from workbench.model.study import PredictedPosture, Role, Study
 from workbench.model.workplace import Beside, Workplace
 from workbench.posture.stops import stops
 from workbench.study.buried import buried_controls
@@ -44,7 +44,7 @@ from workbench.study.situation import (
 )
 from workbench.study.unasked import overlap_warnings, unasked_overlaps
 from workbench.study.warnings import result_warnings, seat_verdicts
-from workbench.study.workplaces import occupant, workplace_of
+from workbench.study.workplaces import drawn_number, occupant, workplace_of
 
 __all__ = ["Present", "people_found", "present_people"]
 
@@ -85,8 +85,9 @@ def present_people(
 ) -> Present:
     """Let the single people of a study take their places.
 
-    They are seated in the order of the roles; a later one heeds those before. The hands go on their
-    controls when everybody sits, clear of one another (`hands_together`).
+    Who stays where he or she is put comes first, then who chooses a position, by name: a later one
+    heeds those before, whatever the order in the file. The hands go on their controls when
+    everybody sits, clear of one another (`hands_together`), in the same order.
 
     Parameters
     ----------
@@ -95,28 +96,52 @@ def present_people(
     """
     known = occupants or {}
     environment = study.environment
-    roles: list[Role] = []
-    seated: list[list[Situation]] = []
-    words: list[str] = []
-    for row, role in enumerate(study.roles):
-        if role.population is not None:
-            continue
-        before = Present(environment, tuple(roles), tuple(map(tuple, seated)), ())
+    rows = _in_turn(study)
+    seated: dict[int, list[Situation]] = {}
+    words: dict[int, list[str]] = {}
+    for row in rows:
+        role = study.roles[row]
+        before = Present(
+            environment,
+            tuple(study.roles[one] for one in seated),
+            tuple(map(tuple, seated.values())),
+            (),
+        )
         beside = before.beside() if _minds_others(study, role) else []
-        who, notes = known[role.name] if role.name in known else occupant(role, row)
+        number = drawn_number(study.roles, role)
+        who, notes = known[role.name] if role.name in known else occupant(role, number)
         workplace = workplace_of(study, row, environment, beside)
         found, moves = _take_place(workplace, who, role)
         environment = seats_moved(found[0].place, found[0])
-        roles.append(role)
-        seated.append(found)
-        words += [*notes, *moves]
+        seated[row] = found
+        words[row] = [*notes, *moves]
     by_case = [
         hands_together([situation.seat_moved(environment) for situation in case])
-        for case in zip(*seated, strict=True)
+        for case in zip(*seated.values(), strict=True)
     ]
-    done = tuple(zip(*by_case, strict=True))
-    words += [line for mine in done for situation in mine for line in shortfalls(situation)]
-    return Present(environment, tuple(roles), done, tuple(words))
+    done = dict(zip(rows, zip(*by_case, strict=True), strict=True))
+    said = [line for row in sorted(rows) for line in words[row]]
+    said += [line for row in sorted(rows) for one in done[row] for line in shortfalls(one)]
+    return Present(
+        environment,
+        tuple(study.roles[row] for row in sorted(rows)),
+        tuple(done[row] for row in sorted(rows)),
+        tuple(said),
+    )
+
+
+def _in_turn(study: Study) -> list[int]:
+    """The rows of the single people of a study in the order in which they take their places."""
+    rows = [row for row, role in enumerate(study.roles) if role.population is None]
+    names = [role.name for role in study.roles]
+    return sorted(rows, key=lambda row: (_chooses(study, row), names[row]))
+
+
+def _chooses(study: Study, row: int) -> bool:
+    """Whether a role has a seat, or an area to step in, whose position is to be found."""
+    role = study.roles[row]
+    predicted = any(isinstance(case.actions[row], PredictedPosture) for case in study.postures)
+    return role.free and (predicted or role.seat is None)
 
 
 def _minds_others(study: Study, role: Role) -> bool:

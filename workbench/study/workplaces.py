@@ -22,7 +22,7 @@ from workbench.model.workplace import Beside, WorkCase, Workplace
 from workbench.study.persons import role_body
 from workbench.study.situation import Occupants
 
-__all__ = ["occupant", "population_of", "workplace_of"]
+__all__ = ["drawn_number", "occupant", "population_of", "workplace_of"]
 
 
 def workplace_of(
@@ -77,13 +77,19 @@ def _criteria(study: Study, role: Role, company: bool) -> list[Criterion]:
     ]
 
 
+def drawn_number(roles: Sequence[Role], role: Role) -> int:
+    """The number by which the driving posture of a role is drawn: its place among the names of all
+    roles, whatever their order in the file."""
+    return sorted(one.name for one in roles).index(role.name)
+
+
 def occupant(role: Role, number: int) -> tuple[Occupants, list[str]]:
     """The one person who takes a role, and what is improbable about the size.
 
     Parameters
     ----------
     number
-        By which a driver's posture is drawn.
+        By which a driver's posture is drawn, see `drawn_number`.
     """
     body, notes = role_body(role)
     size = role.size

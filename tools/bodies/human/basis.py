@@ -13,10 +13,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from human.skeleton import BETWEEN, JOINTS, OTHER_SEGMENT, SEGMENTS
+from human.skeleton import BETWEEN, JOINTS, OTHER_JOINT, OTHER_SEGMENT, SEGMENTS
 from human.transfer import Rig
 
-__all__ = ["Basis", "Level", "basis_of", "full_level"]
+__all__ = ["Basis", "Level", "basis_of", "full_level", "mirrored"]
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -203,7 +203,39 @@ def basis_of(
     regressed("joint", joints)
     regressed("origin", origin)
     _tie(table, levels)
-    return Basis(table, levels, z)
+    return Basis(mirrored(table, levels), levels, z)
+
+
+def mirrored(
+    table: dict[str, tuple[Floats, Floats]], levels: dict[str, Level]
+) -> dict[str, tuple[Floats, Floats]]:
+    """The means and components with every right row the mirror image of its left twin, and those
+    in the middle plane at y = 0, to the last bit.
+
+    Cells are sampled and components are sums in another order on either side, so that the origins
+    of twins would lie up to 4 mm from mirror images of each other.
+    """
+    result = {}
+    for key, (mean, parts) in table.items():
+        if key in ("joint", "origin"):
+            other = OTHER_JOINT if key == "joint" else OTHER_SEGMENT
+            right = np.array([name[0] == "R" for name in (JOINTS if key == "joint" else SEGMENTS)])
+            twin = np.where(right, other, np.arange(len(other)))
+            middle = other == np.arange(len(other))
+        else:
+            level = levels[key.rpartition("_")[0]]
+            right = level.right
+            left = np.flatnonzero(~right)
+            twin = left[np.argsort(level.half[left])][level.half]
+            middle = np.bincount(level.half)[level.half] == 1
+        sign = np.ones((len(twin), 3))
+        sign[right, 1] = -1.0
+        sign[middle, 1] = 0.0
+        if key.endswith("radius"):
+            result[key] = mean[twin], parts[:, twin]
+        else:
+            result[key] = mean[twin] * sign, parts[:, twin] * sign
+    return result
 
 
 def _origins(level: Level, centre: Floats, radius: Floats) -> Floats:

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from human.anchors import Family, density
-from human.basis import Basis, cells, volumes
+from human.basis import Basis, cells, mirrored, volumes
 from human.known import Known
 from human.skeleton import BETWEEN, JOINTS, SEGMENTS
 from workbench.body.scaling.measure import lengths
@@ -264,4 +264,4 @@ def carried_into(basis: Basis, anchors: Floats, changes: list[Changed]) -> Basis
     for level in basis.levels:
         added(f"{level}_centre", [one.spheres[level][0] for one in changes])
         added(f"{level}_radius", [one.spheres[level][1] for one in changes])
-    return Basis(table, basis.levels, basis.share)
+    return Basis(mirrored(table, basis.levels), basis.levels, basis.share)

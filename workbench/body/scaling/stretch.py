@@ -54,7 +54,7 @@ def stretch_shapes(body: Body, groups: Ints) -> Shape:
     for group in range(int(groups.max()) + 1):
         parts = _GroupParts.of(body, groups, group)
         shapes += [parts.scaled(axis) for axis in range(3)]
-        shapes += [parts.thickened(), parts.tapered()]
+        shapes += [parts.thickened(), parts.tapered(body)]
     return Shape(
         *(
             np.stack([getattr(shape, field) for shape in shapes])
@@ -101,14 +101,17 @@ class _GroupParts:
         nothing = (0.0 * self.centre, 0.0 * self.in_parent, 0.0 * self.in_child)
         return Shape(nothing[0], self.radius, nothing[1], nothing[2])
 
-    def tapered(self) -> Shape:
+    def tapered(self, body: Body) -> Shape:
         """Coordinates across the long axis and radii, growing from -1 to 1 along it."""
         across = 1.0 - np.eye(3)[self.extent.axis]
+        share = self.extent.share(self.centre, body.sphere_segment)
+        above = self.extent.share(self.in_parent, body.parent[1:])
+        below = self.extent.share(self.in_child, np.arange(1, len(body.segments)))
         return Shape(
-            self.centre * across * self.extent.share(self.centre)[:, None],
-            self.radius * self.extent.share(self.centre),
-            self.in_parent * across * self.extent.share(self.in_parent)[:, None],
-            self.in_child * across * self.extent.share(self.in_child)[:, None],
+            self.centre * across * share[:, None],
+            self.radius * share,
+            self.in_parent * across * above[:, None],
+            self.in_child * across * below[:, None],
         )
 
 
@@ -120,20 +123,42 @@ class _Extent(NamedTuple):
     """[m]."""
     half: float
     """Half the extent [m]."""
+    outward: Floats
+    """(N,) -1 for segments of the right where the axis is sideways, else 1: twins are mirrored."""
 
-    def share(self, points: Floats) -> Floats:
-        """(n,) position of points (n, 3) along the axis, from -1 to 1."""
-        return np.asarray((points[:, self.axis] - self.middle) / self.half)
+    def share(self, points: Floats, segment: Ints) -> Floats:
+        """(n,) position of points (n, 3) of segments (n,) along the axis, from -1 to 1."""
+        along = points[:, self.axis] * self.outward[segment]
+        return np.asarray((along - self.middle) / self.half)
 
 
 def _extent(body: Body, groups: Ints, group: int) -> _Extent:
-    centres = body.centre[0][groups[body.sphere_segment] == group]
-    if len(centres) < 2:
-        return _Extent(2, 0.0, 1.0)
-    span = np.ptp(centres, axis=0)
-    axis = int(np.argmax(span))
-    middle = float(centres[:, axis].min() + 0.5 * span[axis])
-    return _Extent(axis, middle, max(float(0.5 * span[axis]), 1e-3))
+    """The extent of a group: of its left or middle segments, which the right ones mirror."""
+    right = np.array([name.startswith("right ") for name in body.segment_names])
+    paired = np.isin(groups, groups[~right])
+    mirrored = right & paired
+    some = (groups == group) & ~mirrored
+    axis = _long_axis(body, int(np.flatnonzero(some)[0]))
+    outward = np.where(mirrored & (axis == 1), -1.0, 1.0)
+    along = body.centre[0][some[body.sphere_segment], axis]
+    if len(along) < 2:
+        return _Extent(axis, 0.0, 1.0, outward)
+    half = 0.5 * float(np.ptp(along))
+    return _Extent(axis, float(along.min()) + half, max(half, 1e-3), outward)
+
+
+def _long_axis(body: Body, segment: int) -> int:
+    """The axis along which a segment lies: from the joint above it to the mean of those below, or
+    to its centre of gravity (the origin of its frame) where it is the last.
+
+    Left and right cancel in the mean, so that a trunk that is broader than long lies upright, and
+    no taper makes one of its sides thicker than the other.
+    """
+    below = body.joint_in_parent[0][body.parent[1:] == segment]
+    end = below.mean(axis=0) if len(below) else np.zeros(3)
+    if segment == 0:
+        return 2
+    return int(np.argmax(np.abs(end - body.joint_in_child[0, segment - 1])))
 
 
 def stretch_price(body: Body, groups: Ints) -> Floats:

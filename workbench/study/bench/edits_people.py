@@ -28,6 +28,7 @@ from workbench.model.study import PredictedPosture, Role
 from workbench.posture.reaching.limbs import ZONES
 from workbench.study.bench.edits import LENGTH_STEP, Edit, rounded
 from workbench.study.bench.state import Arrangement, Figure, OpenStudy, PersonState, figure_of
+from workbench.study.workplaces import drawn_number
 
 __all__ = [
     "SizeWanted",
@@ -257,7 +258,8 @@ def _embodied(
         return Edit(arrangement)
     figure = opened.figures[row]
     if key != _key(figure.size, figure.clothes):
-        figure = _figure(opened.study.roles[row], row, key)
+        roles = opened.study.roles
+        figure = _figure(roles[row], drawn_number(roles, roles[row]), key)
     after = arrangement.with_person(row, replace(person, figure=figure))
     return Edit(after, "; ".join(figure.notes) or f"{person.role}: {_words(figure)}")
 
@@ -269,12 +271,12 @@ def _key(size: Size | None, clothes: tuple[Encumbrance, ...]) -> _Key:
 
 
 @lru_cache(maxsize=64)
-def _figure(role: Role, row: int, key: _Key) -> Figure:
+def _figure(role: Role, number: int, key: _Key) -> Figure:
     """The same figure for the same size and clothes: a body is made once."""
     size = None
     if key.people is not None:
         size = Size(key.sex, dict(key.measures), key.people, key.age)
-    return figure_of(replace(role, size=size, clothes=key.clothes), row)
+    return figure_of(replace(role, size=size, clothes=key.clothes), number)
 
 
 def _words(figure: Figure) -> str:

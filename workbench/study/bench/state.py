@@ -31,7 +31,7 @@ from workbench.model.posing import angles_of
 from workbench.model.study import Action, Case, PeopleDrawn, PredictedPosture, Role, Study
 from workbench.posture.seating.seating import seat_planes
 from workbench.study.situation import Occupants
-from workbench.study.workplaces import occupant
+from workbench.study.workplaces import drawn_number, occupant
 
 __all__ = [
     "Arrangement",
@@ -278,7 +278,7 @@ def open_study(study: Study, size: str = "") -> OpenStudy:
         reach_maps=(),
         compare=None,
     )
-    figures = tuple(figure_of(role, row) for row, role in enumerate(roles))
+    figures = tuple(figure_of(role, drawn_number(roles, role)) for role in roles)
     sizes = {role.name: size or next(iter(role.sizes)) for role in study.roles if role.sizes}
     case_rows = tuple(row for row, case in enumerate(study.cases) if not case.moves)
     crowd = next((k for k, role in enumerate(study.roles) if role.population is not None), None)
@@ -296,20 +296,20 @@ def open_study(study: Study, size: str = "") -> OpenStudy:
     )
 
 
-def figure_of(role: Role, row: int) -> Figure:
+def figure_of(role: Role, number: int) -> Figure:
     """Make the body of the one person who takes a role.
 
     Parameters
     ----------
-    row
-        The index of the role.
+    number
+        By which a driver's posture is drawn, see `drawn_number`.
 
     Raises
     ------
     InputError
         If there is no body of this size, or it cannot wear the clothes.
     """
-    who, notes = occupant(role, row)
+    who, notes = occupant(role, number)
     return Figure(role.size, role.clothes, who, tuple(notes))
 
 

@@ -3,6 +3,7 @@
 The margin of a control that is reached is how much farther out from the shoulder or hip it could
 be. The margin of one that is missed is what the limb stays short, and how deep obstacles are still
 entered there. The limb on the side of the control is asked first, the other where that one misses.
+Of a control in the middle the limb that holds it in this case is asked first, else the right one.
 """
 
 from __future__ import annotations
@@ -48,6 +49,11 @@ __all__ = [
 
 LEAST_MISS = 1e-4
 """What is reached through an obstacle only is missed by this [m] at least."""
+MIDDLE = 1e-3
+"""How far [m] from the middle plane of a person a control is on neither side: no rounding, as of a
+cockpit that is turned, decides which hand is asked first."""
+ALIKE = 1e-6
+"""Two limbs that miss a control by as much, to this [m], are alike: the first one is told."""
 
 
 @dataclass(frozen=True)
@@ -118,7 +124,7 @@ class _Reached:
         other: (P, 1).
         """
         before = self.margin[who, at]
-        better = np.isnan(before) | (self.short[who, at] & (other.margin[:, 0] > before))
+        better = np.isnan(before) | (self.short[who, at] & (other.margin[:, 0] > before + ALIKE))
         for field in fields(self):
             taken = getattr(other, field.name)[better, 0]
             getattr(self, field.name)[who[better], at[better]] = taken
@@ -149,7 +155,7 @@ def margins(situation: Situation, asked: Sequence[Asked]) -> Margins:
     found = no_margins(len(situation), asked)
     remembered = situation.remembered
     spare = 0.0 if remembered is not None and remembered.searching else MOST_SPARE
-    for group, rows in _grouped(situation.place, asked, spare).items():
+    for group, rows in _grouped(situation, asked, spare).items():
         controls = [control for r in rows if (control := asked[r].control) is not None]
         best = _reached_by(situation, group, controls)
         found.margin[:, rows] = best.margin
@@ -158,27 +164,34 @@ def margins(situation: Situation, asked: Sequence[Asked]) -> Margins:
     return found
 
 
-def _grouped(place: Workplace, asked: Sequence[Asked], spare: float) -> dict[_Group, list[int]]:
+def _grouped(situation: Situation, asked: Sequence[Asked], spare: float) -> dict[_Group, list[int]]:
     """The requirements of each group of controls, by number."""
     groups: dict[_Group, list[int]] = {}
     for r, one in enumerate(asked):
         assert one.control is not None
-        group = _group(place, one.control, one.requirement.zone, one.criterion, spare)
+        group = _group(situation, one.control, one.requirement.zone, one.criterion, spare)
         groups.setdefault(group, []).append(r)
     return groups
 
 
 def _group(
-    place: Workplace, control: Control, zone: int, criterion: Criterion, spare: float
+    situation: Situation, control: Control, zone: int, criterion: Criterion, spare: float
 ) -> _Group:
     hand = criterion.hand or ""
-    return _Group(control.grip, zone, hand or _side(place, control), hand, spare)
+    return _Group(control.grip, zone, hand or _side(situation, control), hand, spare)
 
 
-def _side(place: Workplace, control: Control) -> str:
-    """On which side of the own seat a control is; of somebody without a seat, of the posture."""
-    away = np.array(control.at) - middle(place)
-    return "left" if away @ leftward(place) > 0 else "right"
+def _side(situation: Situation, control: Control) -> str:
+    """On which side of the own seat a control is; of somebody without a seat, of the posture. In
+    the middle: the side of the one limb that holds it, right where none or both do."""
+    place = situation.place
+    away = float((np.array(control.at) - middle(place)) @ leftward(place))
+    if abs(away) > MIDDLE:
+        return "left" if away > 0 else "right"
+    holding = {
+        limb.split()[0] for limb, name in situation.work.held.items() if name == control.name
+    }
+    return "left" if holding == {"left"} else "right"
 
 
 def _reached_by(situation: Situation, group: _Group, controls: Sequence[Control]) -> _Reached:
@@ -398,7 +411,7 @@ def margins_again(
         0 where a control is reached; how far it is missed [m], negative; NaN where it is not known.
     """
     found = np.full((len(situation), len(asked)), np.nan)
-    for group, rows in _grouped(situation.place, asked, 0.0).items():
+    for group, rows in _grouped(situation, asked, 0.0).items():
         controls = tuple(control for r in rows if (control := asked[r].control) is not None)
         if _bends(situation.place, group.grip, group.zone):
             if search:
@@ -519,7 +532,7 @@ def never_reached(situation: Situation, asked: Sequence[Asked]) -> Bools:
     remembered = situation.remembered
     if remembered is None:
         return found
-    for group, rows in _grouped(situation.place, asked, 0.0).items():
+    for group, rows in _grouped(situation, asked, 0.0).items():
         controls = [control for r in rows if (control := asked[r].control) is not None]
         recall = _recall(situation, controls)
         arms = [_limb(situation.body, group, name) for name in group.limbs]
@@ -590,7 +603,7 @@ def _zone_reaches(
             for criterion in criteria
         )
         spare = MOST_SPARE if asked else 0.0
-        group = _group(situation.place, control, zone, criteria[0], spare)
+        group = _group(situation, control, zone, criteria[0], spare)
         groups.setdefault(group, []).append(control)
     for group, some in groups.items():
         best = _reached_by(situation, group, some)

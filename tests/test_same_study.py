@@ -1,0 +1,119 @@
+"""A study has the same answers mirrored, turned, moved, in other units and in another order."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import pytest
+
+from tests.conftest import ROOT
+from tests.same_study import Same, answers, differences, write_same
+
+TOLERANCE = 1e-5
+"""What two runs may differ by [m, rad or mm]: kernels work in single precision far from the origin."""
+OTHERWISE = Same(
+    mirrored=True, turned=90.0, moved=(10.0, -10.0, 0.0), unit="in", order=3, y_up=True
+)
+EACH = {
+    "mirrored": Same(mirrored=True),
+    "turned by a right angle": Same(turned=90.0),
+    "turned": Same(turned=37.0),
+    "moved": Same(moved=(10.0, -10.0, 0.0)),
+    "in inches": Same(unit="in"),
+    "in another order": Same(order=3),
+    "y up": Same(y_up=True),
+}
+REACH = """study: two_reach
+length: mm
+environment: trainer
+people:
+  small woman:
+    body: bubbleman
+    size: {sex: female, measures: {stature: 1525, sitting_height: 803, buttock_knee_length: 541}}
+    seat: left
+  large man: {body: bubbleman, size: {sex: male, measures: {stature: 1870, sitting_height: 977}}, seat: right}
+cases:
+  - name: flying
+    people:
+      small woman: {predicted: {hands: {left: left_stick, right: throttle}, eyes: left_design_eye,
+        heels: left_heel, feet: {left: left_seat_left_pedal, right: left_seat_right_pedal}}}
+      large man: {predicted: {hands: {left: mixture, right: right_stick}, eyes: right_design_eye,
+        heels: right_heel, feet: {left: right_seat_left_pedal, right: right_seat_right_pedal}}}
+criteria:
+  - {name: flying controls, check: reach, people: [small woman], controls: [left_stick, throttle]}
+  - {name: engine, check: reach, controls: [propeller, canopy_handle]}
+  - {name: joints, check: stops}
+  - {name: view, check: view_over, parts: [coaming, forward_deck], down: 10}
+  - {name: apart, check: between_people, at_least: 0}
+"""
+PEOPLE = """study: few_people
+length: mm
+environment: trainer
+people:
+  pilot: {body: bubbleman, seat: left, population: {source: ansur2, people: 3, seed: 1}}
+cases:
+  - name: flying
+    people:
+      pilot: {predicted: {hands: {left: left_stick, right: throttle}, eyes: left_design_eye,
+        heels: left_heel, feet: {left: left_seat_left_pedal, right: left_seat_right_pedal}}}
+criteria:
+  - {name: controls, check: reach, controls: [left_stick, throttle, left_canopy_latch]}
+  - {name: eyes, check: eye_height, below: 25, above: 40}
+  - {name: pedals, check: pedals}
+  - {name: shoulder, check: clearance, segments: [LSM], parts: [canopy, left_sill], at_least: 15}
+  - {name: knees, check: clearance, segments: [RUL, RLL], parts: [instrument_panel], at_least: 25}
+"""
+MOTION = """study: motion
+length: mm
+environment: trainer
+people:
+  pilot: {body: bubbleman}
+cases:
+  - {name: crash, people: {pilot: {motion: {file: motions/trainer_lap.csv, every: 20}}}}
+signals: {points: [{name: head, segment: H}, {name: hand, segment: LHN, at: [10, 20, 30]}]}
+contact_forces:
+  - {parts: ["*"], segments: [H, N, UT, CT], stiffness: 150, returned: 0.2}
+criteria:
+  - {name: head free of the cockpit, check: contact, segments: [H, N]}
+  - {name: left arm, check: clearance, segments: [LUA, LLA], parts: [left_stick], at_least: 10}
+  - {name: head excursion, check: excursion, segments: [H], at_most: 550, direction: [1, 0, 0], origin: [0, 280, 280]}
+  - {name: joints, check: stops, at_least: -20}
+"""
+
+
+@cache
+def as_it_is(study, folder):
+    return answers(write_same(study, folder / "as_it_is", Same()), Same())
+
+
+def unlike(study, folder, how):
+    """The largest differences that another way of writing a study makes to its answers."""
+    found = answers(write_same(study, folder / "otherwise", how), how)
+    return differences(as_it_is(study, folder), found, TOLERANCE)[:5]
+
+
+@pytest.mark.parametrize("text", [REACH, PEOPLE, MOTION], ids=["reach", "people", "motion"])
+def test_a_study_written_otherwise_has_the_same_answers(tmp_path, text):
+    study = tmp_path / "study.yaml"
+    study.write_text(text)
+    (tmp_path / "motions").symlink_to(ROOT / "studies" / "motions")
+    assert unlike(study, tmp_path, OTHERWISE) == []
+
+
+def test_a_study_of_postures_written_otherwise_has_the_same_answers(tmp_path):
+    assert unlike(ROOT / "studies" / "trainer_clearance.yaml", tmp_path, OTHERWISE) == []
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize("how", EACH.values(), ids=EACH)
+@pytest.mark.parametrize("name", ["trainer_clearance", "trainer_reach"])
+def test_a_shipped_study_has_the_same_answers(tmp_path_factory, tmp_path, name, how):
+    assert unlike(ROOT / "studies" / f"{name}.yaml", tmp_path, how) == []
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize(
+    "how", [Same(turned=37.0), EACH["moved"], Same(unit="cm", order=5)], ids=repr
+)
+def test_everybody_who_is_asked_whether_he_fits_has_the_same_answers(tmp_path, how):
+    assert unlike(ROOT / "studies" / "trainer_accommodation.yaml", tmp_path, how) == []
