@@ -181,6 +181,23 @@ def test_a_node_of_a_dae_gives_its_name_and_transforms_and_the_file_its_unit(tmp
     assert raw.parts[0].vertices[:, 2].tolist() == [7, 7, 7]
 
 
+def test_a_node_of_a_dae_that_looks_at_a_point_stands_at_the_eye_and_turns_its_minus_z_there(
+    tmp_path,
+):
+    """From 7 along x toward the origin: the node's z is along x, its y up, its x along -z."""
+    node = '<node><lookat>7 0 0  0 0 0  0 1 0</lookat><instance_geometry url="#tri"/></node>'
+    plain = '<node><instance_geometry url="#tri"/></node>'
+    found, own = (
+        read_mesh(written(tmp_path, name, dae(text))).parts[0].vertices
+        for name, text in (("a.dae", node), ("b.dae", plain))
+    )
+    assert found == pytest.approx(own @ np.array([[0, 0, -1], [0, 1, 0], [1, 0, 0]]) + [7, 0, 0])
+    for wrong in ("1 2 3", "0 1 0  0 0 0  0 1 0"):
+        refused(
+            written(tmp_path, "c.dae", dae(node.replace("7 0 0  0 0 0  0 1 0", wrong))), "lookat"
+        )
+
+
 def test_a_mirrored_instance_keeps_its_outside_outside(tmp_path):
     node = '<node name="a"><scale>1 1 -1</scale><instance_geometry url="#tri"/></node>'
     part = read_mesh(written(tmp_path, "a.dae", dae(node))).parts[0]

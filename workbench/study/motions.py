@@ -31,7 +31,7 @@ _LOOSE = 0.02
 @dataclass(frozen=True)
 class MotionOptions:
     """How a motion file is read. names: bones by segment, or usual marker names by the file's; up:
-    its upward axis; metres: one unit of a BVH file [m]; keep: the frames wanted; gaps: the longest
+    its upward axis; metres: one unit of a BVH or marker file [m]; keep: the frames wanted; gaps: the longest
     [s] that is bridged; move (3,) [m] and yaw [rad]: where it is put, turned about the vertical
     first."""
 
@@ -54,7 +54,9 @@ def load_motion(
     turn = attitude_matrix(yaw=given.yaw)
 
     def parts() -> Iterator[Poses]:
-        for found in read_motion(path, body, up=given.up, keep=given.keep):
+        for found in read_motion(
+            path, body, up=given.up, metres=given.metres, names=given.names, keep=given.keep
+        ):
             poses = loading.poses(found)
             for rows in pieces(len(poses)):
                 some = poses.rows(rows)

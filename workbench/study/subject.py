@@ -36,7 +36,11 @@ def subject_body(
     it states no length.
     """
     given = options or MotionOptions()
-    found = next(read_motion(path, body, up=given.up, keep=given.keep))
+    found = next(
+        read_motion(
+            path, body, up=given.up, metres=given.metres, names=given.names, keep=given.keep
+        )
+    )
     factors: dict[str, float] = {}
     if isinstance(found, Bones):
         metres = given.metres if given.metres is not None else found.metres

@@ -32,6 +32,8 @@ _CHANNELS = {
 }
 _MAX_DEPTH = 200
 _MAX_BONES = 5000
+_OVERVIEW = 400
+"""Frames at most, spread over the file, by which assumptions are judged."""
 _Offset = tuple[float, float, float]
 
 
@@ -88,21 +90,27 @@ def bone_batches(path: str | Path, *, keep: FrameRange = ALL_FRAMES) -> Iterator
     notes = keep.frame_count_notes(where, header.frames, rows.total)
     time = _frame_times(source, header.step, rows, keep)
     offset = np.array([bone.offset for bone in bones], dtype=np.float64)
-    for batch in pieces(len(time)):
-        rotations, shift = _bone_transforms(bones, offset, rows.values[batch])
-        yield Bones(
+
+    def some(frames: slice, overview: Bones | None) -> Bones:
+        rotations, shift = _bone_transforms(bones, offset, rows.values[frames])
+        return Bones(
             tuple(bone.name for bone in bones),
             np.array([bone.parent for bone in bones]),
             offset,
             rotations,
             shift,
-            time[batch],
+            time[frames],
             {bone.name: bone.end for bone in bones if bone.end is not None},
             float("nan"),
             "",
             str(source),
             notes,
+            overview,
         )
+
+    overview = some(slice(None, None, -(-len(time) // _OVERVIEW)), None)
+    for batch in pieces(len(time)):
+        yield some(batch, overview)
 
 
 def _frame_times(path: Path, step: float, rows: NumberRows, keep: FrameRange) -> Floats:

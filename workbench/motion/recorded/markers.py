@@ -25,7 +25,7 @@ from workbench.model.poses import Poses
 from workbench.model.quaternions import matrices
 from workbench.motion.recorded.marker_names import USUAL_SPREAD, Site, marker_site
 from workbench.motion.recorded.marker_places import marker_places
-from workbench.motion.recorded.retarget import IDENTITY
+from workbench.motion.recorded.skeleton import IDENTITY
 from workbench.posture.kernels.markers import MarkerChain, solve_markers
 from workbench.posture.packed_stops import packed_stops
 from workbench.posture.stops import nearest_legal
