@@ -10,6 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from tests.test_markers import FULL, marked, trc_text
 from tests.whole_motions import read_bvh, read_coordinates
 from workbench import InputError, Poses, UsageError, load_body, place
 from workbench.cli import main
@@ -18,6 +19,7 @@ from workbench.files.motions.markers import read_trc
 from workbench.files.motions.opensim import coordinate_poses
 from workbench.model.posing import angles_of, compose
 from workbench.model.quaternions import conjugate, exponential, multiply, rotate
+from workbench.motion.recorded.doubts import motion_doubts
 from workbench.motion.recorded.retarget import retarget
 from workbench.study.motions import MotionOptions, load_motion
 
@@ -342,3 +344,70 @@ def test_every_form_that_is_written_is_read_back(tmp_path, capsys, form, options
         twice, _ = load_motion(BODY, second)
         assert np.abs(place(BODY, once).centres - place(BODY, twice).centres).max() < 1e-4
         assert line_errors(twice) < 0.1
+
+
+def test_a_person_on_the_head_and_knees_that_bend_back_are_remarked_on():
+    angles = angles_of(BODY, WALK)
+    angles[:, BODY.joint("LK"), 0] *= -1
+    world = np.array(WALK.world_from_reference)
+    world[:, :, :3] = np.diag([-1.0, 1.0, -1.0])
+    odd = Poses(compose(BODY, angles), WALK.reference, world, WALK.time)
+    assert motion_doubts(BODY, WALK) == ()
+    lying, knee = motion_doubts(BODY, odd)
+    assert lying.startswith("the head is above the feet in 0 % of the frames only")
+    assert knee.startswith("the left knee bends the wrong way, by up to 70 degrees")
+
+
+@pytest.mark.parametrize(
+    ("factor", "told"),
+    [
+        (1000.0, "the frames are 50 s apart: if these are milliseconds"),
+        (1e-3, "m/s against the pelvis"),
+    ],
+)
+def test_times_in_another_unit_are_remarked_on_and_converted(tmp_path, factor, told, capsys):
+    text = walk_text().replace("Frame Time: 0.05", f"Frame Time: {0.05 * factor:g}")
+    file = str(written(tmp_path, text))
+    assert main(["motion", "show", file]) == 0
+    assert told in (said := capsys.readouterr().err)
+    out = str(tmp_path / "o.bvh")
+    assert f"--speed {factor:g}" in said
+    assert main(["motion", "convert", file, "-o", out, "--speed", f"{factor:g}"]) == 0
+    capsys.readouterr()
+    assert main(["motion", "show", out]) == 0
+    assert told not in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("factor", "told"), [(60.0, "whole turns"), (np.pi / 180, "are these radians?")]
+)
+def test_angles_of_many_turns_or_in_radians_are_remarked_on(tmp_path, factor, told):
+    """The pelvis turns by 30 degrees in each frame times the factor."""
+    head, rows = walk_text().split("Frame Time: 0.05\n")
+    table = np.array([row.split() for row in rows.splitlines()], dtype=float)
+    table[:, 3:] *= np.pi / 180 if factor < 1 else 1.0
+    table[:, 5] = np.linspace(0, 30 * factor, len(table))
+    lines = "\n".join(" ".join(f"{value:.6f}" for value in row) for row in table)
+    bones = read_bvh(written(tmp_path, f"{head}Frame Time: 0.05\n{lines}\n"))
+    assert told in bones.notes[0]
+
+
+def two_people(tmp_path, second):
+    """A file with all markers of a walk twice, `Bob:` and another beginning."""
+    markers = marked(WALK, FULL)
+    other = markers.position + np.array([0.0, 1.5, 0.0])
+    names = [f"Bob:{name}" for name in FULL] + [f"{second}{name}" for name in FULL]
+    position = np.concatenate([markers.position, other], axis=1)
+    return written(tmp_path, trc_text(names, markers, position), "two.trc")
+
+
+@pytest.mark.parametrize("second", ["Sue:", "Sue_", ""])
+def test_the_markers_of_a_second_person_are_refused_with_the_way_to_leave_them_out(
+    tmp_path, second
+):
+    file = two_people(tmp_path, second)
+    with pytest.raises(InputError, match=r"markers of several people.*--names FILE"):
+        load_motion(BODY, file)
+    names = {"Bob:*": ""} if not second else {f"{second}*": ""}
+    poses, _ = load_motion(BODY, file, options=MotionOptions(names=names))
+    assert poses.world_from_reference[0, 1, 3] == pytest.approx(0 if second else 1.5, abs=0.02)
