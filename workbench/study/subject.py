@@ -46,7 +46,7 @@ def subject_body(
         metres = given.metres if given.metres is not None else found.metres
         if not np.isfinite(metres):
             raise InputError(
-                f"{path}: a body scaled to the subject needs the file's unit of length: state it (unit: 1 cm)"
+                f"{path}: a body scaled to the subject needs the file's unit of length: state it (unit: 1 cm in a study, --unit '1 cm')"
             )
         factors = factors_from_bones(body, found, given.names, metres)
     elif isinstance(found, Markers):

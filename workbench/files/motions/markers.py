@@ -160,7 +160,8 @@ def _check_frames(path: Path, frames: int, numbers: int, keep: FrameRange) -> No
     """Refuse a file of which no frame is kept, or too many."""
     if numbers > _MAX_NUMBERS:
         raise InputError(
-            f"{path}: too long to solve at once: read a part of it (start, end) or every n-th frame"
+            f"{path}: too long to solve at once: read a part of it, or every n-th frame "
+            "(start, end and every in a study, --start, --end and --every)"
         )
     if not frames:
         raise InputError(f"{path}: no frame between {keep.start:g} and {keep.end:g} s")
@@ -238,13 +239,13 @@ def _markers(
         notes.append(f"markers of the same name are numbered: {', '.join(repeated)}")
     position, missing = without_missing(names, position)
     notes += missing
-    axis = up or stated_up or _upward_axis(names, position)
+    axis = up or stated_up or _upward_axis(path, names, position)
     if not up:
         notes.append(f"up is {axis} of the file" + ("" if stated_up else ", as the markers lie"))
     return Markers(tuple(names), position @ _rotation_to_z(axis).T, time, str(path), tuple(notes))
 
 
-def _upward_axis(names: list[str], position: Floats) -> str:
+def _upward_axis(path: Path, names: list[str], position: Floats) -> str:
     """Return the axis along which the markers of head and hips lie above those of the feet."""
     median = np.array(
         [
@@ -257,7 +258,8 @@ def _upward_axis(names: list[str], position: Floats) -> str:
     high = _named(names, _HIGH) & seen & ~low
     if not low.any() or not high.any():
         raise InputError(
-            "the upward axis cannot be told from the markers' names: state it (up: x, y, z, -x, -y or -z)"
+            f"{path}: the upward axis cannot be told from the markers' names: state it (up in a study, --up: x, "
+            "y, z, -x, -y or -z)"
         )
     rise = median[high].mean(axis=0) - median[low].mean(axis=0)
     axis = int(np.argmax(np.abs(rise)))

@@ -208,7 +208,8 @@ def number_rows(
         if len(block) == _BLOCK_ROWS:
             if len(wanted) * width > MAX_NUMBERS:
                 raise InputError(
-                    f"{path}: too long: read a part of it (start, end) or every n-th frame"
+                    f"{path}: too long: read a part of it, or every n-th frame "
+                    "(start, end and every in a study, --start, --end and --every)"
                 )
             kept.add(np.array(block))
             block = []

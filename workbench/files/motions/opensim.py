@@ -210,7 +210,7 @@ def _check_angle(path: Path, header: _Header, rows: NumberRows, k: int) -> float
     if len(gaps):
         raise InputError(
             f"{path}, line {rows.lines[gaps[0]]}: {header.names[k]} has no number; read a part of the file "
-            "without gaps (start, end)"
+            "without gaps (start and end in a study, --start and --end)"
         )
     if _is_length(header.names[k]):
         return 0.0

@@ -262,7 +262,8 @@ def _require_small_residuals(markers: Markers, fit: _Fitted) -> None:
     raise InputError(
         f"{markers.file}: the markers are {1000 * fit.rms:.0f} mm (root mean square) from where a body can "
         f"carry them, {1000 * _MAX_RMS:.0f} mm at most are accepted; the worst: {named}{out}. Check "
-        "names (map), the unit, the upward axis (up), and the size of the body (scale: subject)"
+        "names (map in a study, --names), the unit (unit, --unit), the upward axis (up, --up), and the size "
+        "of the body (scale: subject, --scale subject)"
     )
 
 
@@ -535,7 +536,11 @@ def _require_visible(markers: Markers, seen: Floats) -> None:
     if visible[0] >= 3:
         return
     first = np.flatnonzero(visible >= 3)
-    hint = f"begin at {markers.time[first[0]]:g} s" if len(first) else "no frame shows three"
+    hint = (
+        f"begin at {markers.time[first[0]]:g} s (start in a study, --start)"
+        if len(first)
+        else "no frame shows three"
+    )
     raise InputError(
         f"{markers.file}: the first frame shows {visible[0]} known markers, 3 are needed: {hint}"
     )
