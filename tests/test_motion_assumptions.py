@@ -18,10 +18,12 @@ from workbench.files.motions.bvh_writer import bvh_text
 from workbench.files.motions.markers import read_trc
 from workbench.files.motions.opensim import coordinate_poses
 from workbench.model.posing import angles_of, compose
-from workbench.model.quaternions import conjugate, exponential, multiply, rotate
+from workbench.model.quaternions import conjugate, exponential, multiply, rotate, shortest
 from workbench.motion.recorded.doubts import motion_doubts
 from workbench.motion.recorded.retarget import retarget
+from workbench.motion.recorded.skeleton import AXIS_JOINTS, body_lengths
 from workbench.study.motions import MotionOptions, load_motion
+from workbench.study.subject import subject_body
 
 BODY = load_body("bubbleman")
 FRAMES = 21
@@ -103,8 +105,6 @@ def line_errors(poses, wanted=WALK):
 
 
 def _ends(poses, segment):
-    from workbench.motion.recorded.skeleton import AXIS_JOINTS
-
     first, last = (BODY.joint(joint) for joint in AXIS_JOINTS[segment])
     axis = BODY.joint_in_parent[0, last] - BODY.joint_in_child[0, first]
     world = place(BODY, poses).world_from_segment[:, BODY.segment(segment), :, :3]
@@ -147,7 +147,7 @@ def test_bones_all_along_x_at_rest_bring_the_whole_pose_back(bones):
         children = np.flatnonzero(bones.parent == b)
         if name not in ("Hips", "Chest") and len(children):
             way = bones.offset[children[0]] / np.linalg.norm(bones.offset[children[0]])
-            turns[b] = _to(way)
+            turns[b] = shortest(np.array([1.0, 0, 0]), way)
     poses, notes = retarget(BODY, turned_frames(bones, turns))
     straight, _ = retarget(BODY, bones)
     assert line_errors(poses, straight) < 0.1
@@ -155,12 +155,6 @@ def test_bones_all_along_x_at_rest_bring_the_whole_pose_back(bones):
         straight.world_from_reference[:, :, 3], abs=5e-3
     )
     assert any("z is forward" in note for note in notes)
-
-
-def _to(way):
-    from workbench.model.quaternions import shortest
-
-    return shortest(np.array([1.0, 0, 0]), way)
 
 
 @pytest.mark.parametrize(("vector", "up"), [((np.pi / 2, 0, 0), "z"), ((0, 0, -np.pi / 2), "x")])
@@ -410,4 +404,6 @@ def test_the_markers_of_a_second_person_are_refused_with_the_way_to_leave_them_o
         load_motion(BODY, file)
     names = {"Bob:*": ""} if not second else {f"{second}*": ""}
     poses, _ = load_motion(BODY, file, options=MotionOptions(names=names))
+    made, _ = subject_body(BODY, file, options=MotionOptions(names=names))
+    assert body_lengths(made)["LLL"] == pytest.approx(body_lengths(BODY)["LLL"], rel=0.02)
     assert poses.world_from_reference[0, 1, 3] == pytest.approx(0 if second else 1.5, abs=0.02)

@@ -11,21 +11,19 @@ References
 
 from __future__ import annotations
 
-import re
-from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
 
-from workbench.errors import InputError, UsageError, one_of
+from workbench.errors import InputError, UsageError
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.body import Body
 from workbench.model.motion import Markers
 from workbench.model.poses import Poses
 from workbench.model.quaternions import matrices
-from workbench.motion.recorded.marker_names import USUAL_SPREAD, Site, marker_site
+from workbench.motion.recorded.marker_names import USUAL_SPREAD, Site, named_sites
 from workbench.motion.recorded.marker_places import marker_places
 from workbench.motion.recorded.skeleton import IDENTITY
 from workbench.posture.kernels.markers import MarkerChain, solve_markers
@@ -61,8 +59,6 @@ _MAX_LEFT_OUT = 0.25
 _MAX_RMS = 0.08
 """Root mean square distance [m] of all markers beyond which a motion is refused: some five times that
 of measured people."""
-_PREFIX = re.compile(r"[^_|.\- ]+[_|.\- ]+(?=.)")
-"""What the name of a marker may begin with."""
 _NAMED = 5
 """Number of the worst markers that a refusal names."""
 
@@ -423,21 +419,10 @@ def _known_sites(
     markers: Markers, names: dict[str, str]
 ) -> tuple[dict[str, Site], tuple[str, ...]]:
     """The site of each marker that has one and is seen, and the names of the others."""
-    for name in names:
-        if name not in markers.names and not _members(markers, name):
-            raise InputError(f"{markers.file}: no marker {name!r}; {one_of(name, markers.names)}")
-    names = {one: usual for name, usual in names.items() for one in _members(markers, name)} | {
-        name: usual for name, usual in names.items() if name in markers.names
-    }
-    prefixes = _prefixes(markers, names)
-    sites: dict[str, Site] = {}
-    unused = []
-    for m, name in enumerate(markers.names):
-        site = _named_site(markers, name, names, prefixes.get(name, ""))
-        if site is None or not np.isfinite(markers.position[:, m]).any():
-            unused.append(name)
-        else:
-            sites[name] = site
+    known = named_sites(markers, names)
+    hidden = np.isnan(markers.position).any(axis=2).all(axis=0)
+    sites = {name: site for name, site in known.items() if not hidden[markers.names.index(name)]}
+    unused = [name for name in markers.names if name not in sites]
     if len(sites) < _MIN_MARKERS:
         raise InputError(
             f"{markers.file}: {len(sites)} markers are known by name, {_MIN_MARKERS} or more are "
@@ -445,37 +430,6 @@ def _known_sites(
             f"lines such as '{(unused or ['X'])[0]}: LASI'): {', '.join(unused[:40])}"
         )
     return sites, tuple(unused)
-
-
-def _members(markers: Markers, name: str) -> list[str]:
-    """The markers whose names begin as a name with a * at its end does."""
-    begin = name.removesuffix("*")
-    return [one for one in markers.names if begin != name and one.startswith(begin)]
-
-
-def _prefixes(markers: Markers, names: Mapping[str, str]) -> dict[str, str]:
-    """The prefix of each marker that is known without it, such as `Bob:` or `Bob_`.
-
-    Refuses markers of several people.
-    """
-    found: dict[str, str] = {}
-    for name in markers.names:
-        prefix = name[: name.rfind(":") + 1]
-        begin = _PREFIX.match(name)
-        if not prefix and begin and marker_site(name) is None:
-            prefix = begin[0]
-        if name not in names and marker_site(name.removeprefix(prefix)) is not None:
-            found[name] = prefix
-    counts = Counter(found.values())
-    people = [prefix for prefix, count in counts.items() if count >= _MIN_MARKERS]
-    if len(people) > 1:
-        said = ", ".join(f"{prefix or 'no prefix'} ({counts[prefix]})" for prefix in people)
-        other = next(prefix for prefix in people[::-1] if prefix)
-        raise InputError(
-            f"{markers.file}: markers of several people, by what their names begin with: {said}; leave out all "
-            f'but one (map: {{"{other}*": ""}} in a study, or --names FILE with a line \'"{other}*": ""\')'
-        )
-    return {name: prefix for name, prefix in found.items() if prefix in people}
 
 
 def _unused_notes(markers: Markers, unused: tuple[str, ...]) -> tuple[str, ...]:
@@ -489,17 +443,6 @@ def _unused_notes(markers: Markers, unused: tuple[str, ...]) -> tuple[str, ...]:
     if hidden:
         notes.append(f"markers that no frame shows: {', '.join(hidden)}")
     return tuple(notes)
-
-
-def _named_site(markers: Markers, name: str, names: Mapping[str, str], prefix: str) -> Site | None:
-    """The site of a marker by its usual name; `names` has that of some, the others have a prefix."""
-    usual = names.get(name, name.removeprefix(prefix))
-    site = marker_site(usual) if usual else None
-    if name in names and usual and site is None:
-        raise InputError(
-            f"{markers.file}: marker {name!r}: no usual marker is called {usual!r} (LASI, RKNE, C7, ...)"
-        )
-    return site
 
 
 def _is_mirrored(seen: Floats, sites: list[Site]) -> bool:

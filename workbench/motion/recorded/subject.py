@@ -16,7 +16,7 @@ from workbench.model.arrays import Floats
 from workbench.model.body import Body
 from workbench.model.motion import Bones, Markers, SegmentTrack
 from workbench.motion.recorded.bone_names import bone_map
-from workbench.motion.recorded.marker_names import Site, marker_site
+from workbench.motion.recorded.marker_names import Site, named_sites
 from workbench.motion.recorded.marker_places import marker_places
 from workbench.motion.recorded.skeleton import body_lengths, bone_lengths
 
@@ -125,7 +125,7 @@ def factors_from_markers(
     dict
         Factors by segment; empty if no marker is known.
     """
-    sites = _known_sites(markers, names or {})
+    sites = named_sites(markers, names or {})
     if not sites:
         return {}
     places = _zero_places(body, sites)
@@ -140,13 +140,6 @@ def factors_from_markers(
         factors.setdefault("LUL", factors["LLL"])
         factors.setdefault("RUL", factors["RLL"])
     return factors
-
-
-def _known_sites(markers: Markers, names: Mapping[str, str]) -> dict[str, Site]:
-    """The sites of markers that are known by their own or their given name."""
-    usual = {name: names.get(name, name) for name in markers.names}
-    found = {name: marker_site(word) for name, word in usual.items() if word}
-    return {name: site for name, site in found.items() if site is not None}
 
 
 def _zero_places(body: Body, sites: Mapping[str, Site]) -> dict[str, Floats]:
