@@ -420,7 +420,7 @@ def _known_sites(
 ) -> tuple[dict[str, Site], tuple[str, ...]]:
     """The site of each marker that has one and is seen, and the names of the others."""
     known = named_sites(markers, names)
-    hidden = np.isnan(markers.position).any(axis=2).all(axis=0)
+    hidden: Bools = np.asarray(np.isnan(markers.position).any(axis=2).all(axis=0))
     sites = {name: site for name, site in known.items() if not hidden[markers.names.index(name)]}
     unused = [name for name in markers.names if name not in sites]
     if len(sites) < _MIN_MARKERS:
