@@ -407,3 +407,22 @@ def test_the_markers_of_a_second_person_are_refused_with_the_way_to_leave_them_o
     made, _ = subject_body(BODY, file, options=MotionOptions(names=names))
     assert body_lengths(made)["LLL"] == pytest.approx(body_lengths(BODY)["LLL"], rel=0.02)
     assert poses.world_from_reference[0, 1, 3] == pytest.approx(0 if second else 1.5, abs=0.02)
+
+
+def test_a_skeleton_without_feet_and_hands_is_read_from_where_its_bones_end(bones):
+    """The knees of a skeleton whose frames of bones are arbitrary, and whose shanks end at a site."""
+    kept = [b for b, name in enumerate(bones.names) if not name.endswith(("Foot", "Hand"))]
+    lost = [b for b in range(len(bones.names)) if b not in kept]
+    short = replace(
+        bones,
+        names=tuple(bones.names[b] for b in kept),
+        parent=[kept.index(p) if p >= 0 else -1 for p in bones.parent[kept].tolist()],
+        offset=bones.offset[kept],
+        rotations=bones.rotations[:, kept],
+        shift=bones.shift[:, kept],
+        ends={bones.names[bones.parent[b]]: tuple(bones.offset[b].tolist()) for b in lost},
+        overview=None,
+    )
+    turns = exponential(np.random.default_rng(0).normal(size=(len(kept), 3)))
+    poses, _ = retarget(BODY, turned_frames(short, turns))
+    assert line_errors(poses) < 0.1

@@ -189,18 +189,14 @@ class _Seen:
         """(F, 3) from the beginning to the end of a segment's bone, None if its end is unknown."""
         following = {"CT": "UT", "N": "H"} | _NEXT_SEGMENT
         end = following.get(segment, "")
-        return self.at(end) - self.at(segment) if end in self.bone else None
-
-    def toes(self, side: str) -> Floats | None:
-        """(F, 3) from the ankle to where the foot's bone ends, None if it is unknown."""
-        if side + "F" not in self.bone:
-            return None
-        foot = self.index(side + "F")
-        children = np.flatnonzero(self.bones.parent == foot)
+        if segment not in self.bone or (segment in following and end in self.bone):
+            return self.at(end) - self.at(segment) if segment in self.bone else None
+        bone = self.index(segment)
+        children = np.flatnonzero(self.bones.parent == bone)
         if len(children):
-            return np.asarray(self.position[:, children[0]] - self.position[:, foot])
-        end = self.bones.ends.get(self.bones.names[foot])
-        return None if end is None else rotate(self.attitude[:, foot], np.array(end))
+            return np.asarray(self.position[:, children[0]] - self.position[:, bone])
+        tail = self.bones.ends.get(self.bones.names[bone])
+        return None if tail is None else rotate(self.attitude[:, bone], np.array(tail))
 
 
 def bone_attitudes(bones: Bones) -> Floats:
@@ -308,13 +304,11 @@ def _is_mirrored(seen: _Seen) -> tuple[bool, tuple[str, ...]]:
     knees = []
     toes = []
     for side in "LR":
-        shank = seen.line(side + "LL")
-        thigh = seen.line(side + "UL")
+        thigh, shank, toe = (seen.line(side + limb) for limb in ("UL", "LL", "F"))
         if shank is not None and thigh is not None:
             hinge = np.cross(_unit(thigh), _unit(shank))
             bent = np.linalg.norm(hinge, axis=-1) > _BENT
             knees += (_unit(hinge[bent]) * left[bent]).sum(axis=-1).tolist()
-        toe = seen.toes(side)
         if toe is not None:
             ahead = np.cross(left, _unit(seen.trunk()))
             toes += (_unit(toe) * ahead).sum(axis=-1).tolist()
@@ -445,7 +439,7 @@ def _upright_by_frames(body: Body, seen: _Seen, world: Floats) -> dict[str, Floa
     for segment in (name for name in body.segments if name in seen.bone):
         bone = multiply(basis, seen.attitude[:, seen.index(segment)])
         carrier = attitudes.get(_carrier(body, segment, attitudes), bone)
-        line = seen.line(segment)
+        line = seen.line(segment) if segment in _NEXT_SEGMENT or segment in ("CT", "N") else None
         own = _axis(body, segment) if segment in _NEXT_SEGMENT else np.array([0.0, 0.0, 1.0])
         if segment in ("LT", "UT"):
             sides = seen.across() if segment == "LT" else seen.at("LUA") - seen.at("RUA")
