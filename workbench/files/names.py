@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Sequence
 from functools import cache
+from unicodedata import normalize
 
 from workbench.errors import printable
 
@@ -16,9 +17,10 @@ def unique_names(names: Iterable[str], otherwise: str) -> list[str]:
 
     The first of several equal names stays, the others become `seat_2`, `seat_3`; a number that
     another name has already is passed over. White space is evened out, control characters are
-    escaped, an empty name becomes `otherwise`.
+    escaped, letters with accents are single characters (Unicode NFC), an empty name becomes
+    `otherwise`.
     """
-    wanted = [printable(" ".join(name.split())) or otherwise for name in names]
+    wanted = [normalize("NFC", printable(" ".join(name.split()))) or otherwise for name in names]
     taken = set(wanted)
     last: dict[str, int] = {}
     given: list[str] = []
