@@ -38,6 +38,7 @@ def result_warnings(
     for person in people:
         found += _breached(cases, person)
         found += _swallowed(environment, cases, person)
+        found += _bounded(environment, cases, person)
         found += enclosure_warnings(person.name, person.placed, environment, cases)
         if person.role.seat is not None:
             most = DRIVER_TOLERANCE if "driver" in person.postures else SEAT_TOLERANCE
@@ -112,6 +113,26 @@ def _swallowed(
             f"{person.name}, {cases[case]}: the whole body is inside the solid part "
             f"{environment.parts[part]!r}; if that part is a shell around people, say 'solid: false' for it"
         )
+
+
+def _bounded(
+    environment: Environment, cases: tuple[str, ...], person: PersonFound
+) -> Iterator[str]:
+    """A sentence for each part whose depths are lower bounds, where somebody is deepest in it."""
+    clearance = person.clearance
+    for part in environment.tangled:
+        case, segment = np.unravel_index(
+            clearance.distance[:, :, part].argmin(), clearance.distance.shape[:2]
+        )
+        where = (int(case), int(segment), part)
+        depth = -float(clearance.distance[where])
+        if depth > 0:
+            yield (
+                f"{person.name}, {cases[case]}: {clearance.name(where)} is at least "
+                f"{1000 * depth:.1f} mm deep in {environment.parts[part]!r}: a lower bound, since the "
+                "part crosses itself and faces inside it count; mend its mesh before its depths are "
+                "relied on"
+            )
 
 
 def enclosure_warnings(
