@@ -90,6 +90,7 @@ FILES = (
     "rows.js",
     "size.js",
     "things.js",
+    "verdicts.js",
     "ways.js",
     "index.html",
     "style.css",

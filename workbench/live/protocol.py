@@ -220,6 +220,8 @@ VERBS: Verbs = {
         "holds": Taken("names of controls by limb", _names_by_limb, {}, needed=False),
         "eyes": Taken("the name of a point", is_text, "", needed=False),
         "heels": Taken("the name of a point", is_text, "", needed=False),
+        "everywhere": Taken("true or false", is_flag, False, needed=False),
+        "free": Taken("true or false", is_flag, False, needed=False),
     },
     "free": {"person": _PERSON},
     "mirror": {"person": _PERSON},

@@ -103,6 +103,7 @@ PAGE = {
     "size.js": "text/javascript; charset=utf-8",
     "sliders.js": "text/javascript; charset=utf-8",
     "things.js": "text/javascript; charset=utf-8",
+    "verdicts.js": "text/javascript; charset=utf-8",
     "picture.js": "text/javascript; charset=utf-8",
     "describe.html": "text/html; charset=utf-8",
     "describe.css": "text/css; charset=utf-8",
