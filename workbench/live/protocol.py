@@ -100,6 +100,10 @@ def _count(value: Any) -> bool:
     return isinstance(value, int) and not is_flag(value) and 0 <= value < LARGEST
 
 
+def _pixels(value: Any) -> bool:
+    return _count(value) and value > 0
+
+
 def is_texts(value: Any) -> bool:
     """Whether a value is a list of texts."""
     return isinstance(value, list) and len(value) <= MOST_NAMES and all(map(is_text, value))
@@ -242,8 +246,8 @@ VERBS: Verbs = {
         "eye": Taken("three numbers of metres", is_point),
         "at": Taken("three numbers of metres", is_point),
         "angle": Taken("a number of radians", is_number),
-        "width": Taken("a number of pixels", _count),
-        "height": Taken("a number of pixels", _count),
+        "width": Taken("a number of pixels from 1 on", _pixels),
+        "height": Taken("a number of pixels from 1 on", _pixels),
         "eyes": Taken("the name of a person", is_text, "", needed=False),
         "hidden": Taken("a list of names of parts", is_texts, [], needed=False),
         "without": Taken("a list of names of people", is_texts, [], needed=False),
