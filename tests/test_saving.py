@@ -13,7 +13,6 @@ import pytest
 
 from tests.conftest import ROOT
 from workbench.errors import InputError
-from workbench.files.lock import locked
 from workbench.files.output_file import write_file
 from workbench.files.saving import replaced, saving
 from workbench.files.study.saving import ChangedFileError, read_text, save_text
@@ -60,40 +59,36 @@ def test_of_those_who_save_at_once_one_is_confirmed_and_that_is_what_the_file_sa
 
 
 HOLDS = """
-import os, sys, time
+import sys, time
 from pathlib import Path
-from workbench.files.lock import locked
-with locked(Path(sys.argv[1]), Path("out")):
+from workbench.files.saving import saving
+with saving(Path(sys.argv[1])):
     print("held", flush=True)
     time.sleep(60)
 """
 
 
-def test_a_lock_is_free_once_its_holder_was_killed_and_waited_for_as_long_as_is_said(tmp_path):
-    lock = tmp_path / "lock"
-    command = [sys.executable, "-c", HOLDS, str(lock)]
+def test_a_file_is_waited_for_while_another_process_saves_it_and_free_once_that_was_killed(path):
+    opened = read_text(path)
+    command = [sys.executable, "-c", HOLDS, str(path)]
     with subprocess.Popen(command, stdout=subprocess.PIPE, cwd=ROOT) as holder:
         assert holder.stdout.readline() == b"held\n"
+        threading.Timer(0.5, holder.kill).start()
         begin = time.monotonic()
-        with (
-            pytest.raises(InputError, match="another command is writing"),
-            locked(lock, tmp_path / "out", wait=0.2),
-        ):
-            pass
-        assert 0.2 <= time.monotonic() - begin < 5.0
-        holder.kill()
-    with locked(lock, tmp_path / "out"):
-        pass
+        save_text(opened, STUDY + "# more\n", lambda study: None)
+        assert 0.4 < time.monotonic() - begin < 9.0
+    assert path.read_text().endswith("# more\n")
 
 
-def test_a_child_that_was_started_meanwhile_keeps_no_lock(tmp_path):
-    lock = tmp_path / "lock"
-    with locked(lock, tmp_path / "out"):
-        names = [one for one in Path("/proc/self/fd").iterdir() if one.resolve() == lock]
-        kept = [os.dup(int(one.name)) for one in names]  # what a forked child has of it
+def test_a_child_that_was_started_meanwhile_keeps_no_lock(path):
+    opened = read_text(path)
+    with saving(path):
+        files = [one for one in Path("/proc/self/fd").iterdir() if one.resolve().suffix == ".lock"]
+        kept = [os.dup(int(one.name)) for one in files]  # what a forked child has of it
     assert kept
-    with locked(lock, tmp_path / "out"):
-        pass
+    begin = time.monotonic()
+    save_text(opened, STUDY, lambda study: None)
+    assert time.monotonic() - begin < 9.0
     for file in kept:
         os.close(file)
 
