@@ -26,6 +26,7 @@ import { isOfElement } from "./page/keys.js";
 import { stepWords } from "./page/progress.js";
 import { allowedWords, signed } from "./page/rows.js";
 import { rowsOf, wanted } from "./page/size.js";
+import { summary } from "./page/verdicts.js";
 import { alongAxis, fromLine, handleAt, inPlane } from "./page/ways.js";
 
 const near = (a, b, by = 1e-9) =>
@@ -343,4 +344,16 @@ test("a reach map's bands and ticks", () => {
   assert.deepEqual(bands(levels), ["under 50 %", "50 to 90 %", "90 to 95 %", "95 to 99 %", "99 % and more"]);
   assert.deepEqual(ticks(-230, 310), [-200, -100, 0, 100, 200, 300]);
   assert.deepEqual(ticks(0, 12), [0, 10]);
+});
+
+test("verdicts are summed up: of whom, and not as passed where nothing was asked", () => {
+  const head = { rows: [{ passed: true, asked: true }, { passed: true, asked: false }], warnings: [], waits: false };
+  assert.equal(summary({ ...head, rows: head.rows.slice(0, 1) }, false, ""), "(all passed)");
+  assert.equal(summary({ ...head, rows: head.rows.slice(0, 1) }, true, ""), "(all passed, but see above)");
+  assert.equal(summary(head, false, "driver"), "(all passed for the one driver shown, 1 found nothing to look at)");
+  assert.equal(summary({ ...head, rows: head.rows.slice(1) }, false, "driver"), "(nothing was asked)");
+  assert.equal(summary({ ...head, rows: [] }, false, "driver"), "(nothing was asked)");
+  assert.equal(summary({ ...head, rows: [], waits: true }, false, "driver"), "(motions are being judged)");
+  const failed = [...head.rows, { passed: false, asked: true }];
+  assert.equal(summary({ ...head, rows: failed, warnings: ["a"] }, true, "pilot"), "(1 failed for the one pilot shown, 1 found nothing to look at, 1 warning)");
 });

@@ -7,9 +7,12 @@ from collections.abc import Iterable, Sequence
 from functools import cache
 from unicodedata import normalize
 
-from workbench.errors import printable
+from workbench.errors import InputError, has_controls, printable
 
-__all__ = ["matches", "matching", "unique_names"]
+__all__ = ["LONGEST_NAME", "good_name", "matches", "matching", "unique_names"]
+
+LONGEST_NAME = 80
+"""Characters of a name that somebody types."""
 
 
 def unique_names(names: Iterable[str], otherwise: str) -> list[str]:
@@ -34,6 +37,20 @@ def unique_names(names: Iterable[str], otherwise: str) -> list[str]:
         taken.add(candidate)
         given.append(candidate)
     return given
+
+
+def good_name(name: str, kind: str) -> str:
+    """Return a typed name without white space around it, and a single space for each inside.
+
+    Raises
+    ------
+    InputError
+        If nothing is left, it is longer than `LONGEST_NAME`, or it has control characters in it.
+    """
+    found = " ".join(name.split())
+    if not found or len(found) > LONGEST_NAME or has_controls(found):
+        raise InputError(f"a {kind} needs a name of 1 to {LONGEST_NAME} characters")
+    return found
 
 
 def matches(pattern: str, name: str) -> bool:
