@@ -35,6 +35,7 @@ from workbench.report.population.charts import (
     share_axis,
     whisker,
 )
+from workbench.report.population.rows import population_rows
 from workbench.report.population.words import (
     gain_sentence,
     person_sentence,
@@ -110,13 +111,37 @@ def ten():
 def test_the_headline_says_share_interval_and_what_leaves_out_most(ten):
     said = population_headline(ten)
     assert said == (
-        "40 % of the population fits (95 % interval 17 to 69 %, 10 people). Most are left out by "
+        "40 % of the population fits (95 % interval 17 to 69 %, 10 people). 40 % fit and overlap "
+        "nothing by more than is allowed. Most are left out by "
         "“reach flaps”: 40 % of the people, 30 % by this alone."
     )
     assert requirement_sentence(ten) == (
         "“reach flaps” leaves out most people: 40 %. Dropping it would gain most: the share that meets all would go "
         "from 40 % to 70 %."
     )
+
+
+@pytest.mark.parametrize(
+    ("margins", "overlapping", "said"),
+    [
+        ((9, 9, 9, -9), (1, 3), "50 % fit and overlap nothing by more than is allowed."),
+        ((9, 9, 9, 9), (1,), "75 % fit and overlap nothing by more than is allowed."),
+        ((9, 9, 9, 9), (), "Nobody overlaps anything by more than is allowed."),
+        ((9, 9, -9, -9), (0, 1), "All of them overlap something by more than is allowed."),
+        ((9,), (0,), "The one person fits. The person overlaps something by more than is allowed."),
+    ],
+)
+def test_the_headline_and_the_title_say_who_fits_and_is_clear(margins, overlapping, said):
+    margin = np.array(margins)[:, None] / 1000
+    found = made(trainer_people(len(margins)), [KNEE], margin, overlapping=overlapping)
+    assert said in population_headline(found)
+    clear = sum(m > 0 and p not in overlapping for p, m in enumerate(margins))
+    assert sum(population_rows(found, "").people.clear) == clear
+    fits = f"{sum(m > 0 for m in margins)} of {len(margins)} people fit"
+    more = f", {clear} without overlap" if clear < sum(m > 0 for m in margins) else ""
+    html = page_of(found)
+    assert f": {fits}{more}</title>" in html
+    assert f'data-label="without overlap">{percent(clear / len(margins), len(margins))}<' in html
 
 
 def test_a_person_is_told_with_limb_millimetres_zone_limit_and_measure(ten):

@@ -50,6 +50,8 @@ def population_lines(result: PopulationFound) -> list[str]:
     for row in result.shares:
         low, high = (percent_number(value, row.count) for value in (row.low, row.high))
         lines.append(f"{percent(row.share, row.count):>7}  {row.group} ({low} to {high} %)")
+    clear = percent(result.shares[0].clear, count)
+    lines.append(f"{clear:>7}  everybody, with no overlap beyond what is allowed")
     return lines
 
 
@@ -83,6 +85,7 @@ def _group(group: GroupShare) -> GroupRow:
         count=group.count,
         certain=_share_or_none(group.certain),
         possible=_share_or_none(group.possible),
+        clear=_share_or_none(group.clear),
     )
 
 
@@ -161,6 +164,7 @@ def _people(result: PopulationFound) -> PeopleRow:
         else None,
         served=result.served.tolist(),
         certain=_certain(result),
+        clear=result.clear.tolist(),
         limiting=list(result.limiting),
         seat_mm=_rows(result.seat),
         comfortable_mm=_rows(result.comfortable),
@@ -211,6 +215,7 @@ _SHARES = {
     "people": "count",
     "certain": "certain",
     "possible": "possible",
+    "clear": "clear",
 }
 _REQUIREMENTS = (
     "criterion",
@@ -286,6 +291,7 @@ def people_table(result: PopulationFound) -> Table:
         "weight",
         "served",
         "certain",
+        "clear",
         "limiting",
         *_place_columns(sits=result.place.seat is not None),
         *(one.column for one in result.adjustments),
@@ -327,6 +333,7 @@ def _people_lines(result: PopulationFound) -> Iterator[list[object]]:
             float(people.weight[p]),
             bool(result.served[p]),
             certain[p],
+            bool(result.clear[p]),
             result.limiting[p],
             *seat[p],
             *settings[p],

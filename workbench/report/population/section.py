@@ -239,6 +239,7 @@ def _group(group: GroupShare, least: float) -> dict[str, Any]:
         "name": group.group,
         "share": share,
         "interval": interval,
+        "without_overlap": percent(group.clear, group.count),
         "undecided": _undecided(group.undecided, group.count),
         "count": f"{group.count:,}",
         "chart": Markup(chart),

@@ -93,14 +93,30 @@ def _share_sentence(result: PopulationFound) -> str:
     count = len(result.served)
     interval = interval_words(everybody, result.study.shares.confidence)
     if count == 1:
-        return f"The one person {'fits' if result.served[0] else 'does not fit'}." + _worst(result)
+        fits = f"The one person {'fits' if result.served[0] else 'does not fit'}."
+        return fits + clear_words(result) + _worst(result)
     people = f"{interval}, {count:,} people"
-    said = f"({people}){_undecided(everybody)}."
+    said = f"({people}){_undecided(everybody)}.{clear_words(result)}"
     if result.served.all():
         return f"Everybody fits {said}"
     if not result.served.any():
         return f"Nobody fits {said}" + _worst(result)
     return f"{percent(everybody.share, count)} of the population fits {said}" + _worst(result)
+
+
+def clear_words(result: PopulationFound) -> str:
+    """ " 75 % fit and overlap nothing by more than is allowed.", "" where nobody fits."""
+    if not result.served.any():
+        return ""
+    if len(result.served) == 1:
+        what = "nothing" if result.clear[0] else "something"
+        return f" The person overlaps {what} by more than is allowed."
+    if result.clear.all():
+        return " Nobody overlaps anything by more than is allowed."
+    if not result.clear.any():
+        return " All of them overlap something by more than is allowed."
+    share = percent(result.shares[0].clear, len(result.served))
+    return f" {share} fit and overlap nothing by more than is allowed."
 
 
 def _undecided(group: GroupShare) -> str:
@@ -167,7 +183,9 @@ def _counted(result: PopulationFound) -> str:
     count = int(result.undecided.sum())
     fit = int((result.undecided & result.served).sum())
     moves = result.place.travel != ((0.0, 0.0), (0.0, 0.0))
-    other = f"; another {_position_words(result)} may be certain" if fit and moves else ""
+    other = (
+        f"; no other {_position_words(result)} that was tried is certain" if fit and moves else ""
+    )
     if count == 1:
         return f"This person counts as {'fitting' if fit else 'not fitting'} here{other}."
     who = "All of them count" if fit == count else f"{fit:,} of them count{'s' if fit == 1 else ''}"

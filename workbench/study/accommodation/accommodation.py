@@ -135,6 +135,8 @@ def accommodation(
         ),
         shown=tuple(shown_people(question, bodies, found, hardest)),
         overlaps=overlaps,
+        overlapping=found.overlapping,
+        elsewhere=found.elsewhere,
     )
 
 
@@ -212,6 +214,7 @@ def person_shown(found: PopulationFound, row: int, requirement: str) -> Shown | 
         window=found.window[one],
         sets=found.sets[one],
         setting=found.setting[one],
+        elsewhere=found.elsewhere[one],
         overlap=np.zeros((0, 4), dtype=np.int64),
         depth=np.zeros(0),
         judged_person=np.zeros(0, dtype=np.int64),
@@ -234,7 +237,8 @@ def _shares(study: Study, people: Population, found: Chunk) -> tuple[GroupShare,
             np.asarray(met_of(found.margin).all(axis=1)),
             people,
             asked.mixes,
-            certainty=certainty_of(found.margin, found.low, found.high),
+            certainty=certainty_of(found.margin, found.low, found.high, found.elsewhere),
+            overlapping=found.overlapping,
             confidence=asked.confidence,
             interval=asked.interval,
         )
