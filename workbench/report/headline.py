@@ -9,6 +9,9 @@ from workbench.study.kept_reaches import kept_of_people, kept_words
 
 __all__ = ["headline"]
 
+_MOST_SHORT = 3
+"""Shortfalls that are named."""
+
 
 def headline(result: Result) -> str:
     """The whole result in a sentence for each section."""
@@ -17,6 +20,9 @@ def headline(result: Result) -> str:
         words.insert(0, population_headline(result.population))
     if result.motions:
         words.append(motions_headline(result.motions))
+    count = len(result.warnings)
+    if count and result.verdicts:
+        words.append(f"{count} warning{'s' if count > 1 else ''}.")
     return " ".join(words)
 
 
@@ -33,7 +39,18 @@ def _postures_headline(found: PosturesFound) -> str:
     scope = f"{who} in {cases} case{'s' if cases > 1 else ''}"
     if found.row:
         scope = f"{found.row[:1].upper()}{found.row[1:]}, {scope}"
-    return f"{first[:1].upper()}{first[1:]}{scope}: {_failed(found)}{_warned(found)}."
+    said = f"{first[:1].upper()}{first[1:]}{scope}: {_failed(found)}."
+    return said + _short(found)
+
+
+def _short(found: PosturesFound) -> str:
+    """ " Postures fall short of the study: pilot, flying: the eyes stay 56 mm below left design
+    eye.", "" where they do not."""
+    if not found.short:
+        return ""
+    more = len(found.short) - _MOST_SHORT
+    shown = "; ".join(found.short[:_MOST_SHORT]).replace("_", " ")
+    return f" Postures fall short of the study: {shown}{f'; {more} more' if more > 0 else ''}."
 
 
 def _failed(found: PosturesFound) -> str:
@@ -45,8 +62,3 @@ def _failed(found: PosturesFound) -> str:
         return f"{len(failed)} of {criteria} failed: {', '.join(failed)}"
     few = {1: "the criterion holds", 2: "both criteria hold"}
     return few.get(count, f"all {criteria} hold")
-
-
-def _warned(found: PosturesFound) -> str:
-    count = len(found.warnings)
-    return f", with {count} warning{'s' if count > 1 else ''}" if count else ""

@@ -60,13 +60,16 @@ class Present:
     roles, situations
         Who they are; of each the cases, as they are checked.
     words
-        What is improbable about their sizes, and what could not be had.
+        What is improbable about their sizes, and where their seats are.
+    short
+        What their postures miss of what the cases ask of them.
     """
 
     environment: Environment
     roles: tuple[Role, ...]
     situations: tuple[tuple[Situation, ...], ...]
     words: tuple[str, ...]
+    short: tuple[str, ...] = ()
 
     def beside(self) -> list[Beside]:
         """The people as somebody else finds them."""
@@ -115,8 +118,8 @@ def present_people(
         for case in zip(*seated, strict=True)
     ]
     done = tuple(zip(*by_case, strict=True))
-    words += [line for mine in done for situation in mine for line in shortfalls(situation)]
-    return Present(environment, tuple(roles), done, tuple(words))
+    short = tuple(line for mine in done for situation in mine for line in shortfalls(situation))
+    return Present(environment, tuple(roles), done, tuple(words), short)
 
 
 def _minds_others(study: Study, role: Role) -> bool:
@@ -195,11 +198,13 @@ def people_found(study: Study, there: Present) -> PosturesFound:
         warnings=(
             *kept_words(kept_of_people(environment, study.criteria, reaches)),
             *there.words,
+            *there.short,
             *piece_warnings((person.name, person.body) for person in people),
             *(buried_controls(environment) if reaches else ()),
             *result_warnings(environment, cases, people),
             *overlap_warnings(overlaps),
         ),
+        short=there.short,
         reaches=reaches,
         envelopes=tuple(envelopes(study, there.situations)),
     )

@@ -124,8 +124,9 @@ def _child(
         percentile = float(growth_percentile(growth, sex, known[0], measures[known[0]], age=age))
         if not FAR <= percentile <= 100 - FAR:
             unit, factor = ("kg", 1.0) if known[0] == "mass" else ("mm", 1000.0)
+            end = f"below the {FAR:g}th" if percentile < FAR else f"above the {100 - FAR:g}th"
             notes = (
-                f"{known[0]} {factor * measures[known[0]]:.0f} {unit} is at percentile {percentile:.2g} at {age:g} "
+                f"{known[0]} {factor * measures[known[0]]:.0f} {unit} is {end} percentile at {age:g} "
                 f"years; there may be no such child",
             )
         percentile = min(max(percentile, FAR), 100 - FAR)

@@ -16,6 +16,7 @@ from workbench.draw.web.snippet import STILL
 from workbench.files.results.motions import MeetingRow, MotionRows
 from workbench.files.results.result import FindingRow, ResultFile
 from workbench.model.arrays import Floats
+from workbench.model.figures import tenths
 from workbench.model.motion_case import Meeting
 from workbench.model.result import MotionFound, Result
 from workbench.motion.signals import GRAVITY
@@ -168,7 +169,7 @@ def unasked_lines(result: Result, views: PageViews) -> list[Markup]:
 def _near(motion: MotionFound, colour: str, finding: FindingRow) -> str:
     """A close-up of a finding, when it is."""
     scene = motion_scene(motion.study, (finding.time_ms or 0.0) / 1000.0, colour)
-    label = f"{abs(finding.value):.1f} {finding.unit}".rstrip()
+    label = f"{tenths(abs(finding.value), abs(finding.limit))} {finding.unit}".rstrip()
     return close_up(scene, finding.point_mm or (), label, struck=finding.target)
 
 

@@ -19,6 +19,7 @@ from workbench.draw.web.case_view import case_view
 from workbench.draw.web.views import WebView
 from workbench.files.results.postures import PosturesRows, ReachRow
 from workbench.files.results.result import FindingRow
+from workbench.model.figures import tenths
 from workbench.model.result import Finding, PersonFound, PosturesFound
 from workbench.report.postures.drawing import clearance_drawing
 from workbench.report.postures.envelopes.pictures import envelope_pictures
@@ -294,7 +295,7 @@ def _same_case(result: PosturesFound, case: int) -> str:
 
 def _near(scene: Scene, finding: FindingRow) -> str:
     """A close-up of a finding."""
-    label = f"{abs(finding.value):.1f} {finding.unit}"
+    label = f"{tenths(abs(finding.value), abs(finding.limit))} {finding.unit}"
     struck = finding.target if finding.value < 0 and not finding.other_person else ""
     return close_up(scene, finding.point_mm or (), label, struck=struck)
 
