@@ -307,7 +307,9 @@ def test_one_person_one_requirement_no_map_no_picture():
     result = made(trainer_people(1), [KNEE], [[-0.03]])
     html = page_of(result)
     parsed(html)
-    assert "The one person does not fit. “right knee clear of the panel” is not met." in text_of(html)
+    assert "The one person does not fit. “right knee clear of the panel” is not met." in text_of(
+        html
+    )
     assert "The hardest case" in html
     assert "Who reaches" not in html
     assert "The one person fits." in text_of(page_of(made(trainer_people(1), [KNEE], [[0.0]])))

@@ -151,9 +151,8 @@ def test_who_gains_and_who_loses_by_hand(before, after):
     assert comparison_headline(found).startswith(
         "40 % of 10 people fit before and 50 % after, +10 points (95 % interval −29 to +45)"
     )
-    assert (
-        "3 people gain and 2 people lose (exact McNemar test: p = 1)."
-        in comparison_headline(found)
+    assert "3 people gain and 2 people lose (exact McNemar test: p = 1)." in comparison_headline(
+        found
     )
 
 
@@ -170,7 +169,9 @@ def test_what_was_changed_between_two_designs_is_told(before, after):
     study = replace(
         after.study, environment=replace(environment, controls=controls), criteria=criteria
     )
-    found = compare(before, replace(after, study=study, population=replace(after.population, study=study)))
+    found = compare(
+        before, replace(after, study=study, population=replace(after.population, study=study))
+    )
     by_name = {words.split(":")[0]: words for words in found.changes}
     was, now = (f"{1000 * at:.1f}".removesuffix(".0") for at in (x, x - 0.032))
     assert by_name["control flaps"].startswith(f"control flaps: {was}, ")

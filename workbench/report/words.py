@@ -250,7 +250,7 @@ def person_words(person: PersonFound) -> str:
     """Who somebody is and where: "bubbleman as a woman of stature 1525 mm, 51.3 kg, in seat left,
     20 mm forward"."""
     role = person.role
-    words = person.body.name
+    words = person.body.name.replace("_", " ")
     if role.size is not None:
         words += f" as a {_sized(role.size)}"
     if role.clothes:

@@ -187,7 +187,8 @@ def _place(views: PageViews, index: int, motion: MotionFound, colour: str) -> Ma
 def motion_words(rows: MotionRows) -> str:
     """Who moves, for how long: "pilot: bubbleman, 121 frames from 0.0 to 120.0 ms"."""
     start, end = rows.span_ms
-    return f"{rows.person}: {rows.body}, {rows.frames} frames from {start:.1f} to {end:.1f} ms"
+    body = rows.body.replace("_", " ")
+    return f"{rows.person}: {body}, {rows.frames} frames from {start:.1f} to {end:.1f} ms"
 
 
 def _motion(motion: MotionFound, rows: MotionRows, view: int) -> dict[str, Any]:

@@ -240,7 +240,7 @@ def _model_words(body: Body) -> str:
     """Where the bodies of people come from: a family of shapes, or one body that is stretched."""
     if body.basis is None:
         return f"stretched from {plain(body.name)}"
-    return f"from the shape model {plain(body.basis.name)} of women, men and children"
+    return f"from the shape model {plain(body.basis.name.removesuffix('.npz'))}"
 
 
 def _clothes(result: PopulationFound) -> tuple[Encumbrance, ...]:

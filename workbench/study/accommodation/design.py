@@ -37,7 +37,10 @@ def _environment_facts(environment: Environment) -> Iterator[tuple[str, str]]:
             shape = f"{len(corners)} corners, {_mm(high - low, ' x ')} mm large"
             yield f"part {name}", f"from {_mm(low)} mm, {shape}"
     for control in environment.controls:
-        yield f"control {control.name}", f"{_mm(control.at)} mm, {control.grip}, zone {control.zone}"
+        yield (
+            f"control {control.name}",
+            f"{_mm(control.at)} mm, {control.grip}, zone {control.zone}",
+        )
     for seat in environment.seats:
         ends = (*seat.travel_forward, *seat.travel_up)
         back, cushion = np.degrees((seat.back_angle, seat.cushion_angle))
