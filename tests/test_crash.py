@@ -300,7 +300,7 @@ def test_movement_is_told_in_the_words_of_the_limbs():
         "the shoulder flexes from 0 to 100 degrees in 0.4 s."
     )
     assert told[2].startswith("The right hand ends up ")
-    assert told[-1].startswith("The ways of arms are told as the upper torso sees them")
+    assert told[-1].startswith("Directions of arms are relative to the upper torso")
 
 
 def test_a_limb_that_comes_nearer_to_its_joint_is_drawn_in_and_later_turns_say_when():

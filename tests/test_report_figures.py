@@ -19,7 +19,12 @@ from tests.test_study import criterion
 from workbench.body.people.share import percent_parts
 from workbench.model.accommodation import Requirement
 from workbench.model.result import Finding, Verdict
-from workbench.report.criteria import asked_words, measured_words, spare_words
+from workbench.report.criteria import (
+    asked_words,
+    deciding_sentence,
+    measured_words,
+    spare_words,
+)
 from workbench.report.result_rows import result_file, verdict_row
 from workbench.report.words import verdict_sentence
 
@@ -125,3 +130,30 @@ def test_the_sentence_counts_the_warnings_that_the_badge_counts(tmp_path):
     count = len(rows.warnings)
     assert count
     assert rows.headline.endswith(f" {count} warning{'s' if count > 1 else ''}.")
+
+
+def test_what_postures_fall_short_of_stands_in_the_headline_once_for_each_person(tmp_path):
+    result = wb.run(wb.load_study(write_cab(tmp_path)))
+    (found,) = result.postures
+    short = ("anna, down: the eyes stay 56 mm below left_design_eye", "anna, down: no pedals")
+    shown = result_file(replace(result, postures=(replace(found, short=short),)))
+    assert (
+        "Postures fall short of the study: anna, down: the eyes stay 56 mm below left design eye, "
+        "and no pedals." in shown.headline
+    )
+    assert "fall short" not in result_file(result).headline
+
+
+def row_of(check, value, limit=0.0):
+    """A criterion that holds, with what is nearest to its limit [mm]."""
+    verdict = failed(check, value, limit)
+    return verdict_row(replace(verdict, passed=True, breaches=()))
+
+
+def test_the_body_with_itself_decides_only_where_nothing_else_was_measured():
+    own, stop = row_of("self_contact", 0.9), row_of("stops", 0.5)
+    sill = row_of("clearance", 3.7)
+    assert deciding_sentence([own, stop, sill]).startswith(
+        "Nearest to its limit is “clearance”: 3.7\u00a0mm to spare"
+    )
+    assert "“stops”" in deciding_sentence([own, stop])

@@ -10,7 +10,7 @@ from workbench.study.kept_reaches import kept_of_people, kept_words
 __all__ = ["headline"]
 
 _MOST_SHORT = 3
-"""Shortfalls that are named."""
+"""People in a case whose shortfalls are named."""
 
 
 def headline(result: Result) -> str:
@@ -48,9 +48,14 @@ def _short(found: PosturesFound) -> str:
     eye.", "" where they do not."""
     if not found.short:
         return ""
-    more = len(found.short) - _MOST_SHORT
-    shown = "; ".join(found.short[:_MOST_SHORT]).replace("_", " ")
-    return f" Postures fall short of the study: {shown}{f'; {more} more' if more > 0 else ''}."
+    by_person: dict[str, list[str]] = {}
+    for line in found.short:
+        who, _, what = line.partition(": ")
+        by_person.setdefault(who, []).append(what)
+    shown = [f"{who}: {', and '.join(what)}" for who, what in by_person.items()]
+    more = len(shown) - _MOST_SHORT
+    said = "; ".join(shown[:_MOST_SHORT]).replace("_", " ")
+    return f" Postures fall short of the study: {said}{f'; {more} more' if more > 0 else ''}."
 
 
 def _failed(found: PosturesFound) -> str:
