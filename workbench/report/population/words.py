@@ -111,9 +111,10 @@ def _undecided(group: GroupShare) -> str:
     if not group.undecided > 0:
         return ""
     sure, undecided, out = certainty_percents(group)
+    misses = f", {out} do not" if group.possible < 1 else ""
     return (
-        f". Within the error of the body model's surface {sure} fit, {out} do not and {undecided} "
-        f"are undecided"
+        f". Within the error of the body model's surface {sure} fit{misses} and {undecided} are "
+        f"undecided"
     )
 
 
