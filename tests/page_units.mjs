@@ -24,7 +24,7 @@ import { band, bands, ticks } from "./page/reach_map.js";
 import { change, range, who } from "./page/people.js";
 import { isOfElement } from "./page/keys.js";
 import { stepWords } from "./page/progress.js";
-import { allowedWords, signed } from "./page/rows.js";
+import { allowedWords, marginWords, signed } from "./page/rows.js";
 import { rowsOf, wanted } from "./page/size.js";
 import { summary } from "./page/verdicts.js";
 import { alongAxis, fromLine, handleAt, inPlane } from "./page/ways.js";
@@ -320,6 +320,7 @@ test("what is chosen has names, and what has these names is found again", () => 
 });
 
 test("numbers have a true minus, zero has none, and an overlap says what is allowed", () => {
+  assert.deepEqual([marginWords(-0.00006), marginWords(0.04), marginWords(-4.25), marginWords(0)], ["−0.0001", "0.04", "−4.3", "0.0"]);
   assert.deepEqual([signed(-4.25), signed(-0.04), signed(3.654512)], ["−4.3", "0.0", "3.7"]);
   assert.equal(allowedWords({ mm: -4.2, allowed: 5 }), "5.0 allowed");
   assert.equal(allowedWords({ mm: -4.2, allowed: 0 }), "none allowed");

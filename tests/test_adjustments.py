@@ -275,7 +275,7 @@ def test_tables_and_page_say_who_needs_which_setting(found, tmp_path, capsys):
     people = json.loads((tmp_path / "out/result.json").read_text())["population"]["people"]
     assert people["settings"]["panel_reach_mm"] == reach.tolist()
     page = (tmp_path / "out/report.html").read_text()
-    assert "only with panel reach or pilot tilt set otherwise than nominally" in page
+    assert "only with panel reach or pilot tilt away from its nominal setting" in page
     outside = np.isfinite(free.window[:, 0]) & free.served
     assert int(free.moved.sum()) == int((outside & ~free.adjusted).sum())
 

@@ -328,8 +328,8 @@ def test_a_share_between_the_certain_and_the_possible_one_is_undecided_and_says_
     (verdict,) = written[1]["verdicts"]
     assert not verdict["passed"] and verdict["doubtful"]
     assert verdict["sentence"].endswith(
-        "80 % are asked for. That is undecided by the body's own fit: 75 % meet them wherever its "
-        "true surface lies, 94 % if it lies where it suits."
+        "80 % must. Within the error of the body model's surface the share is 75 % to 94 %, so the "
+        "verdict is undecided."
     )
 
 
@@ -337,7 +337,10 @@ def test_the_page_says_who_is_undecided_and_by_how_much_surfaces_are_known(writt
     folder, result = written
     page = (folder / "report.html").read_text()
     assert result["headline"].startswith("75 % of the population fits (95 % interval 51 to 90 %,")
-    undecided = "16 people), 75 % for certain; 19 % are undecided by the body's own fit."
+    undecided = (
+        "16 people). Within the error of the body model's surface 75 % fit, 6 % do not and 19 % are "
+        "undecided."
+    )
     assert undecided in result["headline"]
     everybody = result["population"]["shares"][0]
     assert (everybody["certain"], everybody["possible"]) == (0.75, 0.9375)
@@ -354,8 +357,8 @@ def test_a_share_is_undecided_only_where_the_limit_lies_between():
     assert not group(0.85, np.nan, np.nan).leaves_open(0.85)
     asks = replace(criterion("share", at_least=0.88), of=())
     assert share_sentence(asks, group(0.85, 0.8, 0.9)).endswith(
-        "88 % are asked for. That is undecided by the body's own fit: 80.0 % meet them wherever "
-        "its true surface lies, 90.0 % if it lies where it suits."
+        "88 % must. Within the error of the body model's surface the share is 80.0 % to 90.0 %, so "
+        "the verdict is undecided."
     )
     assert "undecided" not in share_sentence(asks, group(0.85, 0.8, 0.87))
 
@@ -370,14 +373,17 @@ def found_of_margins(*margins, less=0.004, more=0.002):
 def test_the_undecided_are_counted_in_words():
     found = found_of_margins(9, 9, 3, 1, -1, -3, 9, 9, 9, 9)
     assert population_headline(found).startswith("80 % of the population fits (")
-    undecided = "10 people), 60 % for certain; 30 % are undecided by the body's own fit."
+    undecided = (
+        "10 people). Within the error of the body model's surface 60 % fit, 10 % do not and 30 % are "
+        "undecided."
+    )
     assert undecided in population_headline(found)
     assert certainty_words(found) == (
-        "In truth a clearance may be up to 4 mm smaller than the spheres of a body say, or up to 2 "
-        "mm greater: that is the fit error which the body states for its segments. Whatever it is "
-        "within that, 60 % of the people fit and 10 % do not where they are; 3 people (30 %) are "
-        "undecided by the body’s own fit. 2 of them count as fitting here; no other position of the "
-        "seat that was tried is certain. Most often undecided: “knees to panel”, of 30 % of the people."
+        "The body model's surface has a stated error: a true clearance may be up to 4 mm smaller or "
+        "up to 2 mm larger than computed. Within that error 60 % of the people fit and 10 % do not, "
+        "in the position that was found for them; 3 people (30 %) are undecided. 2 of them count as "
+        "fitting here; no other position of the seat that was tried is certain. The requirement most often "
+        "undecided is “knees to panel”: for 30 % of the people."
     )
 
 
@@ -388,7 +394,7 @@ def test_the_undecided_are_counted_in_words():
         ((9, 9, -1), "This person counts as not fitting here."),
         ((9, -1, -1), "None of them counts as fitting here."),
         ((9, 1, -1), "1 of them counts as fitting here; no other position"),
-        ((9, 9, -9), "Whatever it is within that, the same people fit."),
+        ((9, 9, -9), "Within that error the same people fit."),
     ],
 )
 def test_words_of_the_undecided_follow_their_number(margins, said):
@@ -404,7 +410,7 @@ def test_nothing_is_said_of_certainty_where_no_margin_is_of_the_surface():
 
 def test_an_unknown_fit_error_is_said_to_be_unknown():
     found = found_of_margins(9, 1, -9, less=np.nan, more=np.nan)
-    assert "nothing can be said of how certain" in certainty_words(found)
+    assert "it is not known how certain" in certainty_words(found)
     assert "undecided" not in population_headline(found)
     rows = population_rows(found, "")
     assert rows.shares[0].certain is None and rows.requirements[0].possible is None

@@ -215,7 +215,7 @@ def test_tables_and_page_say_who_fits_where(found, tmp_path, capsys):
     assert len(moved) == int(population.moved.sum())
     assert all(row["served"] == "yes" for row in moved)
     page = (tmp_path / "out/report.html").read_text()
-    assert "only in another position of the seat than the most comfortable one" in page
+    assert "only away from the most comfortable position of the seat" in page
     capsys.readouterr()
 
 
@@ -237,7 +237,7 @@ def test_the_free_seat_of_one_person_goes_to_where_all_criteria_are_met(tmp_path
         result = wb.run(load_study(alone(tmp_path / str(stature), stature)))
         person = result.postures[0].people[0]
         words = [line for line in result.warnings if "the most comfortable position" in line]
-        if words and "because there everything asked of the person is met" in words[0]:
+        if words and "where every requirement on this person is met" in words[0]:
             moved += 1
             assert result.passed, [v.criterion.name for v in result.verdicts if not v.passed]
             assert (person.forward, person.up) != (0.0, 0.0)

@@ -20,6 +20,8 @@ __all__ = ["headline"]
 
 _TOUCHING = 5e-5
 """[m] A smaller distance reads as 0.0 mm: there the body touches, or rests."""
+_MOST_SHORT = 3
+"""People in a case whose shortfalls are named."""
 
 
 def headline(result: Result) -> str:
@@ -29,6 +31,9 @@ def headline(result: Result) -> str:
         words.insert(0, population_headline(result.population))
     if result.motions:
         words.append(motions_headline(result.motions))
+    count = len(result.warnings)
+    if count and result.verdicts:
+        words.append(f"{count} warning{'s' if count > 1 else ''}.")
     return " ".join(words)
 
 
@@ -45,8 +50,23 @@ def _postures_headline(found: PosturesFound) -> str:
     scope = f"{who} in {cases} case{'s' if cases > 1 else ''}"
     if found.row:
         scope = f"{found.row[:1].upper()}{found.row[1:]}, {scope}"
-    said = f"{first[:1].upper()}{first[1:]}{scope}: {_failed(found)}{_warned(found)}."
-    return said + _tightest(found) + _deepest(found)
+    said = f"{first[:1].upper()}{first[1:]}{scope}: {_failed(found)}."
+    return said + _short(found) + _tightest(found) + _deepest(found)
+
+
+def _short(found: PosturesFound) -> str:
+    """ " Postures fall short of the study: pilot, flying: the eyes stay 56 mm below left design
+    eye.", "" where they do not."""
+    if not found.short:
+        return ""
+    by_person: dict[str, list[str]] = {}
+    for line in found.short:
+        who, _, what = line.partition(": ")
+        by_person.setdefault(who, []).append(what)
+    shown = [f"{who}: {', and '.join(what)}" for who, what in by_person.items()]
+    more = len(shown) - _MOST_SHORT
+    said = "; ".join(shown[:_MOST_SHORT]).replace("_", " ")
+    return f" Postures fall short of the study: {said}{f'; {more} more' if more > 0 else ''}."
 
 
 def _failed(found: PosturesFound) -> str:
@@ -100,8 +120,3 @@ def _deepest(found: PosturesFound) -> str:
     deepest = max(overlaps, key=lambda overlap: overlap.excess)
     words = f"{overlap_words(deepest)} ({deepest.case}, {deepest.person})"
     return f" The deepest overlap that no criterion asks about: {without_polygons(words)}."
-
-
-def _warned(found: PosturesFound) -> str:
-    count = len(found.warnings)
-    return f", with {count} warning{'s' if count > 1 else ''}" if count else ""

@@ -124,8 +124,9 @@ def _child(
         percentile = float(growth_percentile(growth, sex, known[0], measures[known[0]], age=age))
         if not FAR <= percentile <= 100 - FAR:
             unit, factor = ("kg", 1.0) if known[0] == "mass" else ("mm", 1000.0)
+            end = f"below the {FAR:g}th" if percentile < FAR else f"above the {100 - FAR:g}th"
             notes = (
-                f"{known[0]} {factor * measures[known[0]]:.0f} {unit} is at percentile {percentile:.2g} at {age:g} "
+                f"{known[0].replace('_', ' ')} {factor * measures[known[0]]:.0f} {unit} is {end} percentile at {age:g} "
                 f"years; there may be no such child",
             )
         percentile = min(max(percentile, FAR), 100 - FAR)
@@ -170,9 +171,11 @@ def _improbable(scores: Scores, known: Mapping[str, float]) -> tuple[str, ...]:
         return ()
     shown = f"{known[name]:.0f} kg" if name == "mass" else f"{1000 * known[name]:.0f} mm"
     against = (
-        "what the other measures make likely" if len(known) > 1 else "the middle of the population"
+        "the value expected from the other measures"
+        if len(known) > 1
+        else "the mean of the population"
     )
     return (
-        f"{name} {shown} is {abs(surprise):.1f} standard deviations from {against}; "
+        f"{name.replace('_', ' ')} {shown} is {abs(surprise):.1f} standard deviations from {against}; "
         f"there may be no such person",
     )

@@ -13,6 +13,7 @@ from workbench.geometry.ground import Ground, ground_of
 from workbench.model.arrays import Floats
 from workbench.model.criterion import Criterion
 from workbench.model.environment import Environment, Rest, Seat
+from workbench.model.figures import tenths
 from workbench.model.poses import Placed
 from workbench.model.result import Finding, PersonFound, Verdict
 from workbench.posture.seating.seating import seat_planes, seat_shift
@@ -96,7 +97,7 @@ def _breached(cases: tuple[str, ...], person: PersonFound) -> Iterator[str]:
     for case, joint in np.argwhere(person.margin < -1e-9):
         yield (
             f"{person.name}, {cases[case]}: {person.placed.body.joint_names[joint]} is "
-            f"{-np.degrees(person.margin[case, joint]):.1f} degrees past its stop in "
+            f"{tenths(-float(np.degrees(person.margin[case, joint])))} degrees past its stop in "
             f"{person.margin_motion[case][joint].replace('_', ' ')}"
         )
 

@@ -158,6 +158,8 @@ class PopulationRows(Row):
     """A population in a role: shares, requirements, who is hardest to serve, and everybody.
 
     overlaps: none in results from before they were looked for.
+    design: what the environment, the criteria and the bodies are, in words by name; none in results
+    from before it was written.
     people_hash: SHA-256 of who the people are; seed: of those who are drawn, null of others.
     """
 
@@ -174,5 +176,6 @@ class PopulationRows(Row):
     gains: list[GainRow]
     maps: list[MapRow]
     overlaps: list[OverlapRow] = []
+    design: dict[str, str] = {}
     reasons: list[str]
     people: PeopleRow

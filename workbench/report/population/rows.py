@@ -32,6 +32,7 @@ from workbench.report.population.words import (
 )
 from workbench.report.postures.posture_rows import Held, held_tables, posture_row
 from workbench.report.tables import Table
+from workbench.study.accommodation.design import design_of
 
 __all__ = ["people_table", "population_lines", "population_rows", "population_tables"]
 
@@ -71,6 +72,7 @@ def population_rows(result: PopulationFound, people_hash: str) -> PopulationRows
         gains=[_gain(gain) for gain in result.gains],
         maps=[_map(found) for found in result.maps],
         overlaps=[_overlap(found) for found in result.overlaps],
+        design=design_of(result.study),
         reasons=list(result.reasons),
         people=_people(result),
     )

@@ -342,6 +342,6 @@ def _hopeless(
     for a, b in np.argwhere(np.triu((both == 0) & (expected >= EXPECTED), 1)):
         words.append(
             f"nobody meets both {asked[a].requirement.name!r} and {asked[b].requirement.name!r} in the "
-            f"{where} that suits best: they may contradict each other"
+            f"{where} found for them: the two may contradict each other"
         )
     return words
