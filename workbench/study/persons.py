@@ -80,7 +80,7 @@ def person_body(
             )
     check_plausible(measures)
     if isinstance(people, Growth):
-        return _child(morph_to(body, detail), people, sex, age, measures)
+        return _child((body, detail), people, sex, age, measures)
     if age is not None:
         raise InputError(f"an age goes with growth charts, not with the population {people.name}")
     scores = scores_of(people, sex)
@@ -89,19 +89,21 @@ def person_body(
         condition(scores, known) if known else condition(scores, {"stature": _median(people, sex)})
     )
     values = dict(zip(expected.names, expected.values[0].tolist(), strict=True))
-    return _made(morph_to(body, detail), measures, values, _improbable(scores, known))
+    return _made((body, detail), measures, values, _improbable(scores, known))
 
 
-def _made(body: Body, measures: Measures, values: Measures, notes: tuple[str, ...]) -> SizedBody:
-    """The body with the given measures exactly and the expected ones near."""
+def _made(
+    of: tuple[Body, str | None], measures: Measures, values: Measures, notes: tuple[str, ...]
+) -> SizedBody:
+    """A body at a level of detail with the given measures exactly and the expected ones near."""
+    body, detail = of
     exact = {name: value for name, value in measures.items() if name != "mass"}
     near = {name: value for name, value in values.items() if name in MEASURES and name not in APART}
     try:
-        made = scale(body, exact, others=near)
+        made = scale(body, exact, others=near, detail=detail)
     except InputError:
-        made = scale(
-            body, exact
-        )  # what is given comes first; where even that cannot be had, this says so
+        # what is given comes first; where even that cannot be had, this says so
+        made = scale(body, exact, detail=detail)
         notes += (
             "the measures that are not given could not be drawn near to those of such people",
         )
@@ -111,7 +113,7 @@ def _made(body: Body, measures: Measures, values: Measures, notes: tuple[str, ..
 
 
 def _child(
-    body: Body, growth: Growth, sex: str, age: float | None, measures: Measures
+    of: tuple[Body, str | None], growth: Growth, sex: str, age: float | None, measures: Measures
 ) -> SizedBody:
     """A child: stature and mass that are not given stand at the same percentile of its age as the
     one that is, at the median where neither is."""
@@ -134,17 +136,23 @@ def _child(
     expected = dict(zip(growth.names, row.tolist(), strict=True))
     lengths = set(measures) - {"mass"}
     return _made(
-        body, measures if lengths else {"stature": expected["stature"], **measures}, expected, notes
+        of, measures if lengths else {"stature": expected["stature"], **measures}, expected, notes
     )
 
 
 def _sized_body(body: Body, size: Size | None, detail: str | None) -> tuple[Body, tuple[str, ...]]:
     """A body at a level of detail, to a size where there is one, and what is improbable about
     it."""
-    body = morph_to(body, detail)
     if size is None:
-        return body, ()
-    made = person_body(body, size.population, sex=size.sex, measures=size.measures, age=size.age)
+        return morph_to(body, detail), ()
+    made = person_body(
+        body,
+        size.population,
+        sex=size.sex,
+        measures=size.measures,
+        age=size.age,
+        detail=detail,
+    )
     return made.body, made.warnings
 
 
