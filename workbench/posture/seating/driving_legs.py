@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,7 +17,10 @@ from workbench.posture.reaching.packing import packed_links
 from workbench.posture.seating.leg_triangle import leg_triangle
 from workbench.posture.seating.posture import pointed_foot
 
-__all__ = ["Sole", "hips_from_pedal", "soles_on"]
+__all__ = ["Sole", "accelerator_foot", "hips_from_pedal", "soles_on"]
+
+ALIKE = 1e-3
+"""Distances [m] of two feet from the accelerator that differ by less are alike."""
 
 GRID_SPACING = 0.001
 """Spacing [m] of the hip positions that are tried."""
@@ -44,6 +48,23 @@ class Sole:
     """Its chain."""
     sole: Floats
     """(B, 3) [m] from heel to ball, in the foot's frame."""
+
+
+def accelerator_foot(
+    feet: Mapping[str, tuple[float, float, float]], at: tuple[float, float, float]
+) -> str:
+    """Return the foot that is on the accelerator: the nearer one, right where both are as near.
+
+    Parameters
+    ----------
+    feet
+        By "left foot" and "right foot", one at least, where it is [m].
+    at
+        The ball of foot reference point, or the heel point [m].
+    """
+    away = {foot: float(np.linalg.norm(np.subtract(point, at))) for foot, point in feet.items()}
+    right = away.get("right foot", math.inf)
+    return "left foot" if away.get("left foot", math.inf) < right - ALIKE else "right foot"
 
 
 def soles_on(body: Body, foot: str, at: tuple[float, float, float], package: Package) -> Sole:
