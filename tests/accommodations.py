@@ -96,8 +96,8 @@ def study_of(people, criteria, *, maps=(), mixes=None):
     return made_up, body
 
 
-def groups_of(people, served, mixes, confidence, sure=None):
-    """sure: who fits for certain, and who possibly; nothing is known if None."""
+def groups_of(people, served, mixes, confidence, clear, sure=None):
+    """clear: who fits and overlaps nothing; sure: who fits for certain, and who possibly; nothing is known if None."""
     rows = [
         ("everybody", np.ones(len(people), dtype=bool)),
         ("women", people.sex == 1),
@@ -110,14 +110,17 @@ def groups_of(people, served, mixes, confidence, sure=None):
             weight = people.weight[mask]
             ends = [float(weight @ some[mask] / weight.sum()) for some in sure or ()]
             count = int(mask.sum())
-            shares.append(GroupShare(name, found.share, found.low, found.high, count, *ends))
+            row = GroupShare(name, found.share, found.low, found.high, count, *ends)
+            shares.append(replace(row, clear=float(weight @ clear[mask] / weight.sum())))
     for name, women in mixes.items():
         parts = [(people.sex == 1, women), (people.sex == 0, 1 - women)]
         share = sum(
             part * float(np.mean(served[mask])) for mask, part in parts if part and mask.any()
         )
         shares.append(
-            GroupShare(name, share, max(share - 0.03, 0), min(share + 0.03, 1), len(people))
+            GroupShare(
+                name, share, max(share - 0.03, 0), min(share + 0.03, 1), len(people), clear=share
+            )
         )
     return tuple(shares)
 
@@ -135,9 +138,12 @@ def made(
     reason=None,
     less=0.0,
     more=0.0,
+    overlapping=(),
+    elsewhere=(),
 ):
     """An accommodation of margins (P, R) [m], all figures worked out from them in the plainest
-    way. less, more [m]: how much lower and higher the margins of clearances may truly be."""
+    way. less, more [m]: how much lower and higher the margins of clearances may truly be;
+    overlapping, elsewhere: rows of who overlaps something, and who fits for certain elsewhere."""
     margin = np.asarray(margin, dtype=float)
     surface = np.array([r.of_surface for r in requirements])
     low = margin - surface * less
@@ -145,6 +151,8 @@ def made(
     met = np.isnan(margin) | (margin >= -1e-6)
     served = met.all(axis=1)
     sure = [~((end < -1e-6).any(axis=1)) for end in (low, high)]
+    sure[0][list(elsewhere)] = True
+    clear = np.array([p not in overlapping for p in range(len(people))]) & served
     weight = people.weight / people.weight.sum()
     joint = float(weight @ served)
     without = np.array(
@@ -183,7 +191,7 @@ def made(
         sets_met(met, [r.criterion for r in requirements]),
         np.zeros((len(people), 0)),
         tuple("" if served[p] else measures[worst[p] % 4] for p in range(len(people))),
-        groups_of(people, served, mixes or {}, 0.95, None if np.isnan(less) else sure),
+        groups_of(people, served, mixes or {}, 0.95, clear, None if np.isnan(less) else sure),
         np.array(weight @ met),
         without,
         without - joint,
@@ -193,6 +201,8 @@ def made(
         tuple(maps),
         tuple(warnings),
         tuple(shown_of(body, p, int(worst[p]), requirements) for p in hardest) if shown else (),
+        overlapping=np.isin(np.arange(len(people)), overlapping),
+        elsewhere=np.isin(np.arange(len(people)), elsewhere),
     )
 
 

@@ -24,8 +24,9 @@ import { band, bands, ticks } from "./page/reach_map.js";
 import { change, range, who } from "./page/people.js";
 import { isOfElement } from "./page/keys.js";
 import { stepWords } from "./page/progress.js";
-import { allowedWords, signed } from "./page/rows.js";
+import { allowedWords, marginWords, signed } from "./page/rows.js";
 import { rowsOf, wanted } from "./page/size.js";
+import { summary } from "./page/verdicts.js";
 import { alongAxis, fromLine, handleAt, inPlane } from "./page/ways.js";
 
 const near = (a, b, by = 1e-9) =>
@@ -319,6 +320,7 @@ test("what is chosen has names, and what has these names is found again", () => 
 });
 
 test("numbers have a true minus, zero has none, and an overlap says what is allowed", () => {
+  assert.deepEqual([marginWords(-0.00006), marginWords(0.04), marginWords(-4.25), marginWords(0)], ["−0.0001", "0.04", "−4.3", "0.0"]);
   assert.deepEqual([signed(-4.25), signed(-0.04), signed(3.654512)], ["−4.3", "0.0", "3.7"]);
   assert.equal(allowedWords({ mm: -4.2, allowed: 5 }), "5.0 allowed");
   assert.equal(allowedWords({ mm: -4.2, allowed: 0 }), "none allowed");
@@ -343,4 +345,16 @@ test("a reach map's bands and ticks", () => {
   assert.deepEqual(bands(levels), ["under 50 %", "50 to 90 %", "90 to 95 %", "95 to 99 %", "99 % and more"]);
   assert.deepEqual(ticks(-230, 310), [-200, -100, 0, 100, 200, 300]);
   assert.deepEqual(ticks(0, 12), [0, 10]);
+});
+
+test("verdicts are summed up: of whom, and not as passed where nothing was asked", () => {
+  const head = { rows: [{ passed: true, asked: true }, { passed: true, asked: false }], warnings: [], waits: false };
+  assert.equal(summary({ ...head, rows: head.rows.slice(0, 1) }, false, ""), "(all passed)");
+  assert.equal(summary({ ...head, rows: head.rows.slice(0, 1) }, true, ""), "(all passed, but see above)");
+  assert.equal(summary(head, false, "driver"), "(all passed for the one driver shown, 1 found nothing to look at)");
+  assert.equal(summary({ ...head, rows: head.rows.slice(1) }, false, "driver"), "(nothing was asked)");
+  assert.equal(summary({ ...head, rows: [] }, false, "driver"), "(nothing was asked)");
+  assert.equal(summary({ ...head, rows: [], waits: true }, false, "driver"), "(motions are being judged)");
+  const failed = [...head.rows, { passed: false, asked: true }];
+  assert.equal(summary({ ...head, rows: failed, warnings: ["a"] }, true, "pilot"), "(1 failed for the one pilot shown, 1 found nothing to look at, 1 warning)");
 });

@@ -35,6 +35,7 @@ from workbench.report.population.charts import (
     share_axis,
     whisker,
 )
+from workbench.report.population.rows import population_rows
 from workbench.report.population.words import (
     gain_sentence,
     person_sentence,
@@ -110,13 +111,37 @@ def ten():
 def test_the_headline_says_share_interval_and_what_leaves_out_most(ten):
     said = population_headline(ten)
     assert said == (
-        "40 % of the population fits (95 % interval 17 to 69 %, 10 people). Most are left out by "
-        "“reach flaps”: 40 % of the people, 30 % by this alone."
+        "40 % of the population fits (95 % interval 17 to 69 %, 10 people). 40 % fit and overlap "
+        "nothing by more than is allowed. The requirement missed most "
+        "often is “reach flaps”: by 40 % of the people; 30 % miss only this."
     )
     assert requirement_sentence(ten) == (
-        "“reach flaps” leaves out most people: 40 %. Dropping it would gain most: the share that meets all would go "
-        "from 40 % to 70 %."
+        "“reach flaps” is missed by most people: 40 %. Dropping it would gain most: 70 % of the people "
+        "meet all the others, 40 % meet all."
     )
+
+
+@pytest.mark.parametrize(
+    ("margins", "overlapping", "said"),
+    [
+        ((9, 9, 9, -9), (1, 3), "50 % fit and overlap nothing by more than is allowed."),
+        ((9, 9, 9, 9), (1,), "75 % fit and overlap nothing by more than is allowed."),
+        ((9, 9, 9, 9), (), "Nobody overlaps anything by more than is allowed."),
+        ((9, 9, -9, -9), (0, 1), "All of them overlap something by more than is allowed."),
+        ((9,), (0,), "The one person fits. The person overlaps something by more than is allowed."),
+    ],
+)
+def test_the_headline_and_the_title_say_who_fits_and_is_clear(margins, overlapping, said):
+    margin = np.array(margins)[:, None] / 1000
+    found = made(trainer_people(len(margins)), [KNEE], margin, overlapping=overlapping)
+    assert said in population_headline(found)
+    clear = sum(m > 0 and p not in overlapping for p, m in enumerate(margins))
+    assert sum(population_rows(found, "").people.clear) == clear
+    fits = f"{sum(m > 0 for m in margins)} of {len(margins)} people fit"
+    more = f", {clear} without overlap" if clear < sum(m > 0 for m in margins) else ""
+    html = page_of(found)
+    assert f": {fits}{more}</title>" in html
+    assert f'data-label="without overlap">{percent(clear / len(margins), len(margins))}<' in html
 
 
 def test_a_person_is_told_with_limb_millimetres_zone_limit_and_measure(ten):
@@ -129,10 +154,8 @@ def test_a_person_is_told_with_limb_millimetres_zone_limit_and_measure(ten):
     assert said.endswith("1 more requirement is not met.")
     assert "the men here" not in said  # five men are too few to be compared with
     assert "women here have more" in person_sentence(trainer_accommodation(200, shown=False), 102)
-    assert "right knee is 12 mm nearer to the instrument panel than it may be" in person_sentence(
-        ten, 5
-    )
-    assert person_sentence(ten, 9).endswith("everything is met.")
+    assert "right knee is 12 mm too close to the instrument panel" in person_sentence(ten, 5)
+    assert person_sentence(ten, 9).endswith("every requirement is met.")
 
 
 def test_the_five_hardest_stand_worst_first_and_each_has_a_picture(ten):
@@ -220,7 +243,7 @@ def test_the_limb_that_is_too_short_is_an_arm_or_a_leg():
         (
             FLAPS,
             "instrument_panel",
-            "the reach lacks 12 mm to flaps in zone 2: the instrument panel is in the way",
+            "the reach stays 12 mm short of flaps in zone 2: the instrument panel is in the way",
         ),
         (
             FLAPS,
@@ -230,9 +253,9 @@ def test_the_limb_that_is_too_short_is_an_arm_or_a_leg():
         (
             KNEE,
             "right lower leg (knee cap) at instrument_panel",
-            "her right lower leg (knee cap) is 12 mm nearer to the instrument panel than it may be",
+            "her right lower leg (knee cap) is 12 mm too close to the instrument panel",
         ),
-        (KNEE, "", "her body is 12 mm nearer to the instrument panel than it may be"),
+        (KNEE, "", "her body is 12 mm too close to the instrument panel"),
         (
             Requirement("view over the nose", "v", "view_over", "coaming"),
             "eyes too low",
@@ -309,7 +332,9 @@ def test_one_person_one_requirement_no_map_no_picture():
     result = made(trainer_people(1), [KNEE], [[-0.03]])
     html = page_of(result)
     parsed(html)
-    assert "The one person does not fit. Right knee clear of the panel is not met." in text_of(html)
+    assert "The one person does not fit. “right knee clear of the panel” is not met." in text_of(
+        html
+    )
     assert "The hardest case" in html
     assert "Who reaches" not in html
     assert "The one person fits." in text_of(page_of(made(trainer_people(1), [KNEE], [[0.0]])))

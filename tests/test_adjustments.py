@@ -10,6 +10,8 @@ import pytest
 
 import workbench as wb
 from tests.conftest import ROOT
+from tests.crowds import Crowd
+from tests.test_fits_somewhere import CHANGES, fit_with_a_change
 from tests.toy_cockpit import BOXES, write_toy
 from workbench import InputError, load_environment, load_study
 from workbench.cli import main
@@ -33,9 +35,9 @@ adjustments:
 """
 
 
-def toy(folder, adjustments="", *, travel=TRAVEL, people=8, swap=None):
+def toy(folder, adjustments="", *, travel=TRAVEL, people=8, swap=None, knob=KNOB):
     """The toy cockpit with a point on its panel and adjustments; returns the study's path."""
-    path = write_toy(folder, knob=KNOB, people=people, swap=swap or {})
+    path = write_toy(folder, knob=knob, people=people, swap=swap or {})
     room = folder / "environments/toy/environment.yaml"
     text = room.read_text().replace("controls:", "  mark: [1500, 0, 600]\ncontrols:")
     assert TRAVEL in text
@@ -225,6 +227,13 @@ def test_adjustments_leave_nobody_out_and_those_who_fit_where_they_were(found):
     assert (least[~free.served] >= before[~free.served]).all()
 
 
+@pytest.mark.parametrize("name", CHANGES)
+def test_a_change_is_asked_at_the_settings_where_it_may_let_somebody_fit(tmp_path, name):
+    study = load_study(toy(tmp_path, ADJUSTMENTS, travel=FREE, people=16, knob=980))
+    fits, before = fit_with_a_change(Crowd(study), CHANGES[name])
+    assert (fits != before).any() and not fits.all()
+
+
 def test_whoever_fits_by_a_setting_fits_in_an_environment_that_is_set_so(found):
     _, free, path = found
     row = int(np.flatnonzero(free.adjusted)[0])
@@ -266,7 +275,7 @@ def test_tables_and_page_say_who_needs_which_setting(found, tmp_path, capsys):
     people = json.loads((tmp_path / "out/result.json").read_text())["population"]["people"]
     assert people["settings"]["panel_reach_mm"] == reach.tolist()
     page = (tmp_path / "out/report.html").read_text()
-    assert "only with panel reach or pilot tilt set otherwise than nominally" in page
+    assert "only with panel reach or pilot tilt away from its nominal setting" in page
     outside = np.isfinite(free.window[:, 0]) & free.served
     assert int(free.moved.sum()) == int((outside & ~free.adjusted).sum())
 

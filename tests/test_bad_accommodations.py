@@ -287,7 +287,7 @@ def test_what_nobody_meets_and_what_contradicts_is_told():
     told = _hopeless(asked("low", "high", "never"), met)
     assert told[0].startswith("nobody meets 'never'")
     assert told[1] == (
-        "nobody meets both 'low' and 'high' in the position of the seat that suits best: they may "
+        "nobody meets both 'low' and 'high' in the position of the seat found for them: the two may "
         "contradict each other"
     )
     assert (

@@ -6,6 +6,7 @@ import json
 
 import numpy as np
 import pytest
+import trimesh
 from PIL import Image
 
 from tests.made_seat import corners, obj_text
@@ -183,3 +184,21 @@ def test_the_corner_view_has_one_name_and_its_old_one_is_taken(tmp_path):
         parse_display_options(out, view=name).view for name in (None, "corner", "three_quarter")
     ]
     assert views == ["corner"] * 3
+
+
+def test_a_stated_forward_axis_along_which_left_and_right_are_alike_is_doubted(tmp_path):
+    """A wedge that rises along x; glTF says z is forward. Turned by 90 degrees about y it is right."""
+    wedge = trimesh.Trimesh(
+        [[0, 0, 0], [4, 0, 0], [4, 1, 0], [0, 0, 2], [4, 0, 2], [4, 1, 2]],
+        [[0, 2, 1], [3, 4, 5], [0, 1, 4], [0, 4, 3], [1, 2, 5], [1, 5, 4], [0, 3, 5], [0, 5, 2]],
+    )
+    file = tmp_path / "a.glb"
+    file.write_bytes(wedge.export(file_type="glb"))
+    (said,) = read_bare([str(file)]).assumed
+    assert said.startswith(
+        "forward z (not sure): its format says so, but left and right are alike along z"
+    )
+    assert read_bare([str(file)], forward="x").assumed == ()
+    wedge.apply_transform(trimesh.transformations.rotation_matrix(np.pi / 2, [0, 1, 0]))
+    file.write_bytes(wedge.export(file_type="glb"))
+    assert read_bare([str(file)]).assumed == ()

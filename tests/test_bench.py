@@ -6,6 +6,8 @@ import errno
 import os
 import re
 import shutil
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -14,7 +16,6 @@ from hypothesis import strategies as st
 
 import workbench as wb
 from tests.conftest import ROOT
-from tests.killed import killed_before
 from workbench.body.parts import moved
 from workbench.contact.arranged import (
     Arranged,
@@ -483,26 +484,48 @@ def test_a_file_that_changed_meanwhile_is_not_written_over(trainer, placement, t
         save(trainer, text, state, to=path)
 
 
-def test_killed_at_any_step_of_saving_the_old_study_is_whole_or_the_new_one(
-    trainer, placement, tmp_path
-):
+KILLED = """
+import sys
+from pathlib import Path
+import workbench as wb
+from tests.killed import killed_before
+from workbench.files.study.saving import read_text
+from workbench.study.bench.edits import seated
+from workbench.study.bench.saving import save
+from workbench.study.bench.state import open_study
+path = Path(sys.argv[1])
+text = read_text(path)
+opened = open_study(wb.load_study(path))
+state = seated(opened, opened.start, "pilot", 0.02, 0.0).arrangement
+new = save(opened, text, state, to=path.with_name("b.yaml")).data
+seen = set()
+for number in range(1, 30):
+    path.write_bytes(text.data)
+    killed = killed_before(number, path.parent, lambda: save(opened, text, state))
+    seen.add(path.read_bytes() == new)
+    assert path.read_bytes() in (text.data, new)
+    if not killed:
+        break
+assert not killed and seen == {False, True}, (number, seen)
+path.write_bytes(text.data)
+save(opened, text, state)
+assert sorted(one.name for one in path.parent.iterdir()) == ["a.yaml", "b.yaml"]
+"""
+"""A process of its own, which forks before it has threads: what is killed leaves no part of a file."""
+
+
+def test_killed_at_any_step_of_saving_the_old_study_is_whole_or_the_new_one(tmp_path):
     path = tmp_path / "a.yaml"
     shutil.copy(ROOT / "studies" / "trainer_clearance.yaml", path)
-    text = read_text(path)
-    state = turned(placement, "pilot", "RE", 0, 60.0).arrangement
-    new = save(trainer, text, state, to=tmp_path / "b.yaml").data
-    seen = set()
-    for number in range(1, 20):
-        path.write_bytes(text.data)
-        killed = killed_before(number, tmp_path, lambda: save(trainer, text, state))
-        seen.add(path.read_bytes() == new)
-        assert path.read_bytes() in (text.data, new)
-        if not killed:
-            break
-    assert not killed and seen == {False, True}
-    path.write_bytes(text.data)
-    save(trainer, text, state)  # what was left is written over
-    assert sorted(one.name for one in tmp_path.iterdir()) == ["a.yaml", "b.yaml"]
+    done = subprocess.run(
+        [sys.executable, "-c", KILLED, str(path)],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
 
 
 def test_a_full_disk_leaves_the_study_and_the_state_as_they_were(

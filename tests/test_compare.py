@@ -151,10 +151,35 @@ def test_who_gains_and_who_loses_by_hand(before, after):
     assert comparison_headline(found).startswith(
         "40 % of 10 people fit before and 50 % after, +10 points (95 % interval −29 to +45)"
     )
-    assert (
-        "3 people gain and 2 people lose: as even as chance would have it."
-        in comparison_headline(found)
+    assert "3 people gain and 2 people lose (exact McNemar test: p = 1)." in comparison_headline(
+        found
     )
+
+
+def test_what_was_changed_between_two_designs_is_told(before, after):
+    environment = after.study.environment.moved({"left_stick": [0.02, 0, 0]})
+    flaps = environment.control("flaps")
+    x, y, z = flaps.at
+    nearer = replace(flaps, at=(x - 0.032, y, z))
+    controls = tuple(nearer if one is flaps else one for one in environment.controls)
+    criteria = tuple(
+        replace(one, at_least=one.at_least + 0.01) if one.check == "clearance" else one
+        for one in after.study.criteria
+    )
+    study = replace(
+        after.study, environment=replace(environment, controls=controls), criteria=criteria
+    )
+    found = compare(
+        before, replace(after, study=study, population=replace(after.population, study=study))
+    )
+    by_name = {words.split(":")[0]: words for words in found.changes}
+    was, now = (f"{1000 * at:.1f}".removesuffix(".0") for at in (x, x - 0.032))
+    assert by_name["control flaps"].startswith(f"control flaps: {was}, ")
+    assert f"→ {now}, " in by_name["control flaps"]
+    assert "part left_stick" in by_name and "control left_stick" in by_name
+    clear = [one for one in criteria if one.check == "clearance"]
+    assert len(found.changes) == 3 + len(clear)
+    assert compare(before, before).changes == ()
 
 
 def test_each_who_changes_is_told_with_the_margin_in_both(before, after):

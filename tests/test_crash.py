@@ -106,7 +106,7 @@ def test_criteria_of_a_crash_are_judged_with_their_worst_moment(drop):
     assert head.worst.value == pytest.approx(-(1.755 + 0.200), abs=1e-3)
     assert head.worst.time == 0.2
     assert head.worst.point[2] == pytest.approx(-head.worst.value)
-    assert head.worst.target == "the origin at 0, 0, 0 mm, measured upward"
+    assert head.worst.target == "above the point x 0, y 0, z 0 mm"
     assert verdicts["stops"].passed
     near = verdicts["stops"].worst
     assert (near.subject, near.value, near.unit) == ("left elbow", 0.0, "rad")  # it is straight
@@ -300,7 +300,7 @@ def test_movement_is_told_in_the_words_of_the_limbs():
         "the shoulder flexes from 0 to 100 degrees in 0.4 s."
     )
     assert told[2].startswith("The right hand ends up ")
-    assert told[-1].startswith("The ways of arms are told as the upper torso sees them")
+    assert told[-1].startswith("Directions of arms are relative to the upper torso")
 
 
 def test_a_limb_that_comes_nearer_to_its_joint_is_drawn_in_and_later_turns_say_when():

@@ -140,12 +140,12 @@ def test_the_trunk_keeps_to_its_stops_and_to_the_line_from_hip_to_eye(scores):
     spine = man_spine()
     mean = driving_angles(MEDIAN, package())
     angles = type(mean)(mean.mean + mean.spread * np.array(scores), mean.spread)
-    tilts = spine_tilts([spine], [angles])[0]
+    tilts = spine_tilts(spine, angles.mean[None], angles.spread[None])[0]
     turns = tilts[:-1] - tilts[1:]
     assert np.all((turns >= spine.flexion[:, 0] - 1e-9) & (turns <= spine.flexion[:, 1] + 1e-9))
     c = np.cos(np.append(tilts, tilts[-1]))
     s = np.sin(np.append(tilts, tilts[-1]))
-    x, z = spine.links.T
+    x, z = spine.links[0].T
     eye = np.sum([x * c - z * s, x * s + z * c], axis=1)
     assert np.arctan2(-eye[0], eye[1]) == pytest.approx(angles.mean[0], abs=2e-4)
 
@@ -158,7 +158,7 @@ def slow_tilts(spine, angles):
     def off(turn):
         tilt = np.append(turn[0] - np.append(0, np.cumsum(turn[1:])), 0)
         tilt[5] = tilt[4]
-        x, z = spine.links.T
+        x, z = spine.links[0].T
         link = np.stack([x * np.cos(tilt) - z * np.sin(tilt), x * np.sin(tilt) + z * np.cos(tilt)])
         aft = [link.sum(axis=1), link[:, 0], link[:, 1], link[:, 2], link[:, 3] + link[:, 4]]
         found = [*(np.arctan2(-v[0], v[1]) for v in aft), np.arctan2(link[1, 5], link[0, 5])]
@@ -180,7 +180,9 @@ def test_tilts_are_those_of_a_general_optimiser():
     mean = driving_angles(MEDIAN, package())
     spine = man_spine()
     drawn = [drawn_angles(mean, 2, person=n) for n in range(6)]
-    found = spine_tilts([spine] * 6, drawn)
+    mean, spread = (np.array([getattr(one, name) for one in drawn]) for name in ("mean", "spread"))
+    six = replace(spine, links=np.repeat(spine.links, 6, axis=0))
+    found = spine_tilts(six, mean, spread)
     for row, angles in zip(found, drawn, strict=True):
         assert np.degrees(row) == pytest.approx(np.degrees(slow_tilts(spine, angles)), abs=0.02)
 
@@ -194,7 +196,7 @@ def test_a_trunk_asked_for_its_own_angles_gets_them_back(man):
     # horizontal
     wanted = upright + np.radians(10.0)
     wanted[6:] = angles.mean[6:]
-    found = spine_tilts([spine], [type(angles)(wanted, angles.spread)])[0]
+    found = spine_tilts(spine, wanted[None], angles.spread[None])[0]
     assert np.degrees(found) == pytest.approx([10.0] * 5, abs=0.05)
 
 

@@ -102,7 +102,8 @@ def test_an_environment_is_made_of_its_yaml_file_and_its_meshes(tmp_path):
 
 def test_what_is_open_is_told_with_its_edges(tmp_path):
     assert load_environment(cab(tmp_path)).warnings == (
-        "part sheet: 4 open edges: a surface, not a solid; what lies wholly inside is not noticed",
+        "part sheet: 4 open edges: a surface, not a solid; what lies wholly inside is not noticed, "
+        "and a depth is a lower bound",
     )
 
 

@@ -86,7 +86,35 @@ def test_a_coarse_member_has_fewer_spheres_and_the_same_joints(adult):
     coarse = morph(adult, adult.basis_at[0], "coarse")
     assert len(coarse.sphere_names) == 240
     assert np.allclose(coarse.joint_in_parent[0], adult.joint_in_parent[0])
-    assert coarse.mass[0].sum() < adult.mass[0].sum()
+
+
+@pytest.mark.parametrize("level", ["coarse", "fine"])
+def test_mass_is_the_persons_at_every_level_of_detail(adult, level):
+    tall = {"stature": 1.05 * measure(adult)["stature"]}
+    for kept in (morph(adult, adult.basis_at[0], level), scale(adult, {}, detail=level)):
+        assert np.allclose(kept.mass, adult.mass, rtol=0, atol=1e-9)
+    shown = scale(adult, tall, detail=level)
+    [among] = scale_many(adult, [tall], detail=level)
+    assert np.array_equal(shown.mass, scale(adult, tall).mass)
+    assert np.array_equal(among.mass, shown.mass)
+
+
+def test_a_persons_segments_weigh_the_same_at_every_level_of_detail(adult):
+    people = load_population_model("ansur2")
+    tall = {"stature": 1.05 * measure(adult)["stature"]}
+    own, coarse = (
+        person_body(adult, people, sex="male", measures=tall, detail=detail).body
+        for detail in (None, "coarse")
+    )
+    assert np.array_equal(own.mass, coarse.mass)
+
+
+@given(st.lists(st.floats(-2, 2), min_size=13, max_size=13))
+def test_every_member_weighs_the_same_at_every_level_of_detail(adult, z):
+    coarse, fine = (morph(adult, z, level) for level in ("coarse", "fine"))
+    assert np.array_equal(coarse.mass, fine.mass)
+    back = morph(coarse, adult.basis_at[0], "coarse")
+    assert back.mass.sum() == pytest.approx(adult.mass.sum(), rel=0.06)
 
 
 @given(st.lists(st.floats(-2, 2), min_size=13, max_size=13), st.sampled_from(["coarse", "fine"]))

@@ -75,7 +75,7 @@ def test_nobody_grasps_a_burner_and_everybody_pushes_it(stove, tmp_path, capsys)
     assert result.population.warnings[0] == f"n{said}"
     assert "nobody meets 'reach burner" not in " ".join(result.warnings)
     assert main(["run", str(stove), "--out", str(tmp_path / "out")]) == 0
-    assert f"N{said}. As it is described now: nobody fits" in capsys.readouterr().out
+    assert f"N{said}. With the environment as described, nobody fits" in capsys.readouterr().out
 
 
 def test_a_burner_that_is_pushed_is_not_named(stove):

@@ -103,7 +103,7 @@ def test_a_share_of_nobody_for_a_part_in_the_way_does_not_open_the_page(tmp_path
     page = (tmp_path / "out" / "report.html").read_text()
     lead = page.split('<p class="lead">')[1]
     assert lead.startswith("N" + first[1:])
-    assert "As it is described now: nobody fits" in lead
+    assert "With the environment as described, nobody fits" in lead
     assert "people fit</span>" not in page.split("</h1>")[0]
 
 

@@ -9,8 +9,11 @@ import shutil
 import socket
 import subprocess
 import sys
+import threading
 import time
 import zlib
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import ExitStack
 from dataclasses import replace
 
 import numpy as np
@@ -18,11 +21,12 @@ import pytest
 
 import workbench as wb
 from tests.conftest import ROOT
+from tests.web_page import served
 from workbench.cli import main
 from workbench.errors import InputError
 from workbench.live.finding_places import place_of_finding
 from workbench.live.pages import MOST_ASKED, TOO_MUCH, Page, PageClosedError
-from workbench.live.protocol import LONGEST, SUBPROTOCOL, packed, parsed, unpacked
+from workbench.live.protocol import LONGEST, SUBPROTOCOL, Question, packed, parsed, unpacked
 from workbench.live.waiting import MOST_WAITING, Waiting
 from workbench.model.result import Finding
 from workbench.study.bench.answers import judged
@@ -41,6 +45,7 @@ PORT = 8123
 TOKEN = "a-secret-of-the-tests"
 HOST = f"127.0.0.1:{PORT}"
 SOCKET = f"ws://{HOST}/ws"
+PAIR = {"do": "criterion", "person": "pilot", "segment": "H", "part": "canopy", "at_least": 0.01}
 PAGES = (
     "/",
     "/page/app.js",
@@ -90,11 +95,18 @@ FILES = (
     "rows.js",
     "size.js",
     "things.js",
+    "verdicts.js",
     "ways.js",
     "index.html",
     "style.css",
     "icon.svg",
 )
+
+
+def film_of_size(width, height):
+    """A question for a film of so many pixels."""
+    view = {"eye": [4, 3, 3], "at": [0, 0, 1], "angle": 0.5, "width": width, "height": height}
+    return json.dumps({"do": "film", **view})
 
 
 @pytest.fixture(scope="module")
@@ -207,6 +219,31 @@ def test_the_token_becomes_a_cookie_and_leaves_the_address(client):
 def test_a_wrong_token_is_refused(client, token):
     found = client.get(f"/?token={token}")
     assert found.status_code == 403 and "set-cookie" not in found.headers
+
+
+FOREIGN = (
+    "a b=c",
+    "{json}=[1,2]",
+    "x@y=1",
+    "a=\u00ff",
+    '"',
+    "=",
+    'a="b;',
+    "path=/; a",
+    "A" * 70_000,
+)
+"""Cookies that other programs of this machine may have set, which have the same host."""
+
+
+@pytest.mark.parametrize("foreign", FOREIGN)
+def test_cookies_of_other_programs_lock_nobody_out(client, foreign):
+    own = f"workbench-{PORT}={TOKEN}"
+    for given in (f"{foreign}; {own}", f"{own}; {foreign}", f"workbench-{PORT}=old; {own}"):
+        headers = {"cookie": given.encode("latin-1")}
+        assert client.get("/page/app.js", headers=headers).status_code == 200
+    assert client.get("/", headers={"cookie": foreign.encode("latin-1")}).status_code == 403
+    close = f"workbench-{PORT}={TOKEN}x"
+    assert client.get("/", headers={"cookie": close}).status_code == 403
 
 
 def test_the_cookie_of_another_port_opens_nothing(client):
@@ -336,6 +373,8 @@ TURN = {"n": 1, "do": "joint", "person": "pilot", "joint": "RE", "axis": 0, "deg
         ('{"do": "clothes", "person": "a", "clothes": "hat"}', "a list of names of clothes"),
         ('{"do": "clothes", "person": "a"}', "'clothes' is missing"),
         ('{"do": "harness", "person": "a", "zone": 4}', "expected 1, 2 or 3"),
+        (film_of_size(0, 0), "film: width: expected a number of pixels from 1 on"),
+        (film_of_size(640, 0), "film: height: expected a number of pixels from 1 on"),
         ('{"do": "predict", "person": "a", "like": "b", "holds": {"c": 1}}', "controls by limb"),
         ('{"do": "mirror"}', "'person' is missing"),
         ("x" * (LONGEST + 1), "at most 65536 bytes"),
@@ -521,6 +560,13 @@ FAULTS = [
     ({"do": "mirror", "person": "x"}, "nobody is called 'x'"),
     ({"do": "save", "to": "../a.yaml"}, "a name such as"),
     ({"do": "save", "to": ".hidden.yaml"}, "a name such as"),
+    ({"do": "save", "to": "two\nlines.yaml"}, "a name such as"),
+    ({"do": "save", "to": "two\u2028lines.yaml"}, "a name such as"),
+    ({"do": "save", "to": " a.yaml"}, "a name such as"),
+    ({"do": "save", "to": f"{'a' * 300}.yaml"}, "a name such as"),
+    ({**PAIR, "name": "x" * 300}, "a criterion needs a name of 1 to 80 characters"),
+    ({**PAIR, "name": "\u2028"}, "a criterion needs a name of 1 to 80 characters"),
+    ({**PAIR, "name": "a\u202eb"}, "a criterion needs a name of 1 to 80 characters"),
 ]
 
 
@@ -825,6 +871,49 @@ def test_the_command_serves_to_this_machine_alone_until_it_is_stopped(study):
             running.wait(20)
 
 
+def asked_of(address, path, cookies="", **headers):
+    """The beginning of the answer of a server at an address to one request."""
+    port = int(address.split(":")[2].split("/")[0])
+    lines = [f"GET {path} HTTP/1.1", f"Host: 127.0.0.1:{port}", f"Cookie: {cookies}"]
+    lines += [f"{name.replace('_', '-')}: {value}" for name, value in headers.items()]
+    with socket.create_connection(("127.0.0.1", port), timeout=20) as asking:
+        asking.sendall("\r\n".join([*lines, "", ""]).encode())
+        return asking.recv(1000)
+
+
+FEW_FILES = "import resource; resource.setrlimit(resource.RLIMIT_NOFILE, (400, 400))"
+
+
+def test_among_a_thousand_half_open_connections_and_large_cookies_the_page_is_served(study):
+    with served(study, FEW_FILES) as address:
+        port = int(address.split(":")[2].split("/")[0])
+        own = f"workbench-{port}={address.split('token=')[1]}"
+        large = "; ".join(f"other{k}={'x' * 4000}" for k in range(30))
+        socket_of = {
+            "Upgrade": "websocket",
+            "Connection": "Upgrade",
+            "Sec_WebSocket_Key": "dGhlIHNhbXBsZSBub25jZQ==",
+            "Sec_WebSocket_Version": "13",
+            "Sec_WebSocket_Protocol": SUBPROTOCOL,
+            "Origin": f"http://127.0.0.1:{port}",
+        }
+        assert asked_of(address, "/").startswith(b"HTTP/1.1 403")  # it is there
+        with ExitStack() as stack:
+            for number in range(1000):
+                open_socket = socket.create_connection(("127.0.0.1", port), timeout=20)
+                stack.enter_context(open_socket)
+                if number % 50 == 49:
+                    time.sleep(0.05)  # the system's own queue has 128 places
+                if number % 2:
+                    open_socket.sendall(b"GET / HTTP/1.1\r\nHost: ")
+            begin = time.monotonic()
+            answered = asked_of(address, "/page/app.js", f"{large}; {own}")
+            assert answered.startswith(b"HTTP/1.1 200")
+            upgraded = asked_of(address, "/ws", f"{large}; {own}", **socket_of)
+            assert upgraded.startswith(b"HTTP/1.1 101")
+            assert time.monotonic() - begin < 15.0
+
+
 @pytest.mark.parametrize("port", ["70000", "-1"])
 def test_the_command_refuses_a_port_that_there_is_not(study, port, capsys):
     assert main(["live", str(study), "--port", port]) == 2
@@ -839,3 +928,25 @@ def test_the_command_says_what_is_missing(study):
         [sys.executable, "-c", code, str(study)], capture_output=True, text=True, check=False
     )
     assert done.returncode == 4 and "bubbleman-workbench[live]" in done.stderr
+
+
+def test_of_two_benches_that_save_one_study_at_once_the_second_is_asked(tmp_path):
+    path = tmp_path / "trainer.yaml"
+    shutil.copy(ROOT / "studies" / "trainer_clearance.yaml", path)
+    desks = [Desk(str(path)) for _ in range(2)]
+    for number, desk in enumerate(desks):
+        given = {"person": "pilot", "forward": 0.01 * (number + 1), "up": 0.0, "done": True}
+        desk.do(Question(1, "seat", given))
+    gate = threading.Barrier(2)
+
+    def saved(desk):
+        gate.wait()
+        found = desk.do(Question(2, "save", {"sharing": "all", "over": False, "to": ""}))
+        return unpacked((*found.everybody, *found.asker)[0])[0]
+
+    with ThreadPoolExecutor(2) as pool:
+        came = list(pool.map(saved, desks))
+    assert sorted(head["kind"] for head in came) == ["fault", "saved"]
+    assert next(head["ask"] for head in came if head["kind"] == "fault") == "over"
+    won = [head["kind"] for head in came].index("saved")
+    assert f"forward: {10 * (won + 1)}" in path.read_text()

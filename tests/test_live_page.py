@@ -423,6 +423,22 @@ def test_a_person_gets_another_size_and_clothes_and_they_are_saved(page, study):
     assert faults(page) == []
 
 
+def test_a_smaller_person_is_off_the_pedals_and_a_button_predicts_the_posture(page):
+    page.locator("#size-sex").select_option("female")
+    off = page.locator("#trouble li", has_text="left foot")
+    off.wait_for()
+    assert "from left_seat_left_pedal (19 mm as opened)" in off.text_content()
+    page.wait_for_selector("#verdicts:not(.waiting) tr")
+    assert "but see above" in page.locator("#failed").text_content()
+    off.get_by_role("button", name="Predict the posture (pilot)").click()
+    page.get_by_role("button", name="let the seat go along (pilot)").wait_for()
+    assert page.locator("#posture-now").text_content() == "predicted"
+    while page.get_by_role("button", name="Undo").is_enabled():
+        page.get_by_role("button", name="Undo").click()
+        page.wait_for_timeout(300)
+    page.wait_for_selector("#trouble", state="hidden")
+
+
 def test_the_view_of_a_person_says_its_field_and_is_left_by_escape(page):
     page.get_by_role("button", name="eye").click()
     said = page.locator("#picture .said")

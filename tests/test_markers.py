@@ -363,9 +363,9 @@ def test_a_trc_file_is_read_in_metres_with_z_up_and_gaps(tmp_path, text):
         ("PathFileType", "Path", "line 1: a TRC file begins with PathFileType"),
         ("\t2\t2\tmm", "\t3\t2\tmm", "line 3: says 3 frames, 2 are there"),
         ("\t2\t2\tmm", "\t2\t3\tmm", "line 3: says 3 markers, line 4 names 2"),
-        ("\tmm", "\tfurlong", "line 3: unit 'furlong' is not known"),
+        ("\tmm", "\tfurlong", "line 3: Units is 'furlong', no unit of length"),
         ("0.01\t1\t2", "0.01\t1\tx", "line 8, column 4 (R.Heel Y): 'x' is not a finite number"),
-        ("0.01\t1", "0.00\t1", "frames are out of order"),
+        ("0.01\t1", "-0.01\t1", "frames are out of order"),
         ("Top.Head", "knob", "the upward axis cannot be told from the markers' names"),
     ],
 )

@@ -16,6 +16,7 @@ import pytest
 import trimesh
 
 from tests.conftest import SHARED, real_input
+from tests.step_files import step_assembly
 from workbench import InputError, MissingPartError, UsageError
 from workbench.files.meshes import bounds, reading
 from workbench.files.meshes import threemf as threemf_module
@@ -23,6 +24,7 @@ from workbench.files.meshes.mesh_validation import validate_part
 from workbench.files.meshes.parts import triangulate
 from workbench.files.meshes.reading import axes_rotation, extent, read_mesh
 from workbench.files.names import unique_names
+from workbench.files.yaml_text import read_yaml
 
 ENVIRONMENTS = SHARED / "environments"
 TRIANGLE = "v 0 0 0\nv 1 0 0\nv 0 1 0\n"
@@ -179,6 +181,23 @@ def test_a_node_of_a_dae_gives_its_name_and_transforms_and_the_file_its_unit(tmp
     raw = read_mesh(written(tmp_path, "a.dae", dae(node + node)))
     assert raw.metres == 0.0254 and [part.name for part in raw.parts] == ["desk", "desk_2"]
     assert raw.parts[0].vertices[:, 2].tolist() == [7, 7, 7]
+
+
+def test_a_node_of_a_dae_that_looks_at_a_point_stands_at_the_eye_and_turns_its_minus_z_there(
+    tmp_path,
+):
+    """From 7 along x toward the origin: the node's z is along x, its y up, its x along -z."""
+    node = '<node><lookat>7 0 0  0 0 0  0 1 0</lookat><instance_geometry url="#tri"/></node>'
+    plain = '<node><instance_geometry url="#tri"/></node>'
+    found, own = (
+        read_mesh(written(tmp_path, name, dae(text))).parts[0].vertices
+        for name, text in (("a.dae", node), ("b.dae", plain))
+    )
+    assert found == pytest.approx(own @ np.array([[0, 0, -1], [0, 1, 0], [1, 0, 0]]) + [7, 0, 0])
+    for wrong in ("1 2 3", "0 1 0  0 0 0  0 1 0"):
+        refused(
+            written(tmp_path, "c.dae", dae(node.replace("7 0 0  0 0 0  0 1 0", wrong))), "lookat"
+        )
 
 
 def test_a_mirrored_instance_keeps_its_outside_outside(tmp_path):
@@ -776,3 +795,73 @@ def test_pipes_and_devices_are_refused_at_once(tmp_path):
 
 def test_an_stl_file_shorter_than_its_head_is_refused(tmp_path):
     refused(written(tmp_path, "a.stl", b"x" * 34), "not an STL file")
+
+
+STRIPS = """ply
+format ascii 1.0
+element vertex 6
+property float x
+property float y
+property float z
+element tristrips 1
+property list int int vertex_indices
+end_header
+0 0 0
+1 0 0
+0 1 0
+1 1 0
+0 2 0
+1 2 0
+10 0 1 2 3 -1 2 3 4 5 5
+"""
+
+
+def test_strips_of_triangles_in_a_ply_are_read_with_one_winding(tmp_path):
+    """Two triangles of each strip; the last one of the second has two corners only."""
+    part = read_mesh(written(tmp_path, "a.ply", STRIPS)).parts[0]
+    a, b, c = (part.vertices[part.faces[:, k]] for k in range(3))
+    area = np.cross(b - a, c - a)[:, 2] / 2
+    assert area.tolist() == [0.5, 0.5, 0.5, 0.5]
+
+
+@pytest.mark.parametrize("more", [b"\0", b"COLOR=\xff\xff", b"\n" * 300])
+def test_bytes_behind_a_binary_stl_are_left_out_and_told(tmp_path, more):
+    data = box().export(file_type="stl")
+    for head in (data[:80], b"solid exported by X".ljust(80)):
+        raw = read_mesh(written(tmp_path, "a.stl", head + data[80:] + more))
+        assert len(raw.parts[0].faces) == 12
+        assert raw.notes == (f"{len(more)} bytes behind its 12 triangles are left out",)
+    refused(written(tmp_path, "b.stl", b"solid".ljust(80) + data[80:-1]), "cut short")
+
+
+def test_names_of_parts_are_the_same_in_every_unicode_form(tmp_path):
+    """e with an accent is one character or two; a file's and a study's may differ."""
+    assert unique_names(["sie\u0300ge", "si\u00e8ge"], "x") == ["si\u00e8ge", "si\u00e8ge_2"]
+    (tmp_path / "u\u0308.yaml").write_text("a: 1")
+    text = "part: 'sie\u0300ge'\nsie\u0300ge: 1\nfile: u\u0308.yaml\n"
+    document = read_yaml(written(tmp_path, "a.yaml", text))
+    assert document.value == {"part": "si\u00e8ge", "si\u00e8ge": 1, "file": "u\u0308.yaml"}
+
+
+@pytest.mark.parametrize(
+    ("form", "far", "told"), [("stl", 1e6, "0.062 apart, 1/96"), ("obj", 1e6, "10 apart")]
+)
+def test_a_mesh_too_far_from_the_origin_for_its_numbers_is_remarked_on(tmp_path, form, far, told):
+    """Single precision at 1,000,000 counts in sixteenths; a text of six digits in tens."""
+    mesh = box()
+    assert not read_mesh(written(tmp_path, f"a.{form}", mesh.export(file_type=form))).notes
+    points = mesh.vertices * (1 if form == "stl" else 10) + [far, 0, 0]
+    data = trimesh.Trimesh(points, mesh.faces, process=False).export(file_type=form)
+    if form == "obj":
+        vertices = "\n".join(f"v {x:g} {y:g} {z:g}" for x, y, z in points)
+        data = vertices + "\nf 1 2 3\nf 4 5 6\n"
+    (note,) = read_mesh(written(tmp_path, f"b.{form}", data)).notes
+    assert told in note and "move it to the origin" in note
+
+
+def test_parts_of_a_step_file_have_the_names_of_products_where_occurrences_have_none(tmp_path):
+    pytest.importorskip("cascadio")
+    parts = {"seat": ("=>[0:1:1:2]", ""), "desk": ("NAUO1",), "lamp": ("left lamp",)}
+    raw = read_mesh(written(tmp_path, "a.step", step_assembly(parts)))
+    assert [part.name for part in raw.parts] == ["seat", "seat_2", "desk", "left lamp"]
+    assert [part.vertices[:, 0].min() for part in raw.parts] == pytest.approx([0, 1, 2, 3])

@@ -19,7 +19,8 @@ from workbench.files.motions.opensim import coordinate_poses
 from workbench.files.motions.tables import angle_table_text, read_angle_table, table_kind
 from workbench.model.continuous_angles import ContinuousAngles
 from workbench.model.posing import angles_of, compose
-from workbench.motion.recorded.retarget import bone_positions, retarget
+from workbench.motion.recorded.retarget import retarget
+from workbench.motion.recorded.skeleton import bone_positions
 
 JUMP = SHARED / "motion" / "bvh" / "01_01.bvh"
 BODY = load_body("bubbleman")
@@ -302,8 +303,8 @@ def test_angles_are_read_by_the_names_of_their_motions(tmp_path):
         ("LH.extension", "LK.flexion", "column LK.flexion is there twice"),
         (
             "20, 900, 20, 5",
-            "0, 900, 20, 5",
-            "frames are out of order: frame 2 is at 0 s, after frame 1 at 0 s",
+            "-1, 900, 20, 5",
+            "frames are out of order: frame 2 is at -0.001 s, after frame 1 at 0 s",
         ),
         (
             "20, 900, 20, 5",
@@ -364,7 +365,7 @@ def test_both_headers_of_opensim_are_read(tmp_path, head):
         (
             "inDegrees=yes",
             "inDegrees=no",
-            "6 whole turns: the header says radians; are these degrees",
+            "6.4 whole turns: the header says radians; are these degrees",
         ),
         ("nRows=2", "nRows=3", "header: says 3 frames, 2 are there"),
         ("inDegrees=yes\n", "", "does not say whether angles are degrees"),

@@ -95,6 +95,10 @@ def test_a_run_counts_the_people_who_overlap_and_says_so(path, there):
     words = f"{first.people} of {FEW} people: {first.segment} in {first.part}"
     assert any(line.startswith(words) for line in found.warnings)
     assert first.people == max(one.people for one in summed)
+    entered = np.unique(overlaps.pair[:, 0])
+    clear = found.served & ~np.isin(np.arange(FEW), entered)
+    np.testing.assert_array_equal(found.clear, clear)
+    assert found.shares[0].clear == pytest.approx(np.mean(clear))
 
 
 def test_a_criterion_that_asks_about_an_overlap_takes_its_warning(path, there):

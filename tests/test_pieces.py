@@ -76,8 +76,8 @@ def test_the_page_says_the_level_and_the_spheres(tmp_path):
     html = page(result, result_file(result))
     text = re.sub(r"<style>.*?</style>|<[^>]+>", " ", html, flags=re.DOTALL)
     assert "pieces" not in text
-    told = "Each body is of the family of adult_male, scaled to that person’s measures: 273 spheres"
-    assert f"{told} (level of detail coarse)." in text
+    told = "own measures, from the shape model human basis: 273 spheres"
+    assert f"Each person has a body of his or her {told} (level of detail coarse)." in text
 
 
 @pytest.mark.parametrize("name", ACCOMMODATIONS)

@@ -98,7 +98,7 @@ def test_those_beside_a_population_are_judged_by_themselves(company, tmp_path):
     out = tmp_path / "out"
     main(["run", str(company), "--out", str(out)])
     page = (out / "report.html").read_text()
-    assert "other: adult_male" in page and "4 people" in page
+    assert "other: adult male" in page and "4 people" in page
 
 
 STANDING = (

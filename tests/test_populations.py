@@ -284,3 +284,23 @@ def test_a_model_fitted_to_few_people_leaves_out_what_they_cannot_tell():
     model = fit_population(few, name="few")
     assert isinstance(model, PopulationModel) and model.sexes == ("female",)
     assert model.levels[[0, 1, -2, -1]].tolist() == [0, 0.025, 0.975, 1]
+
+
+@pytest.mark.parametrize(
+    ("column", "factor", "told"),
+    [
+        ("weightkg", 2.2046, "the column counts tenths of a kilogram; call it mass"),
+        ("mass", 2.2046, "the column counts kilograms"),
+        ("mass", 10.0, "750 kg is absurd for a person"),
+    ],
+)
+def test_masses_that_are_nobodys_of_their_stature_are_refused_with_their_line(
+    tmp_path, column, factor, told
+):
+    """75 kg at 1.75 m is 24.5 kg/m^2. In pounds: 16.5 kg for tenths, or 165 kg for kilograms."""
+    file = tmp_path / "p.csv"
+    lines = [f"male,{1750 + k},{75 * factor:g}" for k in range(6)]
+    file.write_text("\n".join([f"gender,stature,{column}", *lines]))
+    with pytest.raises(InputError, match=told) as caught:
+        read_ansur(file, measures=("stature", "mass"))
+    assert str(caught.value).startswith(f"{file}:")

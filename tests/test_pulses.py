@@ -149,6 +149,8 @@ def test_simulations_that_come_along_check_and_tell_their_kind():
     ("old", "new", "told"),
     [
         ("duration: 50", "duration: -50", "pulse.duration"),
+        ("duration: 50", "duration: 0.05", "the pulse lasts 0.05 ms, 1 to 10000 ms is a crash"),
+        ("duration: 50", "duration: 50000", "the pulse lasts 50000 ms, 1 to 10000 ms is a crash"),
         ("duration: 50", "hold: 50", "'hold' does not belong to a half_sine pulse"),
         ("peak: 20, ", "", "'peak' is missing in a half_sine pulse"),
         (

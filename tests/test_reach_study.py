@@ -58,7 +58,7 @@ def flying(written):
     body."""
     there = present_people(load_study(written(STUDY)))
     situation = there.situations[0][0]
-    return situation, there.words, there.environment, situation.placed
+    return situation, (*there.words, *there.short), there.environment, situation.placed
 
 
 def tip(placed, name, grip):
@@ -235,18 +235,18 @@ def test_the_trainer_is_flown_by_a_small_woman_and_a_large_man():
         ([0, 0], ""),
         (
             [0, 1, 1, 2],
-            "Obstacles put 3 of 4 reaches in doubt: 2 came clear after a few steps, 1 came clear in "
-            "another posture.",
+            "In 3 of 4 reaches an obstacle was in the way at first: 2 were solved by a small change of "
+            "posture, 1 was solved by another posture.",
         ),
         (
             [0, 3],
-            "Obstacles put 1 of 2 reaches in doubt: for 1 the search found no way, which is no proof "
-            "that there is none.",
+            "In 1 of 2 reaches an obstacle was in the way at first: for 1 no clear posture was found, "
+            "which does not prove that none exists.",
         ),
         (
             [0, 4],
-            "Obstacles put 1 of 2 reaches in doubt: for 1 there is none, as the control is too deep in a "
-            "part.",
+            "In 1 of 2 reaches an obstacle was in the way at first: for 1 none exists, because the "
+            "control is too deep inside a part.",
         ),
     ],
 )

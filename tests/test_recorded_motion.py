@@ -9,7 +9,7 @@ import pytest
 from tests.conftest import SHARED, real_input
 from tests.whole_motions import read_bvh
 from workbench.files.motions.number_rows import FrameRange
-from workbench.motion.recorded.retarget import bone_positions
+from workbench.motion.recorded.skeleton import bone_positions
 
 JUMP = SHARED / "motion" / "bvh" / "01_01.bvh"
 

@@ -124,6 +124,20 @@ def test_overlaps_that_no_criterion_asks_about_are_warnings_and_no_green_page(fa
     assert said in html.replace("&#39;", "'")
 
 
+def test_the_headline_says_the_tightest_gap_and_the_deepest_overlap_nothing_asks_about(
+    failing, silent
+):
+    # the wall is 50 mm thick, from x = 600 mm on: the base of 50 mm, at x = 600, leaves its front
+    said = result_file(silent).headline
+    assert "The deepest overlap that no criterion asks about: base" in said
+    assert "is 50.0 mm into wall (" in said and "polygon" not in said
+    assert "no criterion asks" not in result_file(failing).headline
+    # the seat and its backrest are nearer, but may be touched
+    room = failing.verdict("room for the hand").worst.value
+    gap = f"The tightest gap is {1000 * room:.1f} mm: hand from wall (forward, anna)."
+    assert gap in said and gap in result_file(failing).headline
+
+
 def test_overlaps_that_a_criterion_allows_are_no_warnings(tmp_path):
     result = result_of(tmp_path, ALLOWED)
     assert result.passed

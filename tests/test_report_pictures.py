@@ -15,7 +15,7 @@ from workbench import load_body
 from workbench.draw.scene import Scene, SceneBody
 from workbench.report.joint_angles import angle_rows
 from workbench.report.page import page
-from workbench.report.postures.drawing import clearance_drawing
+from workbench.report.postures.drawing import circle_drawing, clearance_drawing
 from workbench.report.result_rows import result_file
 from workbench.report.words import proper_minus, without_polygons
 
@@ -71,3 +71,12 @@ def test_a_joint_that_turns_both_ways_has_one_row_and_one_that_rests_has_none():
         ("left shoulder", "flexion, − extension", ["10.0", "-4.0"])
     ]
     assert angle_rows(body, postures[1:]) == [("left shoulder", "extension", ["4.0"])]
+
+
+def test_each_case_is_drawn_as_circles_too(result):
+    found = result.postures[0]
+    bodies = tuple(SceneBody(person.placed, 0) for person in found.people)
+    drawing = ElementTree.fromstring(circle_drawing(Scene(bodies, found.environment), size=200))
+    spheres = sum(len(person.body.sphere_names) for person in found.people)
+    shapes = [item for item in drawing.iter() if item.tag.rpartition("}")[2] == "circle"]
+    assert len(shapes) == spheres

@@ -294,7 +294,9 @@ def test_every_picture_says_what_it_shows(page, data):
     pictures = [attrs for attrs in pictures if attrs not in close]
     drawings = [attrs for tag, attrs in read.tags if tag == "svg"]
     assert len(pictures) == 4 * len(data["cases"]) + 2  # both cases side by side
-    assert len(drawings) <= len(data["cases"])  # one where something is near
+    circles = [attrs for attrs in drawings if attrs["width"] == "520"]
+    assert len(circles) == len(data["cases"])
+    assert len(drawings) - len(circles) <= len(data["cases"])  # one where something is near
     assert len({attrs["alt"] for attrs in pictures}) == len(pictures)
     assert all(attrs["alt"].startswith(tuple(data["cases"])) for attrs in pictures)
     assert len(re.findall(r"<svg[^>]* role=\"img\"[^>]*>\s*<title>[^<]+</title>", page)) == len(

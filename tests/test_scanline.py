@@ -77,6 +77,16 @@ def test_the_picture_may_leave_lines_out() -> None:
     assert np.all(np.asarray(scanline(Scene(), front(9))) == 255)
 
 
+def test_the_nearer_a_sphere_is_the_lighter_it_is_drawn() -> None:
+    scene = scene_of("bubbleman", posture="seated")
+    camera = standard_view("corner", scene.bounds, width=120, height=160)
+    grey = np.asarray(scanline(scene, camera).convert("L"), dtype=np.float64)
+    shown = scan_numbers(scene.spheres, camera, rule="surface")
+    front = project_disks(scene.spheres, camera).front
+    assert np.corrcoef(front[shown[shown >= 0]], grey[shown >= 0])[0, 1] > 0.99
+    assert grey[shown >= 0].max() < grey[shown < 0].min()  # the nearest are told from the paper
+
+
 def test_what_it_cannot_do_is_said() -> None:
     with pytest.raises(UsageError, match="cannot cut"):
         scan_pieces(swarm(1), replace(front(), cut=0.1))

@@ -211,7 +211,7 @@ def test_an_improbable_mix_is_told_with_the_measure_that_causes_it(bubbleman, mo
     made = person_body(
         bubbleman, model, sex="male", measures={"stature": 1.755, "sitting_height": 0.80}
     )
-    assert "sitting_height 800 mm is 5" in made.warnings[0]
+    assert "sitting height 800 mm is 5" in made.warnings[0]
 
 
 def test_body_scale_writes_a_body_that_loads_and_measures_right(tmp_path, capsys):

@@ -18,7 +18,7 @@ from workbench.model.motion import Markers, SegmentTrack
 from workbench.model.posing import compose
 from workbench.motion.recorded.marker_names import marker_site
 from workbench.motion.recorded.marker_places import marker_places
-from workbench.motion.recorded.retarget import body_lengths
+from workbench.motion.recorded.skeleton import body_lengths
 from workbench.motion.recorded.subject import factors_from_markers, factors_from_track
 from workbench.study.motion_cases import motion_cases
 from workbench.study.motions import MotionOptions, load_motion

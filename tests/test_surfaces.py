@@ -6,6 +6,7 @@ from __future__ import annotations
 import tempfile
 from dataclasses import replace
 from functools import cache
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -55,6 +56,11 @@ def together(name, *parts):
     first = np.cumsum([0, *(len(part.vertices) for part in parts)])
     faces = np.concatenate([part.faces + start for part, start in zip(parts, first, strict=False)])
     return RawPart(name, *weld(np.concatenate([part.vertices for part in parts]), faces))
+
+
+def weld_row(vertices, point):
+    """The row of a point among vertices (V, 3)."""
+    return int(np.flatnonzero((vertices == point).all(axis=1))[0])
 
 
 def box(low, high, *, inward=False):
@@ -295,7 +301,7 @@ def test_a_shell_in_a_shell_is_a_cavity_where_wound_opposite_and_else_part_of_th
     found = validate_part(both)[1]
     assert (found.turned, found.cavities, found.nested) == counts
     at = distances(environment_of(both), [[1.5, 1.5, 1.5], [0.4, 1.5, 1.5], [-0.4, 1.5, 1.5]])[:, 0]
-    assert at == pytest.approx([-0.5 if in_the_middle else 0.5, -0.4, 0.4])
+    assert at == pytest.approx([-1.5 if in_the_middle else 0.5, -0.4, 0.4])
 
 
 def test_an_island_in_a_cavity_is_solid_again():
@@ -337,6 +343,79 @@ def test_a_shell_that_crosses_itself_is_counted():
     )
     found = validate_part(part)[1]
     assert (found.closed, found.crossing) == (True, 1)
+
+
+def test_a_depth_in_a_solid_that_crosses_itself_is_called_a_lower_bound(bubbleman, postures):
+    """Two boxes 2 m long joined to one shell that crosses itself; the man's feet are in both."""
+    low, high = [-1, -1, -0.5], [1, 1, 1]
+    one, other = box_part("one", low, high), box_part("other", [-0.5, -2, -0.4], [0.5, 2, 0.9])
+    split = without(one, [0]), without(other, [0])
+    part = together("knot", *split)
+    a = [weld_row(part.vertices, one.vertices[k]) for k in one.faces[0]]
+    b = [weld_row(part.vertices, other.vertices[k]) for k in other.faces[0]]
+    tube = [[a[i], a[(i + 1) % 3], b[-i]] for i in range(3)]
+    tube += [[a[(i + 1) % 3], b[-(i + 1) % 3], b[-i]] for i in range(3)]
+    knot = RawPart("knot", part.vertices, np.vstack([part.faces, tube]))
+    environment = environment_of(knot)
+    assert environment.quality[0].tangled == 1
+    (said,) = [
+        line
+        for line in found_of(standing(bubbleman, postures, environment)).warnings
+        if "a lower bound, since" in line
+    ]
+    assert "at least" in said and "'knot'" in said
+
+
+cuts = st.lists(st.integers(1, 9), min_size=1, max_size=3, unique=True).map(sorted)
+shares = st.tuples(*[st.integers(0, 9)] * 3)
+
+
+def block_distance(points, size):
+    """Signed distance (Q,) of points to a box from 0 to size."""
+    beyond = np.abs(points - size / 2) - size / 2
+    return np.linalg.norm(np.maximum(beyond, 0), axis=1) + np.minimum(beyond.max(axis=1), 0)
+
+
+@settings(deadline=None, max_examples=25)
+@given(
+    cuts=cuts,
+    overlap=st.sampled_from([0.0, 0.001, 0.03]),
+    inserts=st.lists(st.tuples(shares, shares), max_size=2),
+    turn=st.sampled_from([0.0, 0.3, 1.1]),
+    seed=st.integers(0, 99),
+)
+def test_a_block_and_any_cut_of_it_into_solids_give_the_same_signed_distances(
+    cuts, overlap, inserts, turn, seed
+):
+    """Slices across x that overlap or touch, and solids within, some with walls in common."""
+    size = np.array([0.5, 0.4, 0.3])
+    ends = [0, *(0.05 * cut for cut in cuts), 0.5]
+    pieces = [
+        box([low, 0, 0], [min(high + overlap, 0.5), 0.4, 0.3]) for low, high in pairwise(ends)
+    ]
+    for one, other in inserts:
+        low = np.minimum(one, other)
+        pieces.append(box(size * low / 10, size * (np.maximum(one, other) + 1) / 10))
+    rotation = np.array(
+        [[np.cos(turn), -np.sin(turn), 0], [np.sin(turn), np.cos(turn), 0], [0, 0, 1]]
+    )
+    cut = together("block", *pieces)
+    cut = RawPart("block", cut.vertices @ rotation.T, cut.faces)
+    points = size * np.random.default_rng(seed).uniform(-0.2, 1.2, (20, 3))
+    environment = environment_of(cut)
+    assert environment.solid[0] and not environment.tangled
+    found = distances(environment, points @ rotation.T)[:, 0]
+    assert found == pytest.approx(block_distance(points, size), abs=1e-9)
+
+
+def test_solids_of_a_part_that_are_apart_keep_their_faces_and_surfaces_are_not_united():
+    apart = together("apart", box([0, 0, 0], [1, 1, 1]), box([2, 0, 0], [3, 1, 1]))
+    assert np.array_equal(validate_part(apart)[0].faces, apart.faces)
+    over = together("over", box([0, 0, 0], [2, 1, 1]), box([1, 0.2, 0.2], [3, 0.8, 0.8]))
+    assert np.array_equal(validate_part(over, solid=False)[0].faces, over.faces)
+    made = [validate_part(over)[0] for _ in range(2)]
+    assert made[0].vertices.tobytes() == made[1].vertices.tobytes()
+    assert made[0].faces.tobytes() == made[1].faces.tobytes()
 
 
 @pytest.mark.parametrize("face", range(6))

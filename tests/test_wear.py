@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 
 import workbench as wb
-from tests.conftest import ROOT
+from tests.conftest import ROOT, box_part, environment_of
 from tests.family import write_family
 from workbench import measure
 from workbench.body.wear import wear
@@ -220,3 +222,18 @@ def test_what_does_not_fit_a_body_is_told(bubbleman, tmp_path, old, new, words):
     path.write_text(GOOD.replace(old, new, 1))
     with pytest.raises(wb.InputError, match=words):
         dressed(bubbleman, str(path))
+
+
+def test_what_is_worn_is_named_as_worn_and_without_numbers(bubbleman):
+    booted = dressed(bubbleman, "boots", "helmet")
+    standing = wb.place(booted, wb.pose(booted, {}))
+    everywhere = environment_of(box_part("block", [-3, -3, -3], [3, 3, 3]))
+    found = wb.contacts(standing, everywhere)
+    names = {
+        booted.sphere_names[int(sphere)]: found.name(row)
+        for row, sphere in enumerate(found.sphere)
+        if booted.sphere_names[int(sphere)].endswith(")")
+    }
+    assert any(name.endswith(" 2)") for name in names)
+    assert all(" in boots" in where or " in helmet" in where for where in names.values())
+    assert not any(re.search(r"[(] |\d", where) for where in names.values())

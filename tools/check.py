@@ -63,7 +63,7 @@ HOMES = {
     "rich": {"cli/progress.py"},
     "pyvista": {"draw/window.py"},
     "imageio_ffmpeg": {"draw/films/mp4.py"},
-    "manifold3d": {"body", "files/meshes/parts.py"},
+    "manifold3d": {"body", "files/meshes/parts.py", "files/meshes/union.py"},
     "mujoco": {"crash/mjcf.py"},
     "distributed": {"study/executors.py"},
     "threadpoolctl": {"study/accommodation/population_bodies.py"},

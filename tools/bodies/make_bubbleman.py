@@ -28,6 +28,8 @@ BODIES = HERE.parents[1] / "bodies"
 HEADER = """\
 # Bubbleman: a man of median size made of {spheres} spheres, 20 segments and 19 joints.
 # Segments, joints, numbers and mnemonics: Badler, O'Rourke & Toltzis, Proc. IEEE 67(10), 1979, tables 1 and 2.
+# Report before the paper: Badler & O'Rourke, A Human Body Modelling System for Motion Studies, Movement Project
+# Report 6, University of Pennsylvania, August 1977.
 # Size: ANSUR II (NATICK/TR-15/007), median man. Masses: de Leva 1996, the shoulder masses taken from the upper trunk.
 # Joint stops: Barter, Emanuel & Truett 1957 and later surveys. Licence: CC0-1.0.
 # The mass is the survey's, the spheres are drawn by hand and too slim for it: 72 litres, 1,170 kg/m3 where people have

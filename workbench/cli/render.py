@@ -87,6 +87,10 @@ class Movement:
     up
         the upward axis of the motion files, or of a mesh, where it is not told right: x, y, z, -x,
         -y, -z
+    unit
+        one unit of the motion files, where they do not say it, such as '1 cm'
+    names
+        a YAML file that says what the bones, markers or coordinates of the motion files are
     """
 
     motion: str | None = None
@@ -96,6 +100,8 @@ class Movement:
     start: float | None = None
     end: float | None = None
     up: Annotated[str | None, Parameter(allow_leading_hyphen=True)] = None
+    unit: str | None = None
+    names: Path | None = None
 
 
 @Parameter(name="*")
@@ -237,14 +243,27 @@ class _Shown:
 
 def _found(shown: _Shown, movement: Movement) -> Source:
     """What is to be drawn, in motion where that is asked for, and over what lies under it."""
-    from workbench.draw.films.motion_clips import MotionClip, is_motion, overlay, with_motion
+    from workbench.cli.motion import frame_range, motion_options
+    from workbench.draw.films.motion_clips import is_motion, overlay, with_motion
     from workbench.draw.scene_builder import build_source
 
     motion = movement.motion
     over = movement.over
-    clip = MotionClip(movement.start, movement.end, movement.up)
-    if clip != MotionClip() and motion is None and not (over and is_motion(over)):
-        raise UsageError("--start, --end and --up choose from a motion file: give one by --motion")
+    given = (movement.start, movement.end, movement.up, movement.unit, movement.names)
+    if (
+        any(value is not None for value in given)
+        and motion is None
+        and not (over and is_motion(over))
+    ):
+        raise UsageError(
+            "--start, --end, --up, --unit and --names are about a motion file: give one by --motion"
+        )
+    clip = motion_options(
+        up=movement.up,
+        unit=movement.unit,
+        names=movement.names,
+        frames=frame_range(movement.start, movement.end),
+    )
     if motion is not None and shown.pose is not None:
         raise UsageError(
             "a body stands in a posture or makes a motion: leave out --pose or --motion"

@@ -25,6 +25,7 @@ from workbench.files.study.reader import load_study
 from workbench.model.adjusting import adjusted
 from workbench.model.body import Body
 from workbench.model.environment import Environment
+from workbench.model.figures import tenths
 from workbench.model.person import Person
 from workbench.model.poses import Poses
 from workbench.model.posing import join_poses, pose
@@ -151,7 +152,9 @@ def _hardest_source(path: Path, study: Study, rows: PopulationRows, name: str | 
     source = people_source(
         f"{study.title}: person {hard.person}", environment, (person,), (hard.posture.case,)
     )
-    lack = f"{hard.requirement}: {hard.margin_mm:.1f} mm to spare"
+    margin = hard.margin_mm
+    words = f"{tenths(abs(margin))} mm {'short' if margin < 0 else 'to spare'}"
+    lack = f"{hard.requirement}: {words}"
     return replace(source, notes=(*source.notes, f"person {hard.person}, {lack}"))
 
 
@@ -233,7 +236,9 @@ def _with_findings(source: Source, result: ResultFile) -> Source:
     breaches = [f for verdict in result.verdicts for f in verdict.breaches if in_case(f)]
     passed = [verdict.worst for verdict in result.verdicts if verdict.passed and verdict.worst]
     labelled = [(finding, str(n), "contact") for n, finding in enumerate(breaches, start=1)]
-    labelled += [(f, f"{f.value:.1f} {f.unit}", "clearance") for f in passed if in_case(f)]
+    labelled += [
+        (f, f"{tenths(f.value, f.limit)} {f.unit}", "clearance") for f in passed if in_case(f)
+    ]
     marks = tuple(
         Mark(_metres(finding.point_mm), label, kind)
         for finding, label, kind in labelled

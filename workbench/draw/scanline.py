@@ -242,7 +242,8 @@ def scan_numbers(spheres: Spheres, camera: Camera, *, rule: str = "front") -> In
 def scanline(
     scene: Scene, camera: Camera, *, rule: str = "surface", spacing: int = 1
 ) -> Image.Image:
-    """Draw the bodies of a scene by scan lines, in ink that is stronger the nearer a sphere is.
+    """Draw the bodies of a scene by scan lines, each sphere in a shade that is lighter the nearer it
+    is.
 
     Environment and marks are not drawn.
 
@@ -272,6 +273,6 @@ def scanline(
     colour = np.array([PAPER] * (len(front) + 1), dtype=np.float64)
     for index, body in enumerate(scene.bodies):
         own = np.flatnonzero(spheres.body == index)
-        strength = 0.2 + 0.8 * share[own, None]
+        strength = 1.0 - 0.75 * share[own, None]  # of ink on paper: the nearest keep a quarter
         colour[own] += (np.array(INKS[body.colour]) - np.array(PAPER)) * strength
     return Image.fromarray(np.round(colour[shown]).astype(np.uint8))

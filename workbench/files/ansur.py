@@ -33,6 +33,11 @@ _MILLIMETRES = 0.001
 _DIGITS = 9
 _LARGEST = 1e6
 _UNITS = {"weightkg": 0.1, "interpupillarybreadth": 0.0001}
+_INDEX = (12.0, 70.0)
+"""Least and greatest body mass index [kg/m^2] of a person, mass / stature^2."""
+_MEDIAN_INDEX = (13.0, 42.0)
+"""The same of the median of several people: of five-year-olds it is 15, of adults 21 to 33."""
+_SEVERAL = 5
 _SITTING = {
     "acromial_height_sitting": "acromialheight",
     "cervicale_height_sitting": "cervicaleheight",
@@ -59,7 +64,7 @@ def read_ansur(
     measures: those wanted; other columns need not be there. A file of the same layout may call its
     columns by the names of the measures too, give lengths in another unit [m], masses as `mass`
     [kg], and in a column `weights` for how many people each row stands. InputError names missing
-    columns, and for absurd values their line and column.
+    columns, and for absurd values their line and column; a mass is judged against the stature too.
     """
     if not paths:
         raise UsageError("name one CSV file or more")
@@ -164,7 +169,28 @@ def _measured(
         bad["+".join(parts)] = known | absurd
         rows = np.flatnonzero(absurd & ~known).tolist()
         faults += [_absurd_words(table, row, measure, parts, values[measure]) for row in rows]
+    if not faults and {MASS, "stature"} <= values.keys():
+        faults += _mass_faults(table, columns_of[MASS][0], values[MASS], values["stature"])
     return np.stack([values[measure] for measure in columns_of], axis=1)
+
+
+def _mass_faults(table: _Table, column: str, mass: Floats, stature: Floats) -> Iterator[str]:
+    """Report masses [kg] that are nobody's of such a stature [m]: a column in another unit."""
+    index = mass / stature**2
+    low, high = _INDEX
+    rows = np.flatnonzero((index < low) | (index > high)).tolist()
+    middle = float(np.median(index))
+    least, most = _MEDIAN_INDEX
+    if not rows and len(index) >= _SEVERAL and not least <= middle <= most:
+        rows = np.argsort(np.abs(index - middle))[:1].tolist()
+    unit = "tenths of a kilogram" if column == "weightkg" else "kilograms"
+    for row in rows:
+        yield (
+            f"{table.path}:{table.lines[row]}: {column}: {mass[row]:g} kg is not the mass of a person "
+            f"{1000 * stature[row]:g} mm tall (mass / stature^2 is {index[row]:.1f} kg/m^2, {low:g} to "
+            f"{high:g} is a person's; the median of the file is {middle:.1f}): the column counts {unit}; "
+            f"call it {MASS} where it holds kilograms, and convert pounds (0.4536 kg)"
+        )
 
 
 def _unit(column: str, unit: float) -> float:

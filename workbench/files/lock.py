@@ -5,7 +5,9 @@ from __future__ import annotations
 
 import errno
 import os
+import stat
 import sys
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -19,12 +21,14 @@ __all__ = ["locked"]
 
 _TRIES = 1000
 """How often a lock file is made that another process removes at once."""
+_PAUSE = 0.02
+"""Time [s] between two tries to have a lock that another process holds."""
 
 
 @contextmanager
-def locked(path: Path, output: Path, *, wait: bool = False) -> Iterator[None]:
+def locked(path: Path, output: Path, *, wait: float = 0.0) -> Iterator[None]:
     """Hold the lock file `path` for the writing of `output`. The file and its folder are made if
-    they are missing.
+    they are missing. It is free again at the end also where a process was forked meanwhile.
 
     Where the system or the file system has no locks (Windows, some network drives), nothing is
     locked.
@@ -32,14 +36,15 @@ def locked(path: Path, output: Path, *, wait: bool = False) -> Iterator[None]:
     Parameters
     ----------
     wait
-        Whether to wait for another process that holds it.
+        For how long [s] to wait for another process that holds it.
 
     Raises
     ------
     InputError
-        If another process holds it, and `wait` is false.
+        If another process holds it for longer, or something else than a file of its own has the
+        name of the lock file: a link, a pipe, another name of some file.
     OSError
-        If the file cannot be made, or is a link.
+        If the file cannot be made.
     """
     for _ in range(_TRIES):
         file = _acquired(path, output, wait)
@@ -54,10 +59,12 @@ def locked(path: Path, output: Path, *, wait: bool = False) -> Iterator[None]:
     try:
         yield
     finally:
+        with suppress(OSError):  # a file system without locks
+            fcntl.flock(file, fcntl.LOCK_UN)  # also what a process forked meanwhile holds of it
         os.close(file)
 
 
-def _acquired(path: Path, output: Path, wait: bool) -> int | None:
+def _acquired(path: Path, output: Path, wait: float) -> int | None:
     """The lock file, opened and locked; None where its last holder has removed it meanwhile."""
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -70,7 +77,14 @@ def _acquired(path: Path, output: Path, wait: bool) -> int | None:
         if os.path.lexists(path.parent) and not path.parent.is_dir():
             raise
         return None
+    except OSError as error:
+        if error.errno == errno.ELOOP:
+            raise _planted(path, output) from None
+        raise
     try:
+        found = os.fstat(file)
+        if not stat.S_ISREG(found.st_mode) or found.st_nlink > 1:
+            raise _planted(path, output)
         _lock(file, output, wait)
         if _is_still(path, file):
             return os.dup(file)
@@ -79,16 +93,28 @@ def _acquired(path: Path, output: Path, wait: bool) -> int | None:
         os.close(file)
 
 
-def _lock(file: int, output: Path, wait: bool) -> None:
+def _planted(path: Path, output: Path) -> InputError:
+    return InputError(
+        f"{output}: cannot be written ({path.name} beside it is a link or no plain file; remove it)"
+    )
+
+
+def _lock(file: int, output: Path, wait: float) -> None:
     if sys.platform == "win32":
         return
-    try:
-        fcntl.flock(file, fcntl.LOCK_EX | (0 if wait else fcntl.LOCK_NB))
-    except BlockingIOError:
-        raise InputError(
-            f"{output}: cannot be written (another command is writing it now)"
-        ) from None
-    except OSError:  # a file system without locks
+    end = time.monotonic() + wait
+    while True:
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            if time.monotonic() < end:
+                time.sleep(_PAUSE)
+                continue
+            raise InputError(
+                f"{output}: cannot be written (another command is writing it now)"
+            ) from None
+        except OSError:  # a file system without locks
+            return
         return
 
 

@@ -5,10 +5,14 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Sequence
 from functools import cache
+from unicodedata import normalize
 
-from workbench.errors import printable
+from workbench.errors import InputError, has_controls, printable
 
-__all__ = ["matches", "matching", "unique_names"]
+__all__ = ["LONGEST_NAME", "good_name", "matches", "matching", "unique_names"]
+
+LONGEST_NAME = 80
+"""Characters of a name that somebody types."""
 
 
 def unique_names(names: Iterable[str], otherwise: str) -> list[str]:
@@ -16,9 +20,10 @@ def unique_names(names: Iterable[str], otherwise: str) -> list[str]:
 
     The first of several equal names stays, the others become `seat_2`, `seat_3`; a number that
     another name has already is passed over. White space is evened out, control characters are
-    escaped, an empty name becomes `otherwise`.
+    escaped, letters with accents are single characters (Unicode NFC), an empty name becomes
+    `otherwise`.
     """
-    wanted = [printable(" ".join(name.split())) or otherwise for name in names]
+    wanted = [normalize("NFC", printable(" ".join(name.split()))) or otherwise for name in names]
     taken = set(wanted)
     last: dict[str, int] = {}
     given: list[str] = []
@@ -32,6 +37,20 @@ def unique_names(names: Iterable[str], otherwise: str) -> list[str]:
         taken.add(candidate)
         given.append(candidate)
     return given
+
+
+def good_name(name: str, kind: str) -> str:
+    """Return a typed name without white space around it, and a single space for each inside.
+
+    Raises
+    ------
+    InputError
+        If nothing is left, it is longer than `LONGEST_NAME`, or it has control characters in it.
+    """
+    found = " ".join(name.split())
+    if not found or len(found) > LONGEST_NAME or has_controls(found):
+        raise InputError(f"a {kind} needs a name of 1 to {LONGEST_NAME} characters")
+    return found
 
 
 def matches(pattern: str, name: str) -> bool:

@@ -25,6 +25,7 @@ folder, and is emptied.
 from __future__ import annotations
 
 import hashlib
+import math
 import os
 import shutil
 import stat
@@ -202,7 +203,7 @@ def _working(place: Path, tell: Tell = lambda line: None) -> Iterator[Path]:
     """The work folder of an output, for this process alone. Before and after, what is left in it is
     put right."""
     work = _work_folder(place)
-    with locked(work / _LOCK, place, wait=True):
+    with locked(work / _LOCK, place, wait=math.inf):
         _put_right(work, place, tell)
         try:
             yield work

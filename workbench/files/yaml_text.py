@@ -12,8 +12,10 @@ from __future__ import annotations
 import math
 import re
 from dataclasses import dataclass, field
+from os.path import lexists
 from pathlib import Path
 from typing import Any
+from unicodedata import is_normalized, normalize
 
 import yaml
 
@@ -220,6 +222,10 @@ class _Builder:
         self._check_tag(event, event.tag, "str")
         plain = event.implicit[0]
         value = _scalar(event.value) if plain and not event.tag else event.value
+        if isinstance(value, str) and not is_normalized("NFC", value):
+            # as names of parts are; the name of a file that is there keeps its form
+            there = lexists(Path(self.file).parent / value)
+            value = value if there else normalize("NFC", value)
         if event.anchor:
             self._anchors[event.anchor] = value
             self._sizes[event.anchor] = 1

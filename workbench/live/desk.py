@@ -52,6 +52,11 @@ __all__ = [
     "work_made",
 ]
 
+LONGEST_FILE = 255
+"""Bytes of a file's name, at most."""
+LONGEST_STEM = 200
+"""Bytes of a name that another one is made of."""
+
 
 class SupersededError(Exception):
     """Another state is to be judged by now."""
@@ -473,9 +478,10 @@ def work_made(work: Work) -> Made:
 
 
 def kept_file(path: Path) -> Path:
-    """The name of a new file for what is not saved of a file."""
-    stem = path.with_name(f"{path.stem}_unsaved{path.suffix}")
-    numbered = (path.with_name(f"{path.stem}_unsaved_{k}{path.suffix}") for k in count(2))
+    """The name of a new file for what is not saved of a file, of which it has the beginning."""
+    begin = path.stem.encode()[:LONGEST_STEM].decode(errors="ignore")
+    stem = path.with_name(f"{begin}_unsaved{path.suffix}")
+    numbered = (path.with_name(f"{begin}_unsaved_{k}{path.suffix}") for k in count(2))
     return next(one for one in chain([stem], numbered) if not one.exists())
 
 
@@ -490,12 +496,18 @@ def new_file(folder: Path, name: str, *, like: str) -> Path:
     Raises
     ------
     InputError
-        If the name is hidden, has a folder or what cannot be printed in it, or does not end in
-        .yaml.
+        If the name is hidden, too long, has a folder, white space but single spaces or what cannot
+        be printed in it, or does not end in .yaml.
     """
-    hidden = name.startswith(".") or printable(name) != name
-    if hidden or Path(name).name != name or "\\" in name or not name.endswith(".yaml"):
-        raise InputError(f"a name such as {like}_2.yaml is needed, got {name!r}")
+    hidden = name.startswith(".") or " ".join(printable(name).split()) != name
+    if (
+        hidden
+        or len(name.encode()) > LONGEST_FILE
+        or Path(name).name != name
+        or "\\" in name
+        or not name.endswith(".yaml")
+    ):
+        raise InputError(f"a name such as {like}_2.yaml is needed, got {name[:60]!r}")
     return folder / name
 
 

@@ -311,6 +311,7 @@ def _verdict(verdict: Verdict, there: Present | None) -> dict[str, Any]:
         "name": verdict.criterion.name,
         "check": verdict.criterion.check,
         "passed": verdict.passed,
+        "asked": worst is not None,
         "breaches": len(verdict.breaches),
         "margin": None,
         "unit": "",

@@ -12,6 +12,7 @@ from workbench.model.study import GivenPosture, PredictedPosture
 from workbench.study.bench.answers import Answer
 from workbench.study.bench.edits_people import percentile_of, reach_criteria, wearable
 from workbench.study.bench.edits_postures import Prediction, suggested
+from workbench.study.bench.holding import troubles
 from workbench.study.bench.state import Arrangement, OpenStudy
 
 __all__ = ["person_offers", "person_state"]
@@ -43,6 +44,7 @@ def person_state(opened: OpenStudy, found: Answer, row: int) -> dict[str, Any]:
     predicts = isinstance(action, PredictedPosture)
     wanted = suggested(opened, placement, row, found.people[row].tips)
     size = person.figure.size
+    trouble = troubles(opened, found, row)
     return {
         "figure": crc32(placement.people[row].body.radius.tobytes()),
         "size": None if size is None else _size(size),
@@ -52,6 +54,8 @@ def person_state(opened: OpenStudy, found: Answer, row: int) -> dict[str, Any]:
         "hands": dict(action.hands) if isinstance(action, GivenPosture) else {},
         "drives": isinstance(action, PredictedPosture) and action.aims.driving is not None,
         "prediction": _prediction(wanted),
+        "trouble": list(trouble.words),
+        "offer": trouble.offer,
         "zone": _zone(opened, arrangement, person.role),
     }
 

@@ -100,6 +100,10 @@ def _count(value: Any) -> bool:
     return isinstance(value, int) and not is_flag(value) and 0 <= value < LARGEST
 
 
+def _pixels(value: Any) -> bool:
+    return _count(value) and value > 0
+
+
 def is_texts(value: Any) -> bool:
     """Whether a value is a list of texts."""
     return isinstance(value, list) and len(value) <= MOST_NAMES and all(map(is_text, value))
@@ -220,6 +224,8 @@ VERBS: Verbs = {
         "holds": Taken("names of controls by limb", _names_by_limb, {}, needed=False),
         "eyes": Taken("the name of a point", is_text, "", needed=False),
         "heels": Taken("the name of a point", is_text, "", needed=False),
+        "everywhere": Taken("true or false", is_flag, False, needed=False),
+        "free": Taken("true or false", is_flag, False, needed=False),
     },
     "free": {"person": _PERSON},
     "mirror": {"person": _PERSON},
@@ -240,8 +246,8 @@ VERBS: Verbs = {
         "eye": Taken("three numbers of metres", is_point),
         "at": Taken("three numbers of metres", is_point),
         "angle": Taken("a number of radians", is_number),
-        "width": Taken("a number of pixels", _count),
-        "height": Taken("a number of pixels", _count),
+        "width": Taken("a number of pixels from 1 on", _pixels),
+        "height": Taken("a number of pixels from 1 on", _pixels),
         "eyes": Taken("the name of a person", is_text, "", needed=False),
         "hidden": Taken("a list of names of parts", is_texts, [], needed=False),
         "without": Taken("a list of names of people", is_texts, [], needed=False),

@@ -54,6 +54,8 @@ try:
     from starlette.responses import FileResponse, Response
     from starlette.routing import Route, WebSocketRoute
     from starlette.websockets import WebSocket, WebSocketDisconnect
+
+    from workbench.live.connections import bounded_connections
 except ImportError:
     raise MissingPartError(
         "the bench needs starlette, uvicorn and websockets: pip install 'bubbleman-workbench[live]'"
@@ -75,6 +77,11 @@ MOST_KNOWN = 10_000
 SWITCH = 5e-4
 """Time [s] after which a thread lets another one go on. Of the 5e-3 that are usual, an answer waits
 for several where a state is judged meanwhile."""
+LONGEST_HEADERS = 2**20
+"""Bytes of the headers of a request: a browser keeps up to 180 cookies of 4 KB for a host."""
+BACKLOG = 128
+"""Connections that wait to be taken, and are taken before others are served: fewer than files that a
+program may have open, 256 on some systems."""
 PAGE = {
     "index.html": "text/html; charset=utf-8",
     "style.css": "text/css; charset=utf-8",
@@ -103,6 +110,7 @@ PAGE = {
     "size.js": "text/javascript; charset=utf-8",
     "sliders.js": "text/javascript; charset=utf-8",
     "things.js": "text/javascript; charset=utf-8",
+    "verdicts.js": "text/javascript; charset=utf-8",
     "picture.js": "text/javascript; charset=utf-8",
     "describe.html": "text/html; charset=utf-8",
     "describe.css": "text/css; charset=utf-8",
@@ -647,11 +655,16 @@ def serve(
         bound.listen()  # who opens the address at once waits, and is not refused
         taken = int(bound.getsockname()[1])
         token = secrets.token_urlsafe(32)
+        # one line holds all cookies of this machine; `websockets` takes 8 KB where it is not told so
+        os.environ.setdefault("WEBSOCKETS_MAX_LINE_LENGTH", str(LONGEST_HEADERS))
         settings = uvicorn.Config(
             live_application(desk, port=taken, token=token, ended=ended),
             log_level="warning",
             access_log=False,
             lifespan="on",
+            http=bounded_connections(),
+            h11_max_incomplete_event_size=LONGEST_HEADERS,
+            backlog=BACKLOG,
             ws="websockets-sansio",
             ws_max_size=2 * LONGEST,
             server_header=False,

@@ -94,7 +94,14 @@ def _pose(opened: OpenStudy, placement: Placement, given: Given) -> Edit:
 
 
 def _predict(opened: OpenStudy, placement: Placement, given: Given) -> Edit:
-    wanted = Prediction(given["like"], given["holds"], given["eyes"], given["heels"])
+    wanted = Prediction(
+        like=given["like"],
+        controls=given["holds"],
+        eyes=given["eyes"],
+        heels=given["heels"],
+        everywhere=given["everywhere"],
+        free=given["free"],
+    )
     return predicted(opened, placement, given["person"], wanted)
 
 

@@ -73,7 +73,7 @@ class Certainty:
     possible: Bools
 
 
-def certainty_of(margin: Floats, low: Floats, high: Floats) -> Certainty | None:
+def certainty_of(margin: Floats, low: Floats, high: Floats, elsewhere: Bools) -> Certainty | None:
     """Tell who meets all requirements for certain, and who possibly.
 
     Parameters
@@ -81,6 +81,8 @@ def certainty_of(margin: Floats, low: Floats, high: Floats) -> Certainty | None:
     margin, low, high
         (P, R) [m] the margins of the spheres, and between which the true ones lie; NaN where a
         requirement does not apply.
+    elsewhere
+        (P,) who meets everything for certain in another position than that of the margins.
 
     Returns
     -------
@@ -90,7 +92,7 @@ def certainty_of(margin: Floats, low: Floats, high: Floats) -> Certainty | None:
     if (~np.isnan(margin) & (np.isnan(low) | np.isnan(high))).any():
         return None
     return Certainty(
-        np.asarray(certainly_met(margin, low).all(axis=1), dtype=np.bool_),
+        np.asarray(certainly_met(margin, low).all(axis=1) | elsewhere, dtype=np.bool_),
         np.asarray(possibly_met(margin, high).all(axis=1), dtype=np.bool_),
     )
 
@@ -167,6 +169,8 @@ class GroupShare:
 
     certain, possible: the share that is served wherever the true surface of the body lies within
     its fit error, and the share that is served if it lies where it suits; NaN where not known.
+    clear: the share that is served and overlaps nothing by more than is allowed, whether a
+    criterion asks about it or not; NaN where not known.
     """
 
     group: str
@@ -176,6 +180,7 @@ class GroupShare:
     count: int
     certain: float = math.nan
     possible: float = math.nan
+    clear: float = math.nan
 
     @property
     def undecided(self) -> float:

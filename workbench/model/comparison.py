@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -19,7 +20,8 @@ class Judged:
 
     labels (P): what each is called; sex (P,): index into SEXES; weight (P,); stature (P,) [m], NaN
     where not known; margin (P, R) [m]: NaN where a requirement does not apply. who: a hash of the
-    people and their measures.
+    people and their measures. design: what they were judged in, in words by name; empty where it is
+    not known.
     """
 
     name: str
@@ -32,6 +34,7 @@ class Judged:
     margin: Floats
     who: str
     confidence: float = 0.95
+    design: Mapping[str, str] = field(default_factory=dict)
 
     def __repr__(self) -> str:
         return (
@@ -95,7 +98,8 @@ class Comparison:
     """Two designs and the same people in both.
 
     groups: all requirements together, of everybody and of each sex; pairs: each requirement that
-    both have, in the order of the first; gained, lost: rows of the people who fit only after, only
+    both have, in the order of the first; changes: what differs between the designs, in words;
+    gained, lost: rows of the people who fit only after, only
     before; only_before, only_after: the requirements that but one of them has.
     """
 
@@ -107,6 +111,7 @@ class Comparison:
     lost: tuple[int, ...]
     only_before: tuple[str, ...]
     only_after: tuple[str, ...]
+    changes: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
         return f"Comparison({self.before!r}, {self.after!r}: {len(self.gained)} gained, {len(self.lost)} lost)"

@@ -3,6 +3,7 @@ pairs."""
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,7 +15,7 @@ from workbench.model.body import Body
 from workbench.model.environment import Environment
 from workbench.model.vocabulary import DIRECTIONS
 
-__all__ = ["TANGENT_TOLERANCE", "Clearance", "Contacts"]
+__all__ = ["TANGENT_TOLERANCE", "Clearance", "Contacts", "subpart_words"]
 
 TANGENT_TOLERANCE = 1e-9
 
@@ -137,10 +138,24 @@ class Contacts:
         return _side(self.other, int(self.other_sphere[row]), int(self.other_facing[row]))
 
 
+def subpart_words(body: Body, sphere: int) -> str:
+    """What a sphere is called within its segment: "thumb tip", "" where it has no name.
+
+    Of what is worn, whose spheres are called "heel (boots)" and "heel (boots 3)": "heel in boots".
+    """
+    name = body.sphere_names[sphere]
+    worn = _WORN.fullmatch(name)
+    return f"{worn[1]} in {worn[2]}".strip() if worn else name
+
+
+_WORN = re.compile(r"(.*?) ?\((.+?)(?: \d+)?\)")
+"""The name of a sphere of what is worn: that of the sphere below, the thing, a number."""
+
+
 def _side(body: Body, sphere: int, facing: int) -> str:
     words = body.segment_names[int(body.sphere_segment[sphere])]
     if body.sphere_names[sphere]:
-        words += f", {body.sphere_names[sphere]}"
+        words += f", {subpart_words(body, sphere)}"
     return f"{words} ({DIRECTIONS[facing]})" if facing >= 0 else words
 
 

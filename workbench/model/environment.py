@@ -195,6 +195,8 @@ class Quality:
     """Closed shells inside others and wound alike."""
     crossing: int
     """Closed shells that cross others or themselves."""
+    tangled: int
+    """Solids that cross themselves: depths in the part are lower bounds."""
     inverted: bool
     watertight: bool
     declared: bool
@@ -370,6 +372,13 @@ class Environment:
         are no solids."""
         loose = {found.part for found in self.quality if not (found.watertight or found.declared)}
         return tuple(k for k, name in enumerate(self.parts) if name in loose and not self.solid[k])
+
+    @property
+    def tangled(self) -> tuple[int, ...]:
+        """The solid parts in which a depth is a lower bound, since faces inside could not be
+        removed."""
+        crossed = {found.part for found in self.quality if found.tangled}
+        return tuple(k for k, name in enumerate(self.parts) if name in crossed and self.solid[k])
 
     @property
     def polygon_part(self) -> Ints:

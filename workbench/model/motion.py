@@ -25,7 +25,8 @@ class Bones:
     z against the parent; shift (P, B, 3): the joint's place against the parent in each frame, in
     units of the file; time (P,) [s]; ends: where bones without children end, by bone; metres: one
     unit of the file [m], NaN where it does not say; up: the axis of the file that points up, ""
-    where it does not say; file: its name, for messages.
+    where it does not say; file: its name, for messages; overview: frames from the whole motion of
+    which these are a piece, by which assumptions are judged, None if these are the whole.
     """
 
     names: tuple[str, ...]
@@ -39,6 +40,7 @@ class Bones:
     up: str
     file: str
     notes: tuple[str, ...] = ()
+    overview: Bones | None = None
 
     def __repr__(self) -> str:
         return f"Bones({len(self.names)} bones, {len(self.time)} frames)"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -206,6 +206,11 @@ class PopulationFound:
     hardest, shown
         Rows of the people farthest from being served, worst first, at most five; and the same
         people to be drawn.
+    overlaps, overlapping
+        What overlaps by more than is allowed though no criterion asks about it; and (P,) of whom
+        that is so.
+    elsewhere
+        (P,) who meets everything for certain in another position than that of the margins.
     """
 
     study: Study
@@ -236,6 +241,8 @@ class PopulationFound:
     shown: tuple[Shown, ...] = ()
     overlaps: tuple[PeopleOverlap, ...] = ()
     grips: tuple[GripFinding, ...] = ()
+    overlapping: Bools = field(kw_only=True)
+    elsewhere: Bools = field(kw_only=True)
 
     def __repr__(self) -> str:
         served = f"{int(self.served.sum())} of {len(self.served)} people fit"
@@ -277,9 +284,16 @@ class PopulationFound:
         return np.asarray(np.all(self.met, axis=1), dtype=np.bool_)
 
     @property
+    def clear(self) -> Bools:
+        """(P,) whether a person meets all requirements and overlaps nothing by more than is
+        allowed."""
+        return self.served & ~self.overlapping
+
+    @property
     def certain(self) -> Bools:
-        """(P, R) whether a requirement is met wherever the true surface lies."""
-        return certainly_met(self.margin, self.low)
+        """(P, R) whether a requirement is met wherever the true surface lies, in the position of the
+        margins or another one in which all are."""
+        return certainly_met(self.margin, self.low) | self.elsewhere[:, None]
 
     @property
     def possible(self) -> Bools:

@@ -236,6 +236,8 @@ class PosturesFound:
         As it was checked, with the seats where the people have put them.
     between
         Contacts of each pair of people, by their names.
+    short
+        What the postures miss of what the cases ask of them, among the warnings too.
     reaches, envelopes
         How people reach controls, and how far all around.
     row
@@ -249,6 +251,7 @@ class PosturesFound:
     people: tuple[PersonFound, ...]
     between: Mapping[tuple[str, str], Contacts]
     warnings: tuple[str, ...]
+    short: tuple[str, ...] = ()
     reaches: tuple[ControlReach, ...] = ()
     envelopes: tuple[Envelope, ...] = ()
     row: str = ""

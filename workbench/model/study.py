@@ -115,7 +115,7 @@ class RecordedMotion:
     """A motion file and how it is read.
 
     begin, end [s] and every: the frames wanted; names: bones by segment, or usual marker names by
-    the file's; up: its upward axis; metres: one unit of a BVH file [m]; gaps [s]: the longest that
+    the file's; up: its upward axis; metres: one unit of a BVH or marker file [m]; gaps [s]: the longest that
     is bridged; as_read: whether a header may state a wrong number of frames; move (3,) [m] and yaw [rad]: where it is put; subject: whether the body takes the
     lengths that the file shows.
     """

@@ -63,7 +63,7 @@ def _headline(region: ControlRegion) -> str:
         )
     if nearest == region.today:
         share = _percent(region.share[nearest])
-        return f"{_first(name)} may stay: {share} of {people} reach it there, and {wanted} are to."
+        return f"{_first(name)} may stay: {share} of {people} reach it there, and {wanted} must."
     far = float(np.linalg.norm(region.offset[nearest]))
     return (
         f"{today}; {_percent(region.share[nearest])} do {_mm(far)} away, "
@@ -131,8 +131,8 @@ def _notes(region: ControlRegion) -> list[str]:
     limb = "foot" if region.control.for_feet else "hand"
     by = f"either {limb}" if region.hand == "either" else f"the {region.hand} {limb}"
     notes = [
-        f"Asked by {by}, grip {region.control.grip}, zone {region.zone}, from where everybody sits most "
-        "comfortably; everything but the control's own parts is in the way."
+        f"Computed for {by}, grip {region.control.grip}, zone {region.zone}, from each person's most "
+        "comfortable position; every part but the control's own counts as an obstacle."
     ]
     if region.inside[region.today] >= 0:
         part = plain(region.solids[region.inside[region.today]])

@@ -9,6 +9,7 @@ from typing import Any
 from markupsafe import Markup
 
 from workbench.files.results.result import FindingRow, ResultFile, VerdictRow
+from workbench.model.figures import tenths
 from workbench.model.reach import MOST_SPARE
 from workbench.report.section import Making, Section
 from workbench.report.templates import template
@@ -26,6 +27,7 @@ _MOST_CLOSE_UPS = 12
 _OVERLAPS = ("contact", "self_contact")
 _REACHED = ("reach", "pedals")
 _AT_MOST = ("excursion", "injury")
+_OF_THE_BODY = ("self_contact", "stops")
 
 
 def criteria_sections(
@@ -94,12 +96,15 @@ def _failed(verdict: VerdictRow, making: Making, number: int) -> dict[str, Any]:
 
 
 def measured_words(verdict: VerdictRow) -> str:
-    """What was measured where a criterion is nearest to failing or fails by most: "53.4 mm deep";
-    "–" where nothing was."""
+    """What was measured where a criterion is nearest to failing or fails by most: "53.4 mm deep",
+    "64.6 ± 7 mm" where the error of the body's surface is known; "–" where nothing was."""
     worst = verdict.worst
     if worst is None:
         return "–"
-    value = _figure(abs(worst.value), worst)
+    limit = abs(worst.limit) if worst.value * worst.limit > 0 else 0.0
+    error = worst.surface_known_to
+    known = f" ± {max(error, 1.0):.0f}" if error is not None else ""
+    value = _figure(abs(worst.value), worst, limit, known)
     if verdict.check in _OVERLAPS or (
         verdict.check in ("clearance", "between_people", "seated") and worst.value < 0
     ):
@@ -108,7 +113,7 @@ def measured_words(verdict: VerdictRow) -> str:
         return f"{value} short" if worst.value < 0 else "reached"
     if verdict.check == "stops":
         return f"{value} {'past the stop' if worst.value < 0 else 'from the stop'}"
-    return _figure(worst.value, worst)
+    return _figure(worst.value, worst, worst.limit, known)
 
 
 def asked_words(verdict: VerdictRow) -> str:
@@ -116,7 +121,7 @@ def asked_words(verdict: VerdictRow) -> str:
     worst = verdict.worst
     if worst is None:
         return "–"
-    limit = _figure(abs(worst.limit), worst)
+    limit = _figure(abs(worst.limit), worst, 0.0)
     if verdict.check in _OVERLAPS:
         return f"at most {limit} deep" if worst.limit < 0 else "no overlap"
     if verdict.check == "seated":
@@ -127,7 +132,7 @@ def asked_words(verdict: VerdictRow) -> str:
         if worst.limit < 0:
             return f"at most {limit} past the stop"
         return f"at least {limit} from the stop" if worst.limit > 0 else "not past the stop"
-    return f"{'at most' if verdict.check in _AT_MOST else 'at least'} {_figure(worst.limit, worst)}"
+    return f"{'at most' if verdict.check in _AT_MOST else 'at least'} {_figure(worst.limit, worst, 0.0)}"
 
 
 def none_measured_words(verdict: VerdictRow) -> str:
@@ -142,25 +147,30 @@ def spare_words(verdict: VerdictRow) -> str:
     if worst is None or (verdict.check == "pedals" and verdict.passed):
         return "–"
     more = verdict.check == "reach" and worst.value >= 1000 * MOST_SPARE
-    return f"{_figure(abs(worst.margin), worst)}{' or more' if more else ''}"
+    lead = "≥\u00a0" if more else ""
+    return lead + _figure(abs(worst.margin), worst, 0.0)
 
 
-def _figure(value: float, finding: FindingRow) -> str:
+def _figure(value: float, finding: FindingRow, limit: float, known: str = "") -> str:
+    """A value with its unit, told from a limit. known: how well, " ± 3", "" where it is not said."""
     unit = {"deg": "°", "percent": "\u00a0%"}.get(finding.unit, f"\u00a0{finding.unit}")
-    places = 1 if finding.unit else 0
-    return f"{value + 0.0:.{places}f}{unit}".rstrip()
+    text = tenths(value, limit) if finding.unit else f"{value + 0.0:.0f}"
+    return f"{text}{known}{unit}".rstrip()
 
 
 def deciding_sentence(verdicts: Sequence[VerdictRow]) -> str:
     """The criterion that decides, with its number: "The worst is “head to canopy”: 12.0 mm, where at
     least 50.0 mm is asked for (cruise, pilot)."; "" where nothing was measured.
 
-    A millimetre, a degree and a percent count alike; of other figures a hundredth of the limit.
+    A millimetre, a degree and a percent count alike; of other figures a hundredth of the limit. Where
+    all hold, what the body model does to itself decides only where nothing else was measured.
     """
     failed = [verdict for verdict in verdicts if not verdict.passed and verdict.worst]
     known = failed or [verdict for verdict in verdicts if spare_words(verdict) != "–"]
     if not known:
         return ""
+    if not failed:
+        known = [verdict for verdict in known if verdict.check not in _OF_THE_BODY] or known
     first = min(known, key=lambda verdict: _scaled(verdict.worst) if verdict.worst else 0.0)
     worst = first.worst
     where = ", ".join(word for word in (worst.case, worst.person) if word) if worst else ""
@@ -168,7 +178,7 @@ def deciding_sentence(verdicts: Sequence[VerdictRow]) -> str:
         lead = f"The worst is “{first.name}”" if len(failed) > 1 else f"“{first.name}” fails"
         said = f"{lead}: {measured_words(first)}, where {asked_words(first)} is asked for"
     else:
-        said = f"Nearest to failing is “{first.name}”: {spare_words(first)} to spare"
+        said = f"Nearest to its limit is “{first.name}”: {spare_words(first)} to spare"
     return f"{said} ({where})." if where else f"{said}."
 
 

@@ -134,7 +134,7 @@ def _view_of(verdict: VerdictRow, rows: ResultFile) -> tuple[str, str]:
 
 
 def _share(result: Result, rows: ResultFile) -> str:
-    """ "27 of 30 people fit" of a population, "" where there is none, and where something is to be
+    """ "27 of 30 people fit, 20 without overlap" of a population, "" where there is none, and where something is to be
     known before it."""
     if result.population is None or rows.population is None:
         return ""
@@ -143,7 +143,9 @@ def _share(result: Result, rows: ResultFile) -> str:
     if first_found(result.population):
         return ""
     served = rows.population.people.served
-    return f"{sum(served):,} of {len(served):,} people fit"
+    clear = sum(rows.population.people.clear)
+    without = f", {clear:,} without overlap" if clear < sum(served) else ""
+    return f"{sum(served):,} of {len(served):,} people fit{without}"
 
 
 def _environment(result: Result) -> Environment:

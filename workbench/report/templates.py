@@ -6,7 +6,6 @@ from functools import cache
 
 import jinja2
 
-from workbench.files.results.result import FindingRow
 from workbench.report.words import proper_minus, without_polygons
 
 __all__ = ["template"]
@@ -26,16 +25,9 @@ def template(name: str) -> jinja2.Template:
     environment.filters["plain"] = lambda name: name.replace("_", " ")
     environment.filters["percents"] = lambda text: text.replace(" %", "\u00a0%")
     environment.filters["minus"] = proper_minus
-    environment.filters["figure"] = _figure
     return environment.get_template(name)
 
 
 def _for_reading(text: str) -> str:
     """A sentence of a result as it stands on a page."""
     return proper_minus(without_polygons(text).replace("_", " "))
-
-
-def _figure(finding: FindingRow, key: str) -> str:
-    """ "12.4 mm" of the value or the limit of a finding."""
-    unit = {"deg": "°", "percent": "\u00a0%"}.get(finding.unit, f" {finding.unit}")
-    return f"{getattr(finding, key) + 0.0:.1f}{unit}".rstrip()

@@ -11,6 +11,7 @@ from workbench.model.accommodation import GroupShare
 from workbench.model.contacts import Contacts
 from workbench.model.criterion import Criterion
 from workbench.model.environment import Environment
+from workbench.model.figures import tenths
 from workbench.model.moves import Move
 from workbench.model.person import Size
 from workbench.model.reach import MOST_SPARE
@@ -38,19 +39,14 @@ HALF_MILLIMETRE = 5e-4
 """[m] A position of a seat that is nearer to its reference position is not mentioned."""
 
 
-def millimetres(metres: float) -> str:
-    """ "12.4 mm" of a length in metres; never "-0.0 mm"."""
-    return f"{_tenths(metres * 1000)} mm"
+def millimetres(metres: float, limit: float = 0.0) -> str:
+    """ "12.4 mm" of a length in metres, finer where that would read like its limit [m]."""
+    return f"{tenths(metres * 1000, limit * 1000)} mm"
 
 
-def degrees(radians: float) -> str:
-    """ "12.4 degrees" of an angle in radians."""
-    return f"{_tenths(math.degrees(radians))} degrees"
-
-
-def _tenths(value: float) -> str:
-    text = f"{value:.1f}"
-    return text[1:] if text in ("-0.0",) else text
+def degrees(radians: float, limit: float = 0.0) -> str:
+    """ "12.4 degrees" of an angle in radians, finer where that would read like its limit [rad]."""
+    return f"{tenths(math.degrees(radians), math.degrees(limit))} degrees"
 
 
 def finding_sentence(check: str, finding: Finding) -> str:
@@ -59,7 +55,7 @@ def finding_sentence(check: str, finding: Finding) -> str:
     Of a posture its case and person come first: "cruise, pilot: right lower leg, knee cap (front)
     is ...". Of a motion the time comes last: "..., at 83.4 ms.".
     """
-    words = _FINDING_WORDS[check](finding)
+    words = without_polygons(_FINDING_WORDS[check](finding)).replace("_", " ")
     if math.isfinite(finding.time):
         words = f"{words[:1].upper()}{words[1:]}"
         figure = check == "injury" and not finding.unit  # its window says when
@@ -69,21 +65,23 @@ def finding_sentence(check: str, finding: Finding) -> str:
 
 def milliseconds(seconds: float) -> str:
     """ "83.4 ms" of a time in seconds."""
-    return f"{_tenths(1000 * seconds)} ms"
+    text = f"{1000 * seconds:.1f}"
+    return f"{text.removeprefix('-') if text == '-0.0' else text} ms"
 
 
 def _stop_words(finding: Finding) -> str:
     motion = finding.target.replace("_", " ")
     if finding.value < 0:
-        return f"{finding.subject} is {degrees(-finding.value)} past its stop in {motion}"
-    return f"{finding.subject} is {degrees(finding.value)} from its stop in {motion}"
+        past = degrees(-finding.value, -finding.limit)
+        return f"{finding.subject} is {past} past its stop in {motion}"
+    return f"{finding.subject} is {degrees(finding.value, finding.limit)} from its stop in {motion}"
 
 
 def _seated_words(finding: Finding) -> str:
-    where = _apart(finding.value)
+    where = _apart(finding.value, finding.limit)
     return (
-        f"{finding.subject} is {where} {finding.target}, "
-        f"{millimetres(-finding.limit)} into it was stated"
+        f"{finding.subject} is {where} {finding.target}, where the seat states "
+        f"{millimetres(-finding.limit)} into it"
     )
 
 
@@ -94,8 +92,8 @@ def _reach_words(finding: Finding) -> str:
 
 
 def reach_spare(spare: float) -> str:
-    """How much farther a limb would get, of [m]: "37.2 mm", "200.0 mm or more"."""
-    return f"{millimetres(spare)}{' or more' if spare >= MOST_SPARE else ''}"
+    """How much farther a limb would get, of [m]: "37.2 mm", "at least 200.0 mm"."""
+    return f"{'at least ' if spare >= MOST_SPARE else ''}{millimetres(spare)}"
 
 
 def _contact_words(finding: Finding) -> str:
@@ -114,16 +112,16 @@ def _clearance_words(finding: Finding) -> str:
 def _distance_words(finding: Finding) -> str:
     other = finding.other_person
     target = f"{other}'s {finding.target}" if other else finding.target
-    return f"{finding.subject} is {_apart(finding.value)} {target}"
+    return f"{finding.subject} is {_apart(finding.value, finding.limit)} {target}"
 
 
 def _injury_words(finding: Finding) -> str:
     """Of a figure against the limit of a rule; the target is its source."""
     unit = f" {finding.unit}" if finding.unit else ""
-    return (
-        f"{finding.subject}: {-finding.value:.0f}{unit} "
-        f"({finding.target} allows {-finding.limit:g}{unit})"
-    )
+    value = f"{-finding.value:.0f}"
+    if value == f"{-finding.limit:.0f}":
+        value = tenths(-finding.value, -finding.limit)
+    return f"{finding.subject}: {value}{unit} ({finding.target} allows {-finding.limit:g}{unit})"
 
 
 def _pedal_words(finding: Finding) -> str:
@@ -134,24 +132,21 @@ def _pedal_words(finding: Finding) -> str:
 
 def _seat_words(finding: Finding) -> str:
     if finding.value < 0:
-        return f"{finding.subject} is wanted {millimetres(-finding.value)} beyond its travel"
-    return (
-        f"{finding.subject} has {millimetres(finding.value)} of its travel left where it is wanted"
-    )
+        return f"{finding.subject} should be {millimetres(-finding.value)} beyond its travel"
+    return f"{finding.subject} is {millimetres(finding.value)} from the nearer end of its travel"
 
 
 def _view_words(finding: Finding) -> str:
     """Of the height of the eyes, against what is asked for."""
     if finding.value < 0:
-        return (
-            f"{finding.subject} lack {millimetres(-finding.value)} of height for {finding.target}"
-        )
-    return f"{finding.subject} have {millimetres(finding.value)} of height to spare for {finding.target}"
+        return f"{finding.subject} miss the height for {finding.target} by {millimetres(-finding.value)}"
+    return f"{finding.subject} meet the height for {finding.target}, {millimetres(finding.value)} to spare"
 
 
 def _excursion_words(finding: Finding) -> str:
     allowed = millimetres(-finding.limit)
-    return f"{finding.subject} is {millimetres(-finding.value)} from {finding.target} ({allowed} allowed)"
+    far = millimetres(-finding.value, -finding.limit)
+    return f"{finding.subject} is {far} {finding.target} ({allowed} allowed)"
 
 
 _FINDING_WORDS: dict[str, Callable[[Finding], str]] = {
@@ -171,9 +166,11 @@ _FINDING_WORDS: dict[str, Callable[[Finding], str]] = {
 }
 
 
-def _apart(distance: float) -> str:
-    """ "12.4 mm into" or "12.4 mm from"."""
-    return f"{millimetres(-distance)} into" if distance < 0 else f"{millimetres(distance)} from"
+def _apart(distance: float, limit: float = 0.0) -> str:
+    """ "12.4 mm into" or "12.4 mm from" of a distance [m], told from its limit [m]."""
+    if distance < 0:
+        return f"{millimetres(-distance, -limit)} into"
+    return f"{millimetres(distance, limit)} from"
 
 
 def proper_minus(text: str) -> str:
@@ -189,10 +186,9 @@ def without_polygons(sentence: str) -> str:
 def contact_sentence(contacts: Contacts, row: int) -> str:
     """A contact in words: "right hand, thumb tip (front): 12.4 mm into instrument_panel, polygon
     117"."""
-    text = (
-        f"{contacts.name(row)}: {_apart(float(contacts.distance[row]))} {contacts.other_name(row)}"
-    )
+    distance = float(contacts.distance[row])
     allowed = float(contacts.allowed[row])
+    text = f"{contacts.name(row)}: {_apart(distance, -allowed)} {contacts.other_name(row)}"
     return f"{text} ({millimetres(allowed)} allowed)" if allowed > 0 else text
 
 
@@ -204,31 +200,31 @@ def verdict_sentence(verdict: Verdict) -> str:
         return f"{verdict.words[:1].upper()}{verdict.words[1:]}."
     if verdict.worst is None:
         return (
-            "Nothing was there to be measured: what it asks about is hidden, allowed to touch, or "
-            "not in this study."
+            "Nothing could be measured: the parts it names are hidden, allowed to touch, or not in "
+            "this study."
         )
     words = finding_sentence(verdict.criterion.check, verdict.worst)
     doubt = _doubt(verdict)
     if verdict.passed:
-        return f"Nearest to failing: {words}{doubt}"
+        return f"Nearest to the limit: {words}{doubt}"
     more = len(verdict.breaches) - 1
-    return words + (f" {more} more breach{'es' if more > 1 else ''}." if more else "") + doubt
+    return words + (f" {more} more place{'s' if more > 1 else ''}." if more else "") + doubt
 
 
 def share_sentence(criterion: Criterion, group: GroupShare) -> str:
-    """A share that is asked for in words: "81 % of the people meet all criteria (75 to 86 %), 80 %
-    are asked for.", and whether the surface of the body is known well enough to say so."""
+    """A share that is asked for in words: "81 % of the people meet all criteria (75 to 86 %); 80 %
+    must.", and whether the surface of the body is known well enough to say so."""
     low, high = (percent_number(value, group.count) for value in (group.low, group.high))
     wanted = f"{100 * criterion.at_least:g} %"
     what = "these criteria" if criterion.of else "all criteria"
     share = percent(group.share, group.count)
-    said = f"{share} of the people meet {what} ({low} to {high} %), {wanted} are asked for."
+    said = f"{share} of the people meet {what} ({low} to {high} %); {wanted} must."
     if not group.leaves_open(criterion.at_least):
         return said
     sure, most = (percent(value, group.count) for value in (group.certain, group.possible))
     return (
-        f"{said} That is undecided by the body's own fit: {sure} meet them wherever its true "
-        f"surface lies, {most} if it lies where it suits."
+        f"{said} Within the error of the body model's surface the share is {sure} to {most}, so "
+        f"the verdict is undecided."
     )
 
 
@@ -246,17 +242,15 @@ def _doubt(verdict: Verdict) -> str:
     whose = "the bodies' surfaces are" if found.other_person else "the body's surface is"
     by = millimetres(abs(found.value - found.limit))
     outcome = f"clears by {by}" if verdict.passed else f"fails by {by}"
-    known = f"{whose} known to {millimetres(found.surface_known_to)}"
-    return (
-        f" {who} {outcome}; {known}, so it {'may not hold' if verdict.passed else 'may yet hold'}."
-    )
+    known = f"{whose} known to ±{millimetres(found.surface_known_to)}"
+    return f" {who} {outcome}; {known}, so it may truly {'fail' if verdict.passed else 'pass'}."
 
 
 def person_words(person: PersonFound) -> str:
     """Who somebody is and where: "bubbleman as a woman of stature 1525 mm, 51.3 kg, in seat left,
     20 mm forward"."""
     role = person.role
-    words = person.body.name
+    words = person.body.name.replace("_", " ")
     if role.size is not None:
         words += f" as a {_sized(role.size)}"
     if role.clothes:

@@ -2,23 +2,32 @@
 
 The search of a position looks at the spheres alone. Of the position that it ends with this asks
 once more, with spheres as large as the true surface may be and as small. Each person is then
-certain to fit, certain not to fit there, or undecided by the body's own fit.
+certain to fit, certain not to fit there, or undecided by the body's own fit. Who fits and is
+undecided there is tried in other positions, with spheres as large as the true surface may be.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
-from workbench.model.accommodation import OF_SURFACE
-from workbench.model.arrays import Ints
+from workbench.model.accommodation import OF_SURFACE, certainly_met, met_of
+from workbench.model.arrays import Bools, Ints
+from workbench.model.workplace import Workplace
 from workbench.study.checks.margins import Asked, Bounds
 from workbench.study.checks.table import bounds_of
-from workbench.study.positions import Fitted
-from workbench.study.situation import Situation
+from workbench.study.positions import (
+    Fitted,
+    comfortable_situations,
+    fitted_positions,
+    lattice,
+)
+from workbench.study.settings import at_setting, renewed
+from workbench.study.situation import Occupants, Situation
 
-__all__ = ["true_bounds"]
+__all__ = ["certain_elsewhere", "true_bounds"]
 
 
 def true_bounds(
@@ -49,4 +58,41 @@ def true_bounds(
     some = [asked[r] for r in columns.tolist()]
     for rows, there in places:
         found.put(rows, columns, bounds_of(there, some))
+    return found
+
+
+def certain_elsewhere(
+    place: Workplace, asked: Sequence[Asked], who: Occupants, fitted: Fitted, bounds: Bounds
+) -> Bools:
+    """Find who fits for certain in another position than that of the margins.
+
+    People who fit where they are, but not wherever their true surface lies, are tried at the
+    setting that they have, all over the travel of the seat.
+
+    Parameters
+    ----------
+    bounds
+        (B, R) as of `true_bounds`.
+
+    Returns
+    -------
+    Bools
+        (B,). Not of those who are certain where they are, nor where the bounds are not known.
+    """
+    margin = fitted.tried.margin
+    known = np.isnan(margin) | np.isfinite(bounds.low)
+    undecided = met_of(margin).all(axis=1) & known.all(axis=1)
+    undecided &= ~certainly_met(margin, bounds.low).all(axis=1)
+    found = np.zeros(len(who), dtype=np.bool_)
+    if len(lattice(place.travel)) < 2:
+        return found
+    for setting in np.unique(fitted.setting[undecided], axis=0):
+        rows = np.flatnonzero(undecided & (fitted.setting == setting).all(axis=1))
+        there = replace(at_setting(place, setting), adjusts=())
+        certain = [replace(one, for_certain=True) for one in renewed(there, asked)]
+        some = who.rows(rows)
+        no_sets = np.zeros((len(asked), 0), dtype=np.bool_)
+        comfortable = comfortable_situations(there, some)
+        again = fitted_positions(there, certain, no_sets, some, comfortable)
+        found[rows] = met_of(again.tried.margin).all(axis=1)
     return found

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
+from functools import lru_cache
 
 from workbench.body.scaling.measure import measure
 from workbench.errors import InputError
@@ -36,26 +37,26 @@ def drivers_among(
         For somebody who is no driver.
     """
     found = []
-    for row, one in zip(rows, body, strict=True):
+    for k, row in enumerate(rows):
         values = dict(zip(people.names, people.measures[row].tolist(), strict=True))
         if "mass" not in values:
-            values["mass"] = float(one.mass[0].sum())
+            values["mass"] = float(body.mass[k].sum())
         missing = [name for name in NEEDED if name not in values]
-        values |= measure(one, missing) if missing else {}
+        values |= measure(body[k], missing) if missing else {}
         sex = aims.sex or SEXES[int(people.sex[row])]
+        stature, mass = values["stature"], values["mass"]
         try:
-            found.append(_driver(sex, values, aims.age))
+            found.append(
+                _driver(sex, stature, values["sitting_height"], mass / stature**2, aims.age)
+            )
         except InputError as error:
             label = people.labels[row] if people.labels else f"person {row + 1}"
             raise InputError([f"{label}: {problem}" for problem in error.problems]) from None
     return found
 
 
-def _driver(sex: str, values: Mapping[str, float], age: float) -> Driver:
-    return Driver(
-        sex=sex,
-        stature=values["stature"],
-        sitting_height=values["sitting_height"],
-        mass_index=values["mass"] / values["stature"] ** 2,
-        age=age,
-    )
+@lru_cache(maxsize=1 << 14)
+def _driver(
+    sex: str, stature: float, sitting_height: float, mass_index: float, age: float
+) -> Driver:
+    return Driver(sex, stature, sitting_height, mass_index, age)

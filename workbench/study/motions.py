@@ -19,6 +19,7 @@ from workbench.model.poses import Poses, stacked
 from workbench.model.posing import attitude_matrix
 from workbench.model.spool import pieces
 from workbench.motion.laban.laban import score_poses
+from workbench.motion.recorded.doubts import motion_doubts
 from workbench.motion.recorded.markers import bridged, poses_from_markers
 from workbench.motion.recorded.retarget import retarget
 from workbench.motion.recorded.tracks import poses_from_track
@@ -31,7 +32,7 @@ _LOOSE = 0.02
 @dataclass(frozen=True)
 class MotionOptions:
     """How a motion file is read. names: bones by segment, or usual marker names by the file's; up:
-    its upward axis; metres: one unit of a BVH file [m]; keep: the frames wanted; gaps: the longest
+    its upward axis; metres: one unit of a BVH or marker file [m]; keep: the frames wanted; gaps: the longest
     [s] that is bridged; move (3,) [m] and yaw [rad]: where it is put, turned about the vertical
     first."""
 
@@ -54,7 +55,9 @@ def load_motion(
     turn = attitude_matrix(yaw=given.yaw)
 
     def parts() -> Iterator[Poses]:
-        for found in read_motion(path, body, up=given.up, keep=given.keep):
+        for found in read_motion(
+            path, body, up=given.up, metres=given.metres, names=given.names, keep=given.keep
+        ):
             poses = loading.poses(found)
             for rows in pieces(len(poses)):
                 some = poses.rows(rows)
@@ -63,7 +66,8 @@ def load_motion(
                 yield replace(some, world_from_reference=world)
 
     whole = stacked(parts())
-    return whole, tuple(f"{Path(path).name}: {note}" for note in loading.notes())
+    notes = loading.notes() if loading.scored else (*loading.notes(), *motion_doubts(body, whole))
+    return whole, tuple(f"{Path(path).name}: {note}" for note in notes)
 
 
 class _Loading:
@@ -74,6 +78,8 @@ class _Loading:
         self._given = given
         self._notes: dict[str, None] = {}
         self._loosest = (_LOOSE, "")
+        self.scored = False
+        """Whether the motion was written by hand, as a score: nothing in it was recorded."""
 
     def poses(self, found: Recorded) -> Poses:
         """A piece as poses."""
@@ -95,6 +101,7 @@ class _Loading:
             notes = found.notes
         elif isinstance(found, Score):
             poses, notes = score_poses(body, found)
+            self.scored = True
         else:
             poses, notes = found
         self._notes |= dict.fromkeys(notes)

@@ -60,13 +60,16 @@ class Present:
     roles, situations
         Who they are; of each the cases, as they are checked.
     words
-        What is improbable about their sizes, and what could not be had.
+        What is improbable about their sizes, and where their seats are.
+    short
+        What their postures miss of what the cases ask of them.
     """
 
     environment: Environment
     roles: tuple[Role, ...]
     situations: tuple[tuple[Situation, ...], ...]
     words: tuple[str, ...]
+    short: tuple[str, ...] = ()
 
     def beside(self) -> list[Beside]:
         """The people as somebody else finds them."""
@@ -121,12 +124,13 @@ def present_people(
     ]
     done = dict(zip(rows, zip(*by_case, strict=True), strict=True))
     said = [line for row in sorted(rows) for line in words[row]]
-    said += [line for row in sorted(rows) for one in done[row] for line in shortfalls(one)]
+    short = [line for row in sorted(rows) for one in done[row] for line in shortfalls(one)]
     return Present(
         environment,
         tuple(study.roles[row] for row in sorted(rows)),
         tuple(done[row] for row in sorted(rows)),
         tuple(said),
+        tuple(short),
     )
 
 
@@ -220,11 +224,13 @@ def people_found(study: Study, there: Present) -> PosturesFound:
         warnings=(
             *kept_words(kept_of_people(environment, study.criteria, reaches)),
             *there.words,
+            *there.short,
             *piece_warnings((person.name, person.body) for person in people),
             *(buried_controls(environment) if reaches else ()),
             *result_warnings(environment, cases, people),
             *overlap_warnings(overlaps),
         ),
+        short=there.short,
         reaches=reaches,
         envelopes=tuple(envelopes(study, there.situations)),
     )

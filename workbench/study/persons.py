@@ -80,7 +80,7 @@ def person_body(
             )
     check_plausible(measures)
     if isinstance(people, Growth):
-        return _child(morph_to(body, detail), people, sex, age, measures)
+        return _child((body, detail), people, sex, age, measures)
     if age is not None:
         raise InputError(f"an age goes with growth charts, not with the population {people.name}")
     scores = scores_of(people, sex)
@@ -89,19 +89,21 @@ def person_body(
         condition(scores, known) if known else condition(scores, {"stature": _median(people, sex)})
     )
     values = dict(zip(expected.names, expected.values[0].tolist(), strict=True))
-    return _made(morph_to(body, detail), measures, values, _improbable(scores, known))
+    return _made((body, detail), measures, values, _improbable(scores, known))
 
 
-def _made(body: Body, measures: Measures, values: Measures, notes: tuple[str, ...]) -> SizedBody:
-    """The body with the given measures exactly and the expected ones near."""
+def _made(
+    of: tuple[Body, str | None], measures: Measures, values: Measures, notes: tuple[str, ...]
+) -> SizedBody:
+    """A body at a level of detail with the given measures exactly and the expected ones near."""
+    body, detail = of
     exact = {name: value for name, value in measures.items() if name != "mass"}
     near = {name: value for name, value in values.items() if name in MEASURES and name not in APART}
     try:
-        made = scale(body, exact, others=near)
+        made = scale(body, exact, others=near, detail=detail)
     except InputError:
-        made = scale(
-            body, exact
-        )  # what is given comes first; where even that cannot be had, this says so
+        # what is given comes first; where even that cannot be had, this says so
+        made = scale(body, exact, detail=detail)
         notes += (
             "the measures that are not given could not be drawn near to those of such people",
         )
@@ -111,7 +113,7 @@ def _made(body: Body, measures: Measures, values: Measures, notes: tuple[str, ..
 
 
 def _child(
-    body: Body, growth: Growth, sex: str, age: float | None, measures: Measures
+    of: tuple[Body, str | None], growth: Growth, sex: str, age: float | None, measures: Measures
 ) -> SizedBody:
     """A child: stature and mass that are not given stand at the same percentile of its age as the
     one that is, at the median where neither is."""
@@ -124,8 +126,9 @@ def _child(
         percentile = float(growth_percentile(growth, sex, known[0], measures[known[0]], age=age))
         if not FAR <= percentile <= 100 - FAR:
             unit, factor = ("kg", 1.0) if known[0] == "mass" else ("mm", 1000.0)
+            end = f"below the {FAR:g}th" if percentile < FAR else f"above the {100 - FAR:g}th"
             notes = (
-                f"{known[0]} {factor * measures[known[0]]:.0f} {unit} is at percentile {percentile:.2g} at {age:g} "
+                f"{known[0].replace('_', ' ')} {factor * measures[known[0]]:.0f} {unit} is {end} percentile at {age:g} "
                 f"years; there may be no such child",
             )
         percentile = min(max(percentile, FAR), 100 - FAR)
@@ -133,17 +136,23 @@ def _child(
     expected = dict(zip(growth.names, row.tolist(), strict=True))
     lengths = set(measures) - {"mass"}
     return _made(
-        body, measures if lengths else {"stature": expected["stature"], **measures}, expected, notes
+        of, measures if lengths else {"stature": expected["stature"], **measures}, expected, notes
     )
 
 
 def _sized_body(body: Body, size: Size | None, detail: str | None) -> tuple[Body, tuple[str, ...]]:
     """A body at a level of detail, to a size where there is one, and what is improbable about
     it."""
-    body = morph_to(body, detail)
     if size is None:
-        return body, ()
-    made = person_body(body, size.population, sex=size.sex, measures=size.measures, age=size.age)
+        return morph_to(body, detail), ()
+    made = person_body(
+        body,
+        size.population,
+        sex=size.sex,
+        measures=size.measures,
+        age=size.age,
+        detail=detail,
+    )
     return made.body, made.warnings
 
 
@@ -170,9 +179,11 @@ def _improbable(scores: Scores, known: Mapping[str, float]) -> tuple[str, ...]:
         return ()
     shown = f"{known[name]:.0f} kg" if name == "mass" else f"{1000 * known[name]:.0f} mm"
     against = (
-        "what the other measures make likely" if len(known) > 1 else "the middle of the population"
+        "the value expected from the other measures"
+        if len(known) > 1
+        else "the mean of the population"
     )
     return (
-        f"{name} {shown} is {abs(surprise):.1f} standard deviations from {against}; "
+        f"{name.replace('_', ' ')} {shown} is {abs(surprise):.1f} standard deviations from {against}; "
         f"there may be no such person",
     )

@@ -100,6 +100,8 @@ LAST_STEPS = (0.0025, 0.001, 0.0005)
 WITHIN_NEIGHBOURS = 0.01
 """Who misses by more [m] in all positions that a changed design is tried in is not tried in their
 neighbours: these were tried before the change, where they were worth it."""
+SAME_SETTING = 1e-5
+"""[m or rad] Two settings that are less apart are the same one."""
 SETTING_WORTH = 1e-4
 """A setting in which somebody still does not fit must be better than the best so far by this [m]."""
 WAVE = 8
@@ -188,9 +190,9 @@ class Fitted:
     setting
         (B, A) [m or rad] the setting of the adjustments that the margins are of.
     judged
-        (B,) of those who do not fit in the comfortable position a list of arrays (2 + R,), one for
-        each position that was judged: where it is, and what the person has to spare there [m], NaN
-        where that is not known.
+        (B,) of those who do not fit in the comfortable position a list of arrays (A + 2 + R,), one
+        for each position that was judged in some setting: the setting, where it is, and what the
+        person has to spare there [m], NaN where that is not known.
     first
         (B, R) [m] the margins in the comfortable position and the nominal setting, NaN where they
         are not known.
@@ -261,13 +263,15 @@ class Before:
     ----------
     margin, seat
         (B, R) [m], and (B, 2) [m] the position that they are of.
+    nominal
+        (B,) whose margins are of the nominal setting of all adjustments.
     fits
-        (B,) who met everything, with all adjustments at their nominal setting.
+        (B,) who met everything.
     known
         (B,) of whom of the others it is known where the change may let them fit.
     again
-        (B, W, 2) [m] the positions of the travel that there was in which it may; NaN after the last
-        of a person.
+        (B, W, A + 2) [m or rad] the settings, and the positions of the travel that there was, in which
+        it may; NaN after the last of a person.
     travel
         (2, 2) [m] that travel, forward and up.
     borne
@@ -276,6 +280,7 @@ class Before:
 
     margin: Floats
     seat: Floats
+    nominal: Bools
     fits: Bools
     known: Bools
     again: Floats
@@ -288,6 +293,7 @@ class Before:
             self,
             margin=self.margin[keep],
             seat=self.seat[keep],
+            nominal=self.nominal[keep],
             fits=self.fits[keep],
             known=self.known[keep],
             again=self.again[keep],
@@ -447,7 +453,9 @@ def fitted_positions(
         found.take(short, search.best)
     settings = settings_of(place)
     if len(settings):
-        _Settings(place, asked, members, who, comfortable, found, reached, proceed).search(settings)
+        _Settings(place, asked, members, who, comfortable, found, reached, before, proceed).search(
+            settings
+        )
     return found
 
 
@@ -464,7 +472,7 @@ def _tried_again(
     nothing = no_margins(people, asked)
     comes = position_of(comfortable[0])
     found = Tried(before.margin.copy(), nothing.words, nothing.toward, comes.copy())
-    settled = before.fits | before.known
+    settled = (before.fits | before.known) & before.nominal
     low, high = np.array(place.travel).T
     settled &= ((before.seat >= low - MET) & (before.seat <= high + MET)).all(axis=1)
     there = np.flatnonzero(settled)
@@ -490,14 +498,22 @@ def _tried_again(
 
 def _scan_changed(search: _Search, positions: Floats, before: Before) -> None:
     """Try people of a changed design where it may let them fit: in some of the positions that were
-    judged before, and in those of the lattice that a longer travel has added."""
+    judged before in the setting of the search, and in those of the lattice that a longer travel has
+    added."""
     new = positions[_outside(positions, before.travel)]
     comes = _outside(search.comfortable, before.travel)
-    person, place = np.nonzero(~np.isnan(before.again[:, :, 0]))
+    person, place = np.nonzero(_at_the_setting(before, search.setting))
     everybody = np.repeat(np.arange(len(search.who)), len(new))
     people = np.concatenate([np.flatnonzero(comes), everybody, person])
     places = [search.comfortable[comes], np.tile(new, (len(search.who), 1))]
-    _try_positions(search, people, np.concatenate([*places, before.again[person, place]]))
+    _try_positions(search, people, np.concatenate([*places, before.again[person, place, -2:]]))
+
+
+def _at_the_setting(before: Before, setting: Floats) -> Bools:
+    """(B, W) which places to try again are of a setting (A,)."""
+    same = (np.abs(before.again[:, :, :-2] - setting) < SAME_SETTING).all(axis=2)
+    found: Bools = same & ~np.isnan(before.again[:, :, -1])
+    return found
 
 
 def _outside(positions: Floats, travel: Floats) -> Bools:
@@ -633,7 +649,8 @@ def _judge(search: _Search, people: Ints, positions: Floats) -> None:
 def _note(search: _Search, people: Ints, positions: Floats, margin: Floats) -> None:
     """Note what people (N,) have to spare in positions (N, 2), as far as it is known (N, R)."""
     if search.notes:
-        rows = np.hstack([positions, margin]).astype(np.float32)
+        setting = np.broadcast_to(search.setting, (len(people), len(search.setting)))
+        rows = np.hstack([setting, positions, margin]).astype(np.float32)
         for person, row in zip(people.tolist(), rows, strict=True):
             search.best.judged[person].append(row)
 
@@ -867,7 +884,7 @@ def _try_close(search: _Search) -> None:
 class _Settings:
     """People who are searched for at other settings than the nominal one, and what was found of
     them so far. comfortable: the cases at the nominal setting; remembered: what the people reached
-    there."""
+    there; before: see `fitted_positions`."""
 
     place: Workplace
     asked: Sequence[Asked]
@@ -876,7 +893,13 @@ class _Settings:
     comfortable: Sequence[Situation]
     found: Fitted
     remembered: Remembered
+    before: Before | None
     proceed: Callable[[], None]
+
+    @cached_property
+    def known(self) -> Bools:
+        """(B,) of whom it is known at which settings and where a change may let them fit."""
+        return np.zeros(len(self.who), dtype=np.bool_) if self.before is None else self.before.known
 
     @cached_property
     def moved(self) -> Bools:
@@ -896,8 +919,20 @@ class _Settings:
     def search(self, settings: Floats) -> None:
         """Try settings (S, A), then the neighbours of the best positions."""
         positions = lattice(self.place.travel, spacing_of(self.place))
+
+        def scan(search: _Search) -> None:
+            _try_positions(search, np.arange(len(search.who)), search.comfortable)
+            _scan(search, positions)
+
         for setting in settings:
-            self._tried_at(setting, self.left, lambda search: _scan(search, positions))
+            left = self.left
+            self._tried_at(setting, left[~self.known[left]], scan)
+            if self.before is not None:
+                left = left[self.known[left]]
+                left = left[_may_fit_at(setting, positions, self.before.rows(left))]
+                before = self.before.rows(left)
+                changed = partial(_scan_changed, positions=positions, before=before)
+                self._tried_at(setting, left, changed, begun=True)
         if len(positions) > 1:
             self._refine_at_best()
         for setting in np.unique(self.found.setting[self.moved], axis=0):
@@ -920,9 +955,15 @@ class _Settings:
         whole = tried(_whole(there), renewed(place, self.asked))
         self.found.tried.take(people, whole)
 
-    def _tried_at(self, setting: Floats, people: Ints, trying: Callable[[_Search], None]) -> None:
-        """Try some people (N,) at a setting (A,): in the comfortable position there, then as
-        `trying` does."""
+    def _tried_at(
+        self,
+        setting: Floats,
+        people: Ints,
+        trying: Callable[[_Search], None],
+        *,
+        begun: bool = False,
+    ) -> None:
+        """Try some people (N,) at a setting (A,)."""
         if not len(people):
             return
         place = at_setting(self.place, setting)
@@ -945,8 +986,9 @@ class _Settings:
             replace(self.remembered.elsewhere().rows(people), searching=True),
             SETTING_WORTH,
             self.proceed,
+            begun=begun,
+            notes=self.before is None and bool(self.members.shape[1]),
         )
-        _try_positions(search, np.arange(len(people)), search.comfortable)
         trying(search)
         self.found.take(people, best)
         self.moved[people[search.moved]] = True
@@ -955,11 +997,20 @@ class _Settings:
         """Try the neighbours of the best position at its setting, where that is not the nominal
         one."""
         left = self.left
+        left = left[~self.known[left] | (self.score[left] > -WITHIN_NEIGHBOURS)]
         nominal = nominal_setting(self.place)
         for setting in np.unique(self.found.setting[left], axis=0):
             if not np.array_equal(setting, nominal):
                 mine = (self.found.setting[left] == setting).all(axis=1)
                 self._tried_at(setting, left[mine], _refine)
+
+
+def _may_fit_at(setting: Floats, positions: Floats, before: Before) -> Bools:
+    """(B,) whom a change may let fit at a setting (A,): where they were judged there before, or in a
+    travel (of the lattice `positions`) that has become longer."""
+    if _outside(positions, before.travel).any():
+        return np.ones(len(before.known), dtype=np.bool_)
+    return np.asarray(_at_the_setting(before, setting).any(axis=1))
 
 
 def _margins_anywhere(wanted: Sequence[Situation], asked: Sequence[Asked]) -> Margins:

@@ -83,7 +83,7 @@ def _travel_off(situation: Situation, seated: Seated) -> list[str]:
         at_end = float(seated.spare_travel[0, :2].min()) < AT_END
         if abs(beyond) <= REPORTED or not at_end:
             return []
-        return [f"the seat would go {_farther(beyond)} than its travel lets it"]
+        return [f"the seat would have to go {_farther(beyond)} than its travel"]
     if not float(situation.spare[0].min()) < AT_END:
         return []
     wanted = freely_seated(situation, FARTHER)
@@ -95,8 +95,8 @@ def _travel_off(situation: Situation, seated: Seated) -> list[str]:
     if abs(beyond) < PEDALS_OFF:
         return []
     return [
-        f"the pedals are {_pedals_off(beyond)} for the legs: the seat would go {_farther(beyond)} "
-        f"than its travel lets it"
+        f"the pedals are {_pedals_off(beyond)} for the legs: the seat would have to go "
+        f"{_farther(beyond)} than its travel"
     ]
 
 
@@ -133,8 +133,8 @@ def _limb_off(
     why = f", limited by {limit[0]}" if limit[0] else ""
     if overlap > 0.0 and miss[0] <= REPORTED:
         what = limit[0] or "an obstacle"
-        return [f"the {limb} is on {control} only where it is {1000 * overlap:.0f} mm into {what}"]
-    depth = f", {1000 * overlap:.0f} mm in an obstacle" if overlap > 0.0 else ""
+        return [f"the {limb} gets to {control} only {1000 * overlap:.0f} mm inside {what}"]
+    depth = f", {1000 * overlap:.0f} mm inside an obstacle" if overlap > 0.0 else ""
     return [f"the {limb} stays {1000 * miss[0]:.0f} mm from {control}{depth}{why}"]
 
 
@@ -153,16 +153,16 @@ def setting_words(
     if not set_so:
         return []
     lead = f"{situation.place.role}, {situation.work.name}"
-    return [f"{lead}: {' and '.join(set_so)}: so {_why(found.tried, asked)}"]
+    return [f"{lead}: {' and '.join(set_so)}, where {_why(found.tried, asked)}"]
 
 
 def _why(found: Tried, asked: Sequence[Asked]) -> str:
     """Why the first person is where he or she is."""
     if lacks := _lacks(found.margin[0], asked):
-        return f"least is missing: {lacks}"
+        return f"the shortfall is smallest: {lacks}"
     if float(np.nanmin(found.margin[0])) >= -MET:
-        return "everything asked of the person is met"
-    return "everything is met that depends on where the seat is"
+        return "every requirement on this person is met"
+    return "every requirement that depends on the seat position is met"
 
 
 def move_words(situation: Situation, found: Fitted, asked: Sequence[Asked]) -> list[str]:
@@ -186,17 +186,17 @@ def move_words(situation: Situation, found: Fitted, asked: Sequence[Asked]) -> l
     if stands:
         chosen = situation.work.aims is not None
         where = f"{' and '.join(way)} the {'most comfortable' if chosen else 'stated'} place"
-        return [f"{lead}: the person stands {where}, because there {_why(found.tried, asked)}"]
+        return [f"{lead}: the person stands {where}, where {_why(found.tried, asked)}"]
     where = f"{' and '.join(way)} the most comfortable position"
     why = _why(found.tried, asked)
     before = _lacks(found.first[0], asked)
-    there = f"; in the most comfortable one {before}" if before else ""
+    there = f"; in the most comfortable position {before}" if before else ""
     legs = ""
     at_end = float(situation.spare[0].min()) < AT_END  # what pedals are for the legs is said then
     has_pedals = situation.seated is not None and bool(situation.seated.miss)
     if has_pedals and abs(ahead) >= PEDALS_OFF and not at_end:
-        legs = f"; for the legs the pedals are {_pedals_off(-ahead)} there"
-    return [f"{lead}: the seat is {where}, because there {why}{there}{legs}"]
+        legs = f"; the pedals are then {_pedals_off(-ahead)} for the legs"
+    return [f"{lead}: the seat is set {where}, where {why}{there}{legs}"]
 
 
 def _lacks(margin: Floats, asked: Sequence[Asked]) -> str:
@@ -212,8 +212,9 @@ def _lacks(margin: Floats, asked: Sequence[Asked]) -> str:
     first = asked[missed[0]]
     size = -float(margin[missed[0]])
     much = f"{np.degrees(size):.0f} degrees" if first.requirement.check == "stops" else _mm(size)
-    more = f", and {len(missed) - 1} more" if len(missed) > 1 else ""
-    return f"{first.requirement.name!r} lacks {much}{more}"
+    more = len(missed) - 1
+    others = f", and {more} more requirement{'s' if more > 1 else ''} missed" if more else ""
+    return f"{first.requirement.name!r} is missed by {much}{others}"
 
 
 def _mm(size: float) -> str:

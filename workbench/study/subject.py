@@ -36,13 +36,17 @@ def subject_body(
     it states no length.
     """
     given = options or MotionOptions()
-    found = next(read_motion(path, body, up=given.up, keep=given.keep))
+    found = next(
+        read_motion(
+            path, body, up=given.up, metres=given.metres, names=given.names, keep=given.keep
+        )
+    )
     factors: dict[str, float] = {}
     if isinstance(found, Bones):
         metres = given.metres if given.metres is not None else found.metres
         if not np.isfinite(metres):
             raise InputError(
-                f"{path}: a body scaled to the subject needs the file's unit of length: state it (unit: 1 cm)"
+                f"{path}: a body scaled to the subject needs the file's unit of length: state it (unit: 1 cm in a study, --unit '1 cm')"
             )
         factors = factors_from_bones(body, found, given.names, metres)
     elif isinstance(found, Markers):

@@ -21,6 +21,7 @@ __all__ = [
     "Overlap",
     "meeting_warnings",
     "overlap_warnings",
+    "overlap_words",
     "unasked_meetings",
     "unasked_overlaps",
 ]
@@ -127,19 +128,24 @@ def overlap_warnings(overlaps: Sequence[Overlap]) -> Iterator[str]:
 
 def _depth_words(overlaps: Sequence[Overlap]) -> str:
     """The deepest of the overlaps of one case in words, and how many more there are."""
-    first = overlaps[0]
-    contacts, row = first.contacts, first.row
+    more = len(overlaps) - 1
+    return (
+        f"{overlap_words(overlaps[0])}, about which no criterion asks"
+        f"{f'; {more} more such overlap' if more else ''}{'s' if more > 1 else ''}"
+    )
+
+
+def overlap_words(overlap: Overlap) -> str:
+    """One overlap in words: "right upper leg (bottom) is 51.2 mm into left_seat_pan, polygon 3 (20.0
+    mm allowed)"."""
+    contacts, row = overlap.contacts, overlap.row
     other = contacts.other_name(row)
     if not isinstance(contacts.other, Environment):
-        other = f"{first.other}'s {other}" if first.other else f"the body's own {other}"
+        other = f"{overlap.other}'s {other}" if overlap.other else f"the body's own {other}"
     depth = f"{-1000 * contacts.distance[row]:.1f} mm into {other}"
     if contacts.allowed[row] > 0:
         depth += f" ({1000 * contacts.allowed[row]:.1f} mm allowed)"
-    more = len(overlaps) - 1
-    return (
-        f"{contacts.name(row)} is {depth}, about which no criterion asks"
-        f"{f'; {more} more such overlap' if more else ''}{'s' if more > 1 else ''}"
-    )
+    return f"{contacts.name(row)} is {depth}"
 
 
 def unasked_meetings(criteria: Sequence[Criterion], meetings: Iterable[Meeting]) -> list[Meeting]:

@@ -13,6 +13,7 @@ from workbench.geometry.ground import Ground, ground_of
 from workbench.model.arrays import Floats
 from workbench.model.criterion import Criterion
 from workbench.model.environment import Environment, Rest, Seat
+from workbench.model.figures import tenths
 from workbench.model.poses import Placed
 from workbench.model.result import Finding, PersonFound, Verdict
 from workbench.posture.seating.seating import seat_planes, seat_shift
@@ -38,6 +39,7 @@ def result_warnings(
     for person in people:
         found += _breached(cases, person)
         found += _swallowed(environment, cases, person)
+        found += _bounded(environment, cases, person)
         found += enclosure_warnings(person.name, person.placed, environment, cases)
         if person.role.seat is not None:
             most = DRIVER_TOLERANCE if "driver" in person.postures else SEAT_TOLERANCE
@@ -95,7 +97,7 @@ def _breached(cases: tuple[str, ...], person: PersonFound) -> Iterator[str]:
     for case, joint in np.argwhere(person.margin < -1e-9):
         yield (
             f"{person.name}, {cases[case]}: {person.placed.body.joint_names[joint]} is "
-            f"{-np.degrees(person.margin[case, joint]):.1f} degrees past its stop in "
+            f"{tenths(-float(np.degrees(person.margin[case, joint])))} degrees past its stop in "
             f"{person.margin_motion[case][joint].replace('_', ' ')}"
         )
 
@@ -112,6 +114,26 @@ def _swallowed(
             f"{person.name}, {cases[case]}: the whole body is inside the solid part "
             f"{environment.parts[part]!r}; if that part is a shell around people, say 'solid: false' for it"
         )
+
+
+def _bounded(
+    environment: Environment, cases: tuple[str, ...], person: PersonFound
+) -> Iterator[str]:
+    """A sentence for each part whose depths are lower bounds, where somebody is deepest in it."""
+    clearance = person.clearance
+    for part in environment.tangled:
+        case, segment = np.unravel_index(
+            clearance.distance[:, :, part].argmin(), clearance.distance.shape[:2]
+        )
+        where = (int(case), int(segment), part)
+        depth = -float(clearance.distance[where])
+        if depth > 0:
+            yield (
+                f"{person.name}, {cases[case]}: {clearance.name(where)} is at least "
+                f"{1000 * depth:.1f} mm deep in {environment.parts[part]!r}: a lower bound, since the "
+                "part crosses itself and faces inside it count; mend its mesh before its depths are "
+                "relied on"
+            )
 
 
 def enclosure_warnings(

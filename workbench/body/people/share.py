@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,6 +20,7 @@ __all__ = [
     "effective_count",
     "percent",
     "percent_number",
+    "percent_parts",
     "share_of",
     "wilson_interval",
 ]
@@ -62,6 +65,32 @@ def percent(share: float, count: int) -> str:
     if 1 - least / 2 - 1e-9 <= share < 1 - 1e-9:
         return f"over {100 * (1 - least):g} %"
     return f"{percent_number(share, count)} %"
+
+
+def percent_parts(shares: Sequence[float], count: int) -> list[str]:
+    """Write the shares of a whole so that their percentages add to 100, by largest remainders.
+
+    Each is rounded down; what is missing then goes to those that lost most by it, among equals to
+    those that `percent_number` would round up.
+
+    Parameters
+    ----------
+    shares
+        0 to 1, with the sum 1.
+    count
+        Number of people.
+    """
+    whole = 1000 if count >= TENTHS_FROM else 100
+    exact = [round(whole * share, 6) for share in shares]
+    digits = [math.floor(value) for value in exact]
+    order = sorted(
+        range(len(shares)),
+        key=lambda k: (digits[k] - exact[k], digits[k] - round(exact[k])),
+    )
+    for k in order[: whole - sum(digits)]:
+        digits[k] += 1
+    parts = zip(shares, digits, strict=True)
+    return [percent(number / whole if number else share, count) for share, number in parts]
 
 
 def percent_number(share: float, count: int) -> str:

@@ -23,7 +23,8 @@ def morph(template: Body, at: ArrayLike | Sequence[float], level: str) -> Body:
     """Compute the member of a template's family with given coefficients.
 
     The template lends segments, stops, directions, allowances for soft flesh and density: masses
-    are proportional to the volumes of the segments. On a seat its flesh spreads as that of the
+    are the template's by how much the member's segments hold more than its own member's, both at
+    the template's level of detail, so that they are the same at every level. On a seat its flesh spreads as that of the
     nearest known member.
 
     Parameters
@@ -56,11 +57,18 @@ def morph(template: Body, at: ArrayLike | Sequence[float], level: str) -> Body:
             f"{basis.name}: no body has these coefficients (a radius falls to nothing)"
         )
     made = _with_shape(template, basis, detail, shape)
-    joints = template.joint_in_parent[0], template.joint_in_child[0]
-    own = Shape(template.centre[0], template.radius[0], *joints)
-    mass = template.mass * volumes(made, shape) / np.maximum(volumes(template, own), 1e-12)
+    mass = template.mass * _growth(template, basis, basis.detail(template.detail or level), z)
     flesh = basis.anchor_seated[basis.nearest_anchor(z)]
     return settled(replace(made, mass=mass, basis_at=z[None], seated_factors=flesh[None]))
+
+
+def _growth(template: Body, basis: ShapeBasis, detail: Detail, z: Floats) -> Floats:
+    """(N,) volumes of the segments of the member at z (K,) by those of the template's own member."""
+    before, after = (
+        _member(basis, detail, template.parent[1:], at) for at in (template.basis_at[0], z)
+    )
+    held = _with_shape(template, basis, detail, before)
+    return volumes(held, after) / np.maximum(volumes(held, before), 1e-12)
 
 
 def _with_shape(template: Body, basis: ShapeBasis, detail: Detail, shape: Shape) -> Body:

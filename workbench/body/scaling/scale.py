@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import replace
 from itertools import repeat
 from typing import NamedTuple
 
@@ -92,7 +93,7 @@ def scale(
     Returns
     -------
     Body
-        Masses are proportional to the volumes of the segments.
+        Masses are proportional to the volumes of the segments, and the same at every level of detail.
 
     Raises
     ------
@@ -100,9 +101,7 @@ def scale(
         If measures contradict each other, are no person's (see `model.measures`), or need a shape that
         no person has.
     """
-    _refuse(measures)
-    space = shape_space(morph_to(body, detail))
-    return rebuilt(space, *_fitted(space, measures, others or {}))
+    return _person(_spaces(body, detail), measures, others or {})
 
 
 def scale_many(
@@ -131,31 +130,47 @@ def scale_many(
     Body or InputError
         The error, not raised, where there is no such body.
     """
-    space = shape_space(morph_to(body, detail))
+    spaces = _spaces(body, detail)
     each_others: Iterable[Measures | None] = others if others is not None else repeat(None)
     for measures, soft in zip(people, each_others, strict=False):
         try:
-            _refuse(measures)
-            yield rebuilt(space, *_fitted(space, measures, soft or {}))
+            yield _person(spaces, measures, soft or {})
         except InputError as error:
             yield error
 
 
 def morph_to(body: Body, detail: str | None) -> Body:
-    """Return a body at another level of detail of its family, the body itself if None.
+    """Return a body at another level of detail of its family, the body itself if None or its own.
 
     Raises
     ------
     InputError
         If the body has no family, or the family no such level.
     """
-    if detail is None:
+    if detail is None or (detail and detail == body.detail):
         return body
     if body.basis is None:
         raise InputError(
             f"body {body.name} belongs to no family of bodies, so it has no other level of detail"
         )
     return morph(body, body.basis_at[0], detail)
+
+
+def _spaces(body: Body, detail: str | None) -> tuple[ShapeSpace, ...]:
+    """The shapes at the level of detail asked for, then those at the body's own where that is another."""
+    shown = morph_to(body, detail)
+    return tuple(shape_space(one) for one in ((shown,) if shown is body else (shown, body)))
+
+
+def _person(spaces: tuple[ShapeSpace, ...], measures: Measures, others: Measures) -> Body:
+    """Fit the shape in the first space.
+
+    Mass is the person's, but every level of detail holds another volume, and its spheres show a
+    measure by another shape. So the masses are those of the fit in the last space.
+    """
+    _refuse(measures)
+    made = [rebuilt(space, *_fitted(space, measures, others)) for space in spaces]
+    return replace(made[0], mass=made[-1].mass)
 
 
 def _refuse(measures: Measures) -> None:

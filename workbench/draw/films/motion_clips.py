@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import math
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +15,6 @@ from workbench.draw.scene_builder import build_source, source_kind
 from workbench.draw.source import PEOPLE_COLOURS, Source
 from workbench.errors import InputError, UsageError, one_of
 from workbench.files.body.bodies import load_body
-from workbench.files.motions.number_rows import FrameRange
 from workbench.files.motions.reading import MOTIONS
 from workbench.model.arrays import Floats
 from workbench.model.body import Body
@@ -26,7 +24,6 @@ from workbench.study.motions import MotionOptions, load_motion
 
 __all__ = [
     "DEFAULT_POSITIONS",
-    "MotionClip",
     "at_times",
     "clocks",
     "common_time_span",
@@ -44,20 +41,8 @@ _MILLISECOND_SPAN = 2.0
 """Motions shorter than this [s] have times in milliseconds."""
 
 
-@dataclass(frozen=True)
-class MotionClip:
-    """The part of a motion file that is wanted."""
-
-    start: float | None = None
-    """First time [s], None for the first frame."""
-    end: float | None = None
-    """Last time [s], None for the last frame."""
-    up: str | None = None
-    """Upward axis of the file, if the file states none or a wrong one."""
-
-
 def with_motion(
-    source: str, motion: str, *, clip: MotionClip = MotionClip(), case: str | None = None
+    source: str, motion: str, *, clip: MotionOptions | None = None, case: str | None = None
 ) -> Source:
     """Build a body, or a study with one person, that moves as a motion file says.
 
@@ -94,7 +79,7 @@ def with_motion(
     return _study_with_motion(build_source(source, case=case), motion, clip)
 
 
-def _study_with_motion(source: Source, motion: str, clip: MotionClip) -> Source:
+def _study_with_motion(source: Source, motion: str, clip: MotionOptions | None) -> Source:
     if source.moving:
         raise UsageError(f"{source.scene.title} brings its own motion: leave out --motion")
     if len(source.names) > 1:
@@ -127,15 +112,13 @@ def _moving_person(source: Source, motion: str) -> tuple[int, Path]:
     return source.people.index(name), Path(file)
 
 
-def _read_motion(body: Body, file: Path, clip: MotionClip) -> tuple[Poses, tuple[str, ...]]:
+def _read_motion(
+    body: Body, file: Path, clip: MotionOptions | None
+) -> tuple[Poses, tuple[str, ...]]:
     """Read a motion as poses of a body with times, and notes on what was assumed."""
     if not file.is_file():
         raise InputError(f"{file}: no such motion file")
-    start = -math.inf if clip.start is None else clip.start
-    end = math.inf if clip.end is None else clip.end
-    poses, notes = load_motion(
-        body, file, options=MotionOptions(up=clip.up, keep=FrameRange(start, end))
-    )
+    poses, notes = load_motion(body, file, options=clip)
     if len(poses) < 2:
         raise InputError(f"{file}: one frame is a posture; a motion needs two or more")
     return replace(poses, time=poses.clock), notes

@@ -39,7 +39,9 @@ def read_pulse(path: Path, *, start: float = 0.0) -> Pulse:
         _unit(path, number, word, name) for word, name in zip(words, _UNITS, strict=True)
     )
     rows = ((n, [word.strip() for word in line.split(",")]) for n, line in lines)
-    values, _, numbers = number_rows(path, rows, 2, rows=list(_UNITS), clock=Clock(None, 1.0))
+    table = number_rows(path, rows, 2, rows=list(_UNITS), clock=Clock(None, 1.0))
+    values = table.values
+    numbers = table.lines
     if len(values) < 3:
         raise InputError(f"{path}: a pulse needs 3 samples or more, got {len(values)}")
     _check_time(path, values[:, 0], numbers)

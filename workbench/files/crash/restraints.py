@@ -48,6 +48,8 @@ __all__ = [
 _MM = 1000.0
 _RINGS = 9
 _SLICES = 16
+_LASTS = (0.001, 10.0)
+"""Least and greatest duration [s] of a pulse."""
 
 
 def law_in_si(law: LawFile) -> ForceLaw:
@@ -57,8 +59,16 @@ def law_in_si(law: LawFile) -> ForceLaw:
 
 def pulse_of(file: PulseFile, folder: Path) -> Pulse:
     """The pulse of a file; InputError for a table that cannot be read, or does not begin and end at
-    0."""
+    0, and for times that are in another unit: no crash of a vehicle lasts less than 1 ms or more than
+    10 s."""
     made = _shape(file, folder)
+    shortest, longest = _LASTS
+    if not shortest <= made.duration <= longest:
+        header = "; a table says its unit in its header, time [ms] or [s]" if file.file else ""
+        raise InputError(
+            f"the pulse lasts {1000 * made.duration:g} ms, {1000 * shortest:g} to {1000 * longest:g} ms is a "
+            f"crash: its times are in milliseconds (0.1 s is 100){header}"
+        )
     x, y, z = (v / math.hypot(*file.toward) for v in file.toward)
     return replace(made, toward=(x, y, z))
 

@@ -45,8 +45,10 @@ def build_environment(
     tuple[Environment, list[tuple[int, str]]]
         The environment, and for each part that cannot be solid its index and the reason.
     """
-    checked = [validate_part(part) for part in parts]
     declared = list(solid)
+    checked = [
+        validate_part(part, solid=bool(how)) for part, how in zip(parts, declared, strict=True)
+    ]
     names = tuple(part.name for part, _ in checked)
     vertices, faces, first = _stacked([part for part, _ in checked])
     merged = merge_coplanar(vertices, np.concatenate([np.zeros((0, 3), dtype=np.int64), *faces]))
@@ -140,6 +142,7 @@ def _qualities(
             cavities=defects.cavities,
             nested=defects.nested,
             crossing=defects.crossing,
+            tangled=defects.tangled,
             inverted=defects.turned > 0,
             watertight=defects.closed,
             declared=how != "auto",

@@ -164,6 +164,10 @@ def _cleaned(path: Path, data: bytes) -> ElementTree.Element:
     if _tag(tree) != "COLLADA":
         raise InputError(f"{path}: not COLLADA: its root is {_tag(tree)[:40]!r}")
     _refuse(path, tree)
+    for item in tree.iter():
+        if _tag(item) == "lookat":
+            item.text = " ".join(f"{value:.17g}" for value in _look_at(path, item).ravel())
+            item.tag = item.tag.removesuffix("lookat") + "matrix"
     for item in list(tree.iter()):
         for child in [child for child in item if _tag(child) in _UNUSED]:
             item.remove(child)
@@ -191,6 +195,26 @@ def _refuse(path: Path, tree: ElementTree.Element) -> None:
             raise InputError(
                 f"{path}: holds <{tag}>, which is not read; export it again as {instead}"
             )
+
+
+def _look_at(path: Path, item: ElementTree.Element) -> Floats:
+    """The transform (4, 4) of a <lookat>, which pycollada leaves out: eye, point of interest, up.
+
+    The node stands at the eye; its -z points to the point of interest, its y is nearest to up.
+    """
+    try:
+        eye, interest, up = np.array((item.text or "").split(), dtype=np.float64).reshape(3, 3)
+    except ValueError:
+        raise InputError(f"{path}: <lookat> needs nine numbers, got {item.text!r:.60}") from None
+    z = eye - interest
+    x = np.cross(up, z)
+    if not np.linalg.norm(x) > 0:
+        raise InputError(f"{path}: <lookat> looks along its own up direction: {item.text!r:.60}")
+    placed = np.eye(4)
+    placed[:3, :3] = np.stack([x, np.cross(z, x), z], axis=1)
+    placed[:3, :3] /= np.linalg.norm(placed[:3, :3], axis=0)
+    placed[:3, 3] = eye
+    return placed
 
 
 def _walk(collada: Any, nodes: list[Any]) -> Iterator[_Placed]:

@@ -16,6 +16,7 @@ from __future__ import annotations
 import base64
 import binascii
 import json
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -34,6 +35,7 @@ from workbench.model.quaternions import matrices
 
 __all__ = ["read_glb", "read_gltf"]
 
+_UNNAMED = re.compile("")
 _BROKEN = (
     KeyError,
     IndexError,
@@ -94,8 +96,15 @@ class _Placement:
     """(n, 4, 4) world-from-mesh transforms of its copies."""
 
 
-def read_glb(path: Path, data: bytes) -> RawMesh:
+def read_glb(path: Path, data: bytes, *, unnamed: re.Pattern[str] = _UNNAMED) -> RawMesh:
     """Read the meshes of a binary glTF file, in metres.
+
+    Parameters
+    ----------
+    path, data
+        The file and its bytes.
+    unnamed
+        What a node without a name of its own is called: it takes that of its mesh.
 
     Raises
     ------
@@ -109,7 +118,7 @@ def read_glb(path: Path, data: bytes) -> RawMesh:
     chunks = _chunks(path, data)
     if _JSON not in chunks:
         raise InputError(f"{path}: not a binary glTF file: it holds no JSON")
-    return _read(path, chunks[_JSON], chunks.get(_BINARY))
+    return _read(path, chunks[_JSON], chunks.get(_BINARY), unnamed)
 
 
 def _chunks(path: Path, data: bytes) -> dict[bytes, bytes]:
@@ -135,10 +144,10 @@ def read_gltf(path: Path, data: bytes) -> RawMesh:
         If it is broken, is not glTF 2.0, is compressed, requires an extension that is not read, or
         if a buffer is missing, too short or outside the folder of the file.
     """
-    return _read(path, data, None)
+    return _read(path, data, None, _UNNAMED)
 
 
-def _read(path: Path, text: bytes, chunk: bytes | None) -> RawMesh:
+def _read(path: Path, text: bytes, chunk: bytes | None, unnamed: re.Pattern[str]) -> RawMesh:
     try:
         tree = json.loads(text)
         file = _File(path, tree, chunk)
@@ -146,7 +155,7 @@ def _read(path: Path, text: bytes, chunk: bytes | None) -> RawMesh:
         _check_extensions(path, tree)
         for buffer in tree.get("buffers", []):
             _check_beside(path, buffer.get("uri"))
-        placements, notes = _placements(file)
+        placements, notes = _placements(file, unnamed)
         _check_size(file, placements)
         parts = tuple(_parts(file, placements))
     except _BROKEN as error:
@@ -184,7 +193,7 @@ def _notes(tree: dict[str, Any]) -> Iterator[str]:
         yield "is skinned or morphed: it is read as it stands in the file, before any pose"
 
 
-def _placements(file: _File) -> tuple[list[_Placement], list[str]]:
+def _placements(file: _File, unnamed: re.Pattern[str]) -> tuple[list[_Placement], list[str]]:
     """Return every mesh of the scene with its transforms, depth first, and notes about meshes
     outside of it."""
     tree = file.tree
@@ -204,7 +213,9 @@ def _placements(file: _File) -> tuple[list[_Placement], list[str]]:
         node = nodes[k]
         world = parent @ transforms[k]
         if "mesh" in node:
-            name = _name(node) or _name(tree["meshes"][node["mesh"]])
+            name = _name(node)
+            if unnamed.fullmatch(name):
+                name = _name(tree["meshes"][node["mesh"]]) or name
             placements.append(_Placement(name, int(node["mesh"]), world @ _copies(file, node)))
         stack += [(int(child), world) for child in reversed(node.get("children", []))]
     left = sum("mesh" in node for k, node in enumerate(nodes) if k not in visited)

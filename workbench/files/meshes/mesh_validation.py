@@ -1,9 +1,9 @@
 """Validate the mesh of a part: count its defects, and repair what its edges determine.
 
-Three things are repaired, and each is reported: faces that lie exactly on others are removed, faces
-wound against their neighbours are turned, and closed shells that are inside out are turned. Winding
-is repaired only if the part comes out closed: what stays open is a surface, whose winding decides
-nothing. The order of the faces stays.
+Four things are repaired, and each is reported: faces that lie exactly on others are removed, faces
+wound against their neighbours are turned, closed shells that are inside out are turned, and solids
+that overlap are united. All but the first only if the part comes out closed: what stays open is a
+surface, whose winding decides nothing. The order of the faces stays, those of unions come last.
 """
 
 from __future__ import annotations
@@ -14,7 +14,8 @@ import numpy as np
 
 from workbench.files.meshes.parts import RawPart
 from workbench.files.meshes.planes import degenerate_faces
-from workbench.files.meshes.shells import OrientedShells, orient_shells, shell_labels
+from workbench.files.meshes.shells import OrientedShells, one_shell, orient_shells, shell_labels
+from workbench.files.meshes.union import united
 from workbench.files.meshes.winding import (
     HalfEdges,
     Winding,
@@ -67,12 +68,14 @@ class MeshDefects:
     """Closed shells inside others and wound alike."""
     crossing: int
     """Closed shells that cross others or themselves."""
+    tangled: int
+    """Solids whose own shells cross, so that no union removes the faces inside."""
     closed: bool
     """No edge is open, and the winding is consistent after repair."""
 
     def present(self) -> list[Defect]:
         """Return the kinds of defects that the mesh has."""
-        surface = ": a surface, not a solid; what lies wholly inside is not noticed"
+        surface = ": a surface, not a solid; what lies wholly inside is not noticed, and a depth is a lower bound"
         crowded = " shared by more than two faces"
         one_sided = " with one side only, as a Moebius strip has"
         if self.open_edges == 0 and not self.closed:  # the reason why it is no solid
@@ -92,6 +95,12 @@ class MeshDefects:
             Defect(
                 self.crossing, shell, " crossing others or themselves: what they enclose is solid"
             ),
+            Defect(
+                self.tangled,
+                "solid",
+                " crossing itself, which cannot be united: depths in it are lower bounds, since "
+                "faces inside count; mend the mesh (Blender: Boolean, Union, self intersection)",
+            ),
         ]
         return [kind for kind in kinds if kind.count]
 
@@ -110,19 +119,22 @@ class _WoundMesh:
     closed: bool
 
 
-def validate_part(part: RawPart) -> tuple[RawPart, MeshDefects]:
+def validate_part(part: RawPart, *, solid: bool = True) -> tuple[RawPart, MeshDefects]:
     """Count the defects of a part and repair it.
 
     Parameters
     ----------
     part
         A part, lengths in metres.
+    solid
+        Whether it is a solid where it is closed: its solids are then united.
 
     Returns
     -------
     tuple[RawPart, MeshDefects]
         The part without duplicate faces; if it is closed, wound consistently and with its shells
-        outward. And the defects that it had.
+        outward, and of solids that overlap or touch only the surface of their union. And the
+        defects that it had.
     """
     mesh = _wound_mesh(part.faces[_first_copies(part.faces)])
     if not mesh.closed:
@@ -130,7 +142,14 @@ def validate_part(part: RawPart) -> tuple[RawPart, MeshDefects]:
         if len(without_walls) < len(mesh.faces):
             other = _wound_mesh(without_walls)
             mesh = other if other.closed else mesh
+    if not mesh.closed:
+        every = _wound_mesh(part.faces[_outer_copies(part.faces)])
+        mesh = every if every.closed else mesh
     faces, shells = _oriented_faces(part, mesh)
+    made = RawPart(part.name, part.vertices, faces)
+    apart = 0
+    if solid and mesh.closed:
+        made, apart = united(made, shells)
     uses = mesh.halves.uses
     defects = MeshDefects(
         faces=len(part.faces),
@@ -144,9 +163,10 @@ def validate_part(part: RawPart) -> tuple[RawPart, MeshDefects]:
         cavities=shells.cavities,
         nested=shells.nested,
         crossing=shells.crossing,
+        tangled=apart,
         closed=mesh.closed,
     )
-    return RawPart(part.name, part.vertices, faces), defects
+    return made, defects
 
 
 def _wound_mesh(faces: Ints) -> _WoundMesh:
@@ -158,7 +178,7 @@ def _wound_mesh(faces: Ints) -> _WoundMesh:
 def _oriented_faces(part: RawPart, mesh: _WoundMesh) -> tuple[Ints, OrientedShells]:
     """Turn the faces of a closed mesh outward; an open one stays as it is."""
     if not mesh.closed:
-        return mesh.faces, OrientedShells(np.zeros(len(mesh.faces), dtype=np.bool_), 0, 0, 0, 0)
+        return mesh.faces, one_shell(len(mesh.faces), inward=False)
     against = mesh.winding.against
     sense = np.where(against[mesh.halves.face], -mesh.halves.sense, mesh.halves.sense)
     faces = _flip(mesh.faces, against)
@@ -205,7 +225,14 @@ def _without_inner_walls(faces: Ints) -> Bools:
 
     Such a pair is the wall between two shells that touch: without it they are one closed shell.
     """
+    outer: Bools = _first_copies(faces) & _outer_copies(faces)
+    return outer
+
+
+def _outer_copies(faces: Ints) -> Bools:
+    """Return all copies (T,), without inner walls: a face that two solids have, of which one lies
+    in the other, is part of both."""
     sets, inverse = np.unique(_corner_sets(faces), return_inverse=True)
     total = np.bincount(inverse.reshape(-1), winding_sense(faces), len(sets))
-    outer: Bools = _first_copies(faces) & (total != 0)[inverse.reshape(-1)]
+    outer: Bools = (total != 0)[inverse.reshape(-1)]
     return outer

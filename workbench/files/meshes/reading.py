@@ -49,6 +49,10 @@ SMALLEST_OF_SEVERAL = 0.005
 """Extent [m] that one of several meshes of an environment has at least."""
 _MAX_COORDINATE = 1e9
 """Largest coordinate, in units of the file."""
+_FAR = 20.0
+"""Distance from the origin, in sizes of a mesh, from which on its numbers may be coarse."""
+_COARSE = 1e-5
+"""Step between the numbers of a mesh, as a share of its size, up to which nothing is said."""
 _Reader = Callable[[Path, bytes], RawMesh]
 FORMATS: dict[str, tuple[_Reader, float]] = {
     ".obj": (read_obj, 28),
@@ -140,7 +144,32 @@ def read_mesh(path: str | Path) -> RawMesh:
     )
     empty = (part.name for part in named if not len(part.faces))
     notes = tuple(f"part {name!r} holds no faces and is left out" for name in empty)
+    notes += _coarse_notes(parts)
     return replace(raw, parts=parts, notes=raw.notes + notes)
+
+
+def _coarse_notes(parts: tuple[RawPart, ...]) -> tuple[str, ...]:
+    """A note on coordinates so far from the origin that the numbers of the file are too coarse.
+
+    Single precision keeps 24 bits, texts of six digits 10^-5 of the largest number.
+    """
+    points = np.concatenate([part.vertices for part in parts])
+    size = float(np.ptp(points, axis=0).max())
+    far = float(np.abs(points).max())
+    if far < _FAR * size or size == 0.0:
+        return ()
+    digits = 10.0 ** (np.floor(np.log10(far)) - 5)
+    step = 0.0
+    if np.all(np.abs(points / digits - np.round(points / digits)) < 1e-6):
+        step = float(digits)
+    elif np.all(points == points.astype(np.float32)):
+        step = float(np.spacing(np.float32(far)))
+    if step < _COARSE * size:
+        return ()
+    return (
+        f"lies {far:.4g} units from the origin, where the numbers of the file are {step:.2g} apart, 1/"
+        f"{size / step:.0f} of its size: move it to the origin and export it again",
+    )
 
 
 def _check_vertices(path: Path, part: RawPart) -> None:

@@ -27,7 +27,7 @@ from workbench.files.meshes.winding import HalfEdges
 from workbench.geometry.components import component_labels
 from workbench.model.arrays import Bools, Floats, Ints
 
-__all__ = ["OrientedShells", "orient_shells", "shell_labels"]
+__all__ = ["OrientedShells", "one_shell", "orient_shells", "shell_labels"]
 
 _SAMPLES_ALONE = 200
 """Approximate number of sample points on a shell of few faces that is the only one of its part."""
@@ -65,6 +65,11 @@ class OrientedShells:
     """Number of shells that lie inside another and are wound like it."""
     crossing: int
     """Number of shells that cross another or themselves."""
+    body: Ints
+    """(T,) the solid that each face bounds: the number of its outer shell, which its cavities
+    have too."""
+    tangled: Bools
+    """(M,) True for solids whose own shells cross themselves or each other."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,6 +133,15 @@ class _Containment:
         crossing[self.outer[self.partly]] = True
         return crossing
 
+    def tangled(self, body: Ints) -> Bools:
+        """Return which solids (M,) have a shell that crosses itself or another of the solid's own;
+        body (M,): the solid of each shell."""
+        tangled = np.zeros(len(body), dtype=np.bool_)
+        tangled[body[self.self_crossing]] = True
+        own = self.partly & (body[self.inner] == body[self.outer])
+        tangled[body[self.inner[own]]] = True
+        return tangled
+
 
 def shell_labels(halves: HalfEdges, patch: Ints, sense: Ints) -> Ints:
     """Join patches into shells, where one alone is not closed at an edge of more than two faces.
@@ -156,7 +170,28 @@ def shell_labels(halves: HalfEdges, patch: Ints, sense: Ints) -> Ints:
     joined = component_labels(
         open_pair // edge_count, patches + node.reshape(-1), patches + len(edges)
     )
-    return np.unique(joined[patch], return_inverse=True)[1].reshape(-1).astype(np.int64)
+    shell = np.unique(joined[patch], return_inverse=True)[1].reshape(-1).astype(np.int64)
+    return _divided(halves, shell, sense) if len(crowded) else shell
+
+
+def _divided(halves: HalfEdges, shell: Ints, sense: Ints) -> Ints:
+    """Divide shells (T,) at edges of more than two faces where the order of the faces tells them
+    apart.
+
+    A file lists one solid after the other. Every undirected edge has a random number, added for one
+    sense and subtracted for the other: after the last face of a closed shell the sum is zero.
+    """
+    total = np.zeros(len(shell), dtype=np.uint64)
+    number = np.random.default_rng(0).integers(2**64, size=len(halves.uses), dtype=np.uint64)
+    signed = np.where(sense > 0, number[halves.edge], np.uint64(0) - number[halves.edge])
+    np.add.at(total, halves.face, signed)
+    run = np.cumsum(np.append(0, np.cumsum(total) == 0)[:-1])
+    divided = np.unique(shell * len(shell) + run, return_inverse=True)[1].reshape(-1)
+    # a run may hold half of a shell that another run completes
+    pair = divided[halves.face] * len(halves.uses) + halves.edge
+    one, inverse = np.unique(pair, return_inverse=True)
+    closed = not np.bincount(inverse.reshape(-1), sense, len(one)).any()
+    return divided.astype(np.int64) if closed else shell
 
 
 def orient_shells(vertices: Floats, faces: Ints, shell: Ints) -> OrientedShells:
@@ -172,8 +207,7 @@ def orient_shells(vertices: Floats, faces: Ints, shell: Ints) -> OrientedShells:
     corner = vertices[faces] - vertices[faces].reshape(-1, 3).mean(axis=0)
     volume = _volumes(corner, shell)
     if len(volume) == 1 and _is_convex(corner):
-        turned = bool(volume[0] < 0)
-        return OrientedShells(np.full(len(faces), turned), int(turned), 0, 0, 0)
+        return one_shell(len(faces), inward=bool(volume[0] < 0))
     sign = np.where(volume < 0, -1, 1)
     seen = corner @ _ray_frame().T
     containment = _containment(seen, shell, _sample_points(seen, shell), sign)
@@ -182,12 +216,28 @@ def orient_shells(vertices: Floats, faces: Ints, shell: Ints) -> OrientedShells:
     wrong = final != sign
     crossing = containment.crossing()
     nested = (parent >= 0) & (final > 0) & (final[parent] > 0) & ~crossing
+    body = np.where(final > 0, np.arange(len(final)), parent)
     return OrientedShells(
         wrong[shell],
         turned=int(wrong.sum()),
         cavities=int((final < 0).sum()),
         nested=int(nested.sum()),
         crossing=int(crossing.sum()),
+        body=body[shell],
+        tangled=containment.tangled(body),
+    )
+
+
+def one_shell(faces: int, *, inward: bool) -> OrientedShells:
+    """Return what is said of the single sound shell of so many faces."""
+    return OrientedShells(
+        np.full(faces, inward),
+        turned=int(inward),
+        cavities=0,
+        nested=0,
+        crossing=0,
+        body=np.zeros(faces, dtype=np.int64),
+        tangled=np.zeros(1, dtype=np.bool_),
     )
 
 

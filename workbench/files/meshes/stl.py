@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from workbench.errors import InputError
+from workbench.errors import InputError, printable
 from workbench.files.meshes.parts import RawMesh, RawPart
 from workbench.files.opening import BYTE_ORDER_MARK
 from workbench.model.arrays import Floats
@@ -19,6 +19,9 @@ _HEAD = 84
 """Bytes before the triangles of a binary file: a free text and the number of triangles."""
 _TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("colour", "<u2")])
 _WORDS = ("facet", "outer", "endloop", "endfacet")
+_BEGIN = 4096
+_TEXT = re.compile(rb"facet|endsolid")
+"""Words of which a text file has one in its first `_BEGIN` bytes."""
 _LINE_END = re.compile(r"\r\n|\n|\r")
 
 
@@ -42,12 +45,16 @@ def read_stl(path: Path, data: bytes) -> RawMesh:
         If it is cut short or broken; in a text file with the line.
     """
     count = int.from_bytes(data[80:84], "little") if len(data) >= _HEAD else -1
-    if count >= 0 and len(data) == _HEAD + _TRIANGLE.itemsize * count:
+    size = _HEAD + _TRIANGLE.itemsize * count
+    text = data.removeprefix(BYTE_ORDER_MARK)
+    is_text = text.lstrip()[:5].lower() == b"solid" and _TEXT.search(text[:_BEGIN].lower())
+    if count >= 0 and (len(data) == size or (len(data) > size and count and not is_text)):
         corners = np.frombuffer(data, _TRIANGLE, count, _HEAD)["corners"]
         part = _triangle_soup("", corners.reshape(-1, 3).astype(np.float64))
-        return RawMesh(str(path), "STL", (part,))
-    text = data.removeprefix(BYTE_ORDER_MARK)
-    if text.lstrip()[:5].lower() == b"solid" and b"\0" not in text[:80].rstrip(b"\0 "):
+        more = len(data) - size
+        notes = (f"{more} bytes behind its {count} triangles are left out",) if more else ()
+        return RawMesh(str(path), "STL", (part,), notes=notes)
+    if is_text:
         solids = _text_solids(path, text)
         parts = tuple(_part(path, solid) for solid in solids if solid.corners)
         return RawMesh(str(path), "STL", parts)
@@ -76,7 +83,7 @@ def _text_solids(path: Path, data: bytes) -> list[_Solid]:
             solids[-1].corners.append(words[1:])
         elif key and not (inside and key in _WORDS):
             raise InputError(
-                f"{path}:{number}: not a line of a text STL file ({line.strip()[:40]!r})"
+                f"{path}:{number}: not a line of a text STL file ({printable(line.strip()[:40])})"
             )
     if inside or not solids:
         name = solids[-1].name if solids else ""

@@ -103,13 +103,27 @@ def taken_frame(
     found = guessed_axes(said)
     turned = _turned(said, found.up, found.forward)
     unit = _unit(said, turned) if length is None else Taken(_checked(raw.file, length))
+    ahead = Taken(found.forward, found.why_forward, found.sure_forward)
+    if said.forward == found.forward:
+        ahead = Taken(found.forward, *(_doubt(said) if forward is None else ()))
     return TakenFrame(
         unit,
         Taken(found.up) if said.up else Taken(found.up, found.why_up, found.sure_up),
-        Taken(found.forward)
-        if said.forward == found.forward
-        else Taken(found.forward, found.why_forward, found.sure_forward),
+        ahead,
     )
+
+
+def _doubt(said: RawMesh) -> tuple[str, bool] | tuple[()]:
+    """Why the forward axis that a mesh's format states may be wrong: its left and right are alike along
+    that axis, or names of parts say another one."""
+    shape = guessed_axes(replace(said, forward=None))
+    named = shape.sure_forward and shape.why_forward.startswith("by the names")
+    along = shape.why_forward.startswith("left and right are alike")
+    level = str(said.forward)[-1] != shape.forward[-1]
+    if (named and shape.forward != said.forward) or (along and level):
+        why = shape.why_forward.partition(";")[0]
+        return f"its format says so, but {why}: forward may be {shape.forward}", False
+    return ()
 
 
 def _checked(file: str, length: str) -> str:

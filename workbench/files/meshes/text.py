@@ -154,7 +154,27 @@ def read_ply(path: Path, data: bytes) -> RawMesh:
             f"{path}: broken or cut short PLY: {error or type(error).__name__}"
         ) from None
     corners, sizes = (_integers(path, numbers) for numbers in _ply_faces(columns.get("face", {})))
+    strips, lengths = (
+        _integers(path, numbers) for numbers in _ply_faces(columns.get("tristrips", {}))
+    )
+    triangles = [_strip_triangles(row) for row in np.split(strips, np.cumsum(lengths)[:-1])]
+    if len(strips):
+        corners = np.concatenate([corners, *(part.ravel() for part in triangles)])
+        sizes = np.concatenate([sizes, *(np.full(len(part), 3) for part in triangles)])
     return _one_part(path, "PLY", vertices, corners, sizes)
+
+
+def _strip_triangles(corners: Ints) -> Ints:
+    """The triangles (T, 3) of strips of corners with -1 between them; every second one of a strip
+    runs the other way, and one with two equal corners is none."""
+    triangle = np.column_stack([corners[:-2], corners[1:-1], corners[2:]])
+    ends = np.flatnonzero(corners < 0)
+    start = np.zeros(len(corners), dtype=np.int64)
+    start[ends] = ends + 1
+    odd = (np.arange(len(corners)) - np.maximum.accumulate(start))[: len(triangle)] % 2 == 1
+    triangle[odd] = triangle[odd][:, [1, 0, 2]]
+    a, b, c = triangle.T
+    return np.asarray(triangle[(triangle >= 0).all(axis=1) & (a != b) & (b != c) & (c != a)])
 
 
 def _ply_faces(faces: dict[str, Floats]) -> tuple[Floats, Floats]:

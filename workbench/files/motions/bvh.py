@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import NamedTuple
@@ -32,6 +32,12 @@ _CHANNELS = {
 }
 _MAX_DEPTH = 200
 _MAX_BONES = 5000
+_OVERVIEW = 400
+"""Frames at most, spread over the file, by which assumptions are judged."""
+_MAX_TURN = 720.0
+"""Angle [degrees] of a channel beyond which it is told."""
+_RADIANS = 6.3
+"""Angle [degrees] of all channels below which they may be radians."""
 _Offset = tuple[float, float, float]
 
 
@@ -87,22 +93,49 @@ def bone_batches(path: str | Path, *, keep: FrameRange = ALL_FRAMES) -> Iterator
     where = f"{source}, line {header.line}"
     notes = keep.frame_count_notes(where, header.frames, rows.total)
     time = _frame_times(source, header.step, rows, keep)
+    notes += _odd_angles(names, rows.values)
     offset = np.array([bone.offset for bone in bones], dtype=np.float64)
-    for batch in pieces(len(time)):
-        rotations, shift = _bone_transforms(bones, offset, rows.values[batch])
-        yield Bones(
+
+    def some(frames: slice, overview: Bones | None) -> Bones:
+        rotations, shift = _bone_transforms(bones, offset, rows.values[frames])
+        return Bones(
             tuple(bone.name for bone in bones),
             np.array([bone.parent for bone in bones]),
             offset,
             rotations,
             shift,
-            time[batch],
+            time[frames],
             {bone.name: bone.end for bone in bones if bone.end is not None},
             float("nan"),
             "",
             str(source),
             notes,
+            overview,
         )
+
+    overview = some(slice(None, None, -(-len(time) // _OVERVIEW)), None)
+    for batch in pieces(len(time)):
+        yield some(batch, overview)
+
+
+def _odd_angles(names: Sequence[str], values: Floats) -> tuple[str, ...]:
+    """Notes on rotation channels that are of many turns, or so small that they may be radians."""
+    largest = np.array([np.abs(column).max(initial=0.0) for column in values.T])
+    turns = np.array([name.endswith("rotation") for name in names], dtype=np.bool_)
+    largest = np.where(turns, largest, 0.0)
+    worst = int(np.argmax(largest))
+    if largest[worst] > _MAX_TURN:
+        frame = int(np.argmax(np.abs(values[:, worst])))
+        return (
+            f"{names[worst]} is {values[frame, worst]:g} degrees in frame {frame + 1} of those read, "
+            f"{largest[worst] / 360:.1f} whole turns: does the person turn round so often?",
+        )
+    if 1e-3 < largest[worst] < _RADIANS:
+        return (
+            f"no rotation channel exceeds {largest[worst]:.3g} degrees: are these radians? A BVH file holds "
+            "degrees; export it again",
+        )
+    return ()
 
 
 def _frame_times(path: Path, step: float, rows: NumberRows, keep: FrameRange) -> Floats:

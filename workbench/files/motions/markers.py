@@ -38,8 +38,14 @@ _HIGH = re.compile(
 """Parts of the names of markers on hips, trunk and head."""
 
 
-def read_trc(path: str | Path, *, up: str | None = None, keep: FrameRange = ALL_FRAMES) -> Markers:
-    """Read the markers of a TRC file; empty cells and 0, 0, 0 are gaps.
+def read_trc(
+    path: str | Path,
+    *,
+    up: str | None = None,
+    metres: float | None = None,
+    keep: FrameRange = ALL_FRAMES,
+) -> Markers:
+    """Read the markers of a TRC file; empty cells, NaN and 0, 0, 0 are gaps.
 
     Parameters
     ----------
@@ -47,6 +53,8 @@ def read_trc(path: str | Path, *, up: str | None = None, keep: FrameRange = ALL_
         The file.
     up
         Upward axis of the file. If None, the axis along which hips and head are above the feet.
+    metres
+        One unit of the file [m]; if None it is the stated one.
     keep
         The frames that are wanted.
 
@@ -58,12 +66,9 @@ def read_trc(path: str | Path, *, up: str | None = None, keep: FrameRange = ALL_
     source = Path(path)
     lines = numbered_lines(source)
     header, names = _trc_header(source, lines)
-    unit = str(header.get("units", ""))
-    if unit not in metres_in:
-        valid = ", ".join(metres_in)
-        raise InputError(f"{source}, line 3: unit {unit!r} is not known; valid: {valid}")
+    unit = metres or _stated_unit(f"{source}, line 3: Units", header.get("units", ""))
     table, notes = _trc_numbers(source, lines, header, names, keep)
-    position = table[:, 2:].reshape(len(table), len(names), 3) * metres_in[unit]
+    position = table[:, 2:].reshape(len(table), len(names), 3) * unit
     position[np.isnan(position).any(axis=-1)] = np.nan  # one coordinate missing: a gap
     markers = _markers(source, names, position, table[:, 1], up=up, stated_up="")
     return replace(markers, notes=(*notes, *markers.notes))
@@ -81,16 +86,22 @@ def _trc_numbers(
     width = 2 + 3 * len(names)
     cells = ((number, _padded(line, width)) for number, line in lines if line.strip())
     columns = ["frame", "time", *(f"{name} {axis}" for name in names for axis in "XYZ")]
-    table, count, _ = number_rows(
-        path, cells, width, rows=columns, blank=True, keep=keep, clock=Clock(1, 1.0)
-    )
+    rows = number_rows(path, cells, width, rows=columns, blank=True, keep=keep, clock=Clock(1, 1.0))
+    table = rows.values
+    count = rows.total
     stated = parse_count(header.get("numframes", str(count)))
-    notes = keep.frame_count_notes(f"{path}, line 3", stated, count)
+    notes = rows.notes + keep.frame_count_notes(f"{path}, line 3", stated, count)
     _check_frames(path, len(table), table.size, keep)
     return table, notes
 
 
-def read_c3d(path: str | Path, *, up: str | None = None, keep: FrameRange = ALL_FRAMES) -> Markers:
+def read_c3d(
+    path: str | Path,
+    *,
+    up: str | None = None,
+    metres: float | None = None,
+    keep: FrameRange = ALL_FRAMES,
+) -> Markers:
     """Read the markers of a C3D file; what was not seen is a gap, repeated labels are numbered.
 
     Parameters
@@ -99,6 +110,8 @@ def read_c3d(path: str | Path, *, up: str | None = None, keep: FrameRange = ALL_
         The file.
     up
         Upward axis of the file. If None, the file's Y_SCREEN, otherwise as in `read_trc`.
+    metres
+        One unit of the file [m]; if None it is the stated one.
     keep
         The frames that are wanted.
 
@@ -115,28 +128,40 @@ def read_c3d(path: str | Path, *, up: str | None = None, keep: FrameRange = ALL_
     _check_frames(source, len(rows), len(rows) * points.count * 3, keep)
     unnamed = (f"marker {k + 1}" for k in range(len(points.labels), points.count))
     labels = [*points.labels, *unnamed][: points.count]
-    position = points.position(rows) * metres_in[points.unit]
+    unit = metres or _stated_unit(f"{source}: POINT:UNITS", points.unit)
+    position = points.position(rows) * unit
     screen = points.screen.lower().lstrip("+")
     markers = _markers(source, labels, position, time[rows], up=up, stated_up=screen)
     return replace(markers, notes=(*points.notes, *markers.notes))
 
 
 def _check_points(path: Path, points: Points) -> None:
-    """Refuse a file without markers, without a unit of length or without a rate."""
+    """Refuse a file without markers or without a rate."""
     if points.count == 0 or len(points.frames) == 0:
         raise InputError(f"{path}: holds no marker")
-    if points.unit not in metres_in or not points.rate > 0:
+    if not points.rate > 0:
         raise InputError(
-            f"{path}: POINT:UNITS is {points.unit!r}, POINT:RATE is {points.rate:g}: a unit of length and "
-            "a rate are needed"
+            f"{path}: POINT:RATE is {points.rate:g}: a rate is needed (frames a second); write the "
+            "markers as TRC, where the times of all frames are stated"
         )
+
+
+def _stated_unit(where: str, unit: str) -> float:
+    """The unit of length [m] that a file states."""
+    if unit.lower() not in metres_in:
+        raise InputError(
+            f"{where} is {unit!r}, no unit of length ({', '.join(metres_in)}): state it "
+            "(unit: 1 mm in a study, --unit '1 mm')"
+        )
+    return metres_in[unit.lower()]
 
 
 def _check_frames(path: Path, frames: int, numbers: int, keep: FrameRange) -> None:
     """Refuse a file of which no frame is kept, or too many."""
     if numbers > _MAX_NUMBERS:
         raise InputError(
-            f"{path}: too long to solve at once: read a part of it (start, end) or every n-th frame"
+            f"{path}: too long to solve at once: read a part of it, or every n-th frame "
+            "(start, end and every in a study, --start, --end and --every)"
         )
     if not frames:
         raise InputError(f"{path}: no frame between {keep.start:g} and {keep.end:g} s")
@@ -152,17 +177,23 @@ def _trc_header(path: Path, lines: Iterator[tuple[int, str]]) -> tuple[dict[str,
     """
     head: list[list[str]] = []
     for number, line in lines:
-        head.append([word.strip() for word in _cells(line)])
-        if len(head) == 1 and not line.startswith("PathFileType"):
+        words = [word for word in _cells(line) if word]  # padded with empty cells, spaces or lines
+        if not words:
+            continue
+        head.append(words)
+        if len(head) == 1 and words[0] != "PathFileType":
             raise InputError(f"{path}, line {number}: a TRC file begins with PathFileType")
         if len(head) == 5:
             break
     if len(head) < 5:
         raise InputError(f"{path}: ends within its header: cut short")
     header = {key.lower(): value for key, value in zip(head[1], head[2], strict=False)}
-    names = [word for word in head[3][2:] if word]
+    names = head[3][2:]
     stated = header.get("nummarkers", "")
-    if not names or parse_count(stated) != len(names):
+    count = parse_count(stated)
+    if count and len(names) == 3 * count and names[::3] == names[1::3] == names[2::3]:
+        names = names[::3]  # one name over each of X, Y and Z
+    if not names or count != len(names):
         raise InputError(
             f"{path}, line 3: says {stated or 'no'} markers, line 4 names {len(names)}"
         )
@@ -170,12 +201,14 @@ def _trc_header(path: Path, lines: Iterator[tuple[int, str]]) -> tuple[dict[str,
 
 
 def _cells(line: str) -> list[str]:
-    return line.split("\t" if "\t" in line else ",")
+    """The cells of a line, without what pads and quotes them."""
+    separator = next((sign for sign in "\t,;" if sign in line), None)
+    return [cell.strip(' "') for cell in line.split(separator)]
 
 
 def _padded(line: str, width: int) -> list[str]:
     """Return the cells of a row; empty ones at its end are added or removed."""
-    cells = [cell.strip() for cell in _cells(line)]
+    cells = _cells(line)
     while len(cells) > width and not cells[-1]:
         cells.pop()
     return cells + [""] * (width - len(cells)) if len(cells) >= 2 else cells
@@ -206,13 +239,13 @@ def _markers(
         notes.append(f"markers of the same name are numbered: {', '.join(repeated)}")
     position, missing = without_missing(names, position)
     notes += missing
-    axis = up or stated_up or _upward_axis(names, position)
+    axis = up or stated_up or _upward_axis(path, names, position)
     if not up:
         notes.append(f"up is {axis} of the file" + ("" if stated_up else ", as the markers lie"))
     return Markers(tuple(names), position @ _rotation_to_z(axis).T, time, str(path), tuple(notes))
 
 
-def _upward_axis(names: list[str], position: Floats) -> str:
+def _upward_axis(path: Path, names: list[str], position: Floats) -> str:
     """Return the axis along which the markers of head and hips lie above those of the feet."""
     median = np.array(
         [
@@ -225,7 +258,8 @@ def _upward_axis(names: list[str], position: Floats) -> str:
     high = _named(names, _HIGH) & seen & ~low
     if not low.any() or not high.any():
         raise InputError(
-            "the upward axis cannot be told from the markers' names: state it (up: x, y, z, -x, -y or -z)"
+            f"{path}: the upward axis cannot be told from the markers' names: state it (up in a study, --up: x, "
+            "y, z, -x, -y or -z)"
         )
     rise = median[high].mean(axis=0) - median[low].mean(axis=0)
     axis = int(np.argmax(np.abs(rise)))

@@ -115,6 +115,8 @@ class NumberRows(NamedTuple):
     """Number of rows of the file."""
     lines: Ints
     """(P,) line numbers of the frames that are kept."""
+    notes: tuple[str, ...] = ()
+    """What was left out."""
 
 
 def numbered_lines(path: Path) -> Iterator[tuple[int, str]]:
@@ -165,7 +167,7 @@ def number_rows(
     rows
         Names of the columns, for messages.
     blank
-        Whether an empty word is a gap (NaN).
+        Whether an empty word, or NaN, is a gap.
     keep
         The frames that are wanted.
     clock
@@ -175,7 +177,7 @@ def number_rows(
     ------
     InputError
         With line and column, if a word is no finite number, a row has another length, times do not
-        rise, or the file is too long to keep.
+        rise (the last row may repeat the time before it: it is left out), or the file is too long to keep.
     """
     clock = clock or Clock()
     kept = Spool(width)
@@ -183,12 +185,18 @@ def number_rows(
     block: list[list[float]] = []
     count = in_range = 0
     last_time = -math.inf
+    repeated = 0  # line of a row at the time of the row before it
     for number, words in lines:
         row = _parse_row(path, number, words, width, rows, blank)
         time = clock.time(row, count)
         count += 1
-        if not time > last_time:
+        if repeated:
+            _refuse_time(f"{path}, line {repeated}", count - 1, last_time, last_time)
+        if not time >= last_time:
             _refuse_time(f"{path}, line {number}", count, time, last_time)
+        if time == last_time:
+            repeated = number
+            continue
         last_time = time
         if not keep.start <= time <= keep.end:
             continue
@@ -200,12 +208,16 @@ def number_rows(
         if len(block) == _BLOCK_ROWS:
             if len(wanted) * width > MAX_NUMBERS:
                 raise InputError(
-                    f"{path}: too long: read a part of it (start, end) or every n-th frame"
+                    f"{path}: too long: read a part of it, or every n-th frame "
+                    "(start, end and every in a study, --start, --end and --every)"
                 )
             kept.add(np.array(block))
             block = []
     kept.add(np.array(block, dtype=np.float64).reshape(-1, width))
-    return NumberRows(kept.done(), count, np.array(wanted, dtype=np.int64))
+    notes: tuple[str, ...] = ()
+    if repeated:
+        notes = (f"line {repeated}, the last one, repeats the time of the line before: left out",)
+    return NumberRows(kept.done(), count, np.array(wanted, dtype=np.int64), notes)
 
 
 def _parse_row(
@@ -218,14 +230,14 @@ def _parse_row(
         row = [float(word) if word or not blank else math.nan for word in words]
     except ValueError:
         row = []
-    if not row or not _finite(row, words, blank):
+    if not row or not _finite(row, blank):
         _refuse_number(path, number, words, rows)
     return row
 
 
-def _finite(row: list[float], words: Sequence[str], blank: bool) -> bool:
-    """Return whether a row holds only finite numbers up to `_MAX_VALUE`; empty words may be gaps."""
-    given = [v for v, w in zip(row, words, strict=True) if w] if blank else row
+def _finite(row: list[float], blank: bool) -> bool:
+    """Return whether a row holds only finite numbers up to `_MAX_VALUE`; some may be gaps."""
+    given = [value for value in row if not math.isnan(value)] if blank else row
     if not all(map(math.isfinite, given)):
         return False
     return max(given, default=0.0) <= _MAX_VALUE and min(given, default=0.0) >= -_MAX_VALUE

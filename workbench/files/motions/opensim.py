@@ -7,13 +7,13 @@ forward, y up, z to the right.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from workbench.errors import InputError
+from workbench.errors import InputError, one_of
 from workbench.files.motions.number_rows import (
     ALL_FRAMES,
     Clock,
@@ -32,8 +32,12 @@ from workbench.model.spool import pieces
 
 __all__ = ["Coordinates", "coordinate_batches", "coordinate_poses"]
 
-_MAX_ANGLE = 13.0
-"""Largest angle [rad], about two turns. Beyond it degrees were taken for radians."""
+_MAX_TURN = 13.0
+"""Largest angle [rad] of the pelvis, about two turns. Beyond it degrees were taken for radians."""
+_MAX_ANGLE = 4.0
+"""Largest angle [rad] of a joint: none reaches it."""
+_MIN_PLAUSIBLE_ANGLE = float(np.radians(3.2))
+"""Largest angle [rad] of a file in degrees below which it may hold radians."""
 _IDENTITY = [1.0, 0.0, 0.0, 0.0]
 """Quaternion of no rotation."""
 _Rotations = tuple[tuple[str, tuple[float, float, float]], ...]
@@ -55,6 +59,12 @@ _LIMBS = {
     "W": (("pro_sup_{s}", _Z), ("wrist_flex_{s}", _X), ("wrist_dev_{s}", _Y)),
 }
 """Of the right side; on the left, rotations about x and z have the other sign."""
+_LIMB_ANGLES = {"hip_flexion_r", "hip_flexion_l", "arm_flex_r", "arm_flex_l"}
+_KNOWN = {name for name, _ in (*_PELVIS, *_TRUNK)} | {
+    *_PLACES,
+    *(name.format(s=side) for limb in _LIMBS.values() for name, _ in limb for side in "lr"),
+}
+"""Coordinates that are used."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,42 +98,88 @@ class _Header:
         return np.pi / 180 if self.degrees and not _is_length(self.names[k]) else 1.0
 
 
-def coordinate_batches(path: str | Path, *, keep: FrameRange = ALL_FRAMES) -> Iterator[Coordinates]:
+def coordinate_batches(
+    path: str | Path, *, names: Mapping[str, str] | None = None, keep: FrameRange = ALL_FRAMES
+) -> Iterator[Coordinates]:
     """Read the coordinates of a .mot or .sto file, in batches of frames.
 
     Parameters
     ----------
     path
         The file.
+    names
+        The usual name of columns with unusual ones ({"HipFlexR": "hip_flexion_r"}), "" to leave a
+        column out.
     keep
         The frames that are wanted.
 
     Raises
     ------
     InputError
-        With the line, if the header is broken, a row has another length, a count is wrong, or an
-        angle is of many turns (degrees taken for radians).
+        With the line, if the header is broken, a row has another length, a count is wrong, or a
+        column that is used is there twice, has a gap, or an angle that no joint reaches (degrees
+        taken for radians).
     """
     source = Path(path)
     lines = numbered_lines(source)
     header = _read_header(source, lines)
-    names = header.names
+    labels = header.names
     words = ((number, line.split()) for number, line in lines if line.strip())
-    clock = Clock(names.index("time"))
-    rows = number_rows(source, words, len(names), rows=names, keep=keep, clock=clock)
+    rows = number_rows(
+        source, words, len(labels), rows=labels, blank=True, keep=keep, clock=Clock(0)
+    )
     notes = _check_counts(source, header, rows, keep)
-    time = rising_time(rows.values[:, names.index("time")], str(source))
-    columns = [k for k, name in enumerate(names) if name != "time"]
-    scale = np.array([header.unit(k) for k in columns])
-    for k in columns:
-        if not _is_length(names[k]):
-            _check_angle(source, header, rows, k)
-    knees = [k for k in columns if names[k].startswith("knee_angle")]
-    negative = frozenset(names[k] for k in knees if np.median(rows.values[:, k]) < 0)
-    called = tuple(names[k] for k in columns)
+    time = rising_time(rows.values[:, 0], str(source))
+    columns, unused = _used_columns(source, labels, names or {}, rows)
+    largest = max((_check_angle(source, header, rows, k) for k in columns.values()), default=0.0)
+    if header.degrees and 1e-3 < largest < _MIN_PLAUSIBLE_ANGLE:
+        notes += (
+            "no joint angle exceeds 3.2 degrees: are these radians (inDegrees=no in the header)?",
+        )
+    scale = np.array([header.unit(k) for k in columns.values()])
+    negative = frozenset(
+        name
+        for name, k in columns.items()
+        if name.startswith("knee_angle") and np.median(rows.values[:, k]) < 0
+    )
     for batch in pieces(len(time)):
-        values = rows.values[batch][:, columns] * scale
-        yield Coordinates(called, values, time[batch], str(source), negative, notes)
+        values = rows.values[batch][:, list(columns.values())] * scale
+        yield Coordinates(
+            tuple(columns), values, time[batch], str(source), negative, (*notes, *unused)
+        )
+
+
+def _used_columns(
+    path: Path, labels: Sequence[str], names: Mapping[str, str], rows: NumberRows
+) -> tuple[dict[str, int], tuple[str, ...]]:
+    """The columns that are used, by coordinate; and a note on the others.
+
+    A label may be a path of OpenSim 4, `/jointset/hip_r/hip_flexion_r/value`.
+    """
+    wrong = next((label for label in names if label not in labels), None)
+    if wrong is not None:
+        raise InputError(f"{path}: no column {wrong!r}; {one_of(wrong, labels)}")
+    found: dict[str, int] = {}
+    unused = []
+    for k, label in enumerate(labels[1:], start=1):
+        name = names.get(label, label.removesuffix("/value").rpartition("/")[2])
+        if name not in _KNOWN or label.endswith("/speed"):
+            unused.append(label)
+        elif name not in found:
+            found[name] = k
+        elif not np.array_equal(rows.values[:, found[name]], rows.values[:, k]):
+            raise InputError(
+                f"{path}: columns {found[name] + 1} and {k + 1} are both {name}, and differ: leave one out "
+                f"(map in a study, --names FILE: a line \"{label}: ''\")"
+            )
+    if not found.keys() & _LIMB_ANGLES:
+        some = ", ".join(labels[1:21])
+        raise InputError(
+            f"{path}: holds no joint angles of a person (hip_flexion_r, ...): {some}; say which they are "
+            "(map in a study, --names FILE with lines such as 'HipR: hip_flexion_r')"
+        )
+    more = f" and {len(unused) - 20} more" if len(unused) > 20 else ""
+    return found, (f"not used: {', '.join(unused[:20])}{more}",) if unused else ()
 
 
 def _check_counts(
@@ -138,25 +194,37 @@ def _check_counts(
     if stated != count:
         raise InputError(f"{path}: the header says {stated} columns, {count} are there")
     stated = header.counts.get("rows", rows.total)
-    notes = keep.frame_count_notes(f"{path}, header", stated, rows.total)
+    notes = rows.notes + keep.frame_count_notes(f"{path}, header", stated, rows.total)
     if not len(rows.values):
         raise InputError(f"{path}: no frame between {keep.start:g} and {keep.end:g} s")
     return notes
 
 
-def _check_angle(path: Path, header: _Header, rows: NumberRows, k: int) -> None:
-    """Refuse a column with an angle of many turns."""
-    values = rows.values[:, k] * header.unit(k)
+def _check_angle(path: Path, header: _Header, rows: NumberRows, k: int) -> float:
+    """Refuse a used column with a gap, or with an angle that no joint reaches.
+
+    Returns its largest angle [rad], 0 of a length.
+    """
+    column = rows.values[:, k]
+    gaps = np.flatnonzero(np.isnan(column))
+    if len(gaps):
+        raise InputError(
+            f"{path}, line {rows.lines[gaps[0]]}: {header.names[k]} has no number; read a part of the file "
+            "without gaps (start and end in a study, --start and --end)"
+        )
+    if _is_length(header.names[k]):
+        return 0.0
+    values = column * header.unit(k)
     worst = int(np.argmax(np.abs(values)))
-    if abs(values[worst]) <= _MAX_ANGLE:
-        return
+    largest = float(abs(values[worst]))
+    if largest <= (_MAX_TURN if "pelvis" in header.names[k] else _MAX_ANGLE):
+        return largest
     guess = (
         "" if header.degrees else ": the header says radians; are these degrees (inDegrees=yes)?"
     )
-    time = rows.values[worst, header.names.index("time")]
     raise InputError(
-        f"{path}, line {rows.lines[worst]}: {header.names[k]} is {rows.values[worst, k]:g} at "
-        f"{time:g} s, {abs(values[worst]) / (2 * np.pi):.0f} whole turns{guess}"
+        f"{path}, line {rows.lines[worst]}: {header.names[k]} is {column[worst]:g} at "
+        f"{rows.values[worst, 0]:g} s, {largest / (2 * np.pi):.1f} whole turns{guess}"
     )
 
 
@@ -176,11 +244,6 @@ def coordinate_poses(body: Body, found: Coordinates) -> tuple[Poses, tuple[str, 
     -------
     tuple[Poses, tuple[str, ...]]
         The poses, and notes on what was assumed or left out.
-
-    Raises
-    ------
-    InputError
-        If there are neither hips nor arms.
     """
     reader = _Reader(found)
     count = len(found.time)
@@ -193,7 +256,7 @@ def coordinate_poses(body: Body, found: Coordinates) -> tuple[Poses, tuple[str, 
     rotations = np.tile(_IDENTITY, (count, len(body.joints), 1))
     for joint, turn in turns.items():
         rotations[:, body.joint(joint)] = turn
-    notes = found.notes + reader.finish()
+    notes = found.notes + tuple(dict.fromkeys(reader.notes))
     x, y, z = (reader.known.get(name, np.zeros(count)) for name in _PLACES)
     position = np.stack([x, -z, y], axis=-1)
     world = np.concatenate([matrices(pelvis), position[:, :, None]], axis=-1)
@@ -207,12 +270,11 @@ def _half_rotation(quaternions: Floats) -> Floats:
 
 
 class _Reader:
-    """Computes rotations from coordinates; records which were used and what was assumed."""
+    """Computes rotations from coordinates; records what was assumed."""
 
     def __init__(self, found: Coordinates) -> None:
         self.found = found
         self.known = dict(zip(found.names, found.values.T, strict=True))
-        self.used: set[str] = set()
         self.notes: list[str] = []
 
     def rotation(self, coordinates: _Rotations, side: str = "r") -> Floats:
@@ -222,21 +284,8 @@ class _Reader:
         for name, axis in coordinates:
             key = name.format(s=side)
             if key in self.known:
-                self.used.add(key)
                 q = multiply(q, exponential(self._value(key)[:, None] * np.array(axis) * mirror))
         return q
-
-    def finish(self) -> tuple[str, ...]:
-        """Return notes on what was assumed, and which columns were not used."""
-        if not self.used & {"hip_flexion_r", "hip_flexion_l", "arm_flex_r", "arm_flex_l"}:
-            some = ", ".join(self.found.names[:20])
-            raise InputError(
-                f"{self.found.file}: holds no joint angles of a person (hip_flexion_r, ...): {some}"
-            )
-        left = [name for name in self.found.names if name not in self.used and name not in _PLACES]
-        more = f" and {len(left) - 20} more" if len(left) > 20 else ""
-        unused = [f"not used: {', '.join(left[:20])}{more}"] if left else []
-        return tuple(dict.fromkeys(self.notes + unused))
 
     def _value(self, key: str) -> Floats:
         values = np.asarray(self.known[key])
@@ -266,7 +315,7 @@ def _read_header(path: Path, lines: Iterator[tuple[int, str]]) -> _Header:
             names = line.split()
             if names[0].lower() != "time":
                 raise InputError(f"{where}: the first column is 'time', got {names[0]!r}")
-            return _finish_header(path, number, ["time", *names[1:]], counts, degrees)
+            return _finish_header(path, ["time", *names[1:]], counts, degrees)
         if key == "endheader":
             ended = True
         elif key in ("nrows", "datarows", "ncolumns", "datacolumns"):
@@ -293,11 +342,9 @@ def _stated_count(where: str, line: str, words: list[str]) -> int:
 
 
 def _finish_header(
-    path: Path, number: int, names: list[str], counts: dict[str, int], degrees: bool | None
+    path: Path, names: list[str], counts: dict[str, int], degrees: bool | None
 ) -> _Header:
-    """Check the names of the columns and that the unit of angles is stated."""
-    if len(set(names)) != len(names):
-        raise InputError(f"{path}, line {number}: a column is there twice")
+    """Check that the unit of angles is stated."""
     if degrees is None:
         raise InputError(
             f"{path}: the header does not say whether angles are degrees: state inDegrees=yes or no"

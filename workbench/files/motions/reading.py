@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 from workbench.errors import InputError, UsageError, one_of
@@ -25,7 +25,13 @@ Recorded = tuple[Poses, tuple[str, ...]] | Bones | Markers | Coordinates | Segme
 
 
 def read_motion(
-    path: str | Path, body: Body, *, up: str | None = None, keep: FrameRange = ALL_FRAMES
+    path: str | Path,
+    body: Body,
+    *,
+    up: str | None = None,
+    metres: float | None = None,
+    names: Mapping[str, str] | None = None,
+    keep: FrameRange = ALL_FRAMES,
 ) -> Iterator[Recorded]:
     """Read a motion file, in batches of frames if its format allows (bones, coordinates, segments).
 
@@ -39,21 +45,30 @@ def read_motion(
         The body whose joint angles a table holds.
     up
         Upward axis of a BVH or marker file; if None it is found from the markers.
+    metres
+        One unit of a BVH or marker file [m]; if None it is as the file states.
+    names
+        The usual names of an OpenSim file's columns; bones and markers are named later.
     keep
         The frames that are wanted.
 
     Raises
     ------
     UsageError
-        If `up` does not belong to the format.
+        If `up` or `metres` does not belong to the format.
     InputError
         If the ending is unknown, or for any error in the file.
     """
     source = Path(path)
     ending = source.suffix.lower()
-    if up is not None and ending not in (".bvh", ".trc", ".c3d"):
+    if (up is not None or metres is not None) and ending not in (".bvh", ".trc", ".c3d"):
         raise UsageError(
-            f"{source}: up is for BVH and marker files; {ending or 'this'} says its own axes"
+            f"{source}: up and unit are for BVH and marker files; {ending or 'this'} says its own axes "
+            "and units"
+        )
+    if names and ending in (".csv", ".laban"):
+        raise UsageError(
+            f"{source}: names are for bones, markers and coordinates, not for {ending} files"
         )
     if ending == ".csv" and table_kind(source) == "segments":
         yield from segment_batches(source, keep=keep)
@@ -62,11 +77,12 @@ def read_motion(
     elif ending == ".bvh":
         yield from bone_batches(source, keep=keep)
     elif ending in (".mot", ".sto"):
-        yield from coordinate_batches(source, keep=keep)
+        yield from coordinate_batches(source, names=names, keep=keep)
     elif ending == ".laban":
         yield read_score(source)
     elif ending in (".trc", ".c3d"):
-        yield (read_trc if ending == ".trc" else read_c3d)(source, up=up, keep=keep)
+        read = read_trc if ending == ".trc" else read_c3d
+        yield read(source, up=up, metres=metres, keep=keep)
     else:
         raise InputError(
             f"{source}: {ending or 'no ending'} is no motion format; {one_of(ending, MOTIONS)}"

@@ -90,6 +90,7 @@ class _Table:
     """(P,) [s]."""
     lines: Ints
     """(P,) line numbers."""
+    notes: tuple[str, ...]
 
     def rows(self, keep: slice) -> _Table:
         """Return the table of some frames."""
@@ -144,8 +145,8 @@ def read_angle_table(
     poses = stacked(_angle_poses(table.rows(rows), body) for rows in pieces(len(table.time)))
     in_degrees = any(column.unit == "deg" for column in table.columns)
     if in_degrees and 1e-3 < largest < _MIN_PLAUSIBLE_ANGLE:
-        return poses, ("no joint angle exceeds 3.2 degrees: are these radians?",)
-    return poses, ()
+        return poses, (*table.notes, "no joint angle exceeds 3.2 degrees: are these radians?")
+    return poses, table.notes
 
 
 def _angle_poses(table: _Table, body: Body) -> Poses:
@@ -226,7 +227,7 @@ def _segment_track(table: _Table) -> SegmentTrack:
                 ".z and .qw to .qz or .roll, .pitch, .yaw"
             )
         world[:, n] = _placed(table, own)
-    return SegmentTrack(tuple(given), world, table.time, str(table.path))
+    return SegmentTrack(tuple(given), world, table.time, str(table.path), table.notes)
 
 
 def angle_table_text(body: Body, poses: Poses) -> Iterator[str]:
@@ -314,6 +315,7 @@ def _read_table(path: Path, keep: FrameRange) -> _Table:
         places=others,
         time=rising_time(rows.values[:, clock.column] * clock.unit, str(path)),
         lines=rows.lines,
+        notes=rows.notes,
     )
 
 

@@ -41,7 +41,7 @@ class ChangedPersonRow(Row):
 
 
 class ComparisonFile(Row):
-    """comparison.json."""
+    """comparison.json. changes: what differs between the two designs, in words."""
 
     format: str = "bubbleman-workbench comparison 1"
     headline: str
@@ -53,6 +53,7 @@ class ComparisonFile(Row):
     confidence: float
     groups: list[PairRow]
     requirements: list[PairRow]
+    changes: list[str] = []
     only_before: list[str]
     only_after: list[str]
     changed: list[ChangedPersonRow]

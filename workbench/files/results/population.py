@@ -22,7 +22,8 @@ class GroupRow(Row):
 
     certain: the share that is served wherever the true surface of the body lies within its fit
     error; possible: that is served if it lies where it suits; null where the body states no fit
-    error.
+    error. clear: the share that is served and overlaps nothing by more than is allowed, whether a
+    criterion asks about it or not; null in results from before that was counted.
     """
 
     group: str
@@ -32,6 +33,7 @@ class GroupRow(Row):
     count: int
     certain: float | None
     possible: float | None
+    clear: float | None = None
 
 
 class RequirementRow(Row):
@@ -65,7 +67,9 @@ class PeopleRow(Row):
     known; limiting: the measure that leaves the person out, "" for whom all is met.
 
     certain: whether `served` holds wherever the true surface of the body lies within its fit error,
-    null where that is not known. margin_from_mm, margin_to_mm: between which the margin truly lies,
+    in the position of the margins or another one, null where that is not known. clear: whether the
+    person is served and overlaps nothing by more than is allowed; none in results from before that
+    was counted. margin_from_mm, margin_to_mm: between which the margin truly lies,
     null where it does not depend on the surface or is not known.
     """
 
@@ -75,6 +79,7 @@ class PeopleRow(Row):
     stature_mm: list[float] | None
     served: list[bool]
     certain: list[bool | None]
+    clear: list[bool] = []
     limiting: list[str]
     seat_mm: list[tuple[float, float]]
     comfortable_mm: list[tuple[float, float]]
@@ -153,6 +158,8 @@ class PopulationRows(Row):
     """A population in a role: shares, requirements, who is hardest to serve, and everybody.
 
     overlaps: none in results from before they were looked for.
+    design: what the environment, the criteria and the bodies are, in words by name; none in results
+    from before it was written.
     people_hash: SHA-256 of who the people are; seed: of those who are drawn, null of others.
     """
 
@@ -169,5 +176,6 @@ class PopulationRows(Row):
     gains: list[GainRow]
     maps: list[MapRow]
     overlaps: list[OverlapRow] = []
+    design: dict[str, str] = {}
     reasons: list[str]
     people: PeopleRow

@@ -3,17 +3,17 @@ should."""
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable
 from hashlib import sha256
 from pathlib import Path
 
 from workbench.errors import InputError
-from workbench.files.output_file import write_errors
+from workbench.files.opening import read_whole
+from workbench.files.saving import bytes_of, replaced, saving
 from workbench.files.study.reader import load_study
 from workbench.model.study import Study
 
-__all__ = ["ChangedFileError", "StudyText", "read_text", "save_text", "written_beside"]
+__all__ = ["ChangedFileError", "StudyText", "read_text", "save_text"]
 
 
 class ChangedFileError(InputError):
@@ -50,18 +50,12 @@ class StudyText:
 
     def bytes_on_disk(self) -> bytes | None:
         """What the file holds now; None where it is gone or cannot be read."""
-        try:
-            return self.path.read_bytes()
-        except OSError:
-            return None
+        return bytes_of(self.path)
 
 
 def read_text(path: Path) -> StudyText:
     """Read the text of a study's file. InputError where it cannot be read."""
-    try:
-        return StudyText(path, path.read_bytes())
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror or error})") from None
+    return StudyText(path, read_whole(path, "a text file"))
 
 
 def save_text(
@@ -100,37 +94,13 @@ def save_text(
         If the file cannot be written, or the new text says something else.
     """
     path = before.path if to is None else to.resolve()
-    if to is not None and path.exists():
-        raise InputError(f"{to}: is there already; name another file")
-    if to is None and not over and before.changed_on_disk():
-        raise ChangedFileError(
-            f"{path}: has changed on the disk since it was opened; reload it, or save over it"
-        )
     data = text.encode("utf-8")
-    with write_errors(path):
-        partial = written_beside(path, data)
-        try:
-            check(load_study(partial))
-            if path.exists():
-                partial.chmod(path.stat().st_mode & 0o777)
-            partial.replace(path)
-        finally:
-            partial.unlink(missing_ok=True)
+    with saving(path):
+        if to is not None and path.exists():
+            raise InputError(f"{to}: is there already; name another file")
+        if to is None and not over and before.changed_on_disk():
+            raise ChangedFileError(
+                f"{path}: has changed on the disk since it was opened; reload it, or save over it"
+            )
+        replaced(path, data, lambda partial: check(load_study(partial)))
     return StudyText(path, data)
-
-
-def written_beside(path: Path, data: bytes) -> Path:
-    """A hidden file beside a path that holds some bytes.
-
-    Its name is always the same: what a process that was killed left behind is written over.
-    """
-    name = path.with_name(f".workbench-saving-{path.stem}.yaml")
-    try:
-        with name.open("wb") as file:
-            file.write(data)
-            file.flush()
-            os.fsync(file.fileno())
-    except OSError:
-        name.unlink(missing_ok=True)
-        raise
-    return name

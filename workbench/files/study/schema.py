@@ -339,7 +339,7 @@ class MotionFile(FileModel):
     """A recorded motion: a file beside the study, and how it is read.
 
     Frames from `start` to `end` [s], every n-th; `map`: bones by segment or usual marker names by
-    the file's; `up`: its upward axis; `unit`: one unit of a BVH file; `gaps` [s]: the longest that
+    the file's; `up`: its upward axis; `unit`: one unit of a BVH or marker file; `gaps` [s]: the longest that
     is bridged; `frames: as_read`: the header may state a wrong number of frames; `move` and `yaw`:
     where it is put; `scale: subject`: the body takes the lengths that the file shows; `restraints`:
     those of a simulation by name, or stated here.

@@ -11,11 +11,12 @@ import { Person } from "./person.js";
 import { Picture } from "./picture.js";
 import { Progress, Waiting } from "./progress.js";
 import { ReachMaps } from "./reach_map.js";
-import { nearRow, verdictRow } from "./rows.js";
+import { nearRow } from "./rows.js";
 import { Sliders } from "./sliders.js";
 import { Things } from "./things.js";
+import { Verdicts } from "./verdicts.js";
 
-const state = { hello: null, answer: null, person: 0, judged: 0 };
+const state = { hello: null, answer: null, person: 0 };
 const progress = new Progress();
 const waiting = new Waiting();
 const picture = new Picture(document.querySelector("#picture .turn"), say, (panel) => {
@@ -29,10 +30,11 @@ const people = new People();
 const maps = new ReachMaps(at("people-maps"));
 const person = new Person(state);
 const looks = new Looks(state, picture, say);
+const verdicts = new Verdicts(visit, showCase, (one) => person.mend(one));
 
 function take(found) {
   const { head } = found;
-  const what = { hello: takeHello, answer: takeAnswer, verdicts: takeVerdicts, fault: takeFault };
+  const what = { hello: takeHello, answer: takeAnswer, verdicts: (one) => verdicts.judged(one), fault: takeFault };
   if (what[head.kind]) what[head.kind](head);
   if (head.kind === "busy") busy(head.what);
   if (head.kind === "people") people.show(head);
@@ -93,6 +95,7 @@ function takeHello(head) {
   options(at("limb-control"), ["", ...head.controls.map((one) => one.name)]);
   at("save").textContent = head.saves ? "Save" : "Save as…";
   if (head.notes.length) say(head.notes.join("; "));
+  verdicts.forget(head.people);
   things.build(head);
   person.build();
   sliders.build();
@@ -111,7 +114,7 @@ function takeAnswer(head) {
   if (head.words || first || (head.answers && askedAfter(refused))) say(head.words);
   progress.done(0);
   if (!looks.motion.there) showNear(head.near);
-  at("verdicts").classList.toggle("waiting", head.generation !== state.judged);
+  verdicts.answered(head);
   people.answered(head);
   things.show(head);
   person.show();
@@ -131,20 +134,6 @@ function visit(point, words, verdict) {
   if (person >= 0) choosePerson(person);
   if (verdict.case && verdict.case !== at("case").value && verdict.time === null) showCase(verdict.case);
   look(point, words);
-}
-
-function takeVerdicts(head) {
-  state.judged = head.generation;
-  const failed = head.rows.filter((row) => !row.passed).length;
-  const known = failed ? [`${failed} failed`] : head.waits || !head.rows.length ? [] : ["all passed"];
-  const { warnings } = head;
-  if (warnings.length) known.push(warnings.length > 1 ? `${warnings.length} warnings` : "1 warning");
-  if (head.waits) known.push(head.motions ? `${head.motions[0]} of ${head.motions[1]} motions judged` : "motions are being judged");
-  at("failed").textContent = known.length ? `(${known.join(", ")})` : "";
-  at("verdicts").classList.remove("waiting");
-  at("verdicts").replaceChildren(...head.rows.map((row) => verdictRow(row, visit, showCase)));
-  at("warnings").hidden = !warnings.length;
-  at("warnings").querySelector("ul").replaceChildren(...warnings.map((words) => element("li", words)));
 }
 
 function takeFault(head) {

@@ -112,10 +112,19 @@ export class Person {
     ask("clothes", { person: this.role, clothes });
   }
 
+  // What mends how somebody holds and sits: a prediction from what is suggested; all cases where the seat goes along.
+  mend({ role, offer, prediction }) {
+    this.predictAs(role, prediction, { free: offer === "free" });
+  }
+
   predict() {
-    const held = LIMBS.map((limb) => [limb, at(id(limb)).value]).filter(([, control]) => control);
-    const points = POINTS.map((name) => [name, at(id(name)).value]).filter(([, point]) => point);
-    const like = at("predict-like").value;
-    ask("predict", { person: this.role, like, holds: Object.fromEntries(held), ...Object.fromEntries(points) });
+    const chosen = (names) => Object.fromEntries(names.map((name) => [name, at(id(name)).value]));
+    const wanted = { like: at("predict-like").value, holds: chosen(LIMBS), ...chosen(POINTS) };
+    this.predictAs(this.role, wanted, { everywhere: at("predict-everywhere").checked, free: at("predict-free").checked });
+  }
+
+  predictAs(person, { like, holds, eyes, heels }, how) {
+    const held = Object.entries(holds).filter(([, control]) => control);
+    ask("predict", { person, like, holds: Object.fromEntries(held), ...(eyes && { eyes }), ...(heels && { heels }), ...how });
   }
 }

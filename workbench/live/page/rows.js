@@ -15,6 +15,12 @@ export function signed(number, digits = 1) {
   return Number(text) === 0 ? text.replace("-", "") : text.replace("-", "−");
 }
 
+// A margin: with one digit behind the point, or with as many as it takes not to read as zero.
+export function marginWords(number) {
+  const digits = [1, 2, 3, 4, 5, 6].find((count) => Number(number.toFixed(count)) !== 0) ?? 1;
+  return signed(number, digits);
+}
+
 // How much of the overlap of a near pair is allowed, in mm; "" where nothing overlaps.
 export function allowedWords({ mm, allowed }) {
   if (mm >= 0) return "";
@@ -45,7 +51,7 @@ export function nearRow(pair, look, fill) {
 // A verdict; look: is given its place, its words and itself; show: the case and the time [s] of one of a motion.
 export function verdictRow(verdict, look, show) {
   const row = element("tr");
-  const margin = verdict.margin === null ? "" : `${signed(verdict.margin)} ${verdict.unit}`;
+  const margin = verdict.margin === null ? "" : `${marginWords(verdict.margin)} ${verdict.unit}`;
   const where = verdict.case ? `${verdict.words} (${verdict.case})` : verdict.words;
   const place = lookCell(where, verdict.point, (point, words) => look(point, words, verdict));
   if (verdict.time !== null) {

@@ -1,15 +1,17 @@
 """Map the bones of an unknown skeleton to the segments of a body.
 
 Some bones are found by their names: hips, head, and upper arms, forearms, hands, thighs, shanks and
-feet of both sides. The names are those of the CMU conversions, Biovision, MotionBuilder, Mixamo,
-Biped, Unreal, Poser and MakeHuman. The others are found by the tree: the upper torso is the bone
+feet of both sides. The names are those of the CMU conversions, ASF, Biovision, MotionBuilder, Mixamo,
+Biped, Unreal, Poser and MakeHuman, and the mnemonics of the segments. A prefix that nearly all bones
+share is left out. The others are found by the tree: the upper torso is the bone
 where arms and neck branch, and central torso, neck and shoulders lie on the paths between.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
 
 from workbench.errors import InputError, one_of
 from workbench.model.motion import Bones
@@ -17,17 +19,21 @@ from workbench.model.motion import Bones
 __all__ = ["bone_map"]
 
 _SIDED = {
-    "UA": ("arm", "upperarm", "uparm", "shldr", "shoulder"),
-    "LA": ("forearm", "lowerarm", "loarm", "elbow"),
+    "UA": ("arm", "upperarm", "uparm", "humerus", "shldr", "shoulder"),
+    "LA": ("forearm", "lowerarm", "loarm", "radius", "elbow"),
     "HN": ("hand", "wrist"),
-    "UL": ("upleg", "thigh", "upperleg", "hip"),
-    "LL": ("leg", "calf", "shin", "lowerleg", "lowleg", "knee"),
+    "UL": ("upleg", "thigh", "upperleg", "femur", "hip"),
+    "LL": ("leg", "calf", "shin", "lowerleg", "lowleg", "tibia", "knee"),
     "F": ("foot", "ankle"),
 }
 """Usual names of bones by segment, the commonest first; the side stands before or after them."""
-_MIDDLE = {"LT": ("hips", "pelvis", "hip", "root"), "H": ("head",)}
+_MIDDLE = {"LT": ("hips", "pelvis", "hip", "root", "spinebase"), "H": ("head",)}
+_SHARED = 0.8
+"""Share of the bones whose names begin with the same word before it is a prefix."""
 _OPTIONAL = {"LHN", "RHN", "LF", "RF", "H"}
 """Segments that may have no bone."""
+_MNEMONICS = {"LT", "H"} | {side + limb for limb in _SIDED for side in "LR"}
+_PREFIX = re.compile(r"[^:_|.\- ]+[:_|.\- ]+(?=.)")
 
 
 def bone_map(bones: Bones, given: Mapping[str, str] | None = None) -> dict[str, str]:
@@ -60,22 +66,42 @@ def bone_map(bones: Bones, given: Mapping[str, str] | None = None) -> dict[str, 
     if missing:
         raise InputError(
             f"{bones.file}: no bone is known for segment {', '.join(missing)}: name them (map: "
-            f"{{{missing[0]}: BONE}}); the bones are {', '.join(bones.names[:60])}"
+            f"{{{missing[0]}: BONE}} in a study, or --names FILE with lines such as '{missing[0]}: BONE'); "
+            f"the bones are {', '.join(bones.names[:60])}"
         )
     return _by_tree(bones, found) | found
 
 
 def _by_usual_names(bones: Bones) -> dict[str, str]:
     """The bones of hips, head and limbs by segment."""
-    plain = {_plain(name): name for name in reversed(bones.names)}  # the first of equal names stays
+    own = {name for name in bones.names if name in _MNEMONICS}
+    if own >= _MNEMONICS - _OPTIONAL:  # as the workbench writes them
+        return {name: name for name in own}
+    bare = _without_prefix(bones.names)
+    plain = {_plain(b): name for b, name in zip(bare[::-1], bones.names[::-1], strict=True)}
     found = {segment: _first(plain, usual) for segment, usual in _MIDDLE.items()}
     for side, words in (("L", ("left", "l")), ("R", ("right", "r"))):
         for limb, usual in _SIDED.items():
             forms = (
                 form for word in words for name in usual for form in (word + name, name + word)
             )
-            found[side + limb] = _first(plain, forms)
+            known = [plain[form] for form in forms if form in plain]
+            if limb in ("HN", "F"):  # a wrist carries a hand, an ankle a foot
+                known.sort(key=bones.names.index)
+            found[side + limb] = known[0] if known else None
     return {segment: name for segment, name in found.items() if name}
+
+
+def _without_prefix(names: Sequence[str]) -> list[str]:
+    """The names without the beginnings, up to a colon, an underscore and the like, that nearly all
+    of them share, such as `Character1_`."""
+    bare = list(names)
+    while True:
+        begins = Counter(found[0] for name in bare if (found := _PREFIX.match(name)))
+        prefix, count = begins.most_common(1)[0] if begins else ("", 0)
+        if count < max(2, _SHARED * len(bare)):
+            return bare
+        bare = [name.removeprefix(prefix) for name in bare]
 
 
 def _plain(name: str) -> str:

@@ -6,9 +6,14 @@ Known names are those of Plug-in-Gait, the OpenSim gait and running sets, and ne
 from __future__ import annotations
 
 import re
+from collections import Counter
+from collections.abc import Mapping
 from typing import NamedTuple
 
-__all__ = ["USUAL_SPREAD", "Site", "marker_site"]
+from workbench.errors import InputError, one_of
+from workbench.model.motion import Markers
+
+__all__ = ["USUAL_SPREAD", "Site", "marker_site", "named_sites"]
 
 
 class Site(NamedTuple):
@@ -42,6 +47,10 @@ USUAL_SPREAD = 0.025
 _LOOSE_SPREAD = 0.05
 """Spread [m] of markers somewhere on a segment."""
 _NONE = (0.0, 0.0, 0.0)
+_PERSON = 6
+"""Known markers from which on they are those of a person."""
+_PREFIX = re.compile(r"[^_|.\- ]+[_|.\- ]+(?=.)")
+"""What the name of a marker may begin with."""
 _SITES: tuple[tuple[str, Site], ...] = (
     (r"~fhd|~frontalhead", Site("H", (), 0, (0.06, 0.06, 0.05), "front out", USUAL_SPREAD)),
     (r"~temple", Site("H", (), 0, (0.02, 0.0, 0.04), "out", USUAL_SPREAD)),
@@ -134,3 +143,74 @@ def _on_side(site: Site, side: str) -> Site:
     """A site of the table on the side "L" or "R"."""
     joints = tuple(joint.replace("~", side) for joint in site.joints)
     return site._replace(segment=site.segment.replace("~", side), joints=joints, side=side)
+
+
+def named_sites(markers: Markers, names: Mapping[str, str]) -> dict[str, Site]:
+    """Return the sites of the markers that are known by their own or their given name.
+
+    Parameters
+    ----------
+    markers
+        The markers of one person; their names may have a prefix that six share.
+    names
+        The usual name of markers with unusual ones, "" to leave a marker out; "Bob:*" stands for
+        all that begin so.
+
+    Raises
+    ------
+    InputError
+        If `names` has an unknown name, or markers of several people are there.
+    """
+    for name in names:
+        if name not in markers.names and not _members(markers, name):
+            raise InputError(f"{markers.file}: no marker {name!r}; {one_of(name, markers.names)}")
+    names = {one: usual for name, usual in names.items() for one in _members(markers, name)} | {
+        name: usual for name, usual in names.items() if name in markers.names
+    }
+    prefixes = _prefixes(markers, names)
+    sites = {
+        name: _named_site(markers, name, names, prefixes.get(name, "")) for name in markers.names
+    }
+    return {name: site for name, site in sites.items() if site is not None}
+
+
+def _members(markers: Markers, name: str) -> list[str]:
+    """The markers whose names begin as a name with a * at its end does."""
+    begin = name.removesuffix("*")
+    return [one for one in markers.names if begin != name and one.startswith(begin)]
+
+
+def _prefixes(markers: Markers, names: Mapping[str, str]) -> dict[str, str]:
+    """The prefix of each marker that is known without it, such as `Bob:` or `Bob_`.
+
+    Refuses markers of several people.
+    """
+    found: dict[str, str] = {}
+    for name in markers.names:
+        prefix = name[: name.rfind(":") + 1]
+        begin = _PREFIX.match(name)
+        if not prefix and begin and marker_site(name) is None:
+            prefix = begin[0]
+        if name not in names and marker_site(name.removeprefix(prefix)) is not None:
+            found[name] = prefix
+    counts = Counter(found.values())
+    people = [prefix for prefix, count in counts.items() if count >= _PERSON]
+    if len(people) > 1:
+        said = ", ".join(f"{prefix or 'no prefix'} ({counts[prefix]})" for prefix in people)
+        other = next(prefix for prefix in people[::-1] if prefix)
+        raise InputError(
+            f"{markers.file}: markers of several people, by what their names begin with: {said}; leave out all "
+            f'but one (map: {{"{other}*": ""}} in a study, or --names FILE with a line \'"{other}*": ""\')'
+        )
+    return {name: prefix for name, prefix in found.items() if prefix in people}
+
+
+def _named_site(markers: Markers, name: str, names: Mapping[str, str], prefix: str) -> Site | None:
+    """The site of a marker by its usual name; `names` has that of some, the others have a prefix."""
+    usual = names.get(name, name.removeprefix(prefix))
+    site = marker_site(usual) if usual else None
+    if name in names and usual and site is None:
+        raise InputError(
+            f"{markers.file}: marker {name!r}: no usual marker is called {usual!r} (LASI, RKNE, C7, ...)"
+        )
+    return site

@@ -17,15 +17,15 @@ from itertools import pairwise
 
 import numpy as np
 
-from workbench.errors import InputError, UsageError, one_of
+from workbench.errors import InputError, UsageError
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.body import Body
 from workbench.model.motion import Markers
 from workbench.model.poses import Poses
 from workbench.model.quaternions import matrices
-from workbench.motion.recorded.marker_names import USUAL_SPREAD, Site, marker_site
+from workbench.motion.recorded.marker_names import USUAL_SPREAD, Site, named_sites
 from workbench.motion.recorded.marker_places import marker_places
-from workbench.motion.recorded.retarget import IDENTITY
+from workbench.motion.recorded.skeleton import IDENTITY
 from workbench.posture.kernels.markers import MarkerChain, solve_markers
 from workbench.posture.packed_stops import packed_stops
 from workbench.posture.stops import nearest_legal
@@ -126,12 +126,13 @@ def poses_from_markers(
     markers
         Positions (P, M, 3) [m], NaN where a marker is hidden.
     names
-        The usual name of markers with unusual ones ({"hip1": "LASI"}), "" to leave a marker out.
+        The usual name of markers with unusual ones ({"hip1": "LASI"}), "" to leave a marker out;
+        "Bob:*" stands for all that begin so.
 
     Raises
     ------
     InputError
-        If fewer than six markers are known by name, the first frame shows fewer than three of them,
+        If markers of several people are there, fewer than six markers are known by name, the first frame shows fewer than three of them,
         `names` has an unknown name, or the body cannot carry the markers to within 80 mm (root mean
         square).
     """
@@ -257,7 +258,8 @@ def _require_small_residuals(markers: Markers, fit: _Fitted) -> None:
     raise InputError(
         f"{markers.file}: the markers are {1000 * fit.rms:.0f} mm (root mean square) from where a body can "
         f"carry them, {1000 * _MAX_RMS:.0f} mm at most are accepted; the worst: {named}{out}. Check "
-        "names (map), the unit, the upward axis (up), and the size of the body (scale: subject)"
+        "names (map in a study, --names), the unit (unit, --unit), the upward axis (up, --up), and the size "
+        "of the body (scale: subject, --scale subject)"
     )
 
 
@@ -417,22 +419,15 @@ def _known_sites(
     markers: Markers, names: dict[str, str]
 ) -> tuple[dict[str, Site], tuple[str, ...]]:
     """The site of each marker that has one and is seen, and the names of the others."""
-    for name in names:
-        if name not in markers.names:
-            raise InputError(f"{markers.file}: no marker {name!r}; {one_of(name, markers.names)}")
-    sites: dict[str, Site] = {}
-    unused = []
-    for m, name in enumerate(markers.names):
-        site = _named_site(markers, name, names)
-        if site is None or not np.isfinite(markers.position[:, m]).any():
-            unused.append(name)
-        else:
-            sites[name] = site
+    known = named_sites(markers, names)
+    hidden: Bools = np.asarray(np.isnan(markers.position).any(axis=2).all(axis=0))
+    sites = {name: site for name, site in known.items() if not hidden[markers.names.index(name)]}
+    unused = [name for name in markers.names if name not in sites]
     if len(sites) < _MIN_MARKERS:
         raise InputError(
             f"{markers.file}: {len(sites)} markers are known by name, {_MIN_MARKERS} or more are "
-            f"needed; name the others (map: {{{(unused or ['X'])[0]}: LASI}}): "
-            f"{', '.join(unused[:40])}"
+            f"needed; name the others (map: {{{(unused or ['X'])[0]}: LASI}} in a study, or --names FILE with "
+            f"lines such as '{(unused or ['X'])[0]}: LASI'): {', '.join(unused[:40])}"
         )
     return sites, tuple(unused)
 
@@ -448,17 +443,6 @@ def _unused_notes(markers: Markers, unused: tuple[str, ...]) -> tuple[str, ...]:
     if hidden:
         notes.append(f"markers that no frame shows: {', '.join(hidden)}")
     return tuple(notes)
-
-
-def _named_site(markers: Markers, name: str, names: dict[str, str]) -> Site | None:
-    """The site of a marker by its usual name; `names` has that of some."""
-    usual = names.get(name, name)
-    site = marker_site(usual) if usual else None
-    if name in names and usual and site is None:
-        raise InputError(
-            f"{markers.file}: marker {name!r}: no usual marker is called {usual!r} (LASI, RKNE, C7, ...)"
-        )
-    return site
 
 
 def _is_mirrored(seen: Floats, sites: list[Site]) -> bool:
@@ -495,7 +479,11 @@ def _require_visible(markers: Markers, seen: Floats) -> None:
     if visible[0] >= 3:
         return
     first = np.flatnonzero(visible >= 3)
-    hint = f"begin at {markers.time[first[0]]:g} s" if len(first) else "no frame shows three"
+    hint = (
+        f"begin at {markers.time[first[0]]:g} s (start in a study, --start)"
+        if len(first)
+        else "no frame shows three"
+    )
     raise InputError(
         f"{markers.file}: the first frame shows {visible[0]} known markers, 3 are needed: {hint}"
     )

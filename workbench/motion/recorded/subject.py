@@ -16,9 +16,9 @@ from workbench.model.arrays import Floats
 from workbench.model.body import Body
 from workbench.model.motion import Bones, Markers, SegmentTrack
 from workbench.motion.recorded.bone_names import bone_map
-from workbench.motion.recorded.marker_names import Site, marker_site
+from workbench.motion.recorded.marker_names import Site, named_sites
 from workbench.motion.recorded.marker_places import marker_places
-from workbench.motion.recorded.retarget import body_lengths, bone_lengths, rest_positions
+from workbench.motion.recorded.skeleton import body_lengths, bone_lengths
 
 __all__ = ["TRUNK", "factors_from_bones", "factors_from_markers", "factors_from_track"]
 
@@ -66,8 +66,8 @@ def factors_from_bones(
 ) -> dict[str, float]:
     """Compute the lengths of a skeleton's limbs and trunk as multiples of the body's.
 
-    The trunk is measured from the middle of the hips to that of the shoulders, at rest. The pelvis
-    keeps its height. Both sides get the mean of both.
+    The trunk is measured from the middle of the hips to that of the shoulders, in the median of the
+    frames. The pelvis keeps its height. Both sides get the mean of both.
 
     Parameters
     ----------
@@ -90,10 +90,7 @@ def factors_from_bones(
         if known:
             seen = sum(lengths[side] * metres for side in known)
             factors[left] = factors[right] = seen / sum(own[side] for side in known)
-    begin = rest_positions(bones)
-    at = {s: begin[bones.names.index(bone[s])] for s in ("LUL", "RUL", "LUA", "RUA")}
-    length = _between_middles(at["LUA"], at["RUA"], at["LUL"], at["RUL"]) * metres
-    return factors | dict.fromkeys(TRUNK, _trunk_factor(body, length))
+    return factors | dict.fromkeys(TRUNK, _trunk_factor(body, lengths["trunk"] * metres))
 
 
 def _trunk_factor(body: Body, length: float) -> float:
@@ -128,7 +125,7 @@ def factors_from_markers(
     dict
         Factors by segment; empty if no marker is known.
     """
-    sites = _known_sites(markers, names or {})
+    sites = named_sites(markers, names or {})
     if not sites:
         return {}
     places = _zero_places(body, sites)
@@ -143,13 +140,6 @@ def factors_from_markers(
         factors.setdefault("LUL", factors["LLL"])
         factors.setdefault("RUL", factors["RLL"])
     return factors
-
-
-def _known_sites(markers: Markers, names: Mapping[str, str]) -> dict[str, Site]:
-    """The sites of markers that are known by their own or their given name."""
-    usual = {name: names.get(name, name) for name in markers.names}
-    found = {name: marker_site(word) for name, word in usual.items() if word}
-    return {name: site for name, site in found.items() if site is not None}
 
 
 def _zero_places(body: Body, sites: Mapping[str, Site]) -> dict[str, Floats]:

@@ -34,7 +34,7 @@ from workbench.posture.reaching.chains import (
     solved,
 )
 from workbench.posture.reaching.limbs import FEET
-from workbench.posture.seating.driving_angles import drawn_angles, driving_angles, h_point_offset
+from workbench.posture.seating.driving_angles import expected_angles, h_point_offset, residuals
 from workbench.posture.seating.driving_legs import (
     Sole,
     accelerator_foot,
@@ -284,7 +284,7 @@ class _Crew:
     body: Body
     drivers: Sequence[Driver]
     numbers: Sequence[int]
-    spines: list[Spine]
+    spine: Spine
     soles: dict[str, Sole]
     poses: Poses
 
@@ -305,7 +305,7 @@ def _at_wheel(
         raise UsageError(f"seed, person: expected 0 or more, got {case.seed} and {min(numbers)}")
     low, high = case.up
     soles = {foot: soles_on(body, foot, at, case.package) for foot, at in case.feet.items()}
-    crew = _Crew(body, drivers, numbers, [spine_of(one) for one in body], soles, poses)
+    crew = _Crew(body, drivers, numbers, spine_of(body), soles, poses)
     up = np.clip(0.0, low, high) if case.eye is None else low
     rows = _seated(crew, case, up)
     for _ in range(LIFTS if case.eye is not None else 0):
@@ -324,16 +324,14 @@ def _seated(crew: _Crew, case: _Case, up: Floats) -> _Drivers:
     """The drivers with the seat lifted by `up` (B,) [m], feet as they were."""
     body = crew.body
     x, y, z = case.package.h_point
-    angles = []
-    for driver, number, lift in zip(crew.drivers, crew.numbers, up.tolist(), strict=True):
-        mean = driving_angles(driver, replace(case.package, h_point=(x, y, z + lift)))
-        angles.append(
-            mean if case.seed is None else drawn_angles(mean, case.seed, person=int(number))
-        )
-    tilts = spine_tilts(crew.spines, angles)
+    mean, spread = expected_angles(crew.drivers, case.package, up)
+    if case.seed is not None:
+        mean = mean + spread * [residuals(case.seed, number) for number in crew.numbers]
+    tilts = spine_tilts(crew.spine, mean, spread)
     aft, above = np.array([h_point_offset(driver) for driver in crew.drivers]).T
     height = z + up - above
-    wanted = hips_from_pedal(crew.soles[case.pedal_foot], height, angles) - aft - x
+    sole = crew.soles[case.pedal_foot]
+    wanted = hips_from_pedal(sole, height, mean, spread) - aft - x
     forward = np.clip(wanted, *case.forward)
     hips = np.stack([x + forward + aft, np.full(len(up), y), height], axis=1)
     seated = _placed(crew, tilts, hips)
@@ -342,9 +340,8 @@ def _seated(crew: _Crew, case: _Case, up: Floats) -> _Drivers:
     eye = (
         np.einsum("bij,bj->bi", head[:, :, :3], body.centre[:, sphere].mean(axis=1)) + head[:, :, 3]
     )
-    expected = np.array([one.mean for one in angles])
     travel = np.stack([forward, up, wanted], axis=1)
-    return _Drivers(seated, travel, eye, hips, expected, {}, {}, np.zeros(len(up)))
+    return _Drivers(seated, travel, eye, hips, mean, {}, {}, np.zeros(len(up)))
 
 
 def _placed(crew: _Crew, tilts: Floats, hips: Floats) -> Poses:
@@ -359,9 +356,14 @@ def _placed(crew: _Crew, tilts: Floats, hips: Floats) -> Poses:
         angles[:, joint, axis] = sign * (tilts[:, k] - tilts[:, k + 1])
     rotations[:, joints] = compose(body, angles)[:, joints]
     world = np.zeros((len(tilts), 3, 4))
-    world[:, :, :3] = [attitude_matrix(pitch=-tilt) for tilt in tilts[:, 0].tolist()]
-    own = np.array([spine.hips for spine in crew.spines])
-    world[:, :, 3] = hips - np.einsum("bij,bj->bi", world[:, :, :3], own)
+    sine, cosine = (
+        np.sin(-tilts[:, 0]),
+        np.cos(-tilts[:, 0]),
+    )  # nose up about y: see attitude_matrix
+    world[:, 0, 0] = world[:, 2, 2] = cosine
+    world[:, 0, 2], world[:, 2, 0] = sine, -sine
+    world[:, 1, 1] = 1.0
+    world[:, :, 3] = hips - np.einsum("bij,bj->bi", world[:, :, :3], crew.spine.hips)
     return Poses(rotations, body.segment("LT"), world)
 
 

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
 from workbench.model.arrays import Floats
 from workbench.model.body import Body
-from workbench.model.driving import DrivingAngles, Package
+from workbench.model.driving import Package
 from workbench.posture.kernels.linkage import Linkage
 from workbench.posture.reaching.limbs import Limb, limb
 from workbench.posture.reaching.packing import packed_links
@@ -110,36 +110,36 @@ def soles_on(body: Body, foot: str, at: tuple[float, float, float], package: Pac
     return Sole(np.ascontiguousarray(where), plane, chain, link, sole)
 
 
-def hips_from_pedal(right: Sole, height: Floats, angles: Sequence[DrivingAngles]) -> Floats:
+def hips_from_pedal(pedal: Sole, height: Floats, mean: Floats, spread: Floats) -> Floats:
     """Find how far forward the hips are if thigh and knee come nearest to their expected angles.
 
     Parameters
     ----------
-    right
-        The soles of the right feet, on the accelerator.
+    pedal
+        The soles of the feet on the accelerator.
     height
         (B,) heights of the hips [m].
-    angles
-        The expected angles of each driver, with their scatter.
+    mean, spread
+        (B, 8) [rad] the expected angles of each driver, and their scatter.
 
     Returns
     -------
     Floats
         (B,) x [m] of the hips.
     """
-    link = right.link
+    link = pedal.link
     thigh = np.linalg.norm(link.at_child[:, 0] - link.at_parent[:, 1], axis=1)
     shank = np.linalg.norm(link.at_child[:, 1] - link.at_parent[:, 2], axis=1)
-    ankle_x, ankle_z = _ankles(right)
+    ankle_x, ankle_z = _ankles(pedal)
     aft = np.arange(NEAREST_HIP, FARTHEST_HIP, GRID_SPACING)
     found = np.zeros(len(height))
-    for b, expected in enumerate(angles):
+    for b in range(len(height)):
         rise = ankle_z[b] - height[b]
         leg = leg_triangle(thigh[b], shank[b], np.hypot(aft, rise))
         lifted = np.arctan2(rise, aft) + leg.hip
         # least squares in units of the scatter
-        lift = (lifted - expected.mean[THIGH]) / expected.spread[THIGH]
-        bend = (leg.knee - expected.mean[KNEE]) / expected.spread[KNEE]
+        lift = (lifted - mean[b, THIGH]) / spread[b, THIGH]
+        bend = (leg.knee - mean[b, KNEE]) / spread[b, KNEE]
         cost = lift * lift + bend * bend + OUT_OF_REACH * np.abs(leg.lack)
         found[b] = ankle_x[b] - _least(aft, cost)
     return found

@@ -9,7 +9,6 @@ together with the line from hip to eye.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -18,8 +17,6 @@ import numpy as np
 from workbench.errors import InputError, one_of
 from workbench.model.arrays import Floats
 from workbench.model.body import Body
-from workbench.model.driving import DrivingAngles
-from workbench.model.kept import kept_with_body
 from workbench.model.posing import motion_of
 from workbench.posture.kernels.trunk import trunk_turns
 
@@ -36,9 +33,9 @@ LEAN = (-1.0, 2.0)
 
 @dataclass(frozen=True, eq=False)
 class Spine:
-    """A trunk in side view, upright as in the zero pose: hips (3,) [m] the middle of the hip joints
-    in the lower torso; links (6, 2) [m]: forward and up from the hips to the waist, to the solar
-    plexus, the neck pivot, the head pivot, the ear, and from the ear to the eye; flexion (4, 2)
+    """B trunks in side view, upright as in the zero pose: hips (B, 3) [m] the middle of the hip
+    joints in the lower torso; links (B, 6, 2) [m]: forward and up from the hips to the waist, to the
+    solar plexus, the neck pivot, the head pivot, the ear, and from the ear to the eye; flexion (4, 2)
     [rad]: least and greatest flexion of the joints."""
 
     hips: Floats
@@ -46,26 +43,22 @@ class Spine:
     flexion: Floats
 
 
-@kept_with_body
 def spine_of(body: Body) -> Spine:
-    """The trunk of a body. InputError where it has no human trunk, or no eyes and ears."""
-    for name in ("LH", "RH", *SPINE[1:]):
-        body.joint(name)
-    hips = 0.5 * (
-        body.joint_in_parent[0, body.joint("LH")] + body.joint_in_parent[0, body.joint("RH")]
-    )
+    """The trunks of the rows of a body. InputError where it has no human trunk, or no eyes and
+    ears."""
+    sides = [body.joint(name) for name in ("LH", "RH")]
     joints = [body.joint(name) for name in SPINE[1:]]
-    ear = _middle(body, "ear")[0]
-    eye = _middle(body, "eye")[0]
-    points = [body.joint_in_parent[0][joints[0]] - hips]
-    points += [body.joint_in_parent[0, b] - body.joint_in_child[0, a] for a, b in pairwise(joints)]
-    points += [ear - body.joint_in_child[0][joints[3]], eye - ear]
+    hips = 0.5 * (body.joint_in_parent[:, sides[0]] + body.joint_in_parent[:, sides[1]])
+    ear = _middle(body, "ear")
+    points = [body.joint_in_parent[:, joints[0]] - hips]
+    points += [body.joint_in_parent[:, b] - body.joint_in_child[:, a] for a, b in pairwise(joints)]
+    points += [ear - body.joint_in_child[:, joints[3]], _middle(body, "eye") - ear]
     flexion = np.zeros((4, 2))
     for k, joint in enumerate(joints):
         axis, sign = motion_of(body, joint, "flexion")
         first, second = body.stops.limits[joint, axis]
         flexion[k] = (-second, first) if sign > 0 else (-first, second)
-    return Spine(hips, np.array(points)[:, [0, 2]], flexion)
+    return Spine(hips, np.stack(points, axis=1)[:, :, [0, 2]], flexion)
 
 
 def _middle(body: Body, name: str) -> Floats:
@@ -82,21 +75,19 @@ def _middle(body: Body, name: str) -> Floats:
     return middle
 
 
-def spine_tilts(spines: Sequence[Spine], angles: Sequence[DrivingAngles]) -> Floats:
-    """(P, 5) [rad] how far lower, central and upper torso, neck and head of P trunks tilt aft of
+def spine_tilts(spine: Spine, mean: Floats, spread: Floats) -> Floats:
+    """(B, 5) [rad] how far lower, central and upper torso, neck and head of B trunks tilt aft of
     upright.
 
     The line from hip to eye is held, as the cascade has it; within the joint stops the five angles
-    are as near to the given ones as they can be, by least squares in units of their scatter. Where
-    the stops do not let the line be had, it is come near to.
+    are as near to the given ones (B, 8) [rad] as they can be, by least squares in units of their
+    scatter (B, 8). Where the stops do not let the line be had, it is come near to.
     """
-    mean = np.array([one.mean for one in angles])
-    spread = np.array([one.spread for one in angles])
-    links = np.array([spine.links for spine in spines])
-    count = len(spines)
+    links = np.ascontiguousarray(spine.links)
+    count = len(links)
     bounds = np.empty((count, 5, 2))
     bounds[:, 0] = LEAN
-    bounds[:, 1:] = np.array([spine.flexion for spine in spines]) + np.array([JUST, -JUST])
+    bounds[:, 1:] = spine.flexion + np.array([JUST, -JUST])
     turns = np.zeros((count, 5))
     turns[:, 0] = mean[:, TRUNK[0]] - np.arctan2(-links[:, 0, 0], links[:, 0, 1])
     turns = np.clip(turns, bounds[..., 0], bounds[..., 1])

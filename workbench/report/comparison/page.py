@@ -95,6 +95,7 @@ def comparison_file(
         confidence=before.confidence,
         groups=[_row(pair) for pair in found.groups],
         requirements=[_row(pair) for pair in found.pairs],
+        changes=list(found.changes),
         only_before=list(found.only_before),
         only_after=list(found.only_after),
         changed=[
@@ -224,7 +225,10 @@ def _sections(found: Comparison, rows: ComparisonFile) -> list[Section]:
         "caption": "Requirements that are met by other people after than before",
         "same": len(found.pairs) - len(changed),
     }
+    known = bool(found.before.design and found.after.design)
+    differ = {"changes": found.changes, "known": known, "most": _MOST}
     sections = [
+        writer.section("changes", "differ", "What was changed", differ),
         writer.section("questions", "shares-1", "All requirements together", groups),
         writer.section("questions", "shares-2", "By requirement", pairs),
     ]

@@ -42,15 +42,15 @@ def comparison_headline(found: Comparison) -> str:
     """The whole comparison in two sentences."""
     everybody = found.groups[0]
     count = everybody.count
+    chance = chance_words(everybody.chance)
+    chance = chance.replace("under", "<") if chance.startswith("under") else f"= {chance}"
     shares = f"{percent(everybody.before, count)} of {count:,} people fit before and {percent(everybody.after, count)} after"
     if not everybody.gainers and not everybody.losers:
         return f"{shares}: the same people, nobody gains and nobody loses."
-    chance = f"so uneven a count would come by chance with a probability of {chance_words(everybody.chance)}"
-    if everybody.chance >= 0.995:
-        chance = "as even as chance would have it"
     return (
         f"{shares}, {difference_words(everybody)}. {_people(everybody.gainers)} gain{_s(everybody.gainers)} and "
-        f"{_people(everybody.losers).lower()} lose{_s(everybody.losers)}: {chance}."
+        f"{_people(everybody.losers).lower()} lose{_s(everybody.losers)} "
+        f"(exact McNemar test: p {chance})."
     )
 
 

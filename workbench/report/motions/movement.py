@@ -57,8 +57,8 @@ _WAYS = (("forward", "back"), ("to the left", "to the right"), ("up", "down"))
 # joints of a limb, the segment that sees it, the segment at its end, its first joint, what it does
 _LIMBS = {"arm": ("CSEW", "UT", "HN", "S", "reaches"), "leg": ("HKA", "LT", "F", "H", "swings")}
 _FRAME = (
-    "The ways of arms are told as the upper torso sees them, those of legs as the lower torso does; where head, "
-    "hands and feet end up is told in the axes of the world."
+    "Directions of arms are relative to the upper torso, those of legs to the lower torso; where head, hands and "
+    "feet end up is relative to the surroundings."
 )
 
 

@@ -52,7 +52,7 @@ def _person(motion: MotionCase, times: Floats) -> dict[str, Any]:
     belts = ", ".join(belt.name.replace("_", " ") for belt in motion.belts)
     return {
         "name": ", ".join(word for word in (motion.person, motion.name) if word),
-        "words": f"{body.name}, {float(body.mass[0].sum()):.1f} kg; {len(body.sphere_names):,} spheres{detail}"
+        "words": f"{body.name.replace('_', ' ')}, {float(body.mass[0].sum()):.1f} kg; {len(body.sphere_names):,} spheres{detail}"
         + (f"; held by {belts}" if belts else ""),
         "eyes": eyes,
         "angles": angle_rows(body, found),

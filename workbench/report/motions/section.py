@@ -16,6 +16,7 @@ from workbench.draw.web.snippet import STILL
 from workbench.files.results.motions import MeetingRow, MotionRows
 from workbench.files.results.result import FindingRow, ResultFile
 from workbench.model.arrays import Floats
+from workbench.model.figures import tenths
 from workbench.model.motion_case import Meeting
 from workbench.model.result import MotionFound, Result
 from workbench.motion.signals import GRAVITY
@@ -168,7 +169,7 @@ def unasked_lines(result: Result, views: PageViews) -> list[Markup]:
 def _near(motion: MotionFound, colour: str, finding: FindingRow) -> str:
     """A close-up of a finding, when it is."""
     scene = motion_scene(motion.study, (finding.time_ms or 0.0) / 1000.0, colour)
-    label = f"{abs(finding.value):.1f} {finding.unit}".rstrip()
+    label = f"{tenths(abs(finding.value), abs(finding.limit))} {finding.unit}".rstrip()
     return close_up(scene, finding.point_mm or (), label, struck=finding.target)
 
 
@@ -186,7 +187,8 @@ def _place(views: PageViews, index: int, motion: MotionFound, colour: str) -> Ma
 def motion_words(rows: MotionRows) -> str:
     """Who moves, for how long: "pilot: bubbleman, 121 frames from 0.0 to 120.0 ms"."""
     start, end = rows.span_ms
-    return f"{rows.person}: {rows.body}, {rows.frames} frames from {start:.1f} to {end:.1f} ms"
+    body = rows.body.replace("_", " ")
+    return f"{rows.person}: {body}, {rows.frames} frames from {start:.1f} to {end:.1f} ms"
 
 
 def _motion(motion: MotionFound, rows: MotionRows, view: int) -> dict[str, Any]:

@@ -103,8 +103,8 @@ def agreement_sentence(rows: tuple[Agreement, ...], other: str) -> str:
     worst = max(rows, key=lambda row: row.peak)
     mean = sum(row.rms for row in rows) / len(rows)
     return (
-        f"Against {other}, joints and segments are {1000 * mean:.0f} mm apart (mean of the root mean squares); the "
-        f"worst is the {worst.name}, {1000 * worst.peak:.0f} mm at {milliseconds(worst.at)}."
+        f"Against {other}, joints and segments are {1000 * mean:.0f} mm apart on average (root mean square over time); "
+        f"the farthest apart is the {worst.name}, {1000 * worst.peak:.0f} mm at {milliseconds(worst.at)}."
     )
 
 

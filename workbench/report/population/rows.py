@@ -32,6 +32,7 @@ from workbench.report.population.words import (
 )
 from workbench.report.postures.posture_rows import Held, held_tables, posture_row
 from workbench.report.tables import Table
+from workbench.study.accommodation.design import design_of
 
 __all__ = ["people_table", "population_lines", "population_rows", "population_tables"]
 
@@ -50,6 +51,8 @@ def population_lines(result: PopulationFound) -> list[str]:
     for row in result.shares:
         low, high = (percent_number(value, row.count) for value in (row.low, row.high))
         lines.append(f"{percent(row.share, row.count):>7}  {row.group} ({low} to {high} %)")
+    clear = percent(result.shares[0].clear, count)
+    lines.append(f"{clear:>7}  everybody, with no overlap beyond what is allowed")
     return lines
 
 
@@ -69,6 +72,7 @@ def population_rows(result: PopulationFound, people_hash: str) -> PopulationRows
         gains=[_gain(gain) for gain in result.gains],
         maps=[_map(found) for found in result.maps],
         overlaps=[_overlap(found) for found in result.overlaps],
+        design=design_of(result.study),
         reasons=list(result.reasons),
         people=_people(result),
     )
@@ -83,6 +87,7 @@ def _group(group: GroupShare) -> GroupRow:
         count=group.count,
         certain=_share_or_none(group.certain),
         possible=_share_or_none(group.possible),
+        clear=_share_or_none(group.clear),
     )
 
 
@@ -161,6 +166,7 @@ def _people(result: PopulationFound) -> PeopleRow:
         else None,
         served=result.served.tolist(),
         certain=_certain(result),
+        clear=result.clear.tolist(),
         limiting=list(result.limiting),
         seat_mm=_rows(result.seat),
         comfortable_mm=_rows(result.comfortable),
@@ -211,6 +217,7 @@ _SHARES = {
     "people": "count",
     "certain": "certain",
     "possible": "possible",
+    "clear": "clear",
 }
 _REQUIREMENTS = (
     "criterion",
@@ -286,6 +293,7 @@ def people_table(result: PopulationFound) -> Table:
         "weight",
         "served",
         "certain",
+        "clear",
         "limiting",
         *_place_columns(sits=result.place.seat is not None),
         *(one.column for one in result.adjustments),
@@ -327,6 +335,7 @@ def _people_lines(result: PopulationFound) -> Iterator[list[object]]:
             float(people.weight[p]),
             bool(result.served[p]),
             certain[p],
+            bool(result.clear[p]),
             result.limiting[p],
             *seat[p],
             *settings[p],

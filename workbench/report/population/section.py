@@ -11,18 +11,20 @@ from typing import Any
 import numpy as np
 from markupsafe import Markup
 
-from workbench.body.people.share import TENTHS_FROM, percent, percent_number
+from workbench.body.people.share import TENTHS_FROM, percent, percent_number, percent_parts
 from workbench.draw.camera import Camera, project
 from workbench.draw.reach_map import BANDS, LEVELS, map_controls, reach_map_svg
 from workbench.draw.scene import Mark, Scene, SceneBody
 from workbench.draw.views import four_views
 from workbench.draw.web.views import WebMark, WebView, scene_view
-from workbench.model.accommodation import Gain, GroupShare, ReachMap
+from workbench.model.accommodation import MET, Gain, GroupShare, ReachMap
 from workbench.model.arrays import Bools, Floats
+from workbench.model.body import Body
 from workbench.model.encumbrance import Encumbrance
 from workbench.model.measures import MASS
 from workbench.model.population import SEXES, Population
 from workbench.model.population_found import PopulationFound, Shown, TriedChange
+from workbench.model.reach import MOST_SPARE
 from workbench.posture.seating.sides import middle
 from workbench.report.population.charts import (
     bar,
@@ -35,6 +37,7 @@ from workbench.report.population.charts import (
 from workbench.report.population.words import (
     adjusted_words,
     certain_shares,
+    certainty_percents,
     certainty_words,
     elsewhere_words,
     gain_sentence,
@@ -68,6 +71,7 @@ _FROM = {
     "top": "from above",
     "corner": "from the front left",
 }
+_PLURALS = {"male": "men", "female": "women"}
 _NUMBERS = ("no", "one", "two", "three", "four", "five")
 
 
@@ -157,27 +161,38 @@ def _crowd(result: PopulationFound) -> dict[str, Any]:
     """Who the people are: their measures at five percentiles, and where they sit."""
     people = result.people
     women = int((people.sex == SEXES.index("female")).sum())
-    measures = []
+    measures: list[tuple[str, str, str, list[str]]] = []
     for name in people.names[:_MOST_MEASURES]:
         unit, factor = ("kg", 1.0) if name == MASS else ("mm", 1000.0)
-        values = np.percentile(people.column(name), _LEVELS) * factor
-        measures.append((plain(name), unit, [f"{value:,.0f}" for value in values]))
-    seats = []
+        measures += _percentiles(people, plain(name), unit, people.column(name) * factor)
     for words, column in _position_names(result):
-        values = np.percentile(1000.0 * result.seat[:, column], _LEVELS)
-        texts = [f"{v + 0.0:,.0f}".replace("-", "−") for v in values]
-        seats.append((words, "mm", texts))
+        measures += _percentiles(people, words, "mm", 1000.0 * result.seat[:, column])
     count = len(people)
     return {
         "count": f"{count:,}",
         "women": f"{women:,}",
         "men": f"{count - women:,}",
         "source": people.source,
-        "measures": [*measures, *seats],
+        "measures": measures,
         "more": max(len(people.names) - _MOST_MEASURES, 0),
         "levels": _LEVELS,
         "seated": result.place.seat is not None,
     }
+
+
+def _percentiles(
+    people: Population, name: str, unit: str, values: Floats
+) -> list[tuple[str, str, str, list[str]]]:
+    """Values (P,) of people at five percentiles, of women and of men: pooled percentiles are those
+    of nobody."""
+    rows = []
+    for code, whose in enumerate(SEXES):
+        mine = values[people.sex == code]
+        if len(mine):
+            texts = [f"{value + 0.0:,.0f}" for value in np.percentile(mine, _LEVELS)]
+            words = [text.replace("-", "−") for text in texts]
+            rows.append((name, _PLURALS[whose], unit, words))
+    return rows
 
 
 def _position_names(result: PopulationFound) -> list[tuple[str, int]]:
@@ -193,7 +208,7 @@ def _position_names(result: PopulationFound) -> list[tuple[str, int]]:
 def _method(result: PopulationFound) -> dict[str, Any]:
     """What the method and its limits depend on."""
     return {
-        "body": result.body.name,
+        "body": _model_words(result.body),
         "clothes": [item.name for item in _clothes(result)],
         "seated": result.place.seat is not None,
         "steps": result.place.stand is not None and result.place.stand.steps,
@@ -206,7 +221,6 @@ def population_words(result: PopulationFound, role: str) -> str:
     body = result.body
     people = len(result.people)
     asked = len(result.requirements)
-    family = "of the family of " if body.basis else ""
     detail = f" (level of detail {body.detail})" if body.detail else ""
     clothes = [item.name for item in _clothes(result)]
     worn = f", wearing {', '.join(clothes)}" if clothes else ""
@@ -217,9 +231,16 @@ def population_words(result: PopulationFound, role: str) -> str:
     return (
         f"{role}: {people:,} people ({result.people.source}){where}, "
         f"{asked} requirement{'s' if asked > 1 else ''}. A person fits who meets them all{how}. Each "
-        f"body is {family}{body.name}, scaled to that person’s measures: "
+        f"person has a body of his or her own measures, {_model_words(body)}: "
         f"{len(body.sphere_names):,} spheres{detail}{worn}."
     )
+
+
+def _model_words(body: Body) -> str:
+    """Where the bodies of people come from: a family of shapes, or one body that is stretched."""
+    if body.basis is None:
+        return f"stretched from {plain(body.name)}"
+    return f"from the shape model {plain(body.basis.name.removesuffix('.npz'))}"
 
 
 def _clothes(result: PopulationFound) -> tuple[Encumbrance, ...]:
@@ -239,7 +260,8 @@ def _group(group: GroupShare, least: float) -> dict[str, Any]:
         "name": group.group,
         "share": share,
         "interval": interval,
-        "undecided": _undecided(group.undecided, group.count),
+        "without_overlap": percent(group.clear, group.count),
+        "undecided": certainty_percents(group)[1],
         "count": f"{group.count:,}",
         "chart": Markup(chart),
     }
@@ -330,8 +352,12 @@ def _charts(result: PopulationFound, r: int, ends: tuple[float, float]) -> dict[
     most = max(float(1 - result.single.min()), 0.05)
     left = f"{name}: {percent(out, len(result.met))} left out"
     spread = result.spread[r]
+    most_known = _most_known(result, r)
     figures = [
-        f"{round(1000 * v) + 0:d}".replace("-", "−") if np.isfinite(v) else "–" for v in spread
+        ("≥" if v >= most_known - MET else "") + f"{round(1000 * v) + 0:d}".replace("-", "−")
+        if np.isfinite(v)
+        else "–"
+        for v in spread
     ]
     margins = f"{name}: margins at 1, 5, 50, 95 and 99 %: {', '.join(figures)} mm"
     return {
@@ -339,6 +365,18 @@ def _charts(result: PopulationFound, r: int, ends: tuple[float, float]) -> dict[
         "bar": Markup(bar(out, float(result.alone[r]), most=most, said=left)),
         "strip": Markup(margin_strip(spread, ends, said=margins)),
     }
+
+
+def _most_known(result: PopulationFound, r: int) -> float:
+    """[m] The margin from which on a requirement is not measured: of a reach what is looked for, of
+    pedals what a foot on its pedal has."""
+    requirement = result.requirements[r]
+    if requirement.check == "reach":
+        return MOST_SPARE
+    if requirement.check != "pedals":
+        return np.inf
+    criteria = result.study.criteria
+    return next(one.at_most for one in criteria if one.name == requirement.criterion)
 
 
 def _share_of_some(weight: Floats, some: Bools, met: Bools) -> str:
@@ -375,34 +413,37 @@ def _measures(result: PopulationFound) -> list[dict[str, Any]]:
         }
         rows.append(row | _compared(result.people, name, mine))
     rows.sort(key=lambda row: (-row["share"], row["name"]))
-    for row in rows:
+    percents = percent_parts([row["share"] for row in rows], count)
+    for row, words in zip(rows, percents, strict=True):
         share = row["share"]
         said = f"{row['name']}: {row['people']} people"
         row["chart"] = Markup(bar(share, share, most=rows[0]["share"], said=said))
-        row["percent"] = percent(share, count)
+        row["percent"] = words
     return rows[:_MOST_MEASURES]
 
 
 def _compared(people: Population, name: str, mine: Bools) -> dict[str, str]:
-    """How a measure of some people (P,) compares with that of all; nothing where it is not known."""
+    """How a measure of some people (P,) compares with that of all of their sex; nothing where it is
+    not known."""
     if name not in people.names:
         return {}
     values = people.column(name)
     unit, factor = ("kg", 1.0) if name == MASS else ("mm", 1000.0)
-    low, high = np.percentile(values, [5, 95])
-    middle = np.median(values)
-    ways = [
-        (word, int(count))
-        for word, count in (
-            ("small", (values[mine] < middle).sum()),
-            ("large", (values[mine] >= middle).sum()),
-        )
-        if count
-    ]
+    small = 0
+    ranges = []
+    for code, whose in enumerate(SEXES):
+        alike: Bools = people.sex == code
+        limited = values[mine & alike]
+        if len(limited):
+            small += int((limited < np.median(values[alike])).sum())
+            low, high = np.percentile(values[alike], [5, 95]) * factor
+            ranges.append(f"{_PLURALS[whose]} {_range(low, high)}")
+    counts = (("small", small), ("large", int(mine.sum()) - small))
+    ways = [(word, count) for word, count in counts if count]
     return {
         "way": ways[0][0] if len(ways) == 1 else ", ".join(f"{word} ({n})" for word, n in ways),
         "theirs": _range(values[mine].min() * factor, values[mine].max() * factor),
-        "all": f"{_range(low * factor, high * factor)} {unit}",
+        "all": f"{', '.join(ranges)} {unit}",
     }
 
 

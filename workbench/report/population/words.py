@@ -3,6 +3,7 @@ same every time."""
 
 from __future__ import annotations
 
+import math
 import re
 from collections import Counter
 from collections.abc import Container
@@ -10,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from workbench.body.people.share import TENTHS_FROM, percent, percent_number
+from workbench.body.people.share import TENTHS_FROM, percent, percent_number, percent_parts
 from workbench.model.accommodation import MET, Gain, GroupShare, Requirement
 from workbench.model.arrays import Bools, Floats
 from workbench.model.measures import MASS
@@ -23,6 +24,7 @@ from workbench.study.settings import setting_text
 __all__ = [
     "adjusted_words",
     "certain_shares",
+    "certainty_percents",
     "certainty_words",
     "elsewhere_words",
     "first_found",
@@ -70,7 +72,7 @@ def population_headline(result: PopulationFound) -> str:
     if more > 0:
         shown.append(f"{more} more control{'s are' if more > 1 else ' is'} like that.")
     share = _share_sentence(result)
-    return f"{' '.join(shown)} As it is described now: {share[:1].lower()}{share[1:]}"
+    return f"{' '.join(shown)} With the environment as described, {share[:1].lower()}{share[1:]}"
 
 
 def first_found(result: PopulationFound) -> list[str]:
@@ -93,9 +95,10 @@ def _share_sentence(result: PopulationFound) -> str:
     count = len(result.served)
     interval = interval_words(everybody, result.study.shares.confidence)
     if count == 1:
-        return f"The one person {'fits' if result.served[0] else 'does not fit'}." + _worst(result)
+        fits = f"The one person {'fits' if result.served[0] else 'does not fit'}."
+        return fits + clear_words(result) + _worst(result)
     people = f"{interval}, {count:,} people"
-    said = f"({people}){_undecided(everybody)}."
+    said = f"({people}){_undecided(everybody)}.{clear_words(result)}"
     if result.served.all():
         return f"Everybody fits {said}"
     if not result.served.any():
@@ -103,14 +106,40 @@ def _share_sentence(result: PopulationFound) -> str:
     return f"{percent(everybody.share, count)} of the population fits {said}" + _worst(result)
 
 
+def clear_words(result: PopulationFound) -> str:
+    """ " 75 % fit and overlap nothing by more than is allowed.", "" where nobody fits."""
+    if not result.served.any():
+        return ""
+    if len(result.served) == 1:
+        what = "nothing" if result.clear[0] else "something"
+        return f" The person overlaps {what} by more than is allowed."
+    if result.clear.all():
+        return " Nobody overlaps anything by more than is allowed."
+    if not result.clear.any():
+        return " All of them overlap something by more than is allowed."
+    share = percent(result.shares[0].clear, len(result.served))
+    return f" {share} fit and overlap nothing by more than is allowed."
+
+
 def _undecided(group: GroupShare) -> str:
-    """ ", 86 % for certain; 2 % are undecided by the body's own fit", "" where nobody is or it is
-    not known."""
+    """ ". Within the error of the body model's surface 86 % fit, 12 % do not and 2 % are undecided",
+    "" where nobody is undecided or it is not known."""
     if not group.undecided > 0:
         return ""
-    certain = f", {percent(group.certain, group.count)} for certain" if group.share > 0 else ""
-    undecided = percent(group.undecided, group.count)
-    return f"{certain}; {undecided} are undecided by the body's own fit"
+    sure, undecided, out = certainty_percents(group)
+    misses = f", {out} do not" if group.possible < 1 else ""
+    return (
+        f". Within the error of the body model's surface {sure} fit{misses} and {undecided} are "
+        f"undecided"
+    )
+
+
+def certainty_percents(group: GroupShare) -> list[str]:
+    """Of whom it is certain that they fit, who is undecided, and of whom it is certain that they do
+    not: percentages that add to 100; "not known" where the fit error is not known."""
+    if math.isnan(group.undecided):
+        return ["not known"] * 3
+    return percent_parts((group.certain, group.undecided, 1 - group.possible), group.count)
 
 
 def certain_shares(result: PopulationFound, index: int) -> tuple[float, float]:
@@ -131,16 +160,16 @@ def certainty_words(result: PopulationFound) -> str:
         return ""
     if not result.known.all():
         return (
-            "How far the true surface of the bodies may lie from their spheres is not stated for "
-            "every segment: nothing can be said of how certain a margin near zero is."
+            "The error of the body model's surface is not stated for every segment, so it is not "
+            "known how certain a margin near zero is."
         )
     less, more = (
         f"{1000 * float(np.nanmax(ends[:, surface])):.0f} mm"
         for ends in (result.margin - result.low, result.high - result.margin)
     )
     known = (
-        f"In truth a clearance may be up to {less} smaller than the spheres of a body say, or up "
-        f"to {more} greater: that is the fit error which the body states for its segments."
+        f"The body model's surface has a stated error: a true clearance may be up to {less} smaller "
+        f"or up to {more} larger than computed."
     )
     return f"{known} {_decided(result)}"
 
@@ -151,14 +180,12 @@ def _decided(result: PopulationFound) -> str:
     undecided = result.undecided
     count = int(undecided.sum())
     if not count:
-        return "Whatever it is within that, the same people fit."
-    sure = percent(everybody.certain, everybody.count)
-    out = percent(1 - everybody.possible, everybody.count)
-    share = percent(everybody.undecided, everybody.count)
+        return "Within that error the same people fit."
+    sure, share, out = certainty_percents(everybody)
     who = f"{count:,} people ({share}) are" if count > 1 else f"one person ({share}) is"
     return (
-        f"Whatever it is within that, {sure} of the people fit and {out} do not where they are; "
-        f"{who} undecided by the body’s own fit. {_counted(result)} {_undecided_most(result)}"
+        f"Within that error {sure} of the people fit and {out} do not, in the position that was "
+        f"found for them; {who} undecided. {_counted(result)} {_undecided_most(result)}"
     )
 
 
@@ -167,7 +194,9 @@ def _counted(result: PopulationFound) -> str:
     count = int(result.undecided.sum())
     fit = int((result.undecided & result.served).sum())
     moves = result.place.travel != ((0.0, 0.0), (0.0, 0.0))
-    other = f"; another {_position_words(result)} may be certain" if fit and moves else ""
+    other = (
+        f"; no other {_position_words(result)} that was tried is certain" if fit and moves else ""
+    )
     if count == 1:
         return f"This person counts as {'fitting' if fit else 'not fitting'} here{other}."
     who = "All of them count" if fit == count else f"{fit:,} of them count{'s' if fit == 1 else ''}"
@@ -180,7 +209,8 @@ def _undecided_most(result: PopulationFound) -> str:
     undecided = [possible - certain for certain, possible in shares]
     most = int(np.argmax(undecided))
     name = plain(result.requirements[most].name)
-    return f"Most often undecided: “{name}”, of {percent(undecided[most], len(result.served))} of the people."
+    share = percent(undecided[most], len(result.served))
+    return f"The requirement most often undecided is “{name}”: for {share} of the people."
 
 
 def _worst(result: PopulationFound) -> str:
@@ -190,11 +220,14 @@ def _worst(result: PopulationFound) -> str:
     worst = int(np.argmax(out))
     name = result.requirements[worst].name
     if len(out) == 1 or len(result.served) == 1:
-        return f" {_capital(plain(name))} is not met."
+        return f" “{plain(name)}” is not met."
     count = len(result.served)
     alone = float(result.alone[worst])
-    only = f"{percent(alone, count)} by this alone" if alone > 0 else "nobody by this alone"
-    return f" Most are left out by “{plain(name)}”: {percent(float(out[worst]), count)} of the people, {only}."
+    only = f"{percent(alone, count)} miss only this" if alone > 0 else "nobody misses only this"
+    share = percent(float(out[worst]), count)
+    return (
+        f" The requirement missed most often is “{plain(name)}”: by {share} of the people; {only}."
+    )
 
 
 def elsewhere_words(result: PopulationFound) -> str:
@@ -209,10 +242,10 @@ def elsewhere_words(result: PopulationFound) -> str:
     far = f"{1000 * float(np.median(way)):.0f} mm"
     who = f"{count:,} people" if count > 1 else "One person"
     fit = "fit" if count > 1 else "fits"
-    middle = f"half of these within {far} of it" if count > 1 else f"{far} away from it"
+    middle = f"half of them within {far} of it" if count > 1 else f"{far} from it"
     return (
-        f"{who} ({share}) {fit} only in another {_position_words(result)} than the most comfortable "
-        f"one, {middle}."
+        f"{who} ({share}) {fit} only away from the most comfortable {_position_words(result)}, "
+        f"{middle}."
     )
 
 
@@ -229,11 +262,11 @@ def adjusted_words(result: PopulationFound) -> str:
     what = settable_words(result, "or")
     count = int(result.adjusted.sum())
     if not count:
-        return f"Nobody fits only because of a setting of {what}: whoever fits does so at the nominal setting."
+        return f"Whoever fits does so at the nominal setting of {what}."
     weight = result.people.weight
     share = percent(float(weight @ result.adjusted) / float(weight.sum()), len(weight))
     who = f"{count:,} people ({share}) fit" if count > 1 else f"One person ({share}) fits"
-    return f"{who} only with {what} set otherwise than nominally: {_settings_list(result)}."
+    return f"{who} only with {what} away from its nominal setting: {_settings_list(result)}."
 
 
 def settable_words(result: PopulationFound, last: str) -> str:
@@ -273,7 +306,7 @@ def requirement_sentence(result: PopulationFound) -> str:
     count = len(result.served)
     name = plain(result.requirements[most].name)
     out = percent(1 - float(result.single[most]), count)
-    return f"“{name}” leaves out most people: {out}. {_dropping(result, most)}"
+    return f"“{name}” is missed by most people: {out}. {_dropping(result, most)}"
 
 
 def _dropping(result: PopulationFound, most: int) -> str:
@@ -281,15 +314,16 @@ def _dropping(result: PopulationFound, most: int) -> str:
     gain = int(np.argmax(result.alone))
     if result.alone[gain] <= 0:
         return (
-            "No requirement leaves anybody out by itself: to drop a single one would gain nothing."
+            "Everybody who is left out misses two requirements or more: dropping a single one "
+            "would gain nothing."
         )
     count = len(result.served)
     name = "it" if gain == most else f"“{plain(result.requirements[gain].name)}”"
     before = percent(result.shares[0].share, count)
     after = percent(float(result.without[gain]), count)
     return (
-        f"Dropping {name} would gain most: the share that meets all would go from {before} to "
-        f"{after}."
+        f"Dropping {name} would gain most: {after} of the people meet all the others, {before} "
+        f"meet all."
     )
 
 
@@ -335,14 +369,14 @@ def person_sentence(result: PopulationFound, row: int) -> str:
     text = f"A {noun}{tall} ({person_label(result, row)}): "
     short = np.flatnonzero(~result.met[row])
     if not len(short):
-        return text + "everything is met."
+        return text + "every requirement is met."
     worst = int(short[np.argmin(result.margin[row, short])])
     text += _lacks(result, row, worst, whose) + "." + limiting_words(result, row)
     more = len(short) - 1
     if more:
         text += f" {more} more requirement{'s are' if more > 1 else ' is'} not met."
     setting = setting_words(result, row)
-    return text + (f" This is where least is missing: with {setting}." if setting else "")
+    return text + (f" The setting with the smallest shortfall: {setting}." if setting else "")
 
 
 def person_label(result: PopulationFound, row: int) -> str:
@@ -410,7 +444,7 @@ def _reach_lacks(lack: _Lack, parts: Container[str]) -> str:
     if requirement.zone:
         target += f" in zone {requirement.zone}"
     if lack.reason in parts:
-        return f"{who} lacks {lack.by} to {target}: the {plain(lack.reason)} is in the way"
+        return f"{who} stays {lack.by} short of {target}: the {plain(lack.reason)} is in the way"
     by = ""
     if lack.reason:
         by = f", limited by {reason_words(lack.reason, lack.limb or requirement.target)}"
@@ -427,7 +461,7 @@ def _clearance_lacks(lack: _Lack) -> str:
         who = lack.limb or "body"
         part = lack.requirement.target
         why = lack.why
-    return f"{lack.whose} {who} is {lack.by} nearer to the {plain(part)} than it may be{why}"
+    return f"{lack.whose} {who} is {lack.by} too close to the {plain(part)}{why}"
 
 
 def reason_words(reason: str, limb: str = "") -> str:

@@ -19,7 +19,7 @@ _MOST = 4
 
 def posture_words(person: PersonFound, case: int) -> str:
     """Return the name of a posture, and the joints that are not as in the first case in which the
-    person takes it: "riding, but right shoulder, right elbow and right wrist"."""
+    person takes it: "riding, with other angles at right shoulder and right elbow"."""
     name = person.postures[case]
     first = person.postures.index(name)
     words = name.replace("_", " ")
@@ -31,6 +31,6 @@ def posture_words(person: PersonFound, case: int) -> str:
         return words
     names = [person.body.joint_names[int(joint)] for joint in other]
     if len(names) > _MOST:
-        return f"{words}, but {len(names)} joints otherwise"
+        return f"{words}, with other angles at {len(names)} joints"
     listed = " and ".join([", ".join(names[:-1]), names[-1]] if len(names) > 1 else names)
-    return f"{words}, but {listed} otherwise"
+    return f"{words}, with other angles at {listed}"

@@ -51,12 +51,13 @@ def doubt_sentence(ends: Sequence[str]) -> str:
     if not doubted:
         return ""
     ways = [
-        f"{count} came clear {how}"
-        for count, how in ((soon, "after a few steps"), (other, "in another posture"))
+        f"{count} {'was' if count == 1 else 'were'} solved by {how}"
+        for count, how in ((soon, "a small change of posture"), (other, "another posture"))
         if count
     ]
     if kept:
-        ways.append(f"for {kept} the search found no way, which is no proof that there is none")
+        ways.append(f"for {kept} no clear posture was found, which does not prove that none exists")
     if proved:
-        ways.append(f"for {proved} there is none, as the control is too deep in a part")
-    return f"Obstacles put {doubted} of {len(ends)} reaches in doubt: {', '.join(ways)}."
+        ways.append(f"for {proved} none exists, because the control is too deep inside a part")
+    lead = f"In {doubted} of {len(ends)} reaches an obstacle was in the way at first"
+    return f"{lead}: {', '.join(ways)}."

@@ -19,8 +19,9 @@ from workbench.draw.web.case_view import case_view
 from workbench.draw.web.views import WebView
 from workbench.files.results.postures import PosturesRows, ReachRow
 from workbench.files.results.result import FindingRow
+from workbench.model.figures import tenths
 from workbench.model.result import Finding, PersonFound, PosturesFound
-from workbench.report.postures.drawing import clearance_drawing
+from workbench.report.postures.drawing import circle_drawing, clearance_drawing
 from workbench.report.postures.envelopes.pictures import envelope_pictures
 from workbench.report.postures.held import posture_words
 from workbench.report.postures.people import people_sections
@@ -203,6 +204,7 @@ def _case(result: PosturesFound, case: int, views: PageViews) -> dict[str, Any]:
     drawing = None
     if not same:
         drawing = clearance_drawing(scene, result.people, case, within=NEAR, size=DRAWING)
+    circles = Markup("") if same else circle_drawing(scene, size=PICTURE)
     overlaps = unasked_overlaps(result.study.criteria, result.cases, result.people, result.between)
     return {
         "name": name,
@@ -214,6 +216,7 @@ def _case(result: PosturesFound, case: int, views: PageViews) -> dict[str, Any]:
         "people": [f"{person.name}: {posture_words(person, case)}" for person in result.people],
         "stills": [(name.replace("_", " "), png) for name, png in stills.items()],
         "drawing": drawing,
+        "circles": circles,
         "marked": [
             (f"{finding_sentence(check, f)} {_place(f)}", _look(index, f)) for check, f in shown
         ],
@@ -294,7 +297,7 @@ def _same_case(result: PosturesFound, case: int) -> str:
 
 def _near(scene: Scene, finding: FindingRow) -> str:
     """A close-up of a finding."""
-    label = f"{abs(finding.value):.1f} {finding.unit}"
+    label = f"{tenths(abs(finding.value), abs(finding.limit))} {finding.unit}"
     struck = finding.target if finding.value < 0 and not finding.other_person else ""
     return close_up(scene, finding.point_mm or (), label, struck=struck)
 

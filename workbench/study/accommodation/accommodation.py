@@ -135,6 +135,8 @@ def accommodation(
         ),
         shown=tuple(shown_people(question, bodies, found, hardest)),
         overlaps=overlaps,
+        overlapping=found.overlapping,
+        elsewhere=found.elsewhere,
     )
 
 
@@ -212,10 +214,11 @@ def person_shown(found: PopulationFound, row: int, requirement: str) -> Shown | 
         window=found.window[one],
         sets=found.sets[one],
         setting=found.setting[one],
+        elsewhere=found.elsewhere[one],
         overlap=np.zeros((0, 4), dtype=np.int64),
         depth=np.zeros(0),
         judged_person=np.zeros(0, dtype=np.int64),
-        judged=np.zeros((0, 2 + len(names))),
+        judged=np.zeros((0, found.setting.shape[1] + 2 + len(names))),
         words=found.reasons,
     )
     question = replace(population_question(found.study), people=people)
@@ -234,7 +237,8 @@ def _shares(study: Study, people: Population, found: Chunk) -> tuple[GroupShare,
             np.asarray(met_of(found.margin).all(axis=1)),
             people,
             asked.mixes,
-            certainty=certainty_of(found.margin, found.low, found.high),
+            certainty=certainty_of(found.margin, found.low, found.high, found.elsewhere),
+            overlapping=found.overlapping,
             confidence=asked.confidence,
             interval=asked.interval,
         )
@@ -338,6 +342,6 @@ def _hopeless(
     for a, b in np.argwhere(np.triu((both == 0) & (expected >= EXPECTED), 1)):
         words.append(
             f"nobody meets both {asked[a].requirement.name!r} and {asked[b].requirement.name!r} in the "
-            f"{where} that suits best: they may contradict each other"
+            f"{where} found for them: the two may contradict each other"
         )
     return words

@@ -26,7 +26,7 @@ from workbench.model.population import Population
 from workbench.model.workplace import Workplace
 from workbench.study.accommodation.overlaps import Overlaps, join_overlaps, people_overlaps
 from workbench.study.accommodation.population_bodies import BareRows, Family, PopulationBodies
-from workbench.study.certainty import true_bounds
+from workbench.study.certainty import certain_elsewhere, true_bounds
 from workbench.study.checks.margins import Asked, Bounds, no_bounds
 from workbench.study.executors import Shared, completed
 from workbench.study.positions import (
@@ -60,9 +60,10 @@ class Chunk:
     margin (B, R), between low and high (B, R) where the surface of the body truly is, see
     `margins.Bounds`: all NaN where that was not asked; reason (B, R): index into `words`, -1 where
     there is none; toward (B, R, 3); seat, comfortable (B, 2), window (B, 4), sets (B, K), setting
-    (B, A): see `positions.Fitted`. overlap (O, 4), depth (O,): see `overlaps.Overlaps`; none where
-    the bounds were not asked. judged_person (M,), judged (M, 2 + R): people in positions that were
-    judged, see `positions.Fitted`.
+    (B, A): see `positions.Fitted`. elsewhere (B,): see `certainty.certain_elsewhere`; nobody where
+    the bounds were not asked. overlap (O, 4), depth (O,): see `overlaps.Overlaps`; none where
+    the bounds were not asked. judged_person (M,), judged (M, A + 2 + R): people in settings and
+    positions that were judged, see `positions.Fitted`.
     """
 
     margin: Floats
@@ -75,11 +76,17 @@ class Chunk:
     window: Floats
     sets: Bools
     setting: Floats
+    elsewhere: Bools
     overlap: Ints
     depth: Floats
     judged_person: Ints
     judged: Floats
     words: tuple[str, ...]
+
+    @property
+    def overlapping(self) -> Bools:
+        """(B,) who overlaps something by more than is allowed, about which no criterion asks."""
+        return np.isin(np.arange(len(self.margin)), self.overlap[:, 0])
 
 
 @dataclass(frozen=True, eq=False)
@@ -211,6 +218,7 @@ class _Files:
             "window": chunk.window,
             "sets": chunk.sets,
             "setting": chunk.setting,
+            "elsewhere": chunk.elsewhere,
             "overlap": chunk.overlap,
             "depth": chunk.depth,
             "judged_person": chunk.judged_person,
@@ -308,14 +316,16 @@ def _evaluate_chunk(
     fitted = fitted_positions(place, question.asked, question.members, who, situations, before)
     bounds = no_bounds(len(who), question.asked)
     overlaps = join_overlaps([], [])
+    elsewhere = np.zeros(len(who), dtype=np.bool_)
     if question.bounded:
         places = found_places(place, who, situations, fitted)
         bounds = true_bounds(question.asked, places, fitted)
         overlaps = join_overlaps(
             [people_overlaps(there) for _, there in places], [rows for rows, _ in places]
         )
+        elsewhere = certain_elsewhere(place, question.asked, who, fitted, bounds)
     found = None if taken is not None else tuple(situation.taken for situation in situations)
-    return _as_numbers(fitted, bounds, overlaps), found
+    return _as_numbers(fitted, bounds, overlaps, elsewhere), found
 
 
 def taken_places(
@@ -373,7 +383,7 @@ def time_left(begun: float, done: int, left: int) -> str:
     return f", {seconds:.0f} s left" if seconds < 120 else f", {seconds / 60:.0f} min left"
 
 
-def _as_numbers(fitted: Fitted, bounds: Bounds, overlaps: Overlaps) -> Chunk:
+def _as_numbers(fitted: Fitted, bounds: Bounds, overlaps: Overlaps, elsewhere: Bools) -> Chunk:
     """What became of some people as numbers: words become indices into a list."""
     found = fitted.tried
     rows = fitted.judged.tolist()
@@ -392,11 +402,12 @@ def _as_numbers(fitted: Fitted, bounds: Bounds, overlaps: Overlaps) -> Chunk:
         window=fitted.window,
         sets=fitted.sets,
         setting=fitted.setting,
+        elsewhere=elsewhere,
         overlap=overlaps.pair,
         depth=overlaps.depth,
         judged_person=np.repeat(np.arange(len(rows)), [len(some) for some in rows]),
         judged=np.array([row for some in rows for row in some], dtype=np.float64).reshape(
-            -1, 2 + found.margin.shape[1]
+            -1, fitted.setting.shape[1] + 2 + found.margin.shape[1]
         ),
         words=words,
     )
@@ -426,6 +437,7 @@ def joined_chunks(chunks: Sequence[Chunk]) -> Chunk:
         window=np.concatenate([chunk.window for chunk in chunks]),
         sets=np.concatenate([chunk.sets for chunk in chunks]),
         setting=np.concatenate([chunk.setting for chunk in chunks]),
+        elsewhere=np.concatenate([chunk.elsewhere for chunk in chunks]),
         overlap=overlaps.pair,
         depth=overlaps.depth,
         judged_person=np.concatenate(

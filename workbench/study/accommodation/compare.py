@@ -15,6 +15,7 @@ from workbench.model.arrays import Bools
 from workbench.model.comparison import Comparison, Judged, PairedShare
 from workbench.model.population import SEXES, sex_index
 from workbench.model.result import Result
+from workbench.study.accommodation.design import changed_words, design_of
 from workbench.study.provenance import people_hash
 
 __all__ = ["compare", "judged", "judged_file"]
@@ -40,6 +41,7 @@ def judged(result: Result) -> Judged:
         margin=found.margin,
         who=people_hash(people),
         confidence=found.study.shares.confidence,
+        design=design_of(found.study),
     )
 
 
@@ -63,6 +65,7 @@ def judged_file(rows: ResultFile) -> Judged:
         margin=np.array(margin).reshape(count, len(found.requirements)),
         who=found.people_hash,
         confidence=found.confidence,
+        design=found.design,
     )
 
 
@@ -89,6 +92,7 @@ def compare(before: Judged | Result, after: Judged | Result) -> Comparison:
         lost=tuple(np.flatnonzero(was & ~now).tolist()),
         only_before=tuple(name for name in one.requirements if name not in shared),
         only_after=tuple(name for name in two.requirements if name not in shared),
+        changes=tuple(changed_words(one.design, two.design) if one.design and two.design else ()),
     )
 
 

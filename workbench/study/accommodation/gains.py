@@ -158,19 +158,21 @@ def _before(question: Question, found: Chunk, change: Change, rows: Sequence[int
     nominal = (found.setting == nominal_setting(question.place)).all(axis=1)
     everything: Bools = np.asarray(met_of(found.margin).all(axis=1), dtype=np.bool_)
     left = _left_as_they_are(question, change)
-    known = ~everything & nominal & (left is not None)
+    known = ~everything & (left is not None)
     places = {
         person: _where_it_may_fit(found, person, *left)
         for person in np.flatnonzero(known).tolist()
         if left is not None
     }
-    again = np.full((len(known), max(map(len, places.values()), default=0), 2), np.nan)
+    columns = found.setting.shape[1] + 2
+    again = np.full((len(known), max(map(len, places.values()), default=0), columns), np.nan)
     for person, some in places.items():
         again[person, : len(some)] = some
     return Before(
         margin=found.margin,
         seat=found.seat,
-        fits=everything & nominal,
+        nominal=nominal,
+        fits=everything,
         known=known,
         again=again,
         travel=np.array(question.place.travel),
@@ -203,13 +205,14 @@ def _left_as_they_are(question: Question, change: Change) -> tuple[Floats, froze
 
 
 def _where_it_may_fit(found: Chunk, person: int, most: Floats, parts: frozenset[str]) -> Floats:
-    """(n, 2) [m] the positions that were judged in which a person may meet everything once margins
-    have grown by `most` (R,) and nothing is in the way that some parts were; see
-    `_left_as_they_are`."""
+    """(n, A + 2) [m or rad] the settings and positions that were judged in which a person may meet
+    everything once margins have grown by `most` (R,) and nothing is in the way that some parts were;
+    see `_left_as_they_are`."""
     rows = found.judged[found.judged_person == person].astype(np.float64)
     blamed = np.array([k in parts for k in (*found.words, "")])[found.reason[person]]
-    grown = rows[:, 2:] + np.where(blamed, np.inf, most)
-    places: Floats = rows[~(grown < -MET).any(axis=1), :2]
+    columns = found.setting.shape[1] + 2
+    grown = rows[:, columns:] + np.where(blamed, np.inf, most)
+    places: Floats = rows[~(grown < -MET).any(axis=1), :columns]
     return places
 
 

@@ -40,7 +40,9 @@ def _everybody(found: PopulationFound, criterion: Criterion, served: Bools) -> G
     """
     names = np.array([requirement.criterion for requirement in found.requirements])
     mine = np.isin(names, criterion.of) if criterion.of else np.ones(len(names), dtype=np.bool_)
-    certainty = certainty_of(found.margin[:, mine], found.low[:, mine], found.high[:, mine])
+    certainty = certainty_of(
+        found.margin[:, mine], found.low[:, mine], found.high[:, mine], found.elsewhere
+    )
     if certainty is not None:
         certainty = replace(certainty, possible=served | certainty.possible)
     groups = group_shares(

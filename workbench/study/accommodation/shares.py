@@ -37,6 +37,7 @@ def group_shares(
     mixes: Mapping[str, float],
     *,
     certainty: Certainty | None = None,
+    overlapping: Bools | None = None,
     confidence: float = 0.95,
     interval: IntervalRule = WILSON,
 ) -> Iterator[GroupShare]:
@@ -47,11 +48,15 @@ def group_shares(
     from each sex as many as there are where the sexes are weighted to a mix.
 
     certainty: who of the P people is served wherever the true surface of the body lies, and who is
-    if it lies where it suits. None where that is not known.
+    if it lies where it suits. overlapping: who of them overlaps something by more than is allowed.
+    Either is None where that is not known.
     """
 
     def share(group: str, rows: Bools, weight: Floats, strata: Ints | None = None) -> GroupShare:
         found = _share(group, served[rows], weight[rows], confidence, interval, strata)
+        if overlapping is not None:
+            clear = served[rows] & ~overlapping[rows]
+            found = replace(found, clear=weighted_share(clear, weight[rows]))
         if certainty is None:
             return found
         return replace(

@@ -8,6 +8,7 @@ import numpy as np
 
 from workbench.contact.collide import allowed_depth
 from workbench.errors import InputError, one_of
+from workbench.files.names import good_name
 from workbench.model.body import Body
 from workbench.model.criterion import Criterion
 from workbench.study.bench.edits import FARTHEST, LENGTH_STEP, Edit, rounded
@@ -67,7 +68,8 @@ def asked_for(opened: OpenStudy, arrangement: Arrangement, wanted: PairLimit) ->
     at_least = rounded(wanted.at_least, LENGTH_STEP)
     found = replace(_criterion(opened, wanted), at_least=at_least)
     kept = [one for one in arrangement.added if _pair(one) != _pair(found)]
-    name = wanted.name or f"{found.name}, at least {1000 * at_least:g} mm"
+    name = good_name(wanted.name, "criterion") if wanted.name else ""
+    name = name or f"{found.name}, at least {1000 * at_least:g} mm"
     taken = [one.name for one in (*opened.study.criteria, *kept)]
     if wanted.name and name in taken:
         raise InputError(f"a criterion is named {name!r} already; give it a name of its own")

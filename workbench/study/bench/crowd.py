@@ -280,9 +280,10 @@ def _before(before: Settled, question: Question, arrangement: Arrangement) -> Be
     return Before(
         margin=in_columns(before.margin, same),
         seat=fitted.tried.seat,
+        nominal=there,
         fits=fits,
         known=np.zeros_like(fits),
-        again=np.zeros((len(fits), 0, 2)),
+        again=np.zeros((len(fits), 0, fitted.setting.shape[1] + 2)),
         travel=np.zeros((2, 2)),
         borne=tuple(borne),
     )

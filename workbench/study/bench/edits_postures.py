@@ -9,20 +9,26 @@ import numpy as np
 
 from workbench.errors import InputError, one_of
 from workbench.model.arrays import Floats
-from workbench.model.environment import Control
-from workbench.model.study import GivenPosture, PredictedPosture
+from workbench.model.study import Action, GivenPosture, PredictedPosture, Role
 from workbench.model.workplace import Aims
-from workbench.posture.reaching.limbs import FEET, HANDS, limb
+from workbench.posture.reaching.limbs import FEET, HANDS
 from workbench.study.bench.edits import Edit, held_seat
-from workbench.study.bench.placing import PlacedPerson, Placement, placed_environment
+from workbench.study.bench.holding import HELD_WITHIN, limbs_off, nearest_control, nearest_name
+from workbench.study.bench.placing import (
+    PlacedPerson,
+    Placement,
+    placed_environment,
+    placed_people,
+)
 from workbench.study.bench.state import Arrangement, OpenStudy
 
 __all__ = ["Prediction", "freed", "posed", "predicted", "suggested"]
 
-HELD_WITHIN = 0.06
-"""[m] A control that is nearer to a hand or foot is taken to be held by it."""
 POINT_WITHIN = 0.25
-"""[m] A point that is nearer to eyes or heels is taken to be meant for them."""
+"""[m] A point that is nearer to eyes or heels is taken to be meant for them, and a pedal for a foot."""
+
+_TRUNK = ("W", "SP", "NP", "HP")
+"""The joints of trunk and head, whose angles a prediction takes from a posture by its name."""
 
 
 @dataclass(frozen=True)
@@ -37,12 +43,19 @@ class Prediction:
         By limb ("left hand", ...) the control that it holds.
     eyes, heels
         Names of points of the environment, "" where any will do.
+    everywhere
+        Whether the given postures of the other cases are predicted too, each from what hands and
+        feet hold in it.
+    free
+        Whether the seat goes along within its travel: then every case is predicted.
     """
 
     like: str
     controls: Mapping[str, str] = field(default_factory=dict)
     eyes: str = ""
     heels: str = ""
+    everywhere: bool = False
+    free: bool = False
 
 
 def posed(opened: OpenStudy, placement: Placement, person: str, name: str) -> Edit:
@@ -64,7 +77,14 @@ def posed(opened: OpenStudy, placement: Placement, person: str, name: str) -> Ed
 
 
 def predicted(opened: OpenStudy, placement: Placement, person: str, wanted: Prediction) -> Edit:
-    """Predict the posture of a person in the seat where it stands, instead of giving it.
+    """Predict the posture of a person instead of giving it, in the seat where it stands unless it is
+    to go along.
+
+    Returns
+    -------
+    Edit
+        The words name the cases in which joints were turned beside the posture that is named: a
+        prediction takes trunk and head of that posture, and no other angles.
 
     Raises
     ------
@@ -85,10 +105,55 @@ def predicted(opened: OpenStudy, placement: Placement, person: str, wanted: Pred
             f"it has no segment {missing[0]}"
         )
     _check_held(opened, wanted)
-    aims = Aims(dict(wanted.controls), wanted.eyes or None, wanted.heels or None)
-    action = PredictedPosture(wanted.like, role.library[wanted.like], aims)
-    after = arrangement.people[row].doing(arrangement.case, action)
-    return Edit(arrangement.with_person(row, after), f"{person}: the posture is predicted")
+    state = arrangement.people[row]
+    predictions = {arrangement.case: wanted}
+    for case, one in enumerate(state.actions):
+        if (wanted.everywhere or wanted.free) and isinstance(one, GivenPosture):
+            predictions.setdefault(case, _in_case(opened, placement, row, case))
+    after = state
+    for case, what in predictions.items():
+        if _is_so(state.actions[case], what):
+            continue
+        aims = Aims(dict(what.controls), what.eyes or None, what.heels or None)
+        after = after.doing(case, PredictedPosture(what.like, role.library[what.like], aims))
+    if wanted.free:
+        after = replace(after, free=True, forward=0.0, up=0.0)
+    words = [f"{person}: the posture is predicted"]
+    if len(predictions) > 1:
+        words = [f"{person}: the posture of {len(predictions)} cases is predicted"]
+    if turned := [case for case in predictions if _turned(state.actions[case], role)]:
+        named = ", ".join(opened.cases[case] for case in turned)
+        words.append(f"joints that were turned beside the posture's own are given up in {named}")
+    return Edit(arrangement.with_person(row, after), "; ".join(words))
+
+
+def _is_so(action: Action, wanted: Prediction) -> bool:
+    """Whether a posture is predicted from this already, perhaps as a driver's."""
+    if not isinstance(action, PredictedPosture):
+        return False
+    aims = action.aims
+    now = Prediction(action.like, dict(aims.controls), aims.eyes or "", aims.heels or "")
+    return now == replace(wanted, controls=dict(wanted.controls), everywhere=False, free=False)
+
+
+def _in_case(opened: OpenStudy, placement: Placement, row: int, case: int) -> Prediction:
+    """What the given posture of another case is predicted from: trunk and head as in itself."""
+    there = replace(placement.arrangement, case=case)
+    placed = placed_people(opened, there, before=placement)
+    action = there.people[row].actions[case]
+    assert isinstance(action, GivenPosture)
+    return replace(_around(opened, placed, row, (*HANDS, *FEET)), like=action.name)
+
+
+def _turned(action: Action, role: Role) -> bool:
+    """Whether a given posture turns joints of trunk and head otherwise than the posture of its name
+    does: those of arms and legs are predicted."""
+    if not isinstance(action, GivenPosture):
+        return False
+    body = role.body
+    trunk = [body.joint(name) for name in _TRUNK if name in body.joints]
+    other = action.poses.rotations[0] != role.library[action.name].rotations[0]
+    return bool(other[trunk].any())
 
 
 def _check_held(opened: OpenStudy, wanted: Prediction) -> None:
@@ -125,38 +190,29 @@ def suggested(
     if known is not None:
         aims = known.aims
         return Prediction(known.like, aims.controls, aims.eyes or "", aims.heels or "")
+    return _around(opened, placement, row, limbs)
+
+
+def _around(opened: OpenStudy, placement: Placement, row: int, limbs: Iterable[str]) -> Prediction:
+    """What hands, feet, eyes and heels of a given posture are near to; of hands and feet that have
+    left their controls, these."""
     environment = placed_environment(opened, placement)
+    left = {one.limb: one.control for one in limbs_off(opened, placement, row, limbs)}
     controls: dict[str, str] = {}
     there = placement.people[row]
     for name in limbs:
-        if held := _held(there, name, environment.controls):
-            controls[name] = held
+        control, distance = nearest_control(there, name, environment.controls)
+        if name in left or distance <= (POINT_WITHIN if name in FEET else HELD_WITHIN):
+            controls[name] = left.get(name, control)
     library = opened.study.roles[row].library
-    action = every[0]
+    person = placement.arrangement.people[row]
+    action = person.actions[placement.arrangement.case]
     assert isinstance(action, GivenPosture)
     like = "driving" if "driving" in library else action.name
-    eyes = _nearest(environment.points, _middle(there, "H"), POINT_WITHIN)
+    eyes = nearest_name(environment.points, _middle(there, "H"), POINT_WITHIN)
     feet = _middle(there, "LF", "RF")
-    heels = _nearest(environment.points, feet, POINT_WITHIN)
+    heels = nearest_name(environment.points, feet, POINT_WITHIN)
     return Prediction(like, controls, eyes, heels)
-
-
-def _held(there: PlacedPerson, name: str, controls: Iterable[Control]) -> str:
-    """The control that a hand or foot is nearest to by the point that would hold it; "" where it is
-    too far."""
-    world = there.placed.world_from_segment[0]
-    offset: dict[str, tuple[float, float, float]] = {}
-    tips: dict[str, Floats] = {}
-    for control in controls:
-        if not control.is_for(name):
-            continue
-        grip = "ball" if name in FEET else control.grip
-        if grip not in tips:
-            one = limb(there.body, name, grip=grip)
-            tips[grip] = world[one.end, :, :3] @ one.tip[0] + world[one.end, :, 3]
-        x, y, z = (np.array(control.at) - tips[grip]).tolist()
-        offset[control.name] = (x, y, z)
-    return _nearest(offset, np.zeros(3), POINT_WITHIN if name in FEET else HELD_WITHIN)
 
 
 def _middle(there: PlacedPerson, *segments: str) -> Floats:
@@ -167,15 +223,6 @@ def _middle(there: PlacedPerson, *segments: str) -> Floats:
     rows = [body.segment(name) for name in segments]
     middle: Floats = there.placed.world_from_segment[0, rows, :, 3].mean(axis=0)
     return middle
-
-
-def _nearest(points: Mapping[str, tuple[float, float, float]], to: Floats, within: float) -> str:
-    """The name of the point that is nearest to another one, "" where none is within a distance."""
-    if not points or np.isnan(to).any():
-        return ""
-    distance = np.linalg.norm(np.array(list(points.values())) - to, axis=1)
-    nearest = int(distance.argmin())
-    return list(points)[nearest] if distance[nearest] <= within else ""
 
 
 def freed(opened: OpenStudy, arrangement: Arrangement, person: str) -> Edit:

@@ -12,7 +12,7 @@ from workbench.contact.arranged import SegmentRoom
 from workbench.contact.collide import allowed_depth
 from workbench.model.arrays import Floats
 from workbench.model.body import Body
-from workbench.model.contacts import Clearance
+from workbench.model.contacts import Clearance, subpart_words
 from workbench.model.criterion import Criterion
 from workbench.model.environment import Environment
 
@@ -193,7 +193,7 @@ def people_pair(
 
 
 def _sphere_words(body: Body, sphere: int) -> str:
-    name = body.sphere_names[sphere]
+    name = subpart_words(body, sphere)
     at = int(np.searchsorted(body.start, sphere, side="right")) - 1
     segment = body.segment_names[at]
     return f"{segment}, {name}" if name else segment

@@ -29,6 +29,7 @@ from workbench.study.bench.state import (
 )
 from workbench.study.hands import hands_together
 from workbench.study.people import Present, present_people
+from workbench.study.seat_words import shortfalls
 from workbench.study.situation import (
     Seating,
     Situation,
@@ -39,7 +40,7 @@ from workbench.study.situation import (
 )
 from workbench.study.workplaces import workplace_of
 
-__all__ = ["PlacedPerson", "Placement", "placed_environment", "placed_people"]
+__all__ = ["PlacedPerson", "Placement", "placed_environment", "placed_people", "placed_person"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,6 +63,8 @@ class PlacedPerson:
         Where the person has set what may be adjusted and the state does not say.
     resting
         The person with the hands at rest, where they are brought to controls.
+    held
+        The person with the hands on the controls, where these are brought there.
     """
 
     state: PersonState
@@ -73,6 +76,12 @@ class PlacedPerson:
     shift: Floats
     settings: Settings = ()
     resting: Situation | None = None
+    held: Situation | None = None
+
+    @cached_property
+    def shortfalls(self) -> tuple[str, ...]:
+        """What seat, feet and hands miss of what a prediction asks of them, in sentences."""
+        return () if self.held is None else tuple(shortfalls(self.held))
 
     @cached_property
     def placed(self) -> Placed:
@@ -148,6 +157,11 @@ def placed_people(
     set_so = tuple(sorted(settings.items()))
     parts = arranged_parts(opened, arrangement.moves, shifts, set_so)
     return Placement(arrangement, tuple(people), parts, set_so)
+
+
+def placed_person(opened: OpenStudy, arrangement: Arrangement, row: int) -> PlacedPerson:
+    """Put one person of a state, whose seat is held or who has none, where he or she is."""
+    return _placed(opened, arrangement, row, (), None)
 
 
 def placed_environment(opened: OpenStudy, placement: Placement) -> Environment:
@@ -300,4 +314,5 @@ def _of_situation(
         shift=np.zeros(3) if seated is None else seated.shift[0],
         settings=settings,
         resting=resting,
+        held=situation,
     )

@@ -13,7 +13,9 @@ import numpy as np
 from workbench.body.forward import place
 from workbench.model.accommodation import MET
 from workbench.model.arrays import Floats, Ints
+from workbench.model.contacts import subpart_words
 from workbench.model.criterion import Criterion
+from workbench.model.environment import Environment
 from workbench.model.result import Finding, MotionFound
 from workbench.study.checks.margins import Asked, Bounds, Margins, no_bounds, no_margins
 from workbench.study.situation import Situation
@@ -64,7 +66,7 @@ def findings(situation: Situation, criterion: Criterion) -> Iterator[Finding]:
         person=situation.place.role,
         other_person="",
         subject=body.segment_names[int(body.sphere_segment[spheres[farthest]])],
-        target=_origin_words(criterion),
+        target=_origin_words(criterion, situation.environment),
         value=-value,
         limit=-criterion.at_most,
         point=_foremost(
@@ -78,22 +80,26 @@ def findings(situation: Situation, criterion: Criterion) -> Iterator[Finding]:
 
 
 _WAYS = {
-    (1.0, 0.0, 0.0): "forward",
-    (-1.0, 0.0, 0.0): "backward",
-    (0.0, 1.0, 0.0): "to the left",
-    (0.0, -1.0, 0.0): "to the right",
-    (0.0, 0.0, 1.0): "upward",
-    (0.0, 0.0, -1.0): "downward",
+    (1.0, 0.0, 0.0): "ahead of",
+    (-1.0, 0.0, 0.0): "behind",
+    (0.0, 1.0, 0.0): "to the left of",
+    (0.0, -1.0, 0.0): "to the right of",
+    (0.0, 0.0, 1.0): "above",
+    (0.0, 0.0, -1.0): "below",
 }
 
 
-def _origin_words(criterion: Criterion) -> str:
-    """ "the origin at 0, 280, 280 mm, measured forward"."""
-    at = ", ".join(f"{1000.0 * value + 0.0:g}" for value in criterion.origin)
+def _origin_words(criterion: Criterion, environment: Environment) -> str:
+    """ "ahead of the reference point of seat left", "above the point x 0, y 280, z 280 mm"."""
     way = _WAYS.get(criterion.direction, "")
     if not way:
-        way = f"along {', '.join(f'{value + 0.0:.3g}' for value in criterion.direction)}"
-    return f"the origin at {at} mm, measured {way}"
+        ahead = ", ".join(f"{value + 0.0:.3g}" for value in criterion.direction)
+        way = f"along ({ahead}) from"
+    for seat in environment.seats:
+        if np.allclose(seat.srp, criterion.origin, rtol=0.0, atol=1e-6):
+            return f"{way} the reference point of seat {seat.name}"
+    x, y, z = (f"{1000.0 * value + 0.0:g}" for value in criterion.origin)
+    return f"{way} the point x {x}, y {y}, z {z} mm"
 
 
 def _foremost(centre: Floats, radius: float, criterion: Criterion) -> tuple[float, float, float]:
@@ -116,7 +122,7 @@ def moments(found: MotionFound, criterion: Criterion) -> Iterator[Finding]:
     body = found.study.body
     farthest = found.excursions[criterion.name]
     segment = body.segment_names[int(body.sphere_segment[farthest.sphere])]
-    name = body.sphere_names[farthest.sphere]
+    name = subpart_words(body, farthest.sphere)
     frame = slice(farthest.frame, farthest.frame + 1)
     centre = place(body, found.study.motion.rows(frame)).centres[0, farthest.sphere]
     yield Finding(
@@ -124,7 +130,7 @@ def moments(found: MotionFound, criterion: Criterion) -> Iterator[Finding]:
         person=found.study.person,
         other_person="",
         subject=f"{segment}, {name}" if name else segment,
-        target=_origin_words(criterion),
+        target=_origin_words(criterion, found.study.environment),
         value=-farthest.value,
         limit=-criterion.at_most,
         point=_foremost(centre, float(body.radius[0, farthest.sphere]), criterion),

@@ -34,12 +34,15 @@ class Asked:
         Of a reach.
     case
         The index of the case.
+    for_certain
+        Whether its margin is the lower bound of the true one.
     """
 
     requirement: Requirement
     criterion: Criterion
     control: Control | None = None
     case: int = 0
+    for_certain: bool = False
 
 
 @dataclass(frozen=True, eq=False)

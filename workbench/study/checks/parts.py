@@ -20,6 +20,7 @@ from workbench.contact.collide import allowed_depth
 from workbench.model.accommodation import MET
 from workbench.model.arrays import Bools, Floats
 from workbench.model.body import Body
+from workbench.model.contacts import subpart_words
 from workbench.model.criterion import Criterion
 from workbench.model.environment import Environment
 from workbench.model.motion_case import Meeting
@@ -154,7 +155,7 @@ def limit_of(criterion: Criterion) -> float:
 def _words(body: Body, environment: Environment, sphere: int, polygon: int) -> str:
     """ "right lower leg (knee cap) at instrument_panel"."""
     segment = body.segment_names[int(body.sphere_segment[sphere])]
-    name = body.sphere_names[sphere]
+    name = subpart_words(body, sphere)
     part = environment.parts[int(environment.polygon_part[polygon])]
     return f"{segment} ({name}) at {part}" if name else f"{segment} at {part}"
 
@@ -209,7 +210,7 @@ def _subpart_findings(situation: Situation, criterion: Criterion) -> Iterator[Fi
             case=situation.work.name,
             person=situation.place.role,
             other_person="",
-            subject=f"{segment} ({body.sphere_names[sphere]})",
+            subject=f"{segment} ({subpart_words(body, sphere)})",
             target=f"{part}, polygon {number}",
             value=distance,
             limit=limit_of(criterion),

@@ -168,12 +168,15 @@ def margins_of(situations: Sequence[Situation], asked: Sequence[Asked]) -> Margi
     """
     found = no_margins(len(situations[0]), asked)
     everybody = np.arange(len(situations[0]))
+    bounded = [r for r, one in enumerate(asked) if one.for_certain and one.requirement.of_surface]
     for number, situation in enumerate(situations):
-        rows = [r for r, one in enumerate(asked) if one.case == number]
+        rows = [r for r, one in enumerate(asked) if one.case == number and r not in bounded]
         for there, some in _posed(situation, asked, rows):
             for margins, columns in _by_function(asked, some, lambda check: check.margins):
                 those = [asked[r] for r in columns]
                 found.put(everybody, np.array(columns), margins(there, those))
+    if bounded:
+        found.margin[:, bounded] = bounds_of(situations, [asked[r] for r in bounded]).low
     return found
 
 

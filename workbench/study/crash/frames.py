@@ -232,7 +232,7 @@ class _Steps:
             return ()
         name = self.body.segment_names[int(self.body.sphere_segment[sphere])]
         return (
-            f"the motion is coarse: between {self.many} of {self.frames} pairs of frames some sphere moves more than "
-            f"its own radius, a sphere of the {name} {size:.1f} radii at {clock[frame]:g} s; what lies between is "
-            "taken as the shortest way",
+            f"the motion is coarse: in {self.many} of {self.frames} steps between frames some sphere moves by more "
+            f"than its own radius (the {name} by {size:.1f} radii at {1000 * clock[frame]:.1f} ms); contacts between "
+            "such frames assume the shortest way",
         )

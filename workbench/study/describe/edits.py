@@ -11,23 +11,20 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from workbench.errors import InputError, has_controls, one_of
+from workbench.errors import InputError, one_of
 from workbench.files.yaml_edits import Key
 from workbench.study.describe.state import Description
 
 __all__ = [
-    "LONGEST_NAME",
     "SECTIONS",
     "Edit",
     "check_there",
-    "good_name",
     "with_value",
     "without_value",
 ]
 
 SECTIONS = {"seat": "seats", "control": "controls", "point": "points"}
 """Sections of the file by the kinds of what is in them."""
-LONGEST_NAME = 80
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,14 +40,6 @@ def check_there(before: Description, kind: str, name: str) -> None:
     have = before.says.get(SECTIONS[kind]) or {}
     if name not in have:
         raise InputError(f"there is no {kind} {name!r}; {one_of(name, have)}")
-
-
-def good_name(name: str, kind: str) -> str:
-    """A name without spaces around. InputError where it is none."""
-    found = " ".join(name.split())
-    if not found or len(found) > LONGEST_NAME or has_controls(found):
-        raise InputError(f"a {kind} needs a name of 1 to {LONGEST_NAME} characters")
-    return found
 
 
 def with_value(says: Any, key: Key, value: Any) -> Any:

@@ -8,13 +8,13 @@ from typing import Any
 
 from workbench.errors import InputError, one_of
 from workbench.files.environment_parts import matching_parts
+from workbench.files.names import good_name
 from workbench.files.yaml_edits import Key
 from workbench.model.arrays import Floats
 from workbench.study.describe.edits import (
     SECTIONS,
     Edit,
     check_there,
-    good_name,
     with_value,
     without_value,
 )

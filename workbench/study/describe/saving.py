@@ -14,11 +14,13 @@ from typing import Any
 from workbench.errors import InputError
 from workbench.files.environments import load_environment
 from workbench.files.output_file import write_errors, write_file
+from workbench.files.saving import replaced, saving
 from workbench.files.study.reader import load_study
-from workbench.files.study.saving import StudyText, written_beside
+from workbench.files.study.saving import StudyText
 from workbench.files.yaml_changes import changed_text, yaml_text
 from workbench.files.yaml_edits import Key
 from workbench.files.yaml_text import parse_yaml
+from workbench.model.environment import Environment
 from workbench.study.describe.first_study import first_study, guesses_of
 from workbench.study.describe.state import UNSURE, Description, OpenPlace
 
@@ -150,39 +152,34 @@ def save_description(
         If the folder cannot be written, the text says something else, or does not load; then
         nothing has changed.
     """
-    path = (opened.target if to is None else to).absolute()
+    path = (opened.target if to is None else to).resolve()
     with write_errors(path):
+        path.parent.mkdir(parents=True, exist_ok=True)
+    with saving(path):
         changed = opened.changed_meshes(len(description.says["meshes"]))
         if changed and not over:
             raise ForeignFileError(
                 f"{', '.join(changed)} has changed on the disk since it was opened: what was picked "
                 f"may be elsewhere"
             )
-        same = before is not None and before.text.path == path.resolve()
         if path.exists() and not over:
-            if not same:
+            if before is None or before.text.path != path:
                 raise ForeignFileError(f"{path.name} is there already, and was not made here")
-            assert before is not None
             if before.text.changed_on_disk():
                 raise ForeignFileError(f"{path.name} has changed on the disk since it was opened")
         data = description_text(description, before).encode()
-        path.parent.mkdir(parents=True, exist_ok=True)
         _copy_meshes(opened, description, path.parent, over=over)
-        partial = written_beside(path, data)
-        try:
-            try:
-                environment = load_environment(partial)
-            except InputError as error:
-                lines = [problem.replace(str(partial), path.name) for problem in error.problems]
-                raise InputError(lines) from None
-            if path.exists():
-                partial.chmod(path.stat().st_mode & 0o777)
-            else:
-                partial.chmod(0o644)
-            partial.replace(path)
-        finally:
-            partial.unlink(missing_ok=True)
+        environment = replaced(path, data, lambda partial: _loaded(partial, path.name))
     return SavedPlace(StudyText(path, data), description.says, environment.warnings)
+
+
+def _loaded(partial: Path, name: str) -> Environment:
+    """The environment of a file that is to have another name; InputError by that name."""
+    try:
+        return load_environment(partial)
+    except InputError as error:
+        lines = [problem.replace(str(partial), name) for problem in error.problems]
+        raise InputError(lines) from None
 
 
 def unfinished(opened: OpenPlace, description: Description) -> list[str]:

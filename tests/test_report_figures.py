@@ -1,0 +1,159 @@
+"""Figures of reports: none reads like its limit, parts of a whole add to 100, caps are no
+measurements, and percentiles are those of one sex."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import workbench as wb
+from tests.accommodations import made, trainer_people
+from tests.one_arm_cab import STUDY, changed, write_cab
+from tests.test_accommodation_page import FLAPS, page_of, text_of
+from tests.test_study import criterion
+from workbench.body.people.share import percent_parts
+from workbench.model.accommodation import Requirement
+from workbench.model.result import Finding, Verdict
+from workbench.report.criteria import (
+    asked_words,
+    deciding_sentence,
+    measured_words,
+    spare_words,
+)
+from workbench.report.result_rows import result_file, verdict_row
+from workbench.report.words import verdict_sentence
+
+NUMBER = re.compile(r"\d+\.\d+")
+
+
+def failed(check, value, limit, unit="m"):
+    """A criterion that fails by one finding. value, limit [mm or degrees]."""
+    factor = 0.001 if unit == "m" else float(np.radians(1.0))
+    found = Finding(
+        case="flying",
+        person="pilot",
+        other_person="",
+        subject="head",
+        target="canopy",
+        value=factor * value,
+        limit=factor * limit,
+        unit=unit,
+    )
+    return Verdict(criterion(check), False, found, (found,))
+
+
+@given(
+    st.sampled_from(["contact", "clearance", "stops", "reach", "self_contact"]),
+    st.integers(-300, 300),
+    st.floats(2e-6, 0.2),
+)
+def test_no_figure_of_a_criterion_that_fails_reads_like_its_limit(check, limit, by):
+    limit = {"contact": -abs(limit), "self_contact": -abs(limit), "reach": 0}.get(check, limit)
+    verdict = failed(check, limit - by, limit, "rad" if check == "stops" else "m")
+    row = verdict_row(verdict)
+    (measured,) = NUMBER.findall(measured_words(row))
+    assert float(measured) != abs(limit)
+    assert float(NUMBER.findall(spare_words(row))[0]) == pytest.approx(by, abs=6e-2, rel=0.5)
+    assert float(NUMBER.findall(spare_words(row))[0]) > 0
+    said = float(NUMBER.findall(verdict_sentence(verdict))[0])
+    assert said == pytest.approx(abs(limit - by), abs=0.051) and said != abs(limit)
+
+
+def test_what_is_a_hair_beyond_its_limit_is_told_finely_and_all_else_to_a_tenth():
+    row = verdict_row(failed("contact", -30.04, -30.0))
+    assert (measured_words(row), asked_words(row)) == (
+        "30.04\u00a0mm deep",
+        "at most 30.0\u00a0mm deep",
+    )
+    assert spare_words(row) == "0.04\u00a0mm"
+    assert "0.0001 degrees past its stop" in verdict_sentence(failed("stops", -6e-5, 0, "rad"))
+    assert measured_words(verdict_row(failed("clearance", 12.34, 50))) == "12.3\u00a0mm"
+
+
+@given(st.lists(st.integers(1, 400), min_size=2, max_size=6), st.sampled_from([1, 3, 200, 7000]))
+def test_the_parts_of_a_whole_add_to_100(parts, count):
+    shares = [part / sum(parts) for part in parts]
+    words = percent_parts(shares, count)
+    if not any(word.startswith(("under", "over")) for word in words):
+        assert sum(float(word.removesuffix(" %")) for word in words) == pytest.approx(100)
+    for share, word in zip(shares, words, strict=True):
+        assert float(NUMBER.findall(word.replace(" %", ".0"))[0] if count < 500 else 0) == (
+            pytest.approx(100 * share, abs=1.0) if count < 500 else 0
+        )
+
+
+def test_certain_undecided_and_out_add_to_100():
+    assert percent_parts((0.79, 0.105, 0.105), 200) == ["79 %", "11 %", "10 %"]
+    assert percent_parts((0.7867, 0.1067, 0.1066), 150) == ["79 %", "11 %", "10 %"]
+    assert percent_parts((0.5, 0.5, 0.0), 10) == ["50 %", "50 %", "0 %"]
+
+
+def test_margins_that_were_looked_for_no_farther_are_marked_and_measured_ones_are_not():
+    knee = Requirement("knee to panel", "knee to panel", "clearance", "instrument_panel")
+    pedals = Requirement("pedals", "pedals", "pedals", "")
+    margin = np.array([[0.2, 0.2, 0.001]] * 10)
+    found = made(trainer_people(10), [FLAPS, knee, pedals], margin)
+    asks = tuple(
+        replace(one, at_most=0.001) if one.check == "pedals" else one
+        for one in found.study.criteria
+    )
+    html = page_of(replace(found, study=replace(found.study, criteria=asks)))
+    rows = dict.fromkeys(("reach flaps", "knee to panel", "pedals"))
+    table = html[html.index("Every requirement, with the criterion") :]
+    for name in rows:
+        cells = text_of(table[table.index(f'<th scope="row">{name}') :].split("</tr>")[0])
+        rows[name] = cells.split()[-5:]
+    assert rows["reach flaps"] == ["≥200"] * 5
+    assert rows["knee to panel"] == ["200"] * 5
+    assert rows["pedals"] == ["≥1"] * 5
+
+
+def test_percentiles_of_people_are_those_of_women_and_of_men():
+    people = trainer_people(60)
+    found = made(people, [FLAPS], np.full((60, 1), 0.05))
+    text = text_of(page_of(found))
+    for code, whose in enumerate(("men", "women")):
+        tall = 1000 * people.column("stature")[people.sex == code]
+        wanted = " ".join(f"{value:,.0f}" for value in np.percentile(tall, (1, 5, 50, 95, 99)))
+        assert f"stature {whose} mm {wanted}" in text
+
+
+def test_the_sentence_counts_the_warnings_that_the_badge_counts(tmp_path):
+    study = changed(STUDY, "[0, 600, 900]", "[620, 600, 0]")
+    result = wb.run(wb.load_study(write_cab(tmp_path, study=study)))
+    rows = result_file(result)
+    count = len(rows.warnings)
+    assert count
+    assert rows.headline.endswith(f" {count} warning{'s' if count > 1 else ''}.")
+
+
+def test_what_postures_fall_short_of_stands_in_the_headline_once_for_each_person(tmp_path):
+    result = wb.run(wb.load_study(write_cab(tmp_path)))
+    (found,) = result.postures
+    short = ("anna, down: the eyes stay 56 mm below left_design_eye", "anna, down: no pedals")
+    shown = result_file(replace(result, postures=(replace(found, short=short),)))
+    assert (
+        "Postures fall short of the study: anna, down: the eyes stay 56 mm below left design eye, "
+        "and no pedals." in shown.headline
+    )
+    assert "fall short" not in result_file(result).headline
+
+
+def row_of(check, value, limit=0.0):
+    """A criterion that holds, with what is nearest to its limit [mm]."""
+    verdict = failed(check, value, limit)
+    return verdict_row(replace(verdict, passed=True, breaches=()))
+
+
+def test_the_body_with_itself_decides_only_where_nothing_else_was_measured():
+    own, stop = row_of("self_contact", 0.9), row_of("stops", 0.5)
+    sill = row_of("clearance", 3.7)
+    assert deciding_sentence([own, stop, sill]).startswith(
+        "Nearest to its limit is “clearance”: 3.7\u00a0mm to spare"
+    )
+    assert "“stops”" in deciding_sentence([own, stop])

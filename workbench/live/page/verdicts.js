@@ -1,0 +1,74 @@
+// Verdicts, and what is wrong with how people hold their controls and sit, with what may mend it.
+
+import { at, element } from "./elements.js";
+import { verdictRow } from "./rows.js";
+
+const MENDS = { predict: "Predict the posture", free: "Predict all cases, let the seat go along" };
+
+// What the verdicts come to, in words. one: the role that a population takes, of which one person is judged.
+export function summary({ rows, warnings, waits, motions }, troubled, one) {
+  const failed = rows.filter((row) => !row.passed).length;
+  const looked = rows.filter((row) => row.asked).length;
+  const known = [];
+  if (failed) known.push(`${failed} failed`);
+  else if (!waits && looked) known.push(troubled ? "all passed, but see above" : "all passed");
+  else if (!waits) known.push("nothing was asked");
+  if (one && looked) known[0] = `${known[0] ?? "being found"} for the one ${one} shown`;
+  if (rows.length > looked && looked) known.push(`${rows.length - looked} found nothing to look at`);
+  if (warnings.length) known.push(warnings.length > 1 ? `${warnings.length} warnings` : "1 warning");
+  if (waits) known.push(motions ? `${motions[0]} of ${motions[1]} motions judged` : "motions are being judged");
+  return known.length ? `(${known.join(", ")})` : "";
+}
+
+export class Verdicts {
+  // visit, show: as of verdictRow; mend: is given a person of an answer who needs it.
+  constructor(visit, show, mend) {
+    Object.assign(this, { visit, show, mend });
+    this.forget([]);
+  }
+
+  // Another study is open, with these people.
+  forget(people) {
+    const many = people.find((one) => one.many);
+    this.one = many?.role ?? "";
+    this.head = null;
+    this.troubled = false;
+    at("asks").hidden = !many;
+    at("asks").textContent = many ? `Asked of the one ${many.role} in the picture; the shares above are of everybody.` : "";
+  }
+
+  // A state is answered: what is known of the one before is grey until it is judged.
+  answered({ people, generation }) {
+    at("verdicts").classList.toggle("waiting", generation !== this.head?.generation);
+    const wrong = people.filter(({ trouble }) => trouble.length);
+    this.troubled = wrong.length > 0;
+    at("trouble").hidden = !this.troubled;
+    at("trouble").replaceChildren(...wrong.flatMap((one) => this.rows(one)));
+    this.title();
+  }
+
+  // The sentences of a person, and a button where there is something that may mend it.
+  rows(person) {
+    const found = person.trouble.map((words) => element("li", words));
+    if (person.offer) {
+      const words = `${MENDS[person.offer]} (${person.role})`;
+      const button = element("button", words, { type: "button", onclick: () => this.mend(person) });
+      found.at(-1).append(" ", button);
+    }
+    return found;
+  }
+
+  judged(head) {
+    this.head = head;
+    const { warnings } = head;
+    at("verdicts").classList.remove("waiting");
+    at("verdicts").replaceChildren(...head.rows.map((row) => verdictRow(row, this.visit, this.show)));
+    at("warnings").hidden = !warnings.length;
+    at("warnings").querySelector("ul").replaceChildren(...warnings.map((words) => element("li", words)));
+    this.title();
+  }
+
+  title() {
+    if (this.head) at("failed").textContent = summary(this.head, this.troubled, this.one);
+  }
+}

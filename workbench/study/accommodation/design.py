@@ -1,0 +1,83 @@
+"""The design that people were judged in, as facts in words by name: what a comparison of two says was
+changed between them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import fields
+
+import numpy as np
+
+from workbench.model.criterion import Criterion
+from workbench.model.environment import Environment
+from workbench.model.study import Study
+
+__all__ = ["changed_words", "design_of"]
+
+_LENGTHS = ("at_least", "below", "above", "at_most")
+
+
+def design_of(study: Study) -> dict[str, str]:
+    """Describe the parts, controls, seats, points, criteria and bodies of a study: what each is, in
+    millimetres and degrees, by its name."""
+    facts = dict(_environment_facts(study.environment))
+    for criterion in study.criteria:
+        facts[f"criterion “{criterion.name}”"] = ", ".join(_criterion_facts(criterion))
+    for role in study.roles:
+        clothes = [item.name for item in role.clothes]
+        facts[f"role {role.name}"] = " with ".join([role.body.name, *clothes])
+    return facts
+
+
+def _environment_facts(environment: Environment) -> Iterator[tuple[str, str]]:
+    for row, name in enumerate(environment.parts):
+        if not environment.hidden[row]:
+            corners = environment.part(name).vertices
+            low, high = corners.min(axis=0), corners.max(axis=0)
+            shape = f"{len(corners)} corners, {_mm(high - low, ' x ')} mm large"
+            yield f"part {name}", f"from {_mm(low)} mm, {shape}"
+    for control in environment.controls:
+        yield (
+            f"control {control.name}",
+            f"{_mm(control.at)} mm, {control.grip}, zone {control.zone}",
+        )
+    for seat in environment.seats:
+        ends = (*seat.travel_forward, *seat.travel_up)
+        back, cushion = np.degrees((seat.back_angle, seat.cushion_angle))
+        yield (
+            f"seat {seat.name}",
+            f"reference point {_mm(seat.srp)} mm, travel {_mm(ends)} mm, back {back:.1f} and cushion "
+            f"{cushion:.1f} degrees",
+        )
+    for name, point in environment.points.items():
+        yield f"point {name}", f"{_mm(point)} mm"
+
+
+def _criterion_facts(criterion: Criterion) -> Iterator[str]:
+    """What a criterion asks, as far as it differs from what is asked where nothing is stated."""
+    for one in fields(criterion):
+        value = getattr(criterion, one.name)
+        if one.name in ("name", "limits", "segments") or value == one.default:
+            continue
+        if one.name in _LENGTHS and criterion.check not in ("stops", "share"):
+            value = f"{1000 * value:g} mm"
+        elif isinstance(value, float):
+            value = f"{value:.4g}"
+        elif isinstance(value, tuple):
+            value = " ".join(map(str, value))
+        yield f"{one.name.replace('_', ' ')} {value}"
+
+
+def _mm(values: Iterable[float], between: str = ", ") -> str:
+    return between.join(f"{1000 * float(value) + 0.0:.1f}".removesuffix(".0") for value in values)
+
+
+def changed_words(before: Mapping[str, str], after: Mapping[str, str]) -> list[str]:
+    """Say what differs between two designs: "control flaps: 520, -12, 640 mm, pinch, zone 2 → 488,
+    -12, 640 mm, pinch, zone 2", "part shelf: only after"."""
+    words = [
+        f"{name}: {fact} → {after[name]}" if name in after else f"{name}: only before"
+        for name, fact in before.items()
+        if after.get(name) != fact
+    ]
+    return words + [f"{name}: only after" for name in after if name not in before]
