@@ -146,7 +146,11 @@ def predicted_forward(path):
         ),
         ("          wheel: wheel_centre\n", "", "driver: key 'wheel' is missing"),
         ("heels: accelerator_heel", "", "driver: key 'heels' is missing"),
-        (", right: accelerator", "", "driver.feet: key 'right' is missing"),
+        (
+            "{left: foot_rest, right: accelerator}",
+            "{}",
+            "driver.feet: a driver has a foot on the accelerator: give 'left' or 'right'",
+        ),
         ("right: accelerator", "right: accelerater", "no control 'accelerater'"),
         ("        driver:\n", "        predicted:\n", "predicted.wheel: unknown key 'wheel'; "),
         (

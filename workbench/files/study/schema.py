@@ -281,11 +281,15 @@ class SidesFile(FileModel):
     right: Name | None = None
 
 
-class RightFootFile(FileModel):
-    """The controls under a driver's feet: the right one on the accelerator."""
+class DriversFeetFile(SidesFile):
+    """The controls under a driver's feet, one at least: the one nearer to the heel point is the
+    accelerator."""
 
-    left: Name | None = None
-    right: Name
+    @model_validator(mode="after")
+    def _one_foot(self) -> DriversFeetFile:
+        if self.left is None and self.right is None:
+            raise ValueError("a driver has a foot on the accelerator: give 'left' or 'right'")
+        return self
 
 
 class PredictedFile(FileModel):
@@ -312,7 +316,7 @@ class DriverFile(FileModel):
     wheel: Name
     h_point: Name
     heels: Name
-    feet: RightFootFile
+    feet: DriversFeetFile
     hands: SidesFile = SidesFile()
     eyes: Name | None = None
     like: Name = "driving"

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,7 +17,10 @@ from workbench.posture.reaching.packing import packed_links
 from workbench.posture.seating.leg_triangle import leg_triangle
 from workbench.posture.seating.posture import pointed_foot
 
-__all__ = ["Sole", "hips_from_pedal", "soles_on"]
+__all__ = ["Sole", "accelerator_foot", "hips_from_pedal", "soles_on"]
+
+ALIKE = 1e-3
+"""Distances [m] of two feet from the accelerator that differ by less are alike."""
 
 GRID_SPACING = 0.001
 """Spacing [m] of the hip positions that are tried."""
@@ -43,6 +48,23 @@ class Sole:
     """Its chain."""
     sole: Floats
     """(B, 3) [m] from heel to ball, in the foot's frame."""
+
+
+def accelerator_foot(
+    feet: Mapping[str, tuple[float, float, float]], at: tuple[float, float, float]
+) -> str:
+    """Return the foot that is on the accelerator: the nearer one, right where both are as near.
+
+    Parameters
+    ----------
+    feet
+        By "left foot" and "right foot", one at least, where it is [m].
+    at
+        The ball of foot reference point, or the heel point [m].
+    """
+    away = {foot: float(np.linalg.norm(np.subtract(point, at))) for foot, point in feet.items()}
+    right = away.get("right foot", math.inf)
+    return "left foot" if away.get("left foot", math.inf) < right - ALIKE else "right foot"
 
 
 def soles_on(body: Body, foot: str, at: tuple[float, float, float], package: Package) -> Sole:
@@ -88,13 +110,13 @@ def soles_on(body: Body, foot: str, at: tuple[float, float, float], package: Pac
     return Sole(np.ascontiguousarray(where), plane, chain, link, sole)
 
 
-def hips_from_pedal(right: Sole, height: Floats, mean: Floats, spread: Floats) -> Floats:
+def hips_from_pedal(pedal: Sole, height: Floats, mean: Floats, spread: Floats) -> Floats:
     """Find how far forward the hips are if thigh and knee come nearest to their expected angles.
 
     Parameters
     ----------
-    right
-        The soles of the right feet, on the accelerator.
+    pedal
+        The soles of the feet on the accelerator.
     height
         (B,) heights of the hips [m].
     mean, spread
@@ -105,10 +127,10 @@ def hips_from_pedal(right: Sole, height: Floats, mean: Floats, spread: Floats) -
     Floats
         (B,) x [m] of the hips.
     """
-    link = right.link
+    link = pedal.link
     thigh = np.linalg.norm(link.at_child[:, 0] - link.at_parent[:, 1], axis=1)
     shank = np.linalg.norm(link.at_child[:, 1] - link.at_parent[:, 2], axis=1)
-    ankle_x, ankle_z = _ankles(right)
+    ankle_x, ankle_z = _ankles(pedal)
     aft = np.arange(NEAREST_HIP, FARTHEST_HIP, GRID_SPACING)
     found = np.zeros(len(height))
     for b in range(len(height)):
