@@ -213,6 +213,9 @@ def test_other_names_are_given_by_a_file_for_every_command(tmp_path, capsys):
     file = str(written(tmp_path, walk_text(odd)))
     assert main(["motion", "show", file]) == 3
     assert "--names FILE" in capsys.readouterr().err
+    turned = str(written(tmp_path, "bone5: LSM\n", "turned.yaml"))
+    assert main(["motion", "show", file, "--names", turned]) == 3
+    assert "no segment 'bone5' (a line is 'SEGMENT: BONE')" in capsys.readouterr().err
     lines = "".join(f"{segment}: {bone}\n" for segment, bone in odd.items())
     names = ["--names", str(written(tmp_path, lines, "names.yaml"))]
     assert main(["motion", "show", file, *names]) == 0
