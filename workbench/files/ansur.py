@@ -39,7 +39,7 @@ _INDEX = (12.0, 70.0)
 """Least and greatest body mass index [kg/m^2] of a person, mass / stature^2."""
 _MEDIAN_INDEX = (13.0, 42.0)
 """The same of the median of several people: of five-year-olds it is 15, of adults 21 to 33."""
-_SEVERAL = 5
+_SEVERAL = 3
 _STATED = re.compile(rf"({'|'.join(MEASURES)})_(mm|cm|m|in|kg)")
 """A name of a column, and the unit that it may end with, as `workbench people draw --csv` writes it."""
 _OWN = {"sex": _SEX, "label": _SUBJECT}
