@@ -41,7 +41,7 @@ def bones_of(body: Body, world: Floats) -> Bones:
     """
     names: list[str] = []
     ends: list[tuple[Floats, Floats]] = []
-    for n in np.flatnonzero(_has_spheres(body)):
+    for n in np.flatnonzero(_has_spheres(body)).tolist():
         name = body.segments[n]
         rotation = world[n, :, :3]
         origin = world[n, :, 3]
@@ -125,7 +125,7 @@ def spheres_in_frames(
     """
     found = {}
     has_spheres = _has_spheres(body)
-    for n in np.flatnonzero(has_spheres):
+    for n in np.flatnonzero(has_spheres).tolist():
         name = body.segments[n]
         centre, radius = cut.spheres(name)
         local = (centre - world[n, :, 3]) @ world[n, :, :3]

@@ -156,7 +156,7 @@ def register(template: Body, surface: Surface, *, seed: int = 0) -> Registration
     Raises
     ------
     InputError
-        If the scan is not that of a standing person who faces forward.
+        If the body has no family, or the scan is not that of a standing person who faces forward.
     """
     problem = _problem(template, surface, seed)
     _refuse_turned(problem.point)
@@ -173,7 +173,7 @@ def register(template: Body, surface: Surface, *, seed: int = 0) -> Registration
             "upright in it, facing forward (--up, --forward, --length)? Otherwise say with --at and "
             "--posture where and how the skeleton stands"
         )
-    level = template.basis.level(np.diff(template.start)) or _LEVEL
+    level = problem.basis.level(np.diff(template.start)) or _LEVEL
     body = morph(template, state.z, level)
     # the stage stands as in the zero pose: upright, the pelvis joint at its place in it
     world = np.concatenate([state.attitude, state.place[:, None]], axis=1)
@@ -203,6 +203,8 @@ def _refuse_turned(point: Floats) -> None:
 
 def _problem(template: Body, surface: Surface, seed: int) -> _Problem:
     basis = template.basis
+    if basis is None:
+        raise InputError(f"skeleton: body {template.name} belongs to no family of bodies")
     corner = surface.vertices[surface.faces]
     cross = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
     area = np.linalg.norm(cross, axis=1)
@@ -329,7 +331,8 @@ def _descend(problem: _Problem, state: _State, steps: int) -> tuple[float, _Stat
     for _ in range(steps):
         normal = rate.T @ rate
         normal[np.diag_indices(len(normal))] *= 1.0 + damping
-        tried = _moved(problem, state, -np.linalg.solve(normal, rate.T @ residual))
+        step: Floats = np.linalg.solve(normal, -rate.T @ residual).astype(np.float64)
+        tried = _moved(problem, state, step)
         next_cost, next_residual, next_rate = _residuals(problem, tried)
         if next_cost >= cost:
             damping *= 8.0
