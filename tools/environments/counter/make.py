@@ -56,8 +56,8 @@ def wheelchair() -> dict[str, Manifold]:
                 box((150.0, 245.0, 620.0), (180.0, 270.0, 700.0)),
             ]
         ),
-        "frame": sweep([(-60.0, 240.0, 440.0), (420.0, 240.0, 440.0), (540.0, 220.0, 95.0)], 12.0),
-        "footplate": box((530.0, 40.0, 75.0), (730.0, 200.0, 90.0)),
+        "frame": sweep([(-60.0, 240.0, 440.0), (420.0, 240.0, 440.0), (600.0, 212.0, 155.0)], 12.0),
+        "footplate": box((590.0, 40.0, 145.0), (790.0, 200.0, 160.0)),
     }
     named = {f"left_{name}": solid for name, solid in left.items()}
     named |= {f"right_{name}": mirrored(solid) for name, solid in left.items()}
