@@ -159,10 +159,9 @@ def _with_stops(work: Work, name: str, file: RoleFile, body: Body) -> Body:
     for joints, given in file.stops.items():
         for joint in joints.split():
             try:
-                motions = given
-                if isinstance(given, str):
-                    pairs = body.stops.motions[body.joint(joint)]
-                    motions = {motion: given for pair in pairs for motion in pair}
+                pairs = body.stops.motions[body.joint(joint)]
+                every = [motion for pair in pairs for motion in pair]
+                motions = given if isinstance(given, dict) else dict.fromkeys(every, given)
                 body = reduced(body, {(joint, m): _range(value) for m, value in motions.items()})
             except InputError as error:
                 work.errors(("people", name, "stops", joints), error)
