@@ -76,7 +76,7 @@ def feet_on_floor(
     left_out = [ground.names.index(name) for name in without if name in ground.names]
     found = []
     for foot, leg in LEGS.items():
-        if foot not in body.segments or leg not in body.segments:
+        if not (body.has(foot) and body.has(leg)):
             continue
         own = body.spheres(body.segment(foot))
         knee = float(centres[body.spheres(body.segment(leg)), 2].max())
