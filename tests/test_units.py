@@ -211,7 +211,9 @@ def test_a_mesh_of_the_wrong_unit_is_told_by_inspect_check_and_the_environment(t
     assert main(["check", str(tmp_path / "environment.yaml")]) == 0
     assert "warning: cab.obj: 'Wheel_FL' is 2 m large" in capsys.readouterr().err
     guessed = inspect_mesh(path)
-    assert guessed.assumed[0] == "unit m (not sure): by its size, 2 m long"
+    assert (
+        guessed.assumed[0] == "unit m (not sure): by its size, 2 m long; it would be 0.61 m in ft"
+    )
     assert guessed.problem.startswith("the file does not say its unit of length")
 
 

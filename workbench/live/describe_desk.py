@@ -151,7 +151,7 @@ class DescribeDesk:
         bodies = [body_view(standing_person(bounds), "person for scale", "grey")]
         if self.sitting:
             for name, colour in zip(file.seats, cycle(PEOPLE), strict=False):
-                bodies.append(body_view(seated_person(file, name).placed, name, colour))
+                bodies.append(body_view(seated_person(file, name), name, colour))
         place = drawn_place(self.opened, description, self._thin)
         return WebView(str(description.says["environment"]), tuple(bodies), place)
 

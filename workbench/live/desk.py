@@ -241,7 +241,7 @@ class Desk:
             frames = [fault_frame(None, str(error))]
         if self.following.there:
             people = self.following.frames(self.generation)
-            frames += people or [waiting_frame("the people are being seated")]
+            frames += people or [waiting_frame("the people are being put in their places")]
         return frames if self.verdicts is None else [*frames, self.verdicts]
 
     def scene(self) -> WebView:

@@ -129,12 +129,13 @@ export class Panel {
   }
 
   // A section square to the axis that points most toward the eye, through what was clicked last or
-  // the middle of the bodies; what is on the eye's side goes.
+  // what the camera looks at; what is on the eye's side goes.
   toggleSection() {
     if (this.viewer.section) return this.setSection(null);
-    const { z } = this.viewer.camera.axes();
+    const { camera } = this.viewer;
+    const { z } = camera.axes();
     const axis = z.map(Math.abs).indexOf(Math.max(...z.map(Math.abs)));
-    this.setSection(this.sectionAt(axis, Math.sign(z[axis]) || 1, (this.chosen?.point ?? this.middle())[axis]));
+    this.setSection(this.sectionAt(axis, Math.sign(z[axis]) || 1, (this.chosen?.point ?? camera.at)[axis]));
   }
 
   // The plane across an axis at a coordinate; what is on the side of the sign goes.

@@ -83,7 +83,7 @@ export class Person {
     at("free").disabled = now.free || !now.predicted;
     const kind = now.drives ? "a driver's, predicted" : now.predicted ? "predicted" : `given: ${words(now.posture)}`;
     const hands = Object.entries(now.hands).map(([hand, control]) => `${hand} on ${words(control)}`);
-    at("posture-now").textContent = [kind, ...hands, ...(now.free ? ["the seat is free"] : [])].join("; ");
+    at("posture-now").textContent = [kind, ...hands, ...(now.free ? [this.offers.seat ? "the seat is free" : "free to step"] : [])].join("; ");
     const known = JSON.stringify([this.state.person, now.posture, now.prediction]);
     if (known === this.known || (!always && at("predict").contains(document.activeElement))) return;
     this.known = known;
