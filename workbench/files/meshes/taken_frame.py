@@ -34,7 +34,7 @@ _FEW = 2.0
 _NO_COCKPIT = 1.0
 _HALL = 0.5
 """What it weighs that a mesh is smaller or larger than likely."""
-_PLAIN = 1.0
+_PLAIN = 0.75
 """A unit against which not so much more speaks than against another one is possible too."""
 _ODD = 0.5
 """A unit that is plain has no more than this against it."""

@@ -48,7 +48,7 @@ export class People {
 
   // Another study is open, with these people.
   forget(people) {
-    this.elsewhere = people.find((one) => one.many)?.seat ? "in another position of the seat" : "from another place";
+    this.elsewhere = people.find((one) => one.many)?.stands ? "from another place" : "in another position of the seat";
     at("people").hidden = true;
     at("people-numbers").hidden = true;
   }
