@@ -35,7 +35,14 @@ from workbench.posture.reaching.chains import (
 )
 from workbench.posture.reaching.limbs import FEET
 from workbench.posture.seating.driving_angles import drawn_angles, driving_angles, h_point_offset
-from workbench.posture.seating.driving_legs import Sole, hips_from_pedal, soles_on
+from workbench.posture.seating.driving_legs import (
+    Sole,
+    ankles_wanted,
+    hips_from_pedal,
+    pitches_at,
+    sole_at,
+    soles_on,
+)
 from workbench.posture.seating.seat import PEOPLE_PER_SEAT_BATCH, Seated
 from workbench.posture.seating.spine import SPINE, Spine, spine_of, spine_tilts
 from workbench.posture.seating.stepping import limits_of
@@ -210,14 +217,15 @@ class _Drivers:
 
 @dataclass(frozen=True, eq=False)
 class _Crew:
-    """B drivers before they sit: their bodies (rows of one), drivers, numbers, trunks, soles, and the poses they
-    come with."""
+    """B drivers before they sit: their bodies (rows of one), drivers, numbers, trunks, soles, the
+    plantarflexion (B,) [rad] that they want of each foot's ankle, and the poses they come with."""
 
     body: Body
     drivers: Sequence[Driver]
     numbers: Sequence[int]
     spines: list[Spine]
     soles: dict[str, Sole]
+    ankles: dict[str, Floats]
     poses: Poses
 
 
@@ -242,7 +250,8 @@ def _at_wheel(
         raise UsageError(f"seed, person: expected 0 or more, got {case.seed} and {min(numbers)}")
     low, high = case.up
     soles = {foot: soles_on(body, foot, at, case.package) for foot, at in case.feet.items()}
-    crew = _Crew(body, drivers, numbers, [spine_of(one) for one in body], soles, poses)
+    ankles = {foot: ankles_wanted(body, foot, case.seed, numbers) for foot in case.feet}
+    crew = _Crew(body, drivers, numbers, [spine_of(one) for one in body], soles, ankles, poses)
     up = np.clip(0.0, low, high) if case.eye is None else low
     rows = _seated(crew, case, up)
     for _ in range(LIFTS if case.eye is not None else 0):
@@ -261,16 +270,19 @@ def _seated(crew: _Crew, case: _Case, up: Floats) -> _Drivers:
     """The drivers with the seat lifted by `up` (B,) [m], feet as they were."""
     body = crew.body
     x, y, z = case.package.h_point
+    means = []
     angles = []
     for driver, number, lift in zip(crew.drivers, crew.numbers, up.tolist(), strict=True):
         mean = driving_angles(driver, replace(case.package, h_point=(x, y, z + lift)))
+        means.append(mean)
         angles.append(
             mean if case.seed is None else drawn_angles(mean, case.seed, person=int(number))
         )
     tilts = spine_tilts(crew.spines, angles)
     aft, above = np.array([h_point_offset(driver) for driver in crew.drivers]).T
     height = z + up - above
-    wanted = hips_from_pedal(crew.soles["right foot"], height, angles) - aft - x
+    right = crew.soles["right foot"]
+    wanted = hips_from_pedal(right, height, means, angles, crew.ankles["right foot"]) - aft - x
     forward = np.clip(wanted, *case.forward)
     hips = np.stack([x + forward + aft, np.full(len(up), y), height], axis=1)
     seated = _placed(crew, tilts, hips)
@@ -310,8 +322,9 @@ def _stepped(crew: _Crew, rows: _Drivers) -> _Drivers:
     limit = {}
     who = np.arange(len(seated))
     for foot, sole in crew.soles.items():
-        goal = goals_of(sole.at)
-        goal[:, 3:6] = sole.along
+        at, along = sole_at(sole, pitches_at(sole, rows.hips, crew.ankles[foot]))
+        goal = goals_of(at)
+        goal[:, 3:6] = along
         goal[:, 9:] = TURN_LEVER
         task = limb_task(
             crew.body,
@@ -327,7 +340,7 @@ def _stepped(crew: _Crew, rows: _Drivers) -> _Drivers:
         rotations = posed(task, found.angles)
         numbers = found.numbers.copy()
         if len(off):
-            free = replace(rows_of(task, off), goal=goals_of(sole.at[off]))
+            free = replace(rows_of(task, off), goal=goals_of(at[off]))
             found = solved(free, start[off], BALL_AGAIN)
             rotations[off] = posed(free, found.angles)
             numbers[off] = found.numbers
