@@ -38,7 +38,10 @@ from workbench.posture.seating.driving_angles import expected_angles, h_point_of
 from workbench.posture.seating.driving_legs import (
     Sole,
     accelerator_foot,
+    ankles_wanted,
     hips_from_pedal,
+    pitches_at,
+    sole_at,
     soles_on,
 )
 from workbench.posture.seating.seat import PEOPLE_PER_SEAT_BATCH, Seated
@@ -278,14 +281,15 @@ class _Drivers:
 
 @dataclass(frozen=True, eq=False)
 class _Crew:
-    """B drivers before they sit: their bodies (rows of one), drivers, numbers, trunks, soles, and the poses they
-    come with."""
+    """B drivers before they sit: their bodies (rows of one), drivers, numbers, trunks, soles, the
+    plantarflexion (B,) [rad] that they want of each foot's ankle, and the poses they come with."""
 
     body: Body
     drivers: Sequence[Driver]
     numbers: Sequence[int]
     spine: Spine
     soles: dict[str, Sole]
+    ankles: dict[str, Floats]
     poses: Poses
 
 
@@ -305,7 +309,8 @@ def _at_wheel(
         raise UsageError(f"seed, person: expected 0 or more, got {case.seed} and {min(numbers)}")
     low, high = case.up
     soles = {foot: soles_on(body, foot, at, case.package) for foot, at in case.feet.items()}
-    crew = _Crew(body, drivers, numbers, spine_of(body), soles, poses)
+    ankles = {foot: ankles_wanted(body, foot, case.seed, numbers) for foot in case.feet}
+    crew = _Crew(body, drivers, numbers, spine_of(body), soles, ankles, poses)
     up = np.clip(0.0, low, high) if case.eye is None else low
     rows = _seated(crew, case, up)
     for _ in range(LIFTS if case.eye is not None else 0):
@@ -325,13 +330,15 @@ def _seated(crew: _Crew, case: _Case, up: Floats) -> _Drivers:
     body = crew.body
     x, y, z = case.package.h_point
     mean, spread = expected_angles(crew.drivers, case.package, up)
+    drawn = mean
     if case.seed is not None:
-        mean = mean + spread * [residuals(case.seed, number) for number in crew.numbers]
-    tilts = spine_tilts(crew.spine, mean, spread)
+        drawn = mean + spread * [residuals(case.seed, number) for number in crew.numbers]
+    tilts = spine_tilts(crew.spine, drawn, spread)
     aft, above = np.array([h_point_offset(driver) for driver in crew.drivers]).T
     height = z + up - above
     sole = crew.soles[case.pedal_foot]
-    wanted = hips_from_pedal(sole, height, mean, spread) - aft - x
+    ankles = crew.ankles[case.pedal_foot]
+    wanted = hips_from_pedal(sole, height, (mean, drawn, spread), ankles) - aft - x
     forward = np.clip(wanted, *case.forward)
     hips = np.stack([x + forward + aft, np.full(len(up), y), height], axis=1)
     seated = _placed(crew, tilts, hips)
@@ -341,7 +348,7 @@ def _seated(crew: _Crew, case: _Case, up: Floats) -> _Drivers:
         np.einsum("bij,bj->bi", head[:, :, :3], body.centre[:, sphere].mean(axis=1)) + head[:, :, 3]
     )
     travel = np.stack([forward, up, wanted], axis=1)
-    return _Drivers(seated, travel, eye, hips, mean, {}, {}, np.zeros(len(up)))
+    return _Drivers(seated, travel, eye, hips, drawn, {}, {}, np.zeros(len(up)))
 
 
 def _placed(crew: _Crew, tilts: Floats, hips: Floats) -> Poses:
@@ -375,8 +382,9 @@ def _stepped(crew: _Crew, rows: _Drivers) -> _Drivers:
     limit = {}
     who = np.arange(len(seated))
     for foot, sole in crew.soles.items():
-        goal = goals_of(sole.at)
-        goal[:, 3:6] = sole.along
+        at, along = sole_at(sole, pitches_at(sole, rows.hips, crew.ankles[foot]))
+        goal = goals_of(at)
+        goal[:, 3:6] = along
         goal[:, 9:] = TURN_LEVER
         task = limb_task(
             crew.body,
@@ -392,7 +400,7 @@ def _stepped(crew: _Crew, rows: _Drivers) -> _Drivers:
         rotations = posed(task, found.angles)
         numbers = found.numbers.copy()
         if len(off):
-            free = replace(rows_of(task, off), goal=goals_of(sole.at[off]))
+            free = replace(rows_of(task, off), goal=goals_of(at[off]))
             found = solved(free, start[off], BALL_AGAIN)
             rotations[off] = posed(free, found.angles)
             numbers[off] = found.numbers
