@@ -157,3 +157,13 @@ def test_the_body_with_itself_decides_only_where_nothing_else_was_measured():
         "Nearest to its limit is “clearance”: 3.7\u00a0mm to spare"
     )
     assert "“stops”" in deciding_sentence([own, stop])
+
+
+def test_the_headline_names_parts_in_words(tmp_path):
+    result = wb.run(wb.load_study(write_cab(tmp_path)))
+    (found,) = result.postures
+    parts = tuple(f"the_{name}" for name in found.environment.parts)
+    renamed = replace(found, environment=replace(found.environment, parts=parts))
+    headline = result_file(replace(result, postures=(renamed,))).headline
+    assert "The tightest gap is " in headline and " from the " in headline
+    assert "_" not in headline and "polygon" not in headline
