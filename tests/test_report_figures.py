@@ -25,6 +25,7 @@ from workbench.report.criteria import (
     measured_words,
     spare_words,
 )
+from workbench.report.page import page as report_page
 from workbench.report.result_rows import result_file, verdict_row
 from workbench.report.words import verdict_sentence
 
@@ -167,3 +168,17 @@ def test_the_headline_names_parts_in_words(tmp_path):
     headline = result_file(replace(result, postures=(renamed,))).headline
     assert "The tightest gap is " in headline and " from the " in headline
     assert "_" not in headline and "polygon" not in headline
+
+
+def test_a_posture_that_differs_from_the_first_case_is_told_by_its_joints(tmp_path):
+    study = changed(
+        STUDY,
+        "      bert: {posture: bent}\ncriteria",
+        "      bert: {posture: hanging, angles: {ELBOW: {flexion: 20}}}\ncriteria",
+    )
+    page = page_of_result(wb.run(wb.load_study(write_cab(tmp_path, study=study))))
+    assert "with other angles at" in page and "otherwise" not in page
+
+
+def page_of_result(result):
+    return text_of(report_page(result, result_file(result)))
