@@ -182,3 +182,26 @@ def test_a_posture_that_differs_from_the_first_case_is_told_by_its_joints(tmp_pa
 
 def page_of_result(result):
     return text_of(report_page(result, result_file(result)))
+
+
+ADULT = """study: adult
+title: An adult in the cab
+length: mm
+environment: cab
+people:
+  anna: {body: adult_female, detail: coarse, at: {segment: LT, position: [0, 0, 100]}}
+cases: [{name: standing, people: {anna: {posture: standing}}}]
+criteria: [{name: head to wall, check: clearance, segments: [H], parts: [wall], at_least: 10}]
+"""
+
+
+def test_how_well_a_surface_is_known_stands_with_the_person_the_figure_and_the_method(tmp_path):
+    result = wb.run(wb.load_study(write_cab(tmp_path, study=ADULT)))
+    body = result.postures[0].people[0].body
+    worst = 1000 * np.nanmax(body.fit_error)
+    text = page_of_result(result)
+    assert f"kg, surface within {worst:.0f} mm" in text
+    assert "is stated for adult female" in text and "is not stated for" not in text
+    assert re.search(r"\d ± \d+.mm", text)
+    bare = text_of(page_of(made(trainer_people(2), [FLAPS], np.full((2, 1), 0.1))))
+    assert "±" not in bare
