@@ -194,6 +194,15 @@ def test_each_who_changes_is_told_with_the_margin_in_both(before, after):
     )
 
 
+def test_a_reach_that_was_looked_for_no_farther_has_at_least_that(before, after):
+    margin = after.population.margin.copy()
+    margin[1, 0] = 0.2
+    wide = replace(after, population=replace(after.population, margin=margin))
+    assert change_sentence(compare(before, wide), 1).endswith(
+        "“reach flaps” was 20 mm short, at least 200 mm to spare now."
+    )
+
+
 def test_a_design_compared_with_itself_changes_nothing(before):
     found = compare(before, before)
     assert found.gained == found.lost == ()

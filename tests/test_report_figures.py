@@ -25,6 +25,7 @@ from workbench.report.criteria import (
     measured_words,
     spare_words,
 )
+from workbench.report.page import page as report_page
 from workbench.report.result_rows import result_file, verdict_row
 from workbench.report.words import verdict_sentence
 
@@ -157,3 +158,50 @@ def test_the_body_with_itself_decides_only_where_nothing_else_was_measured():
         "Nearest to its limit is “clearance”: 3.7\u00a0mm to spare"
     )
     assert "“stops”" in deciding_sentence([own, stop])
+
+
+def test_the_headline_names_parts_in_words(tmp_path):
+    result = wb.run(wb.load_study(write_cab(tmp_path)))
+    (found,) = result.postures
+    parts = tuple(f"the_{name}" for name in found.environment.parts)
+    renamed = replace(found, environment=replace(found.environment, parts=parts))
+    headline = result_file(replace(result, postures=(renamed,))).headline
+    assert "The tightest gap is " in headline and " from the " in headline
+    assert "_" not in headline and "polygon" not in headline
+
+
+def test_a_posture_that_differs_from_the_first_case_is_told_by_its_joints(tmp_path):
+    study = changed(
+        STUDY,
+        "      bert: {posture: bent}\ncriteria",
+        "      bert: {posture: hanging, angles: {ELBOW: {flexion: 20}}}\ncriteria",
+    )
+    page = page_of_result(wb.run(wb.load_study(write_cab(tmp_path, study=study))))
+    assert "with other angles at" in page and "otherwise" not in page
+
+
+def page_of_result(result):
+    return text_of(report_page(result, result_file(result)))
+
+
+ADULT = """study: adult
+title: An adult in the cab
+length: mm
+environment: cab
+people:
+  anna: {body: adult_female, detail: coarse, at: {segment: LT, position: [0, 0, 100]}}
+cases: [{name: standing, people: {anna: {posture: standing}}}]
+criteria: [{name: head to wall, check: clearance, segments: [H], parts: [wall], at_least: 10}]
+"""
+
+
+def test_how_well_a_surface_is_known_stands_with_the_person_the_figure_and_the_method(tmp_path):
+    result = wb.run(wb.load_study(write_cab(tmp_path, study=ADULT)))
+    body = result.postures[0].people[0].body
+    worst = 1000 * np.nanmax(body.fit_error)
+    text = page_of_result(result)
+    assert f"kg, surface within {worst:.0f} mm" in text
+    assert "is stated for adult female" in text and "is not stated for" not in text
+    assert re.search(r"\d ± \d+.mm", text)
+    bare = text_of(page_of(made(trainer_people(2), [FLAPS], np.full((2, 1), 0.1))))
+    assert "±" not in bare

@@ -15,6 +15,7 @@ from workbench import load_population_model, measure, person_body, scale
 from workbench.body.scaling.manikin import Manikin
 from workbench.body.scaling.measure import MEASURES, lengths
 from workbench.cli import main
+from workbench.files.growth import load_growth
 from workbench.files.postures import posture_pose
 
 SIX = (
@@ -212,6 +213,16 @@ def test_an_improbable_mix_is_told_with_the_measure_that_causes_it(bubbleman, mo
         bubbleman, model, sex="male", measures={"stature": 1.755, "sitting_height": 0.80}
     )
     assert "sitting height 800 mm is 5" in made.warnings[0]
+
+
+@pytest.mark.parametrize(
+    ("stature", "where"), [(0.80, "below the 0.1th"), (1.20, "above the 99.9th")]
+)
+def test_a_child_beyond_the_charts_is_told_by_the_end_that_it_is_beyond(stature, where):
+    child = wb.load_body("child_3")
+    made = person_body(child, load_growth(), sex="female", measures={"stature": stature}, age=3)
+    said = f"stature {1000 * stature:.0f} mm is {where} percentile at 3 years"
+    assert made.warnings[0].startswith(said)
 
 
 def test_body_scale_writes_a_body_that_loads_and_measures_right(tmp_path, capsys):

@@ -12,7 +12,7 @@ from workbench.model.environment import Environment
 from workbench.model.result import PersonFound, PosturesFound, Result
 from workbench.report.motions.words import motions_headline
 from workbench.report.population.words import population_headline
-from workbench.report.words import millimetres, without_polygons
+from workbench.report.words import millimetres
 from workbench.study.kept_reaches import kept_of_people, kept_words
 from workbench.study.unasked import overlap_words, unasked_overlaps
 
@@ -93,7 +93,8 @@ def _tightest(found: PosturesFound) -> str:
         case, segment, part = np.unravel_index(np.argmin(distance), distance.shape)
         least = float(distance[case, segment, part])
         if math.isfinite(least) and (tightest is None or least < tightest[0]):
-            what = f"{person.body.segment_names[segment]} from {found.environment.parts[part]}"
+            name = found.environment.parts[part].replace("_", " ")
+            what = f"{person.body.segment_names[segment]} from {name}"
             tightest = least, f"{what} ({found.cases[case]}, {person.name})"
     if tightest is None:
         return ""
@@ -113,10 +114,10 @@ def _has_gap(person: PersonFound, environment: Environment) -> Bools:
 
 def _deepest(found: PosturesFound) -> str:
     """ " The deepest overlap that no criterion asks about: right upper leg is 51.2 mm into
-    left_seat_pan (20.0 mm allowed) (cruise, pilot).", "" where there is none."""
+    left seat pan (20.0 mm allowed) (cruise, pilot).", "" where there is none."""
     overlaps = unasked_overlaps(found.study.criteria, found.cases, found.people, found.between)
     if not overlaps:
         return ""
     deepest = max(overlaps, key=lambda overlap: overlap.excess)
     words = f"{overlap_words(deepest)} ({deepest.case}, {deepest.person})"
-    return f" The deepest overlap that no criterion asks about: {without_polygons(words)}."
+    return f" The deepest overlap that no criterion asks about: {words}."

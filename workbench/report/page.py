@@ -225,7 +225,10 @@ def _method(result: Result) -> dict[str, object]:
     """What of the method applies to people in postures and motions."""
     bodies = [person.body for found in result.postures for person in found.people]
     bodies += [motion.study.body for motion in result.motions]
-    stated = {body.name: bool(np.isfinite(body.fit_error).all()) for body in bodies}
+    stated = {
+        body.name: bool(np.isfinite(body.fit_error[:, np.diff(body.start) > 0]).all())
+        for body in bodies
+    }
     predicted = [
         role
         for case in result.study.cases

@@ -6,8 +6,11 @@ import math
 import re
 from collections.abc import Callable, Sequence
 
+import numpy as np
+
 from workbench.body.people.share import percent, percent_number
 from workbench.model.accommodation import GroupShare
+from workbench.model.body import Body
 from workbench.model.contacts import Contacts
 from workbench.model.criterion import Criterion
 from workbench.model.environment import Environment
@@ -247,15 +250,15 @@ def _doubt(verdict: Verdict) -> str:
 
 
 def person_words(person: PersonFound) -> str:
-    """Who somebody is and where: "bubbleman as a woman of stature 1525 mm, 51.3 kg, in seat left,
-    20 mm forward"."""
+    """Who somebody is and where: "bubbleman as a woman of stature 1525 mm, 51.3 kg, surface within 9 mm,
+    in seat left, 20 mm forward"."""
     role = person.role
     words = person.body.name.replace("_", " ")
     if role.size is not None:
         words += f" as a {_sized(role.size)}"
     if role.clothes:
         words += f", with {', '.join(item.name for item in role.clothes)}"
-    words += f", {float(person.body.mass[0].sum()):.1f} kg"
+    words += f", {float(person.body.mass[0].sum()):.1f} kg, {_surface_words(person.body)}"
     if role.seat is not None:
         words += f", in seat {role.seat.replace('_', ' ')}"
         for value, ahead, behind in (
@@ -273,6 +276,12 @@ def person_words(person: PersonFound) -> str:
             if abs(value) >= HALF_MILLIMETRE:
                 words += f", stepped {abs(1000 * value):.0f} mm {ahead if value > 0 else behind}"
     return words
+
+
+def _surface_words(body: Body) -> str:
+    """How well the surface of a body is known: "surface within 25 mm", by its worst segment."""
+    worst = float(np.max(body.fit_error[0, np.diff(body.start) > 0]))
+    return f"surface within {1000 * worst:.0f} mm" if math.isfinite(worst) else "surface not stated"
 
 
 def adjusted_line(environment: Environment, size: str = "") -> list[str]:

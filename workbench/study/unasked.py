@@ -111,7 +111,7 @@ def _asks(criterion: Criterion, overlap: Overlap) -> bool:
 
 def overlap_warnings(overlaps: Sequence[Overlap]) -> Iterator[str]:
     """A sentence for each person and what is deepest: "pilot, cruise and 2 more cases: right upper
-    leg (bottom) is 51.2 mm into left_seat_pan, polygon 3 (20.0 mm allowed), about which no criterion
+    leg (bottom) is 51.2 mm into left seat pan (20.0 mm allowed), about which no criterion
     asks; 4 more such overlaps"."""
     by_case: dict[tuple[str, str, str], list[Overlap]] = {}
     for one in overlaps:
@@ -136,12 +136,14 @@ def _depth_words(overlaps: Sequence[Overlap]) -> str:
 
 
 def overlap_words(overlap: Overlap) -> str:
-    """One overlap in words: "right upper leg (bottom) is 51.2 mm into left_seat_pan, polygon 3 (20.0
-    mm allowed)"."""
+    """One overlap in words: "right upper leg (bottom) is 51.2 mm into left seat pan (20.0 mm
+    allowed)"."""
     contacts, row = overlap.contacts, overlap.row
-    other = contacts.other_name(row)
-    if not isinstance(contacts.other, Environment):
-        other = f"{overlap.other}'s {other}" if overlap.other else f"the body's own {other}"
+    if isinstance(contacts.other, Environment):
+        other = contacts.other.parts[int(contacts.part[row])].replace("_", " ")
+    else:
+        own = contacts.other_name(row)
+        other = f"{overlap.other}'s {own}" if overlap.other else f"the body's own {own}"
     depth = f"{-1000 * contacts.distance[row]:.1f} mm into {other}"
     if contacts.allowed[row] > 0:
         depth += f" ({1000 * contacts.allowed[row]:.1f} mm allowed)"

@@ -10,7 +10,12 @@ from workbench.draw.web.views import scene_view
 from workbench.model.comparison import Comparison, Judged
 from workbench.model.population_found import ChangedPerson, Shown
 from workbench.report.comparison.words import change_sentence, worst_missed
-from workbench.report.population.words import millimetres_short, person_name, plain
+from workbench.report.population.words import (
+    millimetres_short,
+    person_name,
+    plain,
+    spare_words,
+)
 from workbench.report.states import TwoStates, two_states
 
 __all__ = ["changed_picture", "person_to_show"]
@@ -59,11 +64,7 @@ def _scene(judged: Judged, shown: Shown, name: str, row: int) -> Scene:
     """Somebody in one design, with what is short or to spare where the requirement is."""
     margin = float(judged.margin[row, judged.requirements.index(name)])
     short = not bool(judged.met[row, judged.requirements.index(name)])
-    words = (
-        f"{millimetres_short(-margin)} mm short"
-        if short
-        else f"{1000 * max(margin, 0.0):,.0f} mm to spare"
-    )
+    words = f"{millimetres_short(-margin)} mm short" if short else spare_words(margin)
     marks: tuple[Mark, ...] = ()
     if shown.target is not None:
         marks = (Mark(shown.target, words, "missed" if short else "reach"),)

@@ -7,7 +7,12 @@ import numpy as np
 from workbench.body.people.share import percent, percent_number
 from workbench.model.accommodation import MET
 from workbench.model.comparison import Comparison, Judged, PairedShare
-from workbench.report.population.words import millimetres_short, person_name, plain
+from workbench.report.population.words import (
+    millimetres_short,
+    person_name,
+    plain,
+    spare_words,
+)
 
 __all__ = [
     "chance_words",
@@ -101,8 +106,4 @@ def _spare(judged: Judged, row: int, name: str) -> str:
     margin = float(judged.margin[row, judged.requirements.index(name)])
     if np.isnan(margin):
         return "does not apply"
-    return (
-        f"{max(1000 * margin, 0):,.0f} mm to spare"
-        if margin >= -MET
-        else f"{millimetres_short(-margin)} mm short"
-    )
+    return spare_words(margin) if margin >= -MET else f"{millimetres_short(-margin)} mm short"

@@ -49,6 +49,7 @@ from workbench.report.population.words import (
     reason_words,
     requirement_sentence,
     settable_words,
+    spare_words,
 )
 from workbench.report.section import Making, Section, SectionWriter
 from workbench.report.states import TwoStates, two_states
@@ -517,7 +518,7 @@ def _tried_picture(result: PopulationFound, change: TriedChange, views: PageView
     label = person_label(result, person.row)
     lack = f"{millimetres_short(-before)} mm"
     point = person.after.tip or person.after.target
-    spare = None if point is None else WebMark(point, f"{1000 * after:,.0f} mm to spare")
+    spare = None if point is None else WebMark(point, spare_words(after))
     marks = (_lacking(result, person.before, lack), spare)
     one, two = (
         _scene(found, mark, name, label)
@@ -533,7 +534,7 @@ def _tried_picture(result: PopulationFound, change: TriedChange, views: PageView
             said=title,
             caption=(
                 f"{label}: {lack} are lacking for “{name}” as it is, "
-                f"{1000 * after:,.0f} mm are to spare after {plain(change.gain.words)}"
+                f"{spare_words(after)} after {plain(change.gain.words)}"
             ),
         ),
         views.packing,

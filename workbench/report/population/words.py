@@ -17,6 +17,7 @@ from workbench.model.arrays import Bools, Floats
 from workbench.model.measures import MASS
 from workbench.model.population import SEXES
 from workbench.model.population_found import PopulationFound
+from workbench.model.reach import MOST_SPARE
 from workbench.study.accommodation.grips import grip_words
 from workbench.study.kept_reaches import kept_of_population, kept_words
 from workbench.study.settings import setting_text
@@ -40,6 +41,7 @@ __all__ = [
     "reason_words",
     "requirement_sentence",
     "settable_words",
+    "spare_words",
 ]
 
 _NOUNS = {"female": ("woman", "her", "women"), "male": ("man", "his", "men")}
@@ -512,6 +514,12 @@ def millimetres_short(metres: float) -> str:
     if metres >= 0.00095:
         return f"{1000 * metres:,.0f}"
     return f"{1000 * metres:.1f}" if metres >= 0.00005 else f"{1000 * max(metres, MET):.1g}"
+
+
+def spare_words(metres: float) -> str:
+    """ "12 mm to spare"; "at least 200 mm to spare" of a reach, which is looked for no farther."""
+    most = "at least " if abs(metres - MOST_SPARE) < MET else ""
+    return f"{most}{1000 * max(metres, 0.0):,.0f} mm to spare"
 
 
 def _capital(text: str) -> str:
