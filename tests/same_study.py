@@ -342,7 +342,8 @@ def answers(study: Path, how: Same) -> dict[tuple[str, ...], float]:
     for postures in result.postures:
         for person in postures.people:
             found["seat", person.name, "forward"] = person.forward
-            found["seat", person.name, "up"] = person.up
+            stands = person.role.seat is None and how.mirrored
+            found["seat", person.name, "up"] = -person.up if stands else person.up
             for case, row in zip(postures.cases, person.margin.tolist(), strict=True):
                 for joint, margin in zip(person.body.joints, row, strict=True):
                     if math.isfinite(margin):
@@ -350,7 +351,8 @@ def answers(study: Path, how: Same) -> dict[tuple[str, ...], float]:
         for reach in postures.reaches:
             limb = how.side(reach.limb)
             key = (reach.person, reach.case, reach.control, str(reach.zone), how.side(reach.hand))
-            found["reach", *key, "by", limb] = 1.0
+            if reach.reached:  # of two that miss it by as much either may be told
+                found["reach", *key, "by", limb] = 1.0
             found["reach", *key, "miss"] = reach.miss
             found["reach", *key, "overlap"] = reach.overlap
     tables = result.tables() if result.population is not None or result.motions else {}
