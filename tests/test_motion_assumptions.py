@@ -54,6 +54,19 @@ ASF = {"LT": "root", "CT": "lowerback", "UT": "thorax", "N": "lowerneck", "H": "
         ("F", "foot"),
     )
 }
+SMPL = {"LT": "Pelvis", "CT": "Spine1", "UT": "Spine3", "N": "Neck", "H": "Head"} | {
+    side + limb: f"{side}_{name}"
+    for side in "LR"
+    for limb, name in (
+        ("SM", "Collar"),
+        ("UA", "Shoulder"),
+        ("LA", "Elbow"),
+        ("HN", "Wrist"),
+        ("UL", "Hip"),
+        ("LL", "Knee"),
+        ("F", "Ankle"),
+    )
+}
 
 
 def walk():
@@ -223,7 +236,15 @@ def test_bones_without_length_are_refused_with_the_way_on(bones):
 
 @pytest.mark.parametrize(
     ("names", "prefix"),
-    [(ASF, ""), (USUAL, "Character1_"), (USUAL, "mixamorig1_"), (USUAL, "mixamorig12:"), ({}, "")],
+    [
+        (ASF, ""),
+        (SMPL, ""),
+        (SMPL, "m_avg_"),
+        (USUAL, "Character1_"),
+        (USUAL, "mixamorig1_"),
+        (USUAL, "mixamorig12:"),
+        ({}, ""),
+    ],
 )
 def test_usual_names_are_read_whatever_stands_before_all_of_them(tmp_path, names, prefix):
     poses, _ = load_motion(BODY, written(tmp_path, walk_text(names, prefix)))
