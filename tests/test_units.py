@@ -249,6 +249,14 @@ def test_no_unit_of_a_place_for_people_is_guessed_as_sure_and_is_another(
     assert "(not sure)" in said or said.startswith(f"unit {unit}: ")
 
 
+def test_a_unit_that_one_name_speaks_against_is_not_sure(tmp_path):
+    wheels = [sized(f"wheel_{k}", (0.3, 10.0, 10.0)) for k in range(4)]  # 0.6 m in units of 60 mm
+    path = written(tmp_path, *wheels, sized("body", (83.0, 30.0, 20.0)))
+    suv = path.rename(tmp_path / "suv.obj")
+    said = inspect_mesh(suv).assumed[0]
+    assert said.startswith("unit in (not sure): by its size, 2.11 m long")
+
+
 @pytest.mark.parametrize(
     ("names", "said"),
     [
