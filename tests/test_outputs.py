@@ -247,6 +247,18 @@ def test_a_result_is_replaced_through_a_link_and_from_within(tmp_path, monkeypat
     assert sorted(path.name for path in tmp_path.iterdir()) == ["latest", "out"]
 
 
+def test_a_link_planted_at_the_name_of_the_work_folder_is_not_followed(tmp_path):
+    add(tmp_path / "mine", {"sub/notes.txt": "years of work", "one.txt": "1"})
+    (tmp_path / ".out.workbench").symlink_to(tmp_path / "mine")
+    write_anew = [(tmp_path / "out", OLD), (tmp_path / "out", NEW)]
+    for folder, files in write_anew:
+        with pytest.raises(InputError, match="beside it is a link"):
+            write(folder, files)
+    assert content(tmp_path / "mine") == as_bytes(
+        {"sub/notes.txt": "years of work", "one.txt": "1"}
+    )
+
+
 @linux
 @pytest.mark.parametrize("first", [True, False])
 def test_killed_at_any_step_the_old_result_is_whole_or_the_new_one_and_nothing_is_lost(

@@ -106,9 +106,9 @@ def test_what_is_planted_at_a_temporary_name_is_neither_followed_nor_written(pat
             planted.hardlink_to(victim)
         else:
             os.mkfifo(planted)
-    with pytest.raises(InputError, match="beside it is a link or no plain file; remove it"):
+    with pytest.raises(InputError, match="beside it is a link, or no file of its own; remove it"):
         save_text(read_text(path), STUDY + "# more\n", lambda study: None)
-    with pytest.raises(InputError, match="beside it is a link or no plain file; remove it"):
+    with pytest.raises(InputError, match="beside it is a link, or no file of its own; remove it"):
         write_file(path.with_name("b.yaml"), "b: 1\n")
     assert victim.read_text() == "mine" and path.read_text() == STUDY
 

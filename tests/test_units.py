@@ -3,6 +3,8 @@ of a body."""
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import trimesh
@@ -16,6 +18,7 @@ from workbench.cli import main
 from workbench.files.inspection import inspect_mesh
 from workbench.files.meshes.reading import extent, implausible, read_mesh, to_world
 from workbench.files.meshes.sizes import SIZE_RANGES, implausible_sizes, person_size
+from workbench.files.meshes.taken_frame import taken_frame
 from workbench.files.schema import metres_in
 from workbench.study.fit_body import read_surface
 
@@ -247,6 +250,23 @@ def test_no_unit_of_a_place_for_people_is_guessed_as_sure_and_is_another(
     )
     (said,) = [words for words in inspect_mesh(path).assumed if words.startswith("unit ")]
     assert "(not sure)" in said or said.startswith(f"unit {unit}: ")
+
+
+def test_a_unit_that_one_name_speaks_against_is_not_sure(tmp_path):
+    wheels = [sized(f"wheel_{k}", (0.3, 10.0, 10.0)) for k in range(4)]  # 0.6 m in units of 60 mm
+    path = written(tmp_path, *wheels, sized("body", (83.0, 30.0, 20.0)))
+    suv = path.rename(tmp_path / "suv.obj")
+    said = inspect_mesh(suv).assumed[0]
+    assert said.startswith("unit in (not sure): by its size, 2.11 m long")
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize("name", FILES)
+def test_a_real_mesh_without_its_unit_is_not_taken_for_another_one_as_sure(name):
+    file = FILES[name]
+    raw = replace(read_mesh(real_input(ENVIRONMENTS / file.path)), metres=None)
+    unit = taken_frame(raw).length
+    assert not unit.sure or metres_in[unit.value] == pytest.approx(file.metres)
 
 
 @pytest.mark.parametrize(

@@ -17,7 +17,7 @@ from workbench.errors import InputError
 if sys.platform != "win32":
     import fcntl
 
-__all__ = ["locked"]
+__all__ = ["locked", "planted"]
 
 _TRIES = 1000
 """How often a lock file is made that another process removes at once."""
@@ -79,12 +79,12 @@ def _acquired(path: Path, output: Path, wait: float) -> int | None:
         return None
     except OSError as error:
         if error.errno == errno.ELOOP:
-            raise _planted(path, output) from None
+            raise planted(path, output) from None
         raise
     try:
         found = os.fstat(file)
         if not stat.S_ISREG(found.st_mode) or found.st_nlink > 1:
-            raise _planted(path, output)
+            raise planted(path, output)
         _lock(file, output, wait)
         if _is_still(path, file):
             return os.dup(file)
@@ -93,9 +93,11 @@ def _acquired(path: Path, output: Path, wait: float) -> int | None:
         os.close(file)
 
 
-def _planted(path: Path, output: Path) -> InputError:
+def planted(path: Path, output: Path) -> InputError:
+    """Return the error that something else than a file or folder of its own has the hidden name
+    `path` beside an output."""
     return InputError(
-        f"{output}: cannot be written ({path.name} beside it is a link or no plain file; remove it)"
+        f"{output}: cannot be written ({path.name} beside it is a link, or no file of its own; remove it)"
     )
 
 

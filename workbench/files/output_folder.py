@@ -39,7 +39,7 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 from workbench.errors import InputError
 from workbench.files.exchange import exchange
 from workbench.files.inputs import is_input
-from workbench.files.lock import locked
+from workbench.files.lock import locked, planted
 from workbench.files.output_file import Content, probe, writable, write_errors
 
 __all__ = ["MANIFEST", "Holding", "Manifest", "check_folder", "write_folder"]
@@ -203,6 +203,8 @@ def _working(place: Path, tell: Tell = lambda line: None) -> Iterator[Path]:
     """The work folder of an output, for this process alone. Before and after, what is left in it is
     put right."""
     work = _work_folder(place)
+    if work.is_symlink():  # what is in it would be taken for what an earlier run has left
+        raise planted(work, place)
     with locked(work / _LOCK, place, wait=math.inf):
         _put_right(work, place, tell)
         try:

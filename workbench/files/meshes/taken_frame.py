@@ -36,8 +36,6 @@ _HALL = 0.5
 """What it weighs that a mesh is smaller or larger than likely."""
 _PLAIN = 0.75
 """A unit against which not so much more speaks than against another one is possible too."""
-_ODD = 0.5
-"""A unit that is plain has no more than this against it."""
 
 
 @dataclass(frozen=True)
@@ -179,5 +177,5 @@ def _unit(raw: RawMesh, turned: RawMesh) -> Taken:
     others = [f"{largest * metres_in[unit]:.3g} m in {unit}" for unit in near]
     also = f"; it would be {' or '.join(others)}" if others else ""
     usual = best in ("m", "mm") or fitting[best] > 0
-    sure = not others and usual and against[best] < _ODD
+    sure = not others and usual and against[best] == 0.0
     return Taken(best, f"by its size, {largest * metres_in[best]:.3g} m long{also}", sure)
