@@ -153,6 +153,41 @@ def test_a_body_file_with_a_limb_on_one_side_only_is_told_how_to_say_so(tmp_path
         wb.load_body(path)
 
 
+def test_measures_of_a_body_without_a_foot_are_taken_over_the_other(tmp_path):
+    body = wb.load_body(without_leg(tmp_path, kept=True))
+    high = wb.measure(wb.load_body("adult_male"), ["stature"])["stature"]
+    assert wb.measure(body, ["stature"])["stature"] == pytest.approx(high, abs=1e-6)
+    assert wb.measure(body, ["foot_length"])["foot_length"] > 0.2  # of the right foot
+
+
+DRIVER = """
+study: driver
+length: mm
+environment: compact_car
+people:
+  driver: {body: adult_male, seat: driver, without: [LLL, LF]}
+cases:
+  - name: driving
+    people:
+      driver: {driver: {wheel: wheel_centre, h_point: driver_h_point, seed: 11, sex: male, eyes: low_eye,
+        heels: accelerator_heel, hands: {left: wheel_ten, right: wheel_two}, feet: {right: accelerator}}}
+criteria:
+  - {name: feet, check: pedals}
+  - {name: brake, check: reach, controls: [brake]}
+"""
+
+
+@pytest.mark.nightly
+def test_a_driver_without_a_left_leg_drives_and_his_left_foot_cannot_be_asked(tmp_path):
+    path = tmp_path / "driver.yaml"
+    path.write_text(DRIVER)
+    found = found_of(wb.load_study(path))
+    assert [verdict.passed for verdict in found.verdicts] == [True, True]
+    path.write_text(DRIVER.replace("feet: {right", "feet: {left: foot_rest, right"))
+    with pytest.raises(InputError, match="no left foot: it is missing"):
+        found_of(wb.load_study(path))
+
+
 @pytest.mark.nightly
 def test_a_population_without_a_lower_leg_sits_and_is_judged(tmp_path):
     role = ROLE.replace("PEOPLE", "4").replace("seat:", "without: [LLL, LF], seat:")
