@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import yaml
 
 import workbench as wb
+from tests.conftest import ROOT
 from tests.made_studies import found_of
 from tests.toy_cockpit import write_toy
 from workbench import InputError
@@ -117,6 +119,73 @@ def test_a_prosthesis_is_a_limb_of_other_spheres_mass_and_stops(tmp_path):
     )
     assert made.mass[0, n] == pytest.approx(1.0)
     assert made.has("LF") and made.stops.limits[made.joint("LA")].max() < 0.3
+
+
+def without_leg(folder, *, kept):
+    """The median man's file without his left lower leg: kept as empty segments, or not at all."""
+    file = yaml.safe_load((ROOT / "bodies" / "adult_male.yaml").read_text())
+    for key in ("basis", "basis_at"):
+        del file[key]
+    for name in ("LLL", "LF"):
+        rest = {"mass": 0.0, "spheres": []}
+        own = {k: v for k, v in file["segments"][name].items() if k != "blend"} | rest
+        file["segments"][name] = own
+        if not kept:
+            del file["segments"][name]
+    if not kept:
+        del file["joints"]["LK"], file["joints"]["LA"], file["segments"]["LUL"]["blend"]["LK"]
+        file["allowances"] = []
+    path = folder / "amputee.yaml"
+    path.write_text(yaml.safe_dump(file, sort_keys=False))
+    return path
+
+
+def test_a_body_file_keeps_the_segments_of_a_missing_limb_without_spheres(tmp_path):
+    body = wb.load_body(without_leg(tmp_path, kept=True))
+    assert not body.has("LLL") and body.has("RLL") and "LK" in body.joints
+    study = study_of(tmp_path, f"{{body: {tmp_path}/amputee.yaml, seat: pilot}}")
+    assert found_of(study).verdicts[2].worst is not None
+
+
+def test_a_body_file_with_a_limb_on_one_side_only_is_told_how_to_say_so(tmp_path):
+    path = without_leg(tmp_path, kept=False)
+    with pytest.raises(InputError, match=r"segments.RLL: a person has LLL too: .*'spheres: \[\]'"):
+        wb.load_body(path)
+
+
+def test_measures_of_a_body_without_a_foot_are_taken_over_the_other(tmp_path):
+    body = wb.load_body(without_leg(tmp_path, kept=True))
+    high = wb.measure(wb.load_body("adult_male"), ["stature"])["stature"]
+    assert wb.measure(body, ["stature"])["stature"] == pytest.approx(high, abs=1e-6)
+    assert wb.measure(body, ["foot_length"])["foot_length"] > 0.2  # of the right foot
+
+
+DRIVER = """
+study: driver
+length: mm
+environment: compact_car
+people:
+  driver: {body: adult_male, seat: driver, without: [LLL, LF]}
+cases:
+  - name: driving
+    people:
+      driver: {driver: {wheel: wheel_centre, h_point: driver_h_point, seed: 11, sex: male, eyes: low_eye,
+        heels: accelerator_heel, hands: {left: wheel_ten, right: wheel_two}, feet: {right: accelerator}}}
+criteria:
+  - {name: feet, check: pedals}
+  - {name: brake, check: reach, controls: [brake]}
+"""
+
+
+@pytest.mark.nightly
+def test_a_driver_without_a_left_leg_drives_and_his_left_foot_cannot_be_asked(tmp_path):
+    path = tmp_path / "driver.yaml"
+    path.write_text(DRIVER)
+    found = found_of(wb.load_study(path))
+    assert [verdict.passed for verdict in found.verdicts] == [True, True]
+    path.write_text(DRIVER.replace("feet: {right", "feet: {left: foot_rest, right"))
+    with pytest.raises(InputError, match="no left foot: it is missing"):
+        found_of(wb.load_study(path))
 
 
 @pytest.mark.nightly

@@ -246,7 +246,13 @@ class Manikin:
         """The spheres of segments ("LF") or subparts ("LF/heel"), looked up once for all shapes of a body."""
         key = tuple(where)
         if key not in self._found:
-            self._found[key] = np.array([row for name in key for row in self._named(name)])
+            rows = [row for name in key for row in self._named(name)]
+            if not rows:  # of two feet one may be missing
+                names = ", ".join(key)
+                raise InputError(
+                    f"body {self.body.name}: {names} is missing, and with it what is measured there"
+                )
+            self._found[key] = np.array(rows)
         return self._found[key]
 
     def _named(self, name: str) -> list[int]:
@@ -261,7 +267,7 @@ class Manikin:
             or (label := self.body.sphere_names[row]) == subpart
             or label.startswith(worn)
         ]
-        if not named:
+        if subpart and not named:
             raise InputError(
                 f"body {self.body.name}: segment {segment} has no sphere named {subpart!r}"
             )

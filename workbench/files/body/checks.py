@@ -19,6 +19,8 @@ from workbench.model.vocabulary import DIRECTIONS, OPPOSITE
 __all__ = ["depth_first", "direction_table", "segment_faults", "tree_faults"]
 
 JOINT_SPHERE_TOLERANCE = 1e-6
+_TRUNK = {"LT", "CT", "UT", "H"}
+"""Segments that tell a person."""
 _Problem = tuple[tuple[str | int, ...], str]
 """A key of the file, and what is wrong there."""
 
@@ -88,6 +90,7 @@ def segment_faults(document: Document, file: BodyFile) -> list[str]:
         *(problem for name in file.segments for problem in _segment_problems(file, name)),
         *_number_problems(file),
         *_joint_sphere_problems(file),
+        *_lost_limbs(file),
     ]
     faults = [fail(document, key, what) for key, what in problems]
     return faults + _allowance_faults(document, file)
@@ -196,6 +199,8 @@ def _joint_sphere_problems(file: BodyFile) -> Iterator[_Problem]:
     for name, joint in file.joints.items():
         if not set(joint.between) <= set(joint.at) & set(file.segments):
             continue  # reported with the tree
+        if _is_missing(file, joint.between[1]):
+            continue
         nearest = min(
             (
                 float(np.linalg.norm(np.subtract(row[:3], joint.at[segment])))
@@ -211,6 +216,30 @@ def _joint_sphere_problems(file: BodyFile) -> Iterator[_Problem]:
             ends = " or ".join(joint.between)
             what = f"a sphere must sit exactly at the joint in {ends} ({far})"
             yield ("joints", name, "at"), what
+
+
+def _twin(name: str) -> str:
+    """The mnemonic of the same segment on the other side; the same where it has no side."""
+    return {"L": "R", "R": "L"}.get(name[0], name[0]) + name[1:]
+
+
+def _is_missing(file: BodyFile, name: str) -> bool:
+    """Whether a segment stands for a limb that is missing: without spheres, which its twin has."""
+    twin = file.segments.get(_twin(name))
+    return not file.segments[name].spheres and twin is not None and bool(twin.spheres)
+
+
+def _lost_limbs(file: BodyFile) -> Iterator[_Problem]:
+    """Limbs of a person that only one side has, and where: seats and postures need their joints."""
+    if not file.segments.keys() >= _TRUNK:
+        return
+    for name, segment in file.segments.items():
+        if _twin(name) not in file.segments and segment.name.startswith(("left ", "right ")):
+            what = (
+                f"a person has {_twin(name)} too: of a limb that is missing keep the segment, with "
+                "'mass: 0' and 'spheres: []', and its joint"
+            )
+            yield ("segments", name), what
 
 
 def _direction_problem(segment: SegmentFile) -> str:
