@@ -90,7 +90,8 @@ def test_bubbleman_measures_as_a_median_man(bubbleman):
         "interpupillary_breadth": 600,
     }
     found = measure(bubbleman)
-    for name, wanted in percentile("M50", MEASURES).items():
+    straight = [name for name in MEASURES if "circumference" not in name]
+    for name, wanted in percentile("M50", straight).items():
         assert 1000 * abs(found[name] - wanted) <= room.get(name, 8.5), (name, found[name], wanted)
 
 

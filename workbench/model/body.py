@@ -18,6 +18,7 @@ from workbench.model.vocabulary import DIRECTIONS
 __all__ = [
     "KEPT",
     "ROW_FIELDS",
+    "SEATED_FACTORS",
     "Body",
     "Topology",
     "body_of_rows",
@@ -28,6 +29,9 @@ __all__ = [
 
 KEPT = "_kept"
 """Where a body or a topology holds what is kept with it, see model.kept."""
+SEATED_FACTORS = (0.7, 1.4)
+"""Range of `Body.seated_factors`. Hips of the people of ANSUR II are 0.98 to 1.33 times as broad on a
+seat as standing."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)

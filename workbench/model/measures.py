@@ -76,6 +76,12 @@ ON_THE_BODY = (
     "waist_depth",
     "waist_breadth",
     "buttock_depth",
+    "chest_circumference",
+    "waist_circumference",
+    "buttock_circumference",
+    "thigh_circumference",
+    "calf_circumference",
+    "biceps_circumference_flexed",
 )
 # (least, greatest) that a person may measure [m; kg for mass]: 0.45 times the least and 1.4 times
 # the greatest of the 6068 people of ANSUR II (mass by hand), so that a child and a giant pass and a
@@ -168,6 +174,10 @@ WORDS: dict[str, str] = {
     "hand width": "hand_breadth",
     "foot width": "foot_breadth_horizontal",
     "foot breadth": "foot_breadth_horizontal",
+    "chest girth": "chest_circumference",
+    "waist girth": "waist_circumference",
+    "hip circumference": "buttock_circumference",
+    "upper arm circumference": "biceps_circumference_flexed",
     "belly depth": "abdominal_extension_depth_sitting",
 }
 

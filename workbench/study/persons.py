@@ -38,9 +38,15 @@ APART = (
     "lateral_femoral_epicondyle_height",
     "overhead_fingertip_reach_sitting",
     "acromion_radiale_length",
+    "chest_circumference",
+    "waist_circumference",
+    "buttock_circumference",
+    "thigh_circumference",
+    "calf_circumference",
+    "biceps_circumference_flexed",
 )
 """Measures that a body is not drawn near to, because typical bodies differ in them from the
-survey by definition. On a body whose trunk is as long sitting as standing, the hip joints stand
+survey by definition. A tape runs around spheres, which lie some millimetres under the skin. On a body whose trunk is as long sitting as standing, the hip joints stand
 higher: a survey's people lose some 25 mm between hip joint and crown when they sit down. The knee's
 joint stands in for the epicondyle, and the shoulder does not rise as in a person who stretches."""
 

@@ -43,6 +43,10 @@ AXES = np.repeat(np.eye(3), 2, axis=0) * np.array([1.0, -1.0, 1.0, -1.0, 1.0, -1
 """(6, 3) unit vectors of the directions."""
 _BAND_SLOPE = 2.0
 """By how much a reach counts less for each metre that its sphere is beyond a band."""
+_TAPE = 48
+"""Directions in which a tape's reach is taken."""
+_CROSSES = 0.98
+"""Share of its radius that a sphere's centre may be off a tape: beyond, its circle is a mere dot."""
 QUEUE = {name: q for q, name in enumerate(POSTURES)}
 """Number of each posture in arrays of all postures."""
 SEATED = frozenset(QUEUE[name] for name in ON_A_SEAT)
@@ -232,6 +236,45 @@ class Manikin:
         side = _BAND_SLOPE if off[k] > 0 else -_BAND_SLOPE
         aside = Length(((1.0, Reach(posture, along, best, surface=False)),)) - band.level
         return found - aside * side + Length((), _BAND_SLOPE * band.half_width)
+
+    def tape(self, level: Length, where: Iterable[str]) -> Length:
+        """Return the length of a tape around spheres at a level, standing.
+
+        A sphere of radius r whose centre is d off the level shows a circle of radius s there,
+        s = sqrt(r^2 - d^2). A tight tape runs along the convex hull of the circles, whose perimeter
+        is the mean of its breadths over all directions times pi (Cauchy): the sum of how far it
+        reaches in _TAPE directions, times 2 pi / _TAPE. With the farthest circles held,
+        s = (r / s) r - (d / s) d is linear in r and d to the first order.
+
+        Raises
+        ------
+        InputError
+            If no sphere crosses the level.
+        """
+        posture = "standing"
+        rows = self._rows(where)
+        _, middles, surfaces = self._posture(QUEUE[posture])
+        radius = surfaces[UP, rows] - middles[UP, rows]
+        off = middles[UP, rows] - self.value(level)
+        crossing = np.abs(off) < _CROSSES * radius
+        rows, radius, off = rows[crossing], radius[crossing], off[crossing]
+        if not len(rows):
+            raise InputError(f"body {self.body.name} has no spheres for a tape at that level")
+        shown = np.sqrt(radius**2 - off**2)
+        angle = 2.0 * np.pi / _TAPE * np.arange(_TAPE)
+        ways = np.stack([np.cos(angle), np.sin(angle)], axis=1)
+        best = (ways @ middles[[FRONT, LEFT]][:, rows] + shown).argmax(axis=1)
+        found = Length(())
+        for k in np.unique(best).tolist():
+            row = int(rows[k])
+            x, y = ways[best == k].sum(axis=0).tolist()
+            circles = float(np.sum(best == k) / shown[k])
+            spot = [Reach(posture, way, row, surface=False) for way in (FRONT, LEFT, UP)]
+            grown = Length(((1.0, Reach(posture, UP, row)), (-1.0, spot[2])))
+            aside = Length(((1.0, spot[2]),)) - level
+            found += Length(((x, spot[0]), (y, spot[1])))
+            found += grown * (circles * float(radius[k])) - aside * (circles * float(off[k]))
+        return found * (2.0 * np.pi / _TAPE)
 
     def middle(self, posture: str, direction: int, subpart: str) -> Length:
         """Return the centre of a named sphere along a direction."""

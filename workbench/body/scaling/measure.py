@@ -343,6 +343,43 @@ def buttock_depth(m: Manikin) -> Length:
     )
 
 
+def chest_circumference(m: Manikin) -> Length:
+    """Around the chest at the height of the breasts, standing, without the arms."""
+    return m.tape(m.middle("standing", UP, "UT/right breast"), ["UT"])
+
+
+def waist_circumference(m: Manikin) -> Length:
+    """Around the waist at the height of the navel, standing."""
+    return m.tape(m.middle("standing", UP, "CT/navel"), ["CT", "LT"])
+
+
+def buttock_circumference(m: Manikin) -> Length:
+    """Around hips and buttocks at the most protruding point of the buttock, standing."""
+    return m.tape(m.middle("standing", UP, "LT/right buttock"), ["LT", "LUL", "RUL"])
+
+
+def thigh_circumference(m: Manikin) -> Length:
+    """Around the thigh below the fold of the buttock, standing: a sixth of its length below the hip
+    joint."""
+    return m.tape(_along(m, "RH", "RK", 1 / 6), ["RUL"])
+
+
+def calf_circumference(m: Manikin) -> Length:
+    """Around the calf where it is thickest, standing: three tenths down the lower leg."""
+    return m.tape(_along(m, "RK", "RA", 0.3), ["RLL"])
+
+
+def biceps_circumference_flexed(m: Manikin) -> Length:
+    """Around the upper arm halfway from shoulder joint to elbow, arm hanging; the survey's is taken
+    over a tensed muscle."""
+    return m.tape(_along(m, "RS", "RE", 0.5), ["RUA"])
+
+
+def _along(m: Manikin, first: str, second: str, share: float) -> Length:
+    """Return the height of a place on the way between two joints, standing."""
+    return m.joint("standing", UP, first) * (1.0 - share) + m.joint("standing", UP, second) * share
+
+
 _ALL: tuple[Callable[[Manikin], Length], ...] = (
     stature,
     acromial_height,
@@ -385,6 +422,12 @@ _ALL: tuple[Callable[[Manikin], Length], ...] = (
     waist_depth,
     waist_breadth,
     buttock_depth,
+    chest_circumference,
+    waist_circumference,
+    buttock_circumference,
+    thigh_circumference,
+    calf_circumference,
+    biceps_circumference_flexed,
 )
 MEASURES: dict[str, Callable[[Manikin], Length]] = {
     function.__name__: function for function in _ALL

@@ -18,13 +18,13 @@ import numpy as np
 
 from workbench.body.scaling.likely import check_likely
 from workbench.body.scaling.manikin import Length, Manikin
-from workbench.body.scaling.measure import lengths
+from workbench.body.scaling.measure import lengths, measure
 from workbench.body.scaling.morph import morph
 from workbench.body.scaling.rebuilt import rebuilt
 from workbench.body.scaling.space import ShapeSpace, shape_space
 from workbench.errors import InputError
 from workbench.model.arrays import Floats
-from workbench.model.body import Body
+from workbench.model.body import SEATED_FACTORS, Body
 from workbench.model.measures import check_plausible
 
 __all__ = ["LONGER", "morph_to", "scale", "scale_many"]
@@ -39,6 +39,9 @@ _MAX_MISS = 2e-4
 """Miss [m] that is accepted after all steps."""
 _PATIENCE = 4
 """Steps after which one more extreme sphere is held for a measure, see `_Rivals`."""
+_FACTOR_STEPS = 8
+_WIDER = 1e-3
+"""Steps at most of the search of a factor of breadth, and the change that its slope is taken over."""
 _HARD_GIVE = 1e-9
 """Variance [m2] of a given measure, so that two spheres that cannot both be extreme do not make the
 system singular."""
@@ -63,6 +66,8 @@ LONGER: tuple[tuple[str, str], ...] = (
 )
 """Longer and shorter measures, where one contains the other."""
 
+_ELBOW = ("elbow_rest_height", "acromial_height_sitting", "shoulder_elbow_length")
+"""The first is the second less the third."""
 Measures = Mapping[str, float]
 
 
@@ -169,8 +174,49 @@ def _person(spaces: tuple[ShapeSpace, ...], measures: Measures, others: Measures
     measure by another shape. So the masses are those of the fit in the last space.
     """
     _refuse(measures)
-    made = [rebuilt(space, *_fitted(space, measures, others)) for space in spaces]
+    made = [_made(space, measures, others) for space in spaces]
     return replace(made[0], mass=made[-1].mass)
+
+
+def _made(space: ShapeSpace, measures: Measures, others: Measures) -> Body:
+    """Fit the shape; where hip breadth is given standing and sitting, its share on a seat too."""
+    if not {"hip_breadth", "hip_breadth_sitting"} <= set(measures):
+        return rebuilt(space, *_fitted(space, measures, others))
+    rest = {name: value for name, value in measures.items() if name != "hip_breadth_sitting"}
+    near = {name: value for name, value in others.items() if name != "hip_breadth_sitting"}
+    made = rebuilt(space, *_fitted(space, rest, near))
+    return _spread_to(made, measures["hip_breadth_sitting"])
+
+
+def _spread_to(body: Body, wanted: float) -> Body:
+    """The body whose hips are so broad [m] on a seat by its own factor of breadth.
+
+    The breadth is that of the farthest spheres, each linear in the factor: Newton's steps end at it.
+    """
+    for _ in range(_FACTOR_STEPS):
+        factor = float(body.seated_factors[0, 0])
+        found = _breadth_on_a_seat(body)
+        if abs(found - wanted) < _EXACT:
+            break
+        slope = (_breadth_on_a_seat(_with_breadth(body, factor + _WIDER)) - found) / _WIDER
+        factor += (wanted - found) / slope
+        least, greatest = SEATED_FACTORS
+        if not least <= factor <= greatest:
+            raise InputError(
+                f"hip_breadth_sitting {1000 * wanted:g} mm would be {factor:.2f} times the breadth "
+                f"standing; {least:g} to {greatest:g} times is possible"
+            )
+        body = _with_breadth(body, factor)
+    return body
+
+
+def _breadth_on_a_seat(body: Body) -> float:
+    return measure(body, ["hip_breadth_sitting"])["hip_breadth_sitting"]
+
+
+def _with_breadth(body: Body, factor: float) -> Body:
+    """The body with another factor of breadth on a seat."""
+    return replace(body, seated_factors=np.array([[factor, body.seated_factors[0, 1]]]))
 
 
 def _refuse(measures: Measures) -> None:
@@ -182,6 +228,14 @@ def _refuse(measures: Measures) -> None:
             errors.append(
                 f"{longer} {1000 * measures[longer]:g} mm is shorter than {shorter} "
                 f"{1000 * measures[shorter]:g} mm"
+            )
+    if set(_ELBOW) <= set(measures):
+        rest, shoulder, arm = (measures[name] for name in _ELBOW)
+        if abs(shoulder - arm - rest) > _MAX_MISS:
+            errors.append(
+                f"elbow_rest_height {1000 * rest:g} mm is acromial_height_sitting less "
+                f"shoulder_elbow_length on a body, here {1000 * (shoulder - arm):g} mm: give two of "
+                f"the three"
             )
     if errors:
         raise InputError(errors)

@@ -7,6 +7,7 @@ from typing import Annotated, Literal
 from pydantic import Discriminator, Field, Tag, model_validator
 
 from workbench.files.schema import Degrees, FileModel, Length, LengthUnit, Vector
+from workbench.model.body import SEATED_FACTORS
 
 __all__ = [
     "AllowanceFile",
@@ -140,7 +141,7 @@ class AllowanceFile(FileModel):
     depth: Annotated[Length, Field(ge=0)]
 
 
-SeatedFactor = Annotated[float, Field(ge=0.7, le=1.4)]
+SeatedFactor = Annotated[float, Field(ge=SEATED_FACTORS[0], le=SEATED_FACTORS[1])]
 
 
 class SeatedFile(FileModel):

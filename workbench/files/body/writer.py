@@ -46,8 +46,9 @@ def body_text(
     unit = metres_in[value["length"]]
     head: dict[str, Any] = {"body": name, "description": description}
     head |= {key: value[key] for key in ("source", "licence", "length") if key in value}
-    if "seated" in value:
-        head["seated"] = value["seated"]
+    breadth, thickness = body.seated_factors[0].tolist()
+    if (breadth, thickness) != (1.0, 1.0):
+        head["seated"] = {"breadth": round(breadth, 6), "thickness": round(thickness, 6)}
     head |= _beside(body, value, origin, folder)
     lines = [*(f"{key}: {_flow(item)}" for key, item in head.items()), "segments:"]
     for segment, entry in value["segments"].items():

@@ -72,12 +72,16 @@ EXACT_MEASURES = (
     "bideltoid_breadth",
     "thigh_clearance",
     "hip_breadth",
+    "hip_breadth_sitting",
+    "elbow_rest_height",
     "hand_length",
     "foot_length",
     "abdominal_extension_depth_sitting",
 )
 """Measures that a body shows exactly, as far as they are known of the person; it shows all others
-as nearly as it can."""
+as nearly as it can. On a body, elbow rest height is acromial height sitting less shoulder-elbow
+length, in people to 12 mm (they move their shoulders between measures): where both heights are
+known, the upper arm's length is shown nearly, as reach is exact by itself."""
 FITTED_FIELDS = (
     "centre",
     "radius",
@@ -347,6 +351,8 @@ class _Person:
 
 def _persons(people: Population) -> list[_Person]:
     exact = [name for name in EXACT_MEASURES if name in people.names]
+    if {"elbow_rest_height", "acromial_height_sitting"} <= set(exact):
+        exact = [name for name in exact if name != "shoulder_elbow_length"]
     near = [n for n in people.names if n in MEASURES and n not in (*exact, *APART)]
     persons = []
     labels = people.labels or [str(number) for number in range(len(people))]
