@@ -15,7 +15,7 @@ from workbench.study import executors
 from workbench.study.accommodation import population_bodies
 from workbench.study.accommodation.accommodation import accommodation
 from workbench.study.accommodation.population_bodies import fit_population
-from workbench.study.executors import dask_executor, local_executor
+from workbench.study.executors import completed, dask_executor, local_executor
 
 distributed = pytest.importorskip("distributed")
 pytestmark = pytest.mark.filterwarnings("ignore")
@@ -54,6 +54,19 @@ def test_bodies_are_the_same_bytes_here_in_processes_and_on_a_cluster(toy, monke
     for other in found[1:]:
         for name, values in found[0].fields.items():
             assert values.tobytes() == other.fields[name].tobytes(), name
+
+
+def test_a_cluster_without_a_worker_is_given_up(monkeypatch):
+    assert executors.WORKERLESS_TIME <= 60
+    monkeypatch.setattr(executors, "WORKERLESS_TIME", 1.0)
+    own = distributed.LocalCluster(n_workers=0, dashboard_address=None)
+    given_up = rf"the cluster at '{own.scheduler_address}' has had no worker for 1 s: start one"
+    with (
+        own,
+        pytest.raises(wb.InputError, match=given_up),
+        dask_executor(own.scheduler_address) as one,
+    ):
+        list(completed(abs, [1, 2], lambda key: (key,), executor=one))
 
 
 @pytest.mark.nightly

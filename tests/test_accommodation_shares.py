@@ -3,6 +3,8 @@ somebody."""
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -16,7 +18,7 @@ from workbench.body.people.share import bootstrap_share, share_of
 from workbench.model.accommodation import IntervalRule
 from workbench.model.population import Population
 from workbench.study.accommodation.hardest import hardest_rows
-from workbench.study.accommodation.limiting import limiting_measures
+from workbench.study.accommodation.limiting import limiting_measures, odd_people
 from workbench.study.accommodation.proposals import shortest
 from workbench.study.accommodation.shares import (
     group_shares,
@@ -225,3 +227,14 @@ def test_a_popliteal_range_of_351_to_471_mm_covers_what_the_survey_says():
     # published as 95.2 %; the public rows, which hold whole millimetres and no weights, say 94.8 %
     assert 100 * covered[people.sex == 1].mean() == pytest.approx(95.2, abs=0.5)
     assert 100 * covered[people.sex == 0].mean() == pytest.approx(95.1, abs=0.1)
+
+
+def test_a_row_whose_measures_contradict_each_other_is_warned_of():
+    """A man's knee 150 mm too high is nobody's; drawn people have nothing of the kind."""
+    people = wb.draw_people(wb.load_population_model("ansur2"), 40, seed=1)
+    assert odd_people(people) == []
+    measures = np.array(people.measures)
+    measures[3, people.names.index("knee_height_sitting")] += 0.15
+    (said,) = odd_people(replace(people, measures=measures))
+    assert said.startswith("1 of 40 people have a measure more than 7 standard deviations")
+    assert f"{people.labels[3]} (knee_height_sitting" in said

@@ -101,6 +101,18 @@ def test_a_prediction_says_how_deep_the_thighs_are_and_the_seat_may_go_along(tra
     assert edit.arrangement.people[0].free
 
 
+def test_a_seat_without_travel_is_not_offered_to_go_along(trainer, small_woman):
+    wanted = suggested(trainer, small_woman, 0, LIMBS)
+    held = predicted(trainer, small_woman, "pilot", wanted).arrangement
+    found = answer(placed_people(trainer, held))
+    still = {"travel_forward": (0.0, 0.0), "travel_up": (0.0, 0.0)}
+    environment = trainer.study.environment
+    seats = tuple(replace(seat, **still) for seat in environment.seats)
+    study = replace(trainer.study, environment=replace(environment, seats=seats))
+    said = troubles(replace(trainer, study=study), found, 0)
+    assert said.words and said.offer == ""
+
+
 def test_all_cases_are_predicted_each_from_what_it_holds_and_saved(trainer, placement, tmp_path):
     wanted = replace(suggested(trainer, placement, 0, LIMBS), like="driving", everywhere=True)
     after = predicted(trainer, placement, "pilot", wanted).arrangement

@@ -12,6 +12,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+import workbench as wb
 from tests.conftest import ROOT
 from tests.made_seat import METRES, SRP, corners, obj_text, seat_parts
 from workbench.cli import main
@@ -25,14 +26,16 @@ from workbench.files.yaml_text import parse_yaml
 from workbench.study.describe.edits_frame import agreed, floored, framed, scaled
 from workbench.study.describe.edits_parts import dropped, joined, put_back, ruled, split_part
 from workbench.study.describe.edits_seats import carried, faced
-from workbench.study.describe.edits_things import placed_point, removed, renamed, typed
+from workbench.study.describe.edits_things import placed_point, pointed, removed, renamed, typed
 from workbench.study.describe.meshes import Meshes, Ray
+from workbench.study.describe.people import seated_eye, seated_words
 from workbench.study.describe.piece_names import piece_names
 from workbench.study.describe.planes import Surface, fitted_plane, grown_faces
 from workbench.study.describe.saving import (
     ForeignFileError,
     SavedPlace,
     save_description,
+    save_first_study,
     unfinished,
 )
 from workbench.study.describe.seats import seat_figures
@@ -194,7 +197,7 @@ def test_what_was_pointed_at_goes_along_and_what_was_typed_stays(tmp_path):
     seat = seated(opened, start.description)
     spot = placed_point(opened, seat, "control", "", {"grip": "grasp", "zone": 2}, ray("lever", (0.62, 0.02, 2), DOWN)).description  # fmt: skip
     assert spot.says["controls"]["lever"]["at"] == [620, 20, 600]
-    over = typed(spot, "seat", "driver", "back_angle", 25.0).description
+    over = typed(opened, spot, "seat", "driver", "back_angle", 25.0).description
     larger = framed(opened, over, 0, {"length": "cm", "up": None, "forward": None}).description
     found = larger.says["seats"]["driver"]
     assert found["srp"][::2] == [1000, 3000] and found["back_angle"] == 25
@@ -206,7 +209,7 @@ def test_the_floor_takes_everything_along(tmp_path):
     parts = {name: points + np.array([0, 0, 0.5]) for name, points in seat_parts().items()}
     opened = placed(tmp_path, obj_text(parts))
     seat = seated(opened, cushion=on_cushion((0.1, 0.2, 0.8)), back=ray("rest", (3, 0.1, 1.1), (-1, 0, 0)))  # fmt: skip
-    seat = typed(seat, "seat", "driver", "srp", [0.1, 0.2, 0.9]).description
+    seat = typed(opened, seat, "seat", "driver", "srp", [0.1, 0.2, 0.9]).description
     found = floored(opened, seat, ray("floor", (0.9, -0.4, 2.0), DOWN))
     assert found.words == "the floor is at height 0: everything goes 500 mm down"
     assert found.description.says["seats"]["driver"]["srp"] == [100, 200, 400]
@@ -411,9 +414,9 @@ def test_parts_are_renamed_joined_left_out_and_put_back(tmp_path):
         (lambda o, d: renamed(d, "seat", "driver", ""), "a seat needs a name"),
         (lambda o, d: renamed(seated_again(o, d), "seat", "driver", "other"), "there is a seat 'other' already"),
         (lambda o, d: removed(d, "control", "horn"), "there is no control 'horn'"),
-        (lambda o, d: typed(d, "seat", "driver", "back_angle", 120.0), "seats.driver.back_angle"),
-        (lambda o, d: typed(d, "seat", "driver", "srp", 3.0), "3 lengths are needed"),
-        (lambda o, d: typed(d, "seat", "driver", "colour", 3.0), "a seat has no 'colour'"),
+        (lambda o, d: typed(o, d, "seat", "driver", "back_angle", 120.0), "seats.driver.back_angle"),
+        (lambda o, d: typed(o, d, "seat", "driver", "srp", 3.0), "3 lengths are needed"),
+        (lambda o, d: typed(o, d, "seat", "driver", "colour", 3.0), "a seat has no 'colour'"),
         (lambda o, d: faced(o, d, "driver", "cushion", ray("pan", (9, 9, 9), DOWN)), "nothing was picked"),
         (lambda o, d: faced(o, d, "x", "back", ray("pam", (9, 9, 9), DOWN)), "no part 'pam' any more"),
         (lambda o, d: faced(o, faced(o, d, "x", "cushion", on_cushion()).description, "x", "back", ray("floor", (0.9, -0.4, 2.0), DOWN)), "are parallel"),
@@ -481,7 +484,7 @@ def test_a_new_file_says_how_each_figure_was_got_and_opens_again_as_it_was(tmp_p
     assert environment.parts == ("pan", "rest", "floor", "gear lever")
     assert not environment.solid[2] and environment.solid[3]
     assert math.degrees(environment.seat("driver").back_angle) == pytest.approx(20.0)
-    more = typed(seat, "seat", "driver", "back_angle", 21.0).description
+    more = typed(opened, seat, "seat", "driver", "back_angle", 21.0).description
     save_description(opened, more, saved)
     changed = (tmp_path / "environment.yaml").read_text()
     assert changed == text.replace(
@@ -492,7 +495,7 @@ def test_a_new_file_says_how_each_figure_was_got_and_opens_again_as_it_was(tmp_p
 
 def test_picked_faces_are_in_the_file_and_a_seat_goes_on_from_there(tmp_path):
     opened = placed(tmp_path, obj_text(seat_parts()))
-    seat = typed(seated(opened), "seat", "driver", "back_angle", 25.0).description
+    seat = typed(opened, seated(opened), "seat", "driver", "back_angle", 25.0).description
     save_description(opened, seat, None)
     text = (tmp_path / "environment.yaml").read_text()
     assert "picked: [[300, 300, 335.3]]" in text
@@ -523,7 +526,7 @@ def test_which_parts_go_along_with_a_seat_is_chosen(tmp_path):
     opened = placed(tmp_path, obj_text(seat_parts()))
     found = carried(opened, seated(opened), "driver", ["pan", "rest", "lever"]).description
     assert found.says["seats"]["driver"]["moves"] == ["pan", "rest", "lever"]
-    tilted = typed(found, "seat", "driver", "tilt", [-3.0, 6.0]).description
+    tilted = typed(opened, found, "seat", "driver", "tilt", [-3.0, 6.0]).description
     assert tilted.says["seats"]["driver"]["travel"] == {"tilt": [-3, 6]}
     with pytest.raises(InputError, match="there is no part 'pam'; did you mean 'pan'"):
         carried(opened, found, "driver", ["pam"])
@@ -662,9 +665,9 @@ def test_an_environment_of_the_catalogue_is_corrected_with_its_comments(tmp_path
     opened = open_place(tmp_path / name)
     control = next(iter(opened.start.says["controls"]))
     seat = next(iter(opened.start.says["seats"]))
-    one = typed(opened.start, "seat", seat, "back_angle", 17.5).description
+    one = typed(opened, opened.start, "seat", seat, "back_angle", 17.5).description
     one = renamed(one, "control", control, "first").description
-    one = typed(one, "control", "first", "zone", 3).description
+    one = typed(opened, one, "control", "first", "zone", 3).description
     one = joined(opened, one, ["floor"], "cabin floor").description
     text = opened.text.text
     save_description(opened, one, SavedPlace(opened.text, opened.start.says))
@@ -746,3 +749,52 @@ def open_box(meshes):
     from workbench.files.environment_schema import MeshFile
 
     return meshes.standing([MeshFile(file="box.obj")])
+
+
+def pedal_on_the_floor(opened):
+    """A seat, and a pedal that was clicked on the floor before it."""
+    under = ray("floor", (SRP[0] + 0.7, SRP[1], 1.0), DOWN)
+    given = {"grip": "foot", "zone": 1}
+    return placed_point(opened, seated(opened), "control", "pedal", given, under).description
+
+
+@pytest.mark.parametrize(
+    ("at", "part", "words"),
+    [
+        ((0.8, 0.2, 0.005), "floor", ""),
+        ((0.8, 0.2, 0.15), None, "nothing is within 10 mm of there, so it is on no part"),
+        ((0.8, 0.2, 0.05), None, "nothing is within 10 mm of there, so it is on no part"),
+        ((0.62, 0.02, 0.603), "lever", "pedal is on lever"),
+    ],
+)
+def test_a_control_whose_place_is_typed_is_on_what_is_there(tmp_path, at, part, words):
+    opened = placed(tmp_path, obj_text(seat_parts()))
+    before = pedal_on_the_floor(opened)
+    assert before.says["controls"]["pedal"]["part"] == "floor"
+    edit = typed(opened, before, "control", "pedal", "at", list(at))
+    assert edit.description.says["controls"]["pedal"].get("part") == part
+    assert words in edit.words and bool(words) == bool(edit.words)
+    on_lever = typed(opened, edit.description, "control", "pedal", "part", "lever").description
+    beside = typed(opened, on_lever, "control", "pedal", "at", [0.68, 0.02, 0.5])  # 40 mm beside
+    assert beside.description.says["controls"]["pedal"]["part"] == "lever" and not beside.words
+
+
+def test_a_floor_with_a_pedal_clicked_on_it_is_still_the_floor_under_the_feet(tmp_path):
+    opened = placed(tmp_path, obj_text(seat_parts()))
+    bare = seated(opened)
+    ground = standing_of(opened, bare).ground
+    said = seated_words(bare.file, "driver", ground)
+    assert "the feet hang 76 mm above 'floor'" in said[0]
+    assert seated_words(pedal_on_the_floor(opened).file, "driver", ground) == said
+
+
+def test_the_eye_point_of_a_seat_is_where_its_man_has_his_eyes_in_a_first_study(tmp_path):
+    opened = placed(tmp_path, obj_text(seat_parts()))
+    before = pedal_on_the_floor(opened)
+    eyes = seated_eye(before.file, "driver")
+    eye = pointed(before, "driver_design_eye", eyes, "assumed: of the man").description
+    save_description(opened, eye, None)
+    save_first_study(tmp_path / "environment.yaml", tmp_path / "study.yaml")
+    result = wb.run(wb.load_study(tmp_path / "study.yaml"))
+    (height,) = [one.worst for one in result.verdicts if one.criterion.check == "eye_height"]
+    assert height.margin == pytest.approx(0.025, abs=2e-4)  # so much below would still do

@@ -497,6 +497,22 @@ def test_a_small_part_is_found_and_fit_leaves_the_standing_person_out(browser, m
         assert page.faults == []
 
 
+def test_a_section_is_through_the_mesh_or_what_is_looked_at_not_through_the_man(browser, mesh):
+    mesh.write_text(obj_text(seat_parts() | {"knob": corners((0.5, 0.1, 0.3), (0.52, 0.12, 0.32))}))
+    with shown(browser, mesh) as page:
+        section = page.get_by_role("button", name="section", exact=True)
+        for view, words in (("left", "cut at y 150 mm"), ("front", "cut at x 300 mm")):
+            page.get_by_role("button", name=view, exact=True).click()
+            section.click()
+            assert section.get_attribute("title") == words
+            section.click()
+        page.get_by_label("choose knob").check()
+        page.get_by_role("button", name="fit", exact=True).click()
+        page.get_by_role("button", name="section", exact=True).click()
+        assert section.get_attribute("title") == "cut at x 510 mm"
+        assert page.faults == []
+
+
 def test_a_study_is_made_on_the_page_and_the_bench_opens_on_it(browser, mesh):
     with shown(browser, mesh) as page:
         page.get_by_role("button", name="They are right").click()

@@ -10,6 +10,7 @@ import pytest
 
 import workbench as wb
 from tests.crowds import Crowd, crowd_of
+from tests.test_driving import foot_and_calf
 from workbench import eyellipse, load_study, seat_curve
 from workbench.model.driving import DrivingAims
 from workbench.study.drivers import drivers_among
@@ -146,7 +147,11 @@ def predicted_forward(path):
         ),
         ("          wheel: wheel_centre\n", "", "driver: key 'wheel' is missing"),
         ("heels: accelerator_heel", "", "driver: key 'heels' is missing"),
-        (", right: accelerator", "", "driver.feet: key 'right' is missing"),
+        (
+            "{left: foot_rest, right: accelerator}",
+            "{}",
+            "driver.feet: a driver has a foot on the accelerator: give 'left' or 'right'",
+        ),
         ("right: accelerator", "right: accelerater", "no control 'accelerater'"),
         ("        driver:\n", "        predicted:\n", "predicted.wheel: unknown key 'wheel'; "),
         (
@@ -203,7 +208,7 @@ def test_a_point_that_is_not_there_is_told_of_a_population_too(written):
 @pytest.fixture(scope="module")
 def drivers(written):
     """Forty drivers in shoes, postures drawn, the track long enough for all: hip points aft of the
-    ball of foot and eyes [mm], statures [cm]."""
+    ball of foot and eyes [mm], statures [cm], soles to calves (2, 40) [degrees]."""
     text = CREW.replace("people: 6", "people: 40").replace("          eyes: low_eye\n", "")
     text = text.replace("detail: coarse", "detail: coarse\n    clothes: [shoes]")
     read = load_study(written(text))
@@ -211,7 +216,9 @@ def drivers(written):
     study = Crowd(replace(read, environment=replace(read.environment, seats=seats)))
     found = study.seated(study.bodies[:], range(40))
     ball = study.environment.points["ball_of_foot"][0]
-    return 1e3 * (ball - found.forward), 1e3 * found.eye, 100 * study.people.column("stature")
+    ankle = np.degrees(foot_and_calf(study.bodies[:], wb.place(study.bodies[:], found.poses))[0])
+    stature = 100 * study.people.column("stature")
+    return 1e3 * (ball - found.forward), 1e3 * found.eye, stature, ankle
 
 
 def test_the_seats_of_drawn_drivers_spread_as_the_standards_curves_do(drivers):
@@ -226,10 +233,17 @@ def test_the_seats_of_drawn_drivers_spread_as_the_standards_curves_do(drivers):
 def test_taller_drivers_sit_farther_back_as_faraways_drivers_did(drivers):
     """38 drivers: hips 4.27 mm farther back with a centimetre of stature, 36 mm of scatter about
     the line."""
-    aft, _, stature = drivers
+    aft, _, stature, _ = drivers
     slope, start = np.polyfit(stature, aft, 1)
     assert slope == pytest.approx(4.27, abs=1.5)
     assert 20 < (aft - start - slope * stature).std() < 45
+
+
+def test_ankles_of_drawn_drivers_are_within_what_others_observed(drivers):
+    """82 to 124 degrees (Park 2000); 85 to 113 (Wolf 2022, 127 drivers)."""
+    ankle = drivers[3]
+    assert ((ankle > 82) & (ankle < 124)).mean() > 0.85
+    assert 85 < ankle[1].mean() < 113 and (ankle[1] < 85).mean() < 0.35
 
 
 def test_the_eyes_of_drawn_drivers_are_about_the_eyellipse(drivers):

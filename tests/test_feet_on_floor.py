@@ -61,7 +61,7 @@ def cab(folder, floor, *, controls="{}"):
 def sole(tmp_path_factory):
     """The height [m] of the soles of who sits in the cab."""
     _, file = cab(tmp_path_factory.mktemp("cab"), 0.0)
-    placed = seated_person(file, "left").placed
+    placed = seated_person(file, "left")
     body = placed.body
     feet = [body.spheres(body.segment(foot)) for foot in ("LF", "RF")]
     return min(float((placed.centres[0, own, 2] - body.radius[0, own]).min()) for own in feet)
@@ -99,7 +99,7 @@ def test_feet_that_hang_and_feet_over_nothing_are_told(tmp_path, sole):
 
 def test_the_lower_leg_reaches_the_floor_farther_ahead_by_pythagoras(tmp_path, sole):
     environment, file = cab(tmp_path, sole + 0.1)
-    placed = seated_person(file, "left").placed
+    placed = seated_person(file, "left")
     feet = feet_on_floor(placed, 0, environment.seat("left"), ground_of(environment))
     legs = [placed.body.spheres(placed.body.segment(leg)) for leg in ("LLL", "RLL")]
     knee = max(float(placed.centres[0, leg, 2].max()) for leg in legs)

@@ -700,3 +700,35 @@ def test_nothing_of_the_page_is_wider_than_the_window(page, width, scheme):
     page.set_viewport_size({"width": width, "height": 900})
     page.emulate_media(color_scheme=scheme)
     assert page.evaluate("() => document.documentElement.scrollWidth") <= width
+
+
+STANDS = """study: stands
+length: mm
+environment: trainer
+people:
+  mechanic: {body: adult_male, detail: coarse, stand: {on: [400, 900, 0], yaw: -90}}
+cases:
+  - {name: beside, people: {mechanic: {posture: standing}}}
+criteria:
+  - {name: joints, check: stops}
+  - {name: latch, check: reach, controls: [left_canopy_latch]}
+"""
+
+
+@pytest.mark.nightly
+def test_of_who_stands_no_harness_and_no_seat_is_spoken(tmp_path):
+    path = tmp_path / "stands.yaml"
+    path.write_text(STANDS)
+    with (
+        served(path) as address,
+        playwright.sync_playwright() as running,
+        launched(running) as browser,
+    ):
+        page = browser.new_page(viewport={"width": 1400, "height": 900})
+        page.set_default_timeout(300_000)
+        page.goto(address, wait_until="commit")
+        page.wait_for_selector("#verdicts tr")
+        words = page.locator("main").inner_text()
+        assert "What moves in verdicts of reach" in words and "Harness" not in words
+        assert "3: bends and steps" in page.locator("#harness").inner_text()
+        assert page.locator("#seat").inner_text() == "" and page.locator("#prediction").is_hidden()

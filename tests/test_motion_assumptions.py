@@ -193,6 +193,28 @@ def test_left_and_right_exchanged_are_told_by_the_knees_and_turned_back(bones):
     assert knees.min() > 5 and knees.max() < 75
 
 
+def test_a_skeleton_in_left_handed_axes_is_turned_back(bones):
+    """All of it seen in a mirror across x: places (-x, y, z), rotations about (x, -y, -z)."""
+    place_ = np.array([-1.0, 1, 1])
+    turned = replace(
+        bones,
+        offset=bones.offset * place_,
+        shift=bones.shift * place_,
+        rotations=bones.rotations * [1, 1, -1, -1],
+        ends={name: tuple((np.array(end) * place_).tolist()) for name, end in bones.ends.items()},
+        overview=None,
+    )
+    poses, notes = retarget(BODY, turned)
+    assert any("its axes are left-handed" in note for note in notes)
+    assert line_errors(poses) < 0.1
+
+
+def test_arms_whose_sides_are_not_those_of_the_legs_are_remarked_on(bones):
+    sides = {"LUA": "RightArm", "RUA": "LeftArm", "LLA": "RightForeArm", "RLA": "LeftForeArm"}
+    _, notes = retarget(BODY, bones, names=sides | {"LHN": "RightHand", "RHN": "LeftHand"})
+    assert notes[0].startswith("its arms have their left where its legs have their right")
+
+
 def test_bones_without_length_are_refused_with_the_way_on(bones):
     still = np.zeros_like(bones.offset)
     with pytest.raises(InputError, match=r"have no length \(OFFSET 0 0 0\).*--names FILE"):
@@ -213,6 +235,9 @@ def test_other_names_are_given_by_a_file_for_every_command(tmp_path, capsys):
     file = str(written(tmp_path, walk_text(odd)))
     assert main(["motion", "show", file]) == 3
     assert "--names FILE" in capsys.readouterr().err
+    turned = str(written(tmp_path, "bone5: LSM\n", "turned.yaml"))
+    assert main(["motion", "show", file, "--names", turned]) == 3
+    assert "no segment 'bone5' (a line is 'SEGMENT: BONE')" in capsys.readouterr().err
     lines = "".join(f"{segment}: {bone}\n" for segment, bone in odd.items())
     names = ["--names", str(written(tmp_path, lines, "names.yaml"))]
     assert main(["motion", "show", file, *names]) == 0

@@ -228,11 +228,9 @@ def test_a_skeleton_made_from_the_body_brings_its_pose_back():
         np.repeat(offset[None], 3, axis=0),
         [0, 1, 2],
         {},
-        1.0,
-        "",
         "own",
     )
-    poses, _ = retarget(BODY, bones)
+    poses, _ = retarget(BODY, bones, metres=1.0)
     hands = [BODY.joint(j) for j in ("LW", "RW")]
     others = [j for j in range(len(BODY.joints)) if j not in hands]
     assert np.abs(poses.rotations[:, others] - [1, 0, 0, 0]).max() < 1e-9

@@ -116,6 +116,28 @@ def test_a_bad_file_is_told_with_its_place(tmp_path, old, new, said):
         load_outlines(path)
 
 
+def test_one_section_is_a_slab_or_turns_to_a_body_of_rotation(tmp_path):
+    """A 60 x 60 mm rhomb 40 mm thick is 0.5 x 60 x 60 x 40 mm3, a cone frustum pi h (R2 + Rr + r2) / 3."""
+    path = tmp_path / "one.yaml"
+    one = FOREARM[: FOREARM.index("  - {at: 10 cm")]
+    path.write_text(one + "thickness: 40\n")
+    slab = outline_surface(load_outlines(path), pitch=0.001)
+    assert slab.volume == pytest.approx(0.5 * 0.06 * 0.06 * 0.04, rel=0.02)
+    assert slab.vertices[:, 2].min() == pytest.approx(-0.02, abs=1e-3)
+    path.write_text(one[: one.index("stations")] + "lathe: [[0, 30], [100, 20]]\n")
+    cone = outline_surface(load_outlines(path), pitch=0.001)
+    assert cone.volume == pytest.approx(np.pi * 0.1 * (0.0009 + 0.0006 + 0.0004) / 3, rel=0.02)
+    for text, said in (
+        (one, r":5:1: stations: .*slab \(thickness.*lathe"),
+        (one + "lathe: [[0, 30], [100, 20]]\n", "a lathe has no stations"),
+        (FOREARM + "thickness: 40\n", "a slab has one station"),
+        (one[: one.index("stations")] + "lathe: [[10, 30], [0, 20]]\n", "places rising"),
+    ):
+        path.write_text(text)
+        with pytest.raises(InputError, match=said):
+            load_outlines(path)
+
+
 def test_curves_of_one_station_that_cross_are_refused(tmp_path):
     path = tmp_path / "bad.yaml"
     path.write_text(FOREARM + "  - {at: 100, points: [[40, 0], [10, 10], [10, -10]]}\n")

@@ -14,6 +14,7 @@ from tests.conftest import REFERENCE, ROOT, SHARED, real_input, tracked
 from workbench import InputError, UsageError, load_population_model, read_ansur
 from workbench.body.people.fit import fit_population
 from workbench.body.people.percentile import percentile_values
+from workbench.cli import main
 from workbench.files.growth import load_growth
 from workbench.model.measures import MEASURES
 from workbench.model.population import SEXES, Population, PopulationModel
@@ -304,3 +305,18 @@ def test_masses_that_are_nobodys_of_their_stature_are_refused_with_their_line(
     with pytest.raises(InputError, match=told) as caught:
         read_ansur(file, measures=("stature", "mass"))
     assert str(caught.value).startswith(f"{file}:")
+
+
+def test_people_that_are_drawn_are_read_back(tmp_path, capsys):
+    """Lengths are in mm by the names of their columns, whatever the unit of the others is."""
+    assert main(["people", "draw", "--count", "6", "--csv"]) == 0
+    file = tmp_path / "drawn.csv"
+    file.write_text(text := capsys.readouterr().out)
+    rows = list(csv.DictReader(text.splitlines()))
+    people = read_ansur(file, measures=("stature", "mass", "hand_length"), unit=0.01)
+    assert people.labels == tuple(row["label"] for row in rows)
+    assert [SEXES[sex] for sex in people.sex] == [row["sex"] for row in rows]
+    for k, (name, unit) in enumerate(
+        [("stature_mm", 1e3), ("mass_kg", 1), ("hand_length_mm", 1e3)]
+    ):
+        assert people.measures[:, k] * unit == pytest.approx([float(row[name]) for row in rows])

@@ -63,6 +63,23 @@ criteria:
   - {name: shoulder, check: clearance, segments: [LSM], parts: [canopy, left_sill], at_least: 15}
   - {name: knees, check: clearance, segments: [RUL, RLL], parts: [instrument_panel], at_least: 25}
 """
+DRIVER = """study: driver
+length: mm
+environment: compact_car
+people:
+  driver: {body: bubbleman, seat: driver}
+cases:
+  - name: driving
+    people:
+      driver: {driver: {sex: male, wheel: wheel_centre, h_point: driver_h_point, seed: 11, eyes: low_eye,
+        heels: accelerator_heel, hands: {left: wheel_ten, right: wheel_two},
+        feet: {left: foot_rest, right: accelerator}}}
+criteria:
+  - {name: seat, check: preferred_seat}
+  - {name: pedals, check: pedals}
+  - {name: rim, check: reach, controls: [wheel_ten, turn_signal]}
+  - {name: knees, check: clearance, segments: [RUL, RLL], parts: [column_shroud], at_least: 50}
+"""
 MOTION = """study: motion
 length: mm
 environment: trainer
@@ -92,7 +109,9 @@ def unlike(study, folder, how):
     return differences(as_it_is(study, folder), found, TOLERANCE)[:5]
 
 
-@pytest.mark.parametrize("text", [REACH, PEOPLE, MOTION], ids=["reach", "people", "motion"])
+@pytest.mark.parametrize(
+    "text", [REACH, PEOPLE, DRIVER, MOTION], ids=["reach", "people", "driver", "motion"]
+)
 def test_a_study_written_otherwise_has_the_same_answers(tmp_path, text):
     study = tmp_path / "study.yaml"
     study.write_text(text)

@@ -5,13 +5,16 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
 
-from tests.made_seat import corners, obj_text
+from tests.made_seat import BOX, SRP, corners, obj_text, seat_parts
 from workbench import load_environment
 from workbench.cli import main
 from workbench.errors import InputError
-from workbench.files.seat_doubts import floor_before
+from workbench.files.seat_doubts import floor_before, rest_doubts
 from workbench.geometry.ground import ground_of
+from workbench.model.environment import Rest, Seat
 from workbench.study.describe.edits_seats import faced
 from workbench.study.describe.meshes import Ray
 from workbench.study.describe.state import open_place
@@ -117,3 +120,25 @@ def test_pointing_at_the_back_of_another_seat_is_refused_and_at_its_own_taken(tm
     both = faced(opened, one.description, "left", "back", Ray("left_back", (3, 0.35, 0.8), aft, 0))
     assert both.description.says["seats"]["left"]["srp"] == [0, 350, 400]
     assert np.allclose(both.description.file.seats["left"].back_angle, 0.0)
+
+
+@settings(max_examples=30)
+@given(dx=st.floats(-0.12, 0.12), dz=st.floats(-0.12, 0.12), one_part=st.booleans())
+def test_a_seat_is_doubted_where_its_planes_are_60_mm_off_its_faces(dx, dz, one_part):
+    pan, rest = (seat_parts(10.0, 20.0)[name][np.array(BOX)] for name in ("pan", "rest"))
+    faces = (np.concatenate([pan, rest]),) * 2 if one_part else (pan, rest)
+    names = ("seat", "seat") if one_part else ("pan", "rest")
+    surfaces = (Rest(name, (), 0.0) for name in names)
+    srp = (SRP[0] + dx, SRP[1], SRP[2] + dz)
+    angles = (np.radians(20.0), np.radians(10.0), 0.0)
+    seat = Seat("driver", srp, *angles, *surfaces, (0.0, 0.0), (0.0, 0.0), ())
+    c, s = np.cos(np.radians([10.0, 20.0])), np.sin(np.radians([10.0, 20.0]))
+    off = np.abs([-s[0] * dx + c[0] * dz, c[1] * dx + s[1] * dz])
+    assume(abs(off.max() - 0.06) > 1e-6)
+    said = [doubt.words for doubt in rest_doubts(seat, *faces)]
+    assert bool(said) == bool(off.max() > 0.06)
+
+
+def test_how_far_a_cushion_is_from_the_plane_of_its_seat_is_said(tmp_path):
+    (said,) = cab(tmp_path, {"z": 0.33})
+    assert "its cushion 'left_pan' is met 70 mm above the plane that the seat reference" in said

@@ -6,6 +6,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import trimesh
+from hypothesis import given
+from hypothesis import strategies as st
 
 from tests.conftest import ROOT, SHARED, box_part, real_input
 from tests.test_real_inputs import FILES
@@ -211,8 +213,53 @@ def test_a_mesh_of_the_wrong_unit_is_told_by_inspect_check_and_the_environment(t
     assert main(["check", str(tmp_path / "environment.yaml")]) == 0
     assert "warning: cab.obj: 'Wheel_FL' is 2 m large" in capsys.readouterr().err
     guessed = inspect_mesh(path)
-    assert guessed.assumed[0] == "unit m (not sure): by its size, 2 m long"
+    assert (
+        guessed.assumed[0] == "unit m (not sure): by its size, 2 m long; it would be 0.61 m in ft"
+    )
     assert guessed.problem.startswith("the file does not say its unit of length")
+
+
+THINGS = {
+    "left_seat": (0.5, 0.5, 1.0),
+    "steering_wheel": (0.05, 0.38, 0.38),
+    "front_door": (1.0, 0.05, 1.1),
+    "gear_lever": (0.05, 0.05, 0.4),
+    "dashboard": (0.3, 1.4, 0.4),
+}
+"""Parts that are as large as their names say [m]."""
+
+
+@given(
+    long=st.floats(1.0, 15.0),
+    unit=st.sampled_from(sorted(metres_in)),
+    names=st.sets(st.sampled_from(sorted(THINGS))),
+    odd=st.booleans(),
+)
+def test_no_unit_of_a_place_for_people_is_guessed_as_sure_and_is_another(
+    tmp_path, long, unit, names, odd
+):
+    parts = {"shell": (long, min(long, 1.6), min(long, 1.2))}
+    parts |= {name: THINGS[name] for name in names}
+    parts |= {"Bus": (0.01, 0.005, 0.001)} if odd else {}  # an electrical one
+    per_metre = 1.0 / metres_in[unit]
+    path = written(
+        tmp_path, *(sized(name, np.array(size) * per_metre) for name, size in parts.items())
+    )
+    (said,) = [words for words in inspect_mesh(path).assumed if words.startswith("unit ")]
+    assert "(not sure)" in said or said.startswith(f"unit {unit}: ")
+
+
+@pytest.mark.parametrize(
+    ("names", "said"),
+    [
+        ((), "unit cm (not sure): by its size, 4 m long; it would be 10.2 m in in"),
+        (tuple(THINGS), "unit cm: by its size, 4 m long"),
+    ],
+)
+def test_names_of_many_parts_settle_what_the_size_of_the_whole_leaves_open(tmp_path, names, said):
+    parts = {"shell": (4.0, 1.6, 1.2), **{name: THINGS[name] for name in names}}
+    path = written(tmp_path, *(sized(name, 100.0 * np.array(size)) for name, size in parts.items()))
+    assert inspect_mesh(path).assumed[0] == said
 
 
 @pytest.mark.parametrize(

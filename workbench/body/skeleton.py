@@ -6,7 +6,7 @@ import numpy as np
 
 from workbench.body.fitting.segmenting import Bones, SegmentedFit
 from workbench.errors import InputError
-from workbench.model.arrays import Floats
+from workbench.model.arrays import Bools, Floats
 from workbench.model.body import Body
 from workbench.model.vocabulary import DIRECTIONS
 
@@ -16,6 +16,10 @@ _SAME_POINT = 1e-3
 """Distance [m] up to which a point and a joint are the same."""
 _BEHIND = 0.3
 """Extent behind the joint, as a share of that ahead, from which on a segment has a bone there."""
+_BESIDE = 3.0
+"""A sphere whose centre is so many radii from the bones of its segment has one of its own, as a thumb
+has."""
+_MOST_BESIDE = 2
 _SHORT_BONE = 0.02
 """Length [m] of the bone of a segment whose joint is at its origin."""
 
@@ -24,8 +28,9 @@ def bones_of(body: Body, world: Floats) -> Bones:
     """Return the bones of a placed body, in the order of its segments.
 
     A bone runs from the proximal joint of its segment (the stage: its origin) to each distal joint. A
-    segment without a distal joint has a bone to the farthest of its spheres, and one behind the joint
-    if it reaches there, as a heel does.
+    segment without a distal joint has a bone to the farthest of its spheres, one behind the joint
+    if it reaches there, as a heel does, and one to what stands far beside these, as a thumb does. A segment without spheres has no bone: nothing of a surface
+    is its own, as of the stage that a person stands on.
 
     Parameters
     ----------
@@ -36,7 +41,8 @@ def bones_of(body: Body, world: Floats) -> Bones:
     """
     names: list[str] = []
     ends: list[tuple[Floats, Floats]] = []
-    for n, name in enumerate(body.segments):
+    for n in np.flatnonzero(_has_spheres(body)).tolist():
+        name = body.segments[n]
         rotation = world[n, :, :3]
         origin = world[n, :, 3]
         start = body.joint_in_child[0, n - 1] if n else np.zeros(3)
@@ -47,6 +53,11 @@ def bones_of(body: Body, world: Floats) -> Bones:
             names.append(name)
             ends.append((rotation @ start + origin, rotation @ tip + origin))
     return Bones(tuple(names), np.array([e[0] for e in ends]), np.array([e[1] for e in ends]))
+
+
+def _has_spheres(body: Body) -> Bools:
+    """(N,) which segments have spheres."""
+    return np.diff(body.start) > 0
 
 
 def _distal_joints(body: Body, segment: int) -> list[Floats]:
@@ -70,7 +81,21 @@ def _tips(body: Body, segment: int, start: Floats) -> list[Floats]:
     tips = [centre[ahead] if reach[ahead] > length else start + ahead_vector]
     if reach[back] < -_BEHIND * max(float(reach[ahead]), length):
         tips.append(centre[back])
+    radius = body.radius[0, body.spheres(segment)]
+    for _ in range(_MOST_BESIDE):
+        beside = np.min([_from_bone(centre, start, tip) for tip in tips], axis=0) / radius
+        if beside.max() <= _BESIDE:
+            break
+        tips.append(centre[int(beside.argmax())])
     return tips
+
+
+def _from_bone(points: Floats, start: Floats, tip: Floats) -> Floats:
+    """Distance (n,) [m] of points (n, 3) from a bone."""
+    bone = tip - start
+    share = np.clip((points - start) @ bone / (bone @ bone), 0.0, 1.0)
+    found: Floats = np.linalg.norm(points - start - share[:, None] * bone, axis=1)
+    return found
 
 
 def spheres_in_frames(
@@ -90,7 +115,8 @@ def spheres_in_frames(
     Returns
     -------
     dict
-        Centres (n, 3) and radii (n,) [m] by segment. A sphere at a joint has exactly its coordinates.
+        Centres (n, 3) and radii (n,) [m] by segment that has spheres. A sphere at a joint has exactly
+        its coordinates.
 
     Raises
     ------
@@ -98,10 +124,16 @@ def spheres_in_frames(
         If a joint has no sphere.
     """
     found = {}
-    for n, name in enumerate(body.segments):
+    has_spheres = _has_spheres(body)
+    for n in np.flatnonzero(has_spheres).tolist():
+        name = body.segments[n]
         centre, radius = cut.spheres(name)
         local = (centre - world[n, :, 3]) @ world[n, :, :3]
         proximal = [body.joint_in_child[0, n - 1]] if n else []
+        if n and not has_spheres[body.parent[n]]:  # no bone ends there: a sphere within the others
+            within = float((radius - np.linalg.norm(local - proximal[0], axis=1)).max())
+            local = np.concatenate([local, proximal])
+            radius = np.append(radius, max(within, _SAME_POINT))
         for joint in [*_distal_joints(body, n), *proximal]:
             gap = np.linalg.norm(local - joint, axis=1)
             if not len(gap) or gap.min() > _SAME_POINT:

@@ -1,6 +1,7 @@
 """Dress bodies: helmets, boots, gloves and vests are copies of the body's own spheres.
 
-The copies are shifted and thicker.
+The copies are shifted and thicker. Where a limb is missing its own spheres and mass are gone; its
+joints stay, so that a body has the joints that postures name.
 """
 
 from __future__ import annotations
@@ -87,8 +88,11 @@ def _copies(body: Body, item: Encumbrance) -> _Copies:
         for layer in item.layers
         for s in _covered(body, item, layer)
     }
-    sphere, shift, thickness = zip(*rows, strict=True)
-    return _Copies(np.array(sphere), np.array(shift, dtype=np.float64), np.array(thickness))
+    return _Copies(
+        np.array([sphere for sphere, _, _ in rows], dtype=np.int64),
+        np.array([shift for _, shift, _ in rows], dtype=np.float64).reshape(-1, 3),
+        np.array([thickness for _, _, thickness in rows], dtype=np.float64),
+    )
 
 
 def _dressed(body: Body, item: Encumbrance, copies: _Copies) -> Body:
@@ -96,6 +100,8 @@ def _dressed(body: Body, item: Encumbrance, copies: _Copies) -> Body:
     segment = body.sphere_segment
     source = np.concatenate([np.arange(len(segment)), copies.sphere])
     order = np.argsort(segment[source], kind="stable")
+    gone = np.isin(segment, [body.segment(name) for name in item.without])
+    order = order[~np.append(gone, np.zeros(len(copies.sphere), dtype=np.bool_))[order]]
     source = source[order]
     names = [*body.sphere_names, *_copy_names(body, item, copies)]
     topology = replace(
@@ -123,6 +129,7 @@ def _dressed(body: Body, item: Encumbrance, copies: _Copies) -> Body:
 def _dressed_mass(body: Body, item: Encumbrance) -> Floats:
     """(B, N) [kg] masses of the segments with the thing."""
     mass = body.mass.copy()
+    mass[:, [body.segment(name) for name in item.without]] = 0.0
     for name, extra in item.mass:
         mass[:, body.segment(name)] += extra
     return mass

@@ -24,7 +24,7 @@ def body_fit(
     out: Annotated[Path, Parameter(name=["--out", "-o"])],
     skeleton: str | None = None,
     posture: str | None = None,
-    at: str = "0 mm, 0 mm, 0 mm",
+    at: str | None = None,
     length: str | None = None,
     up: str = "z",
     forward: str = "x",
@@ -52,7 +52,9 @@ def body_fit(
     segment posture
         the posture of the skeleton in which the mesh stands; without it, the zero pose
     at
-        where the origin of the skeleton's reference segment lies in the mesh's frame
+        where the origin of the skeleton's reference segment lies in the mesh's frame, "0 mm, 0 mm,
+    0 mm" where only a posture is stated; with neither, a skeleton of a family of bodies is sized, posed and placed as the
+    standing person in the mesh
     length
         the mesh's unit of length where its file does not say it: mm, cm, m, in, ft
     up
@@ -80,8 +82,8 @@ def body_fit(
         figures,
         fit_body,
         fitted_body_text,
-        placed_skeleton,
         read_surface,
+        skeleton_of,
     )
 
     if bound and count is not None:
@@ -91,7 +93,11 @@ def body_fit(
     surface = read_surface(source, length=length, up=up, forward=forward)
     placed = None
     if skeleton is not None:
-        placed = placed_skeleton(skeleton, posture=posture, at=_place(at))
+        placed = skeleton_of(
+            skeleton, surface, posture=posture, at=None if at is None else _place(at)
+        )
+        for note in placed.notes:
+            tell(f"note: {note}")
     check_file(out)  # again, now that all inputs are known
     cut = fit_body(surface, placed, limits, count=count, seed=seed)
     found = figures(surface, cut)

@@ -11,6 +11,7 @@ from __future__ import annotations
 import csv
 import io
 import math
+import re
 from collections.abc import Container, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,6 +20,7 @@ import numpy as np
 
 from workbench.errors import InputError, UsageError, one_of, printable
 from workbench.files.opening import BYTE_ORDER_MARK, read_whole
+from workbench.files.schema import metres_in
 from workbench.model.arrays import Bools, Floats
 from workbench.model.measures import MASS, MEASURES, check_measures
 from workbench.model.population import SEXES, Population
@@ -37,7 +39,10 @@ _INDEX = (12.0, 70.0)
 """Least and greatest body mass index [kg/m^2] of a person, mass / stature^2."""
 _MEDIAN_INDEX = (13.0, 42.0)
 """The same of the median of several people: of five-year-olds it is 15, of adults 21 to 33."""
-_SEVERAL = 5
+_SEVERAL = 3
+_STATED = re.compile(rf"({'|'.join(MEASURES)})_(mm|cm|m|in|kg)")
+"""A name of a column, and the unit that it may end with, as `workbench people draw --csv` writes it."""
+_OWN = {"sex": _SEX, "label": _SUBJECT}
 _SITTING = {
     "acromial_height_sitting": "acromialheight",
     "cervicale_height_sitting": "cervicaleheight",
@@ -46,11 +51,13 @@ _SITTING = {
 
 @dataclass(frozen=True)
 class _Table:
-    """A CSV file: its cells by the lower-case name of their column, and the line of each row."""
+    """A CSV file: its cells by the lower-case name of their column, the line of each row, and the
+    units [m; kg] of the columns that state one."""
 
     path: Path
     columns: dict[str, list[str]]
     lines: list[int]
+    units: dict[str, float]
 
 
 def read_ansur(
@@ -63,7 +70,8 @@ def read_ansur(
 
     measures: those wanted; other columns need not be there. A file of the same layout may call its
     columns by the names of the measures too, give lengths in another unit [m], masses as `mass`
-    [kg], and in a column `weights` for how many people each row stands. InputError names missing
+    [kg], say the unit of a column in its name (`stature_mm`), as `workbench people draw --csv` writes
+    them, and in a column `weights` for how many people each row stands. InputError names missing
     columns, and for absurd values their line and column; a mass is judged against the stature too.
     """
     if not paths:
@@ -160,7 +168,7 @@ def _measured(
         first, *others = parts
         # in whole millimetres first, then the nearest double, so that equal people stay equal
         recorded = raw[first] - raw[others[0]] + raw[others[1]] if others else raw[first]
-        sizes = recorded * _unit(first, unit)
+        sizes = recorded * table.units.get(first, _unit(first, unit))
         # absurd values are refused below, and may be too large to be rounded
         sane = np.abs(sizes) < _LARGEST
         values[measure] = np.where(sane, np.round(np.where(sane, sizes, 0.0), _DIGITS), sizes)
@@ -251,14 +259,22 @@ def _table(path: Path) -> _Table:
     text = printable(data.decode("latin-1").replace("\r\n", "\n").replace("\r", "\n"))
     reader = csv.reader(io.StringIO(text, newline=""), strict=True)
     try:
-        header = [cell.strip().lower().replace("_", "") for cell in next(reader, [])]
+        words = [cell.strip().lower() for cell in next(reader, [])]
+        stated = [_STATED.fullmatch(word) for word in words]
+        named = [found[1] if found else word for found, word in zip(stated, words, strict=True)]
+        header = [_OWN.get(name, name).replace("_", "") for name in named]
         rows = [(reader.line_num, row) for row in reader if row]
     except csv.Error as error:
         raise InputError(f"{path}:{reader.line_num}: not a CSV file: {error}") from None
     if faults := list(_shape_faults(path, header, rows)):
         raise InputError(faults[:MOST_TOLD])
     columns = (list(column) for column in zip(*(row for _, row in rows), strict=True))
-    return _Table(path, dict(zip(header, columns, strict=True)), [line for line, _ in rows])
+    units = {
+        name: metres_in.get(found[2], 1.0)
+        for name, found in zip(header, stated, strict=True)
+        if found
+    }
+    return _Table(path, dict(zip(header, columns, strict=True)), [line for line, _ in rows], units)
 
 
 def _shape_faults(

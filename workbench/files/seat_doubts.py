@@ -33,6 +33,15 @@ ALIKE = math.cos(math.radians(35.0))
 """Cosine of the angle between a face and the plane that it belongs to, at least."""
 SPAN = {"cushion": (0.0, 0.6), "back": (0.05, 0.9)}
 """Where [m] along its plane from the seat reference point a sitter rests."""
+OFF_PLANE = 0.06
+"""A surface that is met farther [m] before or behind the plane of its seat is doubted: a fitted plane
+is within 15 mm of its faces in the mean."""
+MET = {"cushion": (0.1, 0.2, 0.3), "back": (0.15, 0.3, 0.45)}
+"""Where [m] along its plane from the seat reference point it is asked what a sitter meets first."""
+MET_ASIDE = (-0.08, 0.0, 0.08)
+"""Where [m] across the seat."""
+MET_WITHIN = 0.25
+"""What is farther [m] from the plane is another thing."""
 OPENING = (80.0, 160.0)
 """Degrees between cushion and back: of a crouched racer's seat, of one that nearly lies."""
 FEET = ((0.6, 0.75, 0.9), (-0.1, 0.1))
@@ -70,6 +79,7 @@ def rest_doubts(seat: Seat, cushion: Floats, back: Floats) -> Iterator[Doubt]:
         ("back", seat.back.part, back),
     ):
         words = _aside_words(name, part, _across(seat, name, corners))
+        words = words or _off_words(name, part, _met_first(seat, name, corners))
         if words:
             yield Doubt(f"{name} of seat {seat.name}", f"seat {seat.name!r}: {words}")
     opening = 90.0 + math.degrees(seat.back_angle - seat.cushion_angle)
@@ -93,18 +103,12 @@ def another_seats(seat: Seat, back: Floats) -> str:
 
 def _across(seat: Seat, name: str, corners: Floats) -> _Across | None:
     """Where across a seat the faces lie that a sitter can rest on; None where there are none."""
-    heading = attitude_matrix(yaw=seat.yaw)
-    c, s = math.cos(seat.cushion_angle), math.sin(seat.cushion_angle)
-    normal, along = np.array([-s, 0.0, c]), np.array([c, 0.0, s])
-    if name == "back":
-        c, s = math.cos(seat.back_angle), math.sin(seat.back_angle)
-        normal, along = np.array([c, 0.0, s]), np.array([-s, 0.0, c])
-    own = (corners - np.array(seat.srp)) @ heading
+    own = _in_plane(seat, name, corners)
     crosses = np.cross(own[:, 1] - own[:, 0], own[:, 2] - own[:, 0])
     area = np.linalg.norm(crosses, axis=1)
-    facing = np.abs(crosses @ normal) >= ALIKE * area
-    off = own @ normal
-    way = own @ along
+    facing = np.abs(crosses[:, 2]) >= ALIKE * area
+    off = own[..., 2]
+    way = own[..., 0]
     low, high = SPAN[name]
     near = (off.min(axis=1) <= NEAR) & (off.max(axis=1) >= -NEAR)
     within = (way.min(axis=1) <= high) & (way.max(axis=1) >= low)
@@ -113,6 +117,48 @@ def _across(seat: Seat, name: str, corners: Floats) -> _Across | None:
         return None
     sides = own[rows][..., 1]
     return _Across(float(sides.min()), float(sides.max()))
+
+
+def _in_plane(seat: Seat, name: str, corners: Floats) -> Floats:
+    """(T, 3, 3) [m] faces as the plane of a cushion or a back has them: along it from the seat
+    reference point, to the left, and how far before it."""
+    own = (corners - np.array(seat.srp)) @ attitude_matrix(yaw=seat.yaw)
+    if name == "back":
+        c, s = math.cos(seat.back_angle), math.sin(seat.back_angle)
+        axes = np.array([[-s, 0.0, c], [0.0, 1.0, 0.0], [c, 0.0, s]])
+    else:
+        c, s = math.cos(seat.cushion_angle), math.sin(seat.cushion_angle)
+        axes = np.array([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]])
+    found: Floats = own @ axes.T
+    return found
+
+
+def _met_first(seat: Seat, name: str, corners: Floats) -> float:
+    """How far [m] before the plane of a cushion or a back a sitter meets its faces first, in the
+    middle of several places; 0 where most of them meet nothing."""
+    own = _in_plane(seat, name, corners)
+    count = len(own)
+    faces = Ground(own, np.zeros(count, dtype=np.int64), (name,), np.zeros(count, dtype=np.bool_))
+    places = [(along, aside) for along in MET[name] for aside in MET_ASIDE]
+    met = []
+    for place in places:
+        heights = faces.levels(np.array(place))[0]
+        near = heights[np.abs(heights) <= MET_WITHIN]
+        met += near[-1:].tolist()
+    return float(np.median(met)) if 2 * len(met) > len(places) else 0.0
+
+
+def _off_words(name: str, part: str, off: float) -> str:
+    """That a sitter meets a cushion or a back elsewhere than in its plane; "" where not."""
+    if abs(off) <= OFF_PLANE:
+        return ""
+    ways = {"cushion": ("above", "below"), "back": ("before", "behind")}[name]
+    called = name if part == name else f"{name} {part!r}"
+    return (
+        f"its {called} is met {1e3 * abs(off):.0f} mm {ways[0] if off > 0.0 else ways[1]} the plane "
+        f"that the seat reference point and the {name} angle give it: is the seat reference point "
+        f"right?"
+    )
 
 
 def _aside_words(name: str, part: str, across: _Across | None) -> str:

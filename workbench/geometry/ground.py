@@ -42,6 +42,12 @@ class Ground:
         """(T, 2) [m] each: the triangles as seen from above, least and greatest."""
         return self.corners[:, :, :2].min(axis=1), self.corners[:, :, :2].max(axis=1)
 
+    def breadth(self, part: int) -> float:
+        """The smaller extent [m] of a part, by its number, as seen from above; 0 of one without
+        triangles."""
+        corners = self.corners[self.part == part].reshape(-1, 3)[:, :2]
+        return float(np.ptp(corners, axis=0).min()) if len(corners) else 0.0
+
     def levels(self, at: Floats) -> tuple[Floats, Ints]:
         """Return the heights (N,) [m] at which the upright line through a point (2,) meets
         triangles, ascending, and the part (N,) of each."""

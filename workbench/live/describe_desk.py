@@ -15,7 +15,7 @@ import numpy as np
 
 from workbench.draw.web.thinning import ThinMesh, thinned
 from workbench.draw.web.views import PEOPLE, WebView, body_view
-from workbench.errors import InputError, WorkbenchError
+from workbench.errors import InputError, WorkbenchError, printable
 from workbench.geometry.components import component_labels
 from workbench.live.describe_frames import describe_hello, description_frame, drawn_place
 from workbench.live.describe_protocol import DESCRIBE_VERBS
@@ -151,7 +151,7 @@ class DescribeDesk:
         bodies = [body_view(standing_person(bounds), "person for scale", "grey")]
         if self.sitting:
             for name, colour in zip(file.seats, cycle(PEOPLE), strict=False):
-                bodies.append(body_view(seated_person(file, name).placed, name, colour))
+                bodies.append(body_view(seated_person(file, name), name, colour))
         place = drawn_place(self.opened, description, self._thin)
         return WebView(str(description.says["environment"]), tuple(bodies), place)
 
@@ -187,11 +187,11 @@ class DescribeDesk:
         meshes = self.opened.meshes
         head = {
             "answers": number,
-            "words": words,
+            "words": printable(words),
             "undo": self.history.can_undo,
             "redo": self.history.can_redo,
             "unsaved": self.unsaved,
-            "file": self.target.name,
+            "file": printable(self.target.name),
             "saved": self.disk is not None,
             "study": self._study_path.name if self._study_path.exists() else "",
             "others": files_beside(self.opened),
@@ -307,7 +307,7 @@ class DescribeDesk:
         sizes = [doubt.said for doubt in open_sizes(self.opened, self.live)]
         self.warnings = tuple(words for words in self.disk.warnings if words not in sizes)
         self.saved_content = self.live.content
-        head = {"kind": "saved", "answers": question.number, "file": self.target.name}
+        head = {"kind": "saved", "answers": question.number, "file": printable(self.target.name)}
         words = f"saved {self.target.name}; it loads without a fault"
         if self.warnings:
             many = len(self.warnings)

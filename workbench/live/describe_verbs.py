@@ -21,7 +21,7 @@ from workbench.study.describe.edits_things import (
     typed,
 )
 from workbench.study.describe.meshes import Ray
-from workbench.study.describe.people import PERSON, seated_person
+from workbench.study.describe.people import PERSON, seated_eye
 from workbench.study.describe.state import Description, OpenPlace
 
 __all__ = ["DESCRIBE_EDITS"]
@@ -96,13 +96,13 @@ def _eye(opened: OpenPlace, before: Description, given: Given) -> Edit:
     name = given["seat"]
     if name not in before.file.seats:
         raise InputError(f"there is no seat {name!r} yet: pick its cushion and back")
-    eye = seated_person(before.file, name).eye
-    how = f"assumed: the eyes of the {PERSON.replace('_', ' ')} seated in {name}"
+    eye = seated_eye(before.file, name)
+    how = f"assumed: the eyes of the {PERSON.replace('_', ' ')} seated in {name}, looking ahead"
     return pointed(before, f"{name}_design_eye", eye, how)
 
 
 def _figure(opened: OpenPlace, before: Description, given: Given) -> Edit:
-    return typed(before, given["kind"], given["name"], given["figure"], given["value"])
+    return typed(opened, before, given["kind"], given["name"], given["figure"], given["value"])
 
 
 def _rename(opened: OpenPlace, before: Description, given: Given) -> Edit:

@@ -228,7 +228,7 @@ class Desk:
 
     def greeting(self) -> list[bytes]:
         """What a page needs that was just opened, as far as it is known at once."""
-        frames = [hello_frame(self.opened, self.path.name, saves=self.may_save)]
+        frames = [hello_frame(self.opened, printable(self.path.name), saves=self.may_save)]
         if not self.ready:
             frames.append(busy_frame(0, "the first answer is being made"))
         return frames
@@ -241,7 +241,7 @@ class Desk:
             frames = [fault_frame(None, str(error))]
         if self.following.there:
             people = self.following.frames(self.generation)
-            frames += people or [waiting_frame("the people are being seated")]
+            frames += people or [waiting_frame("the people are being put in their places")]
         return frames if self.verdicts is None else [*frames, self.verdicts]
 
     def scene(self) -> WebView:
@@ -376,7 +376,7 @@ class Desk:
         head = {
             "answers": number,
             "generation": self.generation,
-            "words": words,
+            "words": printable(words),
             "undo": self.history.can_undo,
             "redo": self.history.can_redo,
             "unsaved": self.unsaved,
@@ -451,7 +451,7 @@ class Desk:
             self.catalogued = False
         self.saved = self.live
         self.looked_at = self.told_of = self.disk.data
-        head = {"kind": "saved", "answers": question.number, "file": self.path.name}
+        head = {"kind": "saved", "answers": question.number, "file": printable(self.path.name)}
         return Replies([packed(head), self._answered(0, f"saved {self.path.name}")])
 
     def _reload(self, question: Question) -> Replies:

@@ -26,6 +26,7 @@ def person_offers(opened: OpenStudy, row: int) -> dict[str, Any]:
     role = opened.study.roles[row]
     return {
         "many": row == opened.crowd,
+        "stands": role.stand is not None,
         "wearable": wearable(role.body, opened.folder),
         "postures": list(role.library),
         "reaches": bool(reach_criteria(opened, role.name)),

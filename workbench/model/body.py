@@ -261,6 +261,10 @@ class Body:
         segment = check_index("segment", segment, len(self.segments))
         return slice(int(self.start[segment]), int(self.start[segment + 1]))
 
+    def has(self, mnemonic: str) -> bool:
+        """Whether a body has a segment and spheres on it: False of a limb that is missing."""
+        return mnemonic in self.segments and bool(np.diff(self.start)[self.segment(mnemonic)])
+
     @property
     def detail(self) -> str:
         """The level of detail at which its family has these spheres; "" without a family, or with

@@ -1,4 +1,4 @@
-"""Encumbrance: what somebody wears, as spheres laid over those of the body."""
+"""Encumbrance: what somebody wears, as spheres laid over those of the body, or what is missing."""
 
 from __future__ import annotations
 
@@ -26,10 +26,15 @@ class Layer:
 
 @dataclass(frozen=True)
 class Encumbrance:
-    """Something worn: its layers, and what it weighs [kg] on each segment."""
+    """Something worn: its layers, and what it weighs [kg] on each segment.
+
+    without: segments whose own spheres and mass are gone: a limb that is missing, or in whose place
+    the layers are (a prosthesis).
+    """
 
     name: str
     description: str
     source: str
     layers: tuple[Layer, ...]
     mass: tuple[tuple[str, float], ...]
+    without: tuple[str, ...] = ()

@@ -23,10 +23,9 @@ class Bones:
     names: of the bones, each after its parent; parent (B,): -1 for roots; offset (B, 3): from the
     parent's joint in the rest pose, in units of the file; rotations (P, B, 4): quaternions w, x, y,
     z against the parent; shift (P, B, 3): the joint's place against the parent in each frame, in
-    units of the file; time (P,) [s]; ends: where bones without children end, by bone; metres: one
-    unit of the file [m], NaN where it does not say; up: the axis of the file that points up, ""
-    where it does not say; file: its name, for messages; overview: frames from the whole motion of
-    which these are a piece, by which assumptions are judged, None if these are the whole.
+    units of the file; time (P,) [s]; ends: where bones without children end, by bone; file: its
+    name, for messages; overview: frames from the whole motion of which these are a piece, by which
+    assumptions are judged, None if these are the whole.
     """
 
     names: tuple[str, ...]
@@ -36,8 +35,6 @@ class Bones:
     shift: Floats
     time: Floats
     ends: dict[str, tuple[float, float, float]]
-    metres: float
-    up: str
     file: str
     notes: tuple[str, ...] = ()
     overview: Bones | None = None

@@ -67,7 +67,7 @@ def certain_elsewhere(
     """Find who fits for certain in another position than that of the margins.
 
     People who fit where they are, but not wherever their true surface lies, are tried at the
-    setting that they have, all over the travel of the seat.
+    setting that they have, all over the travel of the seat, down to `positions.FINEST`.
 
     Parameters
     ----------
@@ -93,6 +93,6 @@ def certain_elsewhere(
         some = who.rows(rows)
         no_sets = np.zeros((len(asked), 0), dtype=np.bool_)
         comfortable = comfortable_situations(there, some)
-        again = fitted_positions(there, certain, no_sets, some, comfortable)
+        again = fitted_positions(there, certain, no_sets, some, comfortable, coarse=True)
         found[rows] = met_of(again.tried.margin).all(axis=1)
     return found

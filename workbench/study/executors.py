@@ -8,6 +8,7 @@ they are new interpreters, and a script that runs a study needs `if __name__ == 
 
 from __future__ import annotations
 
+import math
 import os
 import pickle
 import signal
@@ -16,7 +17,14 @@ import threading
 import time
 import warnings
 from collections.abc import Callable, Generator, Iterator, Sequence
-from concurrent.futures import FIRST_COMPLETED, Executor, Future, ProcessPoolExecutor, wait
+from concurrent.futures import (
+    FIRST_COMPLETED,
+    CancelledError,
+    Executor,
+    Future,
+    ProcessPoolExecutor,
+    wait,
+)
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import ExitStack, contextmanager, nullcontext, suppress
 from functools import cached_property, lru_cache
@@ -25,7 +33,7 @@ from multiprocessing import current_process, get_context
 from multiprocessing.connection import Connection
 from typing import Any, Generic, TypeVar
 from uuid import uuid4
-from weakref import WeakValueDictionary
+from weakref import WeakKeyDictionary, WeakValueDictionary
 
 from workbench.errors import InputError, MissingPartError
 from workbench.threads import THREADS, cores
@@ -41,6 +49,8 @@ SENDING_TIME = 5
 """Time [s] after which a process whose parent is gone no longer tries to send a result."""
 BEAT = 1.0
 """Time [s] after which who waits for jobs is told that these are not done."""
+WORKERLESS_TIME = 60.0
+"""Time [s] after which a cluster that has no worker is given up."""
 CLUSTER_JOBS = 256
 """Jobs handed to a cluster at a time."""
 
@@ -67,6 +77,10 @@ class Shared(Generic[T]):
 
 _SHARED: WeakValueDictionary[str, Shared[Any]] = WeakValueDictionary()
 """Shared values that were made in this process or in the one that it is a fork of."""
+
+
+_WATCHED: WeakKeyDictionary[Executor, Callable[[], None]] = WeakKeyDictionary()
+"""What who waits for jobs of a cluster calls in between: it raises InputError where nobody works."""
 
 
 def _received(token: str, pickled: bytes) -> Shared[Any]:
@@ -101,7 +115,8 @@ def completed(
         Runs the jobs: `local_executor` if None. A single job, or a single core, needs no other
         process: the jobs are then run here, in order.
     waiting
-        Called every second in which no job of other processes is done.
+        Called every second in which no job of other processes is done. Where they are those of a
+        cluster, its workers are counted then.
 
     Yields
     ------
@@ -111,7 +126,8 @@ def completed(
     Raises
     ------
     InputError
-        If a process is killed. What the function raises is raised here.
+        If a process is killed, or a cluster has had no worker for `WORKERLESS_TIME`. What the
+        function raises is raised here.
     """
     processes = min(cores(), len(keys))
     if executor is None and (processes < 2 or current_process().daemon):
@@ -130,6 +146,7 @@ def completed(
             done = wait(futures, timeout=BEAT, return_when=FIRST_COMPLETED).done
             if not done:
                 waiting()
+                _WATCHED.get(pool, lambda: None)()
             for future in done:
                 yield futures.pop(future), future.result()
 
@@ -232,6 +249,31 @@ def _begin_worker(ending: Connection, held: Connection) -> None:
     threading.Thread(target=_WORKER.end_with, args=(ending,), daemon=True).start()
 
 
+_AGAIN = "a run into the same folder goes on with the parts of the people that were done"
+
+
+class _Watch:
+    """Whether somebody works at a cluster."""
+
+    def __init__(self, client: Any, address: str) -> None:
+        self._client = client
+        self._address = address
+        self._alone_since = math.inf
+
+    def look(self) -> None:
+        """Raise InputError where there has been no worker for `WORKERLESS_TIME`."""
+        now = time.monotonic()
+        if self._client.scheduler_info()["workers"]:
+            self._alone_since = math.inf
+            return
+        self._alone_since = min(self._alone_since, now)
+        if now - self._alone_since >= WORKERLESS_TIME:
+            raise InputError(
+                f"the cluster at {self._address!r} has had no worker for {WORKERLESS_TIME:g} s: start "
+                f"one (dask worker {self._address}) and run again; {_AGAIN}"
+            )
+
+
 @contextmanager
 def dask_executor(address: str) -> Iterator[Executor]:
     """Connect to a Dask cluster.
@@ -247,7 +289,8 @@ def dask_executor(address: str) -> Iterator[Executor]:
     MissingPartError
         If Dask is not installed.
     InputError
-        If no scheduler answers, or a job ends every worker that it is given to.
+        If no scheduler answers or it is gone, if there has been no worker for `WORKERLESS_TIME`, or a
+        job ends every worker that it is given to.
     """
     try:
         from distributed import Client, KilledWorker, LocalCluster
@@ -269,8 +312,15 @@ def dask_executor(address: str) -> Iterator[Executor]:
                 f"no Dask scheduler answers at {address!r} within {SCHEDULER_TIMEOUT} s ({why}); "
                 "give its address, such as tcp://host:8786, or local"
             ) from None
+        executor = client.get_executor(pure=False)
+        _WATCHED[executor] = _Watch(client, address).look
         try:
-            yield client.get_executor(pure=False)
+            yield executor
+        except CancelledError:
+            raise InputError(
+                f"the Dask scheduler at {address!r} is gone, and with it the jobs that were not "
+                f"done; {_AGAIN}"
+            ) from None
         except KilledWorker:
             raise InputError(
                 "the workers of the cluster were killed by a part of the people: they may be out "

@@ -14,7 +14,7 @@ from workbench.model.arrays import Floats
 from workbench.model.environment import Seat
 from workbench.model.poses import Placed
 
-__all__ = ["FeetOnFloor", "feet_on_floor", "feet_words"]
+__all__ = ["BROAD", "FeetOnFloor", "feet_on_floor", "feet_words"]
 
 LEGS = {"LF": "LLL", "RF": "RLL"}
 """The lower leg of each foot."""
@@ -22,6 +22,8 @@ UNDER = 0.02
 """Feet that are less [m] under a floor are on it: soles and carpets give way."""
 OVER = 0.05
 """Feet that are less [m] above it are on it."""
+BROAD = 0.6
+"""A part that is broader [m], as seen from above, is no pedal."""
 _UNDER_KNEE = 0.05
 """What is less [m] below the knee is no floor."""
 
@@ -63,7 +65,8 @@ def feet_on_floor(
     ground
         What may be a floor.
     without
-        Parts that are none: pedals.
+        Parts that are none: those that pedals are on, but for one so broad that the pedal is on the
+        floor itself.
 
     Returns
     -------
@@ -73,10 +76,11 @@ def feet_on_floor(
     body = placed.body
     centres = placed.centres[pose]
     radius = body.radius[placed.person[pose]]
-    left_out = [ground.names.index(name) for name in without if name in ground.names]
+    named = [ground.names.index(name) for name in without if name in ground.names]
+    left_out = [part for part in named if ground.breadth(part) <= BROAD]
     found = []
     for foot, leg in LEGS.items():
-        if foot not in body.segments or leg not in body.segments:
+        if not (body.has(foot) and body.has(leg)):
             continue
         own = body.spheres(body.segment(foot))
         knee = float(centres[body.spheres(body.segment(leg)), 2].max())

@@ -13,9 +13,18 @@ from workbench.body.fitting.candidates import Limits
 from workbench.body.fitting.fewest import fewest_spheres
 from workbench.body.fitting.problem import Joints, packed
 from workbench.body.fitting.regions import Regions
-from workbench.body.fitting.segmenting import SegmentedFit, fit_segments, fit_whole, regions_of
+from workbench.body.fitting.registration import register
+from workbench.body.fitting.segmenting import (
+    Bones,
+    Flesh,
+    SegmentedFit,
+    fit_segments,
+    fit_whole,
+    regions_of,
+)
 from workbench.body.forward import place
 from workbench.body.outlines import outline_surface
+from workbench.body.scaling.measure import measure
 from workbench.body.skeleton import bones_of, named_rows, spheres_in_frames
 from workbench.body.surface import Surface, sealed
 from workbench.errors import UsageError
@@ -29,6 +38,7 @@ from workbench.files.schema import metres_in
 from workbench.model.arrays import Floats
 from workbench.model.body import Body
 from workbench.model.posing import angles_of, pose
+from workbench.model.vocabulary import DIRECTIONS
 
 __all__ = [
     "DENSITY",
@@ -39,11 +49,14 @@ __all__ = [
     "fitted_body_text",
     "placed_skeleton",
     "read_surface",
+    "skeleton_of",
 ]
 
 DENSITY = 1010.0
 """Of a body [kg/m3], lungs half full."""
 ALONE = "BODY"
+_LEAST_MARK = 0.001
+"""Radius [m] of a landmark that would lie outside the surface."""
 _TWISTED = 1e-3
 _MM = ("mean", "p95", "to_spheres", "to_surface", "outside", "inside")
 
@@ -51,11 +64,19 @@ _MM = ("mean", "p95", "to_spheres", "to_surface", "outside", "inside")
 @dataclass(frozen=True, eq=False)
 class Skeleton:
     """A body whose segments a surface is cut into: its file, and where its segments stand, world
-    (N, 3, 4) [m]."""
+    (N, 3, 4) [m]; what was found of its size and posture."""
 
     body: Body
     path: Path
     world: Floats
+    notes: tuple[str, ...] = ()
+    flesh: Flesh | None = None
+    """Its spheres, where they are known to stand in the surface."""
+
+    @property
+    def bones(self) -> Bones:
+        """The bones that a surface is cut by."""
+        return replace(bones_of(self.body, self.world), flesh=self.flesh)
 
 
 def read_surface(
@@ -84,6 +105,30 @@ def read_surface(
     size = float(np.ptp(surface.vertices, axis=0).max())
     doubts = implausible_sizes(parts, metres, file=source.stem) or person_size(size, metres)
     return replace(surface, notes=(*surface.notes, *doubts)) if doubts else surface
+
+
+def skeleton_of(
+    source: str | Path, surface: Surface, *, posture: str | None = None, at: Floats | None = None
+) -> Skeleton:
+    """A body as a skeleton for a surface: where it is stated to stand, else where it stands in the
+    surface.
+
+    Of a family of people the member and the standing posture are taken that come nearest to the
+    surface, unless a posture or a place is stated. Errors as of `placed_skeleton` and `register`.
+    """
+    body = load_body(source)
+    if body.basis is None or posture is not None or at is not None:
+        return placed_skeleton(source, posture=posture, at=at)
+    found = register(body, surface)
+    placed = place(found.body, found.poses)
+    owner = tuple(found.body.segments[n] for n in found.body.sphere_segment)
+    flesh = Flesh(placed.centres[0], found.body.radius[0], owner)
+    note = (
+        f"the skeleton of {body.name} is sized and posed to the surface, {1e3 * found.gap:.1f} mm "
+        f"from it in the mean: stature {1e3 * measure(found.body, ['stature'])['stature']:.0f} mm; "
+        "--at and --posture state its place and posture instead"
+    )
+    return Skeleton(found.body, body_path(source), placed.world_from_segment[0], (note,), flesh)
 
 
 def placed_skeleton(
@@ -126,7 +171,7 @@ def fit_body(
         return fit_whole(surface, limits, name=ALONE, count=count, seed=seed)
     return fit_segments(
         surface,
-        bones_of(skeleton.body, skeleton.world),
+        skeleton.bones,
         outward=limits.outward,
         inward=limits.inward,
         least_radius=limits.least,
@@ -157,12 +202,44 @@ def fitted_body_text(
         }
         return fitted_text(segments, name=name, description=description, source=source)
     body = skeleton.body
-    segments = {}
+    nothing = FittedSegment(np.zeros((0, 3)), np.zeros(0), {}, 0.0, 0.0, 0.0)
+    segments = dict.fromkeys(body.segments, nothing)
     for segment, (centre, radius) in spheres_in_frames(body, skeleton.world, cut).items():
-        names = named_rows(body, body.segment(segment), centre, radius)
+        n = body.segment(segment)
+        if skeleton.flesh is None:
+            names = named_rows(body, n, centre, radius)
+        else:  # the landmarks of the skeleton are where they should be
+            marks, sizes, rows = _landmarks(surface, skeleton, n)
+            names = {len(radius) + k: name for k, name in enumerate(rows)}
+            centre = np.concatenate([centre, marks])
+            radius = np.append(radius, sizes)
         segments[segment] = FittedSegment(centre, radius, names, *errors[segment])
     file = SkeletonFile(body, skeleton.path)
     return fitted_text(segments, name=name, description=description, source=source, skeleton=file)
+
+
+def _landmarks(
+    surface: Surface, skeleton: Skeleton, segment: int
+) -> tuple[Floats, Floats, list[tuple[str, ...]]]:
+    """The named spheres of a segment of a skeleton, made so small, or moved so far, that they lie
+    inside a surface: centres (n, 3) in the segment's frame, radii (n,) [m], names with directions."""
+    body = skeleton.body
+    own = range(body.start[segment], body.start[segment + 1])
+    rows = [s for s in own if body.sphere_names[s]]
+    rotation = skeleton.world[segment, :, :3]
+    origin = skeleton.world[segment, :, 3]
+    distance, _, foot = surface.nearest(body.centre[0, rows] @ rotation.T + origin)
+    inside = (distance < -_LEAST_MARK)[:, None]
+    centre = np.where(inside, body.centre[0, rows], (foot - origin) @ rotation)
+    radius = np.minimum(body.radius[0, rows], np.maximum(-distance, _LEAST_MARK))
+    names = [
+        (
+            body.sphere_names[s],
+            *([DIRECTIONS[d]] if (d := int(body.sphere_direction[s])) >= 0 else []),
+        )
+        for s in rows
+    ]
+    return centre, radius, names
 
 
 def figures(surface: Surface, cut: SegmentedFit) -> dict[str, Any]:
@@ -183,7 +260,7 @@ def bound_of(surface: Surface, skeleton: Skeleton | None, limits: Limits, *, see
     if skeleton is None:
         none = Joints(np.zeros((0, 3)), np.zeros(0), np.zeros(0, dtype=np.int64))
         return fewest_spheres(surface, limits, none, Regions(), seed=seed)
-    bones = bones_of(skeleton.body, skeleton.world)
+    bones = skeleton.bones
     point, served = bones.joints()
     radius = np.minimum(-surface.distance(point), limits.greatest)
     return fewest_spheres(

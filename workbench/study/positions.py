@@ -310,7 +310,7 @@ class _Search:
     margin of these in the best position; setting (A,) [m or rad]; remembered: what the people
     reached so far in it; worth [m]: what a position that does not fit must be better by; judged: the people (by index) in positions [m] that were judged; begun: whether
     people begin with the best position of a search before; notes: whether it is noted what people have to
-    spare in each position.
+    spare in each position; coarse: whether nobody is tried nearer than `FINEST`.
     """
 
     place: Workplace
@@ -330,6 +330,7 @@ class _Search:
     again: bool = False
     begun: bool = False
     notes: bool = False
+    coarse: bool = False
 
     def of(self, people: Ints, before: Fitted, *, few_starts: bool) -> _Search:
         """The same search of some people (N,), once more from what was found before."""
@@ -382,6 +383,7 @@ def fitted_positions(
     before: Before | None = None,
     *,
     thorough: bool = False,
+    coarse: bool = False,
     proceed: Callable[[], None] = lambda: None,
 ) -> Fitted:
     """Judge people in the fitting position nearest to the comfortable one.
@@ -400,6 +402,8 @@ def fitted_positions(
     thorough
         Whether each reach is searched for whole in each position. That takes up to a hundred times
         as long, and is what the sparing search is compared with.
+    coarse
+        Whether neighbours nearer than `FINEST` are left out.
     proceed
         Called before each batch of positions; the search ends by what it raises.
     """
@@ -442,6 +446,7 @@ def fitted_positions(
             replace(reached.rows(short), searching=not thorough),
             begun=begun,
             notes=before is None and bool(members.shape[1]),
+            coarse=coarse,
             proceed=proceed,
         )
         search.whole[np.isin(short, hangs) | begun] = True
@@ -846,7 +851,7 @@ def _kept_hands(situations: Sequence[Situation]) -> Bools:
 
 def _near_misses(search: _Search) -> Ints:
     """The people who fit nowhere, but nearly do."""
-    near = (search.score < -MET) & (search.score > -NEAR_MISS)
+    near = (search.score < -MET) & (search.score > -NEAR_MISS) & (not search.coarse)
     return np.flatnonzero(near & search.unrefined)
 
 

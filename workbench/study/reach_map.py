@@ -28,7 +28,7 @@ from workbench.model.environment import Environment
 from workbench.model.poses import Poses, row_for_each
 from workbench.model.spool import pieces
 from workbench.posture.reach_bound import reach_bound
-from workbench.posture.reaching.limbs import HANDS, Limb, limb, tighter
+from workbench.posture.reaching.limbs import HANDS, Limb, limb, limbs_there, tighter
 from workbench.posture.reaching.reach import reach
 
 __all__ = [
@@ -83,7 +83,7 @@ def reach_map(
     if weight.shape != (len(poses),) or not np.all(weight >= 0) or not weight.sum() > 0:
         raise UsageError(f"weights are {len(poses)} numbers that are not negative, got {weights!r}")
     point, normal = part_points(environment, part, points)
-    names = HANDS if hand is None else (f"{hand} hand",)
+    names = limbs_there(people, HANDS) if hand is None else (f"{hand} hand",)
     reached = np.zeros((len(poses), len(point)), dtype=np.bool_)
     for name in names:
         reached |= who_reaches(

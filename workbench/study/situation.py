@@ -32,6 +32,7 @@ from workbench.posture.reaching.history import ReachHistory, Recall
 from workbench.posture.reaching.limbs import FEET, HANDS, ZONES, Limb, limb
 from workbench.posture.reaching.reach import reach
 from workbench.posture.seating.driving import driving_posture
+from workbench.posture.seating.driving_legs import accelerator_foot
 from workbench.posture.seating.posture import Pedals
 from workbench.posture.seating.seat import Seated, join_seated, seat
 from workbench.posture.standing import standing_posture
@@ -409,9 +410,10 @@ def package_of(aims: Aims, environment: Environment) -> Package:
     seat's hip point."""
     assert aims.driving is not None and aims.heels is not None
     points = environment.points
+    feet = feet_of(aims, environment)
     return Package(
         heel=points[aims.heels],
-        ball=feet_of(aims, environment)["right foot"],
+        ball=feet[accelerator_foot(feet, points[aims.heels])],
         wheel=points[aims.driving.wheel],
         h_point=points[aims.driving.h_point],
     )

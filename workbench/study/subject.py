@@ -5,8 +5,6 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import numpy as np
-
 from workbench.body.scaling.lengthen import lengthened
 from workbench.errors import InputError
 from workbench.files.motions.reading import read_motion
@@ -43,12 +41,11 @@ def subject_body(
     )
     factors: dict[str, float] = {}
     if isinstance(found, Bones):
-        metres = given.metres if given.metres is not None else found.metres
-        if not np.isfinite(metres):
+        if given.metres is None:
             raise InputError(
                 f"{path}: a body scaled to the subject needs the file's unit of length: state it (unit: 1 cm in a study, --unit '1 cm')"
             )
-        factors = factors_from_bones(body, found, given.names, metres)
+        factors = factors_from_bones(body, found, given.names, given.metres)
     elif isinstance(found, Markers):
         factors = factors_from_markers(body, found, given.names)
     elif isinstance(found, SegmentTrack):

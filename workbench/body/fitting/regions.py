@@ -1,7 +1,7 @@
 """Find which segments' spheres must hold which part of a surface.
 
 A place belongs to the nearest bone, with distances measured in the thickness of the part around the
-bone.
+bone. Where a body of spheres is known to stand in the surface, it belongs to the nearest sphere.
 """
 
 from __future__ import annotations
@@ -9,6 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
+from scipy.spatial.distance import cdist
 
 from workbench.model.arrays import Bools, Floats, Ints
 
@@ -23,6 +24,12 @@ _MAX_DEPTH = 1.1
 _FOREIGN = 0.45
 """Difference of distances, in thicknesses, from which on a point is far inside another part. A limb's
 lap over a joint is 0.4 long at its middle line."""
+
+
+_LIMB = 0.06
+"""Gap [m] to a sphere that counts as one thickness."""
+_WITHIN = 0.05
+"""Least distance, in thicknesses: deep inside a sphere."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,6 +53,12 @@ class Regions:
     border: float = 0.08
     """A place whose distance is up to 1 + border times that of its own segment belongs to a neighbour
     too, so that both still meet when the joint bends."""
+    centre: Floats = field(default_factory=lambda: np.zeros((0, 3)))
+    """(S, 3) [m] centres of spheres that are known to stand in the surface; none decide if empty."""
+    radius: Floats = field(default_factory=lambda: np.zeros(0))
+    """(S,) [m]."""
+    sphere_owner: Ints = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+    """(S,) number of the segment of each sphere."""
 
     @property
     def count(self) -> int:
@@ -53,7 +66,10 @@ class Regions:
         return len(self.beside)
 
     def measure(self, points: Floats) -> Floats:
-        """Return the distance (n, N) of points (n, 3) to the bones of each segment, in thicknesses there."""
+        """Return the distance (n, N) of points (n, 3) to the bones, or spheres, of each segment, in
+        thicknesses there."""
+        if len(self.radius):
+            return self._from_spheres(points)
         far, share, beyond = bone_distance(points, self.head, self.tail)
         steps = self.thickness.shape[1] - 1
         low = np.minimum((share * steps).astype(np.int64), steps - 1)
@@ -67,6 +83,17 @@ class Regions:
         for b, owner in enumerate(self.owner):
             found[:, owner] = np.minimum(found[:, owner], far[:, b] / thick[:, b])
         return found
+
+    def _from_spheres(self, points: Floats) -> Floats:
+        """Distance (n, N): one thickness on the spheres of a segment, and one more each `_LIMB`
+        farther."""
+        found = np.full((len(points), self.count), np.inf)
+        for owner in range(self.count):
+            own = self.sphere_owner == owner
+            far = cdist(points, self.centre[own]) - self.radius[own]
+            found[:, owner] = far.min(axis=1, initial=np.inf)
+        away: Floats = np.maximum(1.0 + found / _LIMB, _WITHIN)
+        return away
 
     def reach(self, points: Floats, bits: Ints) -> Floats:
         """Return how deep (n,) [m] under each point (n, 3) the centre of a segment's sphere may be.

@@ -7,7 +7,7 @@ exactly at each joint and serves both segments, so that no notch opens when the 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -22,7 +22,7 @@ from workbench.errors import InputError, UsageError
 from workbench.model.arguments import check_fields, given_words
 from workbench.model.arrays import Bools, Floats, Ints, frozen
 
-__all__ = ["Bones", "SegmentedFit", "fit_segments", "fit_whole", "regions_of"]
+__all__ = ["Bones", "Flesh", "SegmentedFit", "fit_segments", "fit_whole", "regions_of"]
 
 _SAME_POINT = 1e-3
 """Distance [m] up to which ends of bones are one joint."""
@@ -30,6 +30,15 @@ _MAX_SEGMENTS = 60
 """Segments at most, since they are bits of one number."""
 _STEPS = 8
 """Intervals along a bone at which its depth is measured."""
+
+
+@dataclass(frozen=True, eq=False)
+class Flesh:
+    """S spheres in the world: centre (S, 3), radius (S,) [m], and the segment of each."""
+
+    centre: Floats
+    radius: Floats
+    segments: tuple[str, ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,6 +54,8 @@ class Bones:
     """(B, 3) [m] where each bone begins."""
     tail: Floats
     """(B, 3) [m] where it ends."""
+    flesh: Flesh | None = None
+    """The spheres of the segments where they are known to stand in the surface."""
 
     def __post_init__(self) -> None:
         check_fields(self)
@@ -211,19 +222,30 @@ def regions_of(surface: Surface, bones: Bones, *, border: float = 0.08) -> Regio
     thickness = np.maximum(depth, 0.25 * max(float(np.median(depth)), 1e-3))
     served = bones.joints()[1]
     beside = np.eye(len(bones.names), dtype=np.bool_) | (served.T.astype(np.int64) @ served > 0)
-    return Regions(bones.head, bones.tail, bones.owner, thickness, beside, border)
+    regions = Regions(bones.head, bones.tail, bones.owner, thickness, beside, border)
+    if bones.flesh is None:
+        return regions
+    owner = [bones.names.index(name) for name in bones.flesh.segments]
+    return replace(
+        regions,
+        centre=bones.flesh.centre,
+        radius=bones.flesh.radius,
+        sphere_owner=np.array(owner, dtype=np.int64),
+    )
 
 
 def _joint_depths(surface: Surface, bones: Bones, place: Floats) -> Floats:
-    """(K,) depth [m] of the joints under the surface; joints and middles of bones must lie inside."""
-    lost = surface.distance(0.5 * (bones.head + bones.tail)) > 0
+    """(K,) depth [m] of the joints under the surface; joints, and the middle of a bone of
+    each segment, must lie inside."""
+    inside = surface.distance(0.5 * (bones.head + bones.tail)) <= 0
+    lost = np.bincount(bones.owner, inside, len(bones.names)) == 0
     depth = -surface.distance(place) if len(place) else np.zeros(0)
     low = surface.vertices.min(axis=0)
     high = surface.vertices.max(axis=0)
     box = " to ".join("({})".format(", ".join(f"{x:.3f}" for x in p)) for p in (low, high))
     hint = f"the surface reaches from {box} m: another unit, axes, place or pose?"
     if lost.any():
-        names = ", ".join(dict.fromkeys(np.array(bones.segments)[lost]))
+        names = ", ".join(np.array(bones.names)[lost])
         raise InputError(f"skeleton: the middle of {names} lies outside the surface; {hint}")
     if (depth <= 0).any():
         spot = ", ".join(f"{x:.3f}" for x in place[depth.argmin()])

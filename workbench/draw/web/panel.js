@@ -129,12 +129,16 @@ export class Panel {
   }
 
   // A section square to the axis that points most toward the eye, through what was clicked last or
-  // the middle of the bodies; what is on the eye's side goes.
+  // what the camera looks at; what is on the eye's side goes.
   toggleSection() {
     if (this.viewer.section) return this.setSection(null);
     const { z } = this.viewer.camera.axes();
     const axis = z.map(Math.abs).indexOf(Math.max(...z.map(Math.abs)));
-    this.setSection(this.sectionAt(axis, Math.sign(z[axis]) || 1, (this.chosen?.point ?? this.middle())[axis]));
+    this.setSection(this.sectionAt(axis, Math.sign(z[axis]) || 1, (this.chosen?.point ?? this.lookedAt())[axis]));
+  }
+
+  lookedAt() {
+    return this.viewer.camera.at;
   }
 
   // The plane across an axis at a coordinate; what is on the side of the sign goes.
@@ -153,6 +157,8 @@ export class Panel {
   setSection(plane) {
     this.viewer.section = plane;
     this.sectionButton.setAttribute("aria-pressed", Boolean(plane));
+    const axis = plane ? plane.findIndex((value, k) => k < 3 && value) : -1;
+    this.sectionButton.title = plane ? `cut at ${"xyz"[axis]} ${Math.round((-1000 * plane[3]) / plane[axis])} mm` : "";
     this.at(this.scene.frame);
   }
 

@@ -14,7 +14,7 @@ from workbench.files.yaml_text import Document, read_yaml
 from workbench.model.body import Body
 from workbench.model.encumbrance import Encumbrance, Layer
 
-__all__ = ["EncumbranceFile", "load_encumbrance", "worn"]
+__all__ = ["EncumbranceFile", "load_encumbrance", "missing", "worn"]
 
 Direction = Literal["front", "back", "left", "right", "top", "bottom"]
 Kilograms = Annotated[float, Field(ge=0, le=100)]
@@ -41,7 +41,11 @@ class LayerFile(FileModel):
 
 
 class EncumbranceFile(FileModel):
-    """Something worn: layers over the body's spheres, and its mass [kg] by segment."""
+    """Something worn: layers over the body's spheres, and its mass [kg] by segment.
+
+    without: segments that the layers stand in place of, as a prosthesis does; only there may layers
+    be thinner than the body.
+    """
 
     encumbrance: Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9 _.-]{0,39}$")]
     description: str = ""
@@ -52,6 +56,7 @@ class EncumbranceFile(FileModel):
     length: LengthUnit
     layers: Annotated[list[LayerFile], Field(min_length=1)]
     mass: dict[str, Kilograms] = {}
+    without: list[str] = []
 
 
 def load_encumbrance(source: str | Path, *, near: Path | None = None) -> Encumbrance:
@@ -72,8 +77,39 @@ def load_encumbrance(source: str | Path, *, near: Path | None = None) -> Encumbr
         for row in file.layers
     )
     return Encumbrance(
-        file.encumbrance, file.description, file.source, layers, tuple(file.mass.items())
+        file.encumbrance,
+        file.description,
+        file.source,
+        layers,
+        tuple(file.mass.items()),
+        tuple(file.without),
     )
+
+
+def missing(names: list[str], body: Body) -> Encumbrance:
+    """What is missing of a body: limbs, each with all that it carries.
+
+    Raises
+    ------
+    InputError
+        If a segment is none of a limb, or carries one that is not named too.
+    """
+    known = _limbs(body)
+    for name in names:
+        if name not in known:
+            raise InputError(f"{name!r} is no segment of a limb; {one_of(name, known)}")
+        n = body.segment(name)
+        left = [s for k, s in enumerate(body.segments) if body.parent[k] == n and s not in names]
+        if left:
+            raise InputError(f"without {name} nothing holds {', '.join(left)}: name it too")
+    words = ", ".join(body.segment_names[body.segment(name)] for name in names)
+    return Encumbrance(f"no {words}", "", "a limb that is missing", (), (), tuple(names))
+
+
+def _limbs(body: Body) -> list[str]:
+    """The segments of arms and legs: those that have a twin on the other side."""
+    twin = {"L": "R", "R": "L"}
+    return [s for s in body.segments if twin.get(s[0], "") + s[1:] in body.segments and len(s) > 1]
 
 
 def worn(names: list[str], body: Body, *, near: Path | None = None) -> tuple[Encumbrance, ...]:
@@ -85,7 +121,12 @@ def worn(names: list[str], body: Body, *, near: Path | None = None) -> tuple[Enc
     found = tuple(load_encumbrance(name, near=near) for name in names)
     for item in found:
         for name in dict.fromkeys(
-            s for s in (*(s for layer in item.layers for s in layer.segments), *dict(item.mass))
+            s
+            for s in (
+                *(s for layer in item.layers for s in layer.segments),
+                *dict(item.mass),
+                *item.without,
+            )
         ):
             if name not in body.segments:
                 hint = one_of(name, body.segments)
@@ -98,15 +139,16 @@ def worn(names: list[str], body: Body, *, near: Path | None = None) -> tuple[Enc
 def _faults(document: Document, file: EncumbranceFile) -> list[str]:
     faults = []
     for row, layer in enumerate(file.layers):
-        if layer.thickness < 0:
+        if layer.thickness < 0 and not set(layer.segments) <= set(file.without):
             faults.append(
                 fail(
                     document,
                     ("layers", row, "thickness"),
-                    f"0 or more is needed (got {layer.thickness:g} m)",
+                    f"0 or more is needed (got {layer.thickness:g} m) on segments that are not 'without'",
                 )
             )
-        if not layer.thickness and not any(layer.shift):
+        in_place = set(layer.segments) <= set(file.without)
+        if not (layer.thickness or any(layer.shift) or in_place):
             faults.append(
                 fail(document, ("layers", row), "a layer has a thickness, a shift or both")
             )

@@ -22,7 +22,7 @@ _ALONE: dict[str, Any] = {
     "number": 1,
     "directions": {"front": "+x", "left": "+y", "top": "+z"},
 }
-_KEPT = ("licence", "postures")
+_KEPT = ("licence", "postures", "seated")
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,7 +98,7 @@ def _segment(mnemonic: str, entry: dict[str, Any], fitted: FittedSegment, unit: 
     return [
         f"  {_flow(mnemonic)}:",
         *(f"    {key}: {_flow(item)}" for key, item in items.items()),
-        "    spheres:",
+        "    spheres:" if spheres else "    spheres: []",
         *(f"      - {_flow(row)}" for row in spheres),
     ]
 

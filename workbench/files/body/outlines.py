@@ -8,7 +8,9 @@
         -21]]}
       - {at: 200, points: [[22, 0], [0, 25], [-22, 0], [0, -25]]}
 
-Two rows with the same `at` are two curves of one station.
+Two rows with the same `at` are two curves of one station. One section is enough for a slab, with
+`thickness: 40` about its station, and for a body of rotation: `lathe: [[0, 30], [200, 22]]` in place
+of stations has places along the axis and the radius at each.
 """
 
 from __future__ import annotations
@@ -27,6 +29,8 @@ from workbench.model.outlines import Outlines, crossing
 
 __all__ = ["OutlinesFile", "StationFile", "load_outlines"]
 
+_SIDES = 64
+"""Sides of a circle of a body of rotation: 0.12 % of the radius off at most."""
 Point = Annotated[tuple[Length, Length], Field(strict=False)]
 
 
@@ -46,7 +50,9 @@ class OutlinesFile(FileModel):
     source: str = ""
     length: LengthUnit
     axis: Literal["x", "y", "z"]
-    stations: Annotated[list[StationFile], Field(min_length=2, max_length=2000)]
+    stations: Annotated[list[StationFile], Field(max_length=2000)] = []
+    thickness: Length | None = None
+    lathe: Annotated[list[Point], Field(max_length=2000)] = []
 
 
 def load_outlines(path: str | Path) -> Outlines:
@@ -57,13 +63,26 @@ def load_outlines(path: str | Path) -> Outlines:
     faults = _faults(document, file)
     if faults:
         raise InputError(faults)
-    order = sorted(range(len(file.stations)), key=lambda k: file.stations[k].at)
+    sections = _sections(file)
+    order = sorted(range(len(sections)), key=lambda k: sections[k][0])
     return Outlines(
         file.outlines,
         "xyz".index(file.axis),
-        np.array([file.stations[k].at for k in order]),
-        tuple(_loop(file.stations[k]) for k in order),
+        np.array([sections[k][0] for k in order]),
+        tuple(sections[k][1] for k in order),
     )
+
+
+def _sections(file: OutlinesFile) -> list[tuple[float, Floats]]:
+    """The place [m] along the axis and the points (n, 2) [m] of each curve: those of a slab twice,
+    those of a body of rotation as circles."""
+    turn = 2.0 * np.pi * np.arange(_SIDES) / _SIDES
+    circle = np.stack([np.cos(turn), np.sin(turn)], axis=1)
+    half = 0.5 * (file.thickness or 0.0)
+    return [
+        *((row.at + side, _loop(row)) for row in file.stations for side in {-half, half}),
+        *((at, radius * circle) for at, radius in file.lathe),
+    ]
 
 
 def _loop(row: StationFile) -> Floats:
@@ -75,8 +94,24 @@ def _loop(row: StationFile) -> Floats:
 def _faults(document: Document, file: OutlinesFile) -> list[str]:
     """Curves that cross themselves or another of their station, and too few stations."""
     faults = []
-    if len({row.at for row in file.stations}) < 2:
-        faults.append(fail(document, ("stations",), "outlines at two stations or more are needed"))
+    stations = {row.at for row in file.stations}
+    if file.lathe:
+        if stations or file.thickness is not None:
+            faults.append(fail(document, ("lathe",), "a lathe has no stations and no thickness"))
+        places = [at for at, _ in file.lathe]
+        if len(places) < 2 or np.any(np.diff(places) <= 0) or min(r for _, r in file.lathe) <= 0:
+            what = "two rows [place along the axis, radius] or more are needed, places rising, radii above 0"
+            faults.append(fail(document, ("lathe",), what))
+    elif file.thickness is not None:
+        if len(stations) != 1 or file.thickness <= 0:
+            what = "a slab has one station, and a thickness above 0"
+            faults.append(fail(document, ("thickness",), what))
+    elif len(stations) < 2:
+        what = (
+            "outlines at two stations or more are needed; one is enough for a slab (thickness: ...)"
+        )
+        what += ", none for a body of rotation (lathe: [[place along the axis, radius], ...])"
+        faults.append(fail(document, ("stations",) if file.stations else (), what))
     return faults + [
         line for k in range(len(file.stations)) for line in _crossings(document, file, k)
     ]

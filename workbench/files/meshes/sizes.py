@@ -27,7 +27,7 @@ from workbench.files.meshes.reading import LARGEST
 from workbench.files.schema import metres_in
 from workbench.model.arrays import Floats
 
-__all__ = ["SIZE_RANGES", "implausible_sizes", "person_size"]
+__all__ = ["SIZE_RANGES", "implausible_sizes", "named_fits", "person_size"]
 
 
 @dataclass(frozen=True)
@@ -243,20 +243,40 @@ def implausible_sizes(
     unnamed
         Parts whose names tell nothing.
     """
-    known = list(parts)
-    extents = _extents(known)
-    telling = [part for part in known if part.name not in unnamed]
-    named = [size for part in telling if (size := _named_size(part.name, _extents([part])))]
-    sizes = [size for size in named if _is_meant(size, float(extents[2]), metres)]
-    whole = _whole_size(file, extents)
-    if whole is not None and whole.thing not in {size.thing for size in sizes}:
-        sizes.append(whole)
+    sizes = _meant_sizes(list(parts), metres, file, unnamed)
     wrong = [size for size in sizes if not size.fits(1.0)]
     if not wrong:
         return ()
     shown = "; ".join(_size_sentence(size) for size in wrong[:_MAX_NAMES])
     more = f"; {len(wrong) - _MAX_NAMES} more named parts too" if len(wrong) > _MAX_NAMES else ""
     return (f"{shown}{more}: {_unit_advice(sizes, wrong, metres)}",)
+
+
+def named_fits(parts: Iterable[RawPart], metres: float, *, file: str = "") -> tuple[int, int]:
+    """Count what has a plausible size of the parts, and the whole, that are named after a thing, and
+    all of them.
+
+    Parameters
+    ----------
+    parts, metres, file
+        As of `implausible_sizes`.
+    """
+    sizes = _meant_sizes(list(parts), metres, file, ())
+    return sum(size.fits(1.0) for size in sizes), len(sizes)
+
+
+def _meant_sizes(
+    parts: list[RawPart], metres: float, file: str, unnamed: Collection[str]
+) -> list[_Size]:
+    """The sizes of what is named after a thing, as far as the name is meant so."""
+    extents = _extents(parts)
+    telling = [part for part in parts if part.name not in unnamed]
+    named = [size for part in telling if (size := _named_size(part.name, _extents([part])))]
+    sizes = [size for size in named if _is_meant(size, float(extents[2]), metres)]
+    whole = _whole_size(file, extents)
+    if whole is not None and whole.thing not in {size.thing for size in sizes}:
+        sizes.append(whole)
+    return sizes
 
 
 def _is_meant(size: _Size, largest: float, metres: float) -> bool:

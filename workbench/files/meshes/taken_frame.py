@@ -18,7 +18,7 @@ from workbench.files.environment_schema import unit_metres
 from workbench.files.meshes.axes import guessed_axes
 from workbench.files.meshes.parts import RawMesh
 from workbench.files.meshes.reading import axes_rotation, implausible, to_world
-from workbench.files.meshes.sizes import implausible_sizes
+from workbench.files.meshes.sizes import named_fits
 from workbench.files.schema import metres_in
 from workbench.model.arrays import Floats
 
@@ -28,6 +28,16 @@ _LIKELY = 1.0
 """A mesh that is smaller [m] is no likely cockpit."""
 _LONG = 15.0
 """A mesh that is larger [m] is a less likely one."""
+_NAMES = 2.0
+_FEW = 2.0
+"""What odd names weigh at most, and how many names weigh half of that."""
+_NO_COCKPIT = 1.0
+_HALL = 0.5
+"""What it weighs that a mesh is smaller or larger than likely."""
+_PLAIN = 0.75
+"""A unit against which not so much more speaks than against another one is possible too."""
+_ODD = 0.5
+"""A unit that is plain has no more than this against it."""
 
 
 @dataclass(frozen=True)
@@ -140,26 +150,34 @@ def _turned(raw: RawMesh, up: str, forward: str) -> RawMesh:
 
 
 def _unit(raw: RawMesh, turned: RawMesh) -> Taken:
-    """The unit of a mesh: as the file says, else the first in which the fewest sizes are odd."""
+    """The unit of a mesh: as the file says, else the one that least speaks against.
+
+    The size of the whole is weighed against those of parts that are named after things: n of N that
+    are odd weigh 2 n / (N + 2), so that one name alone decides nothing.
+    """
     if raw.metres is not None:
         named = [unit for unit, metres in metres_in.items() if math.isclose(metres, raw.metres)]
         return Taken(named[0] if named else f"{1e3 * raw.metres:.9g} mm")
     corners = np.concatenate([part.vertices[part.faces.ravel()] for part in raw.parts])
     largest = float(np.ptp(corners, axis=0).max())
-    found: dict[str, float] = {}
+    against: dict[str, float] = {}
+    fitting: dict[str, int] = {}
     for unit in ("m", "mm", "cm", "in", "ft"):
         metres = metres_in[unit]
-        odd = 100.0 if implausible(largest, metres, smallest=_LIKELY) else 0.0
-        if not odd:
-            parts = to_world(turned, np.eye(3), metres=metres)
-            odd = float(len(implausible_sizes(parts, metres, file=Path(raw.file).stem)))
-            odd += 0.5 * (largest * metres > _LONG)
-        found[unit] = odd
-    fewest = min(found.values())
-    best = [unit for unit, odd in found.items() if odd == fewest]
-    likely = f"{largest * metres_in[best[0]]:.3g} m long"
-    if fewest >= 100.0:
-        return Taken(best[0], "no unit makes it as large as a cockpit or a vehicle", False)
-    others = [f"{largest * metres_in[unit]:.3g} m in {unit}" for unit in best[1:]]
+        if implausible(largest, metres):
+            continue
+        parts = to_world(turned, np.eye(3), metres=metres)
+        fits, of = named_fits(parts, metres, file=Path(raw.file).stem)
+        fitting[unit] = fits
+        against[unit] = _NAMES * (of - fits) / (of + _FEW)
+        against[unit] += _NO_COCKPIT * (largest * metres < _LIKELY)
+        against[unit] += _HALL * (largest * metres > _LONG)
+    if not against:
+        return Taken("m", "no unit makes it as large as a cockpit or a vehicle", False)
+    best = min(against, key=lambda unit: against[unit])
+    near = [unit for unit in against if against[unit] < against[best] + _PLAIN and unit != best]
+    others = [f"{largest * metres_in[unit]:.3g} m in {unit}" for unit in near]
     also = f"; it would be {' or '.join(others)}" if others else ""
-    return Taken(best[0], f"by its size, {likely}{also}", not others and fewest == 0.0)
+    usual = best in ("m", "mm") or fitting[best] > 0
+    sure = not others and usual and against[best] < _ODD
+    return Taken(best, f"by its size, {largest * metres_in[best]:.3g} m long{also}", sure)

@@ -106,8 +106,6 @@ def bone_batches(path: str | Path, *, keep: FrameRange = ALL_FRAMES) -> Iterator
             shift,
             time[frames],
             {bone.name: bone.end for bone in bones if bone.end is not None},
-            float("nan"),
-            "",
             str(source),
             notes,
             overview,

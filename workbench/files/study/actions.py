@@ -33,7 +33,6 @@ from workbench.files.study.schema import (
     DriverFile,
     MotionFile,
     PredictedFile,
-    RightFootFile,
     RoleFile,
     SidesFile,
     StatedRestraintsFile,
@@ -319,9 +318,7 @@ def _held(file: PredictedFile | DriverFile) -> Iterator[tuple[str, str, tuple[st
         yield from _sides(getattr(file, field), field, kind)
 
 
-def _sides(
-    file: SidesFile | RightFootFile, field: str, kind: str
-) -> Iterator[tuple[str, str, tuple[str, str]]]:
+def _sides(file: SidesFile, field: str, kind: str) -> Iterator[tuple[str, str, tuple[str, str]]]:
     """Limb, control and where it stands, the left one first."""
     for side in ("left", "right"):
         control = getattr(file, side)

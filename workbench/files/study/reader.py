@@ -432,7 +432,8 @@ def _subject_faults(work: Work, name: str) -> None:
 
 def _simulated_faults(work: Work, role: _ActingRole) -> None:
     """Report a body that is changed although a simulation brings its own."""
-    changed = [k for k in ("size", "sizes", "clothes", "detail") if getattr(role.file, k)]
+    keys = ("size", "sizes", "clothes", "without", "stops", "detail")
+    changed = [k for k in keys if getattr(role.file, k)]
     if changed and any(action.simulated is not None for action in role.actions):
         what = "the body of a simulated motion is that of the simulation; leave its changes out"
         work.fault((*role.key, changed[0]), what)

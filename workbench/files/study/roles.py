@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from workbench.errors import InputError
 from workbench.files.body.bodies import body_path, load_body
-from workbench.files.body.encumbrances import worn
+from workbench.files.body.encumbrances import missing, worn
 from workbench.files.catalogue import find
 from workbench.files.postures import PosturesFile, load_postures, posture_path
 from workbench.files.study.people import all_of, drawn_of, model_of, people_files, rows_of
@@ -22,6 +23,7 @@ from workbench.model.environment import Environment, Seat
 from workbench.model.measures import COCKPIT
 from workbench.model.person import Size
 from workbench.model.population import Population
+from workbench.model.range_of_motion import reduced
 from workbench.model.study import PeopleDrawn
 
 __all__ = ["LoadedRole", "load_roles", "place_faults"]
@@ -66,6 +68,7 @@ def _load_role(work: Work, name: str, file: RoleFile) -> LoadedRole | None:
     body = _body(work, name, file)
     if body is None:
         return None
+    body = _with_stops(work, name, file, body)
     postures = _postures(work, name, body)
     if file.detail is not None:
         _detail_faults(work, (*key, "detail"), body, file.detail)
@@ -139,10 +142,37 @@ def _clothes(work: Work, name: str, body: Body) -> tuple[Encumbrance, ...]:
         work.inputs |= {
             f"{item} of {name}": find("bodies/encumbrance", item, near=near) for item in wanted
         }
-        return found
     except InputError as error:
         work.errors(("people", name, "clothes"), error)
         return ()
+    if role is None or not role.without:
+        return found
+    try:
+        return (*found, missing(role.without, body))
+    except InputError as error:
+        work.errors(("people", name, "without"), error)
+        return found
+
+
+def _with_stops(work: Work, name: str, file: RoleFile, body: Body) -> Body:
+    """The body with the range of motion that a role states."""
+    for joints, given in file.stops.items():
+        for joint in joints.split():
+            try:
+                pairs = body.stops.motions[body.joint(joint)]
+                every = [motion for pair in pairs for motion in pair]
+                motions = given if isinstance(given, dict) else dict.fromkeys(every, given)
+                body = reduced(body, {(joint, m): _range(value) for m, value in motions.items()})
+            except InputError as error:
+                work.errors(("people", name, "stops", joints), error)
+    return body
+
+
+def _range(given: float | str) -> tuple[float, bool]:
+    """How far a motion turns [rad], or the share of what it did, and whether it is a share."""
+    if isinstance(given, str):
+        return float(given.rstrip(" %")) / 100.0, True
+    return math.radians(given), False
 
 
 def _size(work: Work, name: str, file: SizeFile, at: tuple[str, ...] = ("size",)) -> Size | None:

@@ -225,16 +225,23 @@ Setting = Annotated[
 ]
 
 
+Share = Annotated[str, Field(pattern=r"^(100|[0-9]{1,2})(\.[0-9]+)? ?%$")]
+
+
 class RoleFile(FileModel):
     """Somebody who takes part in every case: a body, its size or sizes, and its place.
 
     At most one of `size`, `sizes` and `population`, at most one of `seat`, `at` and `stand`.
+    without: segments of limbs that are missing. stops: by joint how far its motions turn, in degrees
+    or as "50 %" of what the body's file says; "50 %" alone is for all motions of the joint.
     adjust: where adjustments of the environment are set, by their names.
     """
 
     body: Annotated[str, _or_noun(Body)]
     detail: Literal["coarse", "medium", "fine"] | None = None
     clothes: list[Name] = []
+    without: list[Name] = []
+    stops: dict[str, Share | dict[str, Annotated[float, Field(ge=0, le=180)] | Share]] = {}
     size: SizeFile | None = None
     sizes: Annotated[dict[Name, SizeFile], Field(min_length=1)] | None = None
     population: Annotated[PopulationFile, _or_noun(Population)] | None = None
@@ -281,11 +288,15 @@ class SidesFile(FileModel):
     right: Name | None = None
 
 
-class RightFootFile(FileModel):
-    """The controls under a driver's feet: the right one on the accelerator."""
+class DriversFeetFile(SidesFile):
+    """The controls under a driver's feet, one at least: the one nearer to the heel point is the
+    accelerator."""
 
-    left: Name | None = None
-    right: Name
+    @model_validator(mode="after")
+    def _one_foot(self) -> DriversFeetFile:
+        if self.left is None and self.right is None:
+            raise ValueError("a driver has a foot on the accelerator: give 'left' or 'right'")
+        return self
 
 
 class PredictedFile(FileModel):
@@ -312,7 +323,7 @@ class DriverFile(FileModel):
     wheel: Name
     h_point: Name
     heels: Name
-    feet: RightFootFile
+    feet: DriversFeetFile
     hands: SidesFile = SidesFile()
     eyes: Name | None = None
     like: Name = "driving"

@@ -43,7 +43,7 @@ function take(found) {
   if (head.kind === "near") showNear(head.rows);
   if (head.kind === "motion") progress.done(1);
   if (head.kind === "hello") {
-    people.forget();
+    people.forget(head.people);
     maps.forget();
     looks.hello(head);
     progress.begin(stepsOf(head));

@@ -10,6 +10,8 @@ const MOST_FRAMES = 60;
 
 const boxOf = ({ at: middle, size }) => [vec.sub(middle, vec.mul(size, 0.5)), vec.add(middle, vec.mul(size, 0.5))];
 
+const middleOf = ([low, high]) => vec.mul(vec.add(low, high), 0.5);
+
 // The twelve edges of a box.
 function edgesOf(box) {
   const corner = (k) => [0, 1, 2].map((i) => box[(k >> i) & 1][i]);
@@ -58,6 +60,10 @@ export class Parts {
   box() {
     const names = this.chosen.size ? this.chosen : new Set(this.shown);
     if (!names.size || (names.size === this.head.parts.length && !this.chosen.size)) return null;
+    return this.boxAbout(names);
+  }
+
+  boxAbout(names) {
     const boxes = this.head.parts.filter((part) => names.has(part.name)).map(boxOf);
     const [low, high] = [Math.min, Math.max].map((least, k) => [0, 1, 2].map((i) => least(...boxes.map((one) => one[k][i]))));
     return [low, high];
@@ -65,6 +71,12 @@ export class Parts {
 
   // fit and F of a picture: what is chosen, alone; else what is shown of it. look: looks at a box.
   bindLooks(panel, everything, look) {
+    // Where the camera looks at all, the middle is that of the mesh: the man beside it counts for nothing.
+    panel.lookedAt = () => {
+      const { at } = panel.viewer.camera;
+      const all = Math.hypot(...vec.sub(at, middleOf(everything))) < 1e-6;
+      return all && this.shown.length ? middleOf(this.boxAbout(new Set(this.shown))) : at;
+    };
     panel.fit = () => {
       panel.leave();
       look(this.box() ?? everything);

@@ -46,7 +46,9 @@ export class People {
     at("people-rows").replaceChildren(...rows.map(requirementRow));
   }
 
-  forget() {
+  // Another study is open, with these people.
+  forget(people) {
+    this.elsewhere = people.find((one) => one.many)?.stands ? "from another place" : "in another position of the seat";
     at("people").hidden = true;
     at("people-numbers").hidden = true;
   }
@@ -71,7 +73,7 @@ export class People {
     const lead = `${who(one)}, ${one.fits ? "fits now" : "fits no longer"}`;
     const amount = `${one.margin.toFixed(1)} mm`.replace("-", "−");
     const why = one.fits ? `missed before: ${one.name} (${amount})` : `${one.name} (${amount})`;
-    return `${lead}: ${why}${one.settled ? "" : "; perhaps in another position of the seat"}`;
+    return `${lead}: ${why}${one.settled ? "" : `; perhaps ${this.elsewhere}`}`;
   }
 }
 

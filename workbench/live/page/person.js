@@ -6,6 +6,11 @@ import { Size } from "./size.js";
 
 const LIMBS = ["left hand", "right hand", "left foot", "right foot"];
 const POINTS = ["eyes", "heels"];
+// What a harness zone means in a seat, and for who stands, whom no harness holds.
+const ZONES = {
+  seated: ["Harness in verdicts of reach", "locked, no stretch", "locked, shoulder stretched", "unlocked"],
+  stands: ["What moves in verdicts of reach", "the arm", "the arm and the shoulder", "bends and steps"],
+};
 const id = (name) => `predict-${name.replace(" ", "-")}`;
 const words = (name) => name.replaceAll("_", " ");
 
@@ -44,11 +49,14 @@ export class Person {
   build() {
     at("who").hidden = !this.offers; // a study of motions alone has nobody to be changed
     if (!this.offers) return;
-    const { many, wearable, postures, reaches, seat } = this.offers;
+    const { many, wearable, postures, reaches, seat, stands } = this.offers;
     const { controls, points } = this.state.hello;
     at("size").hidden = at("clothes").hidden = many;
     at("many").hidden = !many;
     at("harness-row").hidden = !reaches;
+    const [title, ...zones] = ZONES[stands ? "stands" : "seated"];
+    at("harness-words").textContent = title;
+    zones.forEach((zone, k) => (at("harness").querySelector(`[value="${k + 1}"]`).textContent = `${k + 1}: ${zone}`));
     at("posture-form").hidden = !postures.length;
     at("prediction").hidden = !seat || !postures.length;
     this.clothes = wearable.map((name) => {
@@ -83,7 +91,7 @@ export class Person {
     at("free").disabled = now.free || !now.predicted;
     const kind = now.drives ? "a driver's, predicted" : now.predicted ? "predicted" : `given: ${words(now.posture)}`;
     const hands = Object.entries(now.hands).map(([hand, control]) => `${hand} on ${words(control)}`);
-    at("posture-now").textContent = [kind, ...hands, ...(now.free ? ["the seat is free"] : [])].join("; ");
+    at("posture-now").textContent = [kind, ...hands, ...(now.free ? [this.offers.stands ? "free to step" : "the seat is free"] : [])].join("; ");
     const known = JSON.stringify([this.state.person, now.posture, now.prediction]);
     if (known === this.known || (!always && at("predict").contains(document.activeElement))) return;
     this.known = known;

@@ -164,10 +164,14 @@ class _SegmentMotion:
 
 
 def _foot_heights(placed: Placed) -> Floats:
-    """(P, 2) [m] of the left and right foot above the lowest sphere of the body."""
+    """(P, 2) [m] of the left and right foot above the lowest sphere of the body, inf of one that
+    is missing."""
     body = placed.body
     low = placed.centres[..., 2] - body.radius[0]
-    feet = [low[:, body.spheres(body.segment(foot))].min(axis=1) for foot in ("LF", "RF")]
+    feet = [
+        low[:, body.spheres(body.segment(foot))].min(axis=1, initial=np.inf)
+        for foot in ("LF", "RF")
+    ]
     return np.asarray(np.stack(feet, axis=1) - low.min(axis=1)[:, None])
 
 

@@ -33,6 +33,7 @@ _SHARED = 0.8
 _OPTIONAL = {"LHN", "RHN", "LF", "RF", "H"}
 """Segments that may have no bone."""
 _MNEMONICS = {"LT", "H"} | {side + limb for limb in _SIDED for side in "LR"}
+_SEGMENTS = ("LT", "CT", "UT", "N", "H", *(s + limb for s in "LR" for limb in ("SM", *_SIDED)))
 _PREFIX = re.compile(r"[^:_|.\- ]+[:_|.\- ]+(?=.)")
 
 
@@ -52,10 +53,15 @@ def bone_map(bones: Bones, given: Mapping[str, str] | None = None) -> dict[str, 
     Raises
     ------
     InputError
-        If a limb is not found, or a given bone does not exist. The message lists the bones.
+        If a limb is not found, or a given segment or bone does not exist. The message lists those
+        that do.
     """
     given = dict(given or {})
     for segment, bone in given.items():
+        if segment not in _SEGMENTS:
+            raise InputError(
+                f"{bones.file}: no segment {segment!r} (a line is 'SEGMENT: BONE'); {one_of(segment, _SEGMENTS)}"
+            )
         if bone not in bones.names:
             raise InputError(
                 f"{bones.file}: segment {segment}: no bone {bone!r}; {one_of(bone, bones.names)}"

@@ -69,8 +69,7 @@ def retarget(
     up
         The file's upward axis ("y", "-z"), found from the skeleton and its frames if None.
     metres
-        One unit of the file [m]. If neither it nor the file states the unit, the skeleton's legs
-        are taken to be as long as the body's.
+        One unit of the file [m]. If None, the skeleton's legs are taken to be as long as the body's.
 
     Returns
     -------
@@ -85,8 +84,8 @@ def retarget(
     _require_joints(body)
     skeleton = find_skeleton(body, bones, names=names, up=up)
     notes = [*bones.notes, *skeleton.notes]
-    unit = metres if metres is not None else bones.metres
-    if not np.isfinite(unit):
+    unit = metres
+    if unit is None:
         unit = _unit_by_legs(body, skeleton)
         notes.append(
             f"the file does not say its unit of length; one unit is taken as {1000 * unit:.4g} mm, which makes "

@@ -126,7 +126,7 @@ def find_skeleton(
     mirrored, doubts = _is_mirrored(seen)
     notes += doubts
     if mirrored:
-        bones = _mirrored(bones, int(np.argmax(np.abs(seen.across().mean(axis=0)))))
+        bones = _mirrored(bones, int(np.argmax(np.abs(seen.across()).mean(axis=0))))
         seen = _Seen.of(bones, bone)
     rest = {s: _rest_positions(bones)[bones.names.index(name)] for s, name in bone.items()}
     stands = _rest_axes(rest)
@@ -298,9 +298,15 @@ def _is_mirrored(seen: _Seen) -> tuple[bool, tuple[str, ...]]:
     """Whether left and right are exchanged, by the knees and the toes; and a doubt in a sentence.
 
     A flexing knee turns its shank about an axis that points to the left, and toes point forward:
-    left x up. Hips are taken to be named rightly.
+    left x up. Shoulders have their left where hips have it.
     """
     left = _unit(seen.across())
+    shoulders = _unit(seen.at("LUA") - seen.at("RUA"))
+    if (shoulders * left).sum(axis=-1).mean() < -_BENT:
+        return False, (
+            "its arms have their left where its legs have their right: are the bones of both named "
+            "rightly (map in a study, --names FILE)?",
+        )
     knees = []
     toes = []
     for side in "LR":
@@ -332,9 +338,7 @@ def _is_mirrored(seen: _Seen) -> tuple[bool, tuple[str, ...]]:
 def _mirrored(bones: Bones, axis: int) -> Bones:
     """The bones seen in a mirror across one of the file's axes: M R M, and M t of places."""
     place = np.where(np.arange(3) == axis, -1.0, 1.0)
-    turn = np.concatenate(
-        [[1.0], -place]
-    )  # the vector of a rotation is axial: it turns the other way
+    turn = np.concatenate([[1.0], -place])  # rotation vectors are axial: they turn the other way
     overview = None if bones.overview is None else _mirrored(bones.overview, axis)
     return replace(
         bones,

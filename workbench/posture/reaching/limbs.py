@@ -10,6 +10,7 @@ surface of the palm.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -21,7 +22,7 @@ from workbench.model.kept import kept_with_body
 from workbench.model.short_repr import short_repr
 from workbench.model.vocabulary import DIRECTIONS
 
-__all__ = ["FEET", "GRIPS", "HANDS", "ZONES", "Limb", "limb", "tighter"]
+__all__ = ["FEET", "GRIPS", "HANDS", "ZONES", "Limb", "limb", "limbs_there", "tighter"]
 
 HANDS = ("left hand", "right hand")
 FEET = ("left foot", "right foot")
@@ -96,6 +97,14 @@ def limb(body: Body, name: str, *, grip: str | None = None, zone: int = 1) -> Li
         If a name is unknown, or the body lacks the landmark.
     """
     return _limb(body, name, grip, zone)
+
+
+def limbs_there(body: Body, names: Sequence[str]) -> tuple[str, ...]:
+    """Return those of some hands or feet that a body has; all where it has none, so that who asks
+    is told which is missing."""
+    ends = {"hand": "HN", "foot": "F"}
+    there = [name for name in names if body.has(name[0].upper() + ends[name.split()[1]])]
+    return tuple(there or names)
 
 
 def tighter(body: Body, own: Limb) -> Limb | None:
@@ -186,6 +195,11 @@ def _row(body: Body, segment: int, name: str) -> int:
     """Number of a named sphere of a segment; InputError where there is none."""
     names = body.sphere_names[body.spheres(segment)]
     if name not in names:
+        if not names:
+            raise InputError(
+                f"body {body.name} has no {body.segment_names[segment]}: it is missing, so it can "
+                "neither reach, hold nor push anything"
+            )
         known = [known for known in names if known]
         raise InputError(
             f"body {body.name}: {body.segment_names[segment]} has no sphere {name!r}; {one_of(name, known)}"

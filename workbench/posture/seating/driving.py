@@ -10,18 +10,18 @@ told as residuals.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
 from workbench.body.forward import segment_frames
-from workbench.errors import InputError, UsageError
+from workbench.errors import UsageError
 from workbench.model.arrays import Floats, Ints
 from workbench.model.body import Body
 from workbench.model.driving import Driver, Package
 from workbench.model.environment import Seat
 from workbench.model.poses import Poses, row_for_each
-from workbench.model.posing import angles_of, compose, join_poses, motion_of
+from workbench.model.posing import angles_of, attitude_matrix, compose, join_poses, motion_of
 from workbench.model.short_repr import short_repr
 from workbench.posture.reaching.chains import (
     REACHED,
@@ -35,7 +35,15 @@ from workbench.posture.reaching.chains import (
 )
 from workbench.posture.reaching.limbs import FEET
 from workbench.posture.seating.driving_angles import expected_angles, h_point_offset, residuals
-from workbench.posture.seating.driving_legs import Sole, hips_from_pedal, soles_on
+from workbench.posture.seating.driving_legs import (
+    Sole,
+    accelerator_foot,
+    ankles_wanted,
+    hips_from_pedal,
+    pitches_at,
+    sole_at,
+    soles_on,
+)
 from workbench.posture.seating.seat import PEOPLE_PER_SEAT_BATCH, Seated
 from workbench.posture.seating.spine import SPINE, Spine, spine_of, spine_tilts
 from workbench.posture.seating.stepping import limits_of
@@ -87,9 +95,10 @@ def driving_posture(
     numbers: Sequence[int] = (),
     positions: Floats | None = None,
 ) -> DrivingPosture:
-    """Find the driving postures of B drivers, in a seat that faces along +x.
+    """Find the driving postures of B drivers.
 
-    The seat's hip point comes to where the body wants it by `h_point_offset`, as far as the travel
+    They are found as if the seat faced along +x, and turned with it. The foot that is nearest to the
+    ball of foot reference point is on the accelerator; of two alike the right one. The seat's hip point comes to where the body wants it by `h_point_offset`, as far as the travel
     goes. A driver gets the same posture alone and in any company.
 
     Parameters
@@ -118,7 +127,7 @@ def driving_posture(
     Raises
     ------
     InputError
-        If the seat faces elsewhere, or a body lacks hips, eyes or ears.
+        If a body lacks hips, eyes or ears.
     UsageError
         If the numbers of rows do not match.
     """
@@ -129,6 +138,23 @@ def driving_posture(
     if not len(who) == len(drawn) == count:
         got = f"{len(who)} and {len(drawn)}"
         raise UsageError(f"drivers, numbers: expected {count} of each for {count} poses, got {got}")
+    if seat.yaw != 0.0:
+        ahead = _headed(poses, seat, package, feet)
+        return _turned(
+            driving_posture(
+                body,
+                ahead.poses,
+                ahead.seat,
+                drivers=drivers,
+                package=ahead.package,
+                feet=ahead.feet,
+                eye=eye,
+                seed=seed,
+                numbers=numbers,
+                positions=positions,
+            ),
+            attitude_matrix(yaw=seat.yaw),
+        )
     travel = np.array([seat.travel_forward, seat.travel_up])
     ends = np.tile(travel, (count, 1, 1)) if positions is None else np.stack([positions] * 2, -1)
     parts = []
@@ -138,6 +164,46 @@ def driving_posture(
         case = _Case(seat, package, feet, eye, seed, ends[some])
         parts.append(_at_wheel(people[some], own, case, who[some], drawn[some]))
     return _driving(parts, _Case(seat, package, feet, eye, seed, ends), poses.person)
+
+
+@dataclass(frozen=True, eq=False)
+class _Headed:
+    """What a driver has around, seen in axes whose x is the heading of the seat."""
+
+    poses: Poses
+    seat: Seat
+    package: Package
+    feet: Mapping[str, tuple[float, float, float]]
+
+
+def _headed(
+    poses: Poses, seat: Seat, package: Package, feet: Mapping[str, tuple[float, float, float]]
+) -> _Headed:
+    back = attitude_matrix(yaw=-seat.yaw)
+
+    def seen(point: tuple[float, float, float]) -> tuple[float, float, float]:
+        x, y, z = (back @ np.array(point)).tolist()
+        return x, y, z
+
+    return _Headed(
+        replace(poses, world_from_reference=back @ poses.world_from_reference),
+        replace(seat, srp=seen(seat.srp), yaw=0.0),
+        Package(*(seen(getattr(package, one.name)) for one in fields(package))),
+        {foot: seen(at) for foot, at in feet.items()},
+    )
+
+
+def _turned(found: DrivingPosture, heading: Floats) -> DrivingPosture:
+    """Drivers who face along +x, turned about the vertical axis through the origin."""
+    poses = found.poses
+    return replace(
+        found,
+        poses=replace(poses, world_from_reference=heading @ poses.world_from_reference),
+        shift=found.shift @ heading.T,
+        eye=found.eye @ heading.T,
+        hips=found.hips @ heading.T,
+        h_point=found.h_point @ heading.T,
+    )
 
 
 def _driving(parts: Sequence[_Drivers], case: _Case, person: Ints | None) -> DrivingPosture:
@@ -182,6 +248,11 @@ class _Case:
     travel: Floats
 
     @property
+    def pedal_foot(self) -> str:
+        """The foot on the accelerator."""
+        return accelerator_foot(self.feet, self.package.ball)
+
+    @property
     def forward(self) -> tuple[Floats, Floats]:
         """The least and the greatest travel forward (B,) [m]."""
         return self.travel[:, 0, 0], self.travel[:, 0, 1]
@@ -210,14 +281,15 @@ class _Drivers:
 
 @dataclass(frozen=True, eq=False)
 class _Crew:
-    """B drivers before they sit: their bodies (rows of one), drivers, numbers, trunks, soles, and the poses they
-    come with."""
+    """B drivers before they sit: their bodies (rows of one), drivers, numbers, trunks, soles, the
+    plantarflexion (B,) [rad] that they want of each foot's ankle, and the poses they come with."""
 
     body: Body
     drivers: Sequence[Driver]
     numbers: Sequence[int]
     spine: Spine
     soles: dict[str, Sole]
+    ankles: dict[str, Floats]
     poses: Poses
 
 
@@ -229,20 +301,16 @@ def _at_wheel(
     Poses come back by the segment that they were given by.
     """
     seat = case.seat
-    if abs(np.sin(seat.yaw)) > 1e-9 or np.cos(seat.yaw) < 0:
-        raise InputError(
-            f"seat {seat.name!r} faces {np.degrees(seat.yaw):g} degrees off +x; driving postures are for "
-            f"drivers who face along +x"
-        )
-    if not {"right foot"} <= set(case.feet) <= set(FEET):
+    if not case.feet or not set(case.feet) <= set(FEET):
         raise UsageError(
-            f"feet: expected 'right foot', and 'left foot' or not, got {', '.join(case.feet) or 'none'}"
+            f"feet: expected 'left foot', 'right foot' or both, got {', '.join(case.feet) or 'none'}"
         )
     if min([case.seed or 0, *numbers]) < 0:
         raise UsageError(f"seed, person: expected 0 or more, got {case.seed} and {min(numbers)}")
     low, high = case.up
     soles = {foot: soles_on(body, foot, at, case.package) for foot, at in case.feet.items()}
-    crew = _Crew(body, drivers, numbers, spine_of(body), soles, poses)
+    ankles = {foot: ankles_wanted(body, foot, case.seed, numbers) for foot in case.feet}
+    crew = _Crew(body, drivers, numbers, spine_of(body), soles, ankles, poses)
     up = np.clip(0.0, low, high) if case.eye is None else low
     rows = _seated(crew, case, up)
     for _ in range(LIFTS if case.eye is not None else 0):
@@ -262,12 +330,15 @@ def _seated(crew: _Crew, case: _Case, up: Floats) -> _Drivers:
     body = crew.body
     x, y, z = case.package.h_point
     mean, spread = expected_angles(crew.drivers, case.package, up)
+    drawn = mean
     if case.seed is not None:
-        mean = mean + spread * [residuals(case.seed, number) for number in crew.numbers]
-    tilts = spine_tilts(crew.spine, mean, spread)
+        drawn = mean + spread * [residuals(case.seed, number) for number in crew.numbers]
+    tilts = spine_tilts(crew.spine, drawn, spread)
     aft, above = np.array([h_point_offset(driver) for driver in crew.drivers]).T
     height = z + up - above
-    wanted = hips_from_pedal(crew.soles["right foot"], height, mean, spread) - aft - x
+    sole = crew.soles[case.pedal_foot]
+    ankles = crew.ankles[case.pedal_foot]
+    wanted = hips_from_pedal(sole, height, (mean, drawn, spread), ankles) - aft - x
     forward = np.clip(wanted, *case.forward)
     hips = np.stack([x + forward + aft, np.full(len(up), y), height], axis=1)
     seated = _placed(crew, tilts, hips)
@@ -277,7 +348,7 @@ def _seated(crew: _Crew, case: _Case, up: Floats) -> _Drivers:
         np.einsum("bij,bj->bi", head[:, :, :3], body.centre[:, sphere].mean(axis=1)) + head[:, :, 3]
     )
     travel = np.stack([forward, up, wanted], axis=1)
-    return _Drivers(seated, travel, eye, hips, mean, {}, {}, np.zeros(len(up)))
+    return _Drivers(seated, travel, eye, hips, drawn, {}, {}, np.zeros(len(up)))
 
 
 def _placed(crew: _Crew, tilts: Floats, hips: Floats) -> Poses:
@@ -311,8 +382,9 @@ def _stepped(crew: _Crew, rows: _Drivers) -> _Drivers:
     limit = {}
     who = np.arange(len(seated))
     for foot, sole in crew.soles.items():
-        goal = goals_of(sole.at)
-        goal[:, 3:6] = sole.along
+        at, along = sole_at(sole, pitches_at(sole, rows.hips, crew.ankles[foot]))
+        goal = goals_of(at)
+        goal[:, 3:6] = along
         goal[:, 9:] = TURN_LEVER
         task = limb_task(
             crew.body,
@@ -328,7 +400,7 @@ def _stepped(crew: _Crew, rows: _Drivers) -> _Drivers:
         rotations = posed(task, found.angles)
         numbers = found.numbers.copy()
         if len(off):
-            free = replace(rows_of(task, off), goal=goals_of(sole.at[off]))
+            free = replace(rows_of(task, off), goal=goals_of(at[off]))
             found = solved(free, start[off], BALL_AGAIN)
             rotations[off] = posed(free, found.angles)
             numbers[off] = found.numbers

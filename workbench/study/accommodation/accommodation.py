@@ -23,7 +23,7 @@ from workbench.study.accommodation.chunks import Chunk, Question, joined_chunks,
 from workbench.study.accommodation.gains import gains_of
 from workbench.study.accommodation.grips import grip_findings, grip_words
 from workbench.study.accommodation.hardest import found_situations, hardest_rows, shown_people
-from workbench.study.accommodation.limiting import bearing_on, limiting_measures
+from workbench.study.accommodation.limiting import bearing_on, limiting_measures, odd_people
 from workbench.study.accommodation.overlaps import Overlaps, overlap_warnings, summed_overlaps
 from workbench.study.accommodation.people_maps import people_maps
 from workbench.study.accommodation.population_bodies import (
@@ -291,6 +291,7 @@ def _warnings(
         *grip_words(grips),
         *kept_words(kept),
         *piece_warnings([(body.name, body)]),
+        *odd_people(question.people),
         *_inexact(bodies),
         *_hopeless(question.asked, met_of(found.margin), told, where=where),
         *buried_controls(question.place.environment),

@@ -38,7 +38,7 @@ from workbench.model.poses import Poses
 from workbench.model.posing import join_poses
 from workbench.model.study import Study
 from workbench.model.workplace import Workplace
-from workbench.posture.reaching.limbs import FEET, HANDS
+from workbench.posture.reaching.limbs import FEET, HANDS, limbs_there
 from workbench.posture.seating.seating import seat_planes
 from workbench.posture.seating.sides import leftward
 from workbench.study.accommodation.accommodation import population_question
@@ -492,7 +492,7 @@ def _reached_by_some(
     one = asked.value
     around = ReachObstacles(one.environment, one.moving_parts, sitting.shift)
     reached = np.zeros(places.hopeless.shape, dtype=np.bool_)
-    for name in one.limbs:
+    for name in limbs_there(sitting.body, one.limbs):
         reached = who_reaches(
             sitting.body,
             sitting.poses,

@@ -13,7 +13,7 @@ from workbench.model.arrays import Floats, xyz
 from workbench.model.body import Body
 from workbench.model.population_found import Shown
 from workbench.model.poses import Placed, Poses
-from workbench.posture.reaching.limbs import FEET, HANDS, Limb, limb
+from workbench.posture.reaching.limbs import FEET, HANDS, Limb, limb, limbs_there
 from workbench.posture.reaching.reach import reach
 from workbench.study.accommodation.chunks import Chunk, Question
 from workbench.study.accommodation.population_bodies import PopulationBodies
@@ -149,7 +149,11 @@ def _reaching(situation: Situation, one: Asked) -> _Look:
     would be indexed anew."""
     assert one.control is not None
     foot = one.control.for_feet
-    sides = [f"{one.criterion.hand} hand"] if one.criterion.hand else list(FEET if foot else HANDS)
+    sides = (
+        [f"{one.criterion.hand} hand"]
+        if one.criterion.hand
+        else limbs_there(situation.body, FEET if foot else HANDS)
+    )
     place = situation.place
     room = without_seat(place) if foot and place.seat is not None else place.environment
     grip, zone = ("ball", 1) if foot else (one.control.grip, one.requirement.zone)

@@ -19,18 +19,24 @@ from workbench.errors import InputError
 from workbench.files.populations import load_population_model
 from workbench.model.arrays import Ints
 from workbench.model.body import Body
+from workbench.model.measures import COCKPIT, MASS
 from workbench.model.population import SEXES, Population
 from workbench.study.checks.margins import Asked
 from workbench.study.checks.seat_travel import SEAT_FORWARD
 from workbench.study.checks.view import TOO_HIGH
 
-__all__ = ["BEARING", "bearing_on", "limiting_measures"]
+__all__ = ["BEARING", "bearing_on", "limiting_measures", "odd_people"]
 
 ENOUGH = 100
 """People of a sex from which on their own spread is that of a population; fewer are compared with
 ANSUR II."""
 PLAIN = 1.0
 """Standard deviations below which a measure is not odd."""
+ODD = 7.0
+"""Standard deviations of a measure from what the others make likely that nobody has: of the 6068
+people of ANSUR II the greatest is 5.5."""
+NAMED = 5
+"""People at most that are named as odd."""
 BEARING: dict[str, tuple[str, ...]] = {
     "hand": (
         "thumb_tip_reach",
@@ -147,6 +153,35 @@ def limiting_measures(
                 ):
                     found[k] = known[int(best)]
     return found
+
+
+def odd_people(people: Population) -> list[str]:
+    """Warn of people with a measure that nobody like them has: slips of the tape, or a wrong unit.
+
+    Each of the measures that a workplace is fitted to, stature and mass is judged against the
+    person's others, by the adults of ANSUR II.
+    """
+    model = load_population_model("ansur2", people=False)
+    names = [name for name in (*COCKPIT, "stature", MASS) if name in people.names]
+    words: list[str] = []
+    for sex in np.unique(people.sex).tolist() if len(names) > 1 else ():
+        rows = np.flatnonzero(people.sex == sex)
+        given = {name: people.column(name)[rows] for name in names}
+        surprise = improbability(scores_of(model, SEXES[sex]), given).surprise
+        for k in np.flatnonzero(np.abs(surprise).max(axis=1) > ODD).tolist():
+            name = names[int(np.abs(surprise[k]).argmax())]
+            value = given[name][k] if name == MASS else 1000 * given[name][k]
+            unit = "kg" if name == MASS else "mm"
+            who = people.labels[rows[k]] if people.labels else f"person {rows[k] + 1}"
+            words.append(f"{who} ({name} {value:.4g} {unit})")
+    if not words:
+        return []
+    more = f" and {len(words) - NAMED} more" if len(words) > NAMED else ""
+    return [
+        f"{len(words)} of {len(people)} people have a measure more than {ODD:g} standard deviations from what "
+        "their other measures make likely in adults: a slip, or another unit? "
+        f"{', '.join(words[:NAMED])}{more}"
+    ]
 
 
 def _oddest(scores: Scores, people: Population, names: Sequence[str], sign: int) -> Ints:

@@ -16,7 +16,7 @@ from workbench.model.body import Body
 from workbench.model.poses import Poses
 from workbench.model.posing import join_poses
 from workbench.model.workplace import Workplace
-from workbench.posture.reaching.limbs import HANDS
+from workbench.posture.reaching.limbs import HANDS, limbs_there
 from workbench.posture.seating.sides import leftward, middle
 from workbench.study.accommodation.chunks import Question, taken_places
 from workbench.study.accommodation.population_bodies import PopulationBodies
@@ -90,7 +90,7 @@ def reached_points(body: Body, poses: Poses, points: Floats, task: MapTask) -> B
     """(B, M) which points (M, 3) [m] some people, rows of a body and of poses, reach with any of the
     hands that a map asks for."""
     reached = np.zeros((len(body), len(points)), dtype=np.bool_)
-    for name in HANDS if task.hand == "either" else (f"{task.hand} hand",):
+    for name in limbs_there(body, HANDS) if task.hand == "either" else (f"{task.hand} hand",):
         reached = who_reaches(
             body, poses, points, name, grip=task.grip, zone=task.zone, settled=reached
         )

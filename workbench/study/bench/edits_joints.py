@@ -181,16 +181,18 @@ def given_since(before: Arrangement, after: Arrangement) -> str:
     Both states have the same people and cases. It is the case of the state after that counts.
     """
     case = after.case
-    names = [
-        now.role
+    changed = [
+        (was, now)
         for was, now in zip(before.people, after.people, strict=True)
         if was.actions  # none where all cases are motions
         and isinstance(was.actions[case], PredictedPosture)
         and isinstance(now.actions[case], GivenPosture)
     ]
-    if not names:
+    if not changed:
         return ""
-    return f"{' and '.join(names)}: no longer predicted; the posture is given, the seat held"
+    names = " and ".join(now.role for _, now in changed)
+    held = ", the seat held" if any(was.free and not now.free for was, now in changed) else ""
+    return f"{names}: no longer predicted; the posture is given{held}"
 
 
 def let_go(

@@ -178,9 +178,11 @@ def troubles(opened: OpenStudy, found: Answer, row: int) -> Trouble:
     if not any("the thighs press" in line for line in missed):
         words += _sunk(opened, found, row, one)
     given = isinstance(person.state.actions[person.case], GivenPosture)
+    seat = opened.seat(row)
     offer = ""
-    if opened.seat(row) is not None and words:
-        offer = "predict" if given else "" if person.state.free else "free"
+    if words and seat is not None:
+        goes = max(np.ptp(seat.travel_forward), np.ptp(seat.travel_up)) > 0.0
+        offer = "predict" if given else "free" if goes and not person.state.free else ""
     return Trouble(tuple(words), offer)
 
 

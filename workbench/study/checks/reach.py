@@ -29,7 +29,7 @@ from workbench.posture.kernels.clear_reach import KEPT
 from workbench.posture.kernels.inverse import NEARLY
 from workbench.posture.reaching.again import KeptReaches, no_reaches, still_reached
 from workbench.posture.reaching.history import Recall
-from workbench.posture.reaching.limbs import ZONES, Limb, limb
+from workbench.posture.reaching.limbs import ZONES, Limb, limb, limbs_there
 from workbench.posture.reaching.obstacles import hands_without_room
 from workbench.posture.reaching.reach import reach
 from workbench.posture.seating.sides import leftward, middle
@@ -78,13 +78,12 @@ class _Group:
     hand: str
     spare: float
 
-    @property
-    def limbs(self) -> list[str]:
-        """The limbs that may do it, in the order in which they are asked."""
+    def limbs(self, body: Body) -> tuple[str, ...]:
+        """The limbs of a body that may do it, in the order in which they are asked."""
         kind = "foot" if self.grip == "foot" else "hand"
         other = "left" if self.side == "right" else "right"
         sides = [self.hand] if self.hand else [self.side, other]
-        return [f"{side} {kind}" for side in sides]
+        return limbs_there(body, [f"{side} {kind}" for side in sides])
 
 
 @dataclass(frozen=True, eq=False)
@@ -205,7 +204,7 @@ def _reached_by(situation: Situation, group: _Group, controls: Sequence[Control]
     best = _nothing_reached(len(situation), len(controls))
     thorough = situation.remembered is None
     unsure = {}
-    for name in group.limbs:
+    for name in group.limbs(situation.body):
         who = np.flatnonzero(best.short.any(axis=1))
         if not len(who):
             break
@@ -221,7 +220,7 @@ def _reached_by(situation: Situation, group: _Group, controls: Sequence[Control]
         _search_whole(situation, group, controls, name, in_doubt, best)
     if _bends(situation.place, group.grip, group.zone):
         searching = situation.remembered is not None and situation.remembered.searching
-        for name in () if searching else group.limbs:
+        for name in () if searching else group.limbs(situation.body):
             _bend(situation, group, controls, name, best)
     return best
 
@@ -439,7 +438,7 @@ class _Again:
         margin = np.full(shape, -np.inf)
         known = np.ones(shape, dtype=np.bool_)
         sure = np.zeros(shape, dtype=np.bool_) if self.before is None else ~np.isnan(self.before)
-        for name in self.group.limbs:
+        for name in self.group.limbs(self.situation.body):
             if np.all((margin >= 0) | sure):
                 break
             self._ask(name, margin, known, sure)
@@ -535,7 +534,7 @@ def never_reached(situation: Situation, asked: Sequence[Asked]) -> Bools:
     for group, rows in _grouped(situation, asked, 0.0).items():
         controls = [control for r in rows if (control := asked[r].control) is not None]
         recall = _recall(situation, controls)
-        arms = [_limb(situation.body, group, name) for name in group.limbs]
+        arms = [_limb(situation.body, group, name) for name in group.limbs(situation.body)]
         assert recall is not None
         kept = np.any([recall.kept(arm) for arm in arms], axis=0)
         for at in np.flatnonzero(kept.any(axis=0)).tolist():

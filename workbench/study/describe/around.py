@@ -11,11 +11,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from workbench.files.environment_doubts import part_box
 from workbench.model.arrays import Bools, Floats
 from workbench.model.environment import Environment
 from workbench.study.describe.at_controls import SeatFrame, Sitter, nominal_eye
 from workbench.study.describe.control_words import words_of
 from workbench.study.describe.rays import first_hits, upright_fan
+from workbench.study.feet_on_floor import BROAD
 
 __all__ = ["Around", "around", "floor_below"]
 
@@ -132,13 +134,14 @@ def floor_below(
     None where nothing is."""
     starts = np.array([frame.world(ahead, left, 0.1) for ahead, left in FEET])
     down = np.tile([0.0, 0.0, -1.0], (len(starts), 1))
-    pedals = [one.part for one in environment.controls if one.for_feet]
+    pedals = {one.part for one in environment.controls if one.for_feet and one.part}
+    pedals = {part for part in pedals if _breadth(environment, part) <= BROAD}
     hits = first_hits(
         environment,
         starts,
         down,
         length=DROP + 0.1,
-        among=among & ~np.isin(environment.parts, pedals),
+        among=among & ~np.isin(environment.parts, list(pedals)),
     )
     met = np.isfinite(hits.distance)
     if not met.any():
@@ -150,6 +153,11 @@ def floor_below(
     parts = [environment.parts[part] for part in np.unique(hits.part[met][low])]
     middle = float(np.median(heights[low]))
     return parts, float(heights[low & (heights <= middle + UNEVEN)].max())
+
+
+def _breadth(environment: Environment, part: str) -> float:
+    """The smaller extent [m] of a part as seen from above."""
+    return float(np.ptp(part_box(environment, part), axis=0)[:2].min())
 
 
 def _looked_over(environment: Environment, frame: SeatFrame, eye: Floats) -> list[str]:

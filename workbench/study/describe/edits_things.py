@@ -6,7 +6,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
+
 from workbench.errors import InputError, one_of
+from workbench.files.environment_own import GRIPPABLE
 from workbench.files.environment_parts import matching_parts
 from workbench.files.names import good_name
 from workbench.files.yaml_edits import Key
@@ -18,7 +21,7 @@ from workbench.study.describe.edits import (
     with_value,
     without_value,
 )
-from workbench.study.describe.meshes import Ray
+from workbench.study.describe.meshes import Ray, Standing
 from workbench.study.describe.state import (
     FITTED,
     Description,
@@ -29,6 +32,12 @@ from workbench.study.describe.state import (
 )
 
 __all__ = ["accepted", "owned", "placed_point", "pointed", "removed", "renamed", "typed"]
+
+BESIDE = 0.06
+"""A control no farther [m] beside a part that a hand closes about, or a foot presses, is on it: a fist
+is 0.1 m thick."""
+ON = 0.01
+"""A control no farther [m] from any other part is on it."""
 
 
 def placed_point(
@@ -146,8 +155,13 @@ _FIGURES: Mapping[str, Mapping[str, tuple[tuple[str, ...], str]]] = {
 """Figures by what they are of: where they stand in the file, and of which kind they are."""
 
 
-def typed(before: Description, kind: str, name: str, figure: str, value: Any) -> Edit:
+def typed(
+    opened: OpenPlace, before: Description, kind: str, name: str, figure: str, value: Any
+) -> Edit:
     """Type a figure over.
+
+    A control whose place is typed is on the part that is there, and on none where none is: what was
+    clicked before, perhaps the floor, is no longer its part.
 
     Parameters
     ----------
@@ -179,7 +193,36 @@ def typed(before: Description, kind: str, name: str, figure: str, value: Any) ->
         why=before.why | {noted: "typed"} if figure in ("at", *FITTED) else before.why,
     )
     after.file  # noqa: B018 (faults of what was given)
+    if (kind, figure) == ("control", "at"):
+        return _on_part(opened, after, name)
     return Edit(after)
+
+
+def _on_part(opened: OpenPlace, before: Description, name: str) -> Edit:
+    """A control on the part that is where it was typed: that of before where this is near enough,
+    else the nearest, none where nothing is there."""
+    control = before.file.controls[name]
+    if not control.part_keys:
+        return Edit(before)
+    stands = standing_of(opened, before)
+    at = np.array(control.at)
+    own = [k for key in control.part_keys for k in _numbers(key, stands)]
+    sizes = np.ptp(stands.boxes, axis=1).max(axis=1)
+    small = [k for k in own if sizes[k] <= GRIPPABLE]
+    if stands.nearest(at, BESIDE, parts=small) or stands.nearest(at, ON, parts=own):
+        return Edit(before)
+    key: Key = ("controls", name, "part")
+    hit = stands.nearest(at, ON)
+    if hit is None:
+        words = f"{name}: nothing is within {1e3 * ON:.0f} mm of there, so it is on no part"
+        return Edit(replace(before, says=without_value(before.says, key)), words)
+    part = stands.names[int(stands.part[hit.face])]
+    return Edit(replace(before, says=with_value(before.says, key, part)), f"{name} is on {part}")
+
+
+def _numbers(key: str, stands: Standing) -> list[int]:
+    """The parts that a name or a pattern of a control means, by number."""
+    return [stands.names.index(part) for part in matching_parts(key, stands.names)]
 
 
 def _written(before: Description, sort: str, value: Any, what: str) -> Any:

@@ -7,7 +7,7 @@ whatever becomes of units, axes and parts.
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Sequence
+from collections.abc import Collection, Hashable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -163,15 +163,19 @@ class Standing:
             raise InputError("nothing was picked: click on a part in the picture")
         return Hit(int(own[best]), start + far[best] * way)
 
-    def nearest(self, point: Floats, within: float) -> Hit | None:
-        """Find the face of a part that a point (3,) [m] lies on, None where none is so near [m].
+    def nearest(
+        self, point: Floats, within: float, *, parts: Collection[int] | None = None
+    ) -> Hit | None:
+        """Find the face of a part, or of some by number, that a point (3,) [m] lies on, None where
+        none is so near [m].
 
         The point of a face is that of the barycentric coordinates of the projection, each clipped
         to the face: the nearest one where the projection is inside, near enough elsewhere.
         """
         low = self.vertices[self.faces].min(axis=1) - within
         high = self.vertices[self.faces].max(axis=1) + within
-        own = np.flatnonzero(((low <= point) & (point <= high)).all(axis=1) & (self.part >= 0))
+        there = self.part >= 0 if parts is None else np.isin(self.part, list(parts))
+        own = np.flatnonzero(((low <= point) & (point <= high)).all(axis=1) & there)
         if not len(own):
             return None
         a, b, c = np.moveaxis(self.corners(own), 1, 0)

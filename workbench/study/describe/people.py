@@ -16,13 +16,13 @@ from workbench.geometry.ground import Ground
 from workbench.model.arrays import Floats
 from workbench.model.body import Body
 from workbench.model.poses import Placed, Poses
-from workbench.posture.seating.seat import seat
+from workbench.posture.seating.seat import Seated, seat
 from workbench.study.feet_on_floor import feet_on_floor, feet_words
 
 __all__ = [
     "PERSON",
-    "SeatedPerson",
     "person_words",
+    "seated_eye",
     "seated_person",
     "seated_words",
     "standing_man",
@@ -85,12 +85,17 @@ def person_words() -> str:
     return f"{PERSON.replace('_', ' ')}, {high:.2f} m tall"
 
 
-class SeatedPerson:
-    """A person in a seat: where all spheres are, and the middle (3,) [m] between the eyes."""
+def seated_eye(file: EnvironmentFile, name: str) -> Floats:
+    """(3,) [m] the middle between the eyes of the person in a seat, with trunk and head as a first
+    study has those who operate: in the lap, hands let the head up by 13 mm and back by 90.
 
-    def __init__(self, placed: Placed, eye: Floats) -> None:
-        self.placed = placed
-        self.eye = eye
+    Parameters
+    ----------
+    file, name
+        As of `seated_person`.
+    """
+    eye: Floats = _seated("driving", file, name).eye[0]
+    return eye
 
 
 def seated_words(file: EnvironmentFile, name: str, ground: Ground) -> list[str]:
@@ -107,11 +112,11 @@ def seated_words(file: EnvironmentFile, name: str, ground: Ground) -> list[str]:
     pedals = {called: one for called, one in file.controls.items() if one.grip == "foot"}
     parts = [key for one in pedals.values() for key in one.part_keys]
     no_floor = [part for key in parts for part in matching_parts(key, ground.names)]
-    feet = feet_on_floor(seated_person(file, name).placed, 0, own_seat, ground, without=no_floor)
+    feet = feet_on_floor(seated_person(file, name), 0, own_seat, ground, without=no_floor)
     return feet_words(f"{name}: {PERSON.replace('_', ' ')}, hands in the lap", feet, list(pedals))
 
 
-def seated_person(file: EnvironmentFile, name: str) -> SeatedPerson:
+def seated_person(file: EnvironmentFile, name: str) -> Placed:
     """Seat the person in a seat where it stands at rest, hands in the lap.
 
     Parameters
@@ -121,6 +126,8 @@ def seated_person(file: EnvironmentFile, name: str) -> SeatedPerson:
     name
         Of one of its seats.
     """
-    poses = _posture("hands_in_lap")
-    seated = seat(_person(), poses, seat_of(name, file.seats[name], ()))
-    return SeatedPerson(place(_person(), seated.poses), seated.eye[0])
+    return place(_person(), _seated("hands_in_lap", file, name).poses)
+
+
+def _seated(posture: str, file: EnvironmentFile, name: str) -> Seated:
+    return seat(_person(), _posture(posture), seat_of(name, file.seats[name], ()))
