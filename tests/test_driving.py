@@ -260,14 +260,14 @@ def test_the_seat_is_where_thigh_knee_and_ankle_come_nearest_to_what_is_expected
     assert least < min(cost(found.forward[0] + way) for way in (-0.03, -0.015, 0.015, 0.03))
 
 
-def test_the_heel_on_the_accelerator_rests_on_the_floor_and_the_ball_on_the_pedal(man):
+def test_the_ball_stays_on_the_accelerator_and_its_heel_is_lifted_by_25_millimetres_at_most(man):
     body = man[0]
     car = package()
     placed = wb.place(body, driven(man).poses)
     first = int(body.start[body.segment("RF")])
     rows = {name: body.sphere_names.index(name, first) for name in ("heel", "ball of foot")}
     heel, ball = (placed.centres[0, row] for row in rows.values())
-    assert heel[2] == pytest.approx(body.radius[0][rows["heel"]], abs=0.003)
+    assert -0.003 < heel[2] - body.radius[0][rows["heel"]] < 0.025 + 0.010  # and its round turns
     plane = np.subtract(car.ball, car.heel)
     normal = np.array([-plane[2], 0.0, plane[0]]) / np.hypot(plane[0], plane[2])
     assert (ball - car.heel) @ normal == pytest.approx(
@@ -275,7 +275,7 @@ def test_the_heel_on_the_accelerator_rests_on_the_floor_and_the_ball_on_the_peda
     )
     slope = np.arctan2(plane[2], plane[0])
     _, pitch = foot_and_calf(body, placed)
-    assert slope - np.radians(20.5) < pitch[1, 0] < slope + 1e-6
+    assert slope - np.radians(15) < pitch[1, 0] < slope + 1e-6
 
 
 def test_the_seat_goes_no_farther_than_its_travel_and_says_where_it_wanted_to_be(man):
@@ -357,9 +357,8 @@ def test_shoes_move_the_driver_back_by_about_their_soles(man):
     assert 0.015 < bare.forward - dressed.forward < 0.05
     lowest = wb.place(shod, dressed.poses, window=["RF"])
     rows = shod.spheres(shod.segment("RF"))
-    assert np.min(lowest.centres[0, rows, 2] - shod.radius[0, rows]) == pytest.approx(
-        0.0, abs=0.012
-    )
+    # the heel is lifted by 25 mm at most, and the sole's edge turns with it
+    assert -0.003 < np.min(lowest.centres[0, rows, 2] - shod.radius[0, rows]) < 0.035
 
 
 SEATED = ("forward", "up", "shift", "eye", "eye_off", "spare_travel", "wanted", "hips", "h_point")

@@ -39,9 +39,9 @@ from workbench.posture.seating.driving_legs import (
     Sole,
     accelerator_foot,
     ankles_wanted,
+    directions_of,
     hips_from_pedal,
     pitches_at,
-    sole_at,
     soles_on,
 )
 from workbench.posture.seating.seat import PEOPLE_PER_SEAT_BATCH, Seated
@@ -71,7 +71,7 @@ class DrivingPosture(Seated):
     """
 
     wanted: Floats
-    """(B,) [m] `forward` without an end of travel."""
+    """(B,) [m] `forward` without an end of travel; `forward` where the seats are held."""
     hips: Floats
     """(B, 3) [m] the middle of the hip joints."""
     h_point: Floats
@@ -157,13 +157,14 @@ def driving_posture(
         )
     travel = np.array([seat.travel_forward, seat.travel_up])
     ends = np.tile(travel, (count, 1, 1)) if positions is None else np.stack([positions] * 2, -1)
+    every = _Case(seat, package, feet, eye, seed, ends, positions is not None)
     parts = []
     for first in range(0, count, PEOPLE_PER_SEAT_BATCH):
         some = slice(first, first + PEOPLE_PER_SEAT_BATCH)
         own = Poses(poses.rotations[some], poses.reference, poses.world_from_reference[some])
-        case = _Case(seat, package, feet, eye, seed, ends[some])
+        case = replace(every, travel=ends[some])
         parts.append(_at_wheel(people[some], own, case, who[some], drawn[some]))
-    return _driving(parts, _Case(seat, package, feet, eye, seed, ends), poses.person)
+    return _driving(parts, every, poses.person)
 
 
 @dataclass(frozen=True, eq=False)
@@ -238,7 +239,8 @@ def _driving(parts: Sequence[_Drivers], case: _Case, person: Ints | None) -> Dri
 @dataclass(frozen=True, eq=False)
 class _Case:
     """What drivers share: the seat, the package, where the feet go [m], the height of the eyes [m],
-    the seed; and the travel (B, 2, 2) [m] of each: forward and up, the least and the greatest."""
+    the seed; the travel (B, 2, 2) [m] of each: forward and up, the least and the greatest; and
+    whether the seats are held where they are, so that no place is looked for."""
 
     seat: Seat
     package: Package
@@ -246,6 +248,7 @@ class _Case:
     eye: float | None
     seed: int | None
     travel: Floats
+    held: bool
 
     @property
     def pedal_foot(self) -> str:
@@ -309,7 +312,10 @@ def _at_wheel(
         raise UsageError(f"seed, person: expected 0 or more, got {case.seed} and {min(numbers)}")
     low, high = case.up
     soles = {foot: soles_on(body, foot, at, case.package) for foot, at in case.feet.items()}
-    ankles = {foot: ankles_wanted(body, foot, case.seed, numbers) for foot in case.feet}
+    ankles = {
+        foot: ankles_wanted(body, foot, case.seed if foot == case.pedal_foot else None, numbers)
+        for foot in case.feet
+    }
     crew = _Crew(body, drivers, numbers, spine_of(body), soles, ankles, poses)
     up = np.clip(0.0, low, high) if case.eye is None else low
     rows = _seated(crew, case, up)
@@ -336,10 +342,15 @@ def _seated(crew: _Crew, case: _Case, up: Floats) -> _Drivers:
     tilts = spine_tilts(crew.spine, drawn, spread)
     aft, above = np.array([h_point_offset(driver) for driver in crew.drivers]).T
     height = z + up - above
-    sole = crew.soles[case.pedal_foot]
     ankles = crew.ankles[case.pedal_foot]
-    wanted = hips_from_pedal(sole, height, (mean, drawn, spread), ankles) - aft - x
-    forward = np.clip(wanted, *case.forward)
+    others = [sole for foot, sole in crew.soles.items() if foot != case.pedal_foot]
+    rear, front = case.forward
+    wanted = rear.copy()
+    if not case.held:
+        sole = crew.soles[case.pedal_foot]
+        angles = (mean, drawn, spread)
+        wanted = hips_from_pedal(sole, height, angles, ankles, others) - aft - x
+    forward = np.clip(wanted, rear, front)
     hips = np.stack([x + forward + aft, np.full(len(up), y), height], axis=1)
     seated = _placed(crew, tilts, hips)
     sphere = [body.sphere_names.index(f"{side} eye") for side in ("left", "right")]
@@ -375,38 +386,45 @@ def _placed(crew: _Crew, tilts: Floats, hips: Floats) -> Poses:
 
 
 def _stepped(crew: _Crew, rows: _Drivers) -> _Drivers:
-    """Every foot with its ball on its point and its sole along its way where that can be, else as
-    near as it gets."""
+    """Every foot with its ball on its point and its sole as flat as the ankle wants it where that can
+    be, else in the plane of the pedal, else as near as it gets."""
     seated = rows.poses
     miss = {}
     limit = {}
     who = np.arange(len(seated))
     for foot, sole in crew.soles.items():
-        at, along = sole_at(sole, pitches_at(sole, rows.hips, crew.ankles[foot]))
-        goal = goals_of(at)
-        goal[:, 3:6] = along
-        goal[:, 9:] = TURN_LEVER
+        pitch = pitches_at(sole, rows.hips, crew.ankles[foot])
         task = limb_task(
             crew.body,
             sole.limb,
             who,
             held=seated.rotations,
             base=np.array(seated.world_from_reference),
-            goal=goal,
+            goal=_goals(sole, pitch),
         )
         start = cold(task, angles_of(task.body, seated)[:, task.joints])
         found = solved(task, start, SOLE_AGAIN)
-        off = np.flatnonzero(found.numbers[:, 0] > REACHED)
         rotations = posed(task, found.angles)
         numbers = found.numbers.copy()
-        if len(off):
-            free = replace(rows_of(task, off), goal=goals_of(at[off]))
-            found = solved(free, start[off], BALL_AGAIN)
-            rotations[off] = posed(free, found.angles)
-            numbers[off] = found.numbers
+        freer = ((_goals(sole, sole.steepest), SOLE_AGAIN), (goals_of(sole.at), BALL_AGAIN))
+        for goal, again in freer:
+            off = np.flatnonzero(numbers[:, 0] > REACHED)
+            if len(off):
+                some = replace(rows_of(task, off), goal=goal[off])
+                found = solved(some, start[off], again)
+                rotations[off] = posed(some, found.angles)
+                numbers[off] = found.numbers
         seated = Poses(rotations, seated.reference, seated.world_from_reference)
         miss[foot], limit[foot] = numbers[:, 0].copy(), limits_of(task, numbers)
     world = segment_frames(crew.body, seated, crew.poses.reference)
     return replace(
         rows, poses=Poses(seated.rotations, crew.poses.reference, world), miss=miss, limit=limit
     )
+
+
+def _goals(sole: Sole, pitch: Floats) -> Floats:
+    """(B, 12) goals of feet with their balls on their pedal and soles of a pitch (B,) [rad]."""
+    goal = goals_of(sole.at)
+    goal[:, 3:6] = directions_of(pitch)
+    goal[:, 9:] = TURN_LEVER
+    return goal

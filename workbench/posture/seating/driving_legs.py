@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
@@ -25,9 +25,9 @@ __all__ = [
     "Sole",
     "accelerator_foot",
     "ankles_wanted",
+    "directions_of",
     "hips_from_pedal",
     "pitches_at",
-    "sole_at",
     "soles_on",
 ]
 
@@ -37,8 +37,12 @@ ALIKE = 1e-3
 NEAREST_HIP = 0.15
 FARTHEST_HIP = 1.3
 """How far aft of the ball of the foot [m] hips are searched."""
-OUT_OF_REACH = 1e3
+OUT_OF_REACH = 1e6
 """Cost [1/m] of an ankle that the leg does not reach. It outweighs every angle."""
+STRETCHED = 0.97
+"""Of its whole length the leg of the other foot is at most so long: the knee is bent by 28 degrees,
+the least that was observed of drivers (Park 2000: included angles up to 152 degrees). Straighter
+legs would press their thighs into the cushion."""
 THIGH = 6
 KNEE = 7
 """Indices of thigh and knee among the angles of a driving posture."""
@@ -46,15 +50,14 @@ ANKLE_SPREAD = np.radians(10.0)
 """Standard deviation of drivers' ankles [rad]. The ranges that were observed, taken from the 5th to
 the 95th percentile, give 8.5 degrees (Wolf 2022, 85 to 113), 10 (Porter & Gyi 1998, 80 to 113) and
 12.8 (Park 2000, 82 to 124)."""
-WIDER = np.sqrt(1.5)
+WIDER = np.sqrt(2.0)
 """How much farther from their means thigh and knee are expected than they were drawn. Published is
-the scatter of angles that people show. Three angles that are drawn independently do not go
-together, as a leg has two freedoms: where the hips are, and the pitch of the foot. Least squares
-leave of three units of variance two."""
-FLATTER = np.radians(20.0)
-"""How much flatter [rad] than its pedal a sole may lie, at most: its heel is then farther aft."""
-SLIDE = 0.05
-"""How far [m] the ball of the foot may be farther down its pedal for that, at most."""
+the scatter of angles that people show. Two angles that are drawn independently do not go together,
+as the foot gives only so far and leaves one freedom: where the hips are. Least squares leave of two
+units of variance one."""
+HEEL_LIFT = 0.025
+"""How far [m] a heel may be lifted so that the sole is flatter than its pedal, at most: about 12
+degrees on an accelerator."""
 COARSE = (60, 7)
 """Hip positions and pitches of the first grid on which the least cost is looked for."""
 FINER = 7
@@ -65,18 +68,15 @@ and how many there are: hips are found to 2e-6 m."""
 
 @dataclass(frozen=True, eq=False)
 class Sole:
-    """Soles of B drivers' feet, from the floor to their pedal."""
+    """Soles of B drivers' feet with the balls on their pedal."""
 
-    start: Floats
-    """(3,) [m] where the plane of the pedal rises from the floor."""
-    slope: float
-    """[rad] of the plane above the horizontal: the steepest that a sole lies."""
+    at: Floats
+    """(B, 3) [m] where the balls of the feet go."""
+    steepest: Floats
+    """(B,) [rad] pitch of the soles above the horizontal in the plane of the pedal, the heels on the
+    floor."""
     flattest: Floats
-    """(B,) [rad] the least pitch of the soles."""
-    round: Floats
-    """(B,) [m] radius of the round of the heel."""
-    under: Floats
-    """(B,) [m] how thick the sole of the shoe is under the foot's own."""
+    """(B,) [rad] pitch with the heels lifted by `HEEL_LIFT`."""
     limb: Limb
     """The leg, which points from heel to ball."""
     link: Linkage
@@ -109,12 +109,12 @@ def accelerator_foot(
 
 
 def soles_on(body: Body, foot: str, at: tuple[float, float, float], package: Package) -> Sole:
-    """Place the sole of a foot between the floor and the plane from the heel point to the pedal.
+    """Place the sole of a foot in the plane that rises from the heel point to the pedal, or flatter.
 
-    For the foot that is not on the accelerator the plane starts beside the heel point. The round of
-    the heel rests on the floor, and the ball touches the plane. A sole lies in the plane, then its
-    heel is in the corner of floor and plane, or flatter: see `FLATTER` and `SLIDE`. The sole of a
-    shoe lies under the foot's own.
+    For the foot that is not on the accelerator the plane starts beside the heel point. In the plane
+    the round of the heel rests in the corner of floor and plane, and the ball lies as far up as the
+    foot is long. There it stays when the heel is lifted. The sole of a shoe lies under the foot's
+    own.
 
     Parameters
     ----------
@@ -126,71 +126,44 @@ def soles_on(body: Body, foot: str, at: tuple[float, float, float], package: Pac
         Centre of the pedal [m].
     package
         The vehicle package, with its heel point.
+
+    Returns
+    -------
+    Sole
+        Where the balls of the feet go, how steep their soles may be, and the leg.
     """
     chain = pointed_foot(body, foot)
     link = packed_links(body, chain)
     heel = limb(body, foot, grip="heel")
     ball = link.tip
     back = heel.tip
+    sole = ball - back
+    length = np.linalg.norm(sole, axis=1)
     start = np.array([package.heel[0], at[1], package.heel[2]])
-    rise = np.array(at) - start
-    slope = float(np.arctan2(rise[2], rise[0]))
+    plane = (np.array(at) - start) / np.linalg.norm(np.array(at) - start)
+    slope = float(np.arctan2(plane[2], plane[0]))
     spheres = body.spheres(heel.end)
     row = int(spheres.start) + body.sphere_names[spheres].index("heel")
     lowest = (body.centre[:, spheres, 2] - body.radius[:, spheres]).min(axis=1)
     under = np.maximum(np.minimum(ball[:, 2], back[:, 2]) - lowest, 0.0)
-    sole = Sole(
-        start=start,
-        slope=slope,
-        flattest=np.full(len(body), slope),
-        round=body.radius[:, row],
-        under=under,
+    up_plane = (body.radius[:, row] + under) * np.tan(0.5 * slope) + length
+    lift = np.array([-plane[2], 0.0, plane[0]])
+    where = start + up_plane[:, None] * plane + under[:, None] * lift
+    # no flatter than the floor
+    rise = np.maximum(np.sin(slope) - HEEL_LIFT / length, min(np.sin(slope), 0.0))
+    return Sole(
+        at=np.ascontiguousarray(where),
+        steepest=np.full(len(body), slope),
+        flattest=np.arcsin(rise),
         limb=chain,
         link=link,
-        sole=ball - back,
+        sole=sole,
     )
-    return replace(sole, flattest=_flattest(sole))
 
 
-def _flattest(sole: Sole) -> Floats:
-    """(B,) [rad] the least pitch of the soles: `FLATTER` than the plane, the floor at the flattest,
-    with the balls no more than `SLIDE` farther down it."""
-    least = min(sole.slope, max(sole.slope - FLATTER, 0.0))
-    pitches = np.linspace(sole.slope, least, 31)[None] * np.ones((len(sole.round), 1))
-    x, z = _balls(sole, pitches)
-    down = np.hypot(x - x[:, :1], z - z[:, :1])
-    allowed = (down <= SLIDE).sum(axis=1) - 1
-    found: Floats = pitches[np.arange(len(pitches)), allowed]
-    return found
-
-
-def _balls(sole: Sole, pitch: Floats) -> tuple[Floats, Floats]:
-    """(B, ...) x and z [m] of the balls of feet whose soles have a pitch (B, ...) [rad].
-
-    The middle of the heel's round stands at the height r + u over the floor, r its radius, u the
-    thickness of the shoe's sole. From there the ball lies r below, square to the sole of length L,
-    and L along it: z = r + u - r cos(p) + L sin(p). Of a sole in the plane, of slope s, it lies
-    (r + u) tan(s / 2) + L up the plane and u off it. Of a flatter one it lies lower, as far off.
-    """
-    shape = (-1, *(1,) * (pitch.ndim - 1))
-    r = sole.round.reshape(shape)
-    u = sole.under.reshape(shape)
-    length = np.linalg.norm(sole.sole, axis=1).reshape(shape)
-    s = sole.slope
-    lower = r * (np.cos(s) - np.cos(pitch)) + length * (np.sin(pitch) - np.sin(s))
-    up = (r + u) * np.tan(0.5 * s) + length
-    z = up * np.sin(s) + u * np.cos(s) + lower
-    x = up * np.cos(s) - u * np.sin(s) + lower / max(np.tan(s), 1e-9)  # lower is 0 on a level plane
-    return sole.start[0] + x, sole.start[2] + z
-
-
-def sole_at(sole: Sole, pitch: Floats) -> tuple[Floats, Floats]:
-    """Balls of the feet (B, 3) [m] and unit directions (B, 3) from heel to ball of soles of a pitch
-    (B,) [rad]."""
-    x, z = _balls(sole, pitch)
-    at = np.stack([x, np.full(len(x), sole.start[1]), z], axis=1)
-    along = np.stack([np.cos(pitch), np.zeros(len(x)), np.sin(pitch)], axis=1)
-    return np.ascontiguousarray(at), along
+def directions_of(pitch: Floats) -> Floats:
+    """Return unit directions (B, 3) from heel to ball of soles of a pitch (B,) [rad]."""
+    return np.stack([np.cos(pitch), np.zeros(len(pitch)), np.sin(pitch)], axis=1)
 
 
 def ankles_wanted(body: Body, foot: str, seed: int | None, numbers: Sequence[int]) -> Floats:
@@ -199,8 +172,8 @@ def ankles_wanted(body: Body, foot: str, seed: int | None, numbers: Sequence[int
     Parameters
     ----------
     seed
-        The angles are drawn about the mode of comfort, by the numbers (B,) of the drivers; the mode
-        if None.
+        The ankles on the accelerator are drawn about the mode of comfort, by the numbers (B,) of the
+        drivers; others, and all if None, have the mode.
     """
     joint = limb(body, foot, grip="ball").free[-1]
     axis, sign = motion_of(body, joint, "plantarflexion")
@@ -221,7 +194,11 @@ def _residual(seed: int, number: int) -> float:
 
 
 def hips_from_pedal(
-    pedal: Sole, height: Floats, angles: tuple[Floats, Floats, Floats], ankles: Floats
+    pedal: Sole,
+    height: Floats,
+    angles: tuple[Floats, Floats, Floats],
+    ankles: Floats,
+    others: Sequence[Sole] = (),
 ) -> Floats:
     """Find how far forward the hips are if thigh, knee and ankle come nearest to what is expected.
 
@@ -235,6 +212,8 @@ def hips_from_pedal(
         (B, 8) [rad] the mean angles of such drivers, the angles of each, and the scatter.
     ankles
         (B,) [rad] as of `ankles_wanted`.
+    others
+        The soles of other feet: hips are where their legs are long enough, too.
 
     Returns
     -------
@@ -243,11 +222,10 @@ def hips_from_pedal(
     """
     mean, drawn, spread = (some[:, [THIGH, KNEE]] for some in angles)
     expected = mean + WIDER * (drawn - mean)
-    steepest = np.full(len(height), pedal.slope)
-    x, _ = _balls(pedal, steepest)
-    legs = _Legs(pedal, height, expected, spread, ankles)
+    x = pedal.at[:, 0]
+    legs = _Legs(pedal, height, expected, spread, ankles, others)
     ends = np.stack([x - FARTHEST_HIP, x - NEAREST_HIP], axis=1)
-    pitches = np.stack([pedal.flattest, steepest], axis=1)
+    pitches = np.stack([pedal.flattest, pedal.steepest], axis=1)
     return _least(legs, ends, pitches)[0]
 
 
@@ -257,51 +235,73 @@ def pitches_at(sole: Sole, hips: Floats, ankles: Floats) -> Floats:
     nothing = np.zeros((len(hips), 2))
     legs = _Legs(sole, hips[:, 2], nothing, np.full_like(nothing, np.inf), ankles)
     ends = np.repeat(hips[:, :1], 2, axis=1)
-    pitches = np.stack([sole.flattest, np.full(len(hips), sole.slope)], axis=1)
+    pitches = np.stack([sole.flattest, sole.steepest], axis=1)
     return _least(legs, ends, pitches)[1]
 
 
 @dataclass(frozen=True, eq=False)
 class _Legs:
     """Legs of B drivers in upright planes: soles, heights (B,) [m] of hips, the angles (B, 2) [rad]
-    of thigh and knee that are expected with their scatter, and of ankles (B,) [rad]."""
+    of thigh and knee that are expected with their scatter, and of ankles (B,) [rad]; and the soles
+    of other feet, whose legs must be long enough."""
 
     sole: Sole
     height: Floats
     mean: Floats
     spread: Floats
     ankle: Floats
+    others: Sequence[Sole] = ()
 
     def cost(self, hips: Floats, pitch: Floats) -> Floats:
         """(B, ...) squares of the residuals in units of their scatter, the hips at x (B, ...) [m],
         soles of a pitch (B, ...) [rad]."""
-        link = self.sole.link
         shape = (-1, *(1,) * (hips.ndim - 1))
-        thigh = np.linalg.norm(link.at_child[:, 0] - link.at_parent[:, 1], axis=1).reshape(shape)
-        shank = np.linalg.norm(link.at_child[:, 1] - link.at_parent[:, 2], axis=1).reshape(shape)
+        thigh, shank = (length.reshape(shape) for length in _lengths(self.sole))
         turn = pitch - self.sole.own_pitch.reshape(shape)
-        x, z = self._ankles(pitch, turn)
+        x, z = _ankles(self.sole, turn)
         rise = z - self.height.reshape(shape)
         leg = leg_triangle(thigh, shank, np.hypot(x - hips, rise))
         lifted = np.arctan2(rise, x - hips) + leg.hip
         plantarflexion = lifted + leg.knee - 0.5 * np.pi - turn
         found: Floats = OUT_OF_REACH * np.abs(leg.lack)
         found += ((plantarflexion - self.ankle.reshape(shape)) / ANKLE_SPREAD) ** 2
+        for other in self.others:
+            found += OUT_OF_REACH * np.maximum(_lack(other, hips, self.height), 0.0)
         for k, angle in enumerate((lifted, leg.knee)):
             off = angle - self.mean[:, k].reshape(shape)
             found += (off / self.spread[:, k].reshape(shape)) ** 2
         return found
 
-    def _ankles(self, pitch: Floats, turn: Floats) -> tuple[Floats, Floats]:
-        """(B, ...) x and z [m] of the ankles of feet that are turned up by so much [rad]."""
-        link = self.sole.link
-        own = link.at_child[:, 2] - link.tip  # from the ball to the ankle, in the foot's frame
-        forth = own[:, 0].reshape(-1, *(1,) * (pitch.ndim - 1))
-        above = own[:, 2].reshape(forth.shape)
-        x, z = _balls(self.sole, pitch)
-        c = np.cos(turn)
-        s = np.sin(turn)
-        return x + c * forth - s * above, z + s * forth + c * above
+
+def _lengths(sole: Sole) -> tuple[Floats, Floats]:
+    """(B,) [m] lengths of thighs and shanks."""
+    link = sole.link
+    thigh = np.linalg.norm(link.at_child[:, 0] - link.at_parent[:, 1], axis=1)
+    shank = np.linalg.norm(link.at_child[:, 1] - link.at_parent[:, 2], axis=1)
+    return thigh, shank
+
+
+def _ankles(sole: Sole, turn: Floats) -> tuple[Floats, Floats]:
+    """(B, ...) x and z [m] of the ankles of feet that are turned up by so much [rad]."""
+    own = (
+        sole.link.at_child[:, 2] - sole.link.tip
+    )  # from the ball to the ankle, in the foot's frame
+    shape = (-1, *(1,) * (turn.ndim - 1))
+    forth, above = (own[:, k].reshape(shape) for k in (0, 2))
+    x, z = (sole.at[:, k].reshape(shape) for k in (0, 2))
+    c = np.cos(turn)
+    s = np.sin(turn)
+    return x + c * forth - s * above, z + s * forth + c * above
+
+
+def _lack(sole: Sole, hips: Floats, height: Floats) -> Floats:
+    """(B, ...) [m] by how much legs are too short for soles in the plane of their pedal."""
+    shape = (-1, *(1,) * (hips.ndim - 1))
+    x, z = _ankles(sole, sole.steepest - sole.own_pitch)
+    thigh, shank = _lengths(sole)
+    distance = np.hypot(x.reshape(shape) - hips, (z - height).reshape(shape))
+    found: Floats = distance - STRETCHED * (thigh + shank).reshape(shape)
+    return found
 
 
 def _least(legs: _Legs, hips: Floats, pitches: Floats) -> tuple[Floats, Floats]:
