@@ -18,6 +18,7 @@ from workbench.cli import main
 from workbench.study.fit_body import read_surface, skeleton_of
 
 WIDE = ["--outward", "12 mm", "--inward", "14 mm", "--least-radius", "4 mm"]
+NARROW = ["--outward", "8 mm", "--inward", "10 mm"]
 STUDY = """
 study: scanned
 length: mm
@@ -105,11 +106,14 @@ def test_a_scan_that_faces_elsewhere_is_refused_with_the_way_on(woman, tmp_path,
 
 @pytest.mark.nightly
 @pytest.mark.parametrize("size", [{"stature": 1.88}, {"stature": 1.65, "sitting_height": 0.86}])
-def test_the_joints_of_a_scanned_man_of_any_size_are_found_within_20_mm(tmp_path, size):
+def test_the_joints_of_a_scanned_man_of_any_size_are_found(tmp_path, size):
+    """Within 20 mm; the elbows, whose place along a nearly straight arm shows little, within 30."""
     man = wb.scale(wb.load_body("adult_male"), size)
     known = scan_of(man, tmp_path / "scan.obj")
     skeleton = skeleton_of("adult_male", read_surface(tmp_path / "scan.obj", length="m"))
-    assert np.linalg.norm(joints_of(skeleton.body, skeleton.world) - known, axis=1).max() < 0.020
+    off = np.linalg.norm(joints_of(skeleton.body, skeleton.world) - known, axis=1)
+    elbow = np.isin(man.joints, ["LE", "RE"])
+    assert off[elbow].max() < 0.030 and off[~elbow].max() < 0.020
 
 
 @pytest.mark.nightly
@@ -130,6 +134,6 @@ def test_a_mesh_of_a_person_that_is_not_of_this_project_becomes_a_body_that_sits
         assert np.abs(at[body.joint(left)] - other).max() < 0.015
     out = tmp_path / "scanned.yaml"
     call = ["body", "fit", str(source), "--length", "m", "--up", "y", "--forward", "z"]
-    assert main([*call, "--skeleton", name, "-o", str(out), *WIDE]) == 0
+    assert main([*call, "--skeleton", name, "-o", str(out), *NARROW]) == 0
     study = write_toy(tmp_path, study=STUDY.replace("BODY", str(out)))
     assert 0.3 < found_of(wb.load_study(study)).verdicts[0].worst.value < 0.9
