@@ -137,7 +137,7 @@ def test_what_two_hands_do_not_both_hold_is_told_with_whom_it_is(study_of):
     assert [misses(alone(one)) for one in people] == [0.0, 0.0]
     holds, kept = sorted(people, key=misses)
     assert misses(holds) == 0.0 and misses(kept) > 0.01
-    (told,) = [line for line in there.words if "hand stays" in line]
+    (told,) = [line for line in there.short if "hand stays" in line]
     hand = {"a": "right", "b": "left"}[kept.place.role]
     assert told.startswith(
         f"{kept.place.role}, flying: the {hand} hand stays {1e3 * misses(kept):.0f} mm from "

@@ -267,7 +267,8 @@ class Body:
 
     def has(self, mnemonic: str) -> bool:
         """Whether a body has a segment and spheres on it: False of a limb that is missing."""
-        return mnemonic in self.segments and bool(np.diff(self.start)[self.segment(mnemonic)])
+        known = isinstance(mnemonic, str) and mnemonic in self.segments
+        return known and bool(np.diff(self.start)[self.segment(mnemonic)])
 
     @property
     def detail(self) -> str:

@@ -128,17 +128,13 @@ export class Panel {
     viewer.partsChanged();
   }
 
-  // A section square to the axis that points most toward the eye, through what was clicked last or
-  // what the camera looks at; what is on the eye's side goes.
+  lookedAt = () => this.viewer.camera.at;
+  // A section square to the axis nearest to the view, through what was clicked last or is looked at.
   toggleSection() {
     if (this.viewer.section) return this.setSection(null);
     const { z } = this.viewer.camera.axes();
     const axis = z.map(Math.abs).indexOf(Math.max(...z.map(Math.abs)));
     this.setSection(this.sectionAt(axis, Math.sign(z[axis]) || 1, (this.chosen?.point ?? this.lookedAt())[axis]));
-  }
-
-  lookedAt() {
-    return this.viewer.camera.at;
   }
 
   // The plane across an axis at a coordinate; what is on the side of the sign goes.
