@@ -111,7 +111,9 @@ Y_UP = np.array([[1, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 1]])
 
 def test_a_mesh_file_is_an_environment_and_what_was_guessed_is_told(tmp_path):
     cabin(turned=Y_UP, scale=1000.0).export(tmp_path / "cabin.obj")
-    with pytest.warns(UserWarning, match=r"cabin\.obj: assumed, as nothing says it: unit mm \(not sure\): "):
+    with pytest.warns(
+        UserWarning, match=r"cabin\.obj: assumed, as nothing says it: unit mm \(not sure\): "
+    ):
         found = wb.load_environment(tmp_path / "cabin.obj")
     np.testing.assert_allclose(found.bounds, [[-1.25, -0.7, -0.05], [1.2, 0.7, 1.45]], atol=1e-6)
     told = [line for line in found.warnings if "cabin.obj: assumed: " in line]
