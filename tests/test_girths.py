@@ -7,11 +7,11 @@ import pytest
 from scipy.spatial import ConvexHull
 
 import workbench as wb
+from tests.conftest import ROOT
 from tests.rows import changed
 from workbench import load_population_model, measure, scale
 from workbench.body.people.percentile import percentile_values
 from workbench.body.scaling.manikin import LEFT, UP, Length, Manikin
-from workbench.files.body.bodies import body_path
 from workbench.files.body.writer import body_text
 from workbench.study.accommodation.population_bodies import (
     EXACT_MEASURES,
@@ -113,7 +113,7 @@ def test_hip_breadths_standing_and_sitting_are_both_shown(adult, tmp_path):
     length = sitter.farthest("sitting", LEFT, ["LT", "LUL", "RUL"])
     assert 2 * sitter.value(length) == pytest.approx(0.41, abs=1e-3)
     path = tmp_path / "person.yaml"
-    origin = body_path(adult.name)
+    origin = ROOT / f"bodies/{adult.name}.yaml"
     path.write_text(body_text(person, origin, name="p", description="p", folder=tmp_path))
     assert measure(wb.load_body(path), wanted) == pytest.approx(wanted, abs=2e-4)
 
