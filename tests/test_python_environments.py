@@ -118,7 +118,7 @@ def test_a_mesh_file_is_an_environment_and_what_was_guessed_is_told(tmp_path):
     np.testing.assert_allclose(found.bounds, [[-1.25, -0.7, -0.05], [1.2, 0.7, 1.45]], atol=1e-6)
     told = [line for line in found.warnings if "cabin.obj: assumed: " in line]
     assert [line.split("assumed: ")[1].split(":")[0] for line in told] == [
-        "unit mm",
+        "unit mm (not sure)",
         "up y",
         "forward x",
     ]
