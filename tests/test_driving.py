@@ -88,7 +88,7 @@ def test_the_wheel_farther_aft_counts_by_what_it_is_beyond_the_usual():
 
 def test_drawn_angles_scatter_by_the_published_residuals():
     angles = driving_angles(MEDIAN, package())
-    rows = np.array([drawn_angles(angles, 5, person=n).mean for n in range(2000)])
+    rows = drawn_angles(angles.mean, angles.spread, 5, range(2000))
     assert np.degrees(rows.std(axis=0)) == pytest.approx(
         [3.3, 5.0, 6.5, 4.3, 11.4, 13.2, 4.4, 8.9], rel=0.06
     )
@@ -97,7 +97,7 @@ def test_drawn_angles_scatter_by_the_published_residuals():
 
 def test_the_same_seed_and_person_draw_the_same_posture():
     angles = driving_angles(MEDIAN, package())
-    one, same, other = (drawn_angles(angles, 5, person=n).mean for n in (3, 3, 4))
+    one, same, other = drawn_angles(angles.mean, angles.spread, 5, (3, 3, 4))
     assert np.array_equal(one, same) and not np.allclose(one, other)
 
 
@@ -179,11 +179,11 @@ def slow_tilts(spine, angles):
 def test_tilts_are_those_of_a_general_optimiser():
     mean = driving_angles(MEDIAN, package())
     spine = man_spine()
-    drawn = [drawn_angles(mean, 2, person=n) for n in range(6)]
-    mean, spread = (np.array([getattr(one, name) for one in drawn]) for name in ("mean", "spread"))
+    drawn = drawn_angles(mean.mean, mean.spread, 2, range(6))
     six = replace(spine, links=np.repeat(spine.links, 6, axis=0))
-    found = spine_tilts(six, mean, spread)
-    for row, angles in zip(found, drawn, strict=True):
+    found = spine_tilts(six, drawn, np.tile(mean.spread, (6, 1)))
+    for row, wanted in zip(found, drawn, strict=True):
+        angles = replace(mean, mean=wanted)
         assert np.degrees(row) == pytest.approx(np.degrees(slow_tilts(spine, angles)), abs=0.02)
 
 

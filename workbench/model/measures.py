@@ -15,6 +15,7 @@ from workbench.errors import InputError, one_of
 
 __all__ = [
     "COCKPIT",
+    "GIRTHS",
     "MASS",
     "MEASURES",
     "ON_THE_BODY",
@@ -32,6 +33,15 @@ COCKPIT = (
     "sitting_height",
     "eye_height_sitting",
     "acromial_height_sitting",
+)
+# Taken by a tape around the body.
+GIRTHS = (
+    "chest_circumference",
+    "waist_circumference",
+    "buttock_circumference",
+    "thigh_circumference",
+    "calf_circumference",
+    "biceps_circumference_flexed",
 )
 # Those that the virtual anthropometer takes, and that a body can be scaled to.
 ON_THE_BODY = (
@@ -76,12 +86,7 @@ ON_THE_BODY = (
     "waist_depth",
     "waist_breadth",
     "buttock_depth",
-    "chest_circumference",
-    "waist_circumference",
-    "buttock_circumference",
-    "thigh_circumference",
-    "calf_circumference",
-    "biceps_circumference_flexed",
+    *GIRTHS,
 )
 # (least, greatest) that a person may measure [m; kg for mass]: 0.45 times the least and 1.4 times
 # the greatest of the 6068 people of ANSUR II (mass by hand), so that a child and a giant pass and a

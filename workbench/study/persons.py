@@ -17,7 +17,7 @@ from workbench.body.wear import wear
 from workbench.errors import InputError, one_of
 from workbench.model.body import Body
 from workbench.model.growth import Growth
-from workbench.model.measures import WORDS, check_plausible
+from workbench.model.measures import GIRTHS, WORDS, check_plausible
 from workbench.model.person import Size
 from workbench.model.population import PopulationModel
 from workbench.model.short_repr import short_repr
@@ -38,12 +38,7 @@ APART = (
     "lateral_femoral_epicondyle_height",
     "overhead_fingertip_reach_sitting",
     "acromion_radiale_length",
-    "chest_circumference",
-    "waist_circumference",
-    "buttock_circumference",
-    "thigh_circumference",
-    "calf_circumference",
-    "biceps_circumference_flexed",
+    *GIRTHS,
 )
 """Measures that a body is not drawn near to, because typical bodies differ in them from the
 survey by definition. A tape runs around spheres, which lie some millimetres under the skin. On a body whose trunk is as long sitting as standing, the hip joints stand

@@ -34,7 +34,7 @@ from workbench.posture.reaching.chains import (
     solved,
 )
 from workbench.posture.reaching.limbs import FEET
-from workbench.posture.seating.driving_angles import expected_angles, h_point_offset, residuals
+from workbench.posture.seating.driving_angles import drawn_angles, expected_angles, h_point_offset
 from workbench.posture.seating.driving_legs import (
     Sole,
     accelerator_foot,
@@ -338,18 +338,18 @@ def _seated(crew: _Crew, case: _Case, up: Floats) -> _Drivers:
     mean, spread = expected_angles(crew.drivers, case.package, up)
     drawn = mean
     if case.seed is not None:
-        drawn = mean + spread * [residuals(case.seed, number) for number in crew.numbers]
+        drawn = drawn_angles(mean, spread, case.seed, crew.numbers)
     tilts = spine_tilts(crew.spine, drawn, spread)
     aft, above = np.array([h_point_offset(driver) for driver in crew.drivers]).T
     height = z + up - above
-    ankles = crew.ankles[case.pedal_foot]
-    others = [sole for foot, sole in crew.soles.items() if foot != case.pedal_foot]
     rear, front = case.forward
     wanted = rear.copy()
     if not case.held:
-        sole = crew.soles[case.pedal_foot]
+        pedal = case.pedal_foot
+        others = [sole for foot, sole in crew.soles.items() if foot != pedal]
         angles = (mean, drawn, spread)
-        wanted = hips_from_pedal(sole, height, angles, ankles, others) - aft - x
+        hip = hips_from_pedal(crew.soles[pedal], height, angles, crew.ankles[pedal], others)
+        wanted = hip - aft - x
     forward = np.clip(wanted, rear, front)
     hips = np.stack([x + forward + aft, np.full(len(up), y), height], axis=1)
     seated = _placed(crew, tilts, hips)
@@ -374,12 +374,10 @@ def _placed(crew: _Crew, tilts: Floats, hips: Floats) -> Poses:
         angles[:, joint, axis] = sign * (tilts[:, k] - tilts[:, k + 1])
     rotations[:, joints] = compose(body, angles)[:, joints]
     world = np.zeros((len(tilts), 3, 4))
-    sine, cosine = (
-        np.sin(-tilts[:, 0]),
-        np.cos(-tilts[:, 0]),
-    )  # nose up about y: see attitude_matrix
-    world[:, 0, 0] = world[:, 2, 2] = cosine
-    world[:, 0, 2], world[:, 2, 0] = sine, -sine
+    pitch = -tilts[:, 0]  # nose up about y: see attitude_matrix
+    world[:, 0, 0] = world[:, 2, 2] = np.cos(pitch)
+    world[:, 0, 2] = np.sin(pitch)
+    world[:, 2, 0] = -world[:, 0, 2]
     world[:, 1, 1] = 1.0
     world[:, :, 3] = hips - np.einsum("bij,bj->bi", world[:, :, :3], crew.spine.hips)
     return Poses(rotations, body.segment("LT"), world)

@@ -10,7 +10,7 @@ there, lengths in mm.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from functools import lru_cache
 
 import numpy as np
@@ -62,17 +62,20 @@ def expected_angles(
     return np.radians(mean), np.radians(np.where(female[:, None], FEMALE_SPREAD, MALE_SPREAD))
 
 
-def drawn_angles(angles: DrivingAngles, seed: int, *, person: int = 0) -> DrivingAngles:
-    """One driver's angles: the mean and a residual for each, normal and independent, the same for
-    the same seed and number of the person. The source tells no correlations."""
-    return DrivingAngles(angles.mean + angles.spread * residuals(seed, person), angles.spread)
+def drawn_angles(mean: Floats, spread: Floats, seed: int, numbers: Iterable[int]) -> Floats:
+    """Angles (B, 8) [rad] of drivers with such numbers: the means (8,) or (B, 8) and a residual for
+    each, normal and independent, the same for the same seed and number. The source tells no
+    correlations."""
+    drawn: Floats = mean + spread * [residuals(seed, (number,), len(ANGLES)) for number in numbers]
+    return drawn
 
 
-@lru_cache(maxsize=1 << 14)
-def residuals(seed: int, person: int) -> Floats:
-    """(8,) the residuals of a driver in units of their standard deviations."""
-    chance = np.random.Generator(np.random.PCG64(np.random.SeedSequence(seed, spawn_key=(person,))))
-    return frozen(chance.standard_normal(len(ANGLES)), np.float64, (len(ANGLES),), "residuals")
+@lru_cache(maxsize=1 << 15)
+def residuals(seed: int, stream: tuple[int, ...], count: int) -> Floats:
+    """(count,) the residuals of a driver in units of their standard deviations, of one of the streams
+    of a seed."""
+    chance = np.random.Generator(np.random.PCG64(np.random.SeedSequence(seed, spawn_key=stream)))
+    return frozen(chance.standard_normal(count), np.float64, (count,), "residuals")
 
 
 def h_point_offset(driver: Driver) -> tuple[float, float]:

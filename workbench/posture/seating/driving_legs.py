@@ -6,7 +6,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
 
 import numpy as np
 
@@ -18,6 +17,7 @@ from workbench.posture.kernels.linkage import Linkage
 from workbench.posture.reaching.comfort import comfort_modes
 from workbench.posture.reaching.limbs import Limb, limb
 from workbench.posture.reaching.packing import packed_links
+from workbench.posture.seating.driving_angles import residuals
 from workbench.posture.seating.leg_triangle import leg_triangle
 from workbench.posture.seating.posture import pointed_foot
 
@@ -181,16 +181,10 @@ def ankles_wanted(body: Body, foot: str, seed: int | None, numbers: Sequence[int
     wanted = np.full(len(body), sign * mode[axis])
     if seed is None:
         return wanted
-    wanted += ANKLE_SPREAD * np.array([_residual(seed, number) for number in numbers])
+    # a stream beside that of the other angles: these stay as they are
+    drawn = np.array([residuals(seed, (number, 1), 1) for number in numbers])
+    wanted += ANKLE_SPREAD * drawn[:, 0]
     return wanted
-
-
-@lru_cache(maxsize=1 << 14)
-def _residual(seed: int, number: int) -> float:
-    """An ankle's residual in units of its scatter: of a stream beside that of the other angles, which
-    stay as they are."""
-    source = np.random.SeedSequence(seed, spawn_key=(number, 1))
-    return float(np.random.Generator(np.random.PCG64(source)).standard_normal())
 
 
 def hips_from_pedal(

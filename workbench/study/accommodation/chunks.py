@@ -84,6 +84,16 @@ class Chunk:
     words: tuple[str, ...]
 
     @property
+    def judged_where(self) -> Floats:
+        """(M, A + 2) [m or rad] the setting and position of each row of `judged`."""
+        return self.judged[:, : self.setting.shape[1] + 2]
+
+    @property
+    def judged_margin(self) -> Floats:
+        """(M, R) [m] the margins of each row of `judged`, NaN where they are not known."""
+        return self.judged[:, self.setting.shape[1] + 2 :]
+
+    @property
     def overlapping(self) -> Bools:
         """(B,) who overlaps something by more than is allowed, about which no criterion asks."""
         return np.isin(np.arange(len(self.margin)), self.overlap[:, 0])

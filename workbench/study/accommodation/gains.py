@@ -164,7 +164,7 @@ def _before(question: Question, found: Chunk, change: Change, rows: Sequence[int
         for person in np.flatnonzero(known).tolist()
         if left is not None
     }
-    columns = found.setting.shape[1] + 2
+    columns = found.judged_where.shape[1]
     again = np.full((len(known), max(map(len, places.values()), default=0), columns), np.nan)
     for person, some in places.items():
         again[person, : len(some)] = some
@@ -208,11 +208,10 @@ def _where_it_may_fit(found: Chunk, person: int, most: Floats, parts: frozenset[
     """(n, A + 2) [m or rad] the settings and positions that were judged in which a person may meet
     everything once margins have grown by `most` (R,) and nothing is in the way that some parts were;
     see `_left_as_they_are`."""
-    rows = found.judged[found.judged_person == person].astype(np.float64)
+    mine = found.judged_person == person
     blamed = np.array([k in parts for k in (*found.words, "")])[found.reason[person]]
-    columns = found.setting.shape[1] + 2
-    grown = rows[:, columns:] + np.where(blamed, np.inf, most)
-    places: Floats = rows[~(grown < -MET).any(axis=1), :columns]
+    grown = found.judged_margin[mine] + np.where(blamed, np.inf, most)
+    places: Floats = found.judged_where[mine][~(grown < -MET).any(axis=1)]
     return places
 
 

@@ -289,7 +289,7 @@ def _in_places(found: Chunk) -> tuple[Floats, Ints]:
     """(P + N, R) [m] the margins of everybody where they are found, then of some in each of the N
     other places that were judged, in any setting, and (P + N,) whose they are. What is not known there counts as
     missed."""
-    there = found.judged[:, found.setting.shape[1] + 2 :].astype(np.float64)
+    there = found.judged_margin
     asked = ~np.isnan(found.margin[found.judged_person])
     there = np.where(np.isnan(there) & asked, -np.inf, there)
     person = np.concatenate([np.arange(len(found.margin)), found.judged_person])
