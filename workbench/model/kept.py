@@ -6,12 +6,16 @@ from collections.abc import Callable
 from functools import wraps
 from typing import Concatenate, ParamSpec, TypeVar
 
+from workbench.model.arrays import Ints
 from workbench.model.body import KEPT, Body, Topology
 
-__all__ = ["kept_with_body", "kept_with_topology"]
+__all__ = ["kept_by_row", "kept_with_body", "kept_with_topology"]
 
 P = ParamSpec("P")
 T = TypeVar("T")
+_WHOLES = "wholes"
+"""Where it is kept with rows of a body what each thing that is kept with them was taken from, by its
+identity: it is kept as long as they are."""
 
 
 def kept_with_body(
@@ -28,6 +32,43 @@ def kept_with_body(
         return _kept(body, function, body, *args, **options)
 
     return call
+
+
+def kept_by_row(
+    take: Callable[[T, Ints], T],
+) -> Callable[[Callable[Concatenate[Body, P], T]], Callable[Concatenate[Body, P], T]]:
+    """Keep what a function makes of a body with a row for each of its rows: rows of the body are
+    served from what is made of the body that they were taken from.
+
+    Parameters
+    ----------
+    take
+        Takes rows (B,) of what the function makes.
+    """
+
+    def decorated(
+        function: Callable[Concatenate[Body, P], T],
+    ) -> Callable[Concatenate[Body, P], T]:
+        def made(body: Body, *args: P.args, **options: P.kwargs) -> T:
+            wholes: dict[int, object] = body.__dict__[KEPT].setdefault(_WHOLES, {})
+            given = [wholes.get(id(arg), arg) for arg in args]
+            if body.source is None or any(
+                hasattr(one, "rows") and one is arg for one, arg in zip(given, args, strict=True)
+            ):
+                return function(body, *args, **options)
+            whole, rows = body.source
+            original = _kept(whole, made, whole, *given, **options)
+            found = take(original, rows)
+            wholes[id(found)] = original
+            return found
+
+        @wraps(function)
+        def call(body: Body, /, *args: P.args, **options: P.kwargs) -> T:
+            return _kept(body, made, body, *args, **options)
+
+        return call
+
+    return decorated
 
 
 def kept_with_topology(
