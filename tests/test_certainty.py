@@ -277,6 +277,7 @@ def test_who_is_undecided_is_certain_where_another_position_is(crowd, known):
 
 def test_bounds_depend_neither_on_who_works_nor_on_who_is_asked_together(crowd, known, monkeypatch):
     monkeypatch.setattr(population_bodies, "CHUNK_SIZE", 3)
+    monkeypatch.setattr(population_bodies, "MAX_CHUNKS_TOGETHER", 1)
     for cores in (1, 2):
         monkeypatch.setattr(executors, "cores", lambda cores=cores: cores)
         again = chunk_of(crowd)

@@ -587,14 +587,17 @@ def _try_positions(search: _Search, people: Ints, positions: Floats) -> None:
     """Judge people (N,) of the search in positions (N, 2), one each, and keep what is better.
 
     Nobody is judged twice in a position: neighbours meet at the ends of the travel. The others are
-    judged in batches: a call costs more than a person.
+    judged in batches: a call costs more than a person. All positions of a person are in one batch,
+    so that what is asked in them does not depend on who else is searched for.
     """
     new = _not_judged(search, people, positions)
     people = people[new]
     positions = positions[new]
-    order = np.lexsort(positions.T[::-1])
-    for first in range(0, len(order), MOST_ROWS):
-        some = order[first : first + MOST_ROWS]
+    order = np.lexsort((*positions.T[::-1], people))
+    count = np.bincount(people, minlength=len(search.who))
+    batch = (np.cumsum(count) - count) // MOST_ROWS
+    for number in np.unique(batch[people]).tolist():
+        some = order[batch[people[order]] == number]
         _judge(search, people[some], positions[some])
 
 
@@ -626,17 +629,20 @@ def _judge(search: _Search, people: Ints, positions: Floats) -> None:
     there = in_positions(search.place, search.who.rows(people), positions, wanted)
     situations = _remembering(there, search.remembered.rows(people))
     left = np.arange(len(people))
+    told = np.tile(known, (len(people), 1))
     for stage in _stages(search, people):
-        columns = np.flatnonzero(stage.columns)
+        columns = np.flatnonzero(stage.columns[left].any(axis=0) & ~known)
         asked = [search.asked[r] for r in columns.tolist()]
+        told[left] |= stage.columns[left]
+        margin = np.where(told[left], found.margin[left], np.nan)
         if stage.at_most:
-            margin = found.margin[left]
             margin[:, columns] = most_of(situations, asked)
-        else:
+            told[np.ix_(left, columns)] = False
+        elif len(columns):
             found.put(left, columns, margins_of(situations, asked))
-            known = known | stage.columns
-            margin = found.margin[left]
-        hopeful = _hopeful(search, people[left], margin, known | stage.columns)
+            known[columns] = True
+            margin = np.where(told[left], found.margin[left], np.nan)
+        hopeful = _hopeful(search, people[left], margin)
         given_up = np.setdiff1d(np.arange(len(left)), hopeful)
         at = positions[left[given_up]]
         _note(search, people[left[given_up]], at, margin[given_up])
@@ -667,8 +673,8 @@ def _remembering(situations: Sequence[Situation], known: Remembered) -> list[Sit
 
 @dataclass(frozen=True, eq=False)
 class _Stage:
-    """Requirements (R,) that are asked together, or of which it is only asked how much there can be
-    to spare at most."""
+    """Requirements of each person (N, R) that are asked together, or of which it is only asked how
+    much there can be to spare at most."""
 
     columns: Bools
     at_most: bool = False
@@ -680,36 +686,39 @@ def _stages(search: _Search, people: Ints) -> list[_Stage]:
 
     First comes what seating alone answers, then what is asked of the posture with the hands at
     rest, and what that says of requirements with the hands on their controls. For the others hands
-    are brought to their controls, or limbs reach for some: of these, those come first that somebody
-    misses in his best position. Nine in ten positions that are no better are given up by these.
+    are brought to their controls, or limbs reach for some: of these, those come first that the
+    person misses in his best position. Nine in ten positions that are no better are given up by
+    these. The order does not depend on who else is asked.
     """
     cost = np.array([CHECKS[one.requirement.check].cost for one in search.asked])
     held = np.array([needs_hands(search.wanted[one.case], one) for one in search.asked])
-    missed = np.any(search.best.tried.margin[people] < -MET, axis=0)
+    missed = search.best.tried.margin[people] < -MET
     dear = held | (cost == REACHING)
-    stages = [
-        _Stage(cost == AFTER_SEATING),
-        _Stage((cost == IN_POSTURE) & ~dear),
-        _Stage(held, at_most=True),
-        _Stage(dear & missed & ~held),
-        _Stage(dear & missed & held),
-        _Stage(dear & ~missed & held),
-        _Stage(dear & ~missed & ~held),
-    ]
     movable = _movable(search.place, search.asked)
-    some = [replace(stage, columns=stage.columns & movable) for stage in stages]
-    return [stage for stage in some if np.any(stage.columns)]
+
+    def stage(columns: Bools, *, at_most: bool = False) -> _Stage:
+        return _Stage(np.broadcast_to(columns & movable, missed.shape), at_most)
+
+    return [
+        stage(cost == AFTER_SEATING),
+        stage((cost == IN_POSTURE) & ~dear),
+        stage(held, at_most=True),
+        stage(dear & missed & ~held),
+        stage(dear & missed & held),
+        stage(dear & held),
+        stage(dear & ~held),
+    ]
 
 
-def _hopeful(search: _Search, people: Ints, margin: Floats, known: Bools) -> Ints:
+def _hopeful(search: _Search, people: Ints, margin: Floats) -> Ints:
     """The rows of people (N,) who may do better than in their best position, or meet another set,
-    as far as the requirements (R,) that are known say."""
-    least = _score(margin, known & search.counted[people])
+    as far as margins (N, R) say; NaN of what is not known."""
+    least = _score(margin, search.counted[people])
     enough = np.minimum(search.score[people] + search.worth, -MET)
     if search.begun:
         enough = np.maximum(enough, -WITHIN_NEIGHBOURS)
     better = least > enough
-    sets = _met_sets(margin[:, known], search.members[known])
+    sets = _met_sets(margin, search.members)
     return np.flatnonzero(better | (sets & ~search.best.sets[people]).any(axis=1))
 
 
