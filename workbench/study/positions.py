@@ -310,7 +310,7 @@ class _Search:
     margin of these in the best position; setting (A,) [m or rad]; remembered: what the people
     reached so far in it; worth [m]: what a position that does not fit must be better by; judged: the people (by index) in positions [m] that were judged; begun: whether
     people begin with the best position of a search before; notes: whether it is noted what people have to
-    spare in each position; coarse: whether nobody is tried nearer than `FINEST`.
+    spare in each position; coarse: whether it is only asked who fits, see `here` of `fitted_positions`.
     """
 
     place: Workplace
@@ -383,7 +383,7 @@ def fitted_positions(
     before: Before | None = None,
     *,
     thorough: bool = False,
-    coarse: bool = False,
+    here: Tried | None = None,
     proceed: Callable[[], None] = lambda: None,
 ) -> Fitted:
     """Judge people in the fitting position nearest to the comfortable one.
@@ -402,20 +402,26 @@ def fitted_positions(
     thorough
         Whether each reach is searched for whole in each position. That takes up to a hundred times
         as long, and is what the sparing search is compared with.
-    coarse
-        Whether neighbours nearer than `FINEST` are left out.
+    here
+        What becomes of the people in a position of theirs that is known. Then it is only asked whether
+        they fit in another: not how much they have to spare there, and neighbours nearer than
+        `FINEST` are left out.
     proceed
         Called before each batch of positions; the search ends by what it raises.
     """
     reached = Remembered(len(who), np.arange(len(who)), {}, few_starts=not thorough)
     comfortable = _remembering(comfortable, reached)
     positions = lattice(place.travel, spacing_of(place))
-    if before is None:
-        here, settled = tried(comfortable, asked), np.zeros(len(who), dtype=np.bool_)
-    else:
+    coarse = here is not None
+    settled = np.zeros(len(who), dtype=np.bool_)
+    hangs = np.zeros(0, dtype=np.int64)
+    if before is not None:
         here, settled = _tried_again(place, who, comfortable, asked, before)
-    hangs = _hang_on_reaches(comfortable, asked, here.margin, anywhere=len(positions) == 1)
-    hangs = hangs[~settled[hangs]]
+    elif here is None:
+        here = tried(comfortable, asked)
+    if not coarse:
+        hangs = _hang_on_reaches(comfortable, asked, here.margin, anywhere=len(positions) == 1)
+        hangs = hangs[~settled[hangs]]
     if len(hangs):
         here.take(hangs, tried(_whole([one.rows(hangs) for one in comfortable]), asked))
     at = position_of(comfortable[0])
@@ -804,6 +810,8 @@ def _judge_whole(search: _Search) -> None:
     and with how much is to spare."""
     best = search.best
     asks = search.moved | ~search.whole
+    if search.coarse:
+        asks = search.moved & (search.score < -MET)
     if search.begun:
         hangs = np.zeros(len(asks), dtype=np.bool_)
         hangs[_hang_on_reaches(search.wanted, search.asked, best.tried.margin, anywhere=False)] = (
