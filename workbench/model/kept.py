@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import wraps
-from typing import Concatenate, ParamSpec, TypeVar
+from typing import Any, Concatenate, ParamSpec, TypeVar
 
 from workbench.model.arrays import Ints
 from workbench.model.body import KEPT, Body, Topology
@@ -29,7 +29,8 @@ def kept_with_body(
 
     @wraps(function)
     def call(body: Body, /, *args: P.args, **options: P.kwargs) -> T:
-        return _kept(body, function, body, *args, **options)
+        assert not options
+        return _kept(body, function, body, args)
 
     return call
 
@@ -49,22 +50,24 @@ def kept_by_row(
     def decorated(
         function: Callable[Concatenate[Body, P], T],
     ) -> Callable[Concatenate[Body, P], T]:
-        def made(body: Body, *args: P.args, **options: P.kwargs) -> T:
-            wholes: dict[int, object] = body.__dict__[KEPT].setdefault(_WHOLES, {})
-            given = [wholes.get(id(arg), arg) for arg in args]
-            if body.source is None or any(
-                hasattr(one, "rows") and one is arg for one, arg in zip(given, args, strict=True)
-            ):
-                return function(body, *args, **options)
+        plain: Callable[..., T] = function
+
+        def made(body: Body, *args: Any) -> T:
+            wholes = body.__dict__[KEPT].setdefault(_WHOLES, {})
+            own = tuple(wholes.get(id(arg), arg) for arg in args)
+            unknown = [hasattr(of, "rows") and of is arg for of, arg in zip(own, args, strict=True)]
+            if body.source is None or any(unknown):
+                return plain(body, *args)
             whole, rows = body.source
-            original = _kept(whole, made, whole, *given, **options)
+            original = _kept(whole, made, whole, own)
             found = take(original, rows)
             wholes[id(found)] = original
             return found
 
         @wraps(function)
         def call(body: Body, /, *args: P.args, **options: P.kwargs) -> T:
-            return _kept(body, made, body, *args, **options)
+            assert not options
+            return _kept(body, made, body, args)
 
         return call
 
@@ -81,22 +84,21 @@ def kept_with_topology(
 
     @wraps(function)
     def call(body: Body, /, *args: P.args, **options: P.kwargs) -> T:
-        return _kept(body.topology, function, body, *args, **options)
+        assert not options
+        return _kept(body.topology, function, body, args)
 
     return call
 
 
 def _kept(
     keeper: Body | Topology,
-    function: Callable[Concatenate[Body, P], T],
+    function: Callable[..., T],
     body: Body,
-    /,
-    *args: P.args,
-    **options: P.kwargs,
+    args: tuple[Any, ...],
 ) -> T:
     kept = keeper.__dict__.setdefault(KEPT, {})
     key = (function, args)
     if key not in kept:
-        kept[key] = function(body, *args, **options)
+        kept[key] = function(body, *args)
     found: T = kept[key]
     return found
