@@ -44,8 +44,11 @@ COUNT = STRETCHES + 2 * len(MOVED) + 1
 """Parameters of a person: those of the groups, the moves [m] of the joints, and how far [m] the
 flesh below the knees lies further forward against that above them."""
 SHIFT = 0.012
+"""Standard deviation [m] of how far that flesh lies forward."""
 STILL = 1e-5
-"""Standard deviations [m] of that, and of joints of people of whom no landmarks are known."""
+"""All these standard deviations [m] for people of whom no landmarks are known."""
+LEAST = 0.75
+"""Share of its radius that a joint's sphere keeps where the joint moves."""
 SPREAD = np.array([0.05, 0.05, 0.04, 0.05])
 ROUND = 0.04
 """Standard deviations of the changes of a segment, and of the difference of the two across it."""
@@ -163,8 +166,9 @@ def changed(basis: Basis, z: Floats, values: Floats) -> Changed:
         tied = np.flatnonzero(one.joint >= 0)
         centre[tied] = moved[one.joint[tied]]
         size = frame.radii(local, radius, segment)
-        # a joint's sphere that moves within the flesh stays within where it was
-        size[tied] -= np.linalg.norm(moves[one.joint[tied]], axis=1)
+        # a joint's sphere that moves within the flesh stays within where it was, or nearly
+        away = np.linalg.norm(moves[one.joint[tied]], axis=1)
+        size[tied] = np.maximum(size[tied] - away, LEAST * size[tied])
         spheres[level] = centre, size
     fall = _lowest(basis.at("fine_centre", z), basis.at("fine_radius", z)) - _lowest(
         *spheres["fine"]
