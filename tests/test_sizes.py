@@ -88,6 +88,7 @@ def test_bubbleman_measures_as_a_median_man(bubbleman):
         "forearm_center_of_grip_length": 12,
         "elbow_rest_height": 11,
         "interpupillary_breadth": 600,
+        "trochanterion_height": 14,  # its hip joints are at the trochanterion
     }
     found = measure(bubbleman)
     straight = [name for name in MEASURES if "circumference" not in name]
