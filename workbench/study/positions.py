@@ -66,6 +66,7 @@ from workbench.study.situation import (
     position_of,
     seating_of,
     situated,
+    with_clear_legs,
     with_hands,
 )
 
@@ -158,14 +159,19 @@ def comfortable_situations(
 
 
 def in_positions(
-    place: Workplace, who: Occupants, positions: Floats, wanted: Sequence[Situation]
+    place: Workplace,
+    who: Occupants,
+    positions: Floats,
+    wanted: Sequence[Situation],
+    *,
+    heedless: bool = False,
 ) -> list[Situation]:
-    """People in each case with their seats in positions (B, 2) [m].
+    """People in each case with their seats in positions (B, 2) [m]; heedless as of `in_place`.
 
     What is left of the travel stays as it is where the seat is `wanted`, case by case.
     """
     return [
-        replace(situated(place, case, who, positions), spare=there.spare)
+        replace(situated(place, case, who, positions, heedless=heedless), spare=there.spare)
         for case, there in enumerate(wanted)
     ]
 
@@ -632,13 +638,16 @@ def _judge(search: _Search, people: Ints, positions: Floats) -> None:
     known = ~_movable(search.place, search.asked)
     found.put(np.arange(len(people)), np.flatnonzero(known), _of(search.fixed, people, known))
     wanted = [situation.rows(people) for situation in search.wanted]
-    there = in_positions(search.place, search.who.rows(people), positions, wanted)
+    who = search.who.rows(people)
+    there = in_positions(search.place, who, positions, wanted, heedless=True)
     situations = _remembering(there, search.remembered.rows(people))
     left = np.arange(len(people))
     told = np.tile(known, (len(people), 1))
     for stage in _stages(search, people):
         columns = np.flatnonzero(stage.columns[left].any(axis=0) & ~known)
         asked = [search.asked[r] for r in columns.tolist()]
+        if any(CHECKS[one.requirement.check].cost != AFTER_SEATING for one in asked):
+            situations = [with_clear_legs(one) for one in situations]
         told[left] |= stage.columns[left]
         margin = np.where(told[left], found.margin[left], np.nan)
         if stage.at_most:

@@ -22,6 +22,8 @@ __all__ = ["move_words", "setting_words", "shortfalls"]
 
 REPORTED = 1e-3
 """A miss [m] that is reported."""
+INSIDE = 5e-5
+"""[m] A leg that is deeper in a part than allowed by less is not mentioned: it reads as 0.0 mm."""
 AT_END = 1e-6
 """Travel [m] that is none."""
 FARTHER = 0.5
@@ -48,6 +50,7 @@ def shortfalls(situation: Situation) -> list[str]:
         ]
         for foot, miss in seated.miss.items():
             lines += _limb_off(foot, held[foot], miss, seated.limit[foot])
+        lines += _legs_inside(situation, seated)
     kept_off = kept_off_by_others(situation)
     for hand, miss in situation.hand_miss.items():
         limit = situation.hand_limit[hand]
@@ -136,6 +139,18 @@ def _limb_off(
         return [f"the {limb} gets to {control} only {1000 * overlap:.0f} mm inside {what}"]
     depth = f", {1000 * overlap:.0f} mm inside an obstacle" if overlap > 0.0 else ""
     return [f"the {limb} stays {1000 * miss[0]:.0f} mm from {control}{depth}{why}"]
+
+
+def _legs_inside(situation: Situation, seated: Seated) -> list[str]:
+    """Of legs of which no clear posture was found, what they are in and how deep."""
+    parts = situation.environment.parts
+    return [
+        f"the {foot.split()[0]} leg is {_mm(depth[0])} deeper in {parts[seated.leg_part[foot][0]]} than "
+        f"is allowed: with the foot on {situation.work.held[foot]} no posture of it was found that "
+        "is clear"
+        for foot, depth in seated.leg_overlap.items()
+        if depth[0] > INSIDE
+    ]
 
 
 def setting_words(

@@ -22,6 +22,7 @@ from workbench.posture.seating.driving_angles import residuals
 from workbench.posture.seating.posture import pointed_foot
 
 __all__ = [
+    "HEEL_LIFT",
     "Sole",
     "accelerator_foot",
     "ankles_wanted",
