@@ -17,7 +17,6 @@ from workbench.report.templates import template
 __all__ = [
     "asked_words",
     "criteria_sections",
-    "deciding_sentence",
     "measured_words",
     "none_measured_words",
     "spare_words",
@@ -27,7 +26,6 @@ _MOST_CLOSE_UPS = 12
 _OVERLAPS = ("contact", "self_contact")
 _REACHED = ("reach", "pedals")
 _AT_MOST = ("excursion", "injury")
-_OF_THE_BODY = ("self_contact", "stops")
 
 
 def criteria_sections(
@@ -156,34 +154,3 @@ def _figure(value: float, finding: FindingRow, limit: float, known: str = "") ->
     unit = {"deg": "°", "percent": "\u00a0%"}.get(finding.unit, f"\u00a0{finding.unit}")
     text = tenths(value, limit) if finding.unit else f"{value + 0.0:.0f}"
     return f"{text}{known}{unit}".rstrip()
-
-
-def deciding_sentence(verdicts: Sequence[VerdictRow]) -> str:
-    """The criterion that decides, with its number: "The worst is “head to canopy”: 12.0 mm, where at
-    least 50.0 mm is asked for (cruise, pilot)."; "" where nothing was measured.
-
-    A millimetre, a degree and a percent count alike; of other figures a hundredth of the limit. Where
-    all hold, what the body model does to itself decides only where nothing else was measured.
-    """
-    failed = [verdict for verdict in verdicts if not verdict.passed and verdict.worst]
-    known = failed or [verdict for verdict in verdicts if spare_words(verdict) != "–"]
-    if not known:
-        return ""
-    if not failed:
-        known = [verdict for verdict in known if verdict.check not in _OF_THE_BODY] or known
-    first = min(known, key=lambda verdict: _scaled(verdict.worst) if verdict.worst else 0.0)
-    worst = first.worst
-    where = ", ".join(word for word in (worst.case, worst.person) if word) if worst else ""
-    if failed:
-        lead = f"The worst is “{first.name}”" if len(failed) > 1 else f"“{first.name}” fails"
-        said = f"{lead}: {measured_words(first)}, where {asked_words(first)} is asked for"
-    else:
-        said = f"Nearest to its limit is “{first.name}”: {spare_words(first)} to spare"
-    return f"{said} ({where})." if where else f"{said}."
-
-
-def _scaled(worst: FindingRow) -> float:
-    """The margin of a finding, so that units can be compared."""
-    if worst.unit in ("mm", "deg", "percent"):
-        return worst.margin
-    return 100.0 * worst.margin / max(abs(worst.limit), 1e-9)

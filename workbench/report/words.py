@@ -25,6 +25,9 @@ __all__ = [
     "adjusted_line",
     "contact_sentence",
     "finding_sentence",
+    "finding_words",
+    "for_reading",
+    "in_words",
     "millimetres",
     "milliseconds",
     "moved_line",
@@ -33,10 +36,13 @@ __all__ = [
     "proper_minus",
     "reach_spare",
     "share_sentence",
+    "share_words",
     "verdict_sentence",
     "without_polygons",
 ]
 
+
+_QUOTED = re.compile(r"((?<!\w)'[^']*'(?!\w))")
 
 HALF_MILLIMETRE = 5e-4
 """[m] A position of a seat that is nearer to its reference position is not mentioned."""
@@ -58,12 +64,18 @@ def finding_sentence(check: str, finding: Finding) -> str:
     Of a posture its case and person come first: "cruise, pilot: right lower leg, knee cap (front)
     is ...". Of a motion the time comes last: "..., at 83.4 ms.".
     """
-    words = without_polygons(_FINDING_WORDS[check](finding)).replace("_", " ")
+    words = finding_words(check, finding)
     if math.isfinite(finding.time):
         words = f"{words[:1].upper()}{words[1:]}"
         figure = check == "injury" and not finding.unit  # its window says when
         return f"{words}." if figure else f"{words}, at {milliseconds(finding.time)}."
     return f"{finding.case}, {finding.person}: {words}."
+
+
+def finding_words(check: str, finding: Finding) -> str:
+    """What was found, without case, person and time: "head (top) is 12.0 mm from canopy, 38.0 mm less
+    than the 50.0 mm asked for"."""
+    return without_polygons(_FINDING_WORDS[check](finding)).replace("_", " ")
 
 
 def milliseconds(seconds: float) -> str:
@@ -105,11 +117,11 @@ def _contact_words(finding: Finding) -> str:
 
 
 def _clearance_words(finding: Finding) -> str:
-    if finding.value >= finding.limit:
+    if finding.limit == 0.0:
         return _distance_words(finding)
-    lack = millimetres(finding.limit - finding.value)
-    asked = millimetres(finding.limit)
-    return f"{_distance_words(finding)}, {lack} less than the {asked} asked for"
+    way = "more" if finding.margin >= 0 else "less"
+    by = millimetres(abs(finding.margin))
+    return f"{_distance_words(finding)}, {by} {way} than the {millimetres(finding.limit)} asked for"
 
 
 def _distance_words(finding: Finding) -> str:
@@ -186,6 +198,19 @@ def without_polygons(sentence: str) -> str:
     return re.sub(r", polygon \d+\b", "", sentence)
 
 
+def in_words(text: str) -> str:
+    """A sentence with the names of parts as words and without the numbers of polygons; what is
+    quoted stands as it does in a file."""
+    pieces = _QUOTED.split(without_polygons(text))
+    pieces[::2] = [piece.replace("_", " ") for piece in pieces[::2]]
+    return "".join(pieces)
+
+
+def for_reading(text: str) -> str:
+    """A sentence of a result as it stands on a page."""
+    return proper_minus(in_words(text))
+
+
 def contact_sentence(contacts: Contacts, row: int) -> str:
     """A contact in words: "right hand, thumb tip (front): 12.4 mm into instrument_panel, polygon
     117"."""
@@ -217,11 +242,7 @@ def verdict_sentence(verdict: Verdict) -> str:
 def share_sentence(criterion: Criterion, group: GroupShare) -> str:
     """A share that is asked for in words: "81 % of the people meet all criteria (75 to 86 %); 80 %
     must.", and whether the surface of the body is known well enough to say so."""
-    low, high = (percent_number(value, group.count) for value in (group.low, group.high))
-    wanted = f"{100 * criterion.at_least:g} %"
-    what = "these criteria" if criterion.of else "all criteria"
-    share = percent(group.share, group.count)
-    said = f"{share} of the people meet {what} ({low} to {high} %); {wanted} must."
+    said = f"{share_words(criterion, group)}."
     if not group.leaves_open(criterion.at_least):
         return said
     sure, most = (percent(value, group.count) for value in (group.certain, group.possible))
@@ -229,6 +250,15 @@ def share_sentence(criterion: Criterion, group: GroupShare) -> str:
         f"{said} Within the error of the body model's surface the share is {sure} to {most}, so "
         f"the verdict is undecided."
     )
+
+
+def share_words(criterion: Criterion, group: GroupShare) -> str:
+    """ "81 % of the people meet all criteria (75 to 86 %); 80 % must"."""
+    low, high = (percent_number(value, group.count) for value in (group.low, group.high))
+    what = "these criteria" if criterion.of else "all criteria"
+    share = percent(group.share, group.count)
+    must = f"{100 * criterion.at_least:g} % must"
+    return f"{share} of the people meet {what} ({low} to {high} %); {must}"
 
 
 def _doubt(verdict: Verdict) -> str:
