@@ -185,6 +185,22 @@ def test_the_body_with_itself_decides_only_where_nothing_else_was_measured(cab):
         "more than the 2.0 mm asked for (flying, pilot)."
     )
     assert "“stops”" in outcome(cab, own, stop)
+    grip = holds("contact", -29, -30)
+    assert "nearest to its limit “clearance”" in outcome(cab, grip, holds("clearance", 30, 25))
+    assert outcome(cab, grip).startswith("“contact” holds: head is 29.0 mm into canopy (30.0 mm")
+
+
+def test_a_passed_verdict_that_the_surface_could_turn_is_told_with_it_and_not_green(cab):
+    sure = holds("clearance", 30, 25)
+    found = replace(sure.worst, surface_known_to=0.0062)
+    open_ = replace(sure, worst=found, doubtful=found)
+    assert "head is 30.0 ± 6 mm from canopy, 5.0 mm more than" in outcome(cab, open_)
+    badges = []
+    for verdicts in ((sure,), (sure, open_)):
+        result = replace(cab, verdicts=verdicts, warnings=())
+        html = report_page(result, result_file(result))
+        badges.append(re.search(r'class="badge([^"]*)">([^<]*)<', html).groups())
+    assert badges == [("", "PASSED"), (" warned", "PASSED, 1 in doubt")]
 
 
 def test_the_headline_says_how_many_criteria_fail_and_the_number_that_decides(cab):

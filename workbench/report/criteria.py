@@ -13,6 +13,7 @@ from workbench.model.figures import tenths
 from workbench.model.reach import MOST_SPARE
 from workbench.report.section import Making, Section
 from workbench.report.templates import template
+from workbench.report.words import surface_words
 
 __all__ = [
     "asked_words",
@@ -101,7 +102,7 @@ def measured_words(verdict: VerdictRow) -> str:
         return "–"
     limit = abs(worst.limit) if worst.value * worst.limit > 0 else 0.0
     error = worst.surface_known_to
-    known = f" ± {max(error, 1.0):.0f}" if error is not None else ""
+    known = surface_words(error / 1000) if error is not None else ""
     value = _figure(abs(worst.value), worst, limit, known)
     if verdict.check in _OVERLAPS or (
         verdict.check in ("clearance", "between_people", "seated") and worst.value < 0

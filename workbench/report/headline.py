@@ -11,6 +11,7 @@ import numpy as np
 from workbench.contact.collide import allowed_depth
 from workbench.model.arrays import Bools
 from workbench.model.environment import Environment
+from workbench.model.figures import tenths
 from workbench.model.result import PersonFound, PosturesFound, Result, Verdict
 from workbench.report.motions.words import differs_words, motion_scope
 from workbench.report.population.words import population_headline
@@ -20,6 +21,7 @@ from workbench.report.words import (
     millimetres,
     milliseconds,
     share_words,
+    surface_words,
 )
 from workbench.study.kept_reaches import kept_of_people, kept_words
 from workbench.study.unasked import (
@@ -133,7 +135,8 @@ def _decisive(verdicts: Sequence[Verdict]) -> Verdict | None:
     measured.
 
     A millimetre, a degree and a percent count alike; of other figures a hundredth of the limit. Where
-    all hold, what the body model does to itself decides only where nothing else was measured.
+    all hold, what the body model does to itself, and a contact that is allowed, as of a hand with what
+    it holds, decide only where nothing else was measured.
     """
     known = [one for one in verdicts if one.worst is not None or one.share is not None]
     failed = [one for one in known if not one.passed]
@@ -142,8 +145,14 @@ def _decisive(verdicts: Sequence[Verdict]) -> Verdict | None:
     if any(not one.passed for one in verdicts):
         return None
     known = [one for one in known if one.criterion.check != "pedals"]  # on them or not
-    elsewhere = [one for one in known if one.criterion.check not in _OF_THE_BODY]
+    elsewhere = [one for one in known if one.criterion.check not in _OF_THE_BODY and not _held(one)]
     return min(elsewhere or known, key=_margin, default=None)
+
+
+def _held(verdict: Verdict) -> bool:
+    """Whether a verdict is nearest to its limit in a contact that is allowed."""
+    worst = verdict.worst
+    return verdict.criterion.check == "contact" and worst is not None and worst.limit < 0
 
 
 def _margin(verdict: Verdict) -> float:
@@ -208,7 +217,8 @@ def _gaps(result: Result) -> Iterator[tuple[float, str]]:
             if math.isfinite(least):
                 what = f"{person.body.segment_names[segment]} from {found.environment.parts[part]}"
                 where = _named(found.row, found.cases[case], person.name)
-                yield least, f"{millimetres(least)}: {what} ({where})"
+                known = surface_words(float(person.body.fit_error[0, segment, 0]))
+                yield least, f"{tenths(1000 * least)}{known} mm: {what} ({where})"
     for motion in result.motions:
         frame, segment = np.unravel_index(np.argmin(motion.clearance), motion.clearance.shape)
         least = float(motion.clearance[frame, segment])

@@ -87,6 +87,7 @@ def page(
         rows=rows,
         touched=_touched(result),
         share=_share(result, rows),
+        doubtful=sum(verdict.doubtful for verdict in rows.verdicts),
         description=result.study.description,
         parts=part_count(_environment(result)),
         people=_people(result, rows),

@@ -37,12 +37,13 @@ __all__ = [
     "reach_spare",
     "share_sentence",
     "share_words",
+    "surface_words",
     "verdict_sentence",
     "without_polygons",
 ]
 
 
-_QUOTED = re.compile(r"((?<!\w)'[^']*'(?!\w))")
+_QUOTED = re.compile(r"((?<!\w)'[^']*'(?!\w)|“[^”]*”)")
 
 HALF_MILLIMETRE = 5e-4
 """[m] A position of a seat that is nearer to its reference position is not mentioned."""
@@ -127,7 +128,8 @@ def _clearance_words(finding: Finding) -> str:
 def _distance_words(finding: Finding) -> str:
     other = finding.other_person
     target = f"{other}'s {finding.target}" if other else finding.target
-    return f"{finding.subject} is {_apart(finding.value, finding.limit)} {target}"
+    known = surface_words(finding.surface_known_to)
+    return f"{finding.subject} is {_apart(finding.value, finding.limit, known)} {target}"
 
 
 def _injury_words(finding: Finding) -> str:
@@ -181,11 +183,16 @@ _FINDING_WORDS: dict[str, Callable[[Finding], str]] = {
 }
 
 
-def _apart(distance: float, limit: float = 0.0) -> str:
-    """ "12.4 mm into" or "12.4 mm from" of a distance [m], told from its limit [m]."""
-    if distance < 0:
-        return f"{millimetres(-distance, -limit)} into"
-    return f"{millimetres(distance, limit)} from"
+def _apart(distance: float, limit: float = 0.0, known: str = "") -> str:
+    """ "12.4 ± 3 mm into" or "12.4 mm from" of a distance [m], told from its limit [m]."""
+    size, limit = (-distance, -limit) if distance < 0 else (distance, limit)
+    figure = f"{tenths(1000 * size, 1000 * limit)}{known} mm"
+    return f"{figure} {'into' if distance < 0 else 'from'}"
+
+
+def surface_words(error: float) -> str:
+    """ " ± 3": how well a distance is known [m], in millimetres; "" where it is not known."""
+    return f" ± {max(1000 * error, 1.0):.0f}" if math.isfinite(error) else ""
 
 
 def proper_minus(text: str) -> str:
