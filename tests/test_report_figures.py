@@ -254,7 +254,7 @@ def test_how_well_a_surface_is_known_stands_with_the_person_the_figure_and_the_m
     body = result.postures[0].people[0].body
     worst = 1000 * np.nanmax(body.fit_error)
     text = page_of_result(result)
-    assert f"kg, surface within {worst:.0f} mm" in text
+    assert f"kg, surface known to ± {worst:.0f} mm" in text
     assert "is stated for adult female" in text and "is not stated for" not in text
     assert re.search(r"\d ± \d+.mm", text)
     bare = text_of(page_of(made(trainer_people(2), [FLAPS], np.full((2, 1), 0.1))))

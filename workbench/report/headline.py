@@ -173,7 +173,13 @@ def _verdict_words(verdict: Verdict) -> str:
     figure = verdict.criterion.check == "injury"  # its window says when
     time = milliseconds(worst.time) if math.isfinite(worst.time) and not figure else ""
     where = _named(verdict.row, worst.case, worst.person, time)
-    return f"{finding_words(verdict.criterion.check, worst)} ({where})"
+    return _placed(finding_words(verdict.criterion.check, worst), where)
+
+
+def _placed(words: str, where: str) -> str:
+    """What was found and where, in one pair of brackets: "left hand is 27.0 mm into left stick (30.0
+    mm allowed; cruise, pilot)"."""
+    return f"{words[:-1]}; {where})" if words.endswith(")") else f"{words} ({where})"
 
 
 def _outcome(postures: Sequence[PosturesFound], verdicts: Sequence[Verdict]) -> str:
@@ -249,11 +255,12 @@ def _overlaps(result: Result) -> Iterator[tuple[float, str]]:
     for found in result.postures:
         criteria = found.study.criteria
         for one in unasked_overlaps(criteria, found.cases, found.people, found.between):
-            yield one.excess, f"{overlap_words(one)} ({_named(found.row, one.case, one.person)})"
+            where = _named(found.row, one.case, one.person)
+            yield one.excess, _placed(overlap_words(one), where)
     for motion in result.motions:
         for meeting in unasked_meetings(motion.study.criteria, motion.meetings)[:1]:
             where = _named(motion.study.name, milliseconds(meeting.deepest))
-            yield meeting.depth - meeting.allowed, f"{meeting_words(meeting)} ({where})"
+            yield meeting.depth - meeting.allowed, _placed(meeting_words(meeting), where)
 
 
 def _capital(text: str) -> str:

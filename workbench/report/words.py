@@ -19,9 +19,11 @@ from workbench.model.moves import Move
 from workbench.model.person import Size
 from workbench.model.reach import MOST_SPARE
 from workbench.model.result import Finding, PersonFound, Verdict
+from workbench.model.stops import motion_words
 from workbench.study.settings import setting_text
 
 __all__ = [
+    "HALF_MILLIMETRE",
     "adjusted_line",
     "contact_sentence",
     "finding_sentence",
@@ -46,7 +48,7 @@ __all__ = [
 _QUOTED = re.compile(r"((?<!\w)'[^']*'(?!\w)|“[^”]*”)")
 
 HALF_MILLIMETRE = 5e-4
-"""[m] A position of a seat that is nearer to its reference position is not mentioned."""
+"""[m] What is nearer to another length reads like it in whole millimetres."""
 
 
 def millimetres(metres: float, limit: float = 0.0) -> str:
@@ -86,7 +88,7 @@ def milliseconds(seconds: float) -> str:
 
 
 def _stop_words(finding: Finding) -> str:
-    motion = finding.target.replace("_", " ")
+    motion = motion_words(finding.target)
     if finding.value < 0:
         past = degrees(-finding.value, -finding.limit)
         return f"{finding.subject} is {past} past its stop in {motion}"
@@ -287,24 +289,19 @@ def _doubt(verdict: Verdict) -> str:
 
 
 def person_words(person: PersonFound) -> str:
-    """Who somebody is and where: "bubbleman as a woman of stature 1525 mm, 51.3 kg, surface within 9 mm,
-    in seat left, 20 mm forward"."""
+    """Who somebody is and where: "bubbleman as a woman of stature 1525 mm, 51.3 kg, surface known to
+    ± 9 mm, in seat left, 20 mm in front of its reference position"."""
     role = person.role
     words = person.body.name.replace("_", " ")
     if role.size is not None:
         words += f" as a {_sized(role.size)}"
     if role.clothes:
         words += f", with {', '.join(item.name for item in role.clothes)}"
-    words += f", {float(person.body.mass[0].sum()):.1f} kg, {_surface_words(person.body)}"
+    words += f", {float(person.body.mass[0].sum()):.1f} kg, {_surface_known(person.body)}"
     if role.seat is not None:
-        words += f", in seat {role.seat.replace('_', ' ')}"
-        for value, ahead, behind in (
-            (person.forward, "forward", "back"),
-            (person.up, "up", "down"),
-        ):
-            if abs(value) >= HALF_MILLIMETRE:
-                words += f", {abs(1000 * value):.0f} mm {ahead if value > 0 else behind}"
-    elif role.stand is not None:
+        where = seat_position_words(person.forward, person.up)
+        return f"{words}, in seat {role.seat.replace('_', ' ')}, {where}"
+    if role.stand is not None:
         words += ", standing"
         for value, ahead, behind in (
             (person.forward, "forward", "back"),
@@ -315,10 +312,20 @@ def person_words(person: PersonFound) -> str:
     return words
 
 
-def _surface_words(body: Body) -> str:
-    """How well the surface of a body is known: "surface within 25 mm", by its worst segment."""
-    worst = float(np.max(body.fit_error[0, np.diff(body.start) > 0]))
-    return f"surface within {1000 * worst:.0f} mm" if math.isfinite(worst) else "surface not stated"
+def seat_position_words(forward: float, up: float) -> str:
+    """Where a seat is in its travel [m]: "20 mm behind and 5 mm above its reference position"."""
+    ways = [
+        f"{abs(1000 * value):.0f} mm {more if value > 0 else less}"
+        for value, more, less in ((forward, "in front of", "behind"), (up, "above", "below"))
+        if abs(value) >= HALF_MILLIMETRE
+    ]
+    return f"{' and '.join(ways)} its reference position" if ways else "in its reference position"
+
+
+def _surface_known(body: Body) -> str:
+    """How well the surface of a body is known, by its worst segment: "surface known to ± 25 mm"."""
+    known = surface_words(float(np.max(body.fit_error[0, np.diff(body.start) > 0])))
+    return f"surface known to{known} mm" if known else "error of the surface not stated"
 
 
 def adjusted_line(environment: Environment, size: str = "") -> list[str]:

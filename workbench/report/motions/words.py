@@ -11,6 +11,7 @@ import numpy as np
 from workbench.model.motion_case import Agreement, Meeting, StopBreach
 from workbench.model.pulse import STANDARD_GRAVITY, Pulse, gained
 from workbench.model.result import MotionFound, Verdict
+from workbench.model.stops import motion_words
 from workbench.report.words import milliseconds
 
 __all__ = [
@@ -94,7 +95,7 @@ def breach_sentence(breach: StopBreach, names: dict[str, str]) -> str:
         else f"From {milliseconds(breach.begin)} to {milliseconds(breach.end)}"
     )
     return (
-        f"{when} the {names[breach.joint]} is past its stop in {breach.motion.replace('_', ' ')}, by {degrees:.1f} "
+        f"{when} the {names[breach.joint]} is past its stop in {motion_words(breach.motion)}, by {degrees:.1f} "
         f"degrees at {milliseconds(breach.at)}."
     )
 

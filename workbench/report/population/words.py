@@ -324,7 +324,7 @@ def requirement_sentence(result: PopulationFound) -> str:
     count = len(result.served)
     name = plain(result.requirements[most].name)
     out = percent(1 - float(result.single[most]), count)
-    return f"“{name}” is missed by most people: {out}. {_dropping(result, most)}"
+    return f"The requirement missed most often is “{name}”: by {out} of the people. {_dropping(result, most)}"
 
 
 def _dropping(result: PopulationFound, most: int) -> str:
