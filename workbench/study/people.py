@@ -17,7 +17,14 @@ from workbench.model.criterion import Criterion
 from workbench.model.environment import Environment
 from workbench.model.poses import Poses
 from workbench.model.posing import join_poses
-from workbench.model.result import ControlReach, Finding, PersonFound, PosturesFound, Verdict
+from workbench.model.result import (
+    ControlReach,
+    Finding,
+    PersonFound,
+    PosturesFound,
+    Shortfall,
+    Verdict,
+)
 from workbench.model.study import PredictedPosture, Role, Study
 from workbench.model.workplace import Beside, Workplace
 from workbench.posture.stops import stops
@@ -69,7 +76,7 @@ class Present:
     roles: tuple[Role, ...]
     situations: tuple[tuple[Situation, ...], ...]
     words: tuple[str, ...]
-    short: tuple[str, ...] = ()
+    short: tuple[Shortfall, ...] = ()
 
     def beside(self) -> list[Beside]:
         """The people as somebody else finds them."""
@@ -224,7 +231,7 @@ def people_found(study: Study, there: Present) -> PosturesFound:
         warnings=(
             *kept_words(kept_of_people(environment, study.criteria, reaches)),
             *there.words,
-            *there.short,
+            *(one.sentence for one in there.short),
             *piece_warnings((person.name, person.body) for person in people),
             *(buried_controls(environment) if reaches else ()),
             *result_warnings(environment, cases, people),

@@ -16,6 +16,7 @@ from workbench.model.environment import Environment, Rest, Seat
 from workbench.model.figures import tenths
 from workbench.model.poses import Placed
 from workbench.model.result import Finding, PersonFound, Verdict
+from workbench.model.stops import motion_words
 from workbench.posture.seating.seating import seat_planes, seat_shift
 from workbench.study.feet_on_floor import FeetOnFloor, feet_on_floor, feet_words
 
@@ -98,7 +99,7 @@ def _breached(cases: tuple[str, ...], person: PersonFound) -> Iterator[str]:
         yield (
             f"{person.name}, {cases[case]}: {person.placed.body.joint_names[joint]} is "
             f"{tenths(-float(np.degrees(person.margin[case, joint])))} degrees past its stop in "
-            f"{person.margin_motion[case][joint].replace('_', ' ')}"
+            f"{motion_words(person.margin_motion[case][joint])}"
         )
 
 
@@ -170,16 +171,14 @@ def _missed(
     if worst is None or abs(worst.gap + surface.depth) <= most:
         return
     clearance = person.clearance
-    case, segment, part = worst.where
+    case = worst.where[0]
     named = clearance.name(worst.where)
     x, y, z = (1000 * value for value in clearance.point[worst.where])
-    polygon = int(clearance.target[worst.where]) - int(environment.part_start[part])
     gap = worst.gap
     where = f"{1000 * gap:.0f} mm clear of" if gap > 0 else f"{-1000 * gap:.0f} mm deep in"
     yield (
-        f"{person.name}, {cases[case]}: {named}, sphere {clearance.sphere[case, segment, part]}, is "
-        f"{where} {surface.part!r}, the {rest.words}, at its polygon {polygon} "
-        f"({x:.0f}, {y:.0f}, {z:.0f}), where {1000 * surface.depth:.0f} mm deep was stated: check the "
+        f"{person.name}, {cases[case]}: {named} is "
+        f"{where} {surface.part!r}, the {rest.words}, at ({x:.0f}, {y:.0f}, {z:.0f}) mm, where {1000 * surface.depth:.0f} mm deep was stated: check the "
         f"seat reference point, the seat's angles, and the mesh's unit and axes"
     )
 
