@@ -86,7 +86,8 @@ class Control:
 
 @dataclass(frozen=True)
 class Rest:
-    """A seat surface: its part, the segments that rest on it, how deep a sitter sinks in [m]."""
+    """A seat surface: its part ("" where only its plane is there, as the back of a stool), the
+    segments that rest on it, how deep a sitter sinks in [m]."""
 
     part: str
     segments: tuple[str, ...]

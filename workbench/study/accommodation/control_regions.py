@@ -417,7 +417,7 @@ def _behind_backrest(place: Workplace, shift: Floats, points: Floats) -> Bools:
     (B, 3): behind its plane, and no wider and higher than it is."""
     seat = place.own_seat
     hidden = np.zeros((len(shift), len(points)), dtype=np.bool_)
-    if seat is None:
+    if seat is None or not seat.back.part:
         return hidden
     _, ahead, left = seat_planes(seat)
     up = np.cross(ahead, left)
