@@ -19,7 +19,7 @@ from workbench.model.result import Finding, PersonFound, Verdict
 from workbench.posture.seating.seating import seat_planes, seat_shift
 from workbench.study.feet_on_floor import FeetOnFloor, feet_on_floor, feet_words
 
-__all__ = ["enclosure_warnings", "result_warnings", "seat_verdicts"]
+__all__ = ["enclosure_warnings", "result_warnings", "seat_verdicts", "seat_warnings"]
 
 SEAT_TOLERANCE = 0.01
 SEAT_LOST = 0.05
@@ -41,12 +41,22 @@ def result_warnings(
         found += _swallowed(environment, cases, person)
         found += _bounded(environment, cases, person)
         found += enclosure_warnings(person.name, person.placed, environment, cases)
+        found += seat_warnings(environment, cases, person)
         if person.role.seat is not None:
-            most = DRIVER_TOLERANCE if "driver" in person.postures else SEAT_TOLERANCE
-            for rest in _rests(environment.seat(person.role.seat)):
-                found += _missed(environment, person, rest, cases, most)
             found += _under_floor(environment, person, cases, ground)
     return found
+
+
+def seat_warnings(
+    environment: Environment, cases: tuple[str, ...], person: PersonFound
+) -> Iterator[str]:
+    """A sentence for the cushion and for the back of a sitter's seat whose plane is not where the
+    part is; nothing of who stands."""
+    if person.role.seat is None:
+        return
+    most = DRIVER_TOLERANCE if "driver" in person.postures else SEAT_TOLERANCE
+    for rest in _rests(environment.seat(person.role.seat)):
+        yield from _missed(environment, person, rest, cases, most)
 
 
 def _under_floor(

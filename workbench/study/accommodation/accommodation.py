@@ -40,10 +40,10 @@ from workbench.study.accommodation.shares import (
 from workbench.study.buried import buried_controls
 from workbench.study.checks.margins import Asked
 from workbench.study.kept_reaches import kept_by_parts, kept_words
-from workbench.study.people import Present
+from workbench.study.people import Present, person_found
 from workbench.study.requirements import asked_of, sets_of
 from workbench.study.situation import seats_moved
-from workbench.study.warnings import enclosure_warnings
+from workbench.study.warnings import enclosure_warnings, seat_warnings
 from workbench.study.workplaces import population_of, workplace_of
 
 __all__ = ["accommodation", "body_of_person", "person_shown", "population_question"]
@@ -129,7 +129,7 @@ def accommodation(
         grips=grips,
         warnings=(
             *_warnings(question, body, bodies, found, grips),
-            *_around(question, bodies, found, hardest),
+            *_around(role, question, bodies, found, hardest),
             *overlap_warnings(overlaps, len(people), people.labels),
             *study.warnings,
         ),
@@ -309,15 +309,21 @@ def _inexact(bodies: PopulationBodies) -> list[str]:
 
 
 def _around(
-    question: Question, bodies: PopulationBodies, found: Chunk, hardest: tuple[int, ...]
+    role: Role, question: Question, bodies: PopulationBodies, found: Chunk, hardest: tuple[int, ...]
 ) -> list[str]:
-    """Report open parts that enclose the hardest person, or the first, where this one is."""
-    if not question.place.environment.undecided:
+    """Report open parts that enclose the hardest person, or the first, where this one is, and that
+    the planes of the seat are not where its parts are."""
+    if not question.place.environment.undecided and role.seat is None:
         return []
     row = hardest[0] if hardest else 0
-    situation = found_situations(question, bodies[row], row, found)[0]
-    environment = seats_moved(situation.place, situation)
-    return list(enclosure_warnings(f"person {row + 1}", situation.placed, environment))
+    situations = found_situations(question, bodies[row], row, found)
+    environment = seats_moved(situations[0].place, situations[0])
+    cases = tuple(situation.work.name for situation in situations)
+    one = person_found(replace(role, name=f"person {row + 1}"), situations)
+    return [
+        *enclosure_warnings(one.name, situations[0].placed, environment),
+        *seat_warnings(environment, cases, one),
+    ]
 
 
 def _hopeless(

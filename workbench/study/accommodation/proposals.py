@@ -55,6 +55,8 @@ _ENDS = (
 )
 """The ends of the seat's travel: which travel, outward, and what going beyond it is called."""
 _SEAT_WORDS = "letting the seat go "
+_OF_PARTS = ("clearance", "contact", "view_over")
+"""Checks that may be about parts, which give way to them."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -143,7 +145,7 @@ def growth(question: Question, found: Chunk, change: Change, r: int) -> Floats:
 
 def _rows(question: Question, move: Move) -> tuple[int, ...]:
     """The requirements whose margins a move changes as `toward` says: reaches of what is moved, and
-    clearances to nothing but what is moved."""
+    what is asked about nothing but parts that are moved."""
     controls = set(moved_controls(question.place.environment, [move]))
     parts = set(move.parts)
     return tuple(
@@ -152,7 +154,8 @@ def _rows(question: Question, move: Move) -> tuple[int, ...]:
         if (one.control is not None and one.control.name in controls)
         or (
             one.control is None
-            and one.requirement.check == "clearance"
+            and one.requirement.check in _OF_PARTS
+            and one.criterion.parts
             and parts >= set(one.criterion.parts)
         )
     )
@@ -175,7 +178,7 @@ def _moved_ways(question: Question, found: Chunk, r: int) -> list[_Way]:
     """The straight ways of the control or the parts that a requirement is about; none where it is
     about neither."""
     one = question.asked[r]
-    if one.requirement.check not in ("reach", "clearance"):
+    if one.control is None and (one.requirement.check not in _OF_PARTS or not one.criterion.parts):
         return []
     environment = question.place.environment
     name = one.requirement.target
