@@ -76,20 +76,11 @@ def _under_floor(
         feet = feet_on_floor(person.placed, pose, own, ground, without=no_floor)
         if feet is None or feet.above >= -_allowed(environment, feet.part):
             continue
-        if not _legs_in(environment, person, pose, feet.part):
-            continue  # an overhang that the feet are under, as of a panel over pedals
         if worst is None or feet.above < worst[1].above:
             worst = case, feet
     if worst is None or worst[1].above > 0.0:
         return []
     return feet_words(f"{person.name}, {worst[0]}", worst[1], pedals)
-
-
-def _legs_in(environment: Environment, person: PersonFound, pose: int, part: str) -> bool:
-    """Whether a lower leg or a foot goes through a part."""
-    legs = [k for k, name in enumerate(person.body.segments) if name in ("LLL", "LF", "RLL", "RF")]
-    distance = person.clearance.distance[pose, legs, environment.part_index(part)]
-    return bool(distance.min(initial=np.inf) < 0.0)
 
 
 def _allowed(environment: Environment, part: str) -> float:
