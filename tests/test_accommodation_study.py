@@ -517,6 +517,18 @@ def test_a_part_that_is_looked_over_is_proposed_to_be_lowered_by_what_eyes_are_t
     assert lower.after == lower.joint_after == 1.0 and lower.margin_rate == pytest.approx(1.0)
 
 
+def test_nobody_is_proposed_to_move_what_he_sits_on(tmp_path):
+    """More head room than there is, to the roof alone and to the back of the seat too."""
+    roof = "segments: [H], parts: [roof], at_least: 150"
+    for parts, things in (("[roof]", {"roof"}), ("[roof, back]", set())):
+        path = write_toy(
+            tmp_path, people=PEOPLE, swap={roof: f"segments: [H], parts: {parts}, at_least: 450"}
+        )
+        gains = wb.run(load_study(path)).population.gains
+        moved = {gain.words.split()[1] for gain in gains if gain.words.startswith("moving")}
+        assert moved & {"roof,", "roof", "2"} == things, [gain.words for gain in gains]
+
+
 def test_a_population_is_told_that_the_seat_s_part_is_not_where_its_plane_is(tmp_path):
     """The pan's top is at 300 mm: with the seat reference point 40 mm higher people sit in the air."""
     path = write_toy(tmp_path, people=3)

@@ -131,6 +131,11 @@ class Seat:
 
     __repr__ = short_repr
 
+    @property
+    def parts(self) -> tuple[str, ...]:
+        """The parts that are sat on and leant against."""
+        return tuple(rest.part for rest in (self.cushion, self.back) if rest.part)
+
     def held(self, forward: float, up: float) -> Seat:
         """The seat in one position [m], without travel."""
         return replace(self, travel_forward=(forward, forward), travel_up=(up, up))

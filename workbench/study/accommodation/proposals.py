@@ -55,6 +55,8 @@ _ENDS = (
 )
 """The ends of the seat's travel: which travel, outward, and what going beyond it is called."""
 _SEAT_WORDS = "letting the seat go "
+MOST_NAMED = 3
+"""Parts that are moved together, at most: more have no name in a sentence."""
 _OF_PARTS = ("clearance", "contact", "view_over")
 """Checks that may be about parts, which give way to them."""
 
@@ -183,6 +185,9 @@ def _moved_ways(question: Question, found: Chunk, r: int) -> list[_Way]:
     environment = question.place.environment
     name = one.requirement.target
     parts, controls = tuple(one.criterion.parts), tuple[str, ...]()
+    seats = {part for seat in environment.seats for part in (*seat.moves, *seat.parts)}
+    if one.control is None and (len(parts) > MOST_NAMED or seats & set(parts)):
+        return []  # whoever sits goes along with a seat, and what moves must have a name
     if one.control is not None:
         name = one.control.name
         parts = parts_along(environment, (name,))
