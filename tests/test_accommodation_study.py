@@ -555,6 +555,43 @@ def test_a_lower_seat_is_proposed_to_those_whose_heads_are_too_near_to_the_roof(
     assert (lower.requirement, lower.joint_before, lower.joint_after) == ("head room", 0.125, 0.75)
 
 
+def test_a_part_that_is_looked_over_is_proposed_to_be_lowered_by_what_eyes_are_too_low(tmp_path):
+    """The eyes that are lowest by less than 100 mm too low come to the line over the lowered panel."""
+    asked = "{name: view, check: eye_height, below: 60, above: 60}"
+    view = "{name: nose, check: view_over, parts: [panel], down: 9}"
+    path = write_toy(tmp_path, people=PEOPLE, swap={asked: view})
+    result = wb.run(load_study(path)).population
+    column = [one.check for one in result.requirements].index("view_over")
+    lack = -result.margin[:, column]
+    assert 0 < lack.max() < 0.1
+    lower = next(gain for gain in result.gains if gain.words.startswith("moving panel"))
+    assert lower.words == f"moving panel {np.ceil(1000 * lack.max()):.0f} mm down"
+    assert lower.after == lower.joint_after == 1.0 and lower.margin_rate == pytest.approx(1.0)
+
+
+def test_nobody_is_proposed_to_move_what_he_sits_on(tmp_path):
+    """More head room than there is, to the roof alone and to the back of the seat too."""
+    roof = "segments: [H], parts: [roof], at_least: 150"
+    for parts, things in (("[roof]", {"roof"}), ("[roof, back]", set())):
+        path = write_toy(
+            tmp_path, people=PEOPLE, swap={roof: f"segments: [H], parts: {parts}, at_least: 450"}
+        )
+        gains = wb.run(load_study(path)).population.gains
+        moved = {gain.words.split()[1] for gain in gains if gain.words.startswith("moving")}
+        assert moved & {"roof,", "roof", "2"} == things, [gain.words for gain in gains]
+
+
+def test_a_population_is_told_that_the_seat_s_part_is_not_where_its_plane_is(tmp_path):
+    """The pan's top is at 300 mm: with the seat reference point 40 mm higher people sit in the air."""
+    path = write_toy(tmp_path, people=3)
+    assert "is 30 mm clear of 'pan'" not in " ".join(wb.run(load_study(path)).warnings)
+    room = tmp_path / "environments/toy/environment.yaml"
+    room.write_text(room.read_text().replace("srp: [0, 0, 300]", "srp: [0, 0, 340]"))
+    told = wb.run(load_study(path)).warnings
+    assert any("is 30 mm clear of 'pan', the cushion of seat 'pilot'" in line for line in told)
+    assert any(line.startswith("person ") for line in told)
+
+
 def test_nothing_is_proposed_where_the_control_is_farther_than_two_moves_go(tmp_path):
     path = write_toy(tmp_path, knob=1250, people=PEOPLE, swap=of_figures(tmp_path))
     result = wb.run(load_study(path)).population

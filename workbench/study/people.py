@@ -53,7 +53,7 @@ from workbench.study.unasked import overlap_warnings, unasked_overlaps
 from workbench.study.warnings import result_warnings, seat_verdicts
 from workbench.study.workplaces import drawn_number, occupant, workplace_of
 
-__all__ = ["Present", "people_found", "present_people"]
+__all__ = ["Present", "people_found", "person_found", "present_people"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -203,7 +203,7 @@ def people_found(study: Study, there: Present) -> PosturesFound:
     """Find how the single people of a study, who are there, come out in its postures."""
     environment = there.environment
     people = tuple(
-        _person(role, mine) for role, mine in zip(there.roles, there.situations, strict=True)
+        person_found(role, mine) for role, mine in zip(there.roles, there.situations, strict=True)
     )
     reaches = tuple(
         row
@@ -243,8 +243,8 @@ def people_found(study: Study, there: Present) -> PosturesFound:
     )
 
 
-def _person(role: Role, situations: Sequence[Situation]) -> PersonFound:
-    """What is measured of one person in all cases."""
+def person_found(role: Role, situations: Sequence[Situation]) -> PersonFound:
+    """Measure one person in the situations (C,) of all cases."""
     poses = poses_of(situations)
     placed = place(situations[0].body, poses)
     margins = stops(placed.body, poses)

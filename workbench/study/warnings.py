@@ -20,7 +20,7 @@ from workbench.model.stops import motion_words
 from workbench.posture.seating.seating import seat_planes, seat_shift
 from workbench.study.feet_on_floor import FeetOnFloor, feet_on_floor, feet_words
 
-__all__ = ["enclosure_warnings", "result_warnings", "seat_verdicts"]
+__all__ = ["enclosure_warnings", "result_warnings", "seat_verdicts", "seat_warnings"]
 
 SEAT_TOLERANCE = 0.01
 SEAT_LOST = 0.05
@@ -42,12 +42,22 @@ def result_warnings(
         found += _swallowed(environment, cases, person)
         found += _bounded(environment, cases, person)
         found += enclosure_warnings(person.name, person.placed, environment, cases)
+        found += seat_warnings(environment, cases, person)
         if person.role.seat is not None:
-            most = DRIVER_TOLERANCE if "driver" in person.postures else SEAT_TOLERANCE
-            for rest in _rests(environment.seat(person.role.seat)):
-                found += _missed(environment, person, rest, cases, most)
             found += _under_floor(environment, person, cases, ground)
     return found
+
+
+def seat_warnings(
+    environment: Environment, cases: tuple[str, ...], person: PersonFound
+) -> Iterator[str]:
+    """A sentence for the cushion and for the back of a sitter's seat whose plane is not where the
+    part is; nothing of who stands."""
+    if person.role.seat is None:
+        return
+    most = DRIVER_TOLERANCE if "driver" in person.postures else SEAT_TOLERANCE
+    for rest in _rests(environment.seat(person.role.seat)):
+        yield from _missed(environment, person, rest, cases, most)
 
 
 def _under_floor(
@@ -67,20 +77,11 @@ def _under_floor(
         feet = feet_on_floor(person.placed, pose, own, ground, without=no_floor)
         if feet is None or feet.above >= -_allowed(environment, feet.part):
             continue
-        if not _legs_in(environment, person, pose, feet.part):
-            continue  # an overhang that the feet are under, as of a panel over pedals
         if worst is None or feet.above < worst[1].above:
             worst = case, feet
     if worst is None or worst[1].above > 0.0:
         return []
     return feet_words(f"{person.name}, {worst[0]}", worst[1], pedals)
-
-
-def _legs_in(environment: Environment, person: PersonFound, pose: int, part: str) -> bool:
-    """Whether a lower leg or a foot goes through a part."""
-    legs = [k for k, name in enumerate(person.body.segments) if name in ("LLL", "LF", "RLL", "RF")]
-    distance = person.clearance.distance[pose, legs, environment.part_index(part)]
-    return bool(distance.min(initial=np.inf) < 0.0)
 
 
 def _allowed(environment: Environment, part: str) -> float:
