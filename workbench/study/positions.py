@@ -49,6 +49,7 @@ from workbench.study.checks.table import (
     margins_of,
     most_of,
     needs_hands,
+    needs_legs,
     never_met,
 )
 from workbench.study.settings import (
@@ -646,7 +647,7 @@ def _judge(search: _Search, people: Ints, positions: Floats) -> None:
     for stage in _stages(search, people):
         columns = np.flatnonzero(stage.columns[left].any(axis=0) & ~known)
         asked = [search.asked[r] for r in columns.tolist()]
-        if any(CHECKS[one.requirement.check].cost != AFTER_SEATING for one in asked):
+        if stage.legs and len(columns):
             situations = [with_clear_legs(one) for one in situations]
         told[left] |= stage.columns[left]
         margin = np.where(told[left], found.margin[left], np.nan)
@@ -689,10 +690,11 @@ def _remembering(situations: Sequence[Situation], known: Remembered) -> list[Sit
 @dataclass(frozen=True, eq=False)
 class _Stage:
     """Requirements of each person (N, R) that are asked together, or of which it is only asked how
-    much there can be to spare at most."""
+    much there can be to spare at most; legs: whether the legs must be clear before."""
 
     columns: Bools
     at_most: bool = False
+    legs: bool = True
 
 
 def _stages(search: _Search, people: Ints) -> list[_Stage]:
@@ -700,7 +702,7 @@ def _stages(search: _Search, people: Ints) -> list[_Stage]:
     cost alike.
 
     First comes what seating alone answers, then what is asked of the posture with the hands at
-    rest, and what that says of requirements with the hands on their controls. For the others hands
+    rest: what the legs do not move before what they do. Then comes what that says of requirements with the hands on their controls. For the others hands
     are brought to their controls, or limbs reach for some: of these, those come first that the
     person misses in his best position. Nine in ten positions that are no better are given up by
     these. The order does not depend on who else is asked.
@@ -708,15 +710,18 @@ def _stages(search: _Search, people: Ints) -> list[_Stage]:
     cost = np.array([CHECKS[one.requirement.check].cost for one in search.asked])
     held = np.array([needs_hands(search.wanted[one.case], one) for one in search.asked])
     missed = search.best.tried.margin[people] < -MET
+    legs = np.array([needs_legs(search.wanted[one.case], one) for one in search.asked])
     dear = held | (cost == REACHING)
+    cheap = (cost == IN_POSTURE) & ~dear
     movable = _movable(search.place, search.asked)
 
-    def stage(columns: Bools, *, at_most: bool = False) -> _Stage:
-        return _Stage(np.broadcast_to(columns & movable, missed.shape), at_most)
+    def stage(columns: Bools, *, at_most: bool = False, legs: bool = True) -> _Stage:
+        return _Stage(np.broadcast_to(columns & movable, missed.shape), at_most, legs)
 
     return [
-        stage(cost == AFTER_SEATING),
-        stage((cost == IN_POSTURE) & ~dear),
+        stage(cost == AFTER_SEATING, legs=False),
+        stage(cheap & ~legs, legs=False),
+        stage(cheap & legs),
         stage(held, at_most=True),
         stage(dear & missed & ~held),
         stage(dear & missed & held),

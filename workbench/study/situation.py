@@ -53,6 +53,7 @@ __all__ = [
     "join_situations",
     "moved_by",
     "moved_by_hands",
+    "moved_by_legs",
     "package_of",
     "position_of",
     "seating_of",
@@ -696,6 +697,15 @@ def moved_by_hands(situation: Situation, hands: Collection[str] = HANDS) -> Bool
     """(S,) the spheres that are elsewhere with some hands on the controls that they hold: those
     beyond the joints that this turns, and those that share in the turns of these joints."""
     return moved_by(situation.body, _turned_by(situation, _holding_arms(situation, hands)))
+
+
+def moved_by_legs(situation: Situation) -> Bools:
+    """(S,) the spheres that the legs move that have their feet on pedals."""
+    body = situation.body
+    turned = np.zeros(len(body.joints), dtype=np.bool_)
+    for foot in situation.seated.miss if situation.seated is not None else ():
+        turned[list(limb(body, foot).free)] = True
+    return moved_by(body, turned)
 
 
 def _turned_by(situation: Situation, arms: Sequence[Limb]) -> Bools:

@@ -31,7 +31,7 @@ from workbench.study.checks import (
     view,
 )
 from workbench.study.checks.margins import Asked, Bounds, Margins, no_bounds, no_margins
-from workbench.study.situation import Situation, moved_by_hands, with_hands
+from workbench.study.situation import Situation, moved_by_hands, moved_by_legs, with_hands
 
 __all__ = [
     "AFTER_SEATING",
@@ -47,6 +47,7 @@ __all__ = [
     "most_of",
     "motion_verdict",
     "needs_hands",
+    "needs_legs",
     "never_met",
     "verdict",
 ]
@@ -202,6 +203,16 @@ def needs_hands(situation: Situation, one: Asked, hands: Collection[str] = HANDS
     if check.spheres is None:
         return bool(hands)
     moved = moved_by_hands(situation, hands)
+    return bool(np.any(check.spheres(situation, one.criterion) & moved))
+
+
+def needs_legs(situation: Situation, one: Asked) -> bool:
+    """Whether the margin of a requirement of the posture depends on where the legs are that have
+    their feet on pedals."""
+    check = CHECKS[one.requirement.check]
+    if check.cost != IN_POSTURE or check.spheres is None:
+        return check.cost != AFTER_SEATING
+    moved = moved_by_legs(situation)
     return bool(np.any(check.spheres(situation, one.criterion) & moved))
 
 
