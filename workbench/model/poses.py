@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from copy import copy
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -79,11 +80,14 @@ class Poses:
     def rows(self, keep: slice | Ints) -> Poses:
         """Some of the poses; those of a slice without a copy."""
         keep = chosen_rows("keep", keep, len(self))
-        time = None if self.time is None else self.time[keep]
-        rotations = self.rotations[keep]
-        world = self.world_from_reference[keep]
-        person = None if self.person is None else self.person[keep]
-        return Poses(rotations, self.reference, world, time, person)
+        found = copy(self)
+        for name in ("rotations", "world_from_reference", "time", "person"):
+            values = getattr(self, name)
+            if values is not None:  # rows of what was checked need no check
+                some = values[keep]
+                some.flags.writeable = False
+                object.__setattr__(found, name, some)
+        return found
 
     @property
     def clock(self) -> Floats:
