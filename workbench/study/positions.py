@@ -421,24 +421,18 @@ def fitted_positions(
     positions = lattice(place.travel, spacing_of(place))
     coarse = here is not None
     settled = np.zeros(len(who), dtype=np.bool_)
-    hangs = np.zeros(0, dtype=np.int64)
+    whole = np.zeros(len(who), dtype=np.bool_)
     if before is not None:
         here, settled = _tried_again(place, who, comfortable, asked, before)
     elif here is None:
         here = tried(comfortable, asked)
     if not coarse:
         hangs = _hang_on_reaches(comfortable, asked, here.margin, anywhere=len(positions) == 1)
-        hangs = hangs[~settled[hangs]]
-    if len(hangs):
-        here.take(hangs, tried(_whole([one.rows(hangs) for one in comfortable]), asked))
-    at = position_of(comfortable[0])
-    window = np.full((len(at), 4), np.nan)
-    nominal = nominal_setting(place)
-    setting = np.tile(nominal, (len(at), 1))
-    judged = np.empty(len(at), dtype=object)
-    judged[:] = [[] for _ in at]
-    sets = _met_sets(here.margin, members)
-    found = Fitted(here, at, window, sets, setting, judged, here.margin.copy())
+        whole[hangs] = ~settled[hangs]
+        some = np.flatnonzero(whole)
+        if len(some):
+            here.take(some, tried(_whole([one.rows(some) for one in comfortable]), asked))
+    found = _begun_with(here, position_of(comfortable[0]), nominal_setting(place), members)
     movable = _movable(place, asked)
     missing = (here.margin[:, movable] < -MET).any(axis=1)
     for begun, mine in ((False, missing & ~settled), (True, missing & settled)):
@@ -455,14 +449,14 @@ def fitted_positions(
             found.rows(short),
             here.rows(short),
             movable & (thorough | ~never_met(wanted, asked)),
-            nominal,
+            nominal_setting(place),
             replace(reached.rows(short), searching=not thorough),
             begun=begun,
             notes=before is None and bool(members.shape[1]),
             coarse=coarse,
             proceed=proceed,
         )
-        search.whole[np.isin(short, hangs) | begun] = True
+        search.whole[:] = whole[short] | begun
         _note(search, np.arange(len(short)), search.comfortable, here.margin[short])
         scan = partial(_scan, positions=positions)
         if before is not None and begun:
@@ -475,6 +469,22 @@ def fitted_positions(
             settings
         )
     return found
+
+
+def _begun_with(here: Tried, comfortable: Floats, nominal: Floats, members: Bools) -> Fitted:
+    """What is known of people who were judged in one position each, at the nominal setting (A,)."""
+    count = len(comfortable)
+    judged = np.empty(count, dtype=object)
+    judged[:] = [[] for _ in range(count)]
+    return Fitted(
+        here,
+        comfortable,
+        np.full((count, 4), np.nan),
+        _met_sets(here.margin, members),
+        np.tile(nominal, (count, 1)),
+        judged,
+        here.margin.copy(),
+    )
 
 
 def _tried_again(
