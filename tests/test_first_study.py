@@ -56,7 +56,8 @@ def shipped(request, tmp_path_factory):
 
 def test_the_first_study_of_each_shipped_environment_holds(shipped):
     result = wb.run(wb.load_study(shipped))
-    assert [v.criterion.name for v in result.verdicts if not v.passed] == []
+    # a hand on the throttle may touch the quadrant within the error of the body's surface
+    assert [v.criterion.name for v in result.verdicts if not (v.passed or v.doubtful)] == []
     assert not [line for line in result.warnings if "no criterion asks" in line]
 
 
