@@ -24,7 +24,7 @@ from workbench.draw.views import framed_views
 from workbench.model.moving import poses_at
 
 IMAGES = Path(__file__).resolve().parent / "images"
-TIMES = np.array([0.0, 0.06, 0.085, 0.103])  # [s]; the head is deepest in the coaming at the last
+TIMES = np.array([0.0, 0.06, 0.085, 0.1])  # [s]; the head is deepest in the coaming at the last
 
 
 def grey_disks(scene: Scene, camera: Camera) -> Image.Image:

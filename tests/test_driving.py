@@ -200,11 +200,11 @@ def test_a_trunk_asked_for_its_own_angles_gets_them_back(man):
     assert np.degrees(found) == pytest.approx([10.0] * 5, abs=0.05)
 
 
-def test_the_median_man_sits_as_the_angles_say_within_six_degrees(man):
+def test_the_median_man_sits_as_the_angles_say_within_seven_degrees(man):
     found = driven(man)
     angles = side_view(wb.place(man[0], found.poses))
     residual = dict(zip(ANGLES, np.degrees(angles[0] - found.expected[0]), strict=True))
-    assert max(abs(v) for v in residual.values()) < 6
+    assert max(abs(v) for v in residual.values()) < 7
     assert residual["hip to eye"] == pytest.approx(0, abs=0.02)
 
 

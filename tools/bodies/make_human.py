@@ -34,7 +34,15 @@ from human.family import Member, member, people
 from human.known import KNOWN, Known
 from human.skeleton import OTHER_SEGMENT, SEGMENTS
 from human.source import Source
-from human.stretched import GROUPS, Changed, carried_into, changed, skin_change, stretched
+from human.stretched import (
+    GROUPS,
+    STRETCHES,
+    Changed,
+    carried_into,
+    changed,
+    skin_change,
+    stretched,
+)
 from human.template import Template, made_template, rigs_of
 from human.transfer import Rig
 from human.trimmed import joined, skin_with, trimmed, with_spheres
@@ -341,7 +349,7 @@ def _tell(
     name, known = who
     z, stretch = at
     print(f"{name}: largest |z| {np.abs(z).max():.2f}, largest stretch {np.abs(stretch).max():.3f}")
-    for group, row in zip(GROUPS, stretch, strict=True):
+    for group, row in zip(GROUPS, stretch[:STRETCHES].reshape(len(GROUPS), -1), strict=True):
         print(f"  stretch {group}: " + ", ".join(f"{100 * v:+.1f} %" for v in row))
     for level in basis.levels:
         family = Family(basis, _tried(basis, z, name, level), level)

@@ -33,17 +33,10 @@ it is reported."""
 FAR = 0.1
 """The least percentile of the growth charts that is taken for a child's; the curves say nothing
 farther out."""
-APART = (
-    "trochanterion_height",
-    "lateral_femoral_epicondyle_height",
-    "overhead_fingertip_reach_sitting",
-    "acromion_radiale_length",
-    *GIRTHS,
-)
-"""Measures that a body is not drawn near to, because typical bodies differ in them from the
-survey by definition. A tape runs around spheres, which lie some millimetres under the skin. On a body whose trunk is as long sitting as standing, the hip joints stand
-higher: a survey's people lose some 25 mm between hip joint and crown when they sit down. The knee's
-joint stands in for the epicondyle, and the shoulder does not rise as in a person who stretches."""
+APART = ("overhead_fingertip_reach_sitting", *GIRTHS)
+"""Measures that a body is not drawn near to, because typical bodies differ in them from the survey
+by definition: a shoulder does not rise as in a person who stretches, and a tape runs around spheres,
+which lie some millimetres under the skin."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -16,12 +16,12 @@ from numpy.typing import NDArray
 from human.basis import Basis, cells, volumes
 from human.skeleton import JOINTS, SEGMENTS
 from human.write import BODY_JOINTS, BODY_SEGMENTS
-from workbench.body.scaling.manikin import Manikin
+from workbench.body.scaling.manikin import DOWN, UP, Length, Manikin
 from workbench.body.scaling.measure import lengths
 from workbench.body.scaling.rig import Shape
 from workbench.model.body import Body
 
-__all__ = ["DENSITY", "Family", "fitted_z"]
+__all__ = ["DENSITY", "Family", "fitted_z", "heights"]
 
 Floats = NDArray[np.float64]
 DENSITY = {
@@ -45,6 +45,12 @@ DENSITY = {
 def density(name: str) -> float:
     """The density of a segment by its mnemonic."""
     return float(DENSITY.get(name, DENSITY.get(name[1:], 1000)))
+
+
+def heights(manikin: Manikin, joints: list[str]) -> dict[str, Length]:
+    """The heights of joints over the soles, standing."""
+    sole = manikin.farthest("standing", DOWN, ("LF", "RF"))
+    return {name: manikin.joint("standing", UP, name) + sole for name in joints}
 
 
 class Family:

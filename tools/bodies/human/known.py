@@ -100,7 +100,22 @@ _SHARE = {
 trunk, a fifth of head and neck the neck."""
 
 
-_SEATED = ((1.096, 0.83), (1.124, 0.78))
+_HEIGHTS = {
+    "LH": (914.5, 857),
+    "LK": (491.5, 464.5),
+    "LA": (69, 63.5),
+    "LS": (1401, 1294),
+    "LE": (1112, 1028),
+    "LW": (837, 781),
+}
+"""Heights [mm] of the joints of a man and a woman over the soles. Knee and ankle are at the lateral
+epicondyle of the femur and the lateral malleolus (491 and 465, 73 and 63 in ANSUR II), the wrist at
+the stylion, the elbow 3 % of the forearm over the radiale, the shoulder 38 mm under the acromion.
+The hip joint is 15 mm over the trochanterion (899 and 844), which is felt through flesh under the
+tip of the bone: with it the thigh is .241 and .242 of the stature, as joint centres have it (.2405
+to .2425: AnyBody's AMMR, de Leva 1996), where trochanterion and epicondyle are .2335 apart. The
+shank is .241 and .247 (.24 to .249)."""
+_SEATED = ((1.096, 0.75), (1.124, 0.73))
 """Breadth and thickness of hips and thighs on a seat as shares of those standing, men and women.
 The breadths are the medians of hip breadth sitting over hip breadth in ANSUR II, computed from the
 public data; with the thicknesses the thighs' undersides are level with the buttocks'."""
@@ -110,7 +125,8 @@ public data; with the thicknesses the thighs' undersides are level with the butt
 class Known:
     """description; start: person and stature [m]; mass [kg]; share of the mass by segment (empty:
     as volumes); measures: value and tolerance [m]; like: sex and ages [years] of people like this
-    one; seated: breadth and thickness of hips and thighs on a seat as shares of those standing."""
+    one; seated: breadth and thickness of hips and thighs on a seat as shares of those standing;
+    heights: of left joints [m], standing."""
 
     description: str
     source: str
@@ -122,6 +138,7 @@ class Known:
     like: tuple[float, float, float]
     masses: dict[str, float] = field(default_factory=dict)
     seated: tuple[float, float] = (1.0, 1.0)
+    heights: dict[str, float] = field(default_factory=dict)
 
     @property
     def hips(self) -> float:
@@ -154,6 +171,7 @@ def _adult(k: int, description: str, start: Person, mass: float) -> Known:
         like,
         masses,
         _SEATED[k],
+        {name: MM * row[k] for name, row in _HEIGHTS.items()},
     )
 
 

@@ -2,6 +2,9 @@
 
 The components of the family alone do not reach every measure. What is left is closed by factors
 along the three axes of each segment and a taper along it, alike left and right, as small as can be.
+A rig's marker is no joint: joints move to the heights of their landmarks, and the flesh around knee,
+ankle and elbow goes along by the stretch of its segments; fore and aft, joints lie within the flesh
+where a sitter's lengths have them.
 The change is carried into the family: an affine function of the coefficients that has each known
 person's own change at that person.
 """
@@ -13,10 +16,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from human.anchors import Family, density
+from human.anchors import Family, density, heights
 from human.basis import Basis, cells, mirrored, volumes
 from human.known import Known
-from human.skeleton import BETWEEN, JOINTS, SEGMENTS
+from human.skeleton import BETWEEN, JOINTS, OTHER_JOINT, SEGMENTS
 from workbench.body.scaling.measure import lengths
 
 __all__ = ["GROUPS", "Changed", "carried_into", "changed", "skin_change", "stretched"]
@@ -25,6 +28,27 @@ Floats = NDArray[np.float64]
 GROUPS = ("LT", "CT", "UT", "N", "H", "SM", "UA", "LA", "HN", "UL", "LL", "F")
 PER_GROUP = 4
 """Parameters of a group of segments: changes of the factors along x, y, z, and the taper."""
+MOVED = {
+    "LH": (0.014, 0.03),
+    "LK": (0.03, 0.003),
+    "LA": (0.002, 0.008),
+    "LS": (0.002, 0.02),
+    "LE": (0.002, 0.008),
+    "LW": (0.002, 0.01),
+    "NP": (0.002, 0.01),
+}
+"""Joints that move within the flesh, forward and up, with the standard deviations [m]; the pelvis's
+joint goes with the hips. A knee hardly moves up: its cap is at its height."""
+STRETCHES = len(GROUPS) * PER_GROUP
+COUNT = STRETCHES + 2 * len(MOVED) + 1
+"""Parameters of a person: those of the groups, the moves [m] of the joints, and how far [m] the
+flesh below the knees lies further forward against that above them."""
+SHIFT = 0.012
+"""Standard deviation [m] of how far that flesh lies forward."""
+STILL = 1e-5
+"""All these standard deviations [m] for people of whom no landmarks are known."""
+LEAST = 0.75
+"""Share of its radius that a joint's sphere keeps where the joint moves."""
 SPREAD = np.array([0.05, 0.05, 0.04, 0.05])
 ROUND = 0.04
 """Standard deviations of the changes of a segment, and of the difference of the two across it."""
@@ -33,6 +57,8 @@ ROUNDS = 14
 STEP = 1e-2
 HIPS = 0.002
 """Tolerance [m] of how far the hip joints are apart."""
+HEIGHT = 0.0005
+"""Tolerance [m] of the height of a joint."""
 WHOLE = 0.002
 PART = 0.05
 """Tolerances of the mass of the whole body and of a segment, as shares."""
@@ -69,7 +95,7 @@ class _Frame:
 
     @classmethod
     def of(cls, basis: Basis, z: Floats, values: Floats) -> _Frame:
-        """values (12, 4): the changes of each group."""
+        """values (COUNT,): the changes of each group first."""
         segment = basis.levels["fine"].segment
         centre = basis.at("fine_centre", z) - basis.at("origin", z)[segment]
         count = len(SEGMENTS)
@@ -80,8 +106,9 @@ class _Frame:
             middle[n] = 0.5 * (along.max() + along.min())
             half[n] = max(0.5 * float(np.ptp(along)), 1e-3)
         group = np.array([_group(n) for n in range(count)])
-        factor = 1.0 + values[group, :3]
-        taper = values[group, 3].copy()
+        changes = values[:STRETCHES].reshape(-1, PER_GROUP)
+        factor = 1.0 + changes[group, :3]
+        taper = changes[group, 3].copy()
         factor[0] = 1.0
         taper[0] = 0.0
         return cls(factor, taper, middle, half)
@@ -104,8 +131,18 @@ class _Frame:
         return radius * (across + self.taper[segment] * along)
 
 
+def _moves(values: Floats) -> Floats:
+    """(J, 3) [m] how far values (COUNT,) move the joints within the flesh, alike left and right."""
+    moves = np.zeros((len(JOINTS), 3))
+    for name, move in zip(MOVED, values[STRETCHES:-1].reshape(-1, 2), strict=True):
+        joint = JOINTS.index(name)
+        moves[[joint, OTHER_JOINT[joint]], ::2] = move
+    moves[JOINTS.index("PV")] = moves[JOINTS.index("LH")]
+    return moves
+
+
 def changed(basis: Basis, z: Floats, values: Floats) -> Changed:
-    """The person with coefficients z (K,), stretched by values (12, 4); the feet stay on the
+    """The person with coefficients z (K,), changed by values (COUNT,); the feet stay on the
     floor."""
     frame = _Frame.of(basis, z, values)
     joint = basis.at("joint", z)
@@ -116,6 +153,10 @@ def changed(basis: Basis, z: Floats, values: Floats) -> Changed:
         parent, child = (np.array([SEGMENTS.index(n)]) for n in BETWEEN[name].split())
         moved[j] = place[parent[0]] + frame.points(joint[j] - origin[parent], parent)[0]
         place[child[0]] = moved[j] - frame.points(joint[j] - origin[child], child)[0]
+        if name[1:] == "K":
+            place[child[0], 0] += values[-1]
+    moves = _moves(values)
+    moved = moved + moves
     spheres = {}
     for level, one in basis.levels.items():
         segment = one.segment
@@ -124,7 +165,11 @@ def changed(basis: Basis, z: Floats, values: Floats) -> Changed:
         centre = place[segment] + frame.points(local, segment)
         tied = np.flatnonzero(one.joint >= 0)
         centre[tied] = moved[one.joint[tied]]
-        spheres[level] = centre, frame.radii(local, radius, segment)
+        size = frame.radii(local, radius, segment)
+        # a joint's sphere that moves within the flesh stays within where it was, or nearly
+        away = np.linalg.norm(moves[one.joint[tied]], axis=1)
+        size[tied] = np.maximum(size[tied] - away, LEAST * size[tied])
+        spheres[level] = centre, size
     fall = _lowest(basis.at("fine_centre", z), basis.at("fine_radius", z)) - _lowest(
         *spheres["fine"]
     )
@@ -165,13 +210,14 @@ class _Person:
         self.heavy = np.array([density(n) if n != "STG" else 0.0 for n in SEGMENTS])
 
     def measured(self, values: Floats) -> Floats:
-        """(m + 1,) the measures [m], means of the levels, and how far the hip joints are apart."""
+        """(m + H + 1,) the measures [m] and the heights of the known joints, means of the levels, and
+        how far the hip joints are apart."""
         one = changed(self.basis, self.z, values)
         names = list(self.known.measures)
         rows = []
         for level, family in self.families.items():
             manikin = family.base.changed(family.shape(*one.spheres[level], one.joint, one.origin))
-            found = lengths(manikin, names)
+            found = lengths(manikin, names) | heights(manikin, list(self.known.heights))
             rows.append([manikin.value(length) for length in found.values()])
         apart = one.joint[JOINTS.index("LH"), 1] - one.joint[JOINTS.index("RH"), 1]
         return np.append(np.mean(rows, axis=0), apart)
@@ -199,27 +245,23 @@ class _Person:
 
 
 def stretched(basis: Basis, z: Floats, families: dict[str, Family], known: Known) -> Floats:
-    """The changes (12, 4) with which a person has the known measures and masses, as nearly as the
-    least change allows."""
+    """The changes (COUNT,) with which a person has the known measures, masses and joints, as nearly
+    as the least change allows."""
     person = _Person(basis, z, families, known)
-    count = len(GROUPS) * PER_GROUP
-    values = np.zeros(count)
-    aims = np.array([*(value for value, _ in known.measures.values()), known.hips])
-    give = np.array([*(tolerance for _, tolerance in known.measures.values()), HIPS])
+    values = np.zeros(COUNT)
+    joints = list(known.heights.values())
+    aims = np.array([*(value for value, _ in known.measures.values()), *joints, known.hips])
+    give = [tolerance for _, tolerance in known.measures.values()]
+    give = np.array([*give, *(HEIGHT for _ in joints), HIPS])
     sums, masses, mass_give = person.wanted_masses()
-    unit = STEP * np.eye(count)
-    here = person.masses(values.reshape(-1, PER_GROUP))
-    heavier = np.array(
-        [(person.masses(row.reshape(-1, PER_GROUP)) - here) / STEP for row in unit]
-    ).T
-    least = _price()
+    unit = STEP * np.eye(COUNT)
+    here = person.masses(values)
+    heavier = np.array([(person.masses(row) - here) / STEP for row in unit]).T
+    least = _price(moving=bool(joints))
     for turn in range(ROUNDS):
-        shaped = values.reshape(-1, PER_GROUP)
-        now = person.measured(shaped)
-        slope = np.array(
-            [(person.measured((values + row).reshape(-1, PER_GROUP)) - now) / STEP for row in unit]
-        ).T
-        weight = person.masses(shaped)
+        now = person.measured(values)
+        slope = np.array([(person.measured(values + row) - now) / STEP for row in unit]).T
+        weight = person.masses(values)
         rows = [least, slope / give[:, None], (sums @ heavier) / mass_give[:, None]]
         gap = [
             -least @ values,
@@ -228,16 +270,18 @@ def stretched(basis: Basis, z: Floats, families: dict[str, Family], known: Known
         ]
         step = np.linalg.lstsq(np.concatenate(rows), np.concatenate(gap), rcond=None)[0]
         values = values + (0.7 if turn < ROUNDS // 2 else 0.35) * step
-    return values.reshape(-1, PER_GROUP)
+    return values
 
 
-def _price() -> Floats:
-    """Rows whose squares are the cost of changes (48,)."""
-    count = len(GROUPS) * PER_GROUP
-    rows = list(np.eye(count) / np.tile(SPREAD, len(GROUPS))[:, None])
+def _price(*, moving: bool) -> Floats:
+    """Rows whose squares are the cost of changes (COUNT,); joints stay in the flesh unless moving."""
+    spread = np.concatenate([np.tile(SPREAD, len(GROUPS)), np.ravel(list(MOVED.values())), [SHIFT]])
+    if not moving:
+        spread[STRETCHES:] = STILL
+    rows = list(np.eye(COUNT) / spread[:, None])
     for g, name in enumerate(GROUPS):
         axes = [1, 2] if name == "F" else [0, 1]
-        row = np.zeros(count)
+        row = np.zeros(COUNT)
         row[PER_GROUP * g + axes[0]] = 1.0 / ROUND
         row[PER_GROUP * g + axes[1]] = -1.0 / ROUND
         rows.append(row)

@@ -3,7 +3,8 @@ millimetre.
 
 Levels hold the same skin with spheres of different sizes, so the outermost spheres lie some
 millimetres apart. The spheres that a measure is taken at move and grow by the least that gives all
-measures; where others become the outermost ones, these are next.
+measures; where others become the outermost ones, these are next. Joints stay, and so do the soles
+under them: the joints' heights are measures.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
-from human.anchors import Family
+from human.anchors import Family, heights
 from human.known import Known
 from human.stretched import Changed
 from workbench.body.scaling.manikin import AXES, QUEUE, Length, Manikin
@@ -29,6 +30,8 @@ LONGEST_STEP = 1.5e-3
 """Greatest change [m] of a sphere in a round."""
 OVERLAP = 1e-3
 """Depth [m] by which spheres that hang together overlap."""
+HELD = 5.0
+"""How much more a joint's height counts than a measure."""
 NEAREST = 12
 NEAR = 0.008
 """How many spheres a point of the skin goes along with, and how near [m] their surfaces count."""
@@ -53,16 +56,15 @@ def trimmed(family: Family, one: Changed, level: str, known: Known) -> tuple[Flo
     count = int(half.max()) + 1
     middle = np.bincount(half, minlength=count) == 1
     change = np.zeros(4 * count)
+    wanted = {name: value for name, (value, _) in known.measures.items()} | known.heights
     ease = np.tile([1.0, 1.0, 1.0, RADIUS_EASE], count)
     for _ in range(ROUNDS):
         parts = change.reshape(count, 4)
         centre = first + parts[half, :3] * flip
         radius = size + parts[half, 3]
         manikin = family.base.changed(family.shape(centre, radius, one.joint, one.origin))
-        found = lengths(manikin, list(known.measures))
-        gaps = {
-            name: known.measures[name][0] - manikin.value(length) for name, length in found.items()
-        }
+        found = lengths(manikin, list(known.measures)) | heights(manikin, list(known.heights))
+        gaps = {name: wanted[name] - manikin.value(length) for name, length in found.items()}
         asked = [name for name, gap in gaps.items() if abs(gap) < MOST]
         rows = np.array([_row(family, manikin, found[name]) for name in asked])
         # rows (m, S, 4) of all spheres, in the order of the level, become those of the left half
@@ -72,9 +74,10 @@ def trimmed(family: Family, one: Changed, level: str, known: Known) -> tuple[Flo
         for m in range(len(rows)):
             np.add.at(own[m], half, rows[m])
         own[:, middle, 1] = 0.0
-        flat = own.reshape(len(rows), -1)
+        firm = np.array([HELD if name in known.heights else 1.0 for name in asked])
+        flat = firm[:, None] * own.reshape(len(rows), -1)
         eased = flat * ease
-        gap = np.array([gaps[name] for name in asked])
+        gap = firm * np.array([gaps[name] for name in asked])
         step = PACE * eased.T @ np.linalg.solve(flat @ eased.T + SOFT**2 * np.eye(len(rows)), gap)
         step *= min(1.0, LONGEST_STEP / max(float(np.abs(step).max()), 1e-12))
         # what was changed and is asked for no more goes back, slowly: several spheres take turns

@@ -49,6 +49,7 @@ OFF_SKIN = 3e-4
 distance [m] off a face at which it is asked whether the face is buried."""
 FLESH = {
     ("LT", "UT"),
+    ("CT", "N"),
     ("CT", "LUL"),
     ("CT", "RUL"),
     ("LT", "LUA"),

@@ -32,6 +32,10 @@ _FEET = ("LF", "RF")
 _SEAT = ("LT",)
 _RADIALE = 0.03
 """How far the head of the radius lies beyond the elbow joint, as a share of the forearm."""
+_TROCHANTERION = 0.036
+"""How far the trochanterion lies under the hip joint, as a share of the thigh: the thigh is .2405 to
+.2425 of the stature from joint to joint (AnyBody's AMMR; de Leva 1996) and .2335 from trochanterion
+to epicondyle (ANSUR II)."""
 
 
 def _once(function: Callable[..., Length]) -> Callable[..., Length]:
@@ -83,8 +87,8 @@ def cervicale_height(m: Manikin) -> Length:
 
 
 def trochanterion_height(m: Manikin) -> Length:
-    """Floor to the top of the greater trochanter, standing; the hip joint stands in for it."""
-    return _height(m, m.joint("standing", UP, "RH"))
+    """Floor to the top of the greater trochanter, standing: 3.6 % of the thigh under the hip joint."""
+    return _height(m, _along(m, "RH", "RK", _TROCHANTERION))
 
 
 def lateral_femoral_epicondyle_height(m: Manikin) -> Length:
