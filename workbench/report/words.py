@@ -45,6 +45,8 @@ __all__ = [
 ]
 
 
+_WAYS = (("forward", "back"), ("left", "right"), ("up", "down"))
+"""The senses of x, y and z."""
 _QUOTED = re.compile(r"((?<!\w)'[^']*'(?!\w)|“[^”]*”)")
 
 HALF_MILLIMETRE = 5e-4
@@ -340,15 +342,24 @@ def adjusted_line(environment: Environment, size: str = "") -> list[str]:
 
 
 def moved_line(moves: Sequence[Move]) -> list[str]:
-    """What stands elsewhere than the environment's file has it: "moved: throttle_lever by 15, 0, 0
-    mm"; nothing where nothing does."""
+    """What stands elsewhere than the environment's file has it: "moved: throttle_lever by 15 mm
+    forward"; nothing where nothing does."""
     found = []
     for move in moves:
         controls = "control " + ", ".join(move.controls) if move.controls else ""
         names = " and ".join(filter(None, (", ".join(move.parts), controls)))
-        by = ", ".join(f"{1000 * value:.4g}".replace("-", "−") for value in move.by)
-        found.append(f"{names} by {by} mm")
+        found.append(f"{names} by {_way_words(move.by)}")
     return [f"moved: {'; '.join(found)}"] if found else []
+
+
+def _way_words(by: Sequence[float]) -> str:
+    """A displacement (3,) [m] in words: "15 mm forward and 3 mm down"."""
+    ways = [
+        f"{1000 * abs(value):.4g} mm {more if value > 0 else less}"
+        for value, (more, less) in zip(by, _WAYS, strict=True)
+        if value
+    ]
+    return " and ".join(ways) or "0 mm"
 
 
 def _sized(size: Size) -> str:
