@@ -174,9 +174,10 @@ def test_what_was_changed_between_two_designs_is_told(before, after):
     )
     by_name = {words.split(":")[0]: words for words in found.changes}
     was, now = (f"{1000 * at:.1f}".removesuffix(".0") for at in (x, x - 0.032))
-    assert by_name["control flaps"].startswith(f"control flaps: {was}, ")
-    assert f"→ {now}, " in by_name["control flaps"]
-    assert "part left_stick" in by_name and "control left_stick" in by_name
+    flaps = "place of control flaps"
+    assert by_name[flaps].startswith(f"{flaps}: {was}, ") and "control flaps" not in by_name
+    assert f"→ {now}, " in by_name[flaps]
+    assert "place of part left_stick" in by_name and "place of control left_stick" in by_name
     clear = [one for one in criteria if one.check == "clearance"]
     assert len(found.changes) == 3 + len(clear)
     assert compare(before, before).changes == ()

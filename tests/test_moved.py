@@ -83,7 +83,8 @@ def test_the_report_says_what_is_moved():
         Move((), ("flaps",), (0.0, 0.0051, 0.0)),
     ]
     assert moved_line(moves) == [
-        "moved: throttle_lever, mixture_lever by 15, 0, −20 mm; control flaps by 0, 5.1, 0 mm"
+        "moved: throttle_lever, mixture_lever by 15 mm forward and 20 mm down; control flaps by 5.1 mm "
+        "left"
     ]
     assert moved_line([]) == []
 

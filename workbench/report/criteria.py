@@ -46,11 +46,12 @@ def criteria_sections(
     held = [verdict for verdict in verdicts if verdict.passed]
     doubtful = [verdict for verdict in verdicts if verdict.doubtful]
     about = len({(verdict.row, verdict.motion) for verdict in verdicts}) > 1
+    of = f" of {len(verdicts)} verdicts" if about else ""  # on a few criteria, several times
     sections = []
     if failed:
         shown = [_failed(verdict, making, k) for k, verdict in enumerate(failed)]
         html = template("criteria_failed.html.j2").render(failed=shown, making=making, about=about)
-        title = f"Criteria that fail ({len(failed)})"
+        title = f"Criteria that fail ({len(failed)}{of})"
         sections.append(Section("failed", "failed", title, Markup(html)))
     if rows.warnings or overlaps or doubtful:
         html = template("warnings.html.j2").render(
@@ -60,7 +61,7 @@ def criteria_sections(
     if held:
         shown = [_row(verdict) for verdict in held]
         html = template("criteria_held.html.j2").render(held=shown, making=making, about=about)
-        title = f"Criteria that hold ({len(held)})"
+        title = f"Criteria that hold ({len(held)}{of})"
         sections.append(Section("passed", "passed", title, Markup(html), folded=True))
     return sections
 

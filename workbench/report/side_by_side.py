@@ -48,7 +48,11 @@ def side_by_side(
         )
     lines.sort(key=lambda line: not line["differs"])
     html = template("side_by_side.html.j2").render(
-        names=names, lines=lines, picture=picture, what=what
+        names=names,
+        lines=lines,
+        picture=picture,
+        what=what,
+        differ=any(line["differs"] for line in lines),
     )
     return Markup(html)
 

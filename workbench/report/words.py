@@ -45,6 +45,8 @@ __all__ = [
 ]
 
 
+_WAYS = (("forward", "back"), ("left", "right"), ("up", "down"))
+"""The senses of x, y and z."""
 _QUOTED = re.compile(r"((?<!\w)'[^']*'(?!\w)|“[^”]*”)")
 
 HALF_MILLIMETRE = 5e-4
@@ -91,8 +93,19 @@ def _stop_words(finding: Finding) -> str:
     motion = motion_words(finding.target)
     if finding.value < 0:
         past = degrees(-finding.value, -finding.limit)
-        return f"{finding.subject} is {past} past its stop in {motion}"
-    return f"{finding.subject} is {degrees(finding.value, finding.limit)} from its stop in {motion}"
+        where = f"{past} past its stop in {motion}"
+    else:
+        where = f"{degrees(finding.value, finding.limit)} from its stop in {motion}"
+    return f"{finding.subject} is {where}{_against(finding, degrees)}"
+
+
+def _against(finding: Finding, figure: Callable[[float], str]) -> str:
+    """What is asked for or allowed: ", 6.1 mm more than the 50.0 mm asked for", " (30.0 mm allowed)"; ""
+    of a limit of 0."""
+    if finding.limit <= 0:
+        return f" ({figure(-finding.limit)} allowed)" if finding.limit else ""
+    way = "more" if finding.margin >= 0 else "less"
+    return f", {figure(abs(finding.margin))} {way} than the {figure(finding.limit)} asked for"
 
 
 def _seated_words(finding: Finding) -> str:
@@ -115,16 +128,7 @@ def reach_spare(spare: float) -> str:
 
 
 def _contact_words(finding: Finding) -> str:
-    allowed = f" ({millimetres(-finding.limit)} allowed)" if finding.limit < 0 else ""
-    return f"{_distance_words(finding)}{allowed}"
-
-
-def _clearance_words(finding: Finding) -> str:
-    if finding.limit == 0.0:
-        return _distance_words(finding)
-    way = "more" if finding.margin >= 0 else "less"
-    by = millimetres(abs(finding.margin))
-    return f"{_distance_words(finding)}, {by} {way} than the {millimetres(finding.limit)} asked for"
+    return f"{_distance_words(finding)}{_against(finding, millimetres)}"
 
 
 def _distance_words(finding: Finding) -> str:
@@ -152,7 +156,8 @@ def _pedal_words(finding: Finding) -> str:
 def _seat_words(finding: Finding) -> str:
     if finding.value < 0:
         return f"{finding.subject} should be {millimetres(-finding.value)} beyond its travel"
-    return f"{finding.subject} is {millimetres(finding.value)} from the nearer end of its travel"
+    where = f"{millimetres(finding.value)} from the nearer end of its travel"
+    return f"{finding.subject} is {where}{_against(finding, millimetres)}"
 
 
 def _view_words(finding: Finding) -> str:
@@ -170,9 +175,9 @@ def _excursion_words(finding: Finding) -> str:
 
 _FINDING_WORDS: dict[str, Callable[[Finding], str]] = {
     "contact": _contact_words,
-    "clearance": _clearance_words,
+    "clearance": _contact_words,
     "self_contact": _contact_words,
-    "between_people": _clearance_words,
+    "between_people": _contact_words,
     "stops": _stop_words,
     "seated": _seated_words,
     "reach": _reach_words,
@@ -340,15 +345,24 @@ def adjusted_line(environment: Environment, size: str = "") -> list[str]:
 
 
 def moved_line(moves: Sequence[Move]) -> list[str]:
-    """What stands elsewhere than the environment's file has it: "moved: throttle_lever by 15, 0, 0
-    mm"; nothing where nothing does."""
+    """What stands elsewhere than the environment's file has it: "moved: throttle_lever by 15 mm
+    forward"; nothing where nothing does."""
     found = []
     for move in moves:
         controls = "control " + ", ".join(move.controls) if move.controls else ""
         names = " and ".join(filter(None, (", ".join(move.parts), controls)))
-        by = ", ".join(f"{1000 * value:.4g}".replace("-", "−") for value in move.by)
-        found.append(f"{names} by {by} mm")
+        found.append(f"{names} by {_way_words(move.by)}")
     return [f"moved: {'; '.join(found)}"] if found else []
+
+
+def _way_words(by: Sequence[float]) -> str:
+    """A displacement (3,) [m] in words: "15 mm forward and 3 mm down"."""
+    ways = [
+        f"{1000 * abs(value):.4g} mm {more if value > 0 else less}"
+        for value, (more, less) in zip(by, _WAYS, strict=True)
+        if value
+    ]
+    return " and ".join(ways) or "0 mm"
 
 
 def _sized(size: Size) -> str:

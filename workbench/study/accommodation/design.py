@@ -14,6 +14,8 @@ from workbench.model.study import Study
 
 __all__ = ["changed_words", "design_of"]
 
+_PLACE = "place of "
+"""Begins the name of the fact where a thing is; what it is stands under its own name."""
 _LENGTHS = ("at_least", "below", "above", "at_most")
 
 
@@ -34,21 +36,20 @@ def _environment_facts(environment: Environment) -> Iterator[tuple[str, str]]:
         if not environment.hidden[row]:
             corners = environment.part(name).vertices
             low, high = corners.min(axis=0), corners.max(axis=0)
-            shape = f"{len(corners)} corners, {_mm(high - low, ' x ')} mm large"
-            yield f"part {name}", f"from {_mm(low)} mm, {shape}"
+            yield f"part {name}", f"{_mm(high - low, ' x ')} mm large, {len(corners)} corners"
+            yield f"{_PLACE}part {name}", f"{_mm(0.5 * (low + high))} mm"
     for control in environment.controls:
-        yield (
-            f"control {control.name}",
-            f"{_mm(control.at)} mm, {control.grip}, zone {control.zone}",
-        )
+        yield f"control {control.name}", f"{control.grip}, zone {control.zone}"
+        yield f"{_PLACE}control {control.name}", f"{_mm(control.at)} mm"
     for seat in environment.seats:
-        ends = (*seat.travel_forward, *seat.travel_up)
+        forward, up = (_mm(ends, " to ") for ends in (seat.travel_forward, seat.travel_up))
         back, cushion = np.degrees((seat.back_angle, seat.cushion_angle))
         yield (
             f"seat {seat.name}",
-            f"reference point {_mm(seat.srp)} mm, travel {_mm(ends)} mm, back {back:.1f} and cushion "
-            f"{cushion:.1f} degrees",
+            f"travel {forward} mm forward and {up} mm up, back {back:.1f} and cushion {cushion:.1f} "
+            "degrees",
         )
+        yield f"{_PLACE}seat {seat.name}", f"{_mm(seat.srp)} mm"
     for name, point in environment.points.items():
         yield f"point {name}", f"{_mm(point)} mm"
 
@@ -73,11 +74,17 @@ def _mm(values: Iterable[float], between: str = ", ") -> str:
 
 
 def changed_words(before: Mapping[str, str], after: Mapping[str, str]) -> list[str]:
-    """Say what differs between two designs: "control flaps: 520, -12, 640 mm, pinch, zone 2 → 488,
-    -12, 640 mm, pinch, zone 2", "part shelf: only after"."""
+    """Say what differs between two designs: "place of control flaps: 520, -12, 640 mm → 488, -12, 640
+    mm", "part shelf: only after"."""
     words = [
-        f"{name}: {fact} → {after[name]}" if name in after else f"{name}: only before"
+        f"{name}: {fact} → {after[name]}"
         for name, fact in before.items()
-        if after.get(name) != fact
+        if name in after and after[name] != fact
     ]
-    return words + [f"{name}: only after" for name in after if name not in before]
+    for one, other, when in ((before, after, "before"), (after, before, "after")):
+        words += [
+            f"{name}: only {when}"
+            for name in one
+            if name not in other and not name.startswith(_PLACE)
+        ]
+    return words
