@@ -8,9 +8,10 @@ import pytest
 
 from tests.accommodations import smaller_study
 from tests.crowds import crowd_of
+from workbench.contact.collide import contacts
 from workbench.study.checks.table import margins_of, most_of, needs_hands
 from workbench.study.positions import comfortable_situations, in_positions
-from workbench.study.situation import with_hands
+from workbench.study.situation import seats_moved, with_hands
 
 PEOPLE = 4
 
@@ -47,3 +48,17 @@ def test_hands_of_some_people_are_where_they_are_with_everybody(seated):
         assert np.array_equal(known.poses.rotations, one.poses.rotations)
         assert known.hand_limit == one.hand_limit
     assert not np.array_equal(known.poses.rotations, situation.rows(some).poses.rotations)
+
+
+def test_straight_fingers_are_kept_out_of_what_stands_beside_a_control(seated):
+    """The search of a reach lets fingers bend out of the way; the body holds them straight. Before,
+    of these hands on the throttle four were in the quadrant beside it, by up to 11 mm."""
+    _, (situation,) = seated
+    there = np.flatnonzero(with_hands(situation).hand_miss["right hand"] == 0.0)
+    assert len(there) >= 5
+    for row in there.tolist():
+        posed = with_hands(situation.rows(np.array([row])))
+        found = contacts(posed.placed, seats_moved(posed.place, posed))
+        quadrant = found.part == found.other.part_index("throttle_quadrant")
+        hand = found.segment == posed.body.segment("RHN")
+        assert not np.any(found.excess[quadrant & hand] > 1e-6)

@@ -28,8 +28,10 @@ from workbench.model.poses import Placed, Poses
 from workbench.model.posing import join_poses
 from workbench.model.workplace import Aims, Stand, WorkCase, Workplace
 from workbench.posture.kernels.clear_reach import KEPT
+from workbench.posture.reaching.heeding import clear_fingers
 from workbench.posture.reaching.history import ReachHistory, Recall
 from workbench.posture.reaching.limbs import FEET, HANDS, ZONES, Limb, limb
+from workbench.posture.reaching.obstacles import Room
 from workbench.posture.reaching.reach import reach
 from workbench.posture.seating.clear_legs import clear_legs
 from workbench.posture.seating.driving import driving_posture
@@ -779,15 +781,20 @@ def _with_hand(
     if situation.unsure is not None:
         unsure |= situation.unsure
     left = np.arange(len(situation))
+    environment = situation.environment
+    moving = np.isin(environment.parts, situation.place.moving_parts).astype(np.int64)
+    own = tuple(environment.part_index(part) for part in control.own_parts)
+    room = Room(environment, moving, situation.displacement, situation.bystanders, held=own)
     for zone in range(1, situation.freest(control) + 1):
+        arm = limb(body, name, grip=control.grip, zone=zone)
         found = reach(
             body,
             Poses(
                 poses.rotations[left], poses.reference, poses.world_from_reference[left], None, left
             ),
             [control.at],
-            limb=limb(body, name, grip=control.grip, zone=zone),
-            environment=situation.environment,
+            limb=arm,
+            environment=environment,
             moving_parts=situation.place.moving_parts,
             displacement=situation.displacement[left],
             bystanders=situation.bystanders,
@@ -797,6 +804,9 @@ def _with_hand(
             thorough=False,
         )
         rotations[left] = found.poses.rotations
+        got = np.flatnonzero(found.reached[:, 0])
+        there = clear_fingers(body, found.poses.rows(got), arm, control.at, room)
+        rotations[left[got]] = there.rotations
         miss[left] = np.where(found.reached[:, 0], 0.0, found.miss[:, 0])
         overlap[left] = found.overlap[:, 0]
         limit[left] = [found.limit(row, 0) for row in range(len(left))]

@@ -22,7 +22,17 @@ from workbench.model.kept import kept_by_row
 from workbench.model.short_repr import short_repr
 from workbench.model.vocabulary import DIRECTIONS
 
-__all__ = ["FEET", "GRIPS", "HANDS", "ZONES", "Limb", "limb", "limbs_there", "tighter"]
+__all__ = [
+    "FEET",
+    "GRIPS",
+    "HANDS",
+    "ZONES",
+    "Limb",
+    "limb",
+    "limbs_there",
+    "tighter",
+    "with_fingers",
+]
 
 HANDS = ("left hand", "right hand")
 FEET = ("left foot", "right foot")
@@ -115,6 +125,13 @@ def tighter(body: Body, own: Limb) -> Limb | None:
     held = limb(body, name, grip=grip, zone=own.zone - 1)
     same = np.array_equal(held.tip, own.tip) and np.array_equal(held.pointing, own.pointing)
     return held if same else replace(held, tip=own.tip, pointing=own.pointing)
+
+
+@kept_by_row(Limb.rows)
+def with_fingers(body: Body, own: Limb) -> Limb:
+    """The same limb of a body with its fingers among the spheres that may meet obstacles."""
+    moving = np.isin(body.sphere_segment, own.moving)
+    return replace(own, solid=np.repeat(moving[None], len(body), axis=0))
 
 
 @kept_by_row(Limb.rows)

@@ -67,13 +67,15 @@ NOBODY = Balls(
 @dataclass(frozen=True, eq=False)
 class Room:
     """Obstacles: an environment, and which of its parts (K,) stand aside by shift (B, 3) [m] for
-    each body; and people who stand still."""
+    each body; and people who stand still. Of parts that are `held` nothing keeps the segment of a
+    limb that arrives."""
 
     environment: Environment
     moving: Ints
     shift: Floats
     people: Sequence[Bystander] = ()
     threads: int | None = None
+    held: Sequence[int] = ()
 
 
 def cleared(
@@ -179,6 +181,10 @@ def hands_without_room(
 def _packed(task: Task, room: Room) -> tuple[Limbs, Obstacles]:
     parts = obstacles_of(task.body, room.environment, room.moving, room.shift)
     around = _with_people(parts, room.people) if room.people else parts
+    if room.held:
+        allowed = np.array(around.allowed)
+        allowed[task.limb.end, list(room.held)] = np.inf
+        around = around._replace(allowed=_plain([allowed])[0])
     return packed_limbs(task.body, task.limb), around
 
 

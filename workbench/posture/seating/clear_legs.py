@@ -13,13 +13,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from workbench.body.forward import segment_frames
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.body import Body
 from workbench.model.environment import Environment
 from workbench.model.poses import Poses
-from workbench.model.posing import angles_of, motion_of
-from workbench.posture.kernels.clear_reach import BRIEF, KEPT, SKIPPED
+from workbench.model.posing import motion_of
+from workbench.posture.kernels.clear_reach import KEPT, SKIPPED
 from workbench.posture.reaching.chains import (
     REACHED,
     TURN_LEVER,
@@ -27,12 +26,12 @@ from workbench.posture.reaching.chains import (
     Task,
     discomfort_of,
     goals_of,
-    limb_task,
     posed,
     rows_of,
     solved,
     tips_of,
 )
+from workbench.posture.reaching.heeding import as_posed, deep_in, swung_clear
 from workbench.posture.reaching.limbs import limb
 from workbench.posture.reaching.obstacles import Room, cleared
 from workbench.posture.seating.driving_legs import HEEL_LIFT
@@ -105,8 +104,10 @@ def clear_legs(
     overlap: dict[str, Floats] = {}
     part: dict[str, Ints] = {}
     for foot, other in pitches.items():
-        task, angles = _predicted(body, poses, foot)
-        found = cleared(task, _known(task, angles), room, effort=SKIPPED)[0]
+        task, angles = as_posed(body, poses, pointed_foot(body, foot))
+        at = tips_of(task, angles)
+        task = replace(task, goal=_goals(at[:, :3], at[:, 3:]))
+        found = deep_in(task, angles, room)
         overlap[foot] = np.where(found.part >= 0, found.overlap, 0.0)
         part[foot] = np.where(overlap[foot] > 0.0, found.part, -1)
         deep = np.flatnonzero(overlap[foot] > 0.0)
@@ -119,40 +120,12 @@ def clear_legs(
     return ClearLegs(replace(poses, rotations=rotations), overlap, part)
 
 
-def _predicted(body: Body, poses: Poses, foot: str) -> tuple[Task, Floats]:
-    """The task of a leg to have ball and sole where a pose has them, and its angles (B, K, 3)."""
-    chain = pointed_foot(body, foot)
-    task = limb_task(
-        body,
-        chain,
-        np.arange(len(poses)),
-        held=poses.rotations,
-        base=segment_frames(body, poses, chain.base),
-        goal=np.zeros((len(poses), 12)),
-    )
-    angles = np.ascontiguousarray(angles_of(body, poses)[:, task.joints])
-    at = tips_of(task, angles)
-    return replace(task, goal=_goals(at[:, :3], at[:, 3:])), angles
-
-
 def _goals(ball: Floats, sole: Floats) -> Floats:
     """(P, 12) goals of feet with their balls at points (P, 3) [m] and soles in directions (P, 3)."""
     goal = goals_of(ball)
     goal[:, 3:6] = sole
     goal[:, 9:] = TURN_LEVER
     return goal
-
-
-def _known(task: Task, angles: Floats) -> Found:
-    """What a search begins from that knows of angles (P, K, 3) alone."""
-    count = len(task)
-    return Found(
-        np.array(angles, order="C"),
-        np.zeros((count, 8)),
-        np.zeros((count, 6 + len(task.link.rows))),
-        np.zeros(count),
-        np.full(count, -1),
-    )
 
 
 def _soles(task: Task, other: Floats | None) -> Floats:
@@ -181,7 +154,7 @@ def _clear(
     """Of some rows (N,) of a task, whose soles may have other pitches (B, Q), those that a clear
     posture was found of, and its angles (M, K, 3)."""
     own = rows_of(task, rows)
-    found, doubt = cleared(own, _known(own, angles[rows]), room, effort=BRIEF)
+    found, doubt = swung_clear(own, angles[rows], room)
     best = found.angles
     clear = doubt < KEPT
     # of those that are BURIED it is proved that there is none
@@ -201,7 +174,7 @@ def _clear(
         axis, sign = motion_of(task.body, task.joints[0], "abduction")
         starts = level.angles[at]
         starts[:, 0, axis] += sign * np.tile(SWINGS, len(at) // len(SWINGS))
-        found, doubt = cleared(swung, _known(swung, starts), room, effort=BRIEF)
+        found, doubt = swung_clear(swung, starts, room)
         clear[left] = _take(best, left, swung, found.angles, doubt < KEPT)
     return rows[clear], best[clear]
 

@@ -1,0 +1,83 @@
+"""Limbs that are where they belong, brought clear of what was not looked at when they came there: legs
+of what stands around, the fingers of hands that hold a control of everything but this."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from workbench.body.forward import segment_frames
+from workbench.model.arrays import Floats, Ints
+from workbench.model.body import Body
+from workbench.model.poses import Poses, people_of
+from workbench.model.posing import angles_of
+from workbench.posture.kernels.clear_reach import BRIEF, KEPT, SKIPPED
+from workbench.posture.reaching.chains import Found, Task, goals_of, limb_task, posed, rows_of
+from workbench.posture.reaching.limbs import Limb, with_fingers
+from workbench.posture.reaching.obstacles import Room, cleared
+
+__all__ = ["as_posed", "clear_fingers", "deep_in", "swung_clear"]
+
+
+def as_posed(body: Body, poses: Poses, limb: Limb) -> tuple[Task, Floats]:
+    """The task of a limb in B poses that asks for nothing yet, and its angles (B, K, 3) [rad]."""
+    task = limb_task(
+        body,
+        limb,
+        people_of(body, poses),
+        held=poses.rotations,
+        base=segment_frames(body, poses, limb.base),
+        goal=np.zeros((len(poses), 12)),
+    )
+    return task, np.ascontiguousarray(angles_of(body, poses)[:, task.joints])
+
+
+def deep_in(task: Task, angles: Floats, room: Room) -> Found:
+    """How deep limbs at angles (P, K, 3) are in obstacles, and in what; nothing is searched for."""
+    return cleared(task, _known(task, angles), room, effort=SKIPPED)[0]
+
+
+def swung_clear(task: Task, angles: Floats, room: Room) -> tuple[Found, Ints]:
+    """Limbs at angles (P, K, 3) brought clear from where they are, and what became of each, as of
+    `cleared`."""
+    return cleared(task, _known(task, angles), room, effort=BRIEF)
+
+
+def _known(task: Task, angles: Floats) -> Found:
+    """What a search begins from that knows of angles alone."""
+    count = len(task)
+    return Found(
+        np.array(angles, order="C"),
+        np.zeros((count, 8)),
+        np.zeros((count, 6 + len(task.link.rows))),
+        np.zeros(count),
+        np.full(count, -1),
+    )
+
+
+def clear_fingers(body: Body, poses: Poses, hand: Limb, at: Sequence[float], room: Room) -> Poses:
+    """Bring the fingers of hands that have reached a control clear of obstacles.
+
+    A reach does not count fingers, which bend out of the way: where the body's straight ones are in
+    something, and another posture of the hand keeps them out, that one is taken.
+
+    Parameters
+    ----------
+    poses
+        Of rows of the body.
+    at
+        (3,) where the hands are [m].
+    room
+        The obstacles; in those that are `held` the hand may be.
+    """
+    task, angles = as_posed(body, poses, with_fingers(body, hand))
+    task = replace(task, goal=goals_of(np.repeat(np.array([at]), len(poses), axis=0)))
+    deep = np.flatnonzero(deep_in(task, angles, room).overlap > 0.0)
+    some = rows_of(task, deep)
+    found, doubt = swung_clear(some, angles[deep], room)
+    clear = doubt < KEPT
+    rotations = np.array(poses.rotations)
+    rotations[deep[clear]] = posed(some, found.angles)[clear]
+    return replace(poses, rotations=rotations)
