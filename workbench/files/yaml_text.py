@@ -226,8 +226,8 @@ class _Builder:
         if isinstance(value, str) and not value.isascii():
             # as names of parts are; the name of a file that is there has the form that it has there
             folder = Path(self.file).parent
-            path = spelled(folder, value)
-            value = path if lexists(folder / path) else normalize("NFC", value)
+            there = spelled(folder, value)
+            value = there if lexists(folder / there) else normalize("NFC", value)
         if event.anchor:
             self._anchors[event.anchor] = value
             self._sizes[event.anchor] = 1
