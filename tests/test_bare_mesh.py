@@ -202,3 +202,24 @@ def test_a_stated_forward_axis_along_which_left_and_right_are_alike_is_doubted(t
     wedge.apply_transform(trimesh.transformations.rotation_matrix(np.pi / 2, [0, 1, 0]))
     file.write_bytes(wedge.export(file_type="glb"))
     assert read_bare([str(file)]).assumed == ()
+
+
+def person():
+    """A round shape 1.7 m long, as a person is: alike left and right (x), its nose to the front (y)."""
+    trunk = trimesh.creation.icosphere(4)
+    trunk.apply_scale([0.25, 0.15, 0.85])
+    nose = trimesh.creation.icosphere(3, 0.05).apply_translation([0, 0.13, 0.7])
+    return trimesh.util.concatenate([trunk, nose])
+
+
+@pytest.mark.parametrize("axis", range(3))
+@pytest.mark.parametrize("turns", range(4))
+def test_whether_a_person_stands_or_lies_no_shape_tells_and_it_is_said(tmp_path, axis, turns):
+    mesh = person()
+    way = np.eye(3)[axis]
+    mesh.apply_transform(trimesh.transformations.rotation_matrix(0.5 * np.pi * turns, way))
+    mesh.export(tmp_path / "person.stl")
+    _, up, forward = read_bare([str(tmp_path / "person.stl")]).assumed
+    long = "xyz"[int(np.argmax(mesh.extents))]
+    assert up.startswith(f"up {long} (not sure): a round shape, as of a person, is taken to stand")
+    assert forward.startswith("forward ") and "(not sure)" in forward

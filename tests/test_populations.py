@@ -237,6 +237,27 @@ def test_what_is_wrong_in_a_population_file_is_named_with_its_line(model, old, n
     assert any(told in line for line in error.value.problems), error.value.problems
 
 
+@pytest.mark.parametrize(
+    ("masses", "told"),
+    [
+        (
+            "[9, 18, 34]",  # 4.0, 5.9 and 8.5 kg/m^2
+            "tiny.yaml:8:12: male.quantiles.mass[0]: 9 kg does not go with a stature of 1500 mm, both at "
+            "percentile 0, and so at 2 more percentiles: mass / stature^2 is 4.0 kg/m^2 where 12 to 70 is a "
+            "person's, 5.9 in the middle",
+        ),
+        ("[20, 80, 150]", "mass[0]: 20 kg does not go with a stature of 1500 mm, both at percentile 0: "),
+        ("[88, 176, 240]", "mass[1]: 176 kg does not go with a stature of 1750 mm, both at percentile 50: "),
+    ],
+)  # fmt: skip
+def test_quantiles_of_mass_that_do_not_go_with_stature_are_refused(model, masses, told):
+    """In pounds 40, 80 and 110 kg are 88, 176 and 240: 39, 57 and 60 kg/m^2, of nobody in the middle."""
+    with pytest.raises(InputError) as error:
+        model(TINY.replace("[40, 80, 150]", masses))
+    (line,) = error.value.problems
+    assert told in line and line.endswith("convert pounds (0.4536 kg) or tenths of a kilogram")
+
+
 def test_an_unknown_population_is_told_which_there_are():
     with pytest.raises(InputError, match="did you mean 'ansur2'"):
         load_population_model("ansur")

@@ -5,13 +5,14 @@ from __future__ import annotations
 import json
 import math
 import os
+import unicodedata
 from pathlib import Path
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from workbench import InputError, read_ansur
+from workbench import InputError, load_environment, read_ansur
 from workbench.errors import has_controls, printable
 from workbench.files.kinds import check_file
 from workbench.files.motions.number_rows import numbered_lines
@@ -315,3 +316,28 @@ def test_printable_text_stays_and_no_other_is_left(text):
     assert shown.encode().decode() == shown
     assert has_controls(text) or shown == text
     assert json.loads(printable(json.dumps(text, ensure_ascii=False))) == text
+
+
+FORMS = ("NFC", "NFD")
+
+
+@pytest.mark.parametrize("asked", FORMS)
+@pytest.mark.parametrize("there", FORMS)
+def test_a_file_is_found_in_the_other_unicode_form_of_its_name(tmp_path, asked, there):
+    """In the folders on its way too: a disk, an editor and an archive each have a form of their own."""
+    folder = tmp_path / unicodedata.normalize(there, "Führerraum")
+    folder.mkdir()
+    mesh = folder / unicodedata.normalize(asked, "gewölbe.obj")
+    mesh.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    text = (
+        "environment: raum\nlength: m\nmeshes:\n"
+        f"  - {{file: {unicodedata.normalize(asked, 'Führerraum')}/"
+        f"{unicodedata.normalize(there, 'gewölbe.obj')}, length: m, up: z, forward: x}}\n"
+    )
+    (tmp_path / "environment.yaml").write_text(text)
+    found = load_environment(tmp_path / unicodedata.normalize(asked, "environment.yaml"))
+    assert len(found.parts) == 1
+    assert load_environment(f"{tmp_path}/environment.yaml").parts == found.parts
+    assert parse_yaml(f"a: {unicodedata.normalize(asked, 'sitz é')}", "f.yaml").value == {
+        "a": unicodedata.normalize("NFC", "sitz é")
+    }

@@ -25,7 +25,14 @@ from workbench.model.arrays import Bools, Floats
 from workbench.model.measures import MASS, MEASURES, check_measures
 from workbench.model.population import SEXES, Population
 
-__all__ = ["measures_in", "raw_columns", "read_ansur"]
+__all__ = [
+    "BODY_MASS_INDEX",
+    "MEDIAN_INDEX",
+    "measures_in",
+    "odd_masses",
+    "raw_columns",
+    "read_ansur",
+]
 
 MOST_TOLD = 20
 MOST_BYTES = 256 * 2**20
@@ -35,9 +42,9 @@ _MILLIMETRES = 0.001
 _DIGITS = 9
 _LARGEST = 1e6
 _UNITS = {"weightkg": 0.1, "interpupillarybreadth": 0.0001}
-_INDEX = (12.0, 70.0)
+BODY_MASS_INDEX = (12.0, 70.0)
 """Least and greatest body mass index [kg/m^2] of a person, mass / stature^2."""
-_MEDIAN_INDEX = (13.0, 42.0)
+MEDIAN_INDEX = (13.0, 42.0)
 """The same of the median of several people: of five-year-olds it is 15, of adults 21 to 33."""
 _SEVERAL = 3
 _STATED = re.compile(rf"({'|'.join(MEASURES)})_(mm|cm|m|in|kg)")
@@ -182,15 +189,26 @@ def _measured(
     return np.stack([values[measure] for measure in columns_of], axis=1)
 
 
+def odd_masses(index: Floats, middle: float | None) -> list[int]:
+    """Return which of (P,) body mass indices [kg/m^2] are no person's; where all could be but the
+    median of several people is no such median, the one nearest to it.
+
+    middle: the median, None of few people.
+    """
+    low, high = BODY_MASS_INDEX
+    rows: list[int] = np.flatnonzero((index < low) | (index > high)).tolist()
+    least, most = MEDIAN_INDEX
+    if not rows and middle is not None and not least <= middle <= most:
+        rows = np.argsort(np.abs(index - middle))[:1].tolist()
+    return rows
+
+
 def _mass_faults(table: _Table, column: str, mass: Floats, stature: Floats) -> Iterator[str]:
     """Report masses [kg] that are nobody's of such a stature [m]: a column in another unit."""
     index = mass / stature**2
-    low, high = _INDEX
-    rows = np.flatnonzero((index < low) | (index > high)).tolist()
     middle = float(np.median(index))
-    least, most = _MEDIAN_INDEX
-    if not rows and len(index) >= _SEVERAL and not least <= middle <= most:
-        rows = np.argsort(np.abs(index - middle))[:1].tolist()
+    rows = odd_masses(index, middle if len(index) >= _SEVERAL else None)
+    low, high = BODY_MASS_INDEX
     unit = "tenths of a kilogram" if column == "weightkg" else "kilograms"
     for row in rows:
         yield (

@@ -10,6 +10,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from workbench.errors import InputError, one_of
+from workbench.files.names import spelled
 from workbench.files.yaml_text import Document
 
 __all__ = ["find", "find_beside", "is_file", "is_folder", "is_there", "names", "roots"]
@@ -45,7 +46,8 @@ def find(kind: str, name: str, inner: str = "", *, near: Path | None = None) -> 
     if "/" in name or "\\" in name or name.endswith((".yaml", ".yml")) or name in (".", ".."):
         return _at_path(name, inner, near)
     for root in ([near.parent] if near else []) + roots():
-        path = root / kind / name / inner if inner else root / kind / f"{name}.yaml"
+        entry = root / kind / spelled(root / kind, name if inner else f"{name}.yaml")
+        path = entry / inner if inner else entry
         if is_file(path):
             return path
     raise InputError(
@@ -58,7 +60,7 @@ def _at_path(name: str, inner: str, near: Path | None) -> Path:
     the path is that of an entry's folder."""
     folders = ([near] if near else []) + [Path.cwd()]
     for folder in folders:
-        path = folder / name
+        path = folder / spelled(folder, name)
         for candidate in (path, path / inner) if inner else (path,):
             if is_file(candidate):
                 return candidate
@@ -71,8 +73,9 @@ def find_beside(document: Document, key: tuple[str | int, ...], name: str) -> Pa
     is in neither."""
     here = Path(document.file).parent
     for folder in (here, *(root / "bodies" for root in roots())):
-        if is_file(folder / name):
-            return folder / name
+        path = folder / spelled(folder, name)
+        if is_file(path):
+            return path
     raise InputError(
         f"{document.where(key)}: {key[-1]}: no such file {name!r} in {here} or among the bodies"
     )

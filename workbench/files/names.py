@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import os
 import re
 from collections.abc import Iterable, Sequence
 from functools import cache
+from pathlib import Path
 from unicodedata import normalize
 
 from workbench.errors import InputError, has_controls, printable
 
-__all__ = ["LONGEST_NAME", "good_name", "matches", "matching", "unique_names"]
+__all__ = ["LONGEST_NAME", "good_name", "matches", "matching", "spelled", "unique_names"]
 
 LONGEST_NAME = 80
 """Characters of a name that somebody types."""
@@ -51,6 +53,26 @@ def good_name(name: str, kind: str) -> str:
     if not found or len(found) > LONGEST_NAME or has_controls(found):
         raise InputError(f"a {kind} needs a name of 1 to {LONGEST_NAME} characters")
     return found
+
+
+def spelled(folder: Path, name: str) -> str:
+    """Return the path of a file as the folders on its way spell it, which may be in another Unicode form
+    (letters and accents as one character or two); as given where it is not there.
+
+    folder: where a path that is not absolute begins.
+    """
+    parts = name.split("/")
+    for k, part in enumerate(parts):
+        way = "/".join(parts[:k]) or ("/" if k and not parts[0] else "")
+        if part.isascii() or os.path.lexists(folder / way / part):
+            continue
+        try:
+            there = [path.name for path in (folder / way).iterdir()]
+        except (OSError, ValueError):
+            break
+        alike = (one for one in there if normalize("NFC", one) == normalize("NFC", part))
+        parts[k] = next(alike, part)
+    return "/".join(parts)
 
 
 def matches(pattern: str, name: str) -> bool:

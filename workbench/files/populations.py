@@ -13,7 +13,7 @@ import numpy as np
 from pydantic import Field
 
 from workbench.errors import InputError, one_of
-from workbench.files.ansur import read_ansur
+from workbench.files.ansur import BODY_MASS_INDEX, MEDIAN_INDEX, odd_masses, read_ansur
 from workbench.files.catalogue import find, is_file
 from workbench.files.schema import FileModel, LengthUnit, fail, metres_in, validate
 from workbench.files.yaml_text import Document, read_yaml
@@ -188,7 +188,33 @@ def _sex_faults(document: Document, file: PopulationFile, sex: str) -> list[str]
     for key, rows in (("quantiles", part.quantiles), ("correlation", part.correlation)):
         if list(rows) != names:
             faults.append(fail(document, (sex, key), _other_measures(names, list(rows))))
-    return faults or _correlation_faults(document, sex, part)
+    return faults or [*_mass_faults(document, file, sex), *_correlation_faults(document, sex, part)]
+
+
+def _mass_faults(document: Document, file: PopulationFile, sex: str) -> Iterator[str]:
+    """Faults of quantiles of mass that do not go with those of stature at the same percentile: masses
+    in another unit."""
+    rows = file.sexes()[sex].quantiles
+    if not {MASS, "stature"} <= rows.keys():
+        return
+    mass, stature = (np.array(rows[name]) * _unit(file, name) for name in (MASS, "stature"))
+    index = mass / stature**2
+    levels = file.percentiles
+    middle = float(np.interp(50.0, levels, index))
+    odd = odd_masses(index, middle)
+    if odd:
+        low, high = BODY_MASS_INDEX
+        least, most = MEDIAN_INDEX
+        k = odd[0]
+        more = f", and so at {len(odd) - 1} more percentiles" if len(odd) > 1 else ""
+        yield fail(
+            document,
+            (sex, "quantiles", MASS, k),
+            f"{mass[k]:g} kg does not go with a stature of {1000 * stature[k]:g} mm, both at percentile "
+            f"{levels[k]:g}{more}: mass / stature^2 is {index[k]:.1f} kg/m^2 where {low:g} to {high:g} is a "
+            f"person's, {middle:.1f} in the middle where {least:g} to {most:g} is; masses are in "
+            "kilograms here: convert pounds (0.4536 kg) or tenths of a kilogram",
+        )
 
 
 def _other_measures(names: list[str], rows: list[str]) -> str:

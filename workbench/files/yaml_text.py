@@ -15,11 +15,12 @@ from dataclasses import dataclass, field
 from os.path import lexists
 from pathlib import Path
 from typing import Any
-from unicodedata import is_normalized, normalize
+from unicodedata import normalize
 
 import yaml
 
 from workbench.errors import InputError, has_controls
+from workbench.files.names import spelled
 from workbench.files.opening import read_whole
 
 __all__ = ["Document", "parse_yaml", "read_yaml"]
@@ -222,10 +223,11 @@ class _Builder:
         self._check_tag(event, event.tag, "str")
         plain = event.implicit[0]
         value = _scalar(event.value) if plain and not event.tag else event.value
-        if isinstance(value, str) and not is_normalized("NFC", value):
-            # as names of parts are; the name of a file that is there keeps its form
-            there = lexists(Path(self.file).parent / value)
-            value = value if there else normalize("NFC", value)
+        if isinstance(value, str) and not value.isascii():
+            # as names of parts are; the name of a file that is there has the form that it has there
+            folder = Path(self.file).parent
+            there = spelled(folder, value)
+            value = there if lexists(folder / there) else normalize("NFC", value)
         if event.anchor:
             self._anchors[event.anchor] = value
             self._sizes[event.anchor] = 1

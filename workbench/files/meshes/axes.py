@@ -8,7 +8,9 @@ A guess follows from the first of these that tells:
 2. Symmetry. People and what is built for them are alike on the left and on the right, so the axis
    across is the one along which the mesh is its own mirror image best.
 3. Size. Of the two other axes the one that most area faces for its length is up: floors, pans and
-   roofs are larger than fronts, and what is built for people is lower than it is long. Where both horizontal axes are symmetric the longer one is forward.
+   roofs are larger than fronts, and what is built for people is lower than it is long. Where both
+   horizontal axes are symmetric the longer one is forward. A round shape, as of a person, shows no
+   such faces, and whether it stands or lies no shape tells: it is taken to stand, and unsure.
 4. Lean. Windscreens and seat backs lean aft: their area, as far as it slopes, faces forward and up.
 
 What the last three find is a likely answer and no more. Where the lean is small, or the symmetry of
@@ -109,6 +111,9 @@ LONGER = 1.15
 """A side that is so many times as long as the other is the longer one."""
 PLAIN = 1.5
 """An axis that so many times as much area faces, for its length, as another is plainly up."""
+ROUND = 0.3
+"""A mesh of whose area less faces along the three axes is round: people 0.09 to 0.20, a steering
+wheel 0.11; cars, cockpits, furniture and wheelchairs 0.41 to 1.0."""
 SLOPES = (0.3, 0.95)
 """Upward parts of unit normals between which a face slopes: 18 to 72 degrees from the level."""
 LEANING = 0.2
@@ -186,11 +191,16 @@ def _guessed_up(parts: Sequence[RawPart], points: Floats, size: Floats) -> _Dire
     mirror = _symmetries(points)
     across = int(mirror.argmax())
     rest = [axis for axis in range(3) if axis != across]
-    faces = _facing_area(parts) / np.where(size > 0.0, size, np.inf)
+    area = _facing_area(parts)
+    faces = area / np.where(size > 0.0, size, np.inf)
     way = np.zeros(3)
     if faces[rest].max() <= 0.0 or mirror[across] < ALIKE:
         way[2] = 1.0
         return _Direction(way, "z, as in most files", False)
+    if area.sum() < ROUND * _whole_area(parts):
+        way[max(rest, key=lambda axis: (size[axis], axis))] = 1.0
+        why = "a round shape, as of a person, is taken to stand on end; one who lies looks the same"
+        return _Direction(way, why, False)
     # z where it is as good as the other one: most files have it so
     best = max(rest, key=lambda axis: (round(float(faces[axis] / faces[rest].max()), 1), axis))
     way[best] = 1.0
@@ -222,6 +232,7 @@ def _guessed_forward(
         along = first if mirror[first] < mirror[second] else second
         why = f"left and right are alike along {_NAMES[first + second - along]}"
         sure = True
+    sure = sure and up.sure  # what is ahead of somebody who lies is up
     lean = _lean(parts, up.way, along)
     way = np.zeros(3)
     way[along] = -1.0 if lean < 0.0 else 1.0
@@ -299,6 +310,11 @@ def _facing_area(parts: Sequence[RawPart]) -> Floats:
     area = np.linalg.norm(crosses, axis=1)
     along = np.abs(crosses) >= np.cos(np.radians(10.0)) * area[:, None]
     return np.array([area[along[:, axis] & (area > 0.0)].sum() for axis in range(3)])
+
+
+def _whole_area(parts: Sequence[RawPart]) -> float:
+    """The area of all faces, twice, as `_facing_area` has it."""
+    return sum(float(np.linalg.norm(_crosses(part), axis=1).sum()) for part in parts)
 
 
 def _crosses(part: RawPart) -> Floats:
