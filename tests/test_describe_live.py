@@ -73,7 +73,10 @@ def test_options_of_studies_and_of_environments_are_not_mixed(mesh, capsys):
 def test_a_seat_and_a_control_are_picked_typed_over_saved_and_undone(bench, mesh):
     _, page, _ = bench
     first = asked(page, "face", seat="driver", surface="cushion", **CUSHION)
-    assert first["words"] == "driver: a cushion of 443 x 500 mm; now pick the back"
+    assert first["words"] == (
+        "driver: a cushion of 443 x 500 mm; now pick the back, or write a stool, which has none, into "
+        "the file"
+    )
     seat = asked(page, "face", seat="driver", surface="back", **BACK)["seats"][0]
     assert (seat["srp"], seat["cushion_angle"], seat["back_angle"]) == ([0.1, 0.2, 0.3], 10, 20)
     lever = {"part": "lever", "start": [0.62, 0.02, 2], "way": [0, 0, -1]}

@@ -179,6 +179,17 @@ def test_somebody_stands_at_the_controls_on_the_floor_and_faces_them(tmp_path):
     assert result.passed, [v.criterion.name for v in result.verdicts if not v.passed]
 
 
+def test_nobody_is_to_step_into_a_ledge_in_the_floor(tmp_path):
+    """A mat 10 mm high begins 0.45 m to the left of the middle."""
+    rows = f"{{a: {control((0, 0, 900), 'push', 1, 'desk')}}}"
+    free = first(write_cab(tmp_path / "free", parts=DESK, seats=(), controls=rows))
+    mat = {"mat": corners((-3.0, 0.45, 0.0), (3.0, 3.0, 0.01))}
+    kept = first(write_cab(tmp_path / "mat", parts=DESK | mat, seats=(), controls=rows))
+    stands = [study["people"]["person"]["stand"] for study in (free, kept)]
+    assert stands[0]["on"] == stands[1]["on"]
+    assert stands[0]["area"]["left"] == [-500, 500] and stands[1]["area"]["left"] == [-500, 300]
+
+
 def test_controls_far_apart_have_somebody_each(tmp_path):
     parts = DESK | {"rack": corners((0, 2.0, 0), (0.5, 2.6, 1.6))}
     rows = f"{{a: {control((0, 0, 950), 'push', 1, 'desk')}, b: {control((0, 2300, 1200), 'push', 1, 'rack')}}}"  # fmt: skip

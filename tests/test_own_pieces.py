@@ -308,6 +308,21 @@ def test_a_control_without_a_part_is_told_at_which_it_is(tmp_path):
     assert depths(environment) == {}
 
 
+def test_a_stalk_that_is_stated_of_two_levers_is_doubted_and_one_wheel_of_two_places_is_not(
+    tmp_path,
+):
+    boxes = LEVERS | {"bridge": ((450, -35, 195), (452, 35, 199))}
+    stated = {"propeller": "[PropCap, bridge]", "mixture": "[MixCap, bridge]"}
+    joined = {name: (*BOTH[name][:2], part) for name, part in stated.items()}
+    told = place(tmp_path, boxes, joined).warnings
+    assert [words.split(":")[0] for words in told if "for their own" in words] == [
+        "controls 'propeller' and 'mixture' stand on 'PropCap' and 'MixCap', and both have 'bridge' "
+        "for their own"
+    ]
+    wheel = {name: (at, grip, "[PropCap, bridge]") for name, (at, grip, _) in BOTH.items()}
+    assert not any("for their own" in words for words in place(tmp_path, boxes, wheel).warnings)
+
+
 def test_a_grip_on_a_soup_is_told_and_takes_nothing_along(tmp_path):
     controls = {"propeller": ((450, 30, 215), "grasp", "console")}
     environment = place(tmp_path, LEVERS, controls)

@@ -7,6 +7,7 @@ away. Each sentence gives the distance, and the unit of length that would explai
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
+from itertools import combinations
 
 import numpy as np
 
@@ -57,6 +58,7 @@ def environment_doubts(environment: Environment, *, moved: bool) -> list[Doubt]:
         *_controls_away(environment),
         *_controls_on_nothing(environment),
         *_gripped_panels(environment),
+        *_shared_pieces(environment),
     ]
 
 
@@ -222,6 +224,19 @@ def _gripped_panels(environment: Environment) -> Iterator[Doubt]:
                 f"control {control.name!r} is gripped ({control.grip}) on {control.part!r}, which "
                 f"is {size:.2g} m large and counts as a panel that no hand may enter: 'split' "
                 f"makes parts of what is connected in it, and 'allow' says what may be entered",
+            )
+
+
+def _shared_pieces(environment: Environment) -> Iterator[Doubt]:
+    """Controls on different parts that are both stated to have another one for their own."""
+    for one, other in combinations(environment.controls, 2):
+        both = [part for part in one.own_parts if part in other.own_parts]
+        if both and one.part != other.part:
+            yield Doubt(
+                f"pieces of controls {one.name} and {other.name}",
+                f"controls {one.name!r} and {other.name!r} stand on {one.part!r} and {other.part!r}, "
+                f"and both have {both[0]!r} for their own: hands at either may be in it, and it "
+                f"moves with neither; state it as the 'part' of the one that it moves with",
             )
 
 

@@ -86,7 +86,8 @@ def faced(
         if name in (before.says.get("seats") or {}):
             return Edit(after, f"{name}: pick the {other} too, and the figures follow")
         across = _size_words(opened, after, changed.faces(surface))
-        return Edit(after, f"{name}: a {surface} of {across}; now pick the {other}")
+        bare = "" if other == "cushion" else ", or write a stool, which has none, into the file"
+        return Edit(after, f"{name}: a {surface} of {across}; now pick the {other}{bare}")
     more = []
     if name not in (before.says.get("seats") or {}):
         after = _new_seat(opened, after, name)

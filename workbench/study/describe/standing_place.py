@@ -50,7 +50,8 @@ MAY_STEP = {"forward": (0.3, 0.2), "left": (0.5, 0.5)}
 """[m] Between the places where it is asked whether somebody may step there, and how far at most: back and
 ahead, to the right and to the left."""
 LEVEL = 0.02
-"""Floors that differ by less [m] are one."""
+EVEN = 1e-4
+"""Floors that are lower, and higher, by less [m] are one: feet would be in a higher one."""
 BLOCKED = 0.5
 ASKEW = 0.4
 """What a blocked way to every control, and surfaces seen edge-on, weigh against way [m]."""
@@ -164,7 +165,7 @@ def _free_steps(
     strides = STRIDE * np.arange(1, round(most / STRIDE) + 1)
     places = on + strides[:, None] * way
     floors = np.array([_on_floor(environment, place, yaw)[2] for place in places])
-    level = np.abs(floors - on[2]) < LEVEL
+    level = (floors > on[2] - LEVEL) & (floors < on[2] + EVEN)
     clear = _room(environment, places, np.full(len(places), yaw)) >= CLEAR
     if nearer:
         clear[1:] = clear[:-1]
