@@ -229,7 +229,7 @@ def test_a_bench_without_a_back_seats_a_population_on_its_level(tmp_path):
     torso = person.clearance.distance[0, person.placed.body.segment("LT")]
     assert torso[environment.part_index("pan")] == pytest.approx(-0.01, abs=1e-4)  # [m]
     result = wb.run(wb.load_study(tmp_path / "study_people.yaml"))
-    assert (result.population.margin[:, 0] > -0.02).all()  # thighs over its edge at most
+    assert (result.population.margin[:, 0] > -0.03).all()  # thighs over its edge at most
 
 
 def test_a_control_in_nobodys_reach_fails_by_how_far_it_is(tmp_path):

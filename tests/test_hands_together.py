@@ -130,7 +130,7 @@ def test_who_is_in_nobodys_way_is_as_alone(study_of):
 
 
 def test_what_two_hands_do_not_both_hold_is_told_with_whom_it_is(study_of):
-    both = Sitter(1900, 45, 20, "parking_brake")
+    both = Sitter(1900, 40, 20, "parking_brake")
     there = present_people(study_of(both, both))
     people = [mine[0] for mine in there.situations]
     assert depth(*people) == 0.0

@@ -97,7 +97,7 @@ def test_a_share_of_nobody_for_a_part_in_the_way_does_not_open_the_page(tmp_path
     study = toy(tmp_path, 4, "{name: knobs, check: reach, controls: [near], hand: right}")
     main(["run", str(study), "--out", str(tmp_path / "out")])
     told = capsys.readouterr()
-    first = "nobody reaches near: Cube_2 is in the way by "
+    first = "nobody reaches near: Cube 2 is in the way by "
     assert told.err.splitlines()[0].removeprefix("warning: ").startswith(first)
     assert "nobody meets" not in told.err
     page = (tmp_path / "out" / "report.html").read_text()

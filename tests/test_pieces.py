@@ -76,7 +76,7 @@ def test_the_page_says_the_level_and_the_spheres(tmp_path):
     html = page(result, result_file(result))
     text = re.sub(r"<style>.*?</style>|<[^>]+>", " ", html, flags=re.DOTALL)
     assert "pieces" not in text
-    told = "own measures, from the shape model human basis: 273 spheres"
+    told = "own measures, from the family of bodies “human basis”: 273 spheres"
     assert f"Each person has a body of his or her {told} (level of detail coarse)." in text
 
 
