@@ -24,6 +24,7 @@ pytestmark = pytest.mark.filterwarnings("ignore")
 @pytest.fixture
 def toy(tmp_path, monkeypatch):
     monkeypatch.setattr(population_bodies, "CHUNK_SIZE", 2)
+    monkeypatch.setattr(population_bodies, "MAX_CHUNKS_TOGETHER", 1)
     return crowd_of(write_toy(tmp_path, people=8))
 
 

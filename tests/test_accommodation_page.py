@@ -111,13 +111,13 @@ def ten():
 def test_the_headline_says_share_interval_and_what_leaves_out_most(ten):
     said = population_headline(ten)
     assert said == (
-        "40 % of the population fits (95 % interval 17 to 69 %, 10 people). 40 % fit and overlap "
-        "nothing by more than is allowed. The requirement missed most "
-        "often is “reach flaps”: by 40 % of the people; 30 % miss only this."
+        "40 % of the population fits (95 % interval 17 to 69 %, 10 people); missed most often is "
+        "“reach flaps”, by 40 % of the people (30 % miss only this). 40 % fit and overlap nothing by "
+        "more than is allowed."
     )
     assert requirement_sentence(ten) == (
-        "“reach flaps” is missed by most people: 40 %. Dropping it would gain most: 70 % of the people "
-        "meet all the others, 40 % meet all."
+        "The requirement missed most often is “reach flaps”: by 40 % of the people. Dropping it would "
+        "gain most: 70 % of the people meet all the others, 40 % meet all."
     )
 
 
@@ -317,7 +317,7 @@ def test_criteria_are_shares_of_people_who_meet_all_their_requirements(ten):
     ("margin", "said"),
     [
         (0.01, "Everybody fits (95 % interval 89 to 100 %, 30 people)."),
-        (-0.01, "Nobody fits (95 % interval 0 to 11 %, 30 people)."),
+        (-0.01, "Nobody fits (95 % interval 0 to 11 %, 30 people); “reach flaps” is not met."),
     ],
 )
 def test_everybody_and_nobody(margin, said):
@@ -332,7 +332,7 @@ def test_one_person_one_requirement_no_map_no_picture():
     result = made(trainer_people(1), [KNEE], [[-0.03]])
     html = page_of(result)
     parsed(html)
-    assert "The one person does not fit. “right knee clear of the panel” is not met." in text_of(
+    assert "The one person does not fit; “right knee clear of the panel” is not met." in text_of(
         html
     )
     assert "The hardest case" in html

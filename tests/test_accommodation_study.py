@@ -31,12 +31,14 @@ from workbench.contact import index_cache
 from workbench.contact.clearance_pairs import ClearancePair, clearance_of_pairs
 from workbench.files.kinds import json_schemas
 from workbench.files.results.result import load_result
+from workbench.model.accommodation import Change
 from workbench.report.folder import write_report
 from workbench.report.population.rows import population_lines
 from workbench.study import executors
 from workbench.study.accommodation import population_bodies
 from workbench.study.accommodation.accommodation import accommodation
-from workbench.study.accommodation.chunks import forget_chunks, result_chunks
+from workbench.study.accommodation.chunks import forget_chunks, joined_chunks, result_chunks
+from workbench.study.accommodation.gains import changed_question
 from workbench.study.accommodation.population_bodies import PopulationBodies, fit_population
 
 PEOPLE = 8
@@ -189,6 +191,7 @@ def test_bodies_are_the_same_bytes_however_many_processes_fit_them(toy, monkeypa
     study = toy[2][0]
     monkeypatch.setenv("WORKBENCH_CACHE", "off")
     monkeypatch.setattr(population_bodies, "CHUNK_SIZE", 2)
+    monkeypatch.setattr(population_bodies, "MAX_CHUNKS_TOGETHER", 1)
     found = []
     for cores in (1, 2):
         monkeypatch.setattr(executors, "cores", lambda cores=cores: cores)
@@ -234,6 +237,7 @@ def test_bodies_are_fitted_where_nothing_can_be_kept(toy, tmp_path, monkeypatch)
 def test_a_damaged_chunk_is_worked_on_anew(toy, tmp_path, monkeypatch, damage):
     study, bodies = toy[2]
     monkeypatch.setattr(population_bodies, "CHUNK_SIZE", 4)
+    monkeypatch.setattr(population_bodies, "MAX_CHUNKS_TOGETHER", 1)
     question = few_asked(study)
     lines = []
     first = result_chunks(question, bodies, keep=tmp_path, say=lines.append)
@@ -291,7 +295,7 @@ def test_a_command_that_wrote_parquet_ends_without_a_word_about_what_is_left():
 
 
 def command(path, out, *, chunk=2):
-    code = f"import workbench.study.accommodation.population_bodies as p; p.CHUNK_SIZE = {chunk}; from workbench.cli import main; "
+    code = f"import workbench.study.accommodation.population_bodies as p; p.CHUNK_SIZE = {chunk}; p.MAX_CHUNKS_TOGETHER = 1; from workbench.cli import main; "
     code += f"raise SystemExit(main(['run', {str(path)!r}, '--out', {str(out)!r}]))"
     return [sys.executable, "-c", code]
 
@@ -319,6 +323,7 @@ def test_a_run_that_is_killed_goes_on_and_gives_the_same_bytes(tmp_path, monkeyp
     assert 2 <= len(list((tmp_path / ".killed.chunks").glob("*.chunk"))) < 4
     assert not (tmp_path / "killed").exists()
     monkeypatch.setattr(population_bodies, "CHUNK_SIZE", 1)
+    monkeypatch.setattr(population_bodies, "MAX_CHUNKS_TOGETHER", 1)
     for name in ("killed", "whole"):
         assert main(["run", str(path), "--out", str(tmp_path / name)]) == 0
     assert not (tmp_path / ".killed.chunks").exists()
@@ -362,6 +367,7 @@ def test_half_written_files_of_the_cache_go_after_a_day(tmp_path):
 
 def test_on_a_full_disk_the_run_stops_and_earlier_chunks_stay(toy, tmp_path, monkeypatch):
     monkeypatch.setattr(population_bodies, "CHUNK_SIZE", 2)
+    monkeypatch.setattr(population_bodies, "MAX_CHUNKS_TOGETHER", 1)
     real = index_cache.tempfile.NamedTemporaryFile
     written = []
 
@@ -380,14 +386,60 @@ def test_on_a_full_disk_the_run_stops_and_earlier_chunks_stay(toy, tmp_path, mon
 
 
 @pytest.mark.parametrize(
-    ("count", "size"),
-    [(1, 1), (16, 16), (64, 16), (200, 50), (600, 64), (1100, 128), (2048, 256), (6068, 256)],
+    ("count", "cores", "size"),
+    [
+        (1, 2, 1),
+        (16, 2, 16),
+        (64, 2, 32),
+        (200, 1, 100),
+        (200, 8, 25),
+        (200, 32, 16),
+        (600, 2, 128),
+        (6068, 64, 95),
+    ],
 )
-def test_chunks_hold_everybody_once_and_are_larger_where_there_are_many(count, size):
+def test_chunks_hold_everybody_once_and_keep_all_cores_at_work(monkeypatch, count, cores, size):
+    monkeypatch.setattr(population_bodies, "cores", lambda: cores)
     bodies = PopulationBodies(None, np.zeros(count, dtype=np.int64), {}, ("",) * count)
     numbers = [list(range(count))[rows] for rows in bodies.chunks]
     assert list(chain.from_iterable(numbers)) == list(range(count))
     assert len(numbers[0]) == min(size, count)
+
+
+def test_what_is_found_of_people_does_not_depend_on_who_is_worked_on_with_them(
+    tmp_path, monkeypatch
+):
+    path = write_toy(tmp_path, knob=830, people=12)
+    place = tmp_path / "environments" / "toy" / "environment.yaml"
+    text = place.read_text()
+    for old, new in (
+        ("{forward: [0, 0], up: [0, 0]}", "{forward: [-100, 100], up: [-30, 30]}"),
+        ("-180, 850]", "-180, 1000]"),
+        ("[450, -200, 800]", "[-250, -550, 380]"),
+    ):
+        assert old in text
+        text = text.replace(old, new)
+    place.write_text(text)
+    study = crowd_of(path)
+    lower = Change("lower", travel_up=(-0.05, 0.02))
+    found = []
+    for size in (12, 1):
+        monkeypatch.setattr(population_bodies, "CHUNK_SIZE", size)
+        monkeypatch.setattr(population_bodies, "LEAST_CHUNK", size)
+        monkeypatch.setattr(population_bodies, "MAX_CHUNKS_TOGETHER", 1)
+        before = all_of(study.question, study.bodies)
+        after = all_of(changed_question(study.question, before, lower), study.bodies)
+        found.append((before, after))
+    assert len(found[0][0].judged) > 100
+    for one, other in zip(*found, strict=True):
+        for name in ("margin", "seat", "window", "sets", "setting", "judged", "judged_person"):
+            values = getattr(one, name)
+            same = np.array_equal(values, getattr(other, name), equal_nan=values.dtype.kind == "f")
+            assert same, name
+
+
+def all_of(question, bodies):
+    return joined_chunks(result_chunks(question, bodies, keep=None, say=lambda text: None))
 
 
 def test_the_command_says_what_leaves_people_out(toy, tmp_path, capsys):
@@ -501,6 +553,43 @@ def test_a_lower_seat_is_proposed_to_those_whose_heads_are_too_near_to_the_roof(
     assert result.margin[:, 3].min() == pytest.approx(-0.0452, abs=1e-4)
     lower = next(gain for gain in result.gains if gain.words == "letting the seat go 46 mm lower")
     assert (lower.requirement, lower.joint_before, lower.joint_after) == ("head room", 0.125, 0.75)
+
+
+def test_a_part_that_is_looked_over_is_proposed_to_be_lowered_by_what_eyes_are_too_low(tmp_path):
+    """The eyes that are lowest by less than 100 mm too low come to the line over the lowered panel."""
+    asked = "{name: view, check: eye_height, below: 60, above: 60}"
+    view = "{name: nose, check: view_over, parts: [panel], down: 9}"
+    path = write_toy(tmp_path, people=PEOPLE, swap={asked: view})
+    result = wb.run(load_study(path)).population
+    column = [one.check for one in result.requirements].index("view_over")
+    lack = -result.margin[:, column]
+    assert 0 < lack.max() < 0.1
+    lower = next(gain for gain in result.gains if gain.words.startswith("moving panel"))
+    assert lower.words == f"moving panel {np.ceil(1000 * lack.max()):.0f} mm down"
+    assert lower.after == lower.joint_after == 1.0 and lower.margin_rate == pytest.approx(1.0)
+
+
+def test_nobody_is_proposed_to_move_what_he_sits_on(tmp_path):
+    """More head room than there is, to the roof alone and to the back of the seat too."""
+    roof = "segments: [H], parts: [roof], at_least: 150"
+    for parts, things in (("[roof]", {"roof"}), ("[roof, back]", set())):
+        path = write_toy(
+            tmp_path, people=PEOPLE, swap={roof: f"segments: [H], parts: {parts}, at_least: 450"}
+        )
+        gains = wb.run(load_study(path)).population.gains
+        moved = {gain.words.split()[1] for gain in gains if gain.words.startswith("moving")}
+        assert moved & {"roof,", "roof", "2"} == things, [gain.words for gain in gains]
+
+
+def test_a_population_is_told_that_the_seat_s_part_is_not_where_its_plane_is(tmp_path):
+    """The pan's top is at 300 mm: with the seat reference point 40 mm higher people sit in the air."""
+    path = write_toy(tmp_path, people=3)
+    assert "is 30 mm clear of 'pan'" not in " ".join(wb.run(load_study(path)).warnings)
+    room = tmp_path / "environments/toy/environment.yaml"
+    room.write_text(room.read_text().replace("srp: [0, 0, 300]", "srp: [0, 0, 340]"))
+    told = wb.run(load_study(path)).warnings
+    assert any("is 30 mm clear of 'pan', the cushion of seat 'pilot'" in line for line in told)
+    assert any(line.startswith("person ") for line in told)
 
 
 def test_nothing_is_proposed_where_the_control_is_farther_than_two_moves_go(tmp_path):

@@ -122,7 +122,7 @@ def test_a_joint_turns_to_a_tenth_of_a_degree_and_says_when_its_stop_is_passed(t
     assert edit.words == ""
     far = turned(placement, "pilot", "RE", 0, 170.0)
     assert "beyond the stop of flexion" in far.words
-    same = turned(placement, "pilot", "RE", 0, 75.04)
+    same = turned(placement, "pilot", "RE", 0, 68.04)
     assert same.arrangement.people[0] is trainer.start.people[0]
 
 

@@ -40,7 +40,7 @@ def random_blend(body, seed):
     ]
     joint = np.array([rng.choice(near[n]) if near[n] else -1 for n in segment])
     made = changed(body, blend_joint=joint, blend_share=rng.uniform(0, 1, len(segment)))
-    centre, radius = enclosing_spheres(made)
+    (centre,), (radius,) = enclosing_spheres(made)
     return changed(made, enclosing_centre=centre, enclosing_radius=radius)
 
 

@@ -10,6 +10,8 @@ import pytest
 import workbench as wb
 from workbench.contact.collide import nearest, self_clearance
 from workbench.model.body import ROW_FIELDS
+from workbench.posture.reaching.limbs import limb
+from workbench.posture.reaching.packing import packed_limbs, packed_links
 
 
 @pytest.fixture(scope="module")
@@ -111,3 +113,27 @@ def _arrays(answer):
         return {"": answer}
     named = {field.name: getattr(answer, field.name) for field in fields(answer)}
     return {name: value for name, value in named.items() if isinstance(value, np.ndarray)}
+
+
+@pytest.mark.parametrize("rows", [[1], [2, 0], [0, 2, 2, 1, 0]])
+@pytest.mark.parametrize("name", ["left hand", "right foot"])
+def test_what_is_packed_of_some_rows_is_the_same_whether_or_not_they_were_taken_from_a_body(
+    bubbleman, rows, name
+):
+    whole = wb.stack_bodies(
+        [replace(bubbleman, radius=s * bubbleman.radius) for s in (0.9, 1.0, 1.1)]
+    )
+    some = whole[[2, 1, 0]][rows]
+    alone = replace(some)
+    assert some.source is not None and alone.source is None
+    zone = 3 if name == "left hand" else 1
+    own, other = (limb(body, name, zone=zone) for body in (some, alone))
+    assert np.array_equal(own.tip, other.tip) and np.array_equal(own.solid, other.solid)
+    for pack in (packed_links, packed_limbs):
+        for one, same in zip(pack(some, own), pack(alone, other), strict=True):
+            if isinstance(one, np.ndarray):
+                assert (
+                    np.array_equal(one, same) and one.flags.c_contiguous == same.flags.c_contiguous
+                )
+    with_other_tip = replace(own, tip=own.tip + 0.01)
+    assert np.array_equal(packed_links(some, with_other_tip).tip, with_other_tip.tip)

@@ -102,8 +102,8 @@ def test_run_writes_the_folder_and_tells_the_verdicts(capsys, cab, tmp_path):
     assert (code, err) == (0, f"warning: {IN_PIECES}\n")
     assert [line.split()[0] for line in out.splitlines()[:5]] == ["passed"] * 5
     headline, page = out.splitlines()[-2:]
-    assert headline.startswith("2 people in 2 cases: all 5 criteria hold. The tightest gap is ")
-    assert headline.endswith(" 1 warning.") and page == f"{tmp_path}/new/out/report.html"
+    assert headline.startswith("2 people in 2 cases: all 5 criteria hold, nearest to its limit “")
+    assert " The tightest gap is " in headline and page == f"{tmp_path}/new/out/report.html"
     assert [path.name for path in (tmp_path / "new").iterdir()] == ["out"]
 
 

@@ -361,6 +361,7 @@ def test_a_run_that_goes_on_after_the_joint_stops_were_edited_equals_a_fresh_one
 ):
     monkeypatch.setenv("WORKBENCH_CACHE", str(tmp_path / "cache"))
     monkeypatch.setattr(population_bodies, "CHUNK_SIZE", 1)
+    monkeypatch.setattr(population_bodies, "MAX_CHUNKS_TOGETHER", 1)
     path = write_toy(tmp_path, people=2, study=STOPS, knob=200)
     body, postures = (tmp_path / "bodies" / name for name in ("edited.yaml", "human_postures.yaml"))
     body.parent.mkdir()

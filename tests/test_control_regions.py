@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import workbench as wb
+from tests.made_seat import corners, obj_text
 from tests.toy_cockpit import STUDY, write_toy
 from workbench.cli import main
 from workbench.study.accommodation.control_regions import control_region
@@ -119,3 +120,45 @@ def test_what_cannot_be_asked_is_refused_before_any_work(toy, capsys, arguments,
 def test_a_study_of_single_people_is_refused(capsys):
     assert main(["where", "trainer_clearance", "--control", "flaps"]) == 3
     assert "give a role a 'population'" in capsys.readouterr().err
+
+
+SHELF = """study: shelf
+length: mm
+environment: shelf/environment.yaml
+people:
+  person: {body: adult_male, stand: {"on": [ON, 0, 0]AREA}, population: {source: ansur2, people: 3, seed: 1}}
+cases: [{name: up, people: {person: {posture: standing}}}]
+criteria: [{name: reach, check: reach, controls: [knob]}]
+"""
+
+
+def standing_at(folder, on, area="", more=None):
+    """The region about a knob 900 mm ahead of the origin, of people who stand there."""
+    folder.mkdir()
+    (folder / "shelf").mkdir()
+    parts = {"post": corners((0.9, -0.02, 0.0), (0.94, 0.02, 1.1)), **(more or {})}
+    (folder / "shelf" / "post.obj").write_text(obj_text(parts))
+    (folder / "shelf" / "environment.yaml").write_text(
+        "environment: shelf\nlength: mm\nmeshes: [{file: post.obj, length: m, up: z, forward: x}]\n"
+        "controls: {knob: {at: [900, 0, 1100], grip: push, zone: 2, part: post}}\n"
+    )
+    (folder / "study.yaml").write_text(SHELF.replace("ON", str(on)).replace("AREA", area))
+    study = wb.load_study(folder / "study.yaml")
+    return control_region(study, "knob", share=0.9, within=0.1, spacing=0.1)
+
+
+def test_who_may_step_reaches_what_is_reached_from_the_ends_of_the_area(tmp_path):
+    stays = standing_at(tmp_path / "stays", 0)
+    steps = standing_at(tmp_path / "steps", 0, ", area: {forward: [0, 400], left: [0, 800]}")
+    nearer = standing_at(tmp_path / "nearer", 400)
+    assert stays.known[stays.today] == 0 and nearer.known[nearer.today] == 1
+    assert steps.share[steps.today] == 1 and steps.enough[nearer.enough].all()
+    assert steps.standing
+
+
+def test_nobody_steps_into_a_part_for_a_control(tmp_path):
+    area = ", area: {forward: [0, 400]}"
+    bench = corners((0.2, -0.5, 0.3), (0.6, 0.5, 0.5))
+    free = standing_at(tmp_path / "free", 0, area)
+    kept = standing_at(tmp_path / "in", 0, area, {"bench": bench})
+    assert (free.known[free.today], kept.known[kept.today]) == (1, 0)

@@ -116,7 +116,9 @@ def test_a_crash_study_leaves_its_whole_report_and_says_what_happened(drop, caps
     assert main(["run", str(drop), "--out", str(tmp_path / "out")]) == 1
     said = capsys.readouterr().out
     assert "FAILED  nothing is hit: Left foot" in said
-    assert "1 of 3 criteria failed: nothing is hit" in said
+    assert (
+        "1 of 3 criteria fails, “nothing is hit”: left foot (bottom) is 40.0 mm into plate" in said
+    )
     rows = json.loads((tmp_path / "out/result.json").read_text())
     sentence = next(c["sentence"] for c in rows["motions"][0]["contacts"] if c["segment"] == "LF")
     assert (

@@ -212,6 +212,7 @@ def running(pid):
 
 def test_an_interrupted_run_reports_what_is_kept_and_leaves_no_process(tmp_path, monkeypatch):
     monkeypatch.setattr(population_bodies, "CHUNK_SIZE", 2)
+    monkeypatch.setattr(population_bodies, "MAX_CHUNKS_TOGETHER", 1)
 
     def say(text):
         if text.startswith("person 2"):
@@ -235,6 +236,7 @@ from workbench.study import executors
 from workbench.study.accommodation import population_bodies
 executors.cores = lambda: 2
 population_bodies.CHUNK_SIZE = 4
+population_bodies.MAX_CHUNKS_TOGETHER = 1
 from workbench.cli import main
 if __name__ == "__main__":
     raise SystemExit(main(["run", sys.argv[1], "--out", sys.argv[2]]))

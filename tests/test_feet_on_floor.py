@@ -42,15 +42,16 @@ criteria: [{name: clear, check: contact}]
 """
 
 
-def cab(folder, floor, *, controls="{}"):
-    """A cab whose floor is at a height [m], None for none; its environment and its file."""
+def cab(folder, floor, *, controls="{}", more=None):
+    """A cab whose floor is at a height [m], None for none, and more parts; its environment and its
+    file."""
     parts = {
         "pan": corners((-0.1, -0.25, 0.3), (0.4, 0.25, 0.43)),
         "back": corners((-0.4, -0.25, 0.43), (-0.15, 0.25, 1.0)),
     }
     if floor is not None:
         parts["floor"] = corners((-1.0, -1.0, floor - 0.1), (2.0, 1.0, floor))
-    (folder / "cab.obj").write_text(obj_text(parts))
+    (folder / "cab.obj").write_text(obj_text(parts | (more or {})))
     text = CAB.format(controls=controls)
     (folder / "environment.yaml").write_text(text)
     file = validate(parse_yaml(text, "environment.yaml"), EnvironmentFile)
@@ -115,3 +116,14 @@ def test_a_run_says_that_feet_are_through_the_floor(tmp_path, sole, capsys):
     told = json.loads(capsys.readouterr().out)["warnings"]
     (said,) = [line for line in told if "under 'floor'" in line]
     assert said.startswith("driver, at rest: the feet are 1") and "mm higher would mend it" in said
+
+
+@pytest.mark.parametrize(("rear", "under"), [(0.64, False), (0.2, True)])
+def test_a_shelf_over_the_feet_is_no_floor_and_one_that_shins_go_through_is(
+    tmp_path, sole, rear, under
+):
+    """Shins are 0.6 m ahead of the seat reference point at most there, toes 0.8 m."""
+    shelf = corners((rear, -0.5, sole + 0.18), (1.0, 0.5, sole + 0.2))
+    told = words(tmp_path, sole, more={"shelf": shelf})
+    assert bool(told) == under, told
+    assert not told or "the feet are 200 mm under 'shelf'" in told[0]

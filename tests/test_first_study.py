@@ -202,6 +202,25 @@ def test_a_seat_in_another_one_is_left_empty_and_said(tmp_path, capsys):
     assert "seat left_again: left empty, for it is 10 mm from seat left" in capsys.readouterr().out
 
 
+def test_a_bench_without_a_back_seats_a_population_on_its_level(tmp_path):
+    stool = DRIVER.replace(", back: {part: rest, segments: [LT, UT], depth: 10}", "")
+    stool = stool.replace("cushion_angle: 10", "cushion_angle: 0").replace(
+        "back_angle: 20", "back_angle: 5"
+    )
+    parts = {"pan": corners((0.0, -0.8, 0.25), (0.35, 0.8, 0.3)), "floor": corners((-1, -1, -0.1), (2, 1, 0))}  # fmt: skip
+    place = write_cab(tmp_path, parts=parts, seats=(("waiting", stool),))
+    study = first(place, "--people", "5")
+    assert study["cases"][0]["name"] == "seated"
+    environment = wb.load_environment(place)
+    assert environment.seats[0].back.part == "" and environment.warnings == ()
+    man = wb.run(wb.load_study(tmp_path / "study.yaml"))
+    (person,) = man.postures[0].people
+    torso = person.clearance.distance[0, person.placed.body.segment("LT")]
+    assert torso[environment.part_index("pan")] == pytest.approx(-0.01, abs=1e-4)  # [m]
+    result = wb.run(wb.load_study(tmp_path / "study_people.yaml"))
+    assert (result.population.margin[:, 0] > -0.02).all()  # thighs over its edge at most
+
+
 def test_a_control_in_nobodys_reach_fails_by_how_far_it_is(tmp_path):
     place = write_cab(tmp_path, controls=f"{{far_button: {control((3000, 200, 900), 'push')}}}")
     first(place)

@@ -31,7 +31,7 @@ def crowded(body, seed, *, most=200, grid=0.0):
     made = changed(
         body, **(spheres(len(owner)) | {"centre": centre, "radius": radius, "start": start})
     )
-    middle, reach = enclosing_spheres(made)
+    (middle,), (reach,) = enclosing_spheres(made)
     return changed(made, enclosing_centre=middle, enclosing_radius=reach)
 
 

@@ -137,11 +137,11 @@ def test_what_two_hands_do_not_both_hold_is_told_with_whom_it_is(study_of):
     assert [misses(alone(one)) for one in people] == [0.0, 0.0]
     holds, kept = sorted(people, key=misses)
     assert misses(holds) == 0.0 and misses(kept) > 0.01
-    (told,) = [line for line in there.short if "hand stays" in line]
+    (told,) = [one.sentence for one in there.short if "hand stays" in one.words]
     hand = {"a": "right", "b": "left"}[kept.place.role]
     assert told.startswith(
         f"{kept.place.role}, flying: the {hand} hand stays {1e3 * misses(kept):.0f} mm from "
-        "parking_brake, limited by "
+        "parking_brake: limited by "
     )
     assert told.endswith(
         ": no posture was found in which all hands are on their controls and nobody touches another"

@@ -112,7 +112,7 @@ def film_of_size(width, height):
 @pytest.fixture(scope="module")
 def study(tmp_path_factory):
     path = tmp_path_factory.mktemp("bench") / "trainer.yaml"
-    shutil.copy(ROOT / "studies" / "trainer_clearance.yaml", path)
+    shutil.copy(ROOT / "tests" / "data" / "two_men.yaml", path)
     return path
 
 

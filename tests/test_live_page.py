@@ -27,7 +27,7 @@ pytestmark = pytest.mark.skipif(
 @pytest.fixture(scope="module")
 def study(tmp_path_factory):
     path = tmp_path_factory.mktemp("page") / "trainer.yaml"
-    shutil.copy(ROOT / "studies" / "trainer_clearance.yaml", path)
+    shutil.copy(ROOT / "tests" / "data" / "two_men.yaml", path)
     return path
 
 

@@ -11,6 +11,7 @@ from tests.conftest import ROOT
 from tests.made_studies import found_of
 from tests.toy_cockpit import write_toy
 from workbench import InputError
+from workbench.report.joint_angles import angle_rows
 from workbench.report.words import person_words
 
 ROLE = "{body: adult_male, detail: coarse, seat: pilot, population: {people: PEOPLE, seed: 3}}"
@@ -48,6 +49,16 @@ def test_a_sitter_without_a_lower_leg_is_measured_and_told(sitter):
     assert not any("left foot" in subject or "left lower leg" in subject for subject in touched)
     assert len(sitter.verdicts) == 6 and all(verdict.worst for verdict in sitter.verdicts[:2])
     assert "no left lower leg, left foot" in person_words(sitter.people[0])
+
+
+def test_joints_of_a_missing_limb_have_neither_stop_nor_angle(sitter):
+    person = sitter.people[0]
+    body = person.body
+    gone = [body.joint(name) for name in ("LK", "LA")]
+    assert np.isinf(person.margin[:, gone]).all()
+    assert np.isfinite(person.margin[:, [body.joint("RK"), body.joint("LH")]]).all()
+    bent = {name: {"flexion": 90.0} for name in ("LK", "RK", "LA")}
+    assert [row[0] for row in angle_rows(body, [bent])] == ["right knee"]
 
 
 @pytest.mark.parametrize(

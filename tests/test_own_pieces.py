@@ -316,3 +316,20 @@ def test_a_grip_on_a_soup_is_told_and_takes_nothing_along(tmp_path):
         "panel that no hand may enter: 'split'"
     )
     assert (pieces(environment), depths(environment)) == ({}, {})
+
+
+@pytest.mark.parametrize(("across", "may"), [(30, True), (99, True), (101, False)])
+def test_a_rail_is_gripped_however_long_it_is_and_a_plank_is_not(tmp_path, across, may):
+    rail = {"rail": ((0, 0, 1800), (2000, across, 1810)), "floor": ((0, -500, -10), (2000, 500, 0))}
+    environment = place(tmp_path, rail, {"rail": ((1000, 0, 1805), "grasp", "rail")})
+    told = any("counts as a panel" in words for words in environment.warnings)
+    assert (depths(environment), told) == (({"rail": 30}, False) if may else ({}, True))
+
+
+def test_a_unit_explains_no_control_that_is_within_the_box_of_its_part(tmp_path):
+    shell = {"cab": ((0, -1500, 0), (3000, 1500, 3000))}
+    controls = {"lever": ((700, 0, 900), "push", "cab")}
+    environment = place(tmp_path, shell, controls, more="parts: {cab: {solid: false}}\n")
+    assert [words for words in environment.warnings if "lever" in words] == [
+        "control 'lever' is 700 mm away from its part 'cab' [place of control lever]"
+    ]

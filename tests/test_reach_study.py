@@ -58,7 +58,12 @@ def flying(written):
     body."""
     there = present_people(load_study(written(STUDY)))
     situation = there.situations[0][0]
-    return situation, (*there.words, *there.short), there.environment, situation.placed
+    return (
+        situation,
+        (*there.words, *(one.sentence for one in there.short)),
+        there.environment,
+        situation.placed,
+    )
 
 
 def tip(placed, name, grip):

@@ -18,10 +18,9 @@ from tests.test_accommodation_page import FLAPS, page_of, text_of
 from tests.test_study import criterion
 from workbench.body.people.share import percent_parts
 from workbench.model.accommodation import Requirement
-from workbench.model.result import Finding, Verdict
+from workbench.model.result import Finding, Shortfall, Verdict
 from workbench.report.criteria import (
     asked_words,
-    deciding_sentence,
     measured_words,
     spare_words,
 )
@@ -30,6 +29,12 @@ from workbench.report.result_rows import result_file, verdict_row
 from workbench.report.words import verdict_sentence
 
 NUMBER = re.compile(r"\d+\.\d+")
+
+
+@pytest.fixture(scope="module")
+def cab(tmp_path_factory):
+    """The result of two people in a cab."""
+    return wb.run(wb.load_study(write_cab(tmp_path_factory.mktemp("cab"))))
 
 
 def failed(check, value, limit, unit="m"):
@@ -124,44 +129,93 @@ def test_percentiles_of_people_are_those_of_women_and_of_men():
         assert f"stature {whose} mm {wanted}" in text
 
 
-def test_the_sentence_counts_the_warnings_that_the_badge_counts(tmp_path):
-    study = changed(STUDY, "[0, 600, 900]", "[620, 600, 0]")
-    result = wb.run(wb.load_study(write_cab(tmp_path, study=study)))
-    rows = result_file(result)
-    count = len(rows.warnings)
-    assert count
-    assert rows.headline.endswith(f" {count} warning{'s' if count > 1 else ''}.")
+SHORT = (
+    Shortfall(
+        "anna", "down", "eyes", "the eyes stay 56 mm below left_design_eye", "why: so", 0.056
+    ),
+    Shortfall("bert: 2nd", "a: b", "seat", "the pedals are 80 mm too far", "", 0.08),
+)
 
 
-def test_what_postures_fall_short_of_stands_in_the_headline_once_for_each_person(tmp_path):
-    result = wb.run(wb.load_study(write_cab(tmp_path)))
-    (found,) = result.postures
-    short = ("anna, down: the eyes stay 56 mm below left_design_eye", "anna, down: no pedals")
-    shown = result_file(replace(result, postures=(replace(found, short=short),)))
-    assert (
-        "Postures fall short of the study: anna, down: the eyes stay 56 mm below left design eye, "
-        "and no pedals." in shown.headline
+@given(st.lists(st.sampled_from(SHORT), max_size=5))
+def test_the_headline_says_how_many_aims_are_missed_and_the_one_by_most(cab, short):
+    """Whatever stands in the names of people and cases."""
+    found = replace(cab.postures[0], short=tuple(short))
+    said = result_file(replace(cab, postures=(found,))).headline
+    first = said.split(" The tightest gap ")[0]
+    assert first.startswith("2 people in 2 cases: all 5 criteria hold, ")
+    count = (
+        "one aim of the postures is"
+        if len(short) == 1
+        else f"{len(short)} aims of the postures are"
     )
-    assert "fall short" not in result_file(result).headline
+    assert (f"hold, but {count} missed" in first) == bool(short) and "why" not in first
+    if SHORT[1] in short:
+        assert first.endswith(": the pedals are 80 mm too far (a: b, bert: 2nd).")
+    elif short:
+        assert first.endswith(": the eyes stay 56 mm below left design eye (down, anna).")
 
 
-def row_of(check, value, limit=0.0):
+def test_a_headline_is_three_sentences_however_much_falls_short(cab):
+    found = replace(cab.postures[0], short=SHORT * 20, warnings=("much is missing",) * 40)
+    said = result_file(replace(cab, postures=(found,), warnings=found.warnings)).headline
+    assert said.count(". ") <= 2 and len(said) < 500
+
+
+def holds(check, value, limit=0.0):
     """A criterion that holds, with what is nearest to its limit [mm]."""
-    verdict = failed(check, value, limit)
-    return verdict_row(replace(verdict, passed=True, breaches=()))
+    return replace(failed(check, value, limit), passed=True, breaches=())
 
 
-def test_the_body_with_itself_decides_only_where_nothing_else_was_measured():
-    own, stop = row_of("self_contact", 0.9), row_of("stops", 0.5)
-    sill = row_of("clearance", 3.7)
-    assert deciding_sentence([own, stop, sill]).startswith(
-        "Nearest to its limit is “clearance”: 3.7\u00a0mm to spare"
+def named(verdict, name):
+    return replace(verdict, criterion=replace(verdict.criterion, name=name))
+
+
+def outcome(cab, *verdicts):
+    """What the headline says of verdicts, before gaps and overlaps."""
+    found = replace(cab.postures[0], verdicts=verdicts)
+    said = result_file(replace(cab, postures=(found,), verdicts=verdicts)).headline
+    return said.split(" The tightest gap ")[0].removeprefix("2 people in 2 cases: ")
+
+
+def test_the_body_with_itself_decides_only_where_nothing_else_was_measured(cab):
+    own, stop = holds("self_contact", 0.9), holds("stops", 0.5)
+    assert outcome(cab, own, stop, holds("clearance", 3.7, 2.0)) == (
+        "all 3 criteria hold, nearest to its limit “clearance”: head is 3.7 mm from canopy, 1.7 mm "
+        "more than the 2.0 mm asked for (flying, pilot)."
     )
-    assert "“stops”" in deciding_sentence([own, stop])
+    assert "“stops”" in outcome(cab, own, stop)
+    grip = holds("contact", -29, -30)
+    assert "nearest to its limit “clearance”" in outcome(cab, grip, holds("clearance", 30, 25))
+    assert outcome(cab, grip).startswith("“contact” holds: head is 29.0 mm into canopy (30.0 mm")
 
 
-def test_the_headline_names_parts_in_words(tmp_path):
-    result = wb.run(wb.load_study(write_cab(tmp_path)))
+def test_a_passed_verdict_that_the_surface_could_turn_is_told_with_it_and_not_green(cab):
+    sure = holds("clearance", 30, 25)
+    found = replace(sure.worst, surface_known_to=0.0062)
+    open_ = replace(sure, worst=found, doubtful=found)
+    assert "head is 30.0 ± 6 mm from canopy, 5.0 mm more than" in outcome(cab, open_)
+    badges = []
+    for verdicts in ((sure,), (sure, open_)):
+        result = replace(cab, verdicts=verdicts, warnings=())
+        html = report_page(result, result_file(result))
+        badges.append(re.search(r'class="badge([^"]*)">([^<]*)<', html).groups())
+    assert badges == [("", "PASSED"), (" warned", "PASSED, 1 in doubt")]
+
+
+def test_the_headline_says_how_many_criteria_fail_and_the_number_that_decides(cab):
+    knees = named(failed("clearance", 20, 25), "knees")
+    head, belly = named(failed("contact", -12, 0), "head"), named(holds("contact", 30), "belly")
+    far = "head is 12.0 mm into canopy (flying, pilot)."
+    assert outcome(cab, belly, knees, head) == f"2 of 3 criteria fail, the worst “head”: {far}"
+    assert outcome(cab, belly, head) == f"1 of 2 criteria fails, “head”: {far}"
+    assert outcome(cab, head) == f"“head” fails: {far}"
+    assert outcome(cab, belly) == "“belly” holds: head is 30.0 mm from canopy (flying, pilot)."
+    assert outcome(cab) == "no criterion is asked."
+
+
+def test_the_headline_names_parts_in_words(cab):
+    result = cab
     (found,) = result.postures
     parts = tuple(f"the_{name}" for name in found.environment.parts)
     renamed = replace(found, environment=replace(found.environment, parts=parts))
@@ -200,7 +254,7 @@ def test_how_well_a_surface_is_known_stands_with_the_person_the_figure_and_the_m
     body = result.postures[0].people[0].body
     worst = 1000 * np.nanmax(body.fit_error)
     text = page_of_result(result)
-    assert f"kg, surface within {worst:.0f} mm" in text
+    assert f"kg, surface known to ± {worst:.0f} mm" in text
     assert "is stated for adult female" in text and "is not stated for" not in text
     assert re.search(r"\d ± \d+.mm", text)
     bare = text_of(page_of(made(trainer_people(2), [FLAPS], np.full((2, 1), 0.1))))

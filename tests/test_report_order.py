@@ -100,7 +100,7 @@ def test_the_verdict_names_the_criterion_that_decides_with_its_number(failing):
     lead = re.search(r'<p class="lead">(.*?)</p>', html_of(failing), re.DOTALL).group(1)
     worst = [v.worst for v in failing.verdicts if not v.passed and v.worst.unit == "m"]
     deepest = min(worst, key=lambda finding: finding.margin)
-    assert "The worst is “" in lead and f"{abs(1000 * deepest.value):.1f}" in lead
+    assert "fail, the worst “" in lead and f"{abs(1000 * deepest.value):.1f}" in lead
 
 
 def test_each_failed_criterion_states_measured_limit_and_shortfall(failing):

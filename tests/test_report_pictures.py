@@ -6,16 +6,19 @@ import re
 from dataclasses import replace
 from xml.etree import ElementTree
 
+import numpy as np
 import pytest
 
 import workbench as wb
+from tests.accommodations import made, trainer_people
 from tests.one_arm_cab import write_cab
+from tests.test_accommodation_page import FLAPS, page_of
 from tests.test_draw import SVG
 from workbench import load_body
 from workbench.draw.scene import Scene, SceneBody
 from workbench.report.joint_angles import angle_rows
 from workbench.report.page import page
-from workbench.report.postures.drawing import circle_drawing, clearance_drawing
+from workbench.report.postures.drawing import clearance_drawing
 from workbench.report.result_rows import result_file
 from workbench.report.words import proper_minus, without_polygons
 
@@ -73,10 +76,22 @@ def test_a_joint_that_turns_both_ways_has_one_row_and_one_that_rests_has_none():
     assert angle_rows(body, postures[1:]) == [("left shoulder", "extension", ["4.0"])]
 
 
+CIRCLES = re.compile(
+    r'<figure class="drawing">(<svg.*?</svg>)\s*<figcaption>([^<]*), corner view: each sphere',
+    re.DOTALL,
+)
+
+
 def test_each_case_is_drawn_as_circles_too(result):
     found = result.postures[0]
-    bodies = tuple(SceneBody(person.placed, 0) for person in found.people)
-    drawing = ElementTree.fromstring(circle_drawing(Scene(bodies, found.environment), size=200))
-    spheres = sum(len(person.body.sphere_names) for person in found.people)
-    shapes = [item for item in drawing.iter() if item.tag.rpartition("}")[2] == "circle"]
-    assert len(shapes) == spheres
+    drawn = CIRCLES.findall(page(result, result_file(result)))
+    assert [words for _, words in drawn] == list(found.cases)
+    shapes = [
+        one for one in ElementTree.fromstring(drawn[0][0]).iter() if one.tag.endswith("circle")
+    ]
+    assert len(shapes) == sum(len(person.body.sphere_names) for person in found.people)
+
+
+def test_the_hardest_of_a_population_is_drawn_as_circles_too():
+    found = made(trainer_people(4), [FLAPS], np.full((4, 1), -0.01), shown=True)
+    assert len(CIRCLES.findall(page_of(found))) == 1

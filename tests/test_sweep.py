@@ -292,7 +292,7 @@ def blended_arm(one_arm):
     joint = np.array([-1, 0, 1, 1, 1, 2, 2, 2, 2, 2])
     share = np.array([0, 0.5, 0.2, 0.5, 0.7, 0.3, 0.5, 1.0, 0.4, 0.1])
     body = changed(one_arm, blend_joint=joint, blend_share=share)
-    centre, radius = enclosing_spheres(body)
+    (centre,), (radius,) = enclosing_spheres(body)
     return changed(body, enclosing_centre=centre, enclosing_radius=radius)
 
 

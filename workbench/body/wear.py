@@ -14,7 +14,7 @@ import numpy as np
 from workbench.body.scaling.manikin import Manikin
 from workbench.errors import InputError, one_of
 from workbench.model.arrays import Floats, Ints
-from workbench.model.body import Body, stack_bodies
+from workbench.model.body import Body
 from workbench.model.encumbrance import Encumbrance, Layer
 from workbench.model.settled import settled
 from workbench.model.vocabulary import DIRECTIONS
@@ -53,20 +53,14 @@ def wear(body: Body, items: Iterable[Encumbrance], *, like: Body | None = None) 
         copies = _copies(shown, item)
         body = _dressed(body, item, copies)
         shown = _dressed(shown, item, copies)
-    return stack_bodies([_standing(one, was) for one, was in zip(body, before, strict=True)])
-
-
-def _standing(body: Body, before: Floats) -> Body:
-    """One dressed row with its twist lines, enclosing spheres, and allowance for soft flesh.
-
-    before (N, N) [m]: what overlapped before it was dressed.
-    """
     body = settled(body)
-    manikin = Manikin(body)
+    after = [Manikin(one) for one in body]
+    more = [np.maximum(one.overlaps() - was, 0.0) for one, was in zip(after, before, strict=True)]
     in_parent = body.joint_in_parent.copy()
-    in_parent[0, body.parent[1:] == 0, 2] -= manikin.lowest()
-    more = np.where(body.adjacent, 0.0, np.maximum(manikin.overlaps() - before, 0.0))
-    return replace(body, joint_in_parent=in_parent, allowance=body.allowance + more)
+    lowest = np.array([one.lowest() for one in after])
+    in_parent[:, body.parent[1:] == 0, 2] -= lowest[:, None]
+    allowance = body.allowance + np.where(body.adjacent, 0.0, more)
+    return replace(body, joint_in_parent=in_parent, allowance=allowance)
 
 
 @dataclass(frozen=True, eq=False)

@@ -168,6 +168,7 @@ def run(
     from workbench.files.output_folder import check_folder
     from workbench.files.study.reader import load_study
     from workbench.report.folder import report_lines, write_report
+    from workbench.report.words import in_words
     from workbench.study.run import check_run
     from workbench.study.run import run as run_study
 
@@ -188,7 +189,7 @@ def run(
             from workbench.study.accommodation.chunks import forget_chunks
 
             forget_chunks(keep)
-    for warning in (*kept, *rows.warnings):
+    for warning in (*kept, *map(in_words, rows.warnings)):
         tell(f"warning: {warning}")
     if as_json:
         emit(_dumped(rows))
@@ -283,6 +284,7 @@ def _inspect_result(path: Path, *, as_json: bool) -> int:
     """Show what a result says."""
     from workbench.files.results.result import load_result
     from workbench.report.inspection_text import result_head, verdict_lines
+    from workbench.report.words import in_words
 
     rows = load_result(path)
     if as_json:
@@ -293,7 +295,7 @@ def _inspect_result(path: Path, *, as_json: bool) -> int:
     for line in verdict_lines(rows):
         emit_verdict(line)
     emit_sentence(rows.headline)
-    for warning in rows.warnings:
+    for warning in map(in_words, rows.warnings):
         tell(f"warning: {warning}")
     return 0
 

@@ -5,15 +5,13 @@ from __future__ import annotations
 from collections.abc import Container, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
-import numpy as np
-
-from workbench.files.environment_doubts import box_gap, part_box
+from workbench.files.environment_doubts import box_gap
 from workbench.files.environment_own import (
-    GRIPPABLE,
     Handle,
     PartMeshes,
     Surroundings,
     Touching,
+    grippable,
     own_pieces,
     part_meshes,
 )
@@ -170,6 +168,6 @@ def gripped(environment: Environment, rules: Sequence[PartFile]) -> Iterator[All
             part = environment.part_index(name)
             ruled = {segment for allow in rules[part].allow for segment in allow.segments}
             whole = any(allow.segments == "all" for allow in rules[part].allow)
-            small = np.ptp(part_box(environment, name), axis=0).max() <= GRIPPABLE
+            small = grippable(environment.triangle_corners(part))
             if small and not (whole or ruled.intersection(segments)):
                 yield Allowance(part, segments, _GRIPPED[control.grip])

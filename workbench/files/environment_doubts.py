@@ -11,7 +11,7 @@ from collections.abc import Iterable, Iterator, Sequence
 import numpy as np
 
 from workbench.errors import one_of
-from workbench.files.environment_own import GRIPPABLE
+from workbench.files.environment_own import grippable
 from workbench.files.schema import metres_in
 from workbench.files.seat_doubts import floor_doubts, rest_doubts, twice_doubts
 from workbench.geometry.ground import ground_of
@@ -90,9 +90,14 @@ def _unknown_rests(seat: Seat, known: Sequence[str]) -> Iterator[str]:
                 )
 
 
+def _corners(environment: Environment, part: str) -> Floats:
+    """(T, 3, 3) [m] the triangles of a part."""
+    return environment.triangle_corners(environment.part_index(part))
+
+
 def part_box(environment: Environment, part: str) -> Floats:
     """Return the box (2, 3) [m] of a part: its least and its greatest corner."""
-    corners = environment.triangle_corners(environment.part_index(part)).reshape(-1, 3)
+    corners = _corners(environment, part).reshape(-1, 3)
     return np.array([corners.min(axis=0), corners.max(axis=0)])
 
 
@@ -136,6 +141,8 @@ def _seats_odd(environment: Environment) -> Iterator[Doubt]:
     for seat in environment.seats:
         cushion, back = (
             environment.triangle_corners(environment.part_index(rest.part))
+            if rest.part
+            else np.empty((0, 3, 3))
             for rest in (seat.cushion, seat.back)
         )
         yield from rest_doubts(seat, cushion, back)
@@ -188,11 +195,11 @@ def _controls_on_nothing(environment: Environment) -> Iterator[Doubt]:
     """Controls that name no part, and are at one that a hand would have to enter."""
     shown = [name for k, name in enumerate(environment.parts) if not environment.hidden[k]]
     boxes = {name: part_box(environment, name) for name in shown}
-    small = [name for name, box in boxes.items() if np.ptp(box, axis=0).max() <= GRIPPABLE]
     for control in environment.controls:
         if control.part:
             continue
-        near = [name for name in small if box_gap(boxes[name], control.at) <= _ON]
+        near = [name for name, box in boxes.items() if box_gap(box, control.at) <= _ON]
+        near = [name for name in near if grippable(_corners(environment, name))]
         gaps = {name: _distance(environment, name, control.at, enough=_ON) for name in near}
         name = min(gaps, key=lambda name: (gaps[name], name), default="")
         if name and gaps[name] <= _ON:
@@ -208,8 +215,8 @@ def _gripped_panels(environment: Environment) -> Iterator[Doubt]:
     for control in environment.controls:
         if not control.part or control.grip not in ("grasp", "pinch"):
             continue
-        size = float(np.ptp(part_box(environment, control.part), axis=0).max())
-        if size > GRIPPABLE:
+        if not grippable(_corners(environment, control.part)):
+            size = float(np.ptp(part_box(environment, control.part), axis=0).max())
             yield Doubt(
                 f"grip of control {control.name}",
                 f"control {control.name!r} is gripped ({control.grip}) on {control.part!r}, which "
@@ -219,7 +226,10 @@ def _gripped_panels(environment: Environment) -> Iterator[Doubt]:
 
 
 def _factor_hint(box: Floats, point: Sequence[float]) -> str:
-    """That a wrong unit explains a point, where it does; "" else."""
+    """That a wrong unit explains a point, where it does; "" else, as where it is at the box (2, 3)
+    [m] of its part already."""
+    if box_gap(box, point) <= _NEAR:
+        return ""
     units = sorted(metres_in.values())
     factors = sorted({one / other for one in units for other in units if one != other})
     gaps = [float(np.linalg.norm(np.array(point) * f - box.mean(axis=0))) for f in factors]

@@ -28,13 +28,14 @@ __all__ = [
     "PartMeshes",
     "Surroundings",
     "Touching",
+    "grippable",
     "own_pieces",
     "part_meshes",
 ]
 
 GRIPPABLE = 0.6
-"""A part that is larger [m] than this is no handle, knob, wheel or pedal: a control on it is on a
-panel, which a hand may not enter wherever it likes."""
+"""A part that is larger [m] than this and no rod is no handle, knob, wheel or pedal: a control on it
+is on a panel, which a hand may not enter wherever it likes."""
 TOUCHING = 0.002
 """What is fixed to one another is drawn this far [m] apart at most: a fit, a coat of paint."""
 _SMALL = 0.3
@@ -43,7 +44,34 @@ _SMALL = 0.3
 
 _TWO_ALONE = "both touch nothing else that is small"
 _SLENDER = 0.1
-"""What is taken for a stalk or an arm by its shape alone is no wider [m]: a hand closes about it."""
+"""What is taken for a stalk, an arm or a rail by its shape alone is no wider [m]: a hand closes about
+it."""
+
+
+def grippable(corners: Floats) -> bool:
+    """Return whether a hand or a foot may enter a part where it uses a control on it: whether it is
+    no panel, but as small as a handle, a wheel or a pedal, or as slender as a rail.
+
+    Parameters
+    ----------
+    corners
+        (T, 3, 3) [m] its triangles.
+    """
+    size = np.ptp(corners.reshape(-1, 3), axis=0).max()
+    return bool(size <= GRIPPABLE) or _slender(corners)
+
+
+def _slender(corners: Floats) -> bool:
+    """Whether a hand could close about a part (T, 3, 3) [m]: along its second axis of inertia, as a
+    surface, it is no larger than `_SLENDER`."""
+    sides = corners[:, 1:] - corners[:, :1]
+    area = np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1)
+    away = corners - corners.mean(axis=1).T @ area / max(area.sum(), 1e-30)
+    # of a triangle the integral of x x' is its area / 12 times the sum over its corners and over the
+    # sum of its corners
+    points = np.concatenate([away, away.sum(axis=1, keepdims=True)], axis=1)
+    axes = np.linalg.eigh(np.einsum("t,tki,tkj->ij", area, points, points))[1]
+    return bool(np.ptp(corners.reshape(-1, 3) @ axes[:, 1]) <= _SLENDER)
 
 
 @dataclass(frozen=True)
@@ -293,17 +321,7 @@ class _Search:
         """Whether a handle and a slender part touch one another and nothing else that is small."""
         both = [*handle.parts, part]
         others = self.touching.touched([k for k in small if k != part], both)
-        return not others and self._slender(part)
-
-    def _slender(self, part: int) -> bool:
-        """Whether a hand could close about a part: along its second axis of inertia, as a surface,
-        it is no larger than `_SLENDER`."""
-        corners = self.touching.triangles(part)
-        sides = corners[:, 1:] - corners[:, :1]
-        area = np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1)
-        away = corners.mean(axis=1) - np.average(corners.mean(axis=1), axis=0, weights=area)
-        axes = np.linalg.eigh((away * area[:, None]).T @ away)[1]
-        return bool(np.ptp(corners.reshape(-1, 3) @ axes[:, 1]) <= _SLENDER)
+        return not others and _slender(self.touching.triangles(part))
 
     def _numbered(self, name: str, part: int) -> bool:
         """Whether two names differ in their numbers alone, and all that do are no small thing: the

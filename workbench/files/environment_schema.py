@@ -150,6 +150,12 @@ class RestFile(FileModel):
     picked: list[Vector] = Field(default_factory=list)
 
 
+def _no_back() -> RestFile:
+    """The back of a stool or a bench: nothing stands there. The plane by `back_angle` through the
+    seat reference point still says where the sitter's back is."""
+    return RestFile.model_construct(part="", segments=["LT", "CT", "UT"], depth=0.0, picked=[])
+
+
 class TravelFile(FileModel):
     """How far a seat goes from where it stands: least and greatest [m]; and how far it tilts
     [rad], with the front edge up."""
@@ -167,7 +173,7 @@ class SeatFile(FileModel):
     cushion_angle: SeatAngle
     yaw: Degrees = 0.0
     cushion: RestFile
-    back: RestFile
+    back: RestFile = Field(default_factory=_no_back)
     travel: TravelFile = TravelFile()
     moves: list[Name] = Field(default_factory=list)
 

@@ -343,7 +343,8 @@ def _named_parts(file: EnvironmentFile) -> Iterator[tuple[tuple[str | int, ...],
     """The parts that seats and controls name, each after where it stands."""
     for seat, rest in file.seats.items():
         yield ("seats", seat, "cushion", "part"), rest.cushion.part
-        yield ("seats", seat, "back", "part"), rest.back.part
+        if rest.back.part:
+            yield ("seats", seat, "back", "part"), rest.back.part
         for k, name in enumerate(rest.moves):
             yield ("seats", seat, "moves", k), name
     for control, given in file.controls.items():
@@ -409,7 +410,9 @@ def _resting(file: EnvironmentFile, parts: tuple[str, ...]) -> Iterator[Allowanc
     another rule."""
     for seat in file.seats.values():
         for rest in (seat.cushion, seat.back):
-            yield Allowance(parts.index(rest.part), _segments(rest.segments), rest.depth + _UNEVEN)
+            if rest.part:
+                depth = rest.depth + _UNEVEN
+                yield Allowance(parts.index(rest.part), _segments(rest.segments), depth)
 
 
 def _segments(given: str | list[str]) -> tuple[str, ...]:

@@ -72,12 +72,15 @@ def rest_doubts(seat: Seat, cushion: Floats, back: Floats) -> Iterator[Doubt]:
     seat
         Its figures.
     cushion, back
-        (T, 3, 3) [m] the faces of each, or of the parts that they are of.
+        (T, 3, 3) [m] the faces of each, or of the parts that they are of; of a back that has no part
+        none are needed.
     """
     for name, part, corners in (
         ("cushion", seat.cushion.part, cushion),
         ("back", seat.back.part, back),
     ):
+        if not part:
+            continue
         words = _aside_words(name, part, _across(seat, name, corners))
         words = words or _off_words(name, part, _met_first(seat, name, corners))
         if words:

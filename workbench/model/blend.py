@@ -46,8 +46,8 @@ def twist_shared(body: Body | Topology) -> Bools:
 
 
 def swept_spheres(body: Body) -> tuple[Floats, Floats]:
-    """Find spheres that hold each sphere of the first row however the joint turns that it is
-    blended across; seen from the line that its segment's twist turns about, also at every twist.
+    """Find spheres that hold each sphere however the joint turns that it is blended across; seen
+    from the line that its segment's twist turns about, also at every twist.
 
     w R (c - joint) stays on a sphere of radius w |c - joint| about joint + (1 - w)(c - joint).
     Where the sphere twists about a line that the joint is not on, both are taken at their farthest
@@ -56,43 +56,44 @@ def swept_spheres(body: Body) -> tuple[Floats, Floats]:
     Returns
     -------
     tuple
-        Centres (S, 3) and radii (S,) [m] in segment frames.
+        Centres (B, S, 3) and radii (B, S) [m] in segment frames.
     """
-    point = blend_point(body)[0]
-    own = body.centre[0]
-    share = np.where(body.blend_joint >= 0, body.blend_share[0], 0.0)
-    middle = own - share[:, None] * (own - point)
-    reach = np.linalg.norm(own - point, axis=1)
-    aside = _beside_line(body, share, point)
+    point = blend_point(body)
+    own = body.centre
+    share = np.where(body.blend_joint >= 0, body.blend_share, 0.0)
+    middle = own - share[..., None] * (own - point)
+    reach = np.linalg.norm(own - point, axis=2)
+    row, aside = _beside_line(body, share, point)
     segment = body.sphere_segment[aside]
-    start = body.twist_point[0, segment]
-    line = body.twist_axis[0, segment]
+    start = body.twist_point[row, segment]
+    line = body.twist_axis[row, segment]
     # the sphere and its joint, each at its farthest from the line, on opposite sides of it
-    along, off = _from_line(np.stack([own[aside], point[aside]]), start, line)
+    along, off = _from_line(np.stack([own[row, aside], point[row, aside]]), start, line)
     far = np.linalg.norm(off, axis=-1)
-    reach[aside] = np.hypot(along[0] - along[1], far.sum(axis=0))
+    reach[row, aside] = np.hypot(along[0] - along[1], far.sum(axis=0))
     # between the two where the share w divides them, on the side of the sphere
     out = (
         np.where(far[0, :, None] > 1e-12, off[0], off[1])
         / np.where(far[0] > 1e-12, far[0], far[1])[:, None]
     )
-    part = np.stack([1.0 - share[aside], share[aside]])
-    middle[aside] = (
+    part = np.stack([1.0 - share[row, aside], share[row, aside]])
+    middle[row, aside] = (
         start + line * (along * part).sum(axis=0)[:, None] + out * (far * part).sum(axis=0)[:, None]
     )
-    return middle, body.radius[0] + share * reach
+    return middle, body.radius + share * reach
 
 
-def _beside_line(body: Body, share: Floats, point: Floats) -> Ints:
-    """The spheres that are blended, and twist about a line that their joint (S, 3) is not on."""
+def _beside_line(body: Body, share: Floats, point: Floats) -> tuple[Ints, Ints]:
+    """The rows and spheres that are blended, and twist about a line that their joint (B, S, 3) is
+    not on."""
     segment = body.sphere_segment
-    turned = np.flatnonzero(
-        (share > 0) & (body.twist_share[0] > 0) & (body.twist_joint[segment] >= 0)
+    row, turned = np.nonzero(
+        (share > 0) & (body.twist_share > 0) & (body.twist_joint[segment] >= 0)
     )
-    start = body.twist_point[0, segment[turned]]
-    _, off = _from_line(point[turned], start, body.twist_axis[0, segment[turned]])
-    beside: Ints = turned[np.linalg.norm(off, axis=-1) > 1e-9]
-    return beside
+    start = body.twist_point[row, segment[turned]]
+    _, off = _from_line(point[row, turned], start, body.twist_axis[row, segment[turned]])
+    beside = np.linalg.norm(off, axis=-1) > 1e-9
+    return row[beside], turned[beside]
 
 
 def _from_line(points: Floats, start: Floats, line: Floats) -> tuple[Floats, Floats]:
@@ -105,7 +106,7 @@ def _from_line(points: Floats, start: Floats, line: Floats) -> tuple[Floats, Flo
 
 @dataclass(frozen=True, eq=False)
 class _Spheres:
-    """Spheres, grouped by segments that have some: centre (S, 3), radius (S,) [m].
+    """Spheres of B rows, grouped by segments that have some: centre (B, S, 3), radius (B, S) [m].
 
     first (G,): the first sphere of each group; group (S,): the group of each sphere.
     """
@@ -116,71 +117,71 @@ class _Spheres:
     group: Ints
 
     def middle(self) -> Floats:
-        """(G, 3) the mean of the centres of each group, weighted by the radii."""
-        weight = np.add.reduceat(self.radius, self.first)
-        return np.add.reduceat(self.centre * self.radius[:, None], self.first) / weight[:, None]
+        """(B, G, 3) the mean of the centres of each group, weighted by the radii."""
+        weight = np.add.reduceat(self.radius, self.first, axis=1)
+        total = np.add.reduceat(self.centre * self.radius[..., None], self.first, axis=1)
+        return np.asarray(total / weight[..., None])
 
-    def farthest(self, at: Floats) -> tuple[Floats, Ints]:
-        """(G,) how far the spheres of each group go from a point (G, 3) [m], and which goes
-        farthest."""
-        gap = np.linalg.norm(self.centre - at[self.group], axis=1) + self.radius
-        most = np.maximum.reduceat(gap, self.first)
-        some = np.flatnonzero(gap == most[self.group])
-        return most, some[np.searchsorted(self.group[some], np.arange(len(self.first)))]
+    def farthest(self, at: Floats) -> tuple[Floats, Floats]:
+        """(B, G) how far the spheres of each group go from a point (B, G, 3) [m], and (B, G, 3) the
+        centre of the first that goes farthest."""
+        away = self.centre - at[:, self.group]
+        x, y, z = away[..., 0], away[..., 1], away[..., 2]
+        gap = np.sqrt(x * x + y * y + z * z) + self.radius
+        most = np.maximum.reduceat(gap, self.first, axis=1)
+        row, some = np.nonzero(gap == most[:, self.group])
+        first = np.searchsorted(row * len(self.first) + self.group[some], np.arange(most.size))
+        return most, self.centre[row[first], some[first]].reshape(at.shape)
 
 
 @dataclass(frozen=True, eq=False)
 class _Lines:
-    """Lines that centres must lie on: turns (G, 1): whether there is one; point, axis (G, 3)."""
+    """Lines that centres must lie on: turns (G, 1): whether there is one; point, axis (B, G, 3)."""
 
     turns: Bools
     point: Floats
     axis: Floats
 
     def nearest(self, at: Floats) -> Floats:
-        """(G, 3) the point of each line nearest to another; the other where there is no line."""
-        along = np.einsum("ni,ni->n", at - self.point, self.axis)[:, None]
+        """(B, G, 3) the point of each line nearest to another; the other where there is no line."""
+        along = np.einsum("bni,bni->bn", at - self.point, self.axis)[..., None]
         return np.where(self.turns, self.point + self.axis * along, at)
 
 
-def enclosing_spheres(
-    body: Body, *, steps: int = 100, centre: Floats | None = None
-) -> tuple[Floats, Floats]:
-    """Find small spheres around all spheres of each segment of the first row in every pose.
+def enclosing_spheres(body: Body, *, steps: int = 100) -> tuple[Floats, Floats]:
+    """Find small spheres around all spheres of each segment of each row in every pose.
 
     Where a segment shares a twist the centre lies on the line it turns about, so that any twist
     fits. Found by moving toward the farthest sphere by ever smaller steps (after Badoiu & Clarkson
-    2003).
+    2003). A row has the same spheres alone and among others.
 
     Parameters
     ----------
     body
-        The body.
+        B rows.
     steps
         How many steps are made.
-    centre
-        (N, 3) where to begin; a mean of the spheres where not given.
 
     Returns
     -------
     tuple
-        Centres (N, 3) and radii (N,) [m]; radius 0 where a segment has no spheres.
+        Centres (B, N, 3) and radii (B, N) [m]; radius 0 where a segment has no spheres.
     """
     count = np.diff(body.start)
     filled = np.flatnonzero(count > 0)
     group = np.repeat(np.arange(len(filled)), count[filled])
     spheres = _Spheres(*swept_spheres(body), body.start[filled], group)
     turns = (body.twist_joint[filled] >= 0)[:, None]
-    lines = _Lines(turns, body.twist_point[0, filled], body.twist_axis[0, filled])
-    kept = best = lines.nearest(spheres.middle() if centre is None else centre[filled])
-    least = np.full(len(filled), np.inf)
+    lines = _Lines(turns, body.twist_point[:, filled], body.twist_axis[:, filled])
+    kept = best = lines.nearest(spheres.middle())
+    least = np.full(best.shape[:2], np.inf)
     for step in range(steps + 1):
         most, far = spheres.farthest(best)
-        kept = np.where((most < least)[:, None], best, kept)
+        kept = np.where((most < least)[..., None], best, kept)
         least = np.minimum(most, least)
-        best = lines.nearest(best + (spheres.centre[far] - best) / (step + 2))
-    centres = np.zeros((len(body.segments), 3))
-    radii = np.zeros(len(body.segments))
-    centres[filled] = kept
-    radii[filled] = least + 1e-12
+        best = lines.nearest(best + (far - best) / (step + 2))
+    centres = np.zeros((len(body), len(body.segments), 3))
+    radii = np.zeros((len(body), len(body.segments)))
+    centres[:, filled] = kept
+    radii[:, filled] = least + 1e-12
     return centres, radii

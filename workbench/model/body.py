@@ -29,6 +29,9 @@ __all__ = [
 
 KEPT = "_kept"
 """Where a body or a topology holds what is kept with it, see model.kept."""
+SOURCE = "_source"
+MOST_SOURCE_ROWS = 1024
+"""Where a body holds `Body.source`, and of how many rows that may be: it is kept in memory as long."""
 SEATED_FACTORS = (0.7, 1.4)
 """Range of `Body.seated_factors`. Hips of the people of ANSUR II are 0.98 to 1.33 times as broad on a
 seat as standing."""
@@ -221,7 +224,7 @@ class Body:
             raise InputError(f"body {self.name}: the shares of blended spheres lie between 0 and 1")
 
     def __getstate__(self) -> dict[str, Any]:
-        return {name: value for name, value in self.__dict__.items() if name != KEPT}
+        return {name: value for name, value in self.__dict__.items() if name not in (KEPT, SOURCE)}
 
     def __len__(self) -> int:
         return len(self.centre)
@@ -243,7 +246,18 @@ class Body:
         if np.array_equal(np.arange(len(self))[rows], np.arange(len(self))):
             return self
         values = {name: getattr(self, name)[rows] for name in ROW_FIELDS}
-        return body_of_rows(self, values)
+        found = body_of_rows(self, values)
+        whole, own = self.source or (self, np.arange(len(self)))
+        if len(whole) <= MOST_SOURCE_ROWS:
+            found.__dict__[SOURCE] = whole, own[rows]
+        return found
+
+    @property
+    def source(self) -> tuple[Body, Ints] | None:
+        """The body that this one was taken from, and which of its rows (B,) these are; None where it
+        is not kept."""
+        found: tuple[Body, Ints] | None = self.__dict__.get(SOURCE)
+        return found
 
     def segment(self, mnemonic: str) -> int:
         """Index of a segment by its mnemonic; InputError lists the valid ones."""

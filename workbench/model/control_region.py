@@ -49,6 +49,8 @@ class ControlRegion:
     placed, environment
         Somebody of middle stature where that person sits (P = 1), and the surroundings with the
         seat there.
+    standing
+        Whether they stand.
     """
 
     control: Control
@@ -67,6 +69,7 @@ class ControlRegion:
     solids: tuple[str, ...]
     placed: Placed
     environment: Environment
+    standing: bool
 
     @property
     def points(self) -> Floats:

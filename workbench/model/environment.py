@@ -86,7 +86,8 @@ class Control:
 
 @dataclass(frozen=True)
 class Rest:
-    """A seat surface: its part, the segments that rest on it, how deep a sitter sinks in [m]."""
+    """A seat surface: its part ("" where only its plane is there, as the back of a stool), the
+    segments that rest on it, how deep a sitter sinks in [m]."""
 
     part: str
     segments: tuple[str, ...]
@@ -129,6 +130,11 @@ class Seat:
     front: CushionFront | None = None
 
     __repr__ = short_repr
+
+    @property
+    def parts(self) -> tuple[str, ...]:
+        """The parts that are sat on and leant against."""
+        return tuple(rest.part for rest in (self.cushion, self.back) if rest.part)
 
     def held(self, forward: float, up: float) -> Seat:
         """The seat in one position [m], without travel."""

@@ -72,7 +72,8 @@ def trapezoid(peak: float, times: tuple[float, float, float], *, start: float = 
         raise InputError(f"the times of a trapezoid are not negative, got {times}")
     time = np.cumsum([0.0, rise, hold, fall])
     level = np.array([0.0, peak, peak, 0.0])
-    return Pulse("trapezoid", start, float(time[-1]), peak, time=time, level=level)
+    shape = "trapezoid" if times[1] > 0 else "triangle"
+    return Pulse(shape, start, float(time[-1]), peak, time=time, level=level)
 
 
 def table_pulse(time: Floats, level: Floats, *, start: float = 0.0) -> Pulse:

@@ -45,6 +45,7 @@ __all__ = [
     "PersonFound",
     "PosturesFound",
     "Result",
+    "Shortfall",
     "Verdict",
 ]
 
@@ -135,6 +136,37 @@ class ControlReach:
     doubt: str
     case: str = ""
     hand: str = ""
+
+
+@dataclass(frozen=True)
+class Shortfall:
+    """One aim of a posture that is missed: what a case asks of eyes, seat, hands and feet.
+
+    Parameters
+    ----------
+    person, case
+        The names of the role and of the case.
+    what
+        What misses it: "eyes", "seat", "thighs", or the limb, as "left foot".
+    words, why
+        What is missed, and what limits it, "" where that is not known.
+    size
+        [m] by how much.
+    """
+
+    person: str
+    case: str
+    what: str
+    words: str
+    why: str
+    size: float
+
+    @property
+    def sentence(self) -> str:
+        """ "pilot, flying: the eyes stay 56 mm below left_design_eye: the seat is as high as it
+        goes"."""
+        why = f": {self.why}" if self.why else ""
+        return f"{self.person}, {self.case}: {self.words}{why}"
 
 
 @dataclass(frozen=True, repr=False)
@@ -251,7 +283,7 @@ class PosturesFound:
     people: tuple[PersonFound, ...]
     between: Mapping[tuple[str, str], Contacts]
     warnings: tuple[str, ...]
-    short: tuple[str, ...] = ()
+    short: tuple[Shortfall, ...] = ()
     reaches: tuple[ControlReach, ...] = ()
     envelopes: tuple[Envelope, ...] = ()
     row: str = ""

@@ -10,10 +10,17 @@ import numpy as np
 from workbench.model.arrays import Bools, Floats, Ints, frozen
 from workbench.model.short_repr import short_repr
 
-__all__ = ["Coupling", "StopKind", "Stops"]
+__all__ = ["Coupling", "StopKind", "Stops", "motion_words"]
 
 LOCKED = 1e-6
 """[rad] An axis whose limits are both less is locked."""
+_GERUNDS = {"bend": "bending", "turn": "turning"}
+
+
+def motion_words(motion: str) -> str:
+    """The name of a motion in a sentence: "medial rotation", "bending left" of "bend_left"."""
+    first, _, rest = motion.partition("_")
+    return f"{_GERUNDS.get(first, first)} {rest}".strip().replace("_", " ")
 
 
 class StopKind(IntEnum):

@@ -31,7 +31,7 @@ from workbench.posture.ellipse import nearest_on_cone
 from workbench.posture.kernels.limits import SMALLEST_LIMIT
 from workbench.posture.shoulder import nearest_on_polygon
 
-__all__ = ["StopMargins", "nearest_legal", "stop_limits", "stops"]
+__all__ = ["StopMargins", "moves_flesh", "nearest_legal", "stop_limits", "stops"]
 
 IDENTITY = np.array([1.0, 0.0, 0.0, 0.0])
 
@@ -86,7 +86,8 @@ def stops(body: Body, poses: Poses) -> StopMargins:
     Returns
     -------
     StopMargins
-        Margins (P, J) [rad], the motions that limit, and rotations (P, J, 4).
+        Margins (P, J) [rad], the motions that limit, and rotations (P, J, 4). A joint of a missing
+        limb, beyond which no sphere is, has no stop.
     """
     angles = angles_of(body, poses)
     limits = stop_limits(body, angles)
@@ -107,10 +108,19 @@ def stops(body: Body, poses: Poses) -> StopMargins:
     composed = compose(body, legal)
     for j in _joints_of_kind(body, StopKind.POLYGON):
         composed[:, j] = _polygon(body, poses, j, limits[:, j, 2], of_joint[j])
+    margin[:, ~moves_flesh(body)] = np.inf
     breached = margin < 0
     nearest = poses.rotations.copy()
     nearest[breached] = composed[breached]
     return StopMargins(body, margin, axis, side, nearest)
+
+
+def moves_flesh(body: Body) -> Bools:
+    """Return (J,) whether a joint moves any sphere: not those of a missing limb."""
+    filled = np.diff(body.start) > 0
+    for segment in range(len(body.segments) - 1, 0, -1):
+        filled[body.parent[segment]] |= filled[segment]
+    return np.asarray(filled[1:], dtype=np.bool_)
 
 
 def nearest_legal(body: Body, poses: Poses) -> Floats:

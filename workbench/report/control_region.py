@@ -130,9 +130,12 @@ def _notes(region: ControlRegion) -> list[str]:
     """How it was asked."""
     limb = "foot" if region.control.for_feet else "hand"
     by = f"either {limb}" if region.hand == "either" else f"the {region.hand} {limb}"
+    where = "from each person's most comfortable position"
+    if region.standing:
+        where = "from wherever in the area each person may stand, by the arms alone without bending"
     notes = [
-        f"Computed for {by}, grip {region.control.grip}, zone {region.zone}, from each person's most "
-        "comfortable position; every part but the control's own counts as an obstacle."
+        f"Computed for {by}, grip {region.control.grip}, zone {region.zone}, {where}; every part but "
+        "the control's own counts as an obstacle."
     ]
     if region.inside[region.today] >= 0:
         part = plain(region.solids[region.inside[region.today]])

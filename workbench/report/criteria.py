@@ -13,11 +13,11 @@ from workbench.model.figures import tenths
 from workbench.model.reach import MOST_SPARE
 from workbench.report.section import Making, Section
 from workbench.report.templates import template
+from workbench.report.words import surface_words
 
 __all__ = [
     "asked_words",
     "criteria_sections",
-    "deciding_sentence",
     "measured_words",
     "none_measured_words",
     "spare_words",
@@ -27,7 +27,6 @@ _MOST_CLOSE_UPS = 12
 _OVERLAPS = ("contact", "self_contact")
 _REACHED = ("reach", "pedals")
 _AT_MOST = ("excursion", "injury")
-_OF_THE_BODY = ("self_contact", "stops")
 
 
 def criteria_sections(
@@ -103,7 +102,7 @@ def measured_words(verdict: VerdictRow) -> str:
         return "–"
     limit = abs(worst.limit) if worst.value * worst.limit > 0 else 0.0
     error = worst.surface_known_to
-    known = f" ± {max(error, 1.0):.0f}" if error is not None else ""
+    known = surface_words(error / 1000) if error is not None else ""
     value = _figure(abs(worst.value), worst, limit, known)
     if verdict.check in _OVERLAPS or (
         verdict.check in ("clearance", "between_people", "seated") and worst.value < 0
@@ -156,34 +155,3 @@ def _figure(value: float, finding: FindingRow, limit: float, known: str = "") ->
     unit = {"deg": "°", "percent": "\u00a0%"}.get(finding.unit, f"\u00a0{finding.unit}")
     text = tenths(value, limit) if finding.unit else f"{value + 0.0:.0f}"
     return f"{text}{known}{unit}".rstrip()
-
-
-def deciding_sentence(verdicts: Sequence[VerdictRow]) -> str:
-    """The criterion that decides, with its number: "The worst is “head to canopy”: 12.0 mm, where at
-    least 50.0 mm is asked for (cruise, pilot)."; "" where nothing was measured.
-
-    A millimetre, a degree and a percent count alike; of other figures a hundredth of the limit. Where
-    all hold, what the body model does to itself decides only where nothing else was measured.
-    """
-    failed = [verdict for verdict in verdicts if not verdict.passed and verdict.worst]
-    known = failed or [verdict for verdict in verdicts if spare_words(verdict) != "–"]
-    if not known:
-        return ""
-    if not failed:
-        known = [verdict for verdict in known if verdict.check not in _OF_THE_BODY] or known
-    first = min(known, key=lambda verdict: _scaled(verdict.worst) if verdict.worst else 0.0)
-    worst = first.worst
-    where = ", ".join(word for word in (worst.case, worst.person) if word) if worst else ""
-    if failed:
-        lead = f"The worst is “{first.name}”" if len(failed) > 1 else f"“{first.name}” fails"
-        said = f"{lead}: {measured_words(first)}, where {asked_words(first)} is asked for"
-    else:
-        said = f"Nearest to its limit is “{first.name}”: {spare_words(first)} to spare"
-    return f"{said} ({where})." if where else f"{said}."
-
-
-def _scaled(worst: FindingRow) -> float:
-    """The margin of a finding, so that units can be compared."""
-    if worst.unit in ("mm", "deg", "percent"):
-        return worst.margin
-    return 100.0 * worst.margin / max(abs(worst.limit), 1e-9)

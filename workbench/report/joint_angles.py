@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from workbench.model.body import Body
+from workbench.posture.stops import moves_flesh
 
 __all__ = ["angle_rows"]
 
@@ -17,7 +18,7 @@ def angle_rows(
 ) -> list[tuple[str, str, list[str]]]:
     """Return a row for each axis of a joint that is turned in one of several postures.
 
-    A row is the name of the joint, its motion, and the angle in each posture [degrees] with an ASCII
+    Joints of a missing limb have none. A row is the name of the joint, its motion, and the angle in each posture [degrees] with an ASCII
     minus. Where the joint turns both ways about an axis, the row has the first motion as positive
     and the other as negative: "flexion, − extension".
 
@@ -27,7 +28,10 @@ def angle_rows(
         The angles [degrees] of each by joint and motion; what is not named is 0.
     """
     rows = []
+    there = moves_flesh(body)
     for j, joint in enumerate(body.joints):
+        if not there[j]:
+            continue
         for plus, minus in body.stops.motions[j]:
             turned = [posture.get(joint, {}) for posture in postures]
             angles = [one.get(plus, 0.0) - one.get(minus, 0.0) for one in turned]

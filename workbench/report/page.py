@@ -13,7 +13,7 @@ from workbench.model.environment import Environment
 from workbench.model.reach import MOST_SPARE
 from workbench.model.result import Result
 from workbench.model.study import PredictedPosture
-from workbench.report.criteria import criteria_sections, deciding_sentence
+from workbench.report.criteria import criteria_sections
 from workbench.report.page_script import page_script, page_script_html
 from workbench.report.postures.section import overlap_lines, postures_sections
 from workbench.report.section import (
@@ -85,24 +85,14 @@ def page(
         view_scripts=Markup(scripts_html(views.packing)),
         page_script=Markup(page_script_html()),
         rows=rows,
-        lead=_differs(rows),
         touched=_touched(result),
         share=_share(result, rows),
-        deciding=deciding_sentence(rows.verdicts),
+        doubtful=sum(verdict.doubtful for verdict in rows.verdicts),
         description=result.study.description,
         parts=part_count(_environment(result)),
         people=_people(result, rows),
         sections=sorted(sections, key=lambda section: ORDER.index(section.place)),
     )
-
-
-def _differs(rows: ResultFile) -> str:
-    """What differs between the motions of a study, "" where there are not several."""
-    if len(rows.motions) < 2:
-        return ""
-    from workbench.report.motions.compared import differs_sentence  # not loaded for other studies
-
-    return differs_sentence(rows)
 
 
 def _touched(result: Result) -> str:

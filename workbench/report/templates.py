@@ -6,7 +6,7 @@ from functools import cache
 
 import jinja2
 
-from workbench.report.words import proper_minus, without_polygons
+from workbench.report.words import for_reading, proper_minus
 
 __all__ = ["template"]
 
@@ -21,13 +21,8 @@ def template(name: str) -> jinja2.Template:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.filters["for_reading"] = _for_reading
+    environment.filters["for_reading"] = for_reading
     environment.filters["plain"] = lambda name: name.replace("_", " ")
     environment.filters["percents"] = lambda text: text.replace(" %", "\u00a0%")
     environment.filters["minus"] = proper_minus
     return environment.get_template(name)
-
-
-def _for_reading(text: str) -> str:
-    """A sentence of a result as it stands on a page."""
-    return proper_minus(without_polygons(text).replace("_", " "))

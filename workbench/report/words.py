@@ -19,12 +19,17 @@ from workbench.model.moves import Move
 from workbench.model.person import Size
 from workbench.model.reach import MOST_SPARE
 from workbench.model.result import Finding, PersonFound, Verdict
+from workbench.model.stops import motion_words
 from workbench.study.settings import setting_text
 
 __all__ = [
+    "HALF_MILLIMETRE",
     "adjusted_line",
     "contact_sentence",
     "finding_sentence",
+    "finding_words",
+    "for_reading",
+    "in_words",
     "millimetres",
     "milliseconds",
     "moved_line",
@@ -33,13 +38,17 @@ __all__ = [
     "proper_minus",
     "reach_spare",
     "share_sentence",
+    "share_words",
+    "surface_words",
     "verdict_sentence",
     "without_polygons",
 ]
 
 
+_QUOTED = re.compile(r"((?<!\w)'[^']*'(?!\w)|“[^”]*”)")
+
 HALF_MILLIMETRE = 5e-4
-"""[m] A position of a seat that is nearer to its reference position is not mentioned."""
+"""[m] What is nearer to another length reads like it in whole millimetres."""
 
 
 def millimetres(metres: float, limit: float = 0.0) -> str:
@@ -58,12 +67,18 @@ def finding_sentence(check: str, finding: Finding) -> str:
     Of a posture its case and person come first: "cruise, pilot: right lower leg, knee cap (front)
     is ...". Of a motion the time comes last: "..., at 83.4 ms.".
     """
-    words = without_polygons(_FINDING_WORDS[check](finding)).replace("_", " ")
+    words = finding_words(check, finding)
     if math.isfinite(finding.time):
         words = f"{words[:1].upper()}{words[1:]}"
         figure = check == "injury" and not finding.unit  # its window says when
         return f"{words}." if figure else f"{words}, at {milliseconds(finding.time)}."
     return f"{finding.case}, {finding.person}: {words}."
+
+
+def finding_words(check: str, finding: Finding) -> str:
+    """What was found, without case, person and time: "head (top) is 12.0 mm from canopy, 38.0 mm less
+    than the 50.0 mm asked for"."""
+    return without_polygons(_FINDING_WORDS[check](finding)).replace("_", " ")
 
 
 def milliseconds(seconds: float) -> str:
@@ -73,7 +88,7 @@ def milliseconds(seconds: float) -> str:
 
 
 def _stop_words(finding: Finding) -> str:
-    motion = finding.target.replace("_", " ")
+    motion = motion_words(finding.target)
     if finding.value < 0:
         past = degrees(-finding.value, -finding.limit)
         return f"{finding.subject} is {past} past its stop in {motion}"
@@ -105,17 +120,18 @@ def _contact_words(finding: Finding) -> str:
 
 
 def _clearance_words(finding: Finding) -> str:
-    if finding.value >= finding.limit:
+    if finding.limit == 0.0:
         return _distance_words(finding)
-    lack = millimetres(finding.limit - finding.value)
-    asked = millimetres(finding.limit)
-    return f"{_distance_words(finding)}, {lack} less than the {asked} asked for"
+    way = "more" if finding.margin >= 0 else "less"
+    by = millimetres(abs(finding.margin))
+    return f"{_distance_words(finding)}, {by} {way} than the {millimetres(finding.limit)} asked for"
 
 
 def _distance_words(finding: Finding) -> str:
     other = finding.other_person
     target = f"{other}'s {finding.target}" if other else finding.target
-    return f"{finding.subject} is {_apart(finding.value, finding.limit)} {target}"
+    known = surface_words(finding.surface_known_to)
+    return f"{finding.subject} is {_apart(finding.value, finding.limit, known)} {target}"
 
 
 def _injury_words(finding: Finding) -> str:
@@ -169,11 +185,16 @@ _FINDING_WORDS: dict[str, Callable[[Finding], str]] = {
 }
 
 
-def _apart(distance: float, limit: float = 0.0) -> str:
-    """ "12.4 mm into" or "12.4 mm from" of a distance [m], told from its limit [m]."""
-    if distance < 0:
-        return f"{millimetres(-distance, -limit)} into"
-    return f"{millimetres(distance, limit)} from"
+def _apart(distance: float, limit: float = 0.0, known: str = "") -> str:
+    """ "12.4 ± 3 mm into" or "12.4 mm from" of a distance [m], told from its limit [m]."""
+    size, limit = (-distance, -limit) if distance < 0 else (distance, limit)
+    figure = f"{tenths(1000 * size, 1000 * limit)}{known} mm"
+    return f"{figure} {'into' if distance < 0 else 'from'}"
+
+
+def surface_words(error: float) -> str:
+    """ " ± 3": how well a distance is known [m], in millimetres; "" where it is not known."""
+    return f" ± {max(1000 * error, 1.0):.0f}" if math.isfinite(error) else ""
 
 
 def proper_minus(text: str) -> str:
@@ -184,6 +205,19 @@ def proper_minus(text: str) -> str:
 def without_polygons(sentence: str) -> str:
     """A sentence that names parts only: the numbers of polygons are for the tables."""
     return re.sub(r", polygon \d+\b", "", sentence)
+
+
+def in_words(text: str) -> str:
+    """A sentence with the names of parts as words and without the numbers of polygons; what is
+    quoted stands as it does in a file."""
+    pieces = _QUOTED.split(without_polygons(text))
+    pieces[::2] = [piece.replace("_", " ") for piece in pieces[::2]]
+    return "".join(pieces)
+
+
+def for_reading(text: str) -> str:
+    """A sentence of a result as it stands on a page."""
+    return proper_minus(in_words(text))
 
 
 def contact_sentence(contacts: Contacts, row: int) -> str:
@@ -217,11 +251,7 @@ def verdict_sentence(verdict: Verdict) -> str:
 def share_sentence(criterion: Criterion, group: GroupShare) -> str:
     """A share that is asked for in words: "81 % of the people meet all criteria (75 to 86 %); 80 %
     must.", and whether the surface of the body is known well enough to say so."""
-    low, high = (percent_number(value, group.count) for value in (group.low, group.high))
-    wanted = f"{100 * criterion.at_least:g} %"
-    what = "these criteria" if criterion.of else "all criteria"
-    share = percent(group.share, group.count)
-    said = f"{share} of the people meet {what} ({low} to {high} %); {wanted} must."
+    said = f"{share_words(criterion, group)}."
     if not group.leaves_open(criterion.at_least):
         return said
     sure, most = (percent(value, group.count) for value in (group.certain, group.possible))
@@ -229,6 +259,15 @@ def share_sentence(criterion: Criterion, group: GroupShare) -> str:
         f"{said} Within the error of the body model's surface the share is {sure} to {most}, so "
         f"the verdict is undecided."
     )
+
+
+def share_words(criterion: Criterion, group: GroupShare) -> str:
+    """ "81 % of the people meet all criteria (75 to 86 %); 80 % must"."""
+    low, high = (percent_number(value, group.count) for value in (group.low, group.high))
+    what = "these criteria" if criterion.of else "all criteria"
+    share = percent(group.share, group.count)
+    must = f"{100 * criterion.at_least:g} % must"
+    return f"{share} of the people meet {what} ({low} to {high} %); {must}"
 
 
 def _doubt(verdict: Verdict) -> str:
@@ -250,24 +289,19 @@ def _doubt(verdict: Verdict) -> str:
 
 
 def person_words(person: PersonFound) -> str:
-    """Who somebody is and where: "bubbleman as a woman of stature 1525 mm, 51.3 kg, surface within 9 mm,
-    in seat left, 20 mm forward"."""
+    """Who somebody is and where: "bubbleman as a woman of stature 1525 mm, 51.3 kg, surface known to
+    ± 9 mm, in seat left, 20 mm in front of its reference position"."""
     role = person.role
     words = person.body.name.replace("_", " ")
     if role.size is not None:
         words += f" as a {_sized(role.size)}"
     if role.clothes:
         words += f", with {', '.join(item.name for item in role.clothes)}"
-    words += f", {float(person.body.mass[0].sum()):.1f} kg, {_surface_words(person.body)}"
+    words += f", {float(person.body.mass[0].sum()):.1f} kg, {_surface_known(person.body)}"
     if role.seat is not None:
-        words += f", in seat {role.seat.replace('_', ' ')}"
-        for value, ahead, behind in (
-            (person.forward, "forward", "back"),
-            (person.up, "up", "down"),
-        ):
-            if abs(value) >= HALF_MILLIMETRE:
-                words += f", {abs(1000 * value):.0f} mm {ahead if value > 0 else behind}"
-    elif role.stand is not None:
+        where = seat_position_words(person.forward, person.up)
+        return f"{words}, in seat {role.seat.replace('_', ' ')}, {where}"
+    if role.stand is not None:
         words += ", standing"
         for value, ahead, behind in (
             (person.forward, "forward", "back"),
@@ -278,10 +312,20 @@ def person_words(person: PersonFound) -> str:
     return words
 
 
-def _surface_words(body: Body) -> str:
-    """How well the surface of a body is known: "surface within 25 mm", by its worst segment."""
-    worst = float(np.max(body.fit_error[0, np.diff(body.start) > 0]))
-    return f"surface within {1000 * worst:.0f} mm" if math.isfinite(worst) else "surface not stated"
+def seat_position_words(forward: float, up: float) -> str:
+    """Where a seat is in its travel [m]: "20 mm behind and 5 mm above its reference position"."""
+    ways = [
+        f"{abs(1000 * value):.0f} mm {more if value > 0 else less}"
+        for value, more, less in ((forward, "in front of", "behind"), (up, "above", "below"))
+        if abs(value) >= HALF_MILLIMETRE
+    ]
+    return f"{' and '.join(ways)} its reference position" if ways else "in its reference position"
+
+
+def _surface_known(body: Body) -> str:
+    """How well the surface of a body is known, by its worst segment: "surface known to ± 25 mm"."""
+    known = surface_words(float(np.max(body.fit_error[0, np.diff(body.start) > 0])))
+    return f"surface known to{known} mm" if known else "error of the surface not stated"
 
 
 def adjusted_line(environment: Environment, size: str = "") -> list[str]:

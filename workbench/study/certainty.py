@@ -93,6 +93,8 @@ def certain_elsewhere(
         some = who.rows(rows)
         no_sets = np.zeros((len(asked), 0), dtype=np.bool_)
         comfortable = comfortable_situations(there, some)
-        again = fitted_positions(there, certain, no_sets, some, comfortable, coarse=True)
+        here = fitted.tried.rows(rows)
+        here.margin[:] = bounds.low[rows]
+        again = fitted_positions(there, certain, no_sets, some, comfortable, here=here)
         found[rows] = met_of(again.tried.margin).all(axis=1)
     return found

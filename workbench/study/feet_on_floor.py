@@ -24,6 +24,8 @@ OVER = 0.05
 """Feet that are less [m] above it are on it."""
 BROAD = 0.6
 """A part that is broader [m], as seen from above, is no pedal."""
+_SLOPES = 0.1
+"""How much higher or lower [m] a floor is under another part of the same foot or shank."""
 _UNDER_KNEE = 0.05
 """What is less [m] below the knee is no floor."""
 
@@ -83,9 +85,12 @@ def feet_on_floor(
         if not (body.has(foot) and body.has(leg)):
             continue
         own = body.spheres(body.segment(foot))
-        knee = float(centres[body.spheres(body.segment(leg)), 2].max())
+        shank = centres[body.spheres(body.segment(leg))]
+        knee = float(shank[:, 2].max())
         sole = float((centres[own, 2] - radius[own]).min())
-        floor = _under(ground, centres[own, :2].mean(axis=0), knee - _UNDER_KNEE, left_out)
+        limb = np.concatenate([shank, centres[own]])
+        below = sole + UNDER, knee - _UNDER_KNEE
+        floor = _under(ground, centres[own, :2].mean(axis=0), below, limb, left_out)
         if floor is not None:
             height, part = floor
             ahead = _ahead(knee - sole, knee - height)
@@ -94,14 +99,30 @@ def feet_on_floor(
 
 
 def _under(
-    ground: Ground, at: Floats, below: float, left_out: list[int]
+    ground: Ground, at: Floats, below: tuple[float, float], limb: Floats, left_out: list[int]
 ) -> tuple[float, str] | None:
-    """Height [m] and part of the highest surface below a height [m] at a place (2,)."""
+    """Height [m] and part of the highest floor at a place (2,): a surface below the first height
+    [m], or one below the second that a limb with spheres at (S, 3) [m] goes through. What is over a
+    foot alone, as a panel over pedals, is none."""
     heights, parts = ground.levels(at)
-    rows = np.flatnonzero((heights < below) & ~np.isin(parts, left_out))
-    if not len(rows):
-        return None
-    return float(heights[rows[-1]]), ground.names[int(parts[rows[-1]])]
+    rows = np.flatnonzero((heights < below[1]) & ~np.isin(parts, left_out))
+    for row in rows[::-1].tolist():
+        height, part = float(heights[row]), int(parts[row])
+        if height < below[0] or _passes(ground, part, height, limb):
+            return height, ground.names[part]
+    return None
+
+
+def _passes(ground: Ground, part: int, height: float, limb: Floats) -> bool:
+    """Whether a limb with spheres at (S, 3) [m] has some over a part, which is about at a height
+    [m] there, and some under it."""
+    over = set()
+    for x, y, z in limb.tolist():
+        heights, parts = ground.levels(np.array([x, y]))
+        own = heights[(parts == part) & (np.abs(heights - height) < _SLOPES)]
+        if len(own):
+            over.add(z > own[np.argmin(np.abs(own - height))])
+    return len(over) == 2
 
 
 def _ahead(leg: float, room: float) -> float:

@@ -17,7 +17,14 @@ from workbench.model.criterion import Criterion
 from workbench.model.environment import Environment
 from workbench.model.poses import Poses
 from workbench.model.posing import join_poses
-from workbench.model.result import ControlReach, Finding, PersonFound, PosturesFound, Verdict
+from workbench.model.result import (
+    ControlReach,
+    Finding,
+    PersonFound,
+    PosturesFound,
+    Shortfall,
+    Verdict,
+)
 from workbench.model.study import PredictedPosture, Role, Study
 from workbench.model.workplace import Beside, Workplace
 from workbench.posture.stops import stops
@@ -46,7 +53,7 @@ from workbench.study.unasked import overlap_warnings, unasked_overlaps
 from workbench.study.warnings import result_warnings, seat_verdicts
 from workbench.study.workplaces import drawn_number, occupant, workplace_of
 
-__all__ = ["Present", "people_found", "present_people"]
+__all__ = ["Present", "people_found", "person_found", "present_people"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,7 +76,7 @@ class Present:
     roles: tuple[Role, ...]
     situations: tuple[tuple[Situation, ...], ...]
     words: tuple[str, ...]
-    short: tuple[str, ...] = ()
+    short: tuple[Shortfall, ...] = ()
 
     def beside(self) -> list[Beside]:
         """The people as somebody else finds them."""
@@ -196,7 +203,7 @@ def people_found(study: Study, there: Present) -> PosturesFound:
     """Find how the single people of a study, who are there, come out in its postures."""
     environment = there.environment
     people = tuple(
-        _person(role, mine) for role, mine in zip(there.roles, there.situations, strict=True)
+        person_found(role, mine) for role, mine in zip(there.roles, there.situations, strict=True)
     )
     reaches = tuple(
         row
@@ -224,7 +231,7 @@ def people_found(study: Study, there: Present) -> PosturesFound:
         warnings=(
             *kept_words(kept_of_people(environment, study.criteria, reaches)),
             *there.words,
-            *there.short,
+            *(one.sentence for one in there.short),
             *piece_warnings((person.name, person.body) for person in people),
             *(buried_controls(environment) if reaches else ()),
             *result_warnings(environment, cases, people),
@@ -236,8 +243,8 @@ def people_found(study: Study, there: Present) -> PosturesFound:
     )
 
 
-def _person(role: Role, situations: Sequence[Situation]) -> PersonFound:
-    """What is measured of one person in all cases."""
+def person_found(role: Role, situations: Sequence[Situation]) -> PersonFound:
+    """Measure one person in the situations (C,) of all cases."""
     poses = poses_of(situations)
     placed = place(situations[0].body, poses)
     margins = stops(placed.body, poses)

@@ -66,6 +66,7 @@ from workbench.study.situation import (
     position_of,
     seating_of,
     situated,
+    with_clear_legs,
     with_hands,
 )
 
@@ -158,14 +159,19 @@ def comfortable_situations(
 
 
 def in_positions(
-    place: Workplace, who: Occupants, positions: Floats, wanted: Sequence[Situation]
+    place: Workplace,
+    who: Occupants,
+    positions: Floats,
+    wanted: Sequence[Situation],
+    *,
+    heedless: bool = False,
 ) -> list[Situation]:
-    """People in each case with their seats in positions (B, 2) [m].
+    """People in each case with their seats in positions (B, 2) [m]; heedless as of `in_place`.
 
     What is left of the travel stays as it is where the seat is `wanted`, case by case.
     """
     return [
-        replace(situated(place, case, who, positions), spare=there.spare)
+        replace(situated(place, case, who, positions, heedless=heedless), spare=there.spare)
         for case, there in enumerate(wanted)
     ]
 
@@ -310,7 +316,7 @@ class _Search:
     margin of these in the best position; setting (A,) [m or rad]; remembered: what the people
     reached so far in it; worth [m]: what a position that does not fit must be better by; judged: the people (by index) in positions [m] that were judged; begun: whether
     people begin with the best position of a search before; notes: whether it is noted what people have to
-    spare in each position; coarse: whether nobody is tried nearer than `FINEST`.
+    spare in each position; coarse: whether it is only asked who fits, see `here` of `fitted_positions`.
     """
 
     place: Workplace
@@ -383,7 +389,7 @@ def fitted_positions(
     before: Before | None = None,
     *,
     thorough: bool = False,
-    coarse: bool = False,
+    here: Tried | None = None,
     proceed: Callable[[], None] = lambda: None,
 ) -> Fitted:
     """Judge people in the fitting position nearest to the comfortable one.
@@ -402,20 +408,26 @@ def fitted_positions(
     thorough
         Whether each reach is searched for whole in each position. That takes up to a hundred times
         as long, and is what the sparing search is compared with.
-    coarse
-        Whether neighbours nearer than `FINEST` are left out.
+    here
+        What becomes of the people in a position of theirs that is known. Then it is only asked whether
+        they fit in another: not how much they have to spare there, and neighbours nearer than
+        `FINEST` are left out.
     proceed
         Called before each batch of positions; the search ends by what it raises.
     """
     reached = Remembered(len(who), np.arange(len(who)), {}, few_starts=not thorough)
     comfortable = _remembering(comfortable, reached)
     positions = lattice(place.travel, spacing_of(place))
-    if before is None:
-        here, settled = tried(comfortable, asked), np.zeros(len(who), dtype=np.bool_)
-    else:
+    coarse = here is not None
+    settled = np.zeros(len(who), dtype=np.bool_)
+    hangs = np.zeros(0, dtype=np.int64)
+    if before is not None:
         here, settled = _tried_again(place, who, comfortable, asked, before)
-    hangs = _hang_on_reaches(comfortable, asked, here.margin, anywhere=len(positions) == 1)
-    hangs = hangs[~settled[hangs]]
+    elif here is None:
+        here = tried(comfortable, asked)
+    if not coarse:
+        hangs = _hang_on_reaches(comfortable, asked, here.margin, anywhere=len(positions) == 1)
+        hangs = hangs[~settled[hangs]]
     if len(hangs):
         here.take(hangs, tried(_whole([one.rows(hangs) for one in comfortable]), asked))
     at = position_of(comfortable[0])
@@ -587,14 +599,17 @@ def _try_positions(search: _Search, people: Ints, positions: Floats) -> None:
     """Judge people (N,) of the search in positions (N, 2), one each, and keep what is better.
 
     Nobody is judged twice in a position: neighbours meet at the ends of the travel. The others are
-    judged in batches: a call costs more than a person.
+    judged in batches: a call costs more than a person. All positions of a person are in one batch,
+    so that what is asked in them does not depend on who else is searched for.
     """
     new = _not_judged(search, people, positions)
     people = people[new]
     positions = positions[new]
-    order = np.lexsort(positions.T[::-1])
-    for first in range(0, len(order), MOST_ROWS):
-        some = order[first : first + MOST_ROWS]
+    order = np.lexsort((*positions.T[::-1], people))
+    count = np.bincount(people, minlength=len(search.who))
+    batch = (np.cumsum(count) - count) // MOST_ROWS
+    for number in np.unique(batch[people]).tolist():
+        some = order[batch[people[order]] == number]
         _judge(search, people[some], positions[some])
 
 
@@ -623,20 +638,26 @@ def _judge(search: _Search, people: Ints, positions: Floats) -> None:
     known = ~_movable(search.place, search.asked)
     found.put(np.arange(len(people)), np.flatnonzero(known), _of(search.fixed, people, known))
     wanted = [situation.rows(people) for situation in search.wanted]
-    there = in_positions(search.place, search.who.rows(people), positions, wanted)
+    who = search.who.rows(people)
+    there = in_positions(search.place, who, positions, wanted, heedless=True)
     situations = _remembering(there, search.remembered.rows(people))
     left = np.arange(len(people))
+    told = np.tile(known, (len(people), 1))
     for stage in _stages(search, people):
-        columns = np.flatnonzero(stage.columns)
+        columns = np.flatnonzero(stage.columns[left].any(axis=0) & ~known)
         asked = [search.asked[r] for r in columns.tolist()]
+        if any(CHECKS[one.requirement.check].cost != AFTER_SEATING for one in asked):
+            situations = [with_clear_legs(one) for one in situations]
+        told[left] |= stage.columns[left]
+        margin = np.where(told[left], found.margin[left], np.nan)
         if stage.at_most:
-            margin = found.margin[left]
             margin[:, columns] = most_of(situations, asked)
-        else:
+            told[np.ix_(left, columns)] = False
+        elif len(columns):
             found.put(left, columns, margins_of(situations, asked))
-            known = known | stage.columns
-            margin = found.margin[left]
-        hopeful = _hopeful(search, people[left], margin, known | stage.columns)
+            known[columns] = True
+            margin = np.where(told[left], found.margin[left], np.nan)
+        hopeful = _hopeful(search, people[left], margin)
         given_up = np.setdiff1d(np.arange(len(left)), hopeful)
         at = positions[left[given_up]]
         _note(search, people[left[given_up]], at, margin[given_up])
@@ -667,8 +688,8 @@ def _remembering(situations: Sequence[Situation], known: Remembered) -> list[Sit
 
 @dataclass(frozen=True, eq=False)
 class _Stage:
-    """Requirements (R,) that are asked together, or of which it is only asked how much there can be
-    to spare at most."""
+    """Requirements of each person (N, R) that are asked together, or of which it is only asked how
+    much there can be to spare at most."""
 
     columns: Bools
     at_most: bool = False
@@ -680,36 +701,39 @@ def _stages(search: _Search, people: Ints) -> list[_Stage]:
 
     First comes what seating alone answers, then what is asked of the posture with the hands at
     rest, and what that says of requirements with the hands on their controls. For the others hands
-    are brought to their controls, or limbs reach for some: of these, those come first that somebody
-    misses in his best position. Nine in ten positions that are no better are given up by these.
+    are brought to their controls, or limbs reach for some: of these, those come first that the
+    person misses in his best position. Nine in ten positions that are no better are given up by
+    these. The order does not depend on who else is asked.
     """
     cost = np.array([CHECKS[one.requirement.check].cost for one in search.asked])
     held = np.array([needs_hands(search.wanted[one.case], one) for one in search.asked])
-    missed = np.any(search.best.tried.margin[people] < -MET, axis=0)
+    missed = search.best.tried.margin[people] < -MET
     dear = held | (cost == REACHING)
-    stages = [
-        _Stage(cost == AFTER_SEATING),
-        _Stage((cost == IN_POSTURE) & ~dear),
-        _Stage(held, at_most=True),
-        _Stage(dear & missed & ~held),
-        _Stage(dear & missed & held),
-        _Stage(dear & ~missed & held),
-        _Stage(dear & ~missed & ~held),
-    ]
     movable = _movable(search.place, search.asked)
-    some = [replace(stage, columns=stage.columns & movable) for stage in stages]
-    return [stage for stage in some if np.any(stage.columns)]
+
+    def stage(columns: Bools, *, at_most: bool = False) -> _Stage:
+        return _Stage(np.broadcast_to(columns & movable, missed.shape), at_most)
+
+    return [
+        stage(cost == AFTER_SEATING),
+        stage((cost == IN_POSTURE) & ~dear),
+        stage(held, at_most=True),
+        stage(dear & missed & ~held),
+        stage(dear & missed & held),
+        stage(dear & held),
+        stage(dear & ~held),
+    ]
 
 
-def _hopeful(search: _Search, people: Ints, margin: Floats, known: Bools) -> Ints:
+def _hopeful(search: _Search, people: Ints, margin: Floats) -> Ints:
     """The rows of people (N,) who may do better than in their best position, or meet another set,
-    as far as the requirements (R,) that are known say."""
-    least = _score(margin, known & search.counted[people])
+    as far as margins (N, R) say; NaN of what is not known."""
+    least = _score(margin, search.counted[people])
     enough = np.minimum(search.score[people] + search.worth, -MET)
     if search.begun:
         enough = np.maximum(enough, -WITHIN_NEIGHBOURS)
     better = least > enough
-    sets = _met_sets(margin[:, known], search.members[known])
+    sets = _met_sets(margin, search.members)
     return np.flatnonzero(better | (sets & ~search.best.sets[people]).any(axis=1))
 
 
@@ -795,6 +819,8 @@ def _judge_whole(search: _Search) -> None:
     and with how much is to spare."""
     best = search.best
     asks = search.moved | ~search.whole
+    if search.coarse:
+        asks = search.moved & (search.score < -MET)
     if search.begun:
         hangs = np.zeros(len(asks), dtype=np.bool_)
         hangs[_hang_on_reaches(search.wanted, search.asked, best.tried.margin, anywhere=False)] = (

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from workbench.model.accommodation import MET
 from workbench.model.arrays import Floats
+from workbench.model.result import Shortfall
 from workbench.model.workplace import Workplace
 from workbench.posture.seating.driving import DrivingPosture
 from workbench.posture.seating.seat import Seated
@@ -22,6 +24,8 @@ __all__ = ["move_words", "setting_words", "shortfalls"]
 
 REPORTED = 1e-3
 """A miss [m] that is reported."""
+INSIDE = 5e-5
+"""[m] A leg that is deeper in a part than allowed by less is not mentioned: it reads as 0.0 mm."""
 AT_END = 1e-6
 """Travel [m] that is none."""
 FARTHER = 0.5
@@ -30,74 +34,93 @@ PEDALS_OFF = 0.02
 """Pedals that are nearer or farther by less [m] than legs would have them are not mentioned."""
 
 _NO_ROOM = (
-    ": no posture was found in which all hands are on their controls and nobody touches another"
+    "no posture was found in which all hands are on their controls and nobody touches another"
 )
 """What is said where people keep each other off: a search that fails is no proof."""
 
 
-def shortfalls(situation: Situation) -> list[str]:
+def shortfalls(situation: Situation) -> list[Shortfall]:
     """What a person with the hands on the controls misses of the aims of a case."""
     seated = situation.seated
     held = situation.work.held
-    lines: list[str] = []
+    found: list[Shortfall | None] = []
     if seated is not None and situation.work.aims is not None:
-        lines += [
-            *_eyes_off(situation, seated),
-            *_travel_off(situation, seated),
-            *_pressed(situation, seated),
+        found += [
+            _eyes_off(situation, seated),
+            _travel_off(situation, seated),
+            _pressed(situation, seated),
         ]
         for foot, miss in seated.miss.items():
-            lines += _limb_off(foot, held[foot], miss, seated.limit[foot])
+            found.append(_limb_off(situation, foot, held[foot], miss, seated.limit[foot]))
+        found += _legs_inside(situation, seated)
     kept_off = kept_off_by_others(situation)
     for hand, miss in situation.hand_miss.items():
         limit = situation.hand_limit[hand]
         overlap = float(situation.hand_overlap[hand][0])
-        for line in _limb_off(hand, held[hand], miss, limit, overlap):
-            lines.append(line + (_NO_ROOM if hand in kept_off else ""))
-    return [f"{situation.place.role}, {situation.work.name}: {line}" for line in lines]
+        off = _limb_off(situation, hand, held[hand], miss, limit, overlap)
+        if off is not None and hand in kept_off:
+            off = replace(off, why=": ".join([*filter(None, [off.why]), _NO_ROOM]))
+        found.append(off)
+    return [one for one in found if one is not None]
 
 
-def _eyes_off(situation: Situation, seated: Seated) -> list[str]:
+def _shortfall(
+    situation: Situation, what: str, words: str, *, size: float, why: str = ""
+) -> Shortfall:
+    return Shortfall(situation.place.role, situation.work.name, what, words, why, size)
+
+
+def _eyes_off(situation: Situation, seated: Seated) -> Shortfall | None:
     """How far the eyes are from the height of their point."""
     if situation.eyes is None:
-        return []
+        return None
     above = float(seated.eye[0, 2] - situation.environment.points[situation.eyes][2])
     if abs(above) <= REPORTED:
-        return []
+        return None
     seat = situation.place.own_seat
     assert seat is not None
     low, high = seat.travel_up
     height = float(seated.up[0])
-    if above < 0:
-        why = ", the seat is as high as it goes" if high - height < AT_END else ""
-        return [f"the eyes stay {-1000 * above:.0f} mm below {situation.eyes}{why}"]
-    why = ", the seat is as low as it goes" if height - low < AT_END else ""
-    return [f"the eyes are {1000 * above:.0f} mm above {situation.eyes}{why}"]
+    left, way = (high - height, "high") if above < 0 else (height - low, "low")
+    where = (
+        f"stay {-1000 * above:.0f} mm below" if above < 0 else f"are {1000 * above:.0f} mm above"
+    )
+    return _shortfall(
+        situation,
+        "eyes",
+        f"the eyes {where} {situation.eyes}",
+        size=abs(above),
+        why=f"the seat is as {way} as it goes" if left < AT_END else "",
+    )
 
 
-def _travel_off(situation: Situation, seated: Seated) -> list[str]:
+def _travel_off(situation: Situation, seated: Seated) -> Shortfall | None:
     """How far the travel ends before the seat is where a driver wants it, or legs have it by the
     pedals."""
     if isinstance(seated, DrivingPosture):
         beyond = float(seated.wanted[0] - seated.forward[0])
         at_end = float(seated.spare_travel[0, :2].min()) < AT_END
         if abs(beyond) <= REPORTED or not at_end:
-            return []
-        return [f"the seat would have to go {_farther(beyond)} than its travel"]
+            return None
+        words = f"the seat would have to go {_farther(beyond)} than its travel"
+        return _shortfall(situation, "seat", words, size=abs(beyond))
     if not float(situation.spare[0].min()) < AT_END:
-        return []
+        return None
     wanted = freely_seated(situation, FARTHER)
     seat = situation.place.own_seat
     if wanted is None or seat is None:
-        return []
+        return None
     forward = float(wanted.forward[0])
     beyond = forward - float(np.clip(forward, *seat.travel_forward))
     if abs(beyond) < PEDALS_OFF:
-        return []
-    return [
-        f"the pedals are {_pedals_off(beyond)} for the legs: the seat would have to go "
-        f"{_farther(beyond)} than its travel"
-    ]
+        return None
+    return _shortfall(
+        situation,
+        "seat",
+        f"the pedals are {_pedals_off(beyond)} for the legs",
+        size=abs(beyond),
+        why=f"the seat would have to go {_farther(beyond)} than its travel",
+    )
 
 
 def _farther(beyond: float) -> str:
@@ -110,32 +133,61 @@ def _pedals_off(beyond: float) -> str:
     return f"{1000 * abs(beyond):.0f} mm too {'far' if beyond > 0 else 'near'}"
 
 
-def _pressed(situation: Situation, seated: Seated) -> list[str]:
+def _pressed(situation: Situation, seated: Seated) -> Shortfall | None:
     """How much deeper the thighs press into the front of the cushion than it gives."""
     deeper = float(seated.pressed[0])
     if deeper <= REPORTED:
-        return []
+        return None
     seat = situation.place.own_seat
     assert seat is not None and seat.front is not None
     gives = seat.front.gives
-    return [
+    words = (
         f"the thighs press {1000 * (gives + deeper):.0f} mm deep into the front of "
         f"{seat.cushion.part}, which gives {1000 * gives:.0f} mm"
-    ]
+    )
+    return _shortfall(situation, "thighs", words, size=deeper)
 
 
 def _limb_off(
-    limb: str, control: str, miss: Floats, limit: tuple[str, ...], overlap: float = 0.0
-) -> list[str]:
+    situation: Situation,
+    limb: str,
+    control: str,
+    miss: Floats,
+    limit: tuple[str, ...],
+    overlap: float = 0.0,
+) -> Shortfall | None:
     """How far a hand or foot stays from its control, and how deep [m] it is in an obstacle."""
-    if miss[0] <= (REPORTED if limb.endswith("foot") else 0.0):
-        return []
-    why = f", limited by {limit[0]}" if limit[0] else ""
-    if overlap > 0.0 and miss[0] <= REPORTED:
-        what = limit[0] or "an obstacle"
-        return [f"the {limb} gets to {control} only {1000 * overlap:.0f} mm inside {what}"]
+    short = float(miss[0])
+    if short <= (REPORTED if limb.endswith("foot") else 0.0):
+        return None
+    if overlap > 0.0 and short <= REPORTED:
+        words = f"the {limb} gets to {control} only {_mm(overlap)} inside "
+        return _shortfall(situation, limb, words + (limit[0] or "an obstacle"), size=overlap)
     depth = f", {1000 * overlap:.0f} mm inside an obstacle" if overlap > 0.0 else ""
-    return [f"the {limb} stays {1000 * miss[0]:.0f} mm from {control}{depth}{why}"]
+    return _shortfall(
+        situation,
+        limb,
+        f"the {limb} stays {_mm(short)} from {control}{depth}",
+        size=short,
+        why=f"limited by {limit[0]}" if limit[0] else "",
+    )
+
+
+def _legs_inside(situation: Situation, seated: Seated) -> list[Shortfall]:
+    """Of legs of which no clear posture was found, what they are in and how deep."""
+    parts = situation.environment.parts
+    return [
+        _shortfall(
+            situation,
+            f"{foot.split()[0]} leg",
+            f"the {foot.split()[0]} leg is {_mm(depth[0])} deeper in "
+            f"{parts[seated.leg_part[foot][0]]} than is allowed",
+            size=float(depth[0]),
+            why=f"with the foot on {situation.work.held[foot]} no posture of it was found that is clear",
+        )
+        for foot, depth in seated.leg_overlap.items()
+        if depth[0] > INSIDE
+    ]
 
 
 def setting_words(

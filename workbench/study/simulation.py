@@ -68,7 +68,5 @@ def prepared(plan: SimulationPlan) -> Simulation:
 def bearing(environment: Environment, more: Iterable[str] = ()) -> Bools:
     """(K,) the cushions and backs of seats, and the parts named: what pushes back from its surface
     on."""
-    names = {rest.part for seat in environment.seats for rest in (seat.cushion, seat.back)} | set(
-        more
-    )
+    names = {part for seat in environment.seats for part in seat.parts} | set(more)
     return np.array([part in names for part in environment.parts], dtype=np.bool_)

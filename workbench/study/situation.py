@@ -31,6 +31,7 @@ from workbench.posture.kernels.clear_reach import KEPT
 from workbench.posture.reaching.history import ReachHistory, Recall
 from workbench.posture.reaching.limbs import FEET, HANDS, ZONES, Limb, limb
 from workbench.posture.reaching.reach import reach
+from workbench.posture.seating.clear_legs import clear_legs
 from workbench.posture.seating.driving import driving_posture
 from workbench.posture.seating.driving_legs import accelerator_foot
 from workbench.posture.seating.posture import Pedals
@@ -59,6 +60,7 @@ __all__ = [
     "situated",
     "solid_to_others",
     "take_places",
+    "with_clear_legs",
     "with_hands",
     "with_hands_again",
     "with_some_hands",
@@ -104,16 +106,19 @@ class Occupants:
 class Taken:
     """The places that B people have taken: their poses in the world with the hands at rest, how
     the seat came out, None for people without one, and (B, 2) [m] how far those who stand have
-    stepped, forward and left."""
+    stepped, forward and left; and how the seat came out before the legs heeded what stands around,
+    None where these did not."""
 
     poses: Poses
     seated: Seated | None
     stepped: Floats
+    heedless: Seated | None = None
 
     def rows(self, keep: Ints) -> Taken:
         """The people at indices, in their order."""
         seated = self.seated.rows(keep) if self.seated else None
-        return Taken(self.poses.rows(keep), seated, self.stepped[keep])
+        heedless = self.heedless.rows(keep) if self.heedless else None
+        return Taken(self.poses.rows(keep), seated, self.stepped[keep], heedless)
 
 
 @dataclass(frozen=True, eq=False)
@@ -331,10 +336,12 @@ def join_situations(parts: Sequence[Situation]) -> Situation:
 
 def _join_taken(parts: Sequence[Taken]) -> Taken:
     seats = [part.seated for part in parts if part.seated is not None]
+    heedless = [part.heedless for part in parts if part.heedless is not None]
     return Taken(
         join_poses([part.poses for part in parts]),
         join_seated(seats) if seats else None,
         np.concatenate([part.stepped for part in parts]),
+        join_seated(heedless) if heedless else None,
     )
 
 
@@ -523,7 +530,12 @@ def _bent(
 
 
 def situated(
-    place: Workplace, case: int, who: Occupants, positions: Floats | None = None
+    place: Workplace,
+    case: int,
+    who: Occupants,
+    positions: Floats | None = None,
+    *,
+    heedless: bool = False,
 ) -> Situation:
     """Put people into a case of their workplace, with the hands at rest.
 
@@ -531,17 +543,49 @@ def situated(
     ----------
     positions
         As of `take_places`.
+    heedless
+        As of `in_place`.
     """
-    return in_place(place, case, who, take_places(seating_of(place, case), who, positions))
+    taken = take_places(seating_of(place, case), who, positions)
+    return in_place(place, case, who, taken, heedless=heedless)
 
 
-def in_place(place: Workplace, case: int, who: Occupants, taken: Taken) -> Situation:
-    """People in the places that they have taken in a case, with the hands at rest."""
-    seated = taken.seated
+def in_place(
+    place: Workplace, case: int, who: Occupants, taken: Taken, *, heedless: bool = False
+) -> Situation:
+    """People in the places that they have taken in a case, with the hands at rest.
+
+    Parameters
+    ----------
+    heedless
+        Whether the legs are left as they were predicted until `with_clear_legs`.
+    """
+    seated = taken.heedless or taken.seated
+    taken = Taken(taken.poses if seated is None else seated.poses, seated, taken.stepped)
     shift = np.zeros((len(who), 3)) if seated is None else seated.shift
     spare = np.full((len(who), 2), np.nan) if seated is None else seated.spare_travel[:, :2]
     beside = tuple(one.in_case(case) for one in place.beside)
-    return Situation(place, case, who.body, taken, taken.poses, shift, spare, beside)
+    found = Situation(place, case, who.body, taken, taken.poses, shift, spare, beside)
+    return found if heedless else with_clear_legs(found)
+
+
+def with_clear_legs(situation: Situation) -> Situation:
+    """The same, hands at rest, with the legs clear of what stands around where that was found: from
+    where a prediction brought the feet to their pedals without regard to it. The hips stay."""
+    place = situation.place
+    seated = situation.seated
+    if seated is None or situation.work.aims is None or situation.taken.heedless is not None:
+        return situation
+    found = clear_legs(
+        situation.body,
+        seated.poses,
+        place.environment,
+        {foot: seated.pitches.get(foot) for foot in seated.miss},
+        sat_on=place.moving_parts,
+    )
+    clear = replace(seated, poses=found.poses, leg_overlap=found.overlap, leg_part=found.part)
+    taken = Taken(found.poses, clear, situation.taken.stepped, seated)
+    return replace(situation, taken=taken, poses=found.poses)
 
 
 def position_of(situation: Situation) -> Floats:

@@ -20,6 +20,7 @@ from workbench.model.result import PersonFound
 __all__ = [
     "Overlap",
     "meeting_warnings",
+    "meeting_words",
     "overlap_warnings",
     "overlap_words",
     "unasked_meetings",
@@ -173,17 +174,19 @@ def _asks_meeting(criterion: Criterion, meeting: Meeting) -> bool:
     )
 
 
+def meeting_words(meeting: Meeting) -> str:
+    """One contact in words: "right lower arm (bottom) is 53.2 mm into throttle_lever (15 mm
+    allowed)"."""
+    allowed = f" ({1000 * meeting.allowed:.0f} mm allowed)" if meeting.allowed > 0 else ""
+    return f"{meeting.deep} is {1000 * meeting.depth:.1f} mm into {meeting.other}{allowed}"
+
+
 def meeting_warnings(meetings: Sequence[Meeting]) -> Iterator[str]:
     """A sentence on contacts of a motion that no criterion asks about; nothing where there are
     none."""
     if not meetings:
         return
-    first = meetings[0]
-    allowed = f" ({1000 * first.allowed:.0f} mm allowed)" if first.allowed > 0 else ""
-    deepest = (
-        f"{first.deep}, {1000 * first.depth:.1f} mm into {first.other}{allowed} at "
-        f"{1000 * first.deepest:.1f} ms"
-    )
+    deepest = f"{meeting_words(meetings[0])} at {1000 * meetings[0].deepest:.1f} ms"
     if len(meetings) == 1:
         yield f"one contact is deeper than allowed and no criterion asks about it: {deepest}"
         return

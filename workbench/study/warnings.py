@@ -16,10 +16,11 @@ from workbench.model.environment import Environment, Rest, Seat
 from workbench.model.figures import tenths
 from workbench.model.poses import Placed
 from workbench.model.result import Finding, PersonFound, Verdict
+from workbench.model.stops import motion_words
 from workbench.posture.seating.seating import seat_planes, seat_shift
 from workbench.study.feet_on_floor import FeetOnFloor, feet_on_floor, feet_words
 
-__all__ = ["enclosure_warnings", "result_warnings", "seat_verdicts"]
+__all__ = ["enclosure_warnings", "result_warnings", "seat_verdicts", "seat_warnings"]
 
 SEAT_TOLERANCE = 0.01
 SEAT_LOST = 0.05
@@ -41,12 +42,22 @@ def result_warnings(
         found += _swallowed(environment, cases, person)
         found += _bounded(environment, cases, person)
         found += enclosure_warnings(person.name, person.placed, environment, cases)
+        found += seat_warnings(environment, cases, person)
         if person.role.seat is not None:
-            most = DRIVER_TOLERANCE if "driver" in person.postures else SEAT_TOLERANCE
-            for rest in _rests(environment.seat(person.role.seat)):
-                found += _missed(environment, person, rest, cases, most)
             found += _under_floor(environment, person, cases, ground)
     return found
+
+
+def seat_warnings(
+    environment: Environment, cases: tuple[str, ...], person: PersonFound
+) -> Iterator[str]:
+    """A sentence for the cushion and for the back of a sitter's seat whose plane is not where the
+    part is; nothing of who stands."""
+    if person.role.seat is None:
+        return
+    most = DRIVER_TOLERANCE if "driver" in person.postures else SEAT_TOLERANCE
+    for rest in _rests(environment.seat(person.role.seat)):
+        yield from _missed(environment, person, rest, cases, most)
 
 
 def _under_floor(
@@ -66,20 +77,11 @@ def _under_floor(
         feet = feet_on_floor(person.placed, pose, own, ground, without=no_floor)
         if feet is None or feet.above >= -_allowed(environment, feet.part):
             continue
-        if not _legs_in(environment, person, pose, feet.part):
-            continue  # an overhang that the feet are under, as of a panel over pedals
         if worst is None or feet.above < worst[1].above:
             worst = case, feet
     if worst is None or worst[1].above > 0.0:
         return []
     return feet_words(f"{person.name}, {worst[0]}", worst[1], pedals)
-
-
-def _legs_in(environment: Environment, person: PersonFound, pose: int, part: str) -> bool:
-    """Whether a lower leg or a foot goes through a part."""
-    legs = [k for k, name in enumerate(person.body.segments) if name in ("LLL", "LF", "RLL", "RF")]
-    distance = person.clearance.distance[pose, legs, environment.part_index(part)]
-    return bool(distance.min(initial=np.inf) < 0.0)
 
 
 def _allowed(environment: Environment, part: str) -> float:
@@ -98,7 +100,7 @@ def _breached(cases: tuple[str, ...], person: PersonFound) -> Iterator[str]:
         yield (
             f"{person.name}, {cases[case]}: {person.placed.body.joint_names[joint]} is "
             f"{tenths(-float(np.degrees(person.margin[case, joint])))} degrees past its stop in "
-            f"{person.margin_motion[case][joint].replace('_', ' ')}"
+            f"{motion_words(person.margin_motion[case][joint])}"
         )
 
 
@@ -170,16 +172,14 @@ def _missed(
     if worst is None or abs(worst.gap + surface.depth) <= most:
         return
     clearance = person.clearance
-    case, segment, part = worst.where
+    case = worst.where[0]
     named = clearance.name(worst.where)
     x, y, z = (1000 * value for value in clearance.point[worst.where])
-    polygon = int(clearance.target[worst.where]) - int(environment.part_start[part])
     gap = worst.gap
     where = f"{1000 * gap:.0f} mm clear of" if gap > 0 else f"{-1000 * gap:.0f} mm deep in"
     yield (
-        f"{person.name}, {cases[case]}: {named}, sphere {clearance.sphere[case, segment, part]}, is "
-        f"{where} {surface.part!r}, the {rest.words}, at its polygon {polygon} "
-        f"({x:.0f}, {y:.0f}, {z:.0f}), where {1000 * surface.depth:.0f} mm deep was stated: check the "
+        f"{person.name}, {cases[case]}: {named} is "
+        f"{where} {surface.part!r}, the {rest.words}, at ({x:.0f}, {y:.0f}, {z:.0f}) mm, where {1000 * surface.depth:.0f} mm deep was stated: check the "
         f"seat reference point, the seat's angles, and the mesh's unit and axes"
     )
 

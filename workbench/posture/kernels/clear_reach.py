@@ -72,6 +72,7 @@ __all__ = [
     "BRIEF",
     "BURIED",
     "FEW_STARTS",
+    "HOPELESS",
     "KEPT",
     "KNOWN_POSTURES",
     "NEARER",
@@ -184,7 +185,8 @@ class Outcome(NamedTuple):
     angles: NDArray[np.float64]
     """(P, K, 3) [rad] the free postures, in, and what they have come to, out."""
     numbers: NDArray[np.float64]
-    """(P, 8) as of kernels.inverse. Of a row that is NEARER or NEXT_TO, before: [0] no posture misses
+    """(P, 8) as of kernels.inverse. Of a row that is BRIEF, after, where it is KEPT: [1] the least that
+    an attempt has left violated [m]. Of a row that is NEARER or NEXT_TO, before: [0] no posture misses
     the target by less [m]; [1] the miss [m] that is to be beaten."""
     overlap: NDArray[np.float64]
     """(P,) [m] depth in parts beyond what is allowed; infinite after NEARER or NEXT_TO where no
@@ -900,6 +902,7 @@ def _clear_rows(link, limbs, who, held, problem, room, seeds, out, rows, desk): 
                 out.part[p] = -1
                 continue
             if brief:
+                out.numbers[p, 1] = desk.least[0]
                 continue
             take(desk.best, desk.state.angles)
         if free.depth > 0.0:

@@ -64,6 +64,8 @@ _MOST = 0.5
 """Largest change [rad, m] of an unknown in a step."""
 _DONE = 1e-6
 """Miss [m] at which equations are met."""
+_DONE_LOST = 1e-4
+"""The same where a hand is lost: how far it stays off is known to no better than that."""
 _SMALL = 1e-7
 """A step [rad, m] that is none."""
 _HAND = 1e5
@@ -451,7 +453,8 @@ def _solve(unknown, free, who, stander, standing, p, before, work, out):  # type
         _descend(unknown, free, who, stander, standing, p, work)
         _measure(unknown, who, stander, standing, p, work)
         turns += 1
-        if _renew(stander, standing, before, turn, work) < _DONE:
+        off = _renew(stander, standing, before, turn, work)
+        if off < (_DONE if work.lost.sum() == 0 else _DONE_LOST):
             break
     for k in range(STEPS):
         unknown[k] = min(max(unknown[k], standing.area[p, k, 0]), standing.area[p, k, 1])

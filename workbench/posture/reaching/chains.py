@@ -38,6 +38,7 @@ __all__ = [
     "Walls",
     "apply",
     "cold",
+    "discomfort_of",
     "goals_of",
     "legal",
     "limb_task",
@@ -249,6 +250,18 @@ def stopped_by(task: Task, found: Found, reached: Bools) -> tuple[Ints, Ints, In
     values = joint, numbers[:, 4], numbers[:, 5]
     first, second, third = (np.where(stopped, value, -1).astype(np.int64) for value in values)
     return first, second, third
+
+
+def discomfort_of(task: Task, angles: Floats) -> Floats:
+    """(P,) weighted squares of the distances of angles (P, K, 3) from the comfort modes, to the last
+    bit as of each alone."""
+    link = task.link
+    found = np.zeros(len(angles))
+    for k, axis, mode, weight in zip(
+        link.free_joint, link.free_axis, link.mode, link.weight, strict=True
+    ):
+        found += weight * (angles[:, k, axis] - mode) ** 2
+    return found
 
 
 def posed(task: Task, angles: Floats) -> Floats:

@@ -18,7 +18,7 @@ import numpy as np
 from workbench.errors import InputError, one_of
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.body import Body
-from workbench.model.kept import kept_with_body
+from workbench.model.kept import kept_by_row
 from workbench.model.short_repr import short_repr
 from workbench.model.vocabulary import DIRECTIONS
 
@@ -117,7 +117,7 @@ def tighter(body: Body, own: Limb) -> Limb | None:
     return held if same else replace(held, tip=own.tip, pointing=own.pointing)
 
 
-@kept_with_body
+@kept_by_row(Limb.rows)
 def _limb(body: Body, name: str, grip: str | None, zone: int) -> Limb:
     """The limb, made once a body."""
     if name not in HANDS + FEET:

@@ -11,7 +11,7 @@ from workbench.body.kernels.forward import Chain, Skin
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.blend import blend_point
 from workbench.model.body import Body
-from workbench.model.kept import kept_with_body
+from workbench.model.kept import kept_by_row
 from workbench.model.window import logical_window
 from workbench.posture.kernels.contacts import Limbs
 from workbench.posture.kernels.linkage import Linkage
@@ -20,14 +20,42 @@ from workbench.posture.reaching.linkage import joints_between, linkage
 
 __all__ = ["packed_limbs", "packed_links"]
 
+_LINK_ROWS = ("at_parent", "at_child", "tip", "pointing")
+"""The fields of a `Linkage` with a row for each body; the others are of the topology."""
+_LIMB_ROWS = (
+    "centre",
+    "out",
+    "across",
+    "radius",
+    "twist_axis",
+    "twist_share",
+    "blend_share",
+    "blend_point",
+    "at_came",
+    "at_to",
+    "solid",
+    "grip",
+    "grip_arm",
+    "tip",
+)
+"""The same of `Limbs`."""
 
-@kept_with_body
+
+def _link_rows(link: Linkage, rows: Ints) -> Linkage:
+    return link._replace(**{name: getattr(link, name)[rows] for name in _LINK_ROWS})
+
+
+def _limb_rows(limbs: Limbs, rows: Ints) -> Limbs:
+    return limbs._replace(**{name: getattr(limbs, name)[rows] for name in _LIMB_ROWS})
+
+
+@kept_by_row(_link_rows)
 def packed_links(body: Body, limb: Limb) -> Linkage:
     """Pack the chain of a limb, with the lengths of all rows of the body."""
     return linkage(body, limb.base, limb.end, limb.free, limb.tip, limb.pointing)
 
 
-@kept_with_body
+@kept_by_row(_limb_rows)
 def packed_limbs(body: Body, limb: Limb) -> Limbs:
     """Pack the segments that move with a limb, and their spheres, for all B rows of the body."""
     shown = logical_window(body, [body.segments[n] for n in limb.moving], limb.base)

@@ -28,6 +28,7 @@ from workbench.posture.reaching.chains import (
     Task,
     apply,
     cold,
+    discomfort_of,
     goals_of,
     limb_task,
     root_joint,
@@ -467,16 +468,11 @@ def _answer(crowd: _Crowd, solved_rows: _Solved, obstacles: tuple[str, ...]) -> 
     task = solved_rows.task
     found = solved_rows.found
     reached = solved_rows.reached
-    link = task.link
     shape = crowd.goals.shape[:2]
     tip = tips_of(task, found.angles)[:, :3]
     arm = tip - task.goal[:, :3]
     miss = np.sqrt(arm[:, 0] ** 2 + arm[:, 1] ** 2 + arm[:, 2] ** 2)
-    discomfort = np.zeros(len(task))
-    for k, axis, mode, weight in zip(
-        link.free_joint, link.free_axis, link.mode, link.weight, strict=True
-    ):
-        discomfort += weight * (found.angles[:, k, axis] - mode) ** 2
+    discomfort = discomfort_of(task, found.angles)
     joint, axis, side = stopped_by(task, found, reached)
     return Reach(
         body=task.body,

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from workbench.model.arrays import Floats
+from workbench.model.arrays import Floats, Ints
 from workbench.model.body import Body
-from workbench.model.kept import kept_with_body, kept_with_topology
+from workbench.model.kept import kept_by_row, kept_with_topology
 from workbench.posture.kernels.inverse import Seeds, breaches
 from workbench.posture.kernels.limits import Planes
 from workbench.posture.reaching.limbs import Limb
@@ -19,7 +19,11 @@ SEEDS = 128
 NO_PLANES = Planes(np.zeros(0, np.int64), np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0))
 
 
-@kept_with_body
+def _seed_rows(seeds: Seeds, rows: Ints) -> Seeds:
+    return seeds._replace(tips=seeds.tips[rows], placed=seeds.placed[rows])
+
+
+@kept_by_row(_seed_rows)
 def packed_seeds(body: Body, limb: Limb) -> Seeds:
     """Seeds of a limb for all rows of the body."""
     return new_seeds(seed_angles(body, limb.base, limb.end, limb.free), len(body))

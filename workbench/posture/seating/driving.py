@@ -10,7 +10,7 @@ told as residuals.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, field, fields, replace
 
 import numpy as np
 
@@ -70,13 +70,13 @@ class DrivingPosture(Seated):
     where the driver wants it, `spare_travel` is negative by what is lacking.
     """
 
-    wanted: Floats
+    wanted: Floats = field(kw_only=True)
     """(B,) [m] `forward` without an end of travel; `forward` where the seats are held."""
-    hips: Floats
+    hips: Floats = field(kw_only=True)
     """(B, 3) [m] the middle of the hip joints."""
-    h_point: Floats
+    h_point: Floats = field(kw_only=True)
     """(B, 3) [m] the hip point of the seat."""
-    expected: Floats
+    expected: Floats = field(kw_only=True)
     """(B, 8) [rad] the angles of ANGLES as predicted, or drawn."""
 
     __repr__ = short_repr
@@ -229,6 +229,7 @@ def _driving(parts: Sequence[_Drivers], case: _Case, person: Ints | None) -> Dri
         discomfort=np.zeros(count),
         tried=np.ones(count, dtype=np.int64),
         pressed=np.concatenate([part.pressed for part in parts]),
+        pitches={foot: np.concatenate([part.pitches[foot] for part in parts]) for foot in feet},
         wanted=wanted,
         hips=np.concatenate([part.hips for part in parts]),
         h_point=np.array(case.package.h_point) + shift,
@@ -270,7 +271,7 @@ class _Case:
 class _Drivers:
     """B drivers at the wheel: poses; travel (B, 3) [m]: forward, up, and forward without an end of
     travel; eye, hips (B, 3) [m]; expected (B, 8) [rad]; by foot the miss (B,) [m] and what limits
-    it; pressed (B,) [m] as of `Seated`."""
+    it; pressed (B,) [m] and pitches as of `Seated`."""
 
     poses: Poses
     travel: Floats
@@ -280,6 +281,7 @@ class _Drivers:
     miss: dict[str, Floats]
     limit: dict[str, tuple[str, ...]]
     pressed: Floats
+    pitches: dict[str, Floats]
 
 
 @dataclass(frozen=True, eq=False)
@@ -359,7 +361,10 @@ def _seated(crew: _Crew, case: _Case, up: Floats) -> _Drivers:
         np.einsum("bij,bj->bi", head[:, :, :3], body.centre[:, sphere].mean(axis=1)) + head[:, :, 3]
     )
     travel = np.stack([forward, up, wanted], axis=1)
-    return _Drivers(seated, travel, eye, hips, drawn, {}, {}, np.zeros(len(up)))
+    pitches = {
+        foot: np.stack([sole.flattest, sole.steepest], axis=1) for foot, sole in crew.soles.items()
+    }
+    return _Drivers(seated, travel, eye, hips, drawn, {}, {}, np.zeros(len(up)), pitches)
 
 
 def _placed(crew: _Crew, tilts: Floats, hips: Floats) -> Poses:

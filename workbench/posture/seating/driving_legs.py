@@ -13,15 +13,16 @@ from workbench.model.arrays import Floats
 from workbench.model.body import Body
 from workbench.model.driving import Package
 from workbench.model.posing import motion_of
+from workbench.posture.kernels.driving_legs import DrivingLegs, least_costs
 from workbench.posture.kernels.linkage import Linkage
 from workbench.posture.reaching.comfort import comfort_modes
 from workbench.posture.reaching.limbs import Limb, limb
 from workbench.posture.reaching.packing import packed_links
 from workbench.posture.seating.driving_angles import residuals
-from workbench.posture.seating.leg_triangle import leg_triangle
 from workbench.posture.seating.posture import pointed_foot
 
 __all__ = [
+    "HEEL_LIFT",
     "Sole",
     "accelerator_foot",
     "ankles_wanted",
@@ -37,8 +38,6 @@ ALIKE = 1e-3
 NEAREST_HIP = 0.15
 FARTHEST_HIP = 1.3
 """How far aft of the ball of the foot [m] hips are searched."""
-OUT_OF_REACH = 1e6
-"""Cost [1/m] of an ankle that the leg does not reach. It outweighs every angle."""
 STRETCHED = 0.97
 """Of its whole length the leg of the other foot is at most so long: the knee is bent by 28 degrees,
 the least that was observed of drivers (Park 2000: included angles up to 152 degrees). Straighter
@@ -58,12 +57,6 @@ units of variance one."""
 HEEL_LIFT = 0.025
 """How far [m] a heel may be lifted so that the sole is flatter than its pedal, at most: about 12
 degrees on an accelerator."""
-COARSE = (60, 7)
-"""Hip positions and pitches of the first grid on which the least cost is looked for."""
-FINER = 7
-HALVINGS = 14
-"""Points along each axis of the grids that follow about the best point, each with half the spacing,
-and how many there are: hips are found to 2e-6 m."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -217,106 +210,72 @@ def hips_from_pedal(
     mean, drawn, spread = (some[:, [THIGH, KNEE]] for some in angles)
     expected = mean + WIDER * (drawn - mean)
     x = pedal.at[:, 0]
-    legs = _Legs(pedal, height, expected, spread, ankles, others)
+    legs = _legs(pedal, height, ankles, expected, spread, others)
     ends = np.stack([x - FARTHEST_HIP, x - NEAREST_HIP], axis=1)
-    pitches = np.stack([pedal.flattest, pedal.steepest], axis=1)
-    return _least(legs, ends, pitches)[0]
+    found: Floats = _least(legs, pedal, ends)[:, 0]
+    return found
 
 
 def pitches_at(sole: Sole, hips: Floats, ankles: Floats) -> Floats:
     """Find the pitch (B,) [rad] at which ankles come nearest to what is wanted (B,) [rad], with the
     hips (B, 3) [m] where they are."""
     nothing = np.zeros((len(hips), 2))
-    legs = _Legs(sole, hips[:, 2], nothing, np.full_like(nothing, np.inf), ankles)
-    ends = np.repeat(hips[:, :1], 2, axis=1)
-    pitches = np.stack([sole.flattest, sole.steepest], axis=1)
-    return _least(legs, ends, pitches)[1]
-
-
-@dataclass(frozen=True, eq=False)
-class _Legs:
-    """Legs of B drivers in upright planes: soles, heights (B,) [m] of hips, the angles (B, 2) [rad]
-    of thigh and knee that are expected with their scatter, and of ankles (B,) [rad]; and the soles
-    of other feet, whose legs must be long enough."""
-
-    sole: Sole
-    height: Floats
-    mean: Floats
-    spread: Floats
-    ankle: Floats
-    others: Sequence[Sole] = ()
-
-    def cost(self, hips: Floats, pitch: Floats) -> Floats:
-        """(B, ...) squares of the residuals in units of their scatter, the hips at x (B, ...) [m],
-        soles of a pitch (B, ...) [rad]."""
-        shape = (-1, *(1,) * (hips.ndim - 1))
-        thigh, shank = (length.reshape(shape) for length in _lengths(self.sole))
-        turn = pitch - self.sole.own_pitch.reshape(shape)
-        x, z = _ankles(self.sole, turn)
-        rise = z - self.height.reshape(shape)
-        leg = leg_triangle(thigh, shank, np.hypot(x - hips, rise))
-        lifted = np.arctan2(rise, x - hips) + leg.hip
-        plantarflexion = lifted + leg.knee - 0.5 * np.pi - turn
-        found: Floats = OUT_OF_REACH * np.abs(leg.lack)
-        found += ((plantarflexion - self.ankle.reshape(shape)) / ANKLE_SPREAD) ** 2
-        for other in self.others:
-            found += OUT_OF_REACH * np.maximum(_lack(other, hips, self.height), 0.0)
-        for k, angle in enumerate((lifted, leg.knee)):
-            off = angle - self.mean[:, k].reshape(shape)
-            found += (off / self.spread[:, k].reshape(shape)) ** 2
-        return found
-
-
-def _lengths(sole: Sole) -> tuple[Floats, Floats]:
-    """(B,) [m] lengths of thighs and shanks."""
-    link = sole.link
-    thigh = np.linalg.norm(link.at_child[:, 0] - link.at_parent[:, 1], axis=1)
-    shank = np.linalg.norm(link.at_child[:, 1] - link.at_parent[:, 2], axis=1)
-    return thigh, shank
-
-
-def _ankles(sole: Sole, turn: Floats) -> tuple[Floats, Floats]:
-    """(B, ...) x and z [m] of the ankles of feet that are turned up by so much [rad]."""
-    own = (
-        sole.link.at_child[:, 2] - sole.link.tip
-    )  # from the ball to the ankle, in the foot's frame
-    shape = (-1, *(1,) * (turn.ndim - 1))
-    forth, above = (own[:, k].reshape(shape) for k in (0, 2))
-    x, z = (sole.at[:, k].reshape(shape) for k in (0, 2))
-    c = np.cos(turn)
-    s = np.sin(turn)
-    return x + c * forth - s * above, z + s * forth + c * above
-
-
-def _lack(sole: Sole, hips: Floats, height: Floats) -> Floats:
-    """(B, ...) [m] by how much legs are too short for soles in the plane of their pedal."""
-    shape = (-1, *(1,) * (hips.ndim - 1))
-    x, z = _ankles(sole, sole.steepest - sole.own_pitch)
-    thigh, shank = _lengths(sole)
-    distance = np.hypot(x.reshape(shape) - hips, (z - height).reshape(shape))
-    found: Floats = distance - STRETCHED * (thigh + shank).reshape(shape)
+    height = np.ascontiguousarray(hips[:, 2])
+    legs = _legs(sole, height, ankles, nothing, np.full_like(nothing, np.inf))
+    found: Floats = _least(legs, sole, np.repeat(hips[:, :1], 2, axis=1))[:, 1]
     return found
 
 
-def _least(legs: _Legs, hips: Floats, pitches: Floats) -> tuple[Floats, Floats]:
-    """Where the cost is least: x (B,) [m] of the hips and pitch (B,) [rad], each between two ends
-    (B, 2). A grid over all, then finer and finer ones about the best point."""
-    everybody = np.arange(len(hips))
-    middle = [ends.mean(axis=1) for ends in (hips, pitches)]
-    half = [0.5 * (ends[:, 1] - ends[:, 0]) for ends in (hips, pitches)]
-    for round_ in range(1 + HALVINGS):
-        counts = COARSE if round_ == 0 else (FINER, FINER)
-        counts = (1 if not half[0].any() else counts[0], counts[1])
-        grid = [
-            np.clip(
-                at[:, None] + size[:, None] * np.linspace(-1.0, 1.0, count), *ends.T[:, :, None]
-            )
-            for at, size, count, ends in zip(middle, half, counts, (hips, pitches), strict=True)
-        ]
-        cost = legs.cost(grid[0][:, :, None], grid[1][:, None])
-        best = cost.reshape(len(cost), -1).argmin(axis=1)
-        rows, columns = np.divmod(best, counts[1])
-        middle = [grid[0][everybody, rows], grid[1][everybody, columns]]
-        # the next grid reaches one and a half spacings to either side, so it has half the spacing
-        half = [3.0 * size / max(count - 1, 1) for size, count in zip(half, counts, strict=True)]
-    return middle[0], middle[1]
+def _legs(
+    sole: Sole,
+    height: Floats,
+    ankles: Floats,
+    expected: Floats,
+    spread: Floats,
+    others: Sequence[Sole] = (),
+) -> DrivingLegs:
+    """Legs with their hips at heights (B,) [m], as of `DrivingLegs`: thigh and knee (B, 2) [rad] are
+    expected, and ankles (B,) [rad] are wanted."""
+    own = sole.link.at_child[:, 2] - sole.link.tip
+    scatter = np.full((len(height), 1), ANKLE_SPREAD)
+    bounds = np.empty((len(others), len(height), 3))
+    for bound, other in zip(bounds, others, strict=True):
+        bound[:, :2] = _ankles(other)
+        bound[:, 2] = STRETCHED * _lengths(other).sum(axis=1)
+    return DrivingLegs(
+        _lengths(sole),
+        np.ascontiguousarray(sole.at[:, ::2]),
+        np.ascontiguousarray(own[:, ::2]),
+        sole.own_pitch,
+        height,
+        np.hstack([expected, ankles[:, None]]),
+        np.hstack([spread, scatter]),
+        bounds,
+    )
+
+
+def _lengths(sole: Sole) -> Floats:
+    """(B, 2) [m] lengths of thighs and shanks."""
+    link = sole.link
+    bones = link.at_child[:, :2] - link.at_parent[:, 1:3]
+    found: Floats = np.linalg.norm(bones, axis=2)
+    return found
+
+
+def _ankles(sole: Sole) -> Floats:
+    """(B, 2) x and z [m] of the ankles of soles in the plane of their pedal."""
+    own = sole.link.at_child[:, 2] - sole.link.tip
+    turn = sole.steepest - sole.own_pitch
+    c = np.cos(turn)
+    s = np.sin(turn)
+    along = np.stack([c * own[:, 0] - s * own[:, 2], s * own[:, 0] + c * own[:, 2]], axis=1)
+    found: Floats = sole.at[:, ::2] + along
+    return found
+
+
+def _least(legs: DrivingLegs, sole: Sole, hips: Floats) -> Floats:
+    """(B, 2) x [m] of the hips, between two ends (B, 2), and pitch [rad] at the least cost."""
+    pitches = np.stack([sole.flattest, sole.steepest], axis=1)
+    found = np.empty((len(hips), 2))
+    least_costs(legs, hips, pitches, found)
+    return found

@@ -10,7 +10,7 @@ import numpy as np
 
 from workbench.model.arrays import Floats
 from workbench.model.body import Body
-from workbench.model.kept import kept_with_body
+from workbench.model.kept import kept_by_row
 from workbench.posture.reaching.limbs import Limb, limb
 
 __all__ = ["DECIMALS", "SEAT_SPACING", "Pedals", "pointed_foot", "positions"]
@@ -39,7 +39,7 @@ def positions(travel: tuple[float, float]) -> Floats:
     return positions
 
 
-@kept_with_body
+@kept_by_row(Limb.rows)
 def pointed_foot(body: Body, name: str) -> Limb:
     """The foot that arrives by its ball, pointing from the heel to the ball."""
     ball = limb(body, name, grip="ball")

@@ -13,7 +13,7 @@ from workbench.errors import InputError
 from workbench.model.arrays import Bools, Floats
 from workbench.model.body import Body
 from workbench.model.environment import Rest, Seat
-from workbench.model.kept import kept_with_body
+from workbench.model.kept import kept_by_row
 from workbench.model.poses import Poses
 from workbench.posture.kernels.sitting import Sitting
 from workbench.posture.reaching.limbs import Limb
@@ -180,7 +180,7 @@ def _by_legs(body: Body, lap: int) -> Bools:
     return found
 
 
-@kept_with_body
+@kept_by_row(Limb.rows)
 def _rests(body: Body, base: int, segments: tuple[int, ...]) -> Limb:
     """Some segments that rest on a seat, as a limb without joints."""
     nowhere = np.zeros((len(body), 3))

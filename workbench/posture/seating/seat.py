@@ -9,10 +9,12 @@ give is told, not hidden: eyes stay below, feet stop short, thighs press in too 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
+from typing import TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from workbench.model.arrays import Floats, Ints
 from workbench.model.body import Body
@@ -36,6 +38,8 @@ from workbench.posture.seating.stepping import (
 from workbench.threads import in_pieces
 
 __all__ = ["PEOPLE_PER_SEAT_BATCH", "Seated", "seat"]
+
+_Number = TypeVar("_Number", np.float64, np.int64)
 
 PEOPLE_PER_SEAT_BATCH = 256
 """Rows of a body that are packed at a time, which bounds the memory."""
@@ -71,6 +75,13 @@ class Seated:
     """(B,) how many places of the seat were tried."""
     pressed: Floats
     """(B,) [m] how much deeper the thighs press into the front of the cushion than it gives."""
+    pitches: Mapping[str, Floats] = field(default_factory=dict)
+    """(B, 2) [rad] by foot of a driver: the flattest and the steepest that the sole may be."""
+    leg_overlap: Mapping[str, Floats] = field(default_factory=dict)
+    """(B,) [m] by foot: how much deeper its leg is in a part than allowed, and was not found clear;
+    empty as long as nobody looked at what stands around."""
+    leg_part: Mapping[str, Ints] = field(default_factory=dict)
+    """(B,) by foot: that part, -1 where there is none."""
 
     __repr__ = short_repr
 
@@ -86,13 +97,24 @@ class Seated:
             shift=self.shift[keep],
             eye=self.eye[keep],
             eye_off=self.eye_off[keep],
-            miss={foot: miss[keep] for foot, miss in self.miss.items()},
+            miss=_rows_of(self.miss, keep),
             limit={foot: tuple(words[k] for k in keep) for foot, words in self.limit.items()},
             spare_travel=self.spare_travel[keep],
             discomfort=self.discomfort[keep],
             tried=self.tried[keep],
             pressed=self.pressed[keep],
+            pitches=_rows_of(self.pitches, keep),
+            leg_overlap=_rows_of(self.leg_overlap, keep),
+            leg_part=_rows_of(self.leg_part, keep),
         )
+
+
+def _rows_of(by_foot: Mapping[str, NDArray[_Number]], keep: Ints) -> dict[str, NDArray[_Number]]:
+    return {foot: values[keep] for foot, values in by_foot.items()}
+
+
+def _joined(by_foot: Sequence[Mapping[str, NDArray[_Number]]]) -> dict[str, NDArray[_Number]]:
+    return {foot: np.concatenate([one[foot] for one in by_foot]) for foot in by_foot[0]}
 
 
 _Rest = Callable[[Floats], tuple[Floats, Floats]]
@@ -296,10 +318,13 @@ def join_seated(parts: Sequence[Seated]) -> Seated:
         shift=whole("shift"),
         eye=whole("eye"),
         eye_off=whole("eye_off"),
-        miss={foot: np.concatenate([part.miss[foot] for part in parts]) for foot in feet},
+        miss=_joined([part.miss for part in parts]),
         limit={foot: tuple(words for part in parts for words in part.limit[foot]) for foot in feet},
         spare_travel=whole("spare_travel"),
         discomfort=whole("discomfort"),
         tried=np.concatenate([part.tried for part in parts]),
         pressed=whole("pressed"),
+        pitches=_joined([part.pitches for part in parts]),
+        leg_overlap=_joined([part.leg_overlap for part in parts]),
+        leg_part=_joined([part.leg_part for part in parts]),
     )

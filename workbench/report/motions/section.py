@@ -20,6 +20,7 @@ from workbench.model.figures import tenths
 from workbench.model.motion_case import Meeting
 from workbench.model.result import MotionFound, Result
 from workbench.motion.signals import GRAVITY
+from workbench.report.circles import circle_figure
 from workbench.report.motions.charts import clearance_curves, curves, timeline
 from workbench.report.motions.compared import compared_section
 from workbench.report.motions.paired import decisive_time, paired_motions
@@ -82,6 +83,7 @@ def motions_sections(result: Result, rows: ResultFile, making: Making) -> list[S
             near=partial(_near, motion, colours[k]),
         )
         drawings, side = positions[k]
+        moment = motion_scene(motion.study, decisive[k], colours[k])
         html = template("motions/happens.html.j2").render(
             m=_motion(motion, row, index),
             making=making,
@@ -91,6 +93,7 @@ def motions_sections(result: Result, rows: ResultFile, making: Making) -> list[S
                 for drawing, t in zip(drawings, moments.tolist(), strict=True)
             ],
             side=side,
+            circles=circle_figure(moment, f"{row.name or row.case} at {milliseconds(decisive[k])}"),
             film=making.film if not k else "",
             film_caption=FILM_CAPTION,
         )

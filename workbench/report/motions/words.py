@@ -4,21 +4,23 @@ every time."""
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
 from workbench.model.motion_case import Agreement, Meeting, StopBreach
 from workbench.model.pulse import STANDARD_GRAVITY, Pulse, gained
-from workbench.model.result import MotionFound
+from workbench.model.result import MotionFound, Verdict
+from workbench.model.stops import motion_words
 from workbench.report.words import milliseconds
 
 __all__ = [
     "agreement_sentence",
     "breach_sentence",
+    "differs_words",
     "happening",
     "meeting_sentence",
-    "motions_headline",
+    "motion_scope",
     "pulse_words",
     "touched_words",
 ]
@@ -93,7 +95,7 @@ def breach_sentence(breach: StopBreach, names: dict[str, str]) -> str:
         else f"From {milliseconds(breach.begin)} to {milliseconds(breach.end)}"
     )
     return (
-        f"{when} the {names[breach.joint]} is past its stop in {breach.motion.replace('_', ' ')}, by {degrees:.1f} "
+        f"{when} the {names[breach.joint]} is past its stop in {motion_words(breach.motion)}, by {degrees:.1f} "
         f"degrees at {milliseconds(breach.at)}."
     )
 
@@ -108,10 +110,43 @@ def agreement_sentence(rows: tuple[Agreement, ...], other: str) -> str:
     )
 
 
-def motions_headline(motions: Sequence[MotionFound]) -> str:
-    """Each motion in a sentence."""
-    several = len(motions) > 1
-    return " ".join(_motion_words(motion, named=several) for motion in motions)
+def motion_scope(motion: MotionFound) -> str:
+    """ "200.0 ms of pilot's motion"."""
+    start, end = motion.episodes.span
+    return f"{milliseconds(end - start)} of {motion.study.person}'s motion"
+
+
+def differs_words(verdicts: Sequence[Verdict], motions: Sequence[str]) -> Iterator[str]:
+    """Which criteria do not come out alike in all motions: "4 of 7 criteria fail with “the lap belt
+    alone” and hold with “lap and shoulder belts”: head excursion, ..."; one sentence for those that
+    fail in the same motions.
+
+    motions: their names.
+    """
+    failing: dict[str, list[str]] = {}
+    for verdict in verdicts:
+        failing.setdefault(verdict.criterion.name, []).extend(
+            [] if verdict.passed else [verdict.motion]
+        )
+    by_motions: dict[tuple[str, ...], list[str]] = {}
+    for name, fails in failing.items():
+        by_motions.setdefault(tuple(fails), []).append(name)
+    for failed, names in by_motions.items():
+        others = [name for name in motions if name not in failed]
+        if not failed:
+            continue
+        one = len(names) == 1
+        lead = f"{len(names)} of {len(failing)} criteria" if len(failing) > 1 else "The criterion"
+        ends = f" and {'holds' if one else 'hold'} with {_listed(others)}" if others else ""
+        yield f"{lead} {'fails' if one else 'fail'} with {_listed(failed)}{ends}: {', '.join(names)}."
+    if not failing:
+        yield "No criterion is asked of these motions."
+    elif list(by_motions) == [()]:
+        yield "All criteria hold in all motions."
+
+
+def _listed(names: Sequence[str]) -> str:
+    return " and ".join(f"“{name}”" for name in names)
 
 
 def touched_words(motions: Sequence[MotionFound]) -> str:
@@ -129,14 +164,6 @@ def touched_words(motions: Sequence[MotionFound]) -> str:
     return " ".join(said)
 
 
-def _motion_words(motion: MotionFound, *, named: bool) -> str:
-    start, end = motion.episodes.span
-    whose = f"{milliseconds(end - start)} of {motion.study.person}'s motion"
-    name = motion.study.name
-    scope = f"{name[:1].upper()}{name[1:]}, {whose}" if named else whose
-    return f"{scope}: {_touched(motion)}; {_judged(motion)}."
-
-
 def _touched(motion: MotionFound) -> str:
     """How many contacts are deeper than allowed, and with how many parts."""
     real = [m for m in motion.meetings if not m.own and m.depth > m.allowed]
@@ -145,16 +172,3 @@ def _touched(motion: MotionFound) -> str:
     parts = len({m.other for m in real})
     contacts = f"{len(real)} contact{'s' if len(real) > 1 else ''}"
     return f"{contacts} with {parts} part{'s' if parts > 1 else ''}"
-
-
-def _judged(motion: MotionFound) -> str:
-    """How many criteria of one motion failed, and which."""
-    failed = [v for v in motion.verdicts if not v.passed]
-    count = len(motion.verdicts)
-    if failed:
-        return f"{len(failed)} of {count} criteri{'a' if count > 1 else 'on'} failed: " + ", ".join(
-            v.criterion.name for v in failed
-        )
-    if count == 0:
-        return "no criterion is asked"
-    return "the criterion holds" if count == 1 else f"all {count} criteria hold"

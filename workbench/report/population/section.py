@@ -17,7 +17,7 @@ from workbench.draw.reach_map import BANDS, LEVELS, map_controls, reach_map_svg
 from workbench.draw.scene import Mark, Scene, SceneBody
 from workbench.draw.views import four_views
 from workbench.draw.web.views import WebMark, WebView, scene_view
-from workbench.model.accommodation import MET, Gain, GroupShare, ReachMap
+from workbench.model.accommodation import Gain, GroupShare, ReachMap
 from workbench.model.arrays import Bools, Floats
 from workbench.model.body import Body
 from workbench.model.encumbrance import Encumbrance
@@ -26,6 +26,7 @@ from workbench.model.population import SEXES, Population
 from workbench.model.population_found import PopulationFound, Shown, TriedChange
 from workbench.model.reach import MOST_SPARE
 from workbench.posture.seating.sides import middle
+from workbench.report.circles import circle_figure
 from workbench.report.population.charts import (
     bar,
     margin_axis,
@@ -54,7 +55,7 @@ from workbench.report.population.words import (
 from workbench.report.section import Making, Section, SectionWriter
 from workbench.report.states import TwoStates, two_states
 from workbench.report.turnable import PageViews, still_picture
-from workbench.report.words import millimetres
+from workbench.report.words import HALF_MILLIMETRE, millimetres
 
 __all__ = ["population_sections", "population_words"]
 
@@ -231,7 +232,8 @@ def population_words(result: PopulationFound, role: str) -> str:
     how = f" at once, in some setting of {settable}" if settable else ""
     return (
         f"{role}: {people:,} people ({result.people.source}){where}, "
-        f"{asked} requirement{'s' if asked > 1 else ''}. A person fits who meets them all{how}. Each "
+        f"{asked} requirement{'s' if asked > 1 else ''} (one for each control, clearance and view that "
+        f"the criteria ask for). A person fits who meets them all{how}. Each "
         f"person has a body of his or her own measures, {_model_words(body)}: "
         f"{len(body.sphere_names):,} spheres{detail}{worn}."
     )
@@ -241,7 +243,7 @@ def _model_words(body: Body) -> str:
     """Where the bodies of people come from: a family of shapes, or one body that is stretched."""
     if body.basis is None:
         return f"stretched from {plain(body.name)}"
-    return f"from the shape model {plain(body.basis.name.removesuffix('.npz'))}"
+    return f"from the family of bodies “{plain(body.basis.name.removesuffix('.npz'))}”"
 
 
 def _clothes(result: PopulationFound) -> tuple[Encumbrance, ...]:
@@ -355,7 +357,9 @@ def _charts(result: PopulationFound, r: int, ends: tuple[float, float]) -> dict[
     spread = result.spread[r]
     most_known = _most_known(result, r)
     figures = [
-        ("≥" if v >= most_known - MET else "") + f"{round(1000 * v) + 0:d}".replace("-", "−")
+        # what reads like the most that is looked for is no measurement either
+        ("≥" if v >= most_known - HALF_MILLIMETRE else "")
+        + f"{round(1000 * v) + 0:d}".replace("-", "−")
         if np.isfinite(v)
         else "–"
         for v in spread
@@ -477,7 +481,7 @@ def _person(result: PopulationFound, row: int, views: PageViews) -> dict[str, An
     return {"sentence": person_sentence(result, row), **picture}
 
 
-def _picture(result: PopulationFound, found: Shown, views: PageViews) -> dict[str, str]:
+def _picture(result: PopulationFound, found: Shown, views: PageViews) -> dict[str, Markup | str]:
     """The body in the cockpit as found, from where the line of what is lacking shows longest."""
     lack = f"{millimetres_short(-float(result.margin[found.row, found.requirement]))} mm"
     name = plain(result.requirements[found.requirement].name)
@@ -490,7 +494,9 @@ def _picture(result: PopulationFound, found: Shown, views: PageViews) -> dict[st
     index = views.add(_view(scene, mark, alt))
     still = still_picture(scene, camera)
     caption = f"{label}, {name}: {lack} are lacking; lines are to scale"
-    return {"turnable": views.place(index, still=still, alt=alt, caption=caption)}
+    drawn = "" if found is not result.shown[0] else circle_figure(scene, label)
+    place = views.place(index, still=still, alt=alt, caption=caption)
+    return {"turnable": place, "circles": drawn}
 
 
 def _scene(found: Shown, mark: WebMark | None, name: str, label: str) -> Scene:
@@ -598,7 +604,7 @@ def _map(result: PopulationFound, found: ReachMap) -> dict[str, Any]:
     points = len(found.points)
     reached = [float(np.mean(found.share >= level)) for level in LEVELS]
     areas = [
-        f"{percent(share, points)} by {100 * level:.0f} %"
+        f"{percent(share, points)} by at least {100 * level:.0f} %"
         for share, level in zip(reached, LEVELS, strict=True)
     ]
     sitter = tuple(middle(result.place).tolist())
@@ -607,7 +613,7 @@ def _map(result: PopulationFound, found: ReachMap) -> dict[str, Any]:
         "how": f"{hand}, {task.grip}, zone {task.zone}, {points:,} points",
         "svg": Markup(reach_map_svg(found, environment, sitter=sitter)),
         "controls": _controls(result, found),
-        "areas": f"Reached of its points: {', '.join(areas)} of the people or more.",
+        "areas": f"Of its points are reached: {', '.join(areas)} of the people.",
     }
 
 

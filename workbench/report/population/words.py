@@ -92,47 +92,64 @@ def first_found(result: PopulationFound) -> list[str]:
 
 
 def _share_sentence(result: PopulationFound) -> str:
-    """The share that fits with its interval, and what leaves out most."""
+    """The share that fits with its interval and what leaves out most, how sure it is, and who
+    overlaps nothing."""
     everybody = result.shares[0]
     count = len(result.served)
-    interval = interval_words(everybody, result.study.shares.confidence)
     if count == 1:
-        fits = f"The one person {'fits' if result.served[0] else 'does not fit'}."
-        return fits + clear_words(result) + _worst(result)
-    people = f"{interval}, {count:,} people"
-    said = f"({people}){_undecided(everybody)}.{clear_words(result)}"
+        fits = "fits" if result.served[0] else f"does not fit{_worst(result)}"
+        return f"The one person {fits}.{clear_words(result)}"
+    interval = interval_words(everybody, result.study.shares.confidence)
     if result.served.all():
-        return f"Everybody fits {said}"
-    if not result.served.any():
-        return f"Nobody fits {said}" + _worst(result)
-    return f"{percent(everybody.share, count)} of the population fits {said}" + _worst(result)
+        who = "Everybody fits"
+    elif result.served.any():
+        who = f"{percent(everybody.share, count)} of the population fits"
+    else:
+        who = "Nobody fits"
+    fits = f"{who} ({interval}, {count:,} people){_worst(result)}."
+    return f"{fits}{_undecided(everybody)}{clear_words(result)}"
 
 
 def clear_words(result: PopulationFound) -> str:
-    """ " 75 % fit and overlap nothing by more than is allowed.", "" where nobody fits."""
+    """ " 75 % fit and overlap nothing by more than is allowed; the deepest of the others: right hand in
+    throttle_quadrant, 13 mm more than is allowed (16 people).", "" where nobody fits."""
     if not result.served.any():
         return ""
-    if len(result.served) == 1:
-        what = "nothing" if result.clear[0] else "something"
-        return f" The person overlaps {what} by more than is allowed."
     if result.clear.all():
         return " Nobody overlaps anything by more than is allowed."
-    if not result.clear.any():
-        return " All of them overlap something by more than is allowed."
     share = percent(result.shares[0].clear, len(result.served))
-    return f" {share} fit and overlap nothing by more than is allowed."
+    who = (
+        f"{share} fit and overlap nothing"
+        if result.clear.any()
+        else "All of them overlap something"
+    )
+    if len(result.served) == 1:
+        what = "nothing" if result.clear[0] else "something"
+        who = f"The person overlaps {what}"
+    return f" {who} by more than is allowed{_deepest(result)}."
+
+
+def _deepest(result: PopulationFound) -> str:
+    """The overlap that no criterion asks about that is deepest, "" where none is known."""
+    if not result.overlaps:
+        return ""
+    one = max(result.overlaps, key=lambda overlap: overlap.deepest)
+    where = one.part or f"their own {one.other_segment}"
+    people = f"{one.people} {'people' if one.people > 1 else 'person'}"
+    much = f"{1000 * one.deepest:.0f} mm more than is allowed"
+    return f"; the deepest overlap: {one.segment} in {where}, by up to {much} ({people})"
 
 
 def _undecided(group: GroupShare) -> str:
-    """ ". Within the error of the body model's surface 86 % fit, 12 % do not and 2 % are undecided",
+    """ " Within the error of the body model's surface 86 % fit, 12 % do not and 2 % are undecided.",
     "" where nobody is undecided or it is not known."""
     if not group.undecided > 0:
         return ""
     sure, undecided, out = certainty_percents(group)
     misses = f", {out} do not" if group.possible < 1 else ""
     return (
-        f". Within the error of the body model's surface {sure} fit{misses} and {undecided} are "
-        f"undecided"
+        f" Within the error of the body model's surface {sure} fit{misses} and {undecided} are "
+        f"undecided."
     )
 
 
@@ -207,29 +224,28 @@ def _counted(result: PopulationFound) -> str:
 
 def _undecided_most(result: PopulationFound) -> str:
     """The requirement that is undecided of most people."""
-    shares = [certain_shares(result, r) for r in range(len(result.requirements))]
-    undecided = [possible - certain for certain, possible in shares]
-    most = int(np.argmax(undecided))
+    undecided = result.undecided[:, None] & ~result.certain & result.possible
+    count = undecided.sum(axis=0)
+    most = int(np.argmax(count))
     name = plain(result.requirements[most].name)
-    share = percent(undecided[most], len(result.served))
-    return f"The requirement most often undecided is “{name}”: for {share} of the people."
+    return f"The requirement most often undecided is “{name}”: for {count[most]} of {len(undecided):,} people."
 
 
 def _worst(result: PopulationFound) -> str:
+    """ "; missed most often is “reach flaps”, by 40 % of the people (30 % miss only this)", "" where
+    everybody fits."""
     out = 1 - np.asarray(result.single)
     if result.served.all():
         return ""
     worst = int(np.argmax(out))
-    name = result.requirements[worst].name
+    name = f"“{plain(result.requirements[worst].name)}”"
     if len(out) == 1 or len(result.served) == 1:
-        return f" “{plain(name)}” is not met."
+        return f"; {name} is not met"
     count = len(result.served)
     alone = float(result.alone[worst])
     only = f"{percent(alone, count)} miss only this" if alone > 0 else "nobody misses only this"
     share = percent(float(out[worst]), count)
-    return (
-        f" The requirement missed most often is “{plain(name)}”: by {share} of the people; {only}."
-    )
+    return f"; missed most often is {name}, by {share} of the people ({only})"
 
 
 def elsewhere_words(result: PopulationFound) -> str:
@@ -308,7 +324,7 @@ def requirement_sentence(result: PopulationFound) -> str:
     count = len(result.served)
     name = plain(result.requirements[most].name)
     out = percent(1 - float(result.single[most]), count)
-    return f"“{name}” is missed by most people: {out}. {_dropping(result, most)}"
+    return f"The requirement missed most often is “{name}”: by {out} of the people. {_dropping(result, most)}"
 
 
 def _dropping(result: PopulationFound, most: int) -> str:

@@ -9,7 +9,6 @@ import numpy as np
 from markupsafe import Markup
 
 from workbench.draw.camera import Camera, project
-from workbench.draw.lines.circles import circles
 from workbench.draw.lines.compact import compacted
 from workbench.draw.lines.outline import outline
 from workbench.draw.marks.annotations import clearance_marks
@@ -17,7 +16,7 @@ from workbench.draw.scene import Mark, Scene
 from workbench.draw.views import four_views
 from workbench.model.result import PersonFound
 
-__all__ = ["circle_drawing", "clearance_drawing"]
+__all__ = ["clearance_drawing"]
 
 _EACH = 3  # dimension lines of one person
 
@@ -43,19 +42,6 @@ def clearance_drawing(
     words = f"line drawing with the {len(marks)} nearest clearances in millimetres"
     drawing = outline(replace(scene, marks=marks, description=words), camera)
     return {"name": name.replace("_", " "), "svg": Markup(compacted(drawing))}
-
-
-def circle_drawing(scene: Scene, *, size: int) -> Markup:
-    """The people of a case as the paper's vector display, from the corner: a circle for each sphere,
-    stronger the nearer."""
-    people = replace(
-        scene,
-        environment=None,
-        marks=(),
-        description="a circle for each sphere, stronger the nearer",
-    )
-    camera = dict(four_views(people, width=size, height=size))["corner"]
-    return Markup(compacted(circles(people, camera)))
 
 
 def _length(camera: Camera, marks: tuple[Mark, ...]) -> float:

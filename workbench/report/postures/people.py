@@ -59,30 +59,12 @@ def _person(found: PersonFound, row: PersonRow, cases: tuple[str, ...]) -> dict[
         + (f" (level of detail {body.detail})" if body.detail else ""),
         "measures": [_measure(size, name) for name in size.measures] if size is not None else [],
         "source": size.population.name if size is not None else "",
-        "seat": row.seat,
-        "seat_at": _seat_words(row),
         "postures": [
             (case, posture_words(found, index), _eyes(found, index))
             for index, case in enumerate(cases)
         ],
         "angles": angle_rows(body, [posture.angles_deg for posture in row.postures]),
     }
-
-
-def _seat_words(row: PersonRow) -> str:
-    """Where the seat is in its travel."""
-    forward, up = (round(value) + 0 for value in row.seat_mm or (0.0, 0.0))
-    if not forward and not up:
-        return "in its reference position"
-    ways = [
-        f"{abs(value)} mm {more if value > 0 else less}"
-        for value, more, less in (
-            (forward, "in front of", "behind"),
-            (up, "above", "below"),
-        )
-        if value
-    ]
-    return f"{' and '.join(ways)} the reference position"
 
 
 def _measure(size: Size, name: str) -> tuple[str, str, str]:

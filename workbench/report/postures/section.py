@@ -21,7 +21,8 @@ from workbench.files.results.postures import PosturesRows, ReachRow
 from workbench.files.results.result import FindingRow
 from workbench.model.figures import tenths
 from workbench.model.result import Finding, PersonFound, PosturesFound
-from workbench.report.postures.drawing import circle_drawing, clearance_drawing
+from workbench.report.circles import circle_figure
+from workbench.report.postures.drawing import clearance_drawing
 from workbench.report.postures.envelopes.pictures import envelope_pictures
 from workbench.report.postures.held import posture_words
 from workbench.report.postures.people import people_sections
@@ -204,7 +205,7 @@ def _case(result: PosturesFound, case: int, views: PageViews) -> dict[str, Any]:
     drawing = None
     if not same:
         drawing = clearance_drawing(scene, result.people, case, within=NEAR, size=DRAWING)
-    circles = Markup("") if same else circle_drawing(scene, size=PICTURE)
+    circles = Markup("") if same else circle_figure(scene, name)
     overlaps = unasked_overlaps(result.study.criteria, result.cases, result.people, result.between)
     return {
         "name": name,

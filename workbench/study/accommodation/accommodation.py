@@ -14,7 +14,7 @@ from workbench.body.pieces import piece_warnings
 from workbench.body.scaling.scale import morph_to
 from workbench.errors import InputError
 from workbench.model.accommodation import MET, GroupShare, certainty_of, met_of
-from workbench.model.arrays import Bools
+from workbench.model.arrays import Floats
 from workbench.model.body import Body
 from workbench.model.population import Population
 from workbench.model.population_found import GripFinding, PopulationFound, Shown
@@ -40,10 +40,10 @@ from workbench.study.accommodation.shares import (
 from workbench.study.buried import buried_controls
 from workbench.study.checks.margins import Asked
 from workbench.study.kept_reaches import kept_by_parts, kept_words
-from workbench.study.people import Present
+from workbench.study.people import Present, person_found
 from workbench.study.requirements import asked_of, sets_of
 from workbench.study.situation import seats_moved
-from workbench.study.warnings import enclosure_warnings
+from workbench.study.warnings import enclosure_warnings, seat_warnings
 from workbench.study.workplaces import population_of, workplace_of
 
 __all__ = ["accommodation", "body_of_person", "person_shown", "population_question"]
@@ -129,7 +129,7 @@ def accommodation(
         grips=grips,
         warnings=(
             *_warnings(question, body, bodies, found, grips),
-            *_around(question, bodies, found, hardest),
+            *_around(role, question, bodies, found, hardest),
             *overlap_warnings(overlaps, len(people), people.labels),
             *study.warnings,
         ),
@@ -287,13 +287,19 @@ def _warnings(
     kept = [one for one in kept if one.requirement not in flat]
     told = {one.requirement for one in kept} | flat
     where = "place" if question.place.seat is None else "position of the seat"
+
+    def limits(person: int, r: int) -> str:
+        if question.asked[r].control is None or found.reason[person, r] < 0:
+            return ""
+        return str(found.words[found.reason[person, r]])
+
     return (
         *grip_words(grips),
         *kept_words(kept),
         *piece_warnings([(body.name, body)]),
         *odd_people(question.people),
         *_inexact(bodies),
-        *_hopeless(question.asked, met_of(found.margin), told, where=where),
+        *_hopeless(question.asked, found.margin, told, reasons=limits, where=where),
         *buried_controls(question.place.environment),
     )
 
@@ -309,34 +315,51 @@ def _inexact(bodies: PopulationBodies) -> list[str]:
 
 
 def _around(
-    question: Question, bodies: PopulationBodies, found: Chunk, hardest: tuple[int, ...]
+    role: Role, question: Question, bodies: PopulationBodies, found: Chunk, hardest: tuple[int, ...]
 ) -> list[str]:
-    """Report open parts that enclose the hardest person, or the first, where this one is."""
-    if not question.place.environment.undecided:
+    """Report open parts that enclose the hardest person, or the first, where this one is, and that
+    the planes of the seat are not where its parts are."""
+    if not question.place.environment.undecided and role.seat is None:
         return []
     row = hardest[0] if hardest else 0
-    situation = found_situations(question, bodies[row], row, found)[0]
-    environment = seats_moved(situation.place, situation)
-    return list(enclosure_warnings(f"person {row + 1}", situation.placed, environment))
+    situations = found_situations(question, bodies[row], row, found)
+    environment = seats_moved(situations[0].place, situations[0])
+    cases = tuple(situation.work.name for situation in situations)
+    one = person_found(replace(role, name=f"person {row + 1}"), situations)
+    return [
+        *enclosure_warnings(one.name, situations[0].placed, environment),
+        *seat_warnings(environment, cases, one),
+    ]
 
 
 def _hopeless(
     asked: tuple[Asked, ...],
-    met: Bools,
+    margin: Floats,
     told: Container[str] = (),
     *,
+    reasons: Callable[[int, int], str] = lambda person, r: "",
     where: str = "position of the seat",
 ) -> list[str]:
-    """Requirements that nobody meets, and pairs that nobody meets together though some meet
-    each. told: those that nobody meets and that are told already; where: what people
-    are in that suits best."""
-    single: Bools = np.asarray(met.any(axis=0))
-    nobodys = [asked[r].requirement.name for r in np.flatnonzero(~single)]
-    words = [
-        f"nobody meets {name!r}: check where it is and what is asked for"
-        for name in nobodys
-        if name not in told
-    ]
+    """Requirements that nobody meets, with what is missing to whom it is least, and pairs that nobody
+    meets together though some meet each.
+
+    margin (P, R); told: those that nobody meets and that are told already; reasons: what limits a
+    person in a requirement; where: what people are in that suits best.
+    """
+    met = met_of(margin)
+    words = []
+    for r in np.flatnonzero(~met.any(axis=0)).tolist():
+        person = int(np.argmax(np.nan_to_num(margin[:, r], nan=-np.inf)))
+        size = -float(margin[person, r])
+        stops = asked[r].requirement.check == "stops"
+        much = f"{np.degrees(size):.0f} degrees" if stops else f"{1000 * size:.0f} mm"
+        limit = reasons(person, r)
+        by = f", limited by {limit}" if limit else ""
+        if asked[r].requirement.name not in told:
+            words.append(
+                f"nobody meets {asked[r].requirement.name!r}: at least {much} are missing{by}: check "
+                f"where it is and what is asked for"
+            )
     count = met.sum(axis=0)
     both = met.T.astype(np.float64) @ met.astype(np.float64)
     expected = np.outer(count, count) / len(met)

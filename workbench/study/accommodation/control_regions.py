@@ -1,7 +1,8 @@
 """Find where a control may be so that a share of a population reaches it.
 
 Places are a lattice about the one that the control has. Everybody sits where it is most comfortable,
-as for reach maps.
+as for reach maps. Who may step within an area asks for each place from a lattice of the area too, from
+wherever he is in no part with more than he is at the stated place.
 
 1. Places inside solid parts are left out, but for the part that the control is on; who sits before
    a place with the backrest between, or has a leg or the trunk there, does not reach it.
@@ -15,7 +16,8 @@ as for reach maps.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import math
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor
 from contextlib import closing
 from dataclasses import dataclass, fields, replace
@@ -26,6 +28,7 @@ import numpy as np
 from workbench.body.forward import place as place_body
 from workbench.body.parts import moved
 from workbench.body.scaling.scale import morph_to
+from workbench.contact.collide import contacts
 from workbench.errors import InputError, UsageError, one_of
 from workbench.geometry.polygon import point_winding
 from workbench.model.accommodation import SHARE_TOLERANCE
@@ -67,6 +70,8 @@ FIRST = 4
 ARMS = ("LSM", "LUA", "LLA", "LHN", "RSM", "RUA", "RLA", "RHN")
 LEGS = ("LUL", "LLL", "LF", "RUL", "RLL", "RF")
 """Segments of the limbs that reach."""
+STEP = 0.2
+"""How far [m] the places of an area to stand in are apart at most; its ends are among them."""
 HIDING = 0.05
 """[m] How much wider and higher than the backrest what it hides is."""
 
@@ -98,19 +103,20 @@ class _Asked:
 
 @dataclass(frozen=True, eq=False)
 class _Sitting:
-    """B people where they sit: rows of a body and of poses, and how far (B, 3) [m] the seat of each
-    is from where it is at rest."""
+    """B people where they sit, or stand in one place of their area: rows of a body and of poses, how
+    far (B, 3) [m] the seat of each is from where it is at rest, and (B,) who may be there."""
 
     body: Body
     poses: Poses
     shift: Floats
+    there: Bools
 
     def __len__(self) -> int:
         return len(self.body)
 
     def rows(self, some: Ints) -> _Sitting:
         """People at indices."""
-        return _Sitting(self.body[some], self.poses.rows(some), self.shift[some])
+        return _Sitting(self.body[some], self.poses.rows(some), self.shift[some], self.there[some])
 
 
 @dataclass(frozen=True, eq=False)
@@ -151,6 +157,8 @@ class _Search:
     place: Workplace
     asked: _Asked
     sitting: _Sitting
+    stepped: tuple[_Sitting, ...]
+    """Elsewhere in the area that they may step in."""
     order: Ints
     """(B,) the numbers of the people, the smallest first."""
     weight: Floats
@@ -204,10 +212,12 @@ def control_region(
     check_region(study, control, share=share, within=within, spacing=spacing)
     question = population_question(study, beside)
     asked, case = _as_asked(question, control)
+    sitting = _sitting(study, question, case, say, executor)
     search = _Search(
         place=question.place,
         asked=asked,
-        sitting=_sitting(study, question, case, say, executor),
+        sitting=sitting,
+        stepped=tuple(_stepped(question.place, sitting)),
         order=_by_stature(question),
         weight=question.people.weight,
         wanted=share,
@@ -241,6 +251,7 @@ def control_region(
         solids=_solids(asked.environment),
         placed=place_body(one.body, one.poses),
         environment=moved(environment, question.place.moving_parts, one.shift[0]),
+        standing=question.place.stand is not None,
     )
 
 
@@ -316,7 +327,33 @@ def _sitting(
         np.zeros((len(one.poses), 3)) if one.seated is None else one.seated.shift for one in taken
     ]
     poses = join_poses([one.poses for one in taken])
-    return _Sitting(bodies[: len(bodies)], poses, np.concatenate(shift))
+    there = np.ones(len(poses), dtype=np.bool_)
+    return _Sitting(bodies[: len(bodies)], poses, np.concatenate(shift), there)
+
+
+def _stepped(place: Workplace, standing: _Sitting) -> Iterator[_Sitting]:
+    """The same people at the other places of the area that they may step in."""
+    if place.stand is None:
+        return
+    before = _depths(standing, place.environment)
+    ways = []
+    for low, high in (place.stand.forward, place.stand.left):
+        ways.append(np.linspace(low, high, 1 + math.ceil((high - low) / STEP - 1e-9)))
+    for forward, left in product(*ways):
+        if forward or left:
+            world = standing.poses.world_from_reference.copy()
+            world[:, :, 3] += np.array([forward, left, 0.0]) @ _axes(place)
+            there = replace(standing, poses=replace(standing.poses, world_from_reference=world))
+            deeper = _depths(there, place.environment) > np.maximum(before, 0.0)
+            yield replace(there, there=np.logical_not(deeper.any(axis=1)))
+
+
+def _depths(people: _Sitting, environment: Environment) -> Floats:
+    """(B, K) [m] how much deeper than is allowed people are in parts."""
+    met = contacts(place_body(people.body, people.poses), environment)
+    excess = np.zeros((len(people), len(environment.parts)))
+    np.maximum.at(excess, (met.pose, met.part), met.excess)
+    return excess
 
 
 def _by_stature(question: Question) -> Ints:
@@ -337,7 +374,6 @@ def _places(
     hidden = _behind_backrest(search.place, search.sitting.shift, points)
     behind = np.asarray(hidden.all(axis=0))
     hidden |= inside >= 0
-    hidden |= _in_own_body(search.sitting, search.asked, points)
     kept = np.asarray((np.linalg.norm(offset, axis=1) < 1e-9) | whole)
     places = _Places(points, from_coarse_to_fine(points), hidden, kept, coarse)
     free = _reached(search, places, obstacles=False)
@@ -417,7 +453,7 @@ def _behind_backrest(place: Workplace, shift: Floats, points: Floats) -> Bools:
     (B, 3): behind its plane, and no wider and higher than it is."""
     seat = place.own_seat
     hidden = np.zeros((len(shift), len(points)), dtype=np.bool_)
-    if seat is None:
+    if seat is None or not seat.back.part:
         return hidden
     _, ahead, left = seat_planes(seat)
     up = np.cross(ahead, left)
@@ -473,7 +509,12 @@ def _reached_in_parts(search: _Search, places: _Places, rows: Ints, obstacles: b
     jobs = completed(
         _reached_by_some,
         range(len(parts)),
-        lambda n: (shared, search.sitting.rows(rows[parts[n]]), places.of(parts[n]), obstacles),
+        lambda n: (
+            shared,
+            [one.rows(rows[parts[n]]) for one in (search.sitting, *search.stepped)],
+            places.of(parts[n]),
+            obstacles,
+        ),
         executor=search.executor,
     )
     how = " past obstacles" if obstacles else ""
@@ -486,22 +527,41 @@ def _reached_in_parts(search: _Search, places: _Places, rows: Ints, obstacles: b
 
 
 def _reached_by_some(
-    asked: Shared[_Asked], sitting: _Sitting, places: _Places, obstacles: bool
+    asked: Shared[_Asked], everywhere: Sequence[_Sitting], places: _Places, obstacles: bool
 ) -> Bools:
-    """(B, M) which places some people reach with any of the limbs that may."""
-    one = asked.value
-    around = ReachObstacles(one.environment, one.moving_parts, sitting.shift)
+    """(B, M) which places some people reach with any of the limbs that may, from anywhere that they
+    may be."""
     reached = np.zeros(places.hopeless.shape, dtype=np.bool_)
-    for name in limbs_there(sitting.body, one.limbs):
+    for sitting in everywhere:
+        left = np.flatnonzero(~(reached | places.hopeless).all(axis=0))
+        if not len(left):
+            break
+        hopeless = places.hopeless | ~sitting.there[:, None]
+        hopeless[:, left] |= _in_own_body(sitting, asked.value, places.points[left])
+        reached = _reached_from(asked.value, sitting, places, hopeless, reached, obstacles)
+    return reached
+
+
+def _reached_from(
+    asked: _Asked,
+    sitting: _Sitting,
+    places: _Places,
+    hopeless: Bools,
+    reached: Bools,
+    obstacles: bool,
+) -> Bools:
+    """(B, M) which places people reach, those that they reach from elsewhere among them."""
+    around = ReachObstacles(asked.environment, asked.moving_parts, sitting.shift)
+    for name in limbs_there(sitting.body, asked.limbs):
         reached = who_reaches(
             sitting.body,
             sitting.poses,
             places.points,
             name,
-            grip=one.grip,
-            zone=one.zone,
+            grip=asked.grip,
+            zone=asked.zone,
             settled=reached,
-            hopeless=places.hopeless,
+            hopeless=hopeless,
             obstacles=around if obstacles else None,
             order=places.order,
             coarse=places.coarse,

@@ -34,6 +34,7 @@ from workbench.model.population import SEXES, Population
 from workbench.study.executors import Shared, completed
 from workbench.study.persons import APART
 from workbench.study.situation import Taken
+from workbench.threads import cores
 
 __all__ = [
     "CHUNK_SIZE",
@@ -49,14 +50,12 @@ __all__ = [
 
 CHUNK_SIZE = 64
 """People that are fitted together: neighbours of one chunk start each other's search."""
-MAX_CHUNKS_TOGETHER = 4
+MAX_CHUNKS_TOGETHER = 2
 """Fitted chunks that a study works on together at most."""
-MIN_PIECES = 8
-"""Fitted chunks are worked on together only where so many pieces of work are left."""
 LEAST_CHUNK = 16
-FEWEST_CHUNKS = 4
+FEWEST_CHUNKS = 2
 """People that are worked on together at least, and the pieces of work that there are at least where
-these are so many."""
+these are so many: it is said how far it is."""
 MAX_FILES = 512
 """Files kept on disk, about a megabyte each; those used longest ago are removed."""
 EXACT_MEASURES = (
@@ -170,11 +169,11 @@ class PopulationBodies:
 
     @property
     def chunks(self) -> list[slice]:
-        """People that are worked on together; large populations have fewer, larger chunks. A small
-        one is cut into several, so that all cores work and it is said how far it is."""
-        fitted = -(-len(self) // CHUNK_SIZE)
-        size = CHUNK_SIZE * max(1, min(MAX_CHUNKS_TOGETHER, fitted // MIN_PIECES))
-        size = min(size, max(LEAST_CHUNK, -(-len(self) // FEWEST_CHUNKS)))
+        """People that are worked on together. The more they are the less each of them costs: each
+        core gets one chunk, if that is not too large. No number depends on it."""
+        pieces = max(FEWEST_CHUNKS, cores())
+        size = max(LEAST_CHUNK, -(-len(self) // pieces))
+        size = min(size, CHUNK_SIZE * MAX_CHUNKS_TOGETHER)
         return [slice(first, min(first + size, len(self))) for first in range(0, len(self), size)]
 
 

@@ -55,6 +55,10 @@ _ENDS = (
 )
 """The ends of the seat's travel: which travel, outward, and what going beyond it is called."""
 _SEAT_WORDS = "letting the seat go "
+MOST_NAMED = 3
+"""Parts that are moved together, at most: more have no name in a sentence."""
+_OF_PARTS = ("clearance", "contact", "view_over")
+"""Checks that may be about parts, which give way to them."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -143,7 +147,7 @@ def growth(question: Question, found: Chunk, change: Change, r: int) -> Floats:
 
 def _rows(question: Question, move: Move) -> tuple[int, ...]:
     """The requirements whose margins a move changes as `toward` says: reaches of what is moved, and
-    clearances to nothing but what is moved."""
+    what is asked about nothing but parts that are moved."""
     controls = set(moved_controls(question.place.environment, [move]))
     parts = set(move.parts)
     return tuple(
@@ -152,7 +156,8 @@ def _rows(question: Question, move: Move) -> tuple[int, ...]:
         if (one.control is not None and one.control.name in controls)
         or (
             one.control is None
-            and one.requirement.check == "clearance"
+            and one.requirement.check in _OF_PARTS
+            and one.criterion.parts
             and parts >= set(one.criterion.parts)
         )
     )
@@ -175,11 +180,14 @@ def _moved_ways(question: Question, found: Chunk, r: int) -> list[_Way]:
     """The straight ways of the control or the parts that a requirement is about; none where it is
     about neither."""
     one = question.asked[r]
-    if one.requirement.check not in ("reach", "clearance"):
+    if one.control is None and (one.requirement.check not in _OF_PARTS or not one.criterion.parts):
         return []
     environment = question.place.environment
     name = one.requirement.target
     parts, controls = tuple(one.criterion.parts), tuple[str, ...]()
+    seats = {part for seat in environment.seats for part in (*seat.moves, *seat.parts)}
+    if one.control is None and (len(parts) > MOST_NAMED or seats & set(parts)):
+        return []  # whoever sits goes along with a seat, and what moves must have a name
     if one.control is not None:
         name = one.control.name
         parts = parts_along(environment, (name,))

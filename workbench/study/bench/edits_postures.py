@@ -209,19 +209,25 @@ def _around(opened: OpenStudy, placement: Placement, row: int, limbs: Iterable[s
     action = person.actions[placement.arrangement.case]
     assert isinstance(action, GivenPosture)
     like = "driving" if "driving" in library else action.name
-    eyes = nearest_name(environment.points, _middle(there, "H"), POINT_WITHIN)
-    feet = _middle(there, "LF", "RF")
-    heels = nearest_name(environment.points, feet, POINT_WITHIN)
-    return Prediction(like, controls, eyes, heels)
-
-
-def _middle(there: PlacedPerson, *segments: str) -> Floats:
-    """(3,) [m] the middle between the centres of gravity of segments; NaN where one is missing."""
     body = there.body
-    if not set(segments) <= set(body.segments):
+    heads = [
+        row for row, segment in enumerate(body.sphere_segment) if body.segments[segment] == "H"
+    ]
+    heels = [row for row, name in enumerate(body.subparts) if name in ("LF/heel", "RF/heel")]
+    points = environment.points
+    return Prediction(
+        like,
+        controls,
+        nearest_name(points, _middle(there, heads), POINT_WITHIN),
+        nearest_name(points, _middle(there, heels), POINT_WITHIN),
+    )
+
+
+def _middle(there: PlacedPerson, spheres: list[int]) -> Floats:
+    """(3,) [m] the middle of the centres of spheres; NaN where there are none."""
+    if not spheres:
         return np.full(3, np.nan)
-    rows = [body.segment(name) for name in segments]
-    middle: Floats = there.placed.world_from_segment[0, rows, :, 3].mean(axis=0)
+    middle: Floats = there.placed.centres[0, spheres].mean(axis=0)
     return middle
 
 

@@ -174,8 +174,8 @@ def troubles(opened: OpenStudy, found: Answer, row: int) -> Trouble:
     role = person.state.role
     off = limbs_off(opened, found.placement, row, one.tips)
     missed = person.shortfalls
-    words = [*_off_words(role, off), *missed]
-    if not any("the thighs press" in line for line in missed):
+    words = [*_off_words(role, off), *(one.sentence for one in missed)]
+    if not any(one.what == "thighs" for one in missed):
         words += _sunk(opened, found, row, one)
     given = isinstance(person.state.actions[person.case], GivenPosture)
     seat = opened.seat(row)

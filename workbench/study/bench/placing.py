@@ -16,6 +16,7 @@ from workbench.model.body import Body
 from workbench.model.bystander import Bystander
 from workbench.model.environment import Environment, Seat
 from workbench.model.poses import Placed, Poses
+from workbench.model.result import Shortfall
 from workbench.model.study import GivenPosture
 from workbench.study.bench.state import (
     Arrangement,
@@ -79,8 +80,8 @@ class PlacedPerson:
     held: Situation | None = None
 
     @cached_property
-    def shortfalls(self) -> tuple[str, ...]:
-        """What seat, feet and hands miss of what a prediction asks of them, in sentences."""
+    def shortfalls(self) -> tuple[Shortfall, ...]:
+        """What seat, feet and hands miss of what a prediction asks of them."""
         return () if self.held is None else tuple(shortfalls(self.held))
 
     @cached_property

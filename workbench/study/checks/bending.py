@@ -27,6 +27,8 @@ __all__ = ["Bent", "bent_reaches"]
 BACK = 0.1
 TRIES = 4
 """Who is in a part tries it from so much [m] farther back, so often."""
+LEAST = 1e-3
+"""A posture comes to a target that its hand misses by less [m]."""
 DEEPER = 1e-3
 """Depth [m] by which trunk or legs may be deeper in a part than in the posture that bending begins
 from."""
@@ -115,21 +117,23 @@ def bent_reaches(
     area = np.array([stand.forward, stand.left]) - situation.taken.stepped[who][:, :, None]
     targets = np.array([control.at for control in controls])
     whole = _Question(situation, who, name, grip, targets, spare)
-    found, stepped = _bent(whole, area)
-    rows = np.flatnonzero(found.overlap > 0.0)
+    found, stepped, came = _bent(whole, area)
+    # who does not come to it from the whole area does not from a part of it
+    rows = np.flatnonzero((found.overlap > 0.0) & came)
     for _ in range(TRIES):
         area[rows, 0, 1] = stepped[rows] - BACK
         rows = rows[area[rows, 0, 1] >= area[rows, 0, 0]]
         if not len(rows):
             break
-        again, stepped[rows] = _bent(whole.rows(rows), area[rows])
+        again, stepped[rows], came = _bent(whole.rows(rows), area[rows])
         found = found.better(rows, again)
-        rows = rows[~again.reached & (again.overlap > 0.0)]
+        rows = rows[~again.reached & (again.overlap > 0.0) & came]
     return found
 
 
-def _bent(question: _Question, area: Floats) -> tuple[Bent, Floats]:
-    """How people reach who step within areas (P, 2, 2) [m], and how far (P,) [m] they step forward."""
+def _bent(question: _Question, area: Floats) -> tuple[Bent, Floats, Bools]:
+    """How people reach who step within areas (P, 2, 2) [m], how far (P,) [m] they step forward, and
+    whether (P,) their hands come to their targets where nothing is in the way."""
     situation = question.situation
     stand = situation.place.stand
     assert stand is not None
@@ -152,14 +156,16 @@ def _bent(question: _Question, area: Floats) -> tuple[Bent, Floats]:
     limits = [found.limit(row, 0) for row in range(len(question.who))]
     names = situation.environment.parts
     words = [limit if ok else names[k] for limit, ok, k in zip(limits, clear, part, strict=True)]
-    return Bent(
+    bent = Bent(
         reached=reached,
         miss=found.miss[:, 0],
         overlap=np.where(reached, 0.0, np.maximum(found.overlap[:, 0], depth)),
         spare=found.extension[:, 0],
         discomfort=found.discomfort[:, 0],
         limit=np.where(reached, "", np.array(words, dtype=object)),
-    ), posture.stepped[:, 0].copy()
+    )
+    came = posture.miss[question.name] < LEAST
+    return bent, posture.stepped[:, 0].copy(), came
 
 
 def _in_parts(question: _Question, bent: Poses, arm: tuple[int, ...]) -> tuple[Floats, Ints]:

@@ -46,8 +46,8 @@ def _figure(found: MotionFound, limit: Limit, signal: Signal) -> Finding:
     value, begin, end = figure_of(signal, limit)
     window = "" if np.isinf(limit.span) else f"{1000 * limit.span:g}"
     if limit.figure == "hic":
-        which = f"HIC{window}" if window else "HIC with windows of any length"
-        figure = f"{which}, greatest from {1000 * begin:.1f} to {1000 * end:.1f} ms"
+        which = f"HIC{window}" if window else "HIC (window of any length)"
+        figure = f"{which} from {1000 * begin:.1f} to {1000 * end:.1f} ms"
     else:
         figure = f"acceleration held for {window} ms"
     return Finding(

@@ -38,6 +38,8 @@ def margins(situation: Situation, asked: Sequence[Asked]) -> Margins:
     eye = eyes_of(situation)
     for r, one in enumerate(asked):
         found.margin[:, r] = _margin(situation, one.criterion, eye)
+        if one.criterion.check == "view_over":
+            found.toward[:, r] = _gives_way(situation, one.criterion)
         for b in np.flatnonzero(found.margin[:, r] < -MET):
             found.words[b, r] = _words(situation, one.criterion, eye[b])
     return found
@@ -114,6 +116,15 @@ def _over(environment: Environment, name: str, criterion: Criterion, eyes: Float
     highest = np.max(np.where(before, line, -np.inf), axis=1, initial=-np.inf)
     margin: Floats = np.where(np.isfinite(highest), eyes[:, 2] - highest, np.nan)
     return margin
+
+
+def _gives_way(situation: Situation, criterion: Criterion) -> Floats:
+    """(3,) by how much the margin of a view over parts grows with a metre that they are moved by: it
+    is eye z - edge z - tan(down) * (edge - eye) along the way ahead."""
+    assert situation.place.seat is not None
+    aside = seat_planes(situation.environment.seat(situation.place.seat))[2]
+    slope = float(np.tan(criterion.down))
+    return np.array([-slope * aside[1], slope * aside[0], -1.0])
 
 
 def skyline(

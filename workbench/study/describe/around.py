@@ -86,7 +86,7 @@ def around(environment: Environment, sitter: Sitter) -> Around:
     touched = {one.part for one in environment.controls if one.name in held or one.for_feet}
     fixed = _visible(environment, seat.moves)
     stood_on, floor = floor_below(environment, frame, fixed)
-    rests = {seat.cushion.part, seat.back.part, *stood_on}
+    rests = {*seat.parts, *stood_on}
     head = eye + HEAD[0] * frame.ahead + np.array([0.0, 0.0, HEAD[1]])
     steep = upright_fan(frame.ahead, np.radians([35.0, 55.0, 75.0, 90.0]), _turns(180.0))
     low = upright_fan(frame.ahead, np.radians([15.0]), _turns(90.0))

@@ -180,7 +180,7 @@ def _sitter(environment: Environment, seat: Seat, taken: set[str]) -> Sitter:
     else:
         why.append("hands in the lap: no wheel, stick, lever in zone 1 or pedal is nearest to it")
     wheels = {one.part for one in within if not one.for_feet and use_of(one).kind == "wheel"}
-    wheels -= {seat.cushion.part, seat.back.part}
+    wheels -= {*seat.parts}
     return Sitter(
         frame,
         {side: hands.at[side] for side in ("left", "right") if side in hands.at},

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from workbench.errors import InputError, one_of
-from workbench.files.environment_own import GRIPPABLE
+from workbench.files.environment_own import grippable
 from workbench.files.environment_parts import matching_parts
 from workbench.files.names import good_name
 from workbench.files.yaml_edits import Key
@@ -207,8 +207,7 @@ def _on_part(opened: OpenPlace, before: Description, name: str) -> Edit:
     stands = standing_of(opened, before)
     at = np.array(control.at)
     own = [k for key in control.part_keys for k in _numbers(key, stands)]
-    sizes = np.ptp(stands.boxes, axis=1).max(axis=1)
-    small = [k for k in own if sizes[k] <= GRIPPABLE]
+    small = [k for k in own if grippable(stands.touching.triangles(k))]
     if stands.nearest(at, BESIDE, parts=small) or stands.nearest(at, ON, parts=own):
         return Edit(before)
     key: Key = ("controls", name, "part")

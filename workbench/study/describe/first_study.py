@@ -40,6 +40,8 @@ LIMBS = ["LLA", "RLA", "LHN", "RHN", "LLL", "RLL", "LF", "RF"]
 no fault."""
 LEGS = ["LUL", "RUL", "LLL", "RLL"]
 CASE = "at the controls"
+AT_REST = "seated"
+"""Names of the case, where anybody is at controls and where nobody is."""
 LEANING = "bending and stepping, in balance"
 """What zone 3 is to somebody who stands."""
 THIGH = 0.42
@@ -115,7 +117,8 @@ def first_study(environment: Environment, source: str, *, people: int = 0) -> st
         for role, sitter in sitters.items()
     }
     lines += _posture_lines([made.posture for made in actions.values() if made.posture])
-    lines += ["cases:", f"  - name: {CASE}", "    people:"]
+    case = CASE if stands or any(one.operates for one in sitters.values()) else AT_REST
+    lines += ["cases:", f"  - name: {case}", "    people:"]
     for role, made in actions.items():
         lines.append(f"      {flow_text(role)}: {flow_text(made.action)}")
     lines += [f"      {flow_text(role)}: {flow_text({'posture': 'standing'})}" for role in stands]

@@ -1,0 +1,228 @@
+"""Legs of seated people kept clear of what stands around: by the search of arms, along the freedoms
+that a leg has with its foot on a pedal.
+
+The ball of the foot stays where it is. At first the sole stays as it was predicted, and the knee
+swings about the line from hip to ankle. Where that does not do, the foot turns on its ball, heel out
+or in, and the heel is lower or higher.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from workbench.body.forward import segment_frames
+from workbench.model.arrays import Bools, Floats, Ints
+from workbench.model.body import Body
+from workbench.model.environment import Environment
+from workbench.model.poses import Poses
+from workbench.model.posing import angles_of, motion_of
+from workbench.posture.kernels.clear_reach import BRIEF, KEPT, SKIPPED
+from workbench.posture.reaching.chains import (
+    REACHED,
+    TURN_LEVER,
+    Found,
+    Task,
+    discomfort_of,
+    goals_of,
+    limb_task,
+    posed,
+    rows_of,
+    solved,
+    tips_of,
+)
+from workbench.posture.reaching.limbs import limb
+from workbench.posture.reaching.obstacles import Room, cleared
+from workbench.posture.seating.driving_legs import HEEL_LIFT
+from workbench.posture.seating.posture import pointed_foot
+
+__all__ = ["ClearLegs", "clear_legs"]
+
+TURNS = np.radians([0.0, 12.0, -12.0])
+"""How far [rad] a foot turns on its ball, toes out and in: hip, knee and ankle together turn by 15,
+10 and 10 degrees to either side in comfort (Dreyfuss 3D)."""
+SWINGS = (0.0, 0.25, -0.25)
+"""Abduction [rad] added to that of the hip where a search starts, so that it finds its way round
+either side of what is in the way."""
+HOPELESS = 0.05
+"""[m] What a swing of the knee may leave violated for the foot to be moved: more is never made up."""
+OUT_OF_THE_WAY = 1e3
+"""How far [m] the seat is put aside, so that what is indexed for arms serves legs too."""
+SOLES = 2
+"""Of how many soles, those with which the leg is least deep in something, such searches start."""
+
+
+@dataclass(frozen=True, eq=False)
+class ClearLegs:
+    """Legs of B people, clear of what stands around where that was found.
+
+    Parameters
+    ----------
+    poses
+        (B,) their postures.
+    overlap
+        (B,) [m] by foot: how much deeper the leg is in a part than allowed, and no posture clear of
+        it was found.
+    part
+        (B,) by foot: that part, -1 where there is none.
+    """
+
+    poses: Poses
+    overlap: Mapping[str, Floats]
+    part: Mapping[str, Ints]
+
+
+def clear_legs(
+    body: Body,
+    poses: Poses,
+    environment: Environment,
+    pitches: Mapping[str, Floats | None],
+    *,
+    sat_on: Sequence[str] = (),
+) -> ClearLegs:
+    """Keep the legs of people with their feet on pedals clear of an environment.
+
+    A leg that overlaps nothing by more than is allowed stays as it is, bit for bit. So does one of
+    which no clear posture is found.
+
+    Parameters
+    ----------
+    body, poses
+        B people, a pose of each row of the body.
+    environment
+        What stands around.
+    pitches
+        (B, 2) [rad] by foot: above the horizontal, what else the sole may have than it has. None
+        where the heel may be lifted by `HEEL_LIFT`.
+    sat_on
+        Parts that are not looked at: a thigh presses a cushion down, it does not stop there.
+    """
+    seat = np.isin(environment.parts, list(sat_on)).astype(np.int64)
+    room = Room(environment, seat, np.full((len(body), 3), OUT_OF_THE_WAY))
+    rotations = np.array(poses.rotations)
+    overlap: dict[str, Floats] = {}
+    part: dict[str, Ints] = {}
+    for foot, other in pitches.items():
+        task, angles = _predicted(body, poses, foot)
+        found = cleared(task, _known(task, angles), room, effort=SKIPPED)[0]
+        overlap[foot] = np.where(found.part >= 0, found.overlap, 0.0)
+        part[foot] = np.where(overlap[foot] > 0.0, found.part, -1)
+        deep = np.flatnonzero(overlap[foot] > 0.0)
+        if len(deep):
+            rows, best = _clear(task, angles, deep, other, room)
+            own = replace(rows_of(task, rows), held=rotations[rows])
+            rotations[rows] = posed(own, best)
+            overlap[foot][rows] = 0.0
+            part[foot][rows] = -1
+    return ClearLegs(replace(poses, rotations=rotations), overlap, part)
+
+
+def _predicted(body: Body, poses: Poses, foot: str) -> tuple[Task, Floats]:
+    """The task of a leg to have ball and sole where a pose has them, and its angles (B, K, 3)."""
+    chain = pointed_foot(body, foot)
+    task = limb_task(
+        body,
+        chain,
+        np.arange(len(poses)),
+        held=poses.rotations,
+        base=segment_frames(body, poses, chain.base),
+        goal=np.zeros((len(poses), 12)),
+    )
+    angles = np.ascontiguousarray(angles_of(body, poses)[:, task.joints])
+    at = tips_of(task, angles)
+    return replace(task, goal=_goals(at[:, :3], at[:, 3:])), angles
+
+
+def _goals(ball: Floats, sole: Floats) -> Floats:
+    """(P, 12) goals of feet with their balls at points (P, 3) [m] and soles in directions (P, 3)."""
+    goal = goals_of(ball)
+    goal[:, 3:6] = sole
+    goal[:, 9:] = TURN_LEVER
+    return goal
+
+
+def _known(task: Task, angles: Floats) -> Found:
+    """What a search begins from that knows of angles (P, K, 3) alone."""
+    count = len(task)
+    return Found(
+        np.array(angles, order="C"),
+        np.zeros((count, 8)),
+        np.zeros((count, 6 + len(task.link.rows))),
+        np.zeros(count),
+        np.full(count, -1),
+    )
+
+
+def _soles(task: Task, other: Floats | None) -> Floats:
+    """(B, V, 3) directions that soles may have, from heel to ball: the first as it is, then the foot
+    turned, then with other pitches, turned or not."""
+    sole = task.goal[:, 3:6]
+    if other is None:
+        foot = task.limb.name.split(", ")[0]
+        length = np.linalg.norm(task.limb.tip - limb(task.body, foot, grip="heel").tip, axis=1)
+        lifted = np.outer(HEEL_LIFT / length, [0.5, 1.0])
+        other = np.arcsin(np.maximum(sole[:, 2:] - lifted, -1.0))
+    side = 1.0 if task.limb.name.startswith("left") else -1.0
+    level = np.hypot(sole[:, 0], sole[:, 1])
+    pitch = np.column_stack([np.arctan2(sole[:, 2], level), other])[:, :, None]
+    turn = np.arctan2(sole[:, 1], sole[:, 0])[:, None, None] + side * TURNS
+    across = np.cos(pitch)
+    parts = across * np.cos(turn), across * np.sin(turn), np.sin(pitch)
+    found = np.stack(np.broadcast_arrays(*parts), axis=-1).reshape(len(sole), -1, 3)
+    found[:, 0] = sole
+    return found
+
+
+def _clear(
+    task: Task, angles: Floats, rows: Ints, other: Floats | None, room: Room
+) -> tuple[Ints, Floats]:
+    """Of some rows (N,) of a task, whose soles may have other pitches (B, Q), those that a clear
+    posture was found of, and its angles (M, K, 3)."""
+    own = rows_of(task, rows)
+    found, doubt = cleared(own, _known(own, angles[rows]), room, effort=BRIEF)
+    best = found.angles
+    clear = doubt < KEPT
+    # of those that are BURIED it is proved that there is none
+    left = np.flatnonzero((doubt == KEPT) & (found.numbers[:, 1] <= HOPELESS))
+    if len(left):
+        soles = _soles(task, other)[rows[left]]
+        turned, level = _turned(own, angles[rows], left, soles, room)
+        lack = level.overlap + np.where(level.numbers[:, 0] > REACHED, level.numbers[:, 0], 0.0)
+        clear[left] = _take(best, left, turned, level.angles, lack <= 0.0)
+        lack = lack.reshape(len(left), -1)[~clear[left]]
+        least = np.argsort(lack, axis=1, kind="stable")[:, :SOLES]
+        at = (soles.shape[1] * np.flatnonzero(~clear[left])[:, None] + least).ravel()
+        left = left[~clear[left]]
+    if len(left):
+        at = np.repeat(at, len(SWINGS))
+        swung = rows_of(turned, at)
+        axis, sign = motion_of(task.body, task.joints[0], "abduction")
+        starts = level.angles[at]
+        starts[:, 0, axis] += sign * np.tile(SWINGS, len(at) // len(SWINGS))
+        found, doubt = cleared(swung, _known(swung, starts), room, effort=BRIEF)
+        clear[left] = _take(best, left, swung, found.angles, doubt < KEPT)
+    return rows[clear], best[clear]
+
+
+def _turned(
+    task: Task, angles: Floats, rows: Ints, soles: Floats, room: Room
+) -> tuple[Task, Found]:
+    """Some rows (N,) of a task with angles (B, K, 3), each with soles in directions (N, V, 3): what
+    that comes to obstacles aside, and how deep it is in these."""
+    each = np.repeat(rows, soles.shape[1])
+    goal = _goals(task.goal[each, :3], soles.reshape(-1, 3))
+    turned = replace(rows_of(task, each), goal=goal)
+    return turned, cleared(turned, solved(turned, angles[each], 0), room, effort=SKIPPED)[0]
+
+
+def _take(best: Floats, rows: Ints, task: Task, angles: Floats, clear: Bools) -> Bools:
+    """Put the most comfortable of the clear postures of rows (N,), as many of a task for each, into
+    best (B, K, 3); returns which have one."""
+    cost = np.where(clear, discomfort_of(task, angles), np.inf).reshape(len(rows), -1)
+    at = cost.argmin(axis=1)
+    found = np.isfinite(cost.min(axis=1))
+    some = angles.reshape(len(rows), -1, *angles.shape[1:])
+    best[rows[found]] = some[np.flatnonzero(found), at[found]]
+    return np.asarray(found)
