@@ -42,7 +42,7 @@ def test_what_clears_by_less_than_the_surface_is_known_to_may_not_hold(one_arm):
     assert found.doubtful == found.worst
     told = verdict_sentence(found)
     assert told.endswith(
-        "It clears by 1.0 mm; the body's surface is known to ±3.2 mm, so it may truly fail."
+        "1.0 mm more than the 454.0 mm asked for. The surface is known to ± 3 mm, so it may truly fail."
     )
 
 
@@ -59,7 +59,7 @@ def test_a_breach_that_the_surface_may_lie_inside_of_may_yet_hold(one_arm):
     assert found.doubtful == found.breaches[0]
     told = verdict_sentence(found)
     assert told.endswith(
-        "It fails by 1.0 mm; the body's surface is known to ±2.0 mm, so it may truly pass."
+        "1.0 mm less than the 456.0 mm asked for. The surface is known to ± 2 mm, so it may truly pass."
     )
     assert only(outcome(one_arm, 0.458, inside=0.002)).doubtful is None
 
@@ -76,7 +76,7 @@ def test_of_two_people_both_surfaces_count(one_arm):
     made = study(body, criterion("between_people", at_least=0.197), other=(0.3, 0.0, 0.0))
     found = only(found_of(made))
     assert found.worst.surface_known_to == pytest.approx(0.004)
-    assert ("the bodies' surfaces are known to ±4.0 mm" in verdict_sentence(found)) == (
+    assert ("The surface is known to ± 4 mm" in verdict_sentence(found)) == (
         abs(found.worst.value - 0.197) < 0.004
     )
 

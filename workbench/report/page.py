@@ -85,7 +85,6 @@ def page(
         view_scripts=Markup(scripts_html(views.packing)),
         page_script=Markup(page_script_html()),
         rows=rows,
-        touched=_touched(result),
         share=_share(result, rows),
         doubtful=sum(verdict.doubtful for verdict in rows.verdicts),
         description=result.study.description,
@@ -93,15 +92,6 @@ def page(
         people=_people(result, rows),
         sections=sorted(sections, key=lambda section: ORDER.index(section.place)),
     )
-
-
-def _touched(result: Result) -> str:
-    """What each motion of a study touches, "" where there are not several."""
-    if len(result.motions) < 2:
-        return ""
-    from workbench.report.motions.words import touched_words  # not loaded for other studies
-
-    return touched_words(result.motions)
 
 
 def _lead(rows: ResultFile) -> tuple[str, str] | None:

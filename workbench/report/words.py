@@ -276,21 +276,17 @@ def share_words(criterion: Criterion, group: GroupShare) -> str:
 
 
 def _doubt(verdict: Verdict) -> str:
-    """ " It clears by 2.1 mm; the body's surface is known to 3.2 mm, so it may not." where the
-    verdict could turn."""
+    """ " The surface is known to ± 3 mm, so it may truly fail." where the verdict could turn, with what
+    was found where that is not the worst."""
     found = verdict.doubtful
     if found is None:
         return ""
-    who = (
-        "It"
-        if found == verdict.worst
-        else f"{found.subject[:1].upper()}{found.subject[1:]} ({found.case})"
+    other = (
+        "" if found == verdict.worst else f" Also {finding_words(verdict.criterion.check, found)}."
     )
-    whose = "the bodies' surfaces are" if found.other_person else "the body's surface is"
-    by = millimetres(abs(found.value - found.limit))
-    outcome = f"clears by {by}" if verdict.passed else f"fails by {by}"
-    known = f"{whose} known to ±{millimetres(found.surface_known_to)}"
-    return f" {who} {outcome}; {known}, so it may truly {'fail' if verdict.passed else 'pass'}."
+    known = surface_words(found.surface_known_to)
+    may = "fail" if verdict.passed else "pass"
+    return f"{other} The surface is known to{known} mm, so it may truly {may}."
 
 
 def person_words(person: PersonFound) -> str:

@@ -18,14 +18,13 @@ from workbench.body.forward import place
 from workbench.body.parts import moved
 from workbench.contact.collide import nearest, self_clearance
 from workbench.model.arrays import Bools, Floats, Ints
-from workbench.model.body import Body, stack_bodies
+from workbench.model.body import Body
 from workbench.model.bystander import Bystander
 from workbench.model.contacts import Clearance
 from workbench.model.driving import DrivingAims, Package
 from workbench.model.environment import Control, Environment, Seat
 from workbench.model.population import Population
 from workbench.model.poses import Placed, Poses
-from workbench.model.posing import join_poses
 from workbench.model.workplace import Aims, Stand, WorkCase, Workplace
 from workbench.posture.kernels.clear_reach import KEPT
 from workbench.posture.reaching.heeding import clear_fingers
@@ -37,7 +36,7 @@ from workbench.posture.seating.clear_legs import clear_legs
 from workbench.posture.seating.driving import driving_posture
 from workbench.posture.seating.driving_legs import accelerator_foot
 from workbench.posture.seating.posture import Pedals
-from workbench.posture.seating.seat import Seated, join_seated, seat
+from workbench.posture.seating.seat import Seated, seat
 from workbench.posture.standing import standing_posture
 from workbench.study.drivers import drivers_among
 
@@ -52,7 +51,6 @@ __all__ = [
     "freely_seated",
     "hands_moved",
     "in_place",
-    "join_situations",
     "moved_by",
     "moved_by_hands",
     "moved_by_legs",
@@ -320,32 +318,6 @@ def _rows_of(by_hand: Mapping[str, Floats], keep: Ints) -> dict[str, Floats]:
 
 def _limit_of(situation: Situation, keep: Ints) -> dict[str, tuple[str, ...]]:
     return {hand: tuple(words[k] for k in keep) for hand, words in situation.hand_limit.items()}
-
-
-def join_situations(parts: Sequence[Situation]) -> Situation:
-    """The rows of several parts of one case, in their order, with the hands at rest."""
-    first = parts[0]
-    return Situation(
-        place=first.place,
-        case=first.case,
-        body=stack_bodies([part.body for part in parts]),
-        taken=_join_taken([part.taken for part in parts]),
-        poses=join_poses([part.taken.poses for part in parts]),
-        displacement=np.concatenate([part.displacement for part in parts]),
-        spare=np.concatenate([part.spare for part in parts]),
-        bystanders=first.bystanders,
-    )
-
-
-def _join_taken(parts: Sequence[Taken]) -> Taken:
-    seats = [part.seated for part in parts if part.seated is not None]
-    heedless = [part.heedless for part in parts if part.heedless is not None]
-    return Taken(
-        join_poses([part.poses for part in parts]),
-        join_seated(seats) if seats else None,
-        np.concatenate([part.stepped for part in parts]),
-        join_seated(heedless) if heedless else None,
-    )
 
 
 @dataclass(frozen=True, eq=False)

@@ -22,10 +22,8 @@ __all__ = [
     "meeting_sentence",
     "motion_scope",
     "pulse_words",
-    "touched_words",
 ]
 
-_NOTHING = "nothing is touched"
 _MOST_AT_ONCE = 3
 """Contacts of one moment that are named."""
 
@@ -147,28 +145,3 @@ def differs_words(verdicts: Sequence[Verdict], motions: Sequence[str]) -> Iterat
 
 def _listed(names: Sequence[str]) -> str:
     return " and ".join(f"“{name}”" for name in names)
-
-
-def touched_words(motions: Sequence[MotionFound]) -> str:
-    """What each motion touches, in a sentence: "The lap belt alone: 47 contacts with 20 parts in
-    200.0 ms, deeper than allowed." """
-    said = []
-    for motion in motions:
-        start, end = motion.episodes.span
-        name = motion.study.name
-        touched = _touched(motion)
-        more = ", deeper than allowed" if touched != _NOTHING else ""
-        said.append(
-            f"{name[:1].upper()}{name[1:]}: {touched} in {milliseconds(end - start)}{more}."
-        )
-    return " ".join(said)
-
-
-def _touched(motion: MotionFound) -> str:
-    """How many contacts are deeper than allowed, and with how many parts."""
-    real = [m for m in motion.meetings if not m.own and m.depth > m.allowed]
-    if not real:
-        return _NOTHING
-    parts = len({m.other for m in real})
-    contacts = f"{len(real)} contact{'s' if len(real) > 1 else ''}"
-    return f"{contacts} with {parts} part{'s' if parts > 1 else ''}"
