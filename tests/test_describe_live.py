@@ -5,6 +5,8 @@ from __future__ import annotations
 import base64
 import contextlib
 import json
+import threading
+import time
 import zlib
 
 import numpy as np
@@ -32,7 +34,7 @@ from tests.test_live import (
     page_of,
 )
 from workbench.live.describe_desk import DescribeDesk
-from workbench.live.protocol import Question
+from workbench.live.protocol import Question, unpacked
 from workbench.live.server import live_application
 
 CUSHION = {"part": "pan", "start": [SRP[0] + 0.2, SRP[1], 3], "way": [0, 0, -1]}
@@ -54,6 +56,24 @@ def bench(mesh):
         with page_of(client) as page:
             frames_until(page, "description")
             yield client, page, desk
+
+
+def test_a_page_is_greeted_before_it_hears_what_all_are_told(bench, monkeypatch):
+    """It comes while another page's question is being answered."""
+    client, page, desk = bench
+    begun = threading.Event()
+    do = desk.do
+
+    def slowly(question):
+        begun.set()
+        time.sleep(0.3)
+        return do(question)
+
+    monkeypatch.setattr(desk, "do", slowly)
+    page.send_text(json.dumps({"n": 7, "do": "undo"}))
+    assert begun.wait(10)
+    with page_of(client) as late:
+        assert unpacked(late.receive_bytes())[0]["kind"] == "hello"
 
 
 def test_the_page_is_another_one_behind_the_same_guard(mesh):

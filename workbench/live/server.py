@@ -467,7 +467,6 @@ class Hub:
             return
         await opened.accept(SUBPROTOCOL)
         page = Page(opened)
-        self.pages.add(page)
         delivering = asyncio.create_task(self.deliver(page, opened))
         try:
             await self.talk(page, opened)
@@ -492,7 +491,8 @@ class Hub:
             await closed(opened, error)
 
     async def talk(self, page: Page, opened: WebSocket) -> None:
-        """Greet a page, and take its questions."""
+        """Greet a page, and take its questions. What all pages are told begins with its greeting,
+        without which it could make nothing of an answer."""
         for made in (self.desk.greeting, self.desk.state):
             await self.show(page, made)
         self.changed.set()
@@ -504,10 +504,12 @@ class Hub:
         try:
             frames = await self.at_desk(made)
         except Exception as error:  # noqa: BLE001 (the page is there, and may undo what failed)
+            self.pages.add(page)
             await self.failed(error)
             return
         for frame in frames:
             page.put(frame)
+        self.pages.add(page)
 
     async def listen(self, page: Page, opened: WebSocket) -> None:
         """Take one question of a page."""

@@ -50,6 +50,8 @@ MAY_STEP = {"forward": (0.3, 0.2), "left": (0.5, 0.5)}
 """[m] Between the places where it is asked whether somebody may step there, and how far at most: back and
 ahead, to the right and to the left."""
 LEVEL = 0.02
+LIFTS = 6
+"""How often a man is lifted by what he is in the floor, at most."""
 EVEN = 1e-4
 """Floors that are lower, and higher, by less [m] are one: feet would be in a higher one."""
 BLOCKED = 0.5
@@ -207,9 +209,13 @@ def _on_floor(environment: Environment, on: Floats, yaw: float) -> tuple[float, 
     spots[:, 2] += STEP
     z = max(float(_floor(environment, spots).max()), float(on[2]))
     at = np.array([[on[0], on[1], z]])
-    # soles stand on what they are in by little
-    apart = float(_room(environment, at, np.array([yaw]), lifted=0.0)[0])
-    return float(on[0]), float(on[1]), z + (-apart if -LEVEL < apart < 0.0 else 0.0)
+    # soles stand on what they are in by little: over a ledge before the toes by more than their depth
+    for _ in range(LIFTS):
+        apart = float(_room(environment, at, np.array([yaw]), lifted=0.0)[0])
+        if not -LEVEL < apart < 0.0:
+            break
+        at[0, 2] -= apart
+    return float(on[0]), float(on[1]), float(at[0, 2])
 
 
 def _room(environment: Environment, on: Floats, yaw: Floats, *, lifted: float = LIFTED) -> Floats:
