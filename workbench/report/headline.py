@@ -85,15 +85,16 @@ def _scope(postures: Sequence[PosturesFound]) -> str:
     return f"{who} in {cases} case{'s' if cases > 1 else ''}"
 
 
-def _motions(result: Result, verdicts: Sequence[Verdict]) -> Iterator[str]:
+def _motions(result: Result, verdicts: Sequence[Verdict]) -> list[str]:
     """How the criteria of motions came out; of several, which come out differently."""
     if len(result.motions) == 1:
-        yield f"{motion_scope(result.motions[0])}: {outcome_words(verdicts)}."
-        return
-    yield from differs_words(verdicts, [motion.study.name for motion in result.motions])
+        return [f"{motion_scope(result.motions[0])}: {outcome_words(verdicts)}."]
+    differs = differs_words(verdicts, [motion.study.name for motion in result.motions])
+    said = [f"{_capital(differs)}."]
     if decisive := _decisive(verdicts):
-        lead = "Nearest to its limit" if decisive.passed else "The worst is"
-        yield f"{lead} “{decisive.criterion.name}”: {_verdict_words(decisive)}."
+        lead = "Nearest to its limit" if decisive.passed else "The worst"
+        said.append(f"{lead} is “{decisive.criterion.name}”: {_verdict_words(decisive)}.")
+    return said
 
 
 def outcome_words(verdicts: Sequence[Verdict]) -> str:

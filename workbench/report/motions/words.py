@@ -4,7 +4,7 @@ every time."""
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -114,33 +114,37 @@ def motion_scope(motion: MotionFound) -> str:
     return f"{milliseconds(end - start)} of {motion.study.person}'s motion"
 
 
-def differs_words(verdicts: Sequence[Verdict], motions: Sequence[str]) -> Iterator[str]:
+def differs_words(verdicts: Sequence[Verdict], motions: Sequence[str]) -> str:
     """Which criteria do not come out alike in all motions: "4 of 7 criteria fail with “the lap belt
-    alone” and hold with “lap and shoulder belts”: head excursion, ..."; one sentence for those that
-    fail in the same motions.
+    alone” and hold with “lap and shoulder belts”: head excursion, ...; 1 of 7 criteria ...".
 
     motions: their names.
     """
     failing: dict[str, list[str]] = {}
     for verdict in verdicts:
-        failing.setdefault(verdict.criterion.name, []).extend(
-            [] if verdict.passed else [verdict.motion]
-        )
+        fails = failing.setdefault(verdict.criterion.name, [])
+        if not verdict.passed:
+            fails.append(verdict.motion)
     by_motions: dict[tuple[str, ...], list[str]] = {}
     for name, fails in failing.items():
         by_motions.setdefault(tuple(fails), []).append(name)
-    for failed, names in by_motions.items():
-        others = [name for name in motions if name not in failed]
-        if not failed:
-            continue
-        one = len(names) == 1
-        lead = f"{len(names)} of {len(failing)} criteria" if len(failing) > 1 else "The criterion"
-        ends = f" and {'holds' if one else 'hold'} with {_listed(others)}" if others else ""
-        yield f"{lead} {'fails' if one else 'fail'} with {_listed(failed)}{ends}: {', '.join(names)}."
-    if not failing:
-        yield "No criterion is asked of these motions."
-    elif list(by_motions) == [()]:
-        yield "All criteria hold in all motions."
+    if list(by_motions) in ([], [()]):
+        return "all criteria hold in all motions" if failing else "no criterion is asked"
+    count = len(failing)
+    return "; ".join(
+        _fails_words(failed, [name for name in motions if name not in failed], names, count)
+        for failed, names in by_motions.items()
+        if failed
+    )
+
+
+def _fails_words(failed: Sequence[str], held: Sequence[str], names: list[str], count: int) -> str:
+    """Which of so many criteria fail in some motions and hold in the others."""
+    one = len(names) == 1
+    lead = f"{len(names)} of {count} criteria" if count > 1 else "the criterion"
+    fails = f"{lead} {'fails' if one else 'fail'} with {_listed(failed)}"
+    holds = f" and {'holds' if one else 'hold'} with {_listed(held)}" if held else ""
+    return f"{fails}{holds}: {', '.join(names)}"
 
 
 def _listed(names: Sequence[str]) -> str:
