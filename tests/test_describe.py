@@ -784,7 +784,7 @@ def test_a_floor_with_a_pedal_clicked_on_it_is_still_the_floor_under_the_feet(tm
     bare = seated(opened)
     ground = standing_of(opened, bare).ground
     said = seated_words(bare.file, "driver", ground)
-    assert "the feet hang 76 mm above 'floor'" in said[0]
+    assert "the feet hang 61 mm above 'floor'" in said[0]
     assert seated_words(pedal_on_the_floor(opened).file, "driver", ground) == said
 
 
