@@ -75,6 +75,18 @@ def test_a_size_that_cannot_be_is_told_where_it_stands(tmp_path, measures, words
     assert words in str(caught.value)
 
 
+@pytest.mark.parametrize(("sex", "stature"), [("female", 1525), ("female", 1626), ("male", 1870)])
+def test_bubbleman_of_a_stature_is_drawn_near_to_such_people(bubbleman, sex, stature):
+    """Its hip joints are at the trochanterion, its knees elsewhere: drawn near to both it would lose
+    its trunk."""
+    people = wb.load_population_model("ansur2")
+    made = wb.person_body(bubbleman, people, sex=sex, measures={"stature": stature / 1000})
+    assert made.warnings == ()
+    found = wb.measure(made.body, ["buttock_knee_length", "knee_height_sitting"])
+    for name, value in found.items():
+        assert value == pytest.approx(made.measures[name], abs=0.015)
+
+
 def test_bubbleman_measures_as_a_median_man(bubbleman):
     # what a rigid body cannot show, or what its definition is known to miss, has more room
     room = {

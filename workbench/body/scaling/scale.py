@@ -47,6 +47,13 @@ _HARD_GIVE = 1e-9
 system singular."""
 _SOFT_GIVE = {True: 1.6e-5, False: 5.0e-4}
 """Variance [m2] of a measure that should be near, for a body of a family and for another."""
+_OF_FAMILIES = (
+    "trochanterion_height",
+    "lateral_femoral_epicondyle_height",
+    "acromion_radiale_length",
+)
+"""Measures taken at joints that a family's bodies have where people do; a body of its own, drawn near
+to them, would lose its trunk."""
 LONGER: tuple[tuple[str, str], ...] = (
     ("stature", "sitting_height"),
     ("stature", "acromial_height"),
@@ -246,7 +253,8 @@ def _fitted(space: ShapeSpace, measures: Measures, others: Measures) -> _Fit:
 
     The search starts there for everybody: a person's body does not depend on who came before.
     """
-    soft = {name: value for name, value in others.items() if name not in measures}
+    apart = () if space.family else _OF_FAMILIES
+    soft = {name: value for name, value in others.items() if name not in (*measures, *apart)}
     if wrong := [name for name, value in soft.items() if not (math.isfinite(value) and value > 0)]:
         raise InputError(
             f"others: {wrong[0]}: expected a positive length, got {1000 * soft[wrong[0]]:g} mm"
