@@ -13,7 +13,7 @@ from workbench.errors import InputError
 from workbench.model.body import Body
 from workbench.model.measures import MASS, check_measures
 from workbench.model.population import SEXES, Population
-from workbench.study.persons import SizedBody, drawn_near
+from workbench.study.persons import APART, SizedBody
 
 __all__ = ["SHOWN", "file_names", "people_bodies"]
 
@@ -47,12 +47,11 @@ def people_bodies(
     masses add up to the person's. InputError names the person of whom there is no such body.
     """
     exact = check_measures(shown, [name for name in people.names if name in MEASURES])
-    known = set(people.names) - set(exact)
+    near = [name for name in people.names if name in MEASURES and name not in (*exact, *APART)]
     rows = [dict(zip(people.names, row.tolist(), strict=True)) for row in people.measures]
     made = {}
     for sex in {SEXES[int(code)] for code in people.sex}:
         own = [row for row, code in zip(rows, people.sex, strict=True) if SEXES[int(code)] == sex]
-        near = drawn_near(bodies[sex], [name for name in people.names if name in known])
         given, rest = (
             [{name: row[name] for name in names} for row in own] for names in (exact, near)
         )

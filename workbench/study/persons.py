@@ -3,7 +3,7 @@ have them."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 from workbench.body.people.conditional import condition, improbability
@@ -23,7 +23,7 @@ from workbench.model.population import PopulationModel
 from workbench.model.short_repr import short_repr
 from workbench.model.study import Role
 
-__all__ = ["RARE", "SizedBody", "drawn_near", "person_body", "role_body"]
+__all__ = ["RARE", "SizedBody", "person_body", "role_body"]
 
 Measures = Mapping[str, float]
 
@@ -37,9 +37,6 @@ APART = ("overhead_fingertip_reach_sitting", *GIRTHS)
 """Measures that a body is not drawn near to, because typical bodies differ in them from the survey
 by definition: a shoulder does not rise as in a person who stretches, and a tape runs around spheres,
 which lie some millimetres under the skin."""
-OF_FAMILIES = ("trochanterion_height",)
-"""Nor is a body that belongs to no family drawn near to this: it has its hip joints where these have the trochanterion,
-which is a few millimetres lower."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,19 +86,13 @@ def person_body(
     return _made((body, detail), measures, values, _improbable(scores, known))
 
 
-def drawn_near(body: Body, names: Iterable[str]) -> list[str]:
-    """Those of some measures that a body is drawn near to where it does not show them exactly."""
-    apart = APART if body.basis is not None else (*APART, *OF_FAMILIES)
-    return [name for name in names if name in MEASURES and name not in apart]
-
-
 def _made(
     of: tuple[Body, str | None], measures: Measures, values: Measures, notes: tuple[str, ...]
 ) -> SizedBody:
     """A body at a level of detail with the given measures exactly and the expected ones near."""
     body, detail = of
     exact = {name: value for name, value in measures.items() if name != "mass"}
-    near = {name: values[name] for name in drawn_near(body, values)}
+    near = {name: value for name, value in values.items() if name in MEASURES and name not in APART}
     try:
         made = scale(body, exact, others=near, detail=detail)
     except InputError:

@@ -18,6 +18,7 @@ from typing import NamedTuple
 import numpy as np
 from threadpoolctl import threadpool_limits
 
+from workbench.body.scaling.measure import MEASURES
 from workbench.body.scaling.morph import morph
 from workbench.body.scaling.scale import scale, scale_many
 from workbench.body.scaling.seated import seated
@@ -31,7 +32,7 @@ from workbench.model.encumbrance import Encumbrance
 from workbench.model.measures import MASS
 from workbench.model.population import SEXES, Population
 from workbench.study.executors import Shared, completed
-from workbench.study.persons import drawn_near
+from workbench.study.persons import APART
 from workbench.study.situation import Taken
 from workbench.threads import cores
 
@@ -309,7 +310,7 @@ def fit_chunk(templates: Mapping[str, Body], people: Population) -> FittedChunk:
     InputError
         If there is no body for somebody's measures.
     """
-    persons = _persons(people, templates)
+    persons = _persons(people)
     with threadpool_limits(limits=1, user_api="blas"):
         streams = {
             sex: scale_many(
@@ -347,11 +348,11 @@ class _Person:
     mass: float | None
 
 
-def _persons(people: Population, templates: Mapping[str, Body]) -> list[_Person]:
+def _persons(people: Population) -> list[_Person]:
     exact = [name for name in EXACT_MEASURES if name in people.names]
     if {"elbow_rest_height", "acromial_height_sitting"} <= set(exact):
         exact = [name for name in exact if name != "shoulder_elbow_length"]
-    near = [name for name in drawn_near(templates[SEXES[0]], people.names) if name not in exact]
+    near = [n for n in people.names if n in MEASURES and n not in (*exact, *APART)]
     persons = []
     labels = people.labels or [str(number) for number in range(len(people))]
     for label, code, values in zip(labels, people.sex, people.measures.tolist(), strict=True):
