@@ -653,6 +653,7 @@ def _judge(search: _Search, people: Ints, positions: Floats) -> None:
     there = in_positions(search.place, who, positions, wanted, heedless=True)
     situations = _remembering(there, search.remembered.rows(people))
     left = np.arange(len(people))
+    # what counts of each person so far: what is asked for others' sake does not, until his own turn
     told = np.tile(known, (len(people), 1))
     for stage in _stages(search, people):
         columns = np.flatnonzero(stage.columns[left].any(axis=0) & ~known)
