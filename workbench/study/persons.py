@@ -74,7 +74,7 @@ def person_body(
             )
     check_plausible(measures)
     if isinstance(people, Growth):
-        return _child((body, detail), people, sex, age, measures)
+        return _child(body, detail, people, sex, age, measures)
     if age is not None:
         raise InputError(f"an age goes with growth charts, not with the population {people.name}")
     scores = scores_of(people, sex)
@@ -83,14 +83,17 @@ def person_body(
         condition(scores, known) if known else condition(scores, {"stature": _median(people, sex)})
     )
     values = dict(zip(expected.names, expected.values[0].tolist(), strict=True))
-    return _made((body, detail), measures, values, _improbable(scores, known))
+    return _made(body, detail, measures, values, _improbable(scores, known))
 
 
 def _made(
-    of: tuple[Body, str | None], measures: Measures, values: Measures, notes: tuple[str, ...]
+    body: Body,
+    detail: str | None,
+    measures: Measures,
+    values: Measures,
+    notes: tuple[str, ...],
 ) -> SizedBody:
     """A body at a level of detail with the given measures exactly and the expected ones near."""
-    body, detail = of
     exact = {name: value for name, value in measures.items() if name != "mass"}
     near = {name: value for name, value in values.items() if name in MEASURES and name not in APART}
     try:
@@ -107,7 +110,12 @@ def _made(
 
 
 def _child(
-    of: tuple[Body, str | None], growth: Growth, sex: str, age: float | None, measures: Measures
+    body: Body,
+    detail: str | None,
+    growth: Growth,
+    sex: str,
+    age: float | None,
+    measures: Measures,
 ) -> SizedBody:
     """A child: stature and mass that are not given stand at the same percentile of its age as the
     one that is, at the median where neither is."""
@@ -129,9 +137,8 @@ def _child(
     row = growth_values(growth, sex, percentile, age=age)[0]
     expected = dict(zip(growth.names, row.tolist(), strict=True))
     lengths = set(measures) - {"mass"}
-    return _made(
-        of, measures if lengths else {"stature": expected["stature"], **measures}, expected, notes
-    )
+    given = measures if lengths else {"stature": expected["stature"], **measures}
+    return _made(body, detail, given, expected, notes)
 
 
 def _sized_body(body: Body, size: Size | None, detail: str | None) -> tuple[Body, tuple[str, ...]]:

@@ -660,15 +660,14 @@ def _judge(search: _Search, people: Ints, positions: Floats) -> None:
         asked = [search.asked[r] for r in columns.tolist()]
         if stage.legs and len(columns):
             situations = [with_clear_legs(one) for one in situations]
+        if len(columns) and not stage.at_most:
+            found.put(left, columns, margins_of(situations, asked))
+            known[columns] = True
         told[left] |= stage.columns[left]
         margin = np.where(told[left], found.margin[left], np.nan)
         if stage.at_most:
             margin[:, columns] = most_of(situations, asked)
             told[np.ix_(left, columns)] = False
-        elif len(columns):
-            found.put(left, columns, margins_of(situations, asked))
-            known[columns] = True
-            margin = np.where(told[left], found.margin[left], np.nan)
         hopeful = _hopeful(search, people[left], margin)
         given_up = np.setdiff1d(np.arange(len(left)), hopeful)
         at = positions[left[given_up]]

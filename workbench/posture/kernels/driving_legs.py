@@ -16,14 +16,15 @@ from numpy.typing import NDArray
 
 from workbench.compiled import batch_loop, inlined
 
-__all__ = ["DrivingLegs", "least_costs"]
+__all__ = ["FLAT", "DrivingLegs", "least_costs"]
 
 Floats = NDArray[np.float64]
 
 OUT_OF_REACH = 1e6
 """Cost [1/m] of an ankle that the leg does not reach. It outweighs every angle."""
 FLAT = 1e-6
-"""Distance [m] from a leg that is stretched or folded flat: there it has its last angles."""
+"""Distance [m] from a leg that is stretched or folded flat, where the angles have no derivative: there
+it has its last ones."""
 COARSE_HIPS = 60
 COARSE_PITCHES = 7
 """Hip positions and pitches of the first grid."""

@@ -7,11 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.model.arrays import Floats
+from workbench.posture.kernels.driving_legs import FLAT
 
 __all__ = ["LegTriangle", "leg_triangle"]
-
-MARGIN = 1e-6
-"""Distance [m] from a leg that is stretched or folded flat, where the angles have no derivative."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,7 +39,7 @@ def leg_triangle(thigh: Floats, shank: Floats, distance: Floats) -> LegTriangle:
     LegTriangle
         Angles at hip and knee, and what the leg lacks.
     """
-    span = np.clip(distance, np.abs(thigh - shank) + MARGIN, thigh + shank - MARGIN)
+    span = np.clip(distance, np.abs(thigh - shank) + FLAT, thigh + shank - FLAT)
     hip = np.arccos((thigh**2 + span**2 - shank**2) / (2 * thigh * span))
     knee = np.arccos((thigh**2 + shank**2 - span**2) / (2 * thigh * shank))
     return LegTriangle(hip, knee, distance - span)

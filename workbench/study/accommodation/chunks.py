@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Generator, Sequence
 from concurrent.futures import Executor
 from contextlib import closing, suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
 from time import monotonic
 from typing import Any
@@ -218,23 +218,9 @@ class _Files:
         if self.folder is None:
             return
         arrays: dict[str, NDArray[Any]] = {
-            "margin": chunk.margin,
-            "low": chunk.low,
-            "high": chunk.high,
-            "reason": chunk.reason,
-            "toward": chunk.toward,
-            "seat": chunk.seat,
-            "comfortable": chunk.comfortable,
-            "window": chunk.window,
-            "sets": chunk.sets,
-            "setting": chunk.setting,
-            "elsewhere": chunk.elsewhere,
-            "overlap": chunk.overlap,
-            "depth": chunk.depth,
-            "judged_person": chunk.judged_person,
-            "judged": chunk.judged,
-            "words": np.array(chunk.words, dtype=str),
+            one.name: getattr(chunk, one.name) for one in fields(chunk)
         }
+        arrays["words"] = np.array(chunk.words, dtype=str)
         try:
             write_arrays(self._path(number), self.keys[number], arrays)
         except OSError as error:
@@ -436,23 +422,15 @@ def joined_chunks(chunks: Sequence[Chunk]) -> Chunk:
         [Overlaps(chunk.overlap, chunk.depth) for chunk in chunks],
         [np.arange(*ends[k : k + 2]) for k in range(len(chunks))],
     )
-    return Chunk(
-        margin=np.concatenate([chunk.margin for chunk in chunks]),
-        low=np.concatenate([chunk.low for chunk in chunks]),
-        high=np.concatenate([chunk.high for chunk in chunks]),
-        reason=np.concatenate(reasons),
-        toward=np.concatenate([chunk.toward for chunk in chunks]),
-        seat=np.concatenate([chunk.seat for chunk in chunks]),
-        comfortable=np.concatenate([chunk.comfortable for chunk in chunks]),
-        window=np.concatenate([chunk.window for chunk in chunks]),
-        sets=np.concatenate([chunk.sets for chunk in chunks]),
-        setting=np.concatenate([chunk.setting for chunk in chunks]),
-        elsewhere=np.concatenate([chunk.elsewhere for chunk in chunks]),
-        overlap=overlaps.pair,
-        depth=overlaps.depth,
-        judged_person=np.concatenate(
-            [chunk.judged_person + first for chunk, first in zip(chunks, ends[:-1], strict=True)]
-        ),
-        judged=np.concatenate([chunk.judged for chunk in chunks]),
-        words=words,
-    )
+    judged = [chunk.judged_person + first for chunk, first in zip(chunks, ends[:-1], strict=True)]
+    joined: dict[str, Any] = {
+        "reason": np.concatenate(reasons),
+        "overlap": overlaps.pair,
+        "depth": overlaps.depth,
+        "judged_person": np.concatenate(judged),
+        "words": words,
+    }
+    for one in fields(Chunk):
+        if one.name not in joined:
+            joined[one.name] = np.concatenate([getattr(chunk, one.name) for chunk in chunks])
+    return Chunk(**joined)
