@@ -46,7 +46,13 @@ LAYERS = [
     {"cli"},
 ]
 """Rooms from the lowest to the highest; those of one row never see each other."""
-COMPILERS = {"compiled.py", "compiled_records.py", "geometry/lanes.py", "geometry/quads.py"}
+COMPILERS = {
+    "compiled.py",
+    "compiled_linked.py",
+    "compiled_records.py",
+    "geometry/lanes.py",
+    "geometry/quads.py",
+}
 HOMES = {
     "numba": COMPILERS,
     "llvmlite": COMPILERS,
@@ -81,6 +87,7 @@ FORWARDS = {
     "model/arguments.py",
     "model/kept.py",
     "compiled.py",
+    "compiled_linked.py",
     "contact/by_person.py",
 }
 """Files whose functions may take `**kwargs`: one option for each measure, and decorators."""
