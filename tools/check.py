@@ -31,6 +31,7 @@ PACKAGE = ROOT / "workbench"
 LAYERS = [
     {"errors"},
     {"compiled_records"},
+    {"compiled_linked"},
     {"compiled", "threads"},
     {"model"},
     {"geometry"},

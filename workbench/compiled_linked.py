@@ -653,9 +653,9 @@ class _Files(IndexDataCacheFile):  # type: ignore[misc]
         """The file of the code for a key: for the types of arguments and the machine."""
         types_of_arguments, machine = key[:2]
         described = ADDRESS.sub("", f"{types_of_arguments} {machine}")
-        return self._data_path(
-            f"{self._name}.{hashlib.sha256(described.encode()).hexdigest()[:16]}.nbc"
-        )
+        number = hashlib.sha256(described.encode()).hexdigest()[:16]
+        path: str = self._data_path(f"{self._name}.{number}.nbc")
+        return path
 
     def _contents(self, path: str) -> bytes | None:
         """What a file holds after its hash; None where the hash is another one."""
