@@ -89,11 +89,11 @@ def test_the_reference_vectors_are_those_of_these_tests():
     )
 
 
-def upright(body, rows=1):
-    """A body in its zero pose, at the origin."""
-    rotations = np.zeros((rows, len(body.joints), 4))
+def upright(body, *, at=(0.0, 0.0, 0.0)):
+    """A body in its zero pose, so far from where it stands."""
+    rotations = np.zeros((1, len(body.joints), 4))
     rotations[:, :, 0] = 1.0
-    world = np.broadcast_to(np.eye(3, 4), (rows, 3, 4))
+    world = np.concatenate([np.eye(3), np.reshape(at, (3, 1))], axis=1)[None]
     return wb.place(body, wb.Poses(rotations, 0, world))
 
 
