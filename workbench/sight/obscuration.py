@@ -15,7 +15,7 @@ from workbench.model.arrays import Bools, Floats, Ints, frozen
 from workbench.model.environment import Environment
 from workbench.sight.eyes import Eyes
 from workbench.sight.kernels.bands import Pixels, Sums, add_bands
-from workbench.sight.kernels.segments import blocked_lines
+from workbench.sight.kernels.segments import Lines, blocked_lines
 from workbench.sight.panorama import (
     BAND,
     FACES,
@@ -50,6 +50,8 @@ _MARGINS = np.array([1e-6, 1e-3])
 it."""
 _GROUP = 32
 """Points of `lines_of_sight` that follow each other and are looked at through one cone."""
+_ROUNDING = 1e-9
+"""By how much the cosine of a cone is made smaller."""
 _PIECE = 8
 """Rows of lines of sight that a thread takes at once."""
 
@@ -338,27 +340,35 @@ def lines_of_sight(
     Ints
         (B, M) the item that comes first on the way, -1 where the point is seen.
     """
-    ends = np.ascontiguousarray(points, dtype=np.float64)
-    count = ends.shape[1]
-    on = np.full(count, -1) if own is None else np.asarray(own)
-    return _blocked(
-        scenery, np.asarray(eye), ends, on, np.append(np.arange(0, count, _GROUP), count)
-    )
+    ends = np.asarray(points, dtype=np.float64)
+    on = np.full(1, -1) if own is None else np.asarray(own)
+    group = np.append(np.arange(0, ends.shape[1], _GROUP), ends.shape[1])
+    return _blocked(scenery, np.asarray(eye, dtype=np.float64), ends, on, group)
 
 
 def _blocked(scenery: Scenery, eye: Floats, points: Floats, own: Ints, group: Ints) -> Ints:
     """As `lines_of_sight`; group (G + 1,): where groups of points that are near each other begin."""
-    eyes = np.ascontiguousarray(eye, dtype=np.float64)
-    on = np.ascontiguousarray(np.broadcast_to(own, points.shape[1:2]), dtype=np.int64)
+    way = np.ascontiguousarray(points - eye[:, None])
+    far = np.linalg.norm(way, axis=2)
+    axis = np.add.reduceat(way, group[:-1], axis=1)
+    axis /= np.maximum(np.linalg.norm(axis, axis=2), np.finfo(float).tiny)[..., None]
+    along = np.sum(way * np.repeat(axis, np.diff(group), axis=1), axis=2) / far
+    cosine = np.maximum(np.minimum.reduceat(along, group[:-1], axis=1) - _ROUNDING, 0.0)
+    end = np.maximum.reduceat(far, group[:-1], axis=1)
+    cone = [axis, np.sqrt(1.0 - cosine**2)[..., None], cosine[..., None], end[..., None]]
+    lines = Lines(
+        np.ascontiguousarray(eye),
+        way,
+        group,
+        np.concatenate(cone, axis=2),
+        _MARGINS,
+        np.ascontiguousarray(np.broadcast_to(own, points.shape[1:2]), dtype=np.int64),
+        np.full(far.shape, -1),
+        np.ones(far.shape),
+    )
     blockers = scenery.blockers(~scenery.see_through)
-    found = np.empty(points.shape[:2], dtype=np.int64)
-    share = np.empty(points.shape[:2])
-
-    def work(begin: int, end: int) -> None:
-        blocked_lines(eyes, points, group, on, _MARGINS, blockers, begin, end, found, share)
-
-    in_pieces(work, len(eyes), _PIECE)
-    return found
+    in_pieces(lambda begin, end: blocked_lines(lines, blockers, begin, end), len(eye), _PIECE)
+    return lines.item
 
 
 @dataclass(frozen=True, eq=False)

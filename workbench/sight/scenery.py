@@ -9,12 +9,12 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from workbench.errors import InputError, UsageError
+from workbench.geometry.polygon import point_winding
 from workbench.model.arrays import Bools, Floats, Ints, freeze_fields
 from workbench.model.environment import Environment
 from workbench.model.poses import Placed
 from workbench.sight.eyes import eyes_of, head_of
-from workbench.sight.kernels.segments import Blockers, enclosing_parts
-from workbench.threads import in_pieces
+from workbench.sight.kernels.segments import Blockers
 
 __all__ = ["Scenery", "check_eye", "enclosing_items", "scenery_of"]
 
@@ -320,10 +320,15 @@ def enclosing_items(scenery: Scenery, eye: Floats) -> Ints:
     inside = np.linalg.norm(scenery.centre - points[:, None], axis=2) < scenery.radius
     holds, sphere = np.nonzero(inside)
     found[holds] = scenery.sphere_item[sphere]
-    solids = scenery.blockers(scenery.solid)
-    in_pieces(
-        lambda first, last: enclosing_parts(points, solids, first, last, found), len(found), 8
-    )
+    shift = np.where(scenery.moving[:, None], scenery.displacement[:, None], 0.0)
+    away = points[:, None] - scenery.item_ball[:, :3] - shift
+    near = np.linalg.norm(away, axis=2) <= scenery.item_ball[:, 3]
+    start = scenery.start
+    for row, part in np.argwhere(near & scenery.solid).tolist():
+        corners = scenery.triangles[start[part] : start[part + 1]]
+        local = points[row] - shift[min(row, len(shift) - 1), part]
+        if abs(point_winding(*local.tolist(), corners, 0, len(corners))) > 0.5:
+            found[row] = part
     return found
 
 
