@@ -349,7 +349,7 @@ def lines_of_sight(
 def _blocked(scenery: Scenery, eye: Floats, points: Floats, own: Ints, group: Ints) -> Ints:
     """As `lines_of_sight`; group (G + 1,): where groups of points that are near each other begin."""
     way = np.ascontiguousarray(points - eye[:, None])
-    far = np.linalg.norm(way, axis=2)
+    far = np.maximum(np.linalg.norm(way, axis=2), np.finfo(float).tiny)
     axis = np.add.reduceat(way, group[:-1], axis=1)
     axis /= np.maximum(np.linalg.norm(axis, axis=2), np.finfo(float).tiny)[..., None]
     along = np.sum(way * np.repeat(axis, np.diff(group), axis=1), axis=2) / far

@@ -121,13 +121,10 @@ class Scenery:
             raise IndexError(f"scenery: expected a row of 0 to {len(self) - 1}, got {row}")
         return row
 
-    def corners(self, row: int) -> Floats:
-        """Return the corners (T, 3, 3) [m] of the triangles where they stand in one row."""
-        shift = self.displacement[self.row(row)]
-        if not shift.any():
-            return self.triangles
-        goes = np.where(self.moving[self.item], 1.0, 0.0)[:, None, None]
-        return np.asarray(self.triangles + goes * shift)
+    def shifts(self, row: int) -> Floats:
+        """Return by how much each triangle is displaced in one row, (T, 3) [m]."""
+        shift: Floats = np.where(self.moving, 1.0, 0.0)[self.item, None] * self.displacement[row]
+        return shift
 
     def of_row(self, row: int) -> Scenery:
         """Return the scenery of one row of eyes."""
