@@ -40,7 +40,7 @@ LAYERS = [
     {"contact"},
     {"posture"},
     {"motion"},
-    {"crash"},
+    {"crash", "sight"},
     {"study"},
     {"draw"},
     {"report", "live"},

@@ -1,0 +1,475 @@
+"""What items hide from two eyes: solid angles of directions, and shares of targets."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from workbench.errors import InputError
+from workbench.model.arrays import Bools, Floats, Ints, frozen
+from workbench.model.environment import Environment
+from workbench.sight.eyes import Eyes
+from workbench.sight.kernels.bands import Pixels, Sums, add_bands
+from workbench.sight.kernels.segments import Lines, blocked_lines
+from workbench.sight.panorama import (
+    BAND,
+    FACES,
+    PIECES,
+    STEP,
+    face_directions,
+    pixel_weights,
+    pixels_of,
+    shapes_before,
+)
+from workbench.sight.regions import WHOLE, Region
+from workbench.sight.scenery import Scenery, enclosing_items
+from workbench.threads import in_pieces
+
+__all__ = [
+    "TURNED_AWAY",
+    "Obscuration",
+    "Seen",
+    "Target",
+    "lines_of_sight",
+    "obscuration",
+    "seen_shares",
+    "target_of_disc",
+    "target_of_part",
+    "target_of_point",
+]
+
+TURNED_AWAY = "turned away"
+"""What keeps a target from being seen whose surface faces away from the eyes."""
+_MARGINS = np.array([1e-6, 1e-3])
+"""Distance [m] before a point from which on other items, and the item that it is on, no longer hide
+it."""
+_GROUP = 32
+"""Points of `lines_of_sight` that follow each other and are looked at through one cone."""
+_ROUNDING = 1e-9
+"""By how much the cosine of a cone is made smaller."""
+_PIECE = 8
+"""Rows of lines of sight that a thread takes at once."""
+
+
+@dataclass(frozen=True, eq=False)
+class Obscuration:
+    """What each of N items hides of a region of directions, [sr]; for two eyes at one place each.
+
+    A direction is hidden to both eyes where something stands before each, if it be two things. That
+    is what hides things far away; near ones are asked about by `seen_shares`.
+
+    Parameters
+    ----------
+    names
+        Of the items.
+    region
+        Of which directions.
+    left, right
+        (N,) what an opaque item hides from an eye: the directions in which it comes first.
+    either, both
+        (N,) what it hides from one eye at least, and from both at once.
+    through
+        (N, 4) the same of see-through items: where each is looked through first.
+    free
+        (4,) where the left eye, the right, one at least, and both meet nothing opaque.
+    error
+        (N,) bound of the error of the figures of an item: half the pixels on both sides of its
+        borders. Items thinner than a step may be missed.
+    free_error
+        The same of `free`.
+    """
+
+    names: tuple[str, ...]
+    region: Region
+    left: Floats
+    right: Floats
+    either: Floats
+    both: Floats
+    through: Floats
+    free: Floats
+    error: Floats
+    free_error: float
+
+
+def obscuration(
+    scenery: Scenery,
+    eyes: Eyes,
+    *,
+    row: int = 0,
+    within: Region | None = None,
+    step: float = STEP,
+) -> Obscuration:
+    """Measure what each item hides from the eyes of one person.
+
+    Parameters
+    ----------
+    scenery
+        What may hide something.
+    eyes
+        Of B people.
+    row
+        Who of them, and whose scenery.
+    within
+        The directions that count; all if None.
+    step
+        Largest width [rad] of a pixel.
+
+    Raises
+    ------
+    InputError
+        If an eye is inside a solid part or a sphere, or the step is not 0.01 to 45 degrees.
+    """
+    region = WHOLE if within is None else within
+    n = pixels_of(step)
+    left, right = (
+        shapes_before(scenery, eye[row], row, n, FACES) for eye in (eyes.left, eyes.right)
+    )
+    weight, before = pixel_weights(n)
+    pieces = _pieces(region, n)
+    count = len(scenery.names) + 1
+    opaque = np.zeros((len(pieces), count, 3))
+    clear = np.zeros((len(pieces), count, 3))
+    free = np.zeros((len(pieces), 2))
+    border = np.zeros((len(pieces), count))
+
+    def work(begin: int, end: int) -> None:
+        for k in range(begin, end):
+            one = pieces[k]
+            sums = Sums(opaque[k], clear[k], free[k], border[k])
+            shapes = left[one.face], right[one.face]
+            pixels = Pixels(weight, before, one.inside)
+            add_bands(*shapes, one.begin, one.end, BAND, pixels, sums)
+
+    in_pieces(work, len(pieces), 1)
+    hidden, through = (_with_either(sums.sum(axis=0)) for sums in (opaque, clear))
+    error = border.sum(axis=0) / 2.0
+    left_hides, right_hides, either, both = hidden[1:].T.copy()
+    return Obscuration(
+        names=scenery.names,
+        region=region,
+        left=left_hides,
+        right=right_hides,
+        either=either,
+        both=both,
+        through=through[1:],
+        free=np.append(hidden[0, :2], free.sum(axis=0)),
+        error=error[1:],
+        free_error=float(error[0]),
+    )
+
+
+def _with_either(sums: Floats) -> Floats:
+    """(N, 4) left, right, either, both of sums (N, 3) left, right, both."""
+    left, right, both = sums.T
+    return np.stack([left, right, left + right - both, both], axis=1)
+
+
+@dataclass(frozen=True, eq=False)
+class _Piece:
+    """Rows `begin` to `end` of a face, and which of its pixels are in a region; none where all are."""
+
+    face: int
+    begin: int
+    end: int
+    inside: Bools
+
+
+@lru_cache(maxsize=4)
+def _pieces(region: Region, n: int) -> list[_Piece]:
+    """The pieces of faces that a region touches."""
+    rows = -(-n // PIECES)
+    found = []
+    everything = region is WHOLE
+    for face in range(6):
+        inside = np.zeros((0, 0), dtype=np.bool_)
+        if not everything:
+            inside = region.contains(face_directions(np.eye(3), face, n))
+        for begin in range(0, n, rows):
+            if everything or inside[begin : begin + rows].any():
+                found.append(_Piece(face, begin, min(begin + rows, n), inside))
+    return found
+
+
+@dataclass(frozen=True, eq=False)
+class Target:
+    """Something to be seen, as M samples of equal area.
+
+    Parameters
+    ----------
+    name
+        What it is called.
+    points
+        (M, 3) [m].
+    normals
+        (M, 3) unit, to the side that can be seen; none where it can be seen from all sides.
+    item
+        The item of the scenery that the points are on, -1 for none. They go along with it.
+    """
+
+    name: str
+    points: Floats
+    normals: Floats | None = None
+    item: int = -1
+
+    def __post_init__(self) -> None:
+        points = frozen(self.points, np.float64, (None, 3), f"target {self.name}: points")
+        object.__setattr__(self, "points", points)
+        if not len(points) or not np.isfinite(points).all():
+            raise InputError(f"target {self.name}: expected finite points, one at least")
+        if self.normals is not None:
+            normals = frozen(
+                self.normals, np.float64, (len(points), 3), f"target {self.name}: normals"
+            )
+            object.__setattr__(self, "normals", normals)
+
+
+def target_of_point(name: str, point: ArrayLike, *, item: int = -1) -> Target:
+    """Return a target of one point (3,) [m], seen from all sides."""
+    return Target(name, np.asarray(point, dtype=np.float64)[None], None, item)
+
+
+def target_of_disc(
+    name: str,
+    point: ArrayLike,
+    diameter: float,
+    *,
+    normal: ArrayLike | None = None,
+    count: int = 25,
+    item: int = -1,
+) -> Target:
+    """Return the samples of a disc.
+
+    Parameters
+    ----------
+    name
+        What it is called.
+    point
+        (3,) [m] its middle.
+    diameter
+        [m].
+    normal
+        (3,) to the side that it is seen from; toward -x, and seen from both sides, if None.
+    count
+        Of samples.
+    item
+        The item of the scenery that it is on, -1 for none.
+    """
+    ahead = np.array([-1.0, 0.0, 0.0] if normal is None else normal, dtype=np.float64)
+    ahead = ahead / np.linalg.norm(ahead)
+    right = np.cross(np.eye(3)[int(np.argmin(np.abs(ahead)))], ahead)
+    right /= np.linalg.norm(right)
+    # Vogel's spiral: equal areas at golden angles
+    k = np.arange(count)
+    distance = diameter / 2.0 * np.sqrt((k + 0.5) / count)
+    angle = k * (math.pi * (3.0 - math.sqrt(5.0)))
+    across = distance[:, None] * (
+        np.cos(angle)[:, None] * right + np.sin(angle)[:, None] * np.cross(ahead, right)
+    )
+    normals = None if normal is None else np.broadcast_to(ahead, (count, 3))
+    return Target(name, np.asarray(point, dtype=np.float64) + across, normals, item)
+
+
+def target_of_part(
+    environment: Environment, part: str, *, count: int = 25, facing: ArrayLike | None = None
+) -> Target:
+    """Return samples of the surface of a part, evenly by area.
+
+    Parameters
+    ----------
+    environment, part
+        The part, by name.
+    count
+        Of samples.
+    facing
+        (3,) keep only triangles whose normal is within 60 degrees of this; all if None.
+
+    Raises
+    ------
+    InputError
+        If there is no such part, or no triangle of it is left.
+    """
+    index = environment.part_index(part)
+    corners = environment.triangle_corners(index)
+    cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    area = np.linalg.norm(cross, axis=1)
+    normal = cross / np.where(area > 0.0, area, 1.0)[:, None]
+    if facing is not None:
+        way = np.asarray(facing, dtype=np.float64)
+        area = np.where(normal @ way >= 0.5 * np.linalg.norm(way), area, 0.0)
+    if not area.sum() > 0.0:
+        raise InputError(f"part {part!r} has no surface to that side")
+    total = np.cumsum(area) / area.sum()
+    chosen = np.minimum(np.searchsorted(total, (np.arange(count) + 0.5) / count), len(area) - 1)
+    # points of the R2 sequence, folded into the triangle
+    u = (0.5 + 0.7548776662466927 * np.arange(count)) % 1.0
+    v = (0.5 + 0.5698402909980532 * np.arange(count)) % 1.0
+    folded = u + v > 1.0
+    u, v = np.where(folded, 1.0 - u, u)[:, None], np.where(folded, 1.0 - v, v)[:, None]
+    a, b, c = (corners[chosen, k] for k in range(3))
+    points = a + u * (b - a) + v * (c - a)
+    closed = bool(environment.solid[index]) or facing is not None
+    return Target(part, points, normal[chosen] if closed else None, index)
+
+
+def lines_of_sight(
+    scenery: Scenery, eye: ArrayLike, points: ArrayLike, own: ArrayLike | None = None
+) -> Ints:
+    """Find what blocks the straight lines from eyes to points.
+
+    See-through items block nothing. An eye inside a sphere is blocked by it in every direction.
+
+    Parameters
+    ----------
+    scenery
+        Of B rows, or of one for all.
+    eye
+        (B, 3) [m].
+    points
+        (B, M, 3) [m].
+    own
+        (M,) the item that each point is on, -1 for none: its surface within 1 mm of the point does
+        not hide it.
+
+    Returns
+    -------
+    Ints
+        (B, M) the item that comes first on the way, -1 where the point is seen.
+    """
+    ends = np.asarray(points, dtype=np.float64)
+    on = np.full(1, -1) if own is None else np.asarray(own)
+    group = np.append(np.arange(0, ends.shape[1], _GROUP), ends.shape[1])
+    return _blocked(scenery, np.asarray(eye, dtype=np.float64), ends, on, group)
+
+
+def _blocked(scenery: Scenery, eye: Floats, points: Floats, own: Ints, group: Ints) -> Ints:
+    """As `lines_of_sight`; group (G + 1,): where groups of points that are near each other begin."""
+    way = np.ascontiguousarray(points - eye[:, None])
+    far = np.maximum(np.linalg.norm(way, axis=2), np.finfo(float).tiny)
+    axis = np.add.reduceat(way, group[:-1], axis=1)
+    axis /= np.maximum(np.linalg.norm(axis, axis=2), np.finfo(float).tiny)[..., None]
+    along = np.sum(way * np.repeat(axis, np.diff(group), axis=1), axis=2) / far
+    cosine = np.maximum(np.minimum.reduceat(along, group[:-1], axis=1) - _ROUNDING, 0.0)
+    end = np.maximum.reduceat(far, group[:-1], axis=1)
+    cone = [axis, np.sqrt(1.0 - cosine**2)[..., None], cosine[..., None], end[..., None]]
+    lines = Lines(
+        np.ascontiguousarray(eye),
+        way,
+        group,
+        np.concatenate(cone, axis=2),
+        _MARGINS,
+        np.ascontiguousarray(np.broadcast_to(own, points.shape[1:2]), dtype=np.int64),
+        np.full(far.shape, -1),
+        np.ones(far.shape),
+    )
+    blockers = scenery.blockers(~scenery.see_through)
+    in_pieces(lambda begin, end: blocked_lines(lines, blockers, begin, end), len(eye), _PIECE)
+    return lines.item
+
+
+@dataclass(frozen=True, eq=False)
+class Seen:
+    """How much of K targets B people see.
+
+    Parameters
+    ----------
+    names
+        Of the targets.
+    share
+        (B, K, 4) of the surface that is turned to the eyes, weighed by solid angle: seen by the left
+        eye, by the right, by one at least, by both. 0 where it is turned away.
+    blocker
+        (B, K) the name of the item that hides most of what is hidden from one eye or both;
+        `TURNED_AWAY` where no sample faces an eye; "" where all is seen by both.
+    blocked
+        (B, K) the share that this item hides, from one eye at least.
+    inside
+        (B,) the item of the scenery that an eye is in, -1 for none; who is in one sees nothing.
+    """
+
+    names: tuple[str, ...]
+    share: Floats
+    blocker: np.ndarray
+    blocked: Floats
+    inside: Ints
+
+
+def seen_shares(scenery: Scenery, eyes: Eyes, targets: Sequence[Target]) -> Seen:
+    """Measure the share of each target that people see.
+
+    A sample weighs cos(angle of incidence) / distance^2, the mean over both eyes; one that faces away
+    from an eye is not seen by it.
+
+    Parameters
+    ----------
+    scenery
+        Of B rows, or of one for all.
+    eyes
+        Of B people.
+    targets
+        K of them.
+    """
+    count = [len(target.points) for target in targets]
+    group = np.cumsum([0, *count])
+    own = np.repeat([target.item for target in targets], count)
+    goes = np.append(scenery.moving, False)[own][:, None]
+    samples = np.concatenate([target.points for target in targets])
+    points = samples + np.where(goes, scenery.displacement[:, None], 0.0)
+    normals = np.concatenate([_normals(target) for target in targets])
+    weight = np.zeros((len(eyes), len(own)))
+    inside = np.full(len(eyes), -1)
+    sees = []
+    blocker = []
+    for eye in (eyes.left, eyes.right):
+        away = eye[:, None] - points
+        distance = np.linalg.norm(away, axis=2)
+        cosine = np.einsum("bmi,mi->bm", away, normals) / distance
+        cosine[:, ~normals.any(axis=1)] = 1.0
+        weight += np.maximum(cosine, 0.0) / distance**2
+        blocker.append(_blocked(scenery, eye, points, own, group))
+        inside = np.maximum(inside, enclosing_items(scenery, eye))
+        sees.append((cosine > 0.0) & (blocker[-1] < 0))
+    left, right = (seen & (inside < 0)[:, None] for seen in sees)
+    seen = np.stack([left, right, left | right, left & right], axis=2)
+    total = np.add.reduceat(weight, group[:-1], axis=1)
+    scale = np.where(total > 0.0, total, 1.0)
+    share = np.add.reduceat(weight[..., None] * seen, group[:-1], axis=1) / scale[..., None]
+    hides = np.stack(
+        [
+            _hidden_by(weight[:, begin:end], [block[:, begin:end] for block in blocker], scenery)
+            for begin, end in pairwise(group.tolist())
+        ],
+        axis=1,
+    )
+    hides[inside >= 0] = 0.0
+    hides[inside >= 0, :, inside[inside >= 0]] = scale[inside >= 0]
+    chief = np.argmax(hides, axis=2)
+    blocked = np.take_along_axis(hides, chief[..., None], axis=2)[..., 0] / scale
+    name = np.where(blocked > 0.0, np.array(scenery.names, dtype=object)[chief], "")
+    name[total == 0.0] = TURNED_AWAY
+    return Seen(tuple(target.name for target in targets), share, name, blocked, inside)
+
+
+def _normals(target: Target) -> Floats:
+    """(M, 3) the normals of a target, 0 where it is seen from all sides."""
+    return np.zeros_like(target.points) if target.normals is None else target.normals
+
+
+def _hidden_by(weight: Floats, blocker: Sequence[Ints], scenery: Scenery) -> Floats:
+    """(B, N) weights (B, M) of the samples that each item hides from one eye at least.
+
+    blocker: (B, M) of each eye.
+    """
+    count = len(scenery.names) + 1  # the last one is none
+    first = np.arange(len(weight))[:, None] * count
+    left, right = (np.where(block >= 0, block, count - 1) + first for block in blocker)
+    other = np.where(left == right, 0.0, weight)  # once where it is hidden from both
+    items = np.concatenate([left, right], axis=1)
+    weights = np.concatenate([weight, other], axis=1)
+    hides = np.bincount(items.ravel(), weights.ravel(), len(weight) * count)
+    return hides.reshape(-1, count)[:, :-1].astype(np.float64)

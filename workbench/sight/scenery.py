@@ -1,0 +1,302 @@
+"""What may hide something from eyes: parts of an environment, the own body, other people."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from workbench.errors import InputError, UsageError
+from workbench.geometry.polygon import point_winding
+from workbench.model.arrays import Bools, Floats, Ints, freeze_fields
+from workbench.model.environment import Environment
+from workbench.model.poses import Placed
+from workbench.sight.eyes import eyes_of, head_of
+from workbench.sight.kernels.segments import Blockers
+
+__all__ = ["Scenery", "check_eye", "enclosing_items", "scenery_of"]
+
+_WORN = re.compile(r"^.*\(([^()]*?)(?: \d+)?\)$")
+"""The name of a sphere that is worn ends with the thing, perhaps with a number: "heel (boots 2)"."""
+
+
+@dataclass(frozen=True, eq=False)
+class Scenery:
+    """What may stand before B pairs of eyes: N items made of T triangles and S spheres.
+
+    Items are all parts of the environment, in its order, then segments of the own body and things on
+    its head, then segments of other people. Hidden parts have no triangles.
+
+    Parameters
+    ----------
+    names
+        Of the N items.
+    triangles
+        (T, 3, 3) [m] corners, grouped by item.
+    item
+        (T,) the item of each triangle.
+    see_through, solid
+        (N,) items that one looks through, and closed parts that no eye can be in.
+    centre, radius
+        (B, S, 3) and (B, S) [m] of spheres; NaN where a sphere is not there. B = 1 where all eyes
+        have the same scenery.
+    sphere_item
+        (S,) the item of each sphere.
+    moving
+        (N,) items that are displaced.
+    displacement
+        (B, 3) [m] of these.
+    ball, item_ball
+        (T, 4) and (N, 4) centre and radius [m] of a sphere about each triangle, and about all of an
+        item; made from the triangles.
+    """
+
+    names: tuple[str, ...]
+    triangles: Floats
+    item: Ints
+    see_through: Bools
+    solid: Bools
+    centre: Floats
+    radius: Floats
+    sphere_item: Ints
+    moving: Bools
+    displacement: Floats
+    ball: Floats = field(default_factory=lambda: np.zeros((0, 4)))
+    item_ball: Floats = field(default_factory=lambda: np.zeros((0, 4)))
+
+    def __post_init__(self) -> None:
+        n = len(self.names)
+        b, s = np.shape(self.radius)
+        arrays = {
+            "triangles": (np.float64, (None, 3, 3)),
+            "item": (np.int64, (len(self.triangles),)),
+            "see_through": (np.bool_, (n,)),
+            "solid": (np.bool_, (n,)),
+            "centre": (np.float64, (b, s, 3)),
+            "radius": (np.float64, (b, s)),
+            "sphere_item": (np.int64, (s,)),
+            "moving": (np.bool_, (n,)),
+            "displacement": (np.float64, (b, 3)),
+            "ball": (np.float64, (len(self.triangles), 4)),
+            "item_ball": (np.float64, (n, 4)),
+        }
+        if len(self.item_ball) != n:
+            object.__setattr__(self, "ball", _balls(self.triangles, np.arange(len(self.item) + 1)))
+            object.__setattr__(self, "item_ball", _balls(self.triangles, self.start))
+        freeze_fields(self, arrays, "scenery")
+
+    def __len__(self) -> int:
+        return len(self.radius)
+
+    @property
+    def start(self) -> Ints:
+        """(N + 1,) where the triangles of each item begin."""
+        return np.searchsorted(self.item, np.arange(len(self.names) + 1))
+
+    def blockers(self, blocks: Bools) -> Blockers:
+        """Return it as the kernels take it; blocks (N,): the items whose triangles count."""
+        return Blockers(
+            self.triangles,
+            self.start,
+            self.ball,
+            self.item_ball,
+            blocks,
+            self.moving,
+            self.displacement,
+            self.centre,
+            self.radius,
+            self.sphere_item,
+        )
+
+    def shifts(self, row: int) -> Floats:
+        """Return by how much each triangle is displaced in one row, (T, 3) [m]."""
+        shift: Floats = np.where(self.moving, 1.0, 0.0)[self.item, None] * self.displacement[row]
+        return shift
+
+    def of_row(self, row: int) -> Scenery:
+        """Return the scenery of one row of eyes; UsageError where there is no such row."""
+        one = slice(0, 1) if len(self) == 1 else slice(row, row + 1)
+        if not 0 <= one.start < len(self):
+            raise UsageError(f"scenery: expected a row of 0 to {len(self) - 1}, got {row}")
+        return replace(
+            self,
+            centre=self.centre[one],
+            radius=self.radius[one],
+            displacement=self.displacement[one],
+        )
+
+
+def _balls(triangles: Floats, start: Ints) -> Floats:
+    """(K, 4) [m] spheres about groups of triangles (T, 3, 3) that begin at start (K + 1,)."""
+    balls = np.zeros((len(start) - 1, 4))
+    some = np.flatnonzero(np.diff(start))
+    if len(some):
+        group = np.repeat(np.arange(len(balls)), np.diff(start))
+        low = np.minimum.reduceat(triangles.min(axis=1), start[some])
+        high = np.maximum.reduceat(triangles.max(axis=1), start[some])
+        balls[some, :3] = (low + high) / 2.0
+        away = np.linalg.norm(triangles - balls[group, None, :3], axis=2).max(axis=1)
+        balls[some, 3] = np.maximum.reduceat(away, start[some])
+    return balls
+
+
+def scenery_of(
+    environment: Environment | None,
+    placed: Placed | None = None,
+    others: Mapping[str, Placed] | None = None,
+    *,
+    moving: tuple[str, ...] = (),
+    displacement: Floats | None = None,
+) -> Scenery:
+    """Collect what may hide something from the eyes of B people.
+
+    The own head never hides: spheres of the segment that has the eyes are left out. What is worn on
+    it, as a helmet, hides with all spheres that no eye is in; it is an item of its own, "own helmet".
+
+    Parameters
+    ----------
+    environment
+        Its parts; those that are hidden neither hide nor are seen.
+    placed
+        (B,) the people who look; their segments are "own left hand" and so on.
+    others
+        Other people by name, in one pose or in B; their segments are "co-pilot's left hand".
+    moving, displacement
+        Names of the parts that go along with each person's seat, and by how much, (B, 3) [m].
+
+    Raises
+    ------
+    InputError
+        If the own body has no eyes.
+    UsageError
+        If numbers of poses differ.
+    """
+    people = [] if placed is None else [_own(placed)]
+    people += [_spheres_of(other, f"{name}'s") for name, other in (others or {}).items()]
+    rows = max([1 if displacement is None else len(displacement), *map(len, people)])
+    for one in people:
+        if len(one) not in (1, rows):
+            raise UsageError(f"scenery: expected 1 or {rows} poses, got {len(one)}")
+    names = () if environment is None else tuple(environment.parts)
+    count = len(names)
+    centre = [np.zeros((rows, 0, 3))]
+    radius = [np.zeros((rows, 0))]
+    sphere_item = [np.zeros(0, dtype=np.int64)]
+    for one in people:
+        centre.append(np.broadcast_to(one.centre, (rows, *one.centre.shape[1:])))
+        radius.append(np.broadcast_to(one.radius, (rows, *one.radius.shape[1:])))
+        sphere_item.append(one.item + len(names))
+        names += one.names
+    flags = np.zeros((3, len(names)), dtype=np.bool_)
+    triangles = np.zeros((0, 3, 3))
+    item = np.zeros(0, dtype=np.int64)
+    if environment is not None:
+        flags[0, :count] = environment.see_through
+        flags[1, :count] = environment.solid & ~environment.hidden
+        flags[2, [environment.part_index(name) for name in moving]] = True
+        counts = np.diff(environment.triangle_start[environment.part_start])
+        item = np.repeat(np.arange(count), counts)
+        shown = ~environment.hidden[item]
+        item = item[shown]
+        triangles = environment.vertices[environment.triangles[shown]]
+    return Scenery(
+        names,
+        triangles,
+        item,
+        flags[0],
+        flags[1],
+        np.concatenate(centre, axis=1),
+        np.concatenate(radius, axis=1),
+        np.concatenate(sphere_item),
+        flags[2],
+        np.broadcast_to(np.zeros(3) if displacement is None else displacement, (rows, 3)),
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class _Spheres:
+    """Items made of spheres, as in `Scenery`."""
+
+    names: tuple[str, ...]
+    centre: Floats
+    radius: Floats
+    item: Ints
+
+    def __len__(self) -> int:
+        return len(self.radius)
+
+
+def _spheres_of(placed: Placed, whose: str) -> _Spheres:
+    """The segments of people, named as theirs."""
+    body = placed.body
+    names = tuple(f"{whose} {name}" for name in body.segment_names)
+    radius = np.where(np.isfinite(placed.centres[:, :, 0]), body.radius[placed.person], np.nan)
+    return _Spheres(names, placed.centres, radius, body.sphere_segment)
+
+
+def _own(placed: Placed) -> _Spheres:
+    """The segments of who looks, without the head; and what is worn on it."""
+    body = placed.body
+    found = _spheres_of(placed, "own")
+    on_head = body.sphere_segment == head_of(body)
+    worn = np.array([_WORN.search(name) is not None for name in body.sphere_names], dtype=np.bool_)
+    names = list(found.names)
+    item = found.item.copy()
+    for s in np.flatnonzero(on_head & worn).tolist():
+        name = "own " + _WORN.sub(r"\1", body.sphere_names[s])
+        names += [] if name in names else [name]
+        item[s] = names.index(name)
+    eyes = eyes_of(placed)
+    holds = np.zeros(found.radius.shape, dtype=np.bool_)
+    for eye in (eyes.left, eyes.right):
+        holds |= np.linalg.norm(found.centre - eye[:, None], axis=2) <= found.radius
+    radius = np.where(holds & on_head, np.nan, found.radius)
+    kept = ~on_head | worn
+    return _Spheres(tuple(names), found.centre[:, kept], radius[:, kept], item[kept])
+
+
+def enclosing_items(scenery: Scenery, eye: Floats) -> Ints:
+    """Return the item that each eye is in, -1 for none: a solid part, or a sphere.
+
+    Parameters
+    ----------
+    scenery
+        Of B rows, or of one for all.
+    eye
+        (B, 3) [m].
+
+    Returns
+    -------
+    Ints
+        (B,).
+    """
+    points = np.ascontiguousarray(eye, dtype=np.float64)
+    found = np.full(len(points), -1)
+    inside = np.linalg.norm(scenery.centre - points[:, None], axis=2) < scenery.radius
+    holds, sphere = np.nonzero(inside)
+    found[holds] = scenery.sphere_item[sphere]
+    shift = np.where(scenery.moving[:, None], scenery.displacement[:, None], 0.0)
+    away = points[:, None] - scenery.item_ball[:, :3] - shift
+    near = np.linalg.norm(away, axis=2) <= scenery.item_ball[:, 3]
+    start = scenery.start
+    for row, part in np.argwhere(near & scenery.solid).tolist():
+        corners = scenery.triangles[start[part] : start[part + 1]]
+        local = points[row] - shift[min(row, len(shift) - 1), part]
+        if abs(point_winding(*local.tolist(), corners, 0, len(corners))) > 0.5:
+            found[row] = part
+    return found
+
+
+def check_eye(scenery: Scenery, eye: Floats, *, row: int = 0) -> None:
+    """Raise InputError if an eye (3,) [m] is not finite, or inside a solid part or a sphere."""
+    if not np.isfinite(eye).all():
+        raise InputError("eyes: their place is not finite; is the head outside the logical window?")
+    found = int(enclosing_items(scenery.of_row(row), np.asarray(eye, dtype=np.float64)[None])[0])
+    if found >= 0:
+        place = ", ".join(f"{1e3 * value:.0f}" for value in np.asarray(eye).tolist())
+        raise InputError(
+            f"eyes: the eye at ({place}) mm is inside {scenery.names[found]!r}, so it sees nothing; "
+            "move the eye or the part, or hide the part"
+        )
