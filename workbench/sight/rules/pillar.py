@@ -121,7 +121,8 @@ def _level_cut(corners: Floats, pm: Floats, rise: float, side: Side) -> Floats:
         )
     level = met[np.argmax(met[:, 0])]
     cut = _crossing(corners, np.array([0.0, 0.0, 1.0]), level)
-    return cut[(cut[:, 0] > pm[0]) & (cut[:, 1] > pm[1])]
+    ahead: Floats = cut[(cut[:, 0] > pm[0]) & (cut[:, 1] > pm[1])]
+    return ahead
 
 
 def _crossing(corners: Floats, normal: Floats, point: Floats) -> Floats:
