@@ -184,6 +184,7 @@ def test_a_mirrored_cockpit_gives_the_right_seat_the_same_numbers():
     one = view(scenery(CLUTTER, BALLS))
     two = view(scenery(parts, balls), RIGHT)
     assert two.clear == pytest.approx(one.clear, abs=2e-3)
+    assert [post.name for post in two.posts] == [post.name for post in one.posts[::-1]]
     assert two.over_nose == pytest.approx(one.over_nose, abs=1e-5)
     assert [post.size for post in two.posts] == pytest.approx(
         [post.size for post in one.posts[::-1]], abs=1e-5

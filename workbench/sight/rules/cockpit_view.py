@@ -39,7 +39,7 @@ _HALVINGS = 12
 @dataclass(frozen=True)
 class Hidden:
     """A patch or a strip that both eyes miss: its size [rad], its middle in azimuth to the left and
-    elevation [rad], and what the left eye meets there."""
+    elevation [rad], and what the eyes meet there: of a strip most of it."""
 
     size: float
     azimuth: float
@@ -141,13 +141,15 @@ def cockpit_view(
     own = scenery.of_row(row)
 
     def blocker(azimuth: Floats, elevation: Floats) -> Ints:
-        """What the left eye meets at angles (M,) where the right meets something too, else -1."""
+        """What the eyes meet (2, M) at angles (M,), -1 where one of them meets nothing."""
         far = _FAR * direction_of(azimuth, elevation) @ region.axes
-        met = [
-            lines_of_sight(own, eye[row : row + 1], (eye[row] + far)[None])[0]
-            for eye in (eyes.left, eyes.right)
-        ]
-        return np.where(met[1] >= 0, met[0], -1)
+        met = np.concatenate(
+            [
+                lines_of_sight(own, eye[row : row + 1], (eye[row] + far)[None])
+                for eye in (eyes.left, eyes.right)
+            ]
+        )
+        return np.where((met >= 0).all(axis=0), met, -1)
 
     across = _runs(
         lambda at: blocker(-at, 0.0 * at), -region.corners[:, 0].max(), -region.corners[:, 0].min()
@@ -157,7 +159,7 @@ def cockpit_view(
     return CockpitView(
         clear=1.0 - float(weight[hides].sum()) / region.solid_angle,
         hidden={scenery.names[k]: float(by_item[k]) for k in np.flatnonzero(by_item)},
-        hole=_hole(pair[0], ways, hides & inside, region=region),
+        hole=_hole(pair, ways, hides & inside, region=region),
         posts=tuple(
             Hidden(run.end - run.begin, -(run.begin + run.end) / 2, 0.0, scenery.names[run.item])
             for run in across
@@ -179,24 +181,24 @@ def _runs(blocker: Callable[[Floats], Ints], low: float, high: float) -> list[_R
     """The strips hidden between two angles, their edges found by halving."""
     at = np.linspace(low, high, math.ceil((high - low) / _STEP) + 1)
     item = blocker(at)
-    hides = item >= 0
+    hides = item[0] >= 0
     change = np.flatnonzero(hides[1:] != hides[:-1])
     before = at[change]
     after = at[change + 1]
     for _ in range(_HALVINGS if len(change) else 0):
         half = 0.5 * (before + after)
-        alike = (blocker(half) >= 0) == hides[change]
+        alike = (blocker(half)[0] >= 0) == hides[change]
         before = np.where(alike, half, before)
         after = np.where(alike, after, half)
     ends = [low] * bool(hides[0]) + (0.5 * (before + after)).tolist() + [high] * bool(hides[-1])
     found = []
     for begin, end in zip(ends[::2], ends[1::2], strict=True):
-        within = item[(at >= begin) & (at <= end) & hides]
-        found.append(_Run(begin, end, int(np.bincount(within).argmax())))
+        within = item[:, (at >= begin) & (at <= end) & hides]
+        found.append(_Run(begin, end, int(np.bincount(within.ravel()).argmax())))
     return found
 
 
-def _hole(seen: Panorama, ways: Floats, hides: Bools, *, region: Region) -> Hidden | None:
+def _hole(pair: list[Panorama], ways: Floats, hides: Bools, *, region: Region) -> Hidden | None:
     """The widest cone about a hidden direction that holds no other, of directions (M, N, 3)."""
     if not hides.any():
         return None
@@ -205,4 +207,5 @@ def _hole(seen: Panorama, ways: Floats, hides: Bools, *, region: Region) -> Hidd
     way = ways[hides][np.argmax(chord)]
     size = 4.0 * math.asin(0.5 * float(chord.max()))
     angles = azimuth_elevation(way, region.axes)
-    return Hidden(size, float(angles[0]), float(angles[1]), seen.names[int(seen.look(way))])
+    names = sorted({one.names[int(one.look(way))] for one in pair})
+    return Hidden(size, float(angles[0]), float(angles[1]), " and ".join(names))
