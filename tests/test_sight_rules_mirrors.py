@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from tests.conftest import environment_of
@@ -15,6 +15,9 @@ from workbench.files.meshes.parts import RawPart
 from workbench.files.study.rules import load_rule_set
 from workbench.model.environment import Mirror
 from workbench.sight.eyes import given_eyes
+from workbench.sight.obscuration import Target
+from workbench.sight.regions import WHOLE, cone
+from workbench.sight.rules.cockpit_view import cockpit_outline
 from workbench.sight.rules.mirrors import (
     OUTSIDE,
     Glass,
@@ -28,7 +31,10 @@ from workbench.sight.rules.mirrors import (
     reflections,
     required_ground,
 )
+from workbench.sight.rules.reflection import windscreen_reflection
+from workbench.sight.scenery import scenery_of
 
+AC25 = load_rule_set("sight_ac_25_773_1")
 R46 = load_rule_set("sight_un_r46")
 F111 = load_rule_set("sight_fmvss_111")
 ZERO = np.zeros(3)
@@ -248,3 +254,104 @@ def test_a_mirror_whose_part_has_no_surface_that_way_is_refused():
         glass_of(room, Mirror("left", "chrome", tuple(AT), (0.0, 0.0, 1.0)))
     with pytest.raises(InputError, match="expected a polygon with an area"):
         ground_points(np.zeros((3, 3)))
+
+
+PANE = sheet((0.9, -0.4, -0.1), (0, 0.8, 0), (-0.4, 0, 0.4))
+"""A windscreen in the plane x + z = 0.8 m."""
+LIT = np.array([0.55, 0.0, -0.25])
+"""A lit instrument 0.5 m / sqrt(2) before it: its image is at (1.05, 0, 0.25)."""
+
+
+def cockpit(**parts):
+    """An environment of a windscreen and what else there is, of triangles (T, 3, 3) [m]."""
+    raw = [
+        RawPart(name, corners.reshape(-1, 3), np.arange(3 * len(corners)).reshape(-1, 3))
+        for name, corners in ({"windscreen": PANE} | parts).items()
+    ]
+    return environment_of(*raw, solid=False)
+
+
+def image(room, *, region=WHOLE, target=None, eye=ZERO, spacing=0.0):
+    lit = Target("lit", LIT[None], np.array([[0, 0, 1.0]])) if target is None else target
+    return windscreen_reflection(
+        scenery_of(room),
+        given_eyes(eye, spacing=spacing),
+        lit,
+        environment=room,
+        windscreen=["windscreen"],
+        region=region,
+    )
+
+
+def test_the_image_of_an_instrument_in_the_windscreen_by_hand():
+    found = image(cockpit())
+    assert (found.share, found.parts) == (1.0, ("windscreen",))
+    assert found.middle == pytest.approx([0, np.arctan(0.25 / 1.05)])  # 13.4 degrees up
+    assert image(cockpit(), region=cockpit_outline(AC25, seat="left")).share == 1.0
+    below = cone("low", (1, 0, 0), np.radians(13.0))
+    nothing = image(cockpit(), region=below)
+    assert (nothing.share, nothing.parts) == (0.0, ())
+    assert np.isnan(nothing.middle).all()
+
+
+def test_what_shines_away_is_shaded_or_meets_no_glass_is_not_mirrored():
+    down = Target("lit", LIT[None], np.array([[0, 0, -1.0]]))
+    assert image(cockpit(), target=down).share == 0.0
+    hood = sheet((0.4, -0.3, -0.2), (0.3, 0, 0), (0, 0.6, 0))
+    assert image(cockpit(hood=hood)).share == 0.0
+    post = sheet((0.3, -0.1, -0.1), (0, 0.2, 0), (0, 0, 0.5))
+    assert image(cockpit(post=post)).share == 0.0
+    aside = Target("lit", LIT[None] + np.array([0, 0.9, 0]))
+    assert image(cockpit(), target=aside).share == 0.0
+
+
+def test_each_eye_sees_its_own_image_and_the_share_is_of_either():
+    edge = 0.4 / 0.615385 + 0.01  # the glass ends here for what the eye in the middle sees
+    target = Target("lit", LIT[None] + np.array([0, edge, 0]))
+    both = image(cockpit(), target=target, spacing=0.2)
+    alone = image(cockpit(), target=target)
+    assert alone.share == 0.0
+    assert (both.seen[:, 0].tolist(), both.share) == ([False, True], 1.0)
+
+
+@given(st.floats(0.3, 0.7), st.floats(-0.4, 0.4), st.floats(-0.4, -0.1), st.floats(-0.2, 0.2))
+def test_an_image_is_where_a_ray_by_way_of_the_pane_ends(x, y, z, aside):
+    """The ray from the eye toward the image, turned back at the pane, meets the instrument."""
+    eye = np.array([0.0, aside, 0.05])
+    target = Target("lit", np.array([[x, y, z]]))
+    found = image(cockpit(), target=target, eye=eye)
+    normal = np.array([1, 0, 1]) / np.sqrt(2)
+    virtual = target.points[0] + 2 * (0.8 / np.sqrt(2) - target.points[0] @ normal) * normal
+    way = virtual - eye
+    meets = eye + way * (0.8 - eye[0] - eye[2]) / (way[0] + way[2])
+    inside = min(0.4 - abs(meets[1]), meets[0] - 0.5, 0.9 - meets[0])
+    assume(abs(inside) > 1e-6)
+    on_pane = inside > 0
+    assert found.share == float(on_pane)
+    if on_pane:
+        assert found.middle[0] == pytest.approx(np.arctan2(way[1], way[0]))
+        back = way - 2 * (way @ normal) * normal
+        left = np.linalg.norm(virtual - meets)
+        assert meets + back / np.linalg.norm(back) * left == pytest.approx(target.points[0])
+
+
+def test_an_eye_in_the_plane_of_a_pane_sees_nothing_in_it():
+    flat = cockpit(roof=sheet((-0.5, -0.5, 0.0), (0.2, 0, 0), (0, 1, 0)))
+    found = windscreen_reflection(
+        scenery_of(flat),
+        given_eyes(ZERO),
+        Target("lit", LIT[None]),
+        environment=flat,
+        windscreen=["roof", "windscreen"],
+        region=WHOLE,
+    )
+    assert found.parts == ("windscreen",)
+    with pytest.raises(InputError, match="no part 'screen'"):
+        windscreen_reflection(
+            scenery_of(flat),
+            given_eyes(ZERO),
+            Target("lit", LIT[None]),
+            environment=flat,
+            windscreen=["screen"],
+            region=WHOLE,
+        )

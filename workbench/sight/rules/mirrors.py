@@ -10,6 +10,7 @@ places of reflection: its triangles, seen along the mirror's normal.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -25,7 +26,9 @@ from workbench.sight.rules.eye_points import SIGN, Side
 from workbench.sight.scenery import Scenery
 
 __all__ = [
+    "BESIDE",
     "OUTSIDE",
+    "SEEN",
     "Glass",
     "MirrorField",
     "aimed_normal",
@@ -33,15 +36,17 @@ __all__ = [
     "convex_magnification",
     "glass_of",
     "ground_points",
+    "looked_through",
     "mirror_field",
     "reflected",
     "reflections",
     "required_ground",
+    "what_hides",
 ]
 
 OUTSIDE = "outside the mirror"
 """Why ground is not seen that is reflected beside the glass, or not at all."""
-_SEEN, _BESIDE = -1, -2
+SEEN, BESIDE = -1, -2
 """What stands for an item where a point is seen, and where it is reflected beside the glass."""
 _HALVINGS = 48
 """Halvings of the angle between eye and point: to the last digits."""
@@ -123,14 +128,15 @@ def reflections(glass: Glass, eye: Floats, points: Floats) -> Floats:
     InputError where the eye is behind the mirror.
     """
     at, normal = glass.at, glass.normal
-    if (eye - at) @ normal <= 0.0:
+    height = float((eye - at) @ normal)
+    if height < 0.0:
         raise InputError(f"mirror {glass.name} faces away from the eyes; turn its normal round")
     if math.isinf(glass.radius):
-        virtual = reflected(eye, at, normal)
         before = (points - at) @ normal
-        share = (at - virtual) @ normal / ((at - virtual) @ normal + np.maximum(before, 0.0))
-        place = virtual + share[:, None] * (points - virtual)
         shown = before > 0.0
+        share = height / (height + np.where(shown, before, 1.0))
+        virtual = reflected(eye, at, normal)
+        place = virtual + share[:, None] * (points - virtual)
     else:
         centre = at - glass.radius * normal
         place = _on_sphere(centre, glass.radius, eye, points)
@@ -239,13 +245,12 @@ def mirror_field(
     InputError
         If the mirror faces away from an eye.
     """
-    own = scenery.of_row(row)
-    clear = replace(own, see_through=own.see_through | (np.arange(len(own.names)) == item))
-    met = np.stack([_met(clear, eye[row], glass, points) for eye in (eyes.left, eyes.right)])
-    seen = met == _SEEN
+    clear = looked_through(scenery.of_row(row), [item])
+    met = np.stack([what_hides(clear, eye[row], glass, points) for eye in (eyes.left, eyes.right)])
+    seen = met == SEEN
     lost = ~seen.any(axis=0)
-    count = np.bincount((met[:, lost] - _BESIDE).ravel())
-    names = {k: (OUTSIDE, "", *own.names)[k] for k in np.flatnonzero(count).tolist()}
+    count = np.bincount((met[:, lost] - BESIDE).ravel())
+    names = {k: (OUTSIDE, "", *clear.names)[k] for k in np.flatnonzero(count).tolist()}
     return MirrorField(
         points,
         seen,
@@ -254,13 +259,26 @@ def mirror_field(
     )
 
 
-def _met(scenery: Scenery, eye: Floats, glass: Glass, points: Floats) -> Ints:
-    """(N,) the item that hides each point in a mirror from an eye, `_SEEN` or `_BESIDE`."""
+def looked_through(scenery: Scenery, items: Sequence[int]) -> Scenery:
+    """The scenery in which some items hide nothing."""
+    return replace(
+        scenery, see_through=scenery.see_through | np.isin(np.arange(len(scenery.names)), items)
+    )
+
+
+def what_hides(
+    scenery: Scenery, eye: Floats, glass: Glass, points: Floats, *, own: int = -1
+) -> Ints:
+    """Find what hides points (N, 3) [m] in a mirror from an eye (3,): (N,) an item, `SEEN`, or
+    `BESIDE` where they are not reflected by the glass.
+
+    own: the item that the points are on. The part of the mirror must be one that is seen through.
+    """
     places = reflections(glass, eye, points)
-    met = np.full(len(points), _BESIDE)
+    met = np.full(len(points), BESIDE)
     shown = np.flatnonzero(np.isfinite(places[:, 0]))
     if len(shown):
         met[shown] = lines_of_sight(scenery, eye[None], places[None, shown])[0]
-        rest = shown[met[shown] == _SEEN]
-        met[rest] = lines_of_sight(scenery, places[rest], points[rest, None])[:, 0]
+        rest = shown[met[shown] == SEEN]
+        met[rest] = lines_of_sight(scenery, places[rest], points[rest, None], own=own)[:, 0]
     return met
