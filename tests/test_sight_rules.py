@@ -255,6 +255,8 @@ def test_a_leaning_pillar_is_cut_twice_as_a_search_over_turns_finds(lean, radius
         circles.append((centre, radius))
     found = pillar_angle(corners, PLAN, R125, side="left")
     assert found.angle == pytest.approx(searched_pillar_angle(circles, PLAN["p1"]), abs=1e-5)
+    for cut, alone in zip(circles, (found.of_upper, found.of_lower), strict=True):
+        assert alone == pytest.approx(searched_pillar_angle([cut, cut], PLAN["p1"]), abs=1e-5)
     if lean[0] < -1 and radius > 0.05:
         one_cut = searched_pillar_angle([circles[1], circles[1]], PLAN["p1"])
         assert abs(np.degrees(found.angle - one_cut)) > 1.0  # S1 and S2 differ by so much
