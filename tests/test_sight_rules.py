@@ -357,3 +357,15 @@ def test_a_mirrored_instrument_is_read_alike_on_the_other_side(x, y, z, turned):
 def test_an_instrument_that_nobody_can_read_is_refused(at, face, characters, told):
     with pytest.raises(InputError, match=told):
         reading(given_eyes(ZERO), at, face, characters, NUREG)
+
+
+def rule_rows(rules):
+    """The rows of a rule set in the table of the docs."""
+    return [f"| `{name}` | {value.words} |" for name, value in rules.values.items()]
+
+
+def test_the_docs_tell_of_every_value_how_sure_it_is():
+    page = (ROOT / "docs" / "sight-rules.md").read_text()
+    for path in (ROOT / "studies" / "rules").glob("sight_*.yaml"):
+        for row in rule_rows(load_rule_set(path.stem)):
+            assert row in page
