@@ -246,7 +246,12 @@ def mirror_field(
         If the mirror faces away from an eye.
     """
     clear = looked_through(scenery.of_row(row), [item])
-    met = np.stack([what_hides(clear, eye[row], glass, points) for eye in (eyes.left, eyes.right)])
+    met = np.stack(
+        [
+            what_hides(clear, eye[row], reflections(glass, eye[row], points), points)
+            for eye in (eyes.left, eyes.right)
+        ]
+    )
     seen = met == SEEN
     lost = ~seen.any(axis=0)
     count = np.bincount((met[:, lost] - BESIDE).ravel())
@@ -267,14 +272,13 @@ def looked_through(scenery: Scenery, items: Sequence[int]) -> Scenery:
 
 
 def what_hides(
-    scenery: Scenery, eye: Floats, glass: Glass, points: Floats, *, own: int = -1
+    scenery: Scenery, eye: Floats, places: Floats, points: Floats, *, own: int = -1
 ) -> Ints:
-    """Find what hides points (N, 3) [m] in a mirror from an eye (3,): (N,) an item, `SEEN`, or
-    `BESIDE` where they are not reflected by the glass.
+    """Find what hides points (N, 3) [m] from an eye (3,) that are reflected at places (N, 3): (N,) an
+    item, `SEEN`, or `BESIDE` where a place is NaN.
 
-    own: the item that the points are on. The part of the mirror must be one that is seen through.
+    own: the item that the points are on. The part of the mirror must be one that is looked through.
     """
-    places = reflections(glass, eye, points)
     met = np.full(len(points), BESIDE)
     shown = np.flatnonzero(np.isfinite(places[:, 0]))
     if len(shown):
