@@ -154,6 +154,25 @@ def test_a_set_of_injury_limits_is_no_set_of_sight_and_an_unknown_value_lists_th
         R125["v3"]
 
 
+def test_a_value_of_another_shape_is_refused_by_its_name(tmp_path):
+    text = (ROOT / "studies" / "rules" / "sight_un_r125.yaml").read_text()
+    path = tmp_path / "mine.yaml"
+    path.write_text(text.replace("p_to_e: {value: 104", "p_to_e: {value: [104, 65]"))
+    with pytest.raises(InputError, match=r"rule set .*: p_to_e: expected an array of shape \(\)"):
+        pillar_angle(post((0.6, 0.42), 0.05), PLAN, load_rule_set(path), side="left")
+    path.write_text(
+        text.replace(
+            "v1: {value: [68, -5, 665], unit: mm, axes: rearward right up",
+            "v1: {value: 5, unit: mm",
+        )
+    )
+    with pytest.raises(InputError, match=r": v1: expected an array of shape \(3,\), got \(\)"):
+        car_eye_points(ZERO, STRAIGHT, load_rule_set(path))
+    path.write_text(text.replace("5, 6, 7, 8,", "5, 6, 7,"))
+    with pytest.raises(InputError, match=r"seat_back_shift: expected an array of shape \(35, 3\)"):
+        car_eye_points(ZERO, STRAIGHT, load_rule_set(path))
+
+
 def test_every_rule_set_of_sight_loads_and_checks(capsys):
     found = sorted((ROOT / "studies" / "rules").glob("sight_*.yaml"))
     assert len(found) >= 2

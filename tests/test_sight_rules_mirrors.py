@@ -8,7 +8,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from tests.conftest import environment_of
+from tests.conftest import box_part, environment_of
 from tests.test_sight_rules_view import scenery, sheet
 from workbench import InputError
 from workbench.files.meshes.parts import RawPart
@@ -244,6 +244,15 @@ def test_the_surface_of_a_part_is_taken_and_aimed():
     assert reflections(aimed, eye, aims[None])[0] == pytest.approx(AT)
     assert (aimed.corners - AT) @ aimed.normal == pytest.approx(np.zeros((2, 3)), abs=1e-12)
     assert glass_of(room, mirror, eye=eye).normal == pytest.approx(mirror.normal)
+
+
+def test_of_a_housing_only_the_side_counts_that_faces_who_looks_in():
+    """A solid wedge: its glass, turned to -x, is 0.2 m wide and its back 0.6 m."""
+    box = box_part("housing", (0, -0.3, -0.1), (0.3, 0.3, 0.1))
+    box.vertices[box.vertices[:, 0] == 0, 1] *= 1 / 3
+    found = glass_of(environment_of(box), Mirror("left", "housing", (0, 0, 0), (-1.0, 0, 0)))
+    assert found.corners.min(axis=(0, 1)) == pytest.approx([0, -0.1, -0.1])
+    assert found.corners.max(axis=(0, 1)) == pytest.approx([0, 0.1, 0.1])
 
 
 def test_a_mirror_whose_part_has_no_surface_that_way_is_refused():

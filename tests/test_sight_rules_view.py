@@ -13,6 +13,7 @@ from workbench.files.meshes.parts import RawPart
 from workbench.files.study.rules import load_rule_set
 from workbench.sight.eyes import given_eyes
 from workbench.sight.obscuration import obscuration
+from workbench.sight.regions import WHOLE
 from workbench.sight.rules.cockpit_view import cockpit_outline, cockpit_view, elevation_limits
 from workbench.sight.rules.eye_points import car_eye_points
 from workbench.sight.rules.forward_field import (
@@ -100,6 +101,11 @@ def test_upper_limits_of_the_outline(right, high):
 def test_an_azimuth_beyond_the_outline_is_refused():
     with pytest.raises(InputError, match="it goes from -120 to 20 degrees to the right, not to 21"):
         elevation_limits(LEFT, np.radians(-21))
+
+
+def test_a_cone_is_no_outline():
+    with pytest.raises(InputError, match="all directions: an outline of azimuths"):
+        view(scenery(), WHOLE)
 
 
 def test_an_empty_sky_is_clear():

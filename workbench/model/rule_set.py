@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from workbench.errors import InputError, one_of
-from workbench.model.arrays import Floats
+from workbench.model.arrays import Floats, frozen
 
 __all__ = ["REMEMBERED", "RuleSet", "RuleValue"]
 
@@ -44,9 +46,15 @@ class RuleSet:
     def __getitem__(self, name: str) -> Floats:
         return self._found(name).value
 
+    def shaped(self, name: str, *shape: int | None) -> Floats:
+        """A value that is an array of a shape, None for any length; InputError for another, and for
+        a name that there is not."""
+        found: Floats = frozen(self[name], np.float64, shape, f"rule set {self.name}: {name}")
+        return found
+
     def number(self, name: str) -> float:
-        """A value that is one number; InputError lists the valid names."""
-        return float(self[name])
+        """A value that is one number; InputError as of `shaped`."""
+        return float(self.shaped(name))
 
     def status(self, *names: str) -> str:
         """Say where values are from: each source once, after the names that it holds for."""

@@ -72,7 +72,9 @@ def cockpit_outline(rules: RuleSet, *, seat: Side, axes: Floats | None = None) -
 
     axes (3, 3): forward, left and up of the aircraft as rows; the world's if None.
     """
-    corners = rules["outline_left_seat"] * np.array([-SIGN[seat], 1.0])  # azimuth positive left
+    corners = rules.shaped("outline_left_seat", None, 2) * np.array(
+        [-SIGN[seat], 1.0]
+    )  # azimuth positive left
     return outline(f"outline of AC 25.773-1, {seat} seat", corners, axes)
 
 
@@ -121,8 +123,10 @@ def cockpit_view(
     Raises
     ------
     InputError
-        If an eye is inside a solid part or a sphere.
+        If an eye is inside a solid part or a sphere, or the region has no outline.
     """
+    if not len(region.corners):
+        raise InputError(f"{region.name}: an outline of azimuths and elevations is needed")
     low = region.corners.min(axis=0) - 1.5 * step
     high = region.corners.max(axis=0) + 1.5 * step
     azimuth, elevation = np.meshgrid(*(np.arange(low[k], high[k], step) for k in range(2)))

@@ -72,13 +72,14 @@ def car_eye_points(
     names = ["v1", "v2", "p1", "p2", "pm", "seat_back_shift"]
     if seat_travel is not None:
         # band k is over seat_travel_over[k - 1], up to and with seat_travel_over[k]; band 0 is none
-        band = int(np.searchsorted(rules["seat_travel_over"], seat_travel))
-        by_travel = np.vstack([by_travel, rules["seat_travel_shift"]])[band]
+        over = rules.shaped("seat_travel_over", None)
+        shifts = rules.shaped("seat_travel_shift", len(over), 3)
+        by_travel = np.vstack([by_travel, shifts])[np.searchsorted(over, seat_travel)]
         names.append("seat_travel_shift")
     mirrored = np.array([1.0, SIGN[driver], 1.0])
     origin = np.asarray(r_point, dtype=np.float64)
     points = {
-        name: origin + mirrored * (rules[name] + shift + by_travel * name.startswith("p"))
+        name: origin + mirrored * (rules.shaped(name, 3) + shift + by_travel * name.startswith("p"))
         for name in names[:5]
     }
     return EyePoints(points, driver, rules.status(*names))
@@ -90,14 +91,14 @@ def seat_back_shift(seat_back: float, rules: RuleSet) -> Floats:
 
     InputError beyond the table, 5 to 40 degrees: it is no rotation about R, so it does not go on.
     """
-    angles = rules["seat_back"]
+    angles = rules.shaped("seat_back", None)
     if not angles[0] - _ROUNDING <= seat_back <= angles[-1] + _ROUNDING:
         low, high = np.degrees(angles[[0, -1]])
         raise InputError(
             f"seat back {np.degrees(seat_back):g} degrees from the vertical: the table of "
             f"{rules.name} holds for {low:g} to {high:g} degrees; give the eye points themselves"
         )
-    rows = rules["seat_back_shift"]
+    rows = rules.shaped("seat_back_shift", len(angles), 3)
     return np.array([np.interp(seat_back, angles, column) for column in rows.T])
 
 

@@ -86,7 +86,7 @@ def reading(
 
 def reading_margins(found: Reading, rules: RuleSet) -> dict[str, Floats]:
     """(B,) [rad] to the limits of a rule set, negative beyond them, by the value that limits."""
-    low, high = rules["elevation"]
+    low, high = rules.shaped("elevation", 2)
     return {
         "character_least": found.character - rules.number("character_least"),
         "character_most": rules.number("character_most") - found.character,
