@@ -54,7 +54,7 @@ def nearest(scenery, eye, ways, *, clear=False):
     chosen = scenery.see_through[scenery.item] == clear
     found = np.full((len(ways), len(scenery.names)), np.inf)
     for k in range(0, len(ways), 64):
-        hits = triangle_hits(scenery.corners(0)[chosen], eye, ways[k : k + 64])
+        hits = triangle_hits(scenery.triangles[chosen], eye, ways[k : k + 64])
         np.minimum.at(found[k : k + 64].T, scenery.item[chosen], hits.T)
     if not clear:
         hits = sphere_hits(scenery.centre[0], scenery.radius[0], eye, ways)

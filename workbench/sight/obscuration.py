@@ -6,6 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -15,7 +16,7 @@ from workbench.model.arrays import Bools, Floats, Ints, frozen
 from workbench.model.environment import Environment
 from workbench.sight.eyes import Eyes
 from workbench.sight.kernels.bands import Pixels, Sums, add_bands
-from workbench.sight.kernels.segments import blocked_lines
+from workbench.sight.kernels.segments import Lines, blocked_lines
 from workbench.sight.panorama import (
     BAND,
     FACES,
@@ -50,6 +51,8 @@ _MARGINS = np.array([1e-6, 1e-3])
 it."""
 _GROUP = 32
 """Points of `lines_of_sight` that follow each other and are looked at through one cone."""
+_ROUNDING = 1e-9
+"""By how much the cosine of a cone is made smaller."""
 _PIECE = 8
 """Rows of lines of sight that a thread takes at once."""
 
@@ -338,27 +341,35 @@ def lines_of_sight(
     Ints
         (B, M) the item that comes first on the way, -1 where the point is seen.
     """
-    ends = np.ascontiguousarray(points, dtype=np.float64)
-    count = ends.shape[1]
-    on = np.full(count, -1) if own is None else np.asarray(own)
-    return _blocked(
-        scenery, np.asarray(eye), ends, on, np.append(np.arange(0, count, _GROUP), count)
-    )
+    ends = np.asarray(points, dtype=np.float64)
+    on = np.full(1, -1) if own is None else np.asarray(own)
+    group = np.append(np.arange(0, ends.shape[1], _GROUP), ends.shape[1])
+    return _blocked(scenery, np.asarray(eye, dtype=np.float64), ends, on, group)
 
 
 def _blocked(scenery: Scenery, eye: Floats, points: Floats, own: Ints, group: Ints) -> Ints:
     """As `lines_of_sight`; group (G + 1,): where groups of points that are near each other begin."""
-    eyes = np.ascontiguousarray(eye, dtype=np.float64)
-    on = np.ascontiguousarray(np.broadcast_to(own, points.shape[1:2]), dtype=np.int64)
+    way = np.ascontiguousarray(points - eye[:, None])
+    far = np.maximum(np.linalg.norm(way, axis=2), np.finfo(float).tiny)
+    axis = np.add.reduceat(way, group[:-1], axis=1)
+    axis /= np.maximum(np.linalg.norm(axis, axis=2), np.finfo(float).tiny)[..., None]
+    along = np.sum(way * np.repeat(axis, np.diff(group), axis=1), axis=2) / far
+    cosine = np.maximum(np.minimum.reduceat(along, group[:-1], axis=1) - _ROUNDING, 0.0)
+    end = np.maximum.reduceat(far, group[:-1], axis=1)
+    cone = [axis, np.sqrt(1.0 - cosine**2)[..., None], cosine[..., None], end[..., None]]
+    lines = Lines(
+        np.ascontiguousarray(eye),
+        way,
+        group,
+        np.concatenate(cone, axis=2),
+        _MARGINS,
+        np.ascontiguousarray(np.broadcast_to(own, points.shape[1:2]), dtype=np.int64),
+        np.full(far.shape, -1),
+        np.ones(far.shape),
+    )
     blockers = scenery.blockers(~scenery.see_through)
-    found = np.empty(points.shape[:2], dtype=np.int64)
-    share = np.empty(points.shape[:2])
-
-    def work(begin: int, end: int) -> None:
-        blocked_lines(eyes, points, group, on, _MARGINS, blockers, begin, end, found, share)
-
-    in_pieces(work, len(eyes), _PIECE)
-    return found
+    in_pieces(lambda begin, end: blocked_lines(lines, blockers, begin, end), len(eye), _PIECE)
+    return lines.item
 
 
 @dataclass(frozen=True, eq=False)
@@ -403,68 +414,62 @@ def seen_shares(scenery: Scenery, eyes: Eyes, targets: Sequence[Target]) -> Seen
     targets
         K of them.
     """
-    rows, count = len(eyes), len(targets)
-    start = np.cumsum([0] + [len(target.points) for target in targets])
-    own = np.concatenate([np.full(len(target.points), target.item) for target in targets])
-    points = np.concatenate([target.points for target in targets])
-    goes = (
-        (own >= 0) & scenery.moving[own]
-        if scenery.moving.any()
-        else np.zeros(len(own), dtype=np.bool_)
-    )
-    shift = np.broadcast_to(scenery.displacement, (rows, 3))
-    ends = points[None] + np.where(goes, 1.0, 0.0)[None, :, None] * shift[:, None]
-    flat = np.concatenate(
-        [np.full(len(target.points), target.normals is None) for target in targets]
-    )
-    normals = np.concatenate(
-        [np.zeros((len(t.points), 3)) if t.normals is None else t.normals for t in targets]
-    )
-    weight = np.zeros((rows, len(points)))
-    faces: list[Bools] = []
-    blocker: list[Ints] = []
+    count = [len(target.points) for target in targets]
+    group = np.cumsum([0, *count])
+    own = np.repeat([target.item for target in targets], count)
+    goes = np.append(scenery.moving, False)[own][:, None]
+    samples = np.concatenate([target.points for target in targets])
+    points = samples + np.where(goes, scenery.displacement[:, None], 0.0)
+    normals = np.concatenate([_normals(target) for target in targets])
+    weight = np.zeros((len(eyes), len(own)))
+    inside = np.full(len(eyes), -1)
+    sees = []
+    blocker = []
     for eye in (eyes.left, eyes.right):
-        away = eye[:, None] - ends
+        away = eye[:, None] - points
         distance = np.linalg.norm(away, axis=2)
-        cosine = np.where(flat, 1.0, np.einsum("bmi,mi->bm", away, normals) / distance)
-        faces.append(cosine > 0.0)
+        cosine = np.einsum("bmi,mi->bm", away, normals) / distance
+        cosine[:, ~normals.any(axis=1)] = 1.0
         weight += np.maximum(cosine, 0.0) / distance**2
-        blocker.append(_blocked(scenery, eye, ends, own, start))
-    inside = enclosing_items(scenery, eyes.left)
-    inside = np.where(inside >= 0, inside, enclosing_items(scenery, eyes.right))
-    sees = [
-        (facing & (block < 0)) & (inside < 0)[:, None]
-        for facing, block in zip(faces, blocker, strict=True)
-    ]
-    share = np.zeros((rows, count, 4))
-    blocked = np.zeros((rows, count))
-    name = np.full((rows, count), "", dtype=object)
-    items = np.array([*scenery.names, ""], dtype=object)
-    for k in range(count):
-        one = slice(int(start[k]), int(start[k + 1]))
-        total = weight[:, one].sum(axis=1)
-        scale = np.where(total > 0.0, total, 1.0)
-        left, right = (seen[:, one] for seen in sees)
-        for j, seen in enumerate((left, right, left | right, left & right)):
-            share[:, k, j] = np.sum(weight[:, one] * seen, axis=1) / scale
-        hides = _hidden_by(weight[:, one], [block[:, one] for block in blocker], len(items))
-        chief = np.where(inside >= 0, inside, np.argmax(hides, axis=1))
-        blocked[:, k] = np.where(inside >= 0, 1.0, hides[np.arange(rows), chief] / scale)
-        name[:, k] = np.where(blocked[:, k] > 0.0, items[chief], "")
-        name[total == 0.0, k] = TURNED_AWAY
+        blocker.append(_blocked(scenery, eye, points, own, group))
+        inside = np.maximum(inside, enclosing_items(scenery, eye))
+        sees.append((cosine > 0.0) & (blocker[-1] < 0))
+    left, right = (seen & (inside < 0)[:, None] for seen in sees)
+    seen = np.stack([left, right, left | right, left & right], axis=2)
+    total = np.add.reduceat(weight, group[:-1], axis=1)
+    scale = np.where(total > 0.0, total, 1.0)
+    share = np.add.reduceat(weight[..., None] * seen, group[:-1], axis=1) / scale[..., None]
+    hides = np.stack(
+        [
+            _hidden_by(weight[:, begin:end], [block[:, begin:end] for block in blocker], scenery)
+            for begin, end in pairwise(group.tolist())
+        ],
+        axis=1,
+    )
+    hides[inside >= 0] = 0.0
+    hides[inside >= 0, :, inside[inside >= 0]] = scale[inside >= 0]
+    chief = np.argmax(hides, axis=2)
+    blocked = np.take_along_axis(hides, chief[..., None], axis=2)[..., 0] / scale
+    name = np.where(blocked > 0.0, np.array(scenery.names, dtype=object)[chief], "")
+    name[total == 0.0] = TURNED_AWAY
     return Seen(tuple(target.name for target in targets), share, name, blocked, inside)
 
 
-def _hidden_by(weight: Floats, blocker: Sequence[Ints], count: int) -> Floats:
-    """(B, count) weights (B, M) of the samples that each item hides from one eye at least.
+def _normals(target: Target) -> Floats:
+    """(M, 3) the normals of a target, 0 where it is seen from all sides."""
+    return np.zeros_like(target.points) if target.normals is None else target.normals
 
-    blocker: (B, M) for each eye; the column of -1, the last, is 0.
+
+def _hidden_by(weight: Floats, blocker: Sequence[Ints], scenery: Scenery) -> Floats:
+    """(B, N) weights (B, M) of the samples that each item hides from one eye at least.
+
+    blocker: (B, M) of each eye.
     """
+    count = len(scenery.names) + 1  # the last one is none
     first = np.arange(len(weight))[:, None] * count
     left, right = (np.where(block >= 0, block, count - 1) + first for block in blocker)
-    hides = np.zeros(len(weight) * count)
-    for items, part in ((left, weight), (right, np.where(left == right, 0.0, weight))):
-        hides += np.bincount(items.ravel(), part.ravel(), len(hides))
-    found = hides.reshape(-1, count)
-    found[:, -1] = 0.0
-    return found
+    other = np.where(left == right, 0.0, weight)  # once where it is hidden from both
+    items = np.concatenate([left, right], axis=1)
+    weights = np.concatenate([weight, other], axis=1)
+    hides = np.bincount(items.ravel(), weights.ravel(), len(weight) * count)
+    return hides.reshape(-1, count)[:, :-1].astype(np.float64)

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 from workbench.errors import InputError
 from workbench.geometry.clipping import clip_triangles
 from workbench.model.arrays import Floats, Ints
-from workbench.sight.kernels.bands import FaceShapes, Items, fill_bands, on_face
+from workbench.sight.kernels.bands import FaceShapes, Items, fill_bands
 from workbench.sight.scenery import Scenery, check_eye
 from workbench.threads import in_pieces
 
@@ -210,43 +210,30 @@ def shapes_before(
     """
     point = np.asarray(eye, dtype=np.float64)
     check_eye(scenery, point, row=row)
-    corners = scenery.corners(row)
+    own = scenery.of_row(row)
+    away = own.shifts(0) - point
+    corners = own.triangles + away[:, None]
+    ball = own.ball[:, :3] + away
+    turned = np.einsum("ti,ti->t", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])) > 0.0
+    seen = ~(own.solid[own.item] & turned)
+    there = np.flatnonzero(np.isfinite(own.radius[0]))
     found = []
-    kept = np.empty(len(corners), dtype=np.int64)
-    row = scenery.row(row)
-    there = np.flatnonzero(np.isfinite(scenery.radius[row]))
-    balls = np.empty((len(there), 4))
-    balls[:, 3] = scenery.radius[row, there]
-    for view in views:
-        count = on_face(corners, scenery.item, scenery.solid, point, view, _NEAREST, kept)
-        seen = (corners[kept[:count]] - point) @ view.T
-        pieces, source = clip_triangles(seen, np.array([0.0, 0.0, -1.0]), -_NEAREST)
-        near = 1.0 / pieces[:, :, 2]
-        pixels = np.stack(
-            [
-                (1.0 + pieces[:, :, 0] * near) * (n / 2.0),
-                (1.0 - pieces[:, :, 1] * near) * (n / 2.0),
-                near,
-            ],
-            axis=-1,
-        )
-        owner = scenery.item[kept[source]]
-        clear = scenery.see_through[owner]
-        seen_balls = balls.copy()
-        seen_balls[:, :3] = (scenery.centre[row, there] - point) @ view.T
-        seen_balls[:, 2] = 1.0 - seen_balls[:, 2]
-        front = seen_balls[:, 2] + seen_balls[:, 3]
-        order = np.argsort(front, kind="stable")
-        order = order[(seen_balls[:, 2] - seen_balls[:, 3] < 1.0)[order]]
-        found.append(
-            FaceShapes(
-                pixels[~clear],
-                owner[~clear],
-                pixels[clear],
-                owner[clear],
-                seen_balls,
-                order,
-                scenery.sphere_item[there],
-            )
-        )
+    for right, above, ahead in views:
+        sides = np.stack([ahead + right, ahead - right, ahead + above, ahead - above])
+        on = seen & np.all(ball @ sides.T >= -math.sqrt(2.0) * own.ball[:, 3:], axis=1)
+        view = np.stack([right, above, ahead])
+        backward = np.array([0.0, 0.0, -1.0])
+        before = (corners[on].reshape(-1, 3) @ view.T).reshape(-1, 3, 3)
+        pieces, source = clip_triangles(before, backward, -_NEAREST)
+        item = own.item[on][source]
+        clear = own.see_through[item]
+        near = 1.0 / pieces[:, :, 2:]
+        pixels = np.concatenate([pieces[:, :, :2] * near * [1.0, -1.0] + 1.0, near], axis=2)
+        pixels[:, :, :2] *= n / 2.0
+        balls = np.concatenate([own.centre[0] - point, own.radius[0, :, None]], axis=1)[there]
+        balls[:, :3] = balls[:, :3] @ view.T * [1.0, 1.0, -1.0] + [0.0, 0.0, 1.0]
+        order = np.argsort(balls[:, 2] + balls[:, 3], kind="stable")
+        order = order[balls[order, 2] - balls[order, 3] < 1.0]
+        triangles = pixels[~clear], item[~clear], pixels[clear], item[clear]
+        found.append(FaceShapes(*triangles, balls, order, own.sphere_item[there]))
     return found

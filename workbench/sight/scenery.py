@@ -9,17 +9,17 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from workbench.errors import InputError, UsageError
+from workbench.geometry.polygon import point_winding
 from workbench.model.arrays import Bools, Floats, Ints, freeze_fields
 from workbench.model.environment import Environment
 from workbench.model.poses import Placed
 from workbench.sight.eyes import eyes_of, head_of
-from workbench.sight.kernels.segments import Blockers, enclosing_parts
-from workbench.threads import in_pieces
+from workbench.sight.kernels.segments import Blockers
 
 __all__ = ["Scenery", "check_eye", "enclosing_items", "scenery_of"]
 
-_WORN = re.compile(r"\(([^()]*?)(?: \d+)?\)$")
-"""The end of the name of a sphere that is worn: the thing, perhaps with a number."""
+_WORN = re.compile(r"^.*\(([^()]*?)(?: \d+)?\)$")
+"""The name of a sphere that is worn ends with the thing, perhaps with a number: "heel (boots 2)"."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,29 +110,16 @@ class Scenery:
             self.sphere_item,
         )
 
-    def row(self, row: int) -> int:
-        """Return the row of the scenery for a row of eyes: 0 where all have the same.
-
-        IndexError where there is no such row.
-        """
-        if len(self) == 1:
-            return 0
-        if not 0 <= row < len(self):
-            raise IndexError(f"scenery: expected a row of 0 to {len(self) - 1}, got {row}")
-        return row
-
-    def corners(self, row: int) -> Floats:
-        """Return the corners (T, 3, 3) [m] of the triangles where they stand in one row."""
-        shift = self.displacement[self.row(row)]
-        if not shift.any():
-            return self.triangles
-        goes = np.where(self.moving[self.item], 1.0, 0.0)[:, None, None]
-        return np.asarray(self.triangles + goes * shift)
+    def shifts(self, row: int) -> Floats:
+        """Return by how much each triangle is displaced in one row, (T, 3) [m]."""
+        shift: Floats = np.where(self.moving, 1.0, 0.0)[self.item, None] * self.displacement[row]
+        return shift
 
     def of_row(self, row: int) -> Scenery:
-        """Return the scenery of one row of eyes."""
-        row = self.row(row)
-        one = slice(row, row + 1)
+        """Return the scenery of one row of eyes; UsageError where there is no such row."""
+        one = slice(0, 1) if len(self) == 1 else slice(row, row + 1)
+        if not 0 <= one.start < len(self):
+            raise UsageError(f"scenery: expected a row of 0 to {len(self) - 1}, got {row}")
         return replace(
             self,
             centre=self.centre[one],
@@ -186,89 +173,80 @@ def scenery_of(
     UsageError
         If numbers of poses differ.
     """
-    kinds = [_parts(environment)]
-    if placed is not None:
-        kinds.append(_own(placed))
-    for name, other in (others or {}).items():
-        kinds.append(_spheres_of(other, f"{name}'s"))
-    rows = max([1 if displacement is None else len(displacement), *map(len, kinds)])
-    for kind in kinds:
-        if len(kind) not in (1, rows):
-            raise UsageError(f"scenery: expected 1 or {rows} poses, got {len(kind)}")
-    first = np.cumsum([0, *[len(kind.names) for kind in kinds]])
-    names = tuple(name for kind in kinds for name in kind.names)
+    people = [] if placed is None else [_own(placed)]
+    people += [_spheres_of(other, f"{name}'s") for name, other in (others or {}).items()]
+    rows = max([1 if displacement is None else len(displacement), *map(len, people)])
+    for one in people:
+        if len(one) not in (1, rows):
+            raise UsageError(f"scenery: expected 1 or {rows} poses, got {len(one)}")
+    names = () if environment is None else tuple(environment.parts)
+    count = len(names)
+    centre = [np.zeros((rows, 0, 3))]
+    radius = [np.zeros((rows, 0))]
+    sphere_item = [np.zeros(0, dtype=np.int64)]
+    for one in people:
+        centre.append(np.broadcast_to(one.centre, (rows, *one.centre.shape[1:])))
+        radius.append(np.broadcast_to(one.radius, (rows, *one.radius.shape[1:])))
+        sphere_item.append(one.item + len(names))
+        names += one.names
     flags = np.zeros((3, len(names)), dtype=np.bool_)
+    triangles = np.zeros((0, 3, 3))
+    item = np.zeros(0, dtype=np.int64)
     if environment is not None:
-        parts = slice(0, len(environment.parts))
-        flags[0, parts] = environment.see_through
-        flags[1, parts] = environment.solid & ~environment.hidden
+        flags[0, :count] = environment.see_through
+        flags[1, :count] = environment.solid & ~environment.hidden
         flags[2, [environment.part_index(name) for name in moving]] = True
-    shift = np.zeros((rows, 3)) if displacement is None else displacement
-    sphere_item = [kind.sphere_item + begin for kind, begin in zip(kinds, first, strict=False)]
+        counts = np.diff(environment.triangle_start[environment.part_start])
+        item = np.repeat(np.arange(count), counts)
+        shown = ~environment.hidden[item]
+        item = item[shown]
+        triangles = environment.vertices[environment.triangles[shown]]
     return Scenery(
         names,
-        kinds[0].triangles,
-        kinds[0].triangle_item,
+        triangles,
+        item,
         flags[0],
         flags[1],
-        np.concatenate([_repeated(kind.centre, rows) for kind in kinds], axis=1),
-        np.concatenate([_repeated(kind.radius, rows) for kind in kinds], axis=1),
+        np.concatenate(centre, axis=1),
+        np.concatenate(radius, axis=1),
         np.concatenate(sphere_item),
         flags[2],
-        np.broadcast_to(shift, (rows, 3)),
+        np.broadcast_to(np.zeros(3) if displacement is None else displacement, (rows, 3)),
     )
 
 
 @dataclass(frozen=True, eq=False)
-class _Kind:
-    """Items of one origin, as in `Scenery`."""
+class _Spheres:
+    """Items made of spheres, as in `Scenery`."""
 
     names: tuple[str, ...]
-    triangles: Floats
-    triangle_item: Ints
     centre: Floats
     radius: Floats
-    sphere_item: Ints
+    item: Ints
 
     def __len__(self) -> int:
         return len(self.radius)
 
 
-_NO_TRIANGLES = np.zeros((0, 3, 3))
-_NO_INDICES = np.zeros(0, dtype=np.int64)
+def _spheres_of(placed: Placed, whose: str) -> _Spheres:
+    """The segments of people, named as theirs."""
+    body = placed.body
+    names = tuple(f"{whose} {name}" for name in body.segment_names)
+    radius = np.where(np.isfinite(placed.centres[:, :, 0]), body.radius[placed.person], np.nan)
+    return _Spheres(names, placed.centres, radius, body.sphere_segment)
 
 
-def _repeated(values: Floats, rows: int) -> Floats:
-    return np.broadcast_to(values, (rows, *values.shape[1:]))
-
-
-def _parts(environment: Environment | None) -> _Kind:
-    """The parts of an environment, by their own index."""
-    centre, radius = np.zeros((1, 0, 3)), np.zeros((1, 0))
-    if environment is None:
-        return _Kind((), _NO_TRIANGLES, _NO_INDICES, centre, radius, _NO_INDICES)
-    counts = np.diff(environment.triangle_start[environment.part_start])
-    item = np.repeat(np.arange(len(environment.parts)), counts)
-    shown = ~environment.hidden[item]
-    corners = environment.vertices[environment.triangles[shown]]
-    names = tuple(environment.parts)
-    return _Kind(names, corners, item[shown], centre, radius, _NO_INDICES)
-
-
-def _own(placed: Placed) -> _Kind:
+def _own(placed: Placed) -> _Spheres:
     """The segments of who looks, without the head; and what is worn on it."""
     body = placed.body
-    head = head_of(body)
     found = _spheres_of(placed, "own")
-    things = [_thing(name) for name in body.sphere_names]
-    on_head = body.sphere_segment == head
-    worn = np.array([thing != "" for thing in things], dtype=np.bool_)
+    on_head = body.sphere_segment == head_of(body)
+    worn = np.array([_WORN.search(name) is not None for name in body.sphere_names], dtype=np.bool_)
     names = list(found.names)
-    item = found.sphere_item.copy()
+    item = found.item.copy()
     for s in np.flatnonzero(on_head & worn).tolist():
-        name = f"own {things[s]}"
-        if name not in names:
-            names.append(name)
+        name = "own " + _WORN.sub(r"\1", body.sphere_names[s])
+        names += [] if name in names else [name]
         item[s] = names.index(name)
     eyes = eyes_of(placed)
     holds = np.zeros(found.radius.shape, dtype=np.bool_)
@@ -276,28 +254,7 @@ def _own(placed: Placed) -> _Kind:
         holds |= np.linalg.norm(found.centre - eye[:, None], axis=2) <= found.radius
     radius = np.where(holds & on_head, np.nan, found.radius)
     kept = ~on_head | worn
-    return _Kind(
-        tuple(names),
-        _NO_TRIANGLES,
-        _NO_INDICES,
-        found.centre[:, kept],
-        radius[:, kept],
-        item[kept],
-    )
-
-
-def _thing(name: str) -> str:
-    """What a sphere is of that is worn, "" for a sphere of the body itself."""
-    found = _WORN.search(name)
-    return found[1] if found else ""
-
-
-def _spheres_of(placed: Placed, whose: str) -> _Kind:
-    """The segments of people, named as theirs."""
-    body = placed.body
-    names = tuple(f"{whose} {name}" for name in body.segment_names)
-    radius = np.where(np.isfinite(placed.centres[:, :, 0]), body.radius[placed.person], np.nan)
-    return _Kind(names, _NO_TRIANGLES, _NO_INDICES, placed.centres, radius, body.sphere_segment)
+    return _Spheres(tuple(names), found.centre[:, kept], radius[:, kept], item[kept])
 
 
 def enclosing_items(scenery: Scenery, eye: Floats) -> Ints:
@@ -320,10 +277,15 @@ def enclosing_items(scenery: Scenery, eye: Floats) -> Ints:
     inside = np.linalg.norm(scenery.centre - points[:, None], axis=2) < scenery.radius
     holds, sphere = np.nonzero(inside)
     found[holds] = scenery.sphere_item[sphere]
-    solids = scenery.blockers(scenery.solid)
-    in_pieces(
-        lambda first, last: enclosing_parts(points, solids, first, last, found), len(found), 8
-    )
+    shift = np.where(scenery.moving[:, None], scenery.displacement[:, None], 0.0)
+    away = points[:, None] - scenery.item_ball[:, :3] - shift
+    near = np.linalg.norm(away, axis=2) <= scenery.item_ball[:, 3]
+    start = scenery.start
+    for row, part in np.argwhere(near & scenery.solid).tolist():
+        corners = scenery.triangles[start[part] : start[part + 1]]
+        local = points[row] - shift[min(row, len(shift) - 1), part]
+        if abs(point_winding(*local.tolist(), corners, 0, len(corners))) > 0.5:
+            found[row] = part
     return found
 
 

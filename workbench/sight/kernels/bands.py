@@ -17,109 +17,37 @@ from workbench.model.arrays import Bools, Floats, Ints
 from workbench.sight.kernels.rasterization import Fragments, fill_triangles
 from workbench.sight.kernels.sphere_rays import RUN_LENGTH, Lens, surface_depths
 
-__all__ = ["FaceShapes", "Items", "Pixels", "Sums", "add_bands", "fill_bands", "on_face"]
+__all__ = ["FaceShapes", "Items", "Pixels", "Sums", "add_bands", "fill_bands"]
 
 
 Items = NDArray[np.int32]
 
 
 class FaceShapes(NamedTuple):
-    """What is before one face of n x n pixels."""
+    """What is before one face of n x n pixels.
+
+    opaque (K, 3, 3), opaque_item (K,): columns and rows [pixels] and depths of the corners of
+    triangles, and their items; clear (C, 3, 3), clear_item (C,): the same of see-through ones. balls
+    (S, 4): spheres in view coordinates, see `Lens`, the eye being 1 m from their origin; order: those
+    that may be seen, the nearest last; ball_item (S,).
+    """
 
     opaque: Floats
-    """(K, 3, 3) columns and rows [pixels] and depths of the corners of triangles."""
     opaque_item: Ints
-    """(K,)"""
     clear: Floats
-    """(C, 3, 3) the same of see-through triangles."""
     clear_item: Ints
-    """(C,)"""
     balls: Floats
-    """(S, 4) spheres in view coordinates, see `Lens`; the eye is 1 m from their origin."""
     order: Ints
-    """Those that may be seen, the nearest last."""
     ball_item: Ints
-    """(S,)"""
 
 
 class Scratch(NamedTuple):
-    """Pictures of a band, (H, n) each."""
+    """Pictures of a band that are overwritten: depths (H, n), and bounds of runs of pixels."""
 
     depth: Floats
     clear_depth: Floats
     bound: Floats
-    """(H, runs of pixels)"""
     cut: Bools
-
-
-@njit(cache=True, nogil=True)
-def on_face(
-    corners: Floats,
-    item: Ints,
-    one_sided: Bools,
-    eye: Floats,
-    view: Floats,
-    nearest: float,
-    kept: Ints,
-) -> int:
-    """List the triangles that may be seen on a face.
-
-    Parameters
-    ----------
-    corners, item
-        (T, 3, 3) [m] and (T,) of the triangles.
-    one_sided
-        (N,) items whose triangles are seen from their front only.
-    eye, view
-        (3,) [m], and (3, 3) right, up and ahead of the face.
-    nearest
-        Least distance [m] ahead.
-    kept
-        (T,) filled with their numbers.
-
-    Returns
-    -------
-    int
-        How many there are.
-    """
-    count = 0
-    for t in range(len(corners)):
-        left = right = below = above = behind = 0
-        for k in range(3):
-            x = corners[t, k, 0] - eye[0]
-            y = corners[t, k, 1] - eye[1]
-            z = corners[t, k, 2] - eye[2]
-            across = x * view[0, 0] + y * view[0, 1] + z * view[0, 2]
-            upward = x * view[1, 0] + y * view[1, 1] + z * view[1, 2]
-            ahead = x * view[2, 0] + y * view[2, 1] + z * view[2, 2]
-            left += across < -ahead
-            right += across > ahead
-            below += upward < -ahead
-            above += upward > ahead
-            behind += ahead < nearest
-        if left == 3 or right == 3 or below == 3 or above == 3 or behind == 3:
-            continue
-        kept[count] = t
-        count += not (one_sided[item[t]] and _faces_away(corners, t, eye))
-    return count
-
-
-@njit(cache=True)
-def _faces_away(corners: Floats, t: int, eye: Floats) -> bool:
-    """Whether the corners of triangle t run clockwise as seen from a point."""
-    ax = corners[t, 0, 0]
-    ay = corners[t, 0, 1]
-    az = corners[t, 0, 2]
-    bx = corners[t, 1, 0] - ax
-    by = corners[t, 1, 1] - ay
-    bz = corners[t, 1, 2] - az
-    cx = corners[t, 2, 0] - ax
-    cy = corners[t, 2, 1] - ay
-    cz = corners[t, 2, 2] - az
-    x = eye[0] - ax
-    y = eye[1] - ay
-    z = eye[2] - az
-    return x * (by * cz - bz * cy) + y * (bz * cx - bx * cz) + z * (bx * cy - by * cx) < 0.0
 
 
 @njit(cache=True)
@@ -191,31 +119,33 @@ def _scratch(height: int, n: int) -> Scratch:
 
 
 class Sums(NamedTuple):
-    """What is added up; the item that is none is the first of N + 1."""
+    """What is added up; the item that is none is the first of N + 1.
+
+    opaque, clear (N + 1, 3) [sr]: by the first opaque and see-through item: left eye, right eye, both
+    the same. free (2,) [sr]: where one eye at least meets nothing opaque, and where both do. border
+    (N + 1,) [sr]: pixels on both sides of borders between opaque items, of both eyes.
+    """
 
     opaque: Floats
-    """(N + 1, 3) [sr] by the first opaque item: left eye, right eye, both the same."""
     clear: Floats
-    """(N + 1, 3) by the first see-through item."""
     free: Floats
-    """(2,) where one eye at least meets nothing opaque, and where both do."""
     border: Floats
-    """(N + 1,) pixels on both sides of borders between opaque items, of both eyes."""
+
+
+class Pixels(NamedTuple):
+    """The n x n pixels of a face.
+
+    weight (n, n) [sr]; before (n, n + 1): sums of the weights of a row to the left of each pixel;
+    inside (n, n): those that count, (0, 0) where all do.
+    """
+
+    weight: Floats
+    before: Floats
+    inside: Bools
 
 
 _Rows = tuple[Items, Items, Items, Items]
 """A row of pictures: opaque items of the left and the right eye, see-through ones of both."""
-
-
-class Pixels(NamedTuple):
-    """The n x n pixels of a face."""
-
-    weight: Floats
-    """(n, n) [sr]"""
-    before: Floats
-    """(n, n + 1) sums of the weights of a row to the left of each pixel."""
-    inside: Bools
-    """(n, n) those that count; (0, 0) where all do."""
 
 
 @njit(cache=True, nogil=True)
