@@ -35,6 +35,7 @@ from workbench.model.accommodation import MAP_POINTS
 from workbench.model.body import Body
 from workbench.model.environment import Environment
 from workbench.model.population import Population
+from workbench.model.units import unit_of
 
 __all__ = [
     "ACTIONS",
@@ -85,12 +86,20 @@ def _or_noun(kind: type) -> WrapValidator:
     return WrapValidator(lambda value, check: value if isinstance(value, kind) else check(value))
 
 
-def _at_least(value: Any, info: ValidationInfo) -> Any:
-    """The least value of a check: an angle of stops, percent of a share, else a length."""
-    check = info.data.get("check")
-    if check not in ("stops", "share"):
+_POSSIBLE = {
+    "deg": (-180, 180, "degrees"),
+    "percent": (0, 100, "percent"),
+    "arcmin": (0, 600, "arc minutes"),
+}
+"""What limits are possible in units that are no lengths."""
+
+
+def _limit(value: Any, info: ValidationInfo) -> Any:
+    """A limit in the unit of its check: a length, or a number of degrees, percent, arc minutes."""
+    column = unit_of(info.data.get("check", "")).column
+    if column not in _POSSIBLE:
         return plausible(length_in_metres(value, info))
-    low, high, unit = (-180, 180, "degrees") if check == "stops" else (0, 100, "percent")
+    low, high, unit = _POSSIBLE[column]
     if isinstance(value, bool) or not isinstance(value, (int, float)):
         raise ValueError(f"a number of {unit} is needed")
     if not low <= value <= high:
@@ -98,7 +107,7 @@ def _at_least(value: Any, info: ValidationInfo) -> Any:
     return float(value)
 
 
-AtLeast = Annotated[float, BeforeValidator(_at_least), WithJsonSchema(LENGTH_SCHEMA)]
+LimitOfCheck = Annotated[float, BeforeValidator(_limit), WithJsonSchema(LENGTH_SCHEMA)]
 Everybody = BeforeValidator(lambda value: None if value == "all" else value)
 MOST_PEOPLE = 250_000
 ACTIONS = ("posture", "predicted", "driver", "motion", "simulated")
@@ -452,7 +461,7 @@ _OWN = tuple(dict.fromkeys(key for pair in CHECK_KEYS.values() for keys in pair 
 
 class CriterionFile(FileModel):
     """Something that must hold. What `people` and `cases` leave out means all that it can be asked
-    of; `at_least` is a length, of stops an angle, of a share percent."""
+    of; limits are in the unit of the check: a length, degrees, percent."""
 
     name: Name
     check: Literal[
@@ -478,8 +487,8 @@ class CriterionFile(FileModel):
     controls: Names | None = None
     zone: Zone | None = None
     hand: Side | None = None
-    at_least: AtLeast | None = None
-    at_most: Length | None = None
+    at_least: LimitOfCheck | None = None
+    at_most: LimitOfCheck | None = None
     below: Annotated[Length, Field(ge=0)] | None = None
     above: Annotated[Length, Field(ge=0)] | None = None
     down: Annotated[float, Field(ge=-89, le=89)] | None = None

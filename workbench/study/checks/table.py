@@ -53,7 +53,7 @@ __all__ = [
 ]
 
 LENGTH_TOLERANCE = 1e-9
-"""[m], and [rad]: a breach by no more than this is none."""
+"""[m], [rad], and of a share: a breach by no more than this is none."""
 AFTER_SEATING = 0
 """The cost of what seating alone answers."""
 IN_POSTURE = 1
@@ -365,7 +365,7 @@ def _motion_verdict(criterion: Criterion, motion: str, ordered: Sequence[Finding
     breaches = tuple(
         finding
         for finding in ordered
-        if finding.margin < (-LENGTH_TOLERANCE if finding.unit in ("m", "rad") else 0.0)
+        if finding.margin < (0.0 if finding.unit in ("", "g") else -LENGTH_TOLERANCE)
     )
     return Verdict(
         criterion,
