@@ -77,7 +77,7 @@ UNITS = {
 """By the unit of a finding, which is SI but for g: an angle is in radians whether degrees or arc
 minutes are read. A radian counts as an arc at about a hand's length, 200 mm; a percent and an arc
 minute as about a millimetre."""
-_CHECKS = {"stops": "rad", "share": "share"}
+_CHECKS = {"stops": "rad", "share": "share", "over_nose": "rad"}
 """The units of checks whose margin is no length."""
 
 

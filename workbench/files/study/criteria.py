@@ -25,6 +25,8 @@ __all__ = ["Known", "criteria_of", "unfit", "visible_parts"]
 
 Pair = tuple[str, str]
 """A role and a case, by their names."""
+_SIGHT = ("view_over", "over_nose")
+"""Checks of what is seen."""
 _HELD = 0.003
 """How long a level is held [s] where a rule does not state it: the 3 ms of the chest."""
 
@@ -71,7 +73,7 @@ def unfit(check: str, role: RoleFile, action: ActionFile) -> str:
     """Why a check cannot be asked of a role's action, "" where it can."""
     moving = action.moves
     predicted = action.predicted or action.driver
-    if check in ("reach", "pedals", "preferred_seat", "eye_height", "view_over") and moving:
+    if check in ("reach", "pedals", "preferred_seat", "eye_height", *_SIGHT) and moving:
         return "it cannot be asked of a motion"
     if check == "injury" and not moving:
         return "it is asked of motions"
@@ -271,7 +273,9 @@ def _criterion(
         check=file.check,
         people=tuple(dict.fromkeys(name for name, _ in pairs)),
         segments=matching(file.segments, known.segments),
-        parts=matching(file.parts, known.parts),
+        parts=()
+        if file.parts is None and file.check in _SIGHT
+        else matching(file.parts, known.parts),
         at_least=_in_si(file, file.at_least or 0.0),
         controls=matching(file.controls, [control.name for control in room.controls]),
         zone=file.zone,

@@ -451,6 +451,7 @@ CHECK_KEYS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
     "preferred_seat": ((), ("at_least",)),
     "eye_height": ((), ("below", "above")),
     "view_over": (("parts", "down"), ()),
+    "over_nose": (("down",), ("parts",)),
     "excursion": (("segments", "direction", "origin", "at_most"), ()),
     "injury": (("rules",), ()),
     "share": (("at_least",), ("of",)),
@@ -475,6 +476,7 @@ class CriterionFile(FileModel):
         "preferred_seat",
         "eye_height",
         "view_over",
+        "over_nose",
         "excursion",
         "injury",
         "share",
@@ -514,6 +516,8 @@ class CriterionFile(FileModel):
             raise ValueError("'segments' and 'subparts' exclude each other: give one of the two")
         if self.check == "eye_height" and self.below is None and self.above is None:
             raise ValueError("check: eye_height needs 'below' or 'above'")
+        if self.check == "over_nose" and (self.down or 0.0) < 0:
+            raise ValueError("'down' of check: over_nose is 0 to 89 degrees")
         if self.check == "share" and (self.people is not None or self.cases is not None):
             raise ValueError("a share is of the whole population: leave out 'people' and 'cases'")
         if self.check in ("contact", "pedals") and (self.at_most or 0.0) < 0:

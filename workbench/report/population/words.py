@@ -447,6 +447,9 @@ def _lacks(result: PopulationFound, row: int, index: int, whose: str) -> str:
         return _clearance_lacks(lack)
     if requirement.check in ("eye_height", "view_over") and lack.reason.startswith("eyes too "):
         return f"{whose} eyes are {lack.by} {lack.reason.removeprefix('eyes ')} for {name}"
+    if requirement.check == "over_nose":
+        kept = f": {reason_words(lack.reason)} is in the way" if lack.reason else ""
+        return f"{whose} eyes look down {lack.by} less than “{plain(requirement.name)}” asks{kept}"
     if requirement.check == "pedals" and ", " in lack.reason:
         foot, limit = lack.reason.split(", ", 1)
         limited = reason_words(limit, foot)

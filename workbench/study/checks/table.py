@@ -110,6 +110,7 @@ class Check:
 CHECKS = {
     "eye_height": Check(AFTER_SEATING, view.margins, view.findings),
     "view_over": Check(AFTER_SEATING, view.margins, view.findings),
+    "over_nose": Check(AFTER_SEATING, view.nose_margins, view.nose_findings),
     "pedals": Check(AFTER_SEATING, seat_travel.pedal_margins, seat_travel.pedal_findings),
     "preferred_seat": Check(AFTER_SEATING, seat_travel.seat_margins, seat_travel.seat_findings),
     "clearance": Check(
