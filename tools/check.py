@@ -54,7 +54,7 @@ HOMES = {
     "collada": {"files/meshes/dae.py"},
     "pydantic": {"files"},
     "yaml": {"files"},
-    "scipy": {"files", "body", "contact", "posture", "motion"},
+    "scipy": {"files", "body", "contact", "posture", "motion", "sight"},
     "PIL": {"draw"},
     "contourpy": {"draw/contours.py"},
     "jinja2": {"report"},

@@ -237,6 +237,9 @@ def _limits(work: Work, row: int, file: CriterionFile, known: Known) -> tuple[Li
     except InputError as error:
         work.errors(key, error)
         return ()
+    if not rules.limits:
+        what = f"rule set {file.rules} has no 'limits' of signals; give one that has"
+        work.fault(key, what)
     work.inputs["rules" if "rules" not in work.inputs else f"rules: {file.rules}"] = where
     for role in known.roles.values():
         for limit in rules.limits:

@@ -54,6 +54,7 @@ __all__ = [
     "PositionFile",
     "PredictedFile",
     "RoleFile",
+    "RuleValueFile",
     "RulesFile",
     "SettingFile",
     "SharesFile",
@@ -698,9 +699,30 @@ class LimitFile(FileModel):
     source: Annotated[str, Field(min_length=1)]
 
 
+Rows = list[float] | list[list[float]]
+
+
+class RuleValueFile(FileModel):
+    """A value of a rule: a number, a list of numbers or of points in `axes`, and its `unit`.
+    status: seen where it was read in the `source`, remembered where that was not at hand."""
+
+    value: float | Rows
+    unit: Literal["mm", "m", "m2", "deg", "arcmin", "1"]
+    axes: Literal["forward left up", "rearward right up"] | None = None
+    status: Literal["seen", "remembered"]
+    source: Annotated[str, Field(min_length=1)]
+
+
 class RulesFile(FileModel):
-    """A rule set: limits with their sources."""
+    """A rule set: limits on signals, or values of a rule of sight, with their sources."""
 
     rules: Name
     description: str = ""
-    limits: Annotated[list[LimitFile], Field(min_length=1)]
+    limits: list[LimitFile] = []
+    values: dict[Name, RuleValueFile] = {}
+
+    @model_validator(mode="after")
+    def _holds_something(self) -> RulesFile:
+        if not (self.limits or self.values):
+            raise ValueError("'limits' or 'values' are needed")
+        return self
