@@ -11,10 +11,12 @@ import numpy as np
 from workbench.model.arrays import Bools, Floats
 from workbench.model.moves import Move
 from workbench.model.short_repr import short_repr
+from workbench.model.units import Unit, unit_of
 
 __all__ = [
     "MAP_POINTS",
     "MET",
+    "OF_SIGHT",
     "OF_SURFACE",
     "SHARE_TOLERANCE",
     "Certainty",
@@ -34,13 +36,17 @@ __all__ = [
 MAP_POINTS = 3, 20_000
 """The fewest and the most points that a population reach map may have."""
 MET = 1e-6
-"""A margin [m] down to which a requirement counts as met: below what any length here is known
+"""A margin [m], see model.units, down to which a requirement counts as met: below what any length here is known
 to."""
 
 
 OF_SURFACE = ("clearance", "contact", "self_contact", "between_people", "excursion")
 """Checks whose margin is a distance of the body's surface, so that it is known no better than
 that."""
+
+
+OF_SIGHT = ("over_nose", "sees", "reads")
+"""Checks of what is seen: any part may stand before it, and anybody who is there."""
 
 
 SHARE_TOLERANCE = 1e-9
@@ -160,6 +166,16 @@ class Requirement:
     def of_surface(self) -> bool:
         """Whether its margin is a distance of the body's surface."""
         return self.check in OF_SURFACE
+
+    @property
+    def of_sight(self) -> bool:
+        """Whether any part that is moved may change its margin, since it may stand before the eyes."""
+        return self.check in OF_SIGHT
+
+    @property
+    def unit(self) -> Unit:
+        """The unit in which its margin is read."""
+        return unit_of(self.check)
 
 
 @dataclass(frozen=True)
