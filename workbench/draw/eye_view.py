@@ -1,94 +1,180 @@
-"""Place a camera between the eyes of a body."""
+"""See a scene as somebody's eyes do: whose eyes, where they look, and a camera there."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from workbench.draw.camera import Camera, look_at
-from workbench.draw.scene import SceneBody
-from workbench.errors import UsageError
+from workbench.draw.directions import Outlook
+from workbench.draw.scene import Scene, SceneBody
+from workbench.draw.zones import OWN
+from workbench.errors import UsageError, one_of
 from workbench.model.arrays import Floats
+from workbench.model.environment import Environment
 from workbench.model.poses import Placed
+from workbench.sight.eyes import USUAL_DOWN, Eyes, eyes_of, given_eyes, has_eyes, head_of
+from workbench.sight.regions import Region
+from workbench.sight.scenery import scenery_of
 
-__all__ = ["FIELD", "Sight", "eye_point", "eye_view", "sight"]
+__all__ = ["FIELD", "Onlooker", "eye_point", "eye_view", "eyes_camera", "looked_at", "onlooker", "outlook", "without_head"]
 
-USUAL_DOWN = math.radians(10.0)
-"""How far [rad] a usual line of sight is below straight ahead of the head."""
 FIELD = math.radians(75.0)
 """Angle of view [rad] from bottom to top."""
 
 _NEAR_PLANE = 0.08
 """Distance [m] before the eyes where drawing begins. Brows, nose and cheeks would hide the rest."""
+_HEADINGS = math.radians(45.0)
+"""A plot is about that multiple of this azimuth [rad] to which the head is turned most nearly."""
 
 
 @dataclass(frozen=True, eq=False)
-class Sight:
-    """From where P poses of a body look, and how.
+class Onlooker:
+    """Whose eyes see a scene.
 
     Parameters
     ----------
-    point
-        (P, 3) [m] between the fronts of the eyes.
-    axes
-        (P, 3, 3) of the head: forward, left, up as rows.
-    head
-        The index of the segment that has the eyes.
+    name
+        Of the person or the point.
+    eyes
+        One row.
+    body
+        The index of the body in the scene, -1 where only a point is given.
     """
 
-    point: Floats
-    axes: Floats
-    head: int
-
-    def line(self, *, down: float = USUAL_DOWN, left: float = 0.0) -> Floats:
-        """(P, 3) the directions of the line of sight, so far [rad] from straight ahead of the
-        head."""
-        forward, leftward, up = (self.axes[:, k] for k in range(3))
-        level = math.cos(left) * forward + math.sin(left) * leftward
-        return np.asarray(math.cos(down) * level - math.sin(down) * up)
-
-
-def sight(placed: Placed) -> Sight | None:
-    """Find the eyes of a body: the spheres whose name ends with "eye"; None where it has none."""
-    body = placed.body
-    eyes = [k for k, name in enumerate(body.sphere_names) if name.endswith("eye")]
-    if not eyes:
-        return None
-    head = int(body.sphere_segment[eyes[0]])
-    axes = placed.world_from_segment[:, head, :, :3].transpose(0, 2, 1)
-    radius = body.radius[placed.person][:, eyes].mean(axis=1)
-    point = placed.centres[:, eyes].mean(axis=1) + radius[:, None] * axes[:, 0]
-    return Sight(point, axes, head)
+    name: str
+    eyes: Eyes
+    body: int = -1
 
 
 def eye_point(shown: SceneBody) -> tuple[Floats, Floats]:
-    """Find the eyes of a body as `sight` does.
+    """Find the eyes of a body.
 
     Returns
     -------
     tuple[Floats, Floats]
-        The midpoint (3,) [m] between the fronts of the eyes, and the axes (3, 3) of the head:
-        forward, left, up as rows.
+        The midpoint (3,) [m] between the pupils, and the axes (3, 3) of the head: forward, left, up
+        as rows.
 
     Raises
     ------
     UsageError
         If the body has no eyes, or they are not placed.
     """
+    eyes = _eyes(shown)
+    return eyes.middle[0], eyes.axes[0]
+
+
+def _eyes(shown: SceneBody) -> Eyes:
+    """The eyes of a body, one row. Errors as of `eye_point`."""
     body = shown.placed.body
-    found = sight(shown.placed)
-    if found is None:
+    if not has_eyes(body):
         raise UsageError(
             f"body {body.name}: no sphere is named an eye; give a camera by eye and target"
         )
-    point = found.point[shown.pose]
-    if not np.all(np.isfinite(point)):
+    eyes = eyes_of(_alone(shown))
+    if not np.all(np.isfinite(eyes.middle)):
         raise UsageError(
             f"body {body.name}: its eyes are outside the logical window, so it has no view"
         )
-    return point, found.axes[shown.pose]
+    return eyes
+
+
+def _alone(shown: SceneBody) -> Placed:
+    """The pose that is shown of a body."""
+    placed = shown.placed
+    pose = shown.pose % len(placed)
+    return placed.of_person(int(placed.person[pose]), np.array([pose]))
+
+
+def onlooker(scene: Scene, people: tuple[str, ...], name: str) -> Onlooker:
+    """Find somebody's eyes in a scene, or eyes at a point of its environment.
+
+    Parameters
+    ----------
+    scene, people
+        The scene, and the names of its bodies.
+    name
+        Of a person or a point; "" for the first body.
+
+    Raises
+    ------
+    UsageError
+        If there is nobody and no point of that name, or the body has no eyes.
+    """
+    points = {} if scene.environment is None else scene.environment.points
+    if not name and not scene.bodies:
+        hint = f"; name a point for the eyes: {one_of('', points)}" if points else ""
+        raise UsageError(f"there is no body here whose eyes could see{hint}")
+    if name in people or not name:
+        index = people.index(name) if name else 0
+        called = people[index] if people else "the body"
+        return Onlooker(called, _eyes(scene.bodies[index]), index)
+    if name not in points:
+        raise UsageError(
+            f"nobody, and no point, is called {name!r}; {one_of(name, [*people, *points])}"
+        )
+    return Onlooker(name, given_eyes(points[name]))
+
+
+def outlook(scene: Scene, people: tuple[str, ...], name: str, rule: Region | None = None) -> Outlook:
+    """Return what somebody's eyes look out on, for plots of directions and plans of the ground.
+
+    Arguments and errors as of `onlooker`; `rule`: an outline that is drawn over. InputError where an
+    eye is inside something.
+    """
+    looks = onlooker(scene, people, name)
+    others = {
+        people[k] if people else f"body {k + 1}": _alone(shown)
+        for k, shown in enumerate(scene.bodies)
+        if k != looks.body
+    }
+    own = _alone(scene.bodies[looks.body]) if looks.body >= 0 else None
+    scenery = scenery_of(scene.environment, own, others)
+    parts = () if scene.environment is None else tuple(scene.environment.parts)
+    zones = [_whose(name, others) for name in scenery.names[len(parts) :]]
+    forward = looks.eyes.axes[0, 0]
+    azimuth = _HEADINGS * round(math.atan2(forward[1], forward[0]) / _HEADINGS)
+    ahead = np.array([math.cos(azimuth), math.sin(azimuth), 0.0])
+    axes = np.array([ahead, [-ahead[1], ahead[0], 0.0], [0.0, 0.0, 1.0]])
+    name = looks.name.replace("_", " ")
+    called = f"the eyes of {name}" if looks.body >= 0 else f"eyes at {name}"
+    return Outlook(called, scenery, (*parts, *zones), looks.eyes, axes, rule)
+
+
+def _whose(segment: str, others: Iterable[str]) -> str:
+    """The person whose segment of a scenery it is."""
+    return next((name for name in others if segment.startswith(f"{name}'s ")), OWN)
+
+
+def looked_at(environment: Environment | None, name: str) -> Floats:
+    """(3,) [m] where a control, a part (the middle of its surface) or a point is; UsageError lists
+    the names."""
+    if environment is None:
+        raise UsageError(f"look-at {name}: there is no environment here")
+    places = {control.name: control.at for control in environment.controls} | environment.points
+    if name in places:
+        return np.array(places[name])
+    if name not in environment.parts:
+        valid = [*places, *environment.parts]
+        raise UsageError(f"look-at: nothing is called {name!r}; {one_of(name, valid)}")
+    corners = environment.triangle_corners(environment.part_index(name))
+    sides = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    return np.average(corners.mean(axis=1), axis=0, weights=np.linalg.norm(sides, axis=1))
+
+
+def without_head(scene: Scene, body: int) -> Scene:
+    """Return a scene without the head of one of its bodies."""
+    if body < 0:
+        return scene
+    shown = scene.bodies[body]
+    window = np.array(shown.placed.window)
+    window[head_of(shown.placed.body)] = False
+    headless = replace(shown, placed=replace(shown.placed, window=window))
+    return replace(scene, bodies=(*scene.bodies[:body], headless, *scene.bodies[body + 1 :]))
 
 
 def eye_view(
@@ -100,7 +186,7 @@ def eye_view(
     width: int = 640,
     height: int = 640,
 ) -> Camera:
-    """Return a perspective camera at the eyes of a body, upright with its head.
+    """Return a perspective camera between the eyes of a body, upright with its head.
 
     What is within 80 mm of the eyes is not drawn.
 
@@ -116,10 +202,53 @@ def eye_view(
     width, height
         Size of the picture [pixels].
     """
-    point, axes = eye_point(shown)
-    way = Sight(point[None], axes[None], 0).line(down=down, left=left)[0]
-    near_plane = 1.0 - _NEAR_PLANE  # as a depth; the target is 1 m away
+    eyes = _eyes(shown)
+    way = eyes.line(down=down, left=left)[0]
+    return _camera(eyes, "eye", eyes.middle[0] + way, (field, width, height))
+
+
+def eyes_camera(
+    eyes: Eyes, kind: str, target: Floats | None, *, field: float, width: int, height: int
+) -> Camera:
+    """Return a perspective camera at eyes (one row), upright with the head.
+
+    Parameters
+    ----------
+    eyes
+        The eyes, with the head as it is turned.
+    kind
+        eye (midway between them), left_eye, right_eye, or both_eyes.
+    target
+        (3,) [m] what is in the middle of the picture; on a usual line of sight if None.
+    field, width, height
+        Angle of view [rad] from bottom to top, and size [pixels].
+    """
+    if target is not None:
+        return _camera(eyes, kind, target, (field, width, height))
+    place = _place(eyes, kind)
+    camera = _camera(eyes, kind, place + eyes.line()[0], (field, width, height))
+    return replace(camera, focus=math.inf)
+
+
+def _place(eyes: Eyes, kind: str) -> Floats:
+    """(3,) [m] where a camera stands."""
+    return {"left_eye": eyes.left, "right_eye": eyes.right}.get(kind, eyes.middle)[0]
+
+
+def _camera(eyes: Eyes, kind: str, target: Floats, picture: tuple[float, int, int]) -> Camera:
+    field, width, height = picture
+    place = _place(eyes, kind)
+    distance = float(np.linalg.norm(target - place))
+    near_plane = 1.0 - _NEAR_PLANE  # as a depth; what is in the middle of the picture is 1 m away
     camera = look_at(
-        point, point + way, up=axes[2], field=field, width=width, height=height, cut=near_plane
+        place,
+        place + (target - place) / distance,
+        up=eyes.axes[0, 2],
+        field=field,
+        width=width,
+        height=height,
+        cut=near_plane,
     )
-    return replace(camera, name="eye")
+    # opened: nothing before the bodies is cut away, as in views from outside
+    aside = (eyes.left[0] - eyes.middle[0]) if kind == "both_eyes" else np.zeros(3)
+    return replace(camera, name="eye", opened=math.inf, aside=aside, focus=distance)
