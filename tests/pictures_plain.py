@@ -13,6 +13,7 @@ import numpy as np
 
 from tests.test_frames import cameras, lit, swarm
 from workbench.draw.kernels.arcs import arc_chains, ends_met, silhouette_arcs
+from workbench.draw.kernels.disk_painter import sphere_depths
 from workbench.draw.kernels.occlusion import (
     Occluders,
     hidden_arcs,
@@ -20,7 +21,6 @@ from workbench.draw.kernels.occlusion import (
     lines_among_balls,
     occluder_planes,
 )
-from workbench.draw.kernels.rasterization import Fragments, fill_triangles, sphere_depths
 from workbench.draw.kernels.silhouettes import parallel_rims
 from workbench.draw.sphere_raster import (
     cast_rays,
@@ -28,6 +28,7 @@ from workbench.draw.sphere_raster import (
     painter_item_buffer,
     project_disks,
 )
+from workbench.sight.kernels.rasterization import Fragments, fill_triangles
 
 __all__ = ["CALLS", "as_text"]
 

@@ -23,7 +23,6 @@ from workbench.draw.camera import (
     projective_depth,
     standard_view,
 )
-from workbench.draw.clipping import clip_segments, clip_triangles, plane_intersections
 from workbench.draw.disks import disks
 from workbench.draw.eye_view import eye_point, eye_view
 from workbench.draw.lines.arcs import arc_lengths, outline_arcs
@@ -34,6 +33,7 @@ from workbench.draw.scene import Scene, SceneBody
 from workbench.draw.section_planes import cut_away
 from workbench.draw.views import fitted_view
 from workbench.draw.visibility import projected_disks, render_buffers
+from workbench.geometry.clipping import clip_segments, clip_triangles, plane_intersections
 
 RIGHT_ANGLE = math.pi / 2  # of view: a picture is as high as twice the distance
 UP = np.array([0.0, 0.0, 1.0])

@@ -39,7 +39,7 @@ LAYERS = [
     {"contact"},
     {"posture"},
     {"motion"},
-    {"crash"},
+    {"crash", "sight"},
     {"study"},
     {"draw"},
     {"report", "live"},

@@ -10,15 +10,15 @@ from numpy.typing import ArrayLike
 
 from workbench.body.faces import filled_loops
 from workbench.draw.camera import Camera
-from workbench.draw.clipping import (
+from workbench.draw.scene import Scene, shown_corners
+from workbench.errors import UsageError, one_of
+from workbench.files.schema import metres_in
+from workbench.geometry.clipping import (
     chain_segments,
     clip_segments,
     clip_triangles,
     plane_intersections,
 )
-from workbench.draw.scene import Scene, shown_corners
-from workbench.errors import UsageError, one_of
-from workbench.files.schema import metres_in
 from workbench.model.arrays import Floats, Ints
 from workbench.model.environment import Environment
 

@@ -14,22 +14,16 @@ from numpy.typing import NDArray
 
 from workbench.draw.camera import Camera
 from workbench.draw.kernels.disk_painter import (
-    Lens,
     Projection,
     paint_disks,
     project_spheres,
     update_depth_order,
 )
-from workbench.draw.kernels.shading import (
-    RUN_LENGTH,
-    Light,
-    light_surfaces,
-    paint_rays,
-    surface_depths,
-)
+from workbench.draw.kernels.shading import Light, light_surfaces, paint_rays
 from workbench.draw.scene import Spheres
 from workbench.errors import InputError, UsageError
 from workbench.model.arrays import Floats, Ints
+from workbench.sight.kernels.sphere_rays import RUN_LENGTH, Lens, surface_depths
 
 __all__ = [
     "LIGHT",

@@ -24,8 +24,7 @@ from workbench.draw.camera import (
     to_view,
     view_to_pixels,
 )
-from workbench.draw.clipping import clip_triangles
-from workbench.draw.kernels.rasterization import Fragments, fill_triangles, sphere_depths
+from workbench.draw.kernels.disk_painter import sphere_depths
 from workbench.draw.scene import Scene
 from workbench.draw.sphere_raster import (
     Disks,
@@ -35,8 +34,10 @@ from workbench.draw.sphere_raster import (
     painter_item_buffer,
     project_disks,
 )
+from workbench.geometry.clipping import clip_triangles
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.environment import Environment
+from workbench.sight.kernels.rasterization import Fragments, fill_triangles
 
 __all__ = [
     "DepthBuffers",

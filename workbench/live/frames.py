@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from workbench.contact.arranged import Arranged
-from workbench.draw.eye_view import FIELD, sight
+from workbench.draw.eye_view import FIELD
 from workbench.live.finding_places import place_of_finding
 from workbench.live.persons import person_offers, person_state
 from workbench.live.protocol import packed
@@ -23,6 +23,7 @@ from workbench.model.population import SEXES
 from workbench.model.poses import Placed
 from workbench.model.result import Verdict
 from workbench.model.study import GivenPosture, PredictedPosture
+from workbench.sight.eyes import eyes_of, has_eyes, head_of
 from workbench.study.bench.answers import TOUCHES, Answer, Judged, near_pairs
 from workbench.study.bench.criteria import role_bodies
 from workbench.study.bench.crowd import Crowd, met_all
@@ -210,14 +211,14 @@ def answer_frame(found: Answer, opened: OpenStudy, head: Mapping[str, Any], begi
 def _eyes(placed: Placed) -> dict[str, Any] | None:
     """From where somebody looks [m], the line of sight, which way is up for the head, and the index
     of its segment; None for a body without eyes."""
-    found = sight(placed)
-    if found is None:
+    if not has_eyes(placed.body):
         return None
+    found = eyes_of(placed)
     return {
-        "at": _rounded(found.point[0]),
+        "at": _rounded(found.middle[0]),
         "sight": _rounded(found.line()[0]),
         "up": _rounded(found.axes[0, 2]),
-        "head": found.head,
+        "head": head_of(placed.body),
     }
 
 

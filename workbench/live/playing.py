@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 
 from workbench.body.forward import place
 from workbench.contact.collide import body_clearance
-from workbench.draw.eye_view import sight
 from workbench.draw.web.motion_view import cord_counts, motion_bodies
 from workbench.draw.web.packing import Packing
 from workbench.draw.web.views import PEOPLE, WebBody, WebView
@@ -28,6 +27,7 @@ from workbench.model.arrays import Floats, Ints
 from workbench.model.motion_case import MotionCase
 from workbench.model.moving import poses_at
 from workbench.model.poses import Placed
+from workbench.sight.eyes import eyes_of, has_eyes, head_of
 from workbench.study.bench.answers import TOUCHES
 from workbench.study.bench.motions import Playing, near_in_frame, playing
 from workbench.study.bench.state import Arrangement, OpenStudy
@@ -78,8 +78,7 @@ class MotionScene(_Asked):
         packing.add(WebView(self.case, bodies, first.cabin))
         people = []
         for motion in found.motions:
-            eyes = sight(place(motion.body, motion.motion.rows(slice(0, 1))))
-            head = None if eyes is None else eyes.head
+            head = head_of(motion.body) if has_eyes(motion.body) else None
             people.append({"role": motion.person, "head": head, "bodies": 1 + len(motion.belts)})
         sent = {"frames": len(clock), "window": WINDOW, "people": people}
         moves = [
@@ -110,9 +109,9 @@ class Frames(_Asked):
         packing.add(WebView(self.case, tuple(_bodies(found, placed, times, red=True))))
         arrays: Arrays = [("block", np.frombuffer(packing.block(), np.uint8))]
         for k, one in enumerate(placed):
-            eyes = sight(one)
-            if eyes is not None:
-                rows = np.concatenate([eyes.point, eyes.line(), eyes.axes[:, 2]], axis=1)
+            if has_eyes(one.body):
+                eyes = eyes_of(one)
+                rows = np.concatenate([eyes.middle, eyes.line(), eyes.axes[:, 2]], axis=1)
                 arrays.append((f"eyes{k}", rows.astype(np.float32)))
         return Made([self.frame("frames", {"from": self.begin, "count": len(times)}, arrays)])
 

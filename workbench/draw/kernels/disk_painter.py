@@ -7,36 +7,16 @@ from typing import NamedTuple
 
 from workbench.compiled import njit
 from workbench.model.arrays import Floats, Ints
+from workbench.sight.kernels.sphere_rays import Lens
 
 __all__ = [
-    "Lens",
     "Projection",
     "disk_span",
     "paint_disks",
     "project_spheres",
+    "sphere_depths",
     "update_depth_order",
 ]
-
-
-class Lens(NamedTuple):
-    """A camera as the kernels take it.
-
-    View coordinates are metres to the right, up and toward the viewer from the camera's centre.
-    """
-
-    axes: Floats
-    """(4, 3) unit vectors right, up and toward the viewer, and the centre [m]."""
-    scale: float
-    """Pixels per metre at depth 0."""
-    bend: float
-    """1 / distance of the eye [1/m], 0 in a parallel view."""
-    x: float
-    """Middle of the picture [pixels]."""
-    y: float
-    nearest: float
-    """Largest depth [m] that is drawn."""
-    distance: float
-    """Depth of the eye [m], infinite in a parallel view."""
 
 
 class Projection(NamedTuple):
@@ -282,3 +262,36 @@ def paint_disks(
             first, end = disk_span(row, x, y, radius, width)
             if first < end and not _is_painted(covered, row, first, end):
                 _paint_span(picture[row], covered[row], first, end, value[sphere], blank)
+
+
+@njit(cache=True)
+def sphere_depths(disks: Floats, centre: Floats, radius: Floats, depth: Floats) -> None:
+    """Rasterize spheres that are seen as disks.
+
+    Parameters
+    ----------
+    disks
+        (S, 3) x, y, radius [pixels].
+    centre, radius
+        (S,) depth of the centre and radius [m].
+    depth
+        (height, width) depth [m] of the foremost surface, filled in place.
+    """
+    height, width = depth.shape
+    for sphere in range(len(disks)):
+        x = disks[sphere, 0]
+        y = disks[sphere, 1]
+        size = disks[sphere, 2]
+        metre = radius[sphere] / size
+        for row in range(
+            max(0, math.floor(y - size - 0.5)), min(height, math.ceil(y + size + 0.5))
+        ):
+            first, end = disk_span(row, x, y, size, width)
+            dy = row + 0.5 - y
+            for column in range(first, end):
+                dx = column + 0.5 - x
+                front = centre[sphere] + metre * math.sqrt(
+                    max(0.0, size * size - dx * dx - dy * dy)
+                )
+                if front > depth[row, column]:
+                    depth[row, column] = front

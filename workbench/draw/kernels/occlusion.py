@@ -26,9 +26,9 @@ from typing import NamedTuple
 import numpy as np
 
 from workbench.compiled import njit
-from workbench.draw.kernels.rasterization import MIN_AREA
 from workbench.geometry.order import stable_order
 from workbench.model.arrays import Floats, Ints
+from workbench.sight.kernels.rasterization import MIN_AREA
 
 __all__ = [
     "Occluders",

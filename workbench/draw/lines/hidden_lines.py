@@ -19,12 +19,6 @@ from workbench.draw.camera import (
     to_view,
     view_to_pixels,
 )
-from workbench.draw.clipping import (
-    chain_segments,
-    clip_segments,
-    clip_triangles,
-    plane_intersections,
-)
 from workbench.draw.kernels.occlusion import (
     Occluders,
     hidden_arcs,
@@ -42,6 +36,12 @@ from workbench.draw.visibility import (
     triangles_shown,
 )
 from workbench.errors import UsageError, one_of
+from workbench.geometry.clipping import (
+    chain_segments,
+    clip_segments,
+    clip_triangles,
+    plane_intersections,
+)
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.environment import Environment
 

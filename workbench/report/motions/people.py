@@ -20,6 +20,7 @@ from workbench.report.joint_angles import angle_rows
 from workbench.report.section import Section
 from workbench.report.templates import template
 from workbench.report.words import milliseconds
+from workbench.sight.eyes import has_eyes
 
 __all__ = ["moving_people"]
 
@@ -44,7 +45,7 @@ def _person(motion: MotionCase, times: Floats) -> dict[str, Any]:
     poses = poses_at(motion.motion, times)
     placed = place(body, poses)
     eyes = []
-    if any(name.endswith("eye") for name in body.sphere_names):
+    if has_eyes(body):
         points = [eye_point(SceneBody(placed, pose))[0] for pose in range(len(placed))]
         eyes = [", ".join(f"{round(1000 * c) + 0}" for c in point.tolist()) for point in points]
     found = [named_angles(body, angles) for angles in angles_of(body, poses)]

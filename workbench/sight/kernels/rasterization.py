@@ -1,4 +1,4 @@
-"""Rasterize spheres and triangles into depth buffers.
+"""Rasterize triangles into depth buffers.
 
 Pixel centres lie at half-integers; rows run down. Depth is in metres and larger is nearer. Every
 loop writes into arrays that the caller has filled with the background, visits rows top to bottom
@@ -14,46 +14,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.compiled import njit
-from workbench.draw.kernels.disk_painter import disk_span
 from workbench.model.arrays import Bools, Floats, Ints
 
-__all__ = ["MIN_AREA", "Fragments", "fill_triangles", "sphere_depths"]
+__all__ = ["MIN_AREA", "Fragments", "fill_triangles"]
 
 MIN_AREA = 1e-12
 """Twice the area [pixels^2] of a triangle in the picture below which it is seen edge-on."""
-
-
-@njit(cache=True)
-def sphere_depths(disks: Floats, centre: Floats, radius: Floats, depth: Floats) -> None:
-    """Rasterize spheres that are seen as disks.
-
-    Parameters
-    ----------
-    disks
-        (S, 3) x, y, radius [pixels].
-    centre, radius
-        (S,) depth of the centre and radius [m].
-    depth
-        (height, width) depth [m] of the foremost surface, filled in place.
-    """
-    height, width = depth.shape
-    for sphere in range(len(disks)):
-        x = disks[sphere, 0]
-        y = disks[sphere, 1]
-        size = disks[sphere, 2]
-        metre = radius[sphere] / size
-        for row in range(
-            max(0, math.floor(y - size - 0.5)), min(height, math.ceil(y + size + 0.5))
-        ):
-            first, end = disk_span(row, x, y, size, width)
-            dy = row + 0.5 - y
-            for column in range(first, end):
-                dx = column + 0.5 - x
-                front = centre[sphere] + metre * math.sqrt(
-                    max(0.0, size * size - dx * dx - dy * dy)
-                )
-                if front > depth[row, column]:
-                    depth[row, column] = front
 
 
 class _EdgeBound(NamedTuple):

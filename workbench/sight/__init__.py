@@ -1,0 +1,1 @@
+"""Sight: what eyes see, what hides it, by how much."""

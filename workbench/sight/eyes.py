@@ -1,0 +1,305 @@
+"""Eyes: where people look from, and how far they turn eyes and head to look at something."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from workbench.errors import InputError
+from workbench.model.arrays import Floats, freeze_fields
+from workbench.model.body import Body
+from workbench.model.poses import Placed
+
+__all__ = [
+    "PIVOT_BEHIND",
+    "TURNS",
+    "USUAL_DOWN",
+    "Eyes",
+    "Gaze",
+    "Limits",
+    "eyes_of",
+    "gaze",
+    "given_eyes",
+    "has_eyes",
+    "head_of",
+]
+
+USUAL_DOWN = math.radians(10.0)
+"""How far [rad] a usual line of sight is below straight ahead of the head."""
+PIVOT_BEHIND = math.sqrt(0.104**2 - 0.0325**2)
+"""Distance [m] of the middle of the eyes from the pivot of the head: UN R125 places the eyes 104 mm
+from it, 65 mm apart."""
+_ROUNDS = 60
+"""Steps of `gaze`. Each leaves a part of the error that is the distance of the eyes from the pivot
+over that of the target."""
+_TOLERANCE = 1e-6
+"""Angle [rad] by which a turn may miss its limit and count as within it."""
+
+
+@dataclass(frozen=True, eq=False)
+class Eyes:
+    """The eyes of B people.
+
+    Parameters
+    ----------
+    left, right
+        (B, 3) [m] the pupils.
+    axes
+        (B, 3, 3) of the head: forward, left, up as rows.
+    pivot
+        (B, 3) [m] where the head turns on the neck.
+    """
+
+    left: Floats
+    right: Floats
+    axes: Floats
+    pivot: Floats
+
+    def __post_init__(self) -> None:
+        count = len(self.left)
+        shapes = {"left": (count, 3), "right": (count, 3), "axes": (count, 3, 3)}
+        shapes["pivot"] = (count, 3)
+        arrays = {name: (np.float64, shape) for name, shape in shapes.items()}
+        freeze_fields(self, arrays, "eyes")
+
+    def __len__(self) -> int:
+        return len(self.left)
+
+    @property
+    def middle(self) -> Floats:
+        """(B, 3) [m] the point midway between the pupils."""
+        return (self.left + self.right) / 2.0
+
+    def line(self, *, down: float = USUAL_DOWN, left: float = 0.0) -> Floats:
+        """(B, 3) the directions of the line of sight, so far [rad] from straight ahead of the
+        head."""
+        forward, leftward, up = (self.axes[:, k] for k in range(3))
+        level = math.cos(left) * forward + math.sin(left) * leftward
+        return np.asarray(math.cos(down) * level - math.sin(down) * up)
+
+
+def _eye_spheres(body: Body) -> list[int]:
+    return [k for k, name in enumerate(body.sphere_names) if name.endswith("eye")]
+
+
+def has_eyes(body: Body) -> bool:
+    """Whether a body has eyes: spheres whose name ends with "eye"."""
+    return bool(_eye_spheres(body))
+
+
+def head_of(body: Body) -> int:
+    """Return the index of the segment that has the eyes; InputError where there are none."""
+    eyes = _eye_spheres(body)
+    if not eyes:
+        raise InputError(
+            f"body {body.name}: no sphere is named an eye; name two spheres of the head 'left eye' "
+            "and 'right eye', or give the point between the eyes"
+        )
+    return int(body.sphere_segment[eyes[0]])
+
+
+def eyes_of(placed: Placed) -> Eyes:
+    """Find the eyes of posed bodies.
+
+    The eyes are the spheres "left eye" and "right eye"; the one eye of a body that has no such
+    pair serves as both. The pupil is the front of the sphere, straight ahead of the head. The head
+    turns about the joint of its segment.
+
+    Parameters
+    ----------
+    placed
+        B poses. Eyes outside the logical window are NaN.
+
+    Raises
+    ------
+    InputError
+        If the body has no eyes.
+    """
+    body = placed.body
+    head = head_of(body)
+    spheres = _eye_spheres(body)
+    axes = placed.world_from_segment[:, head, :, :3].transpose(0, 2, 1)
+    pupils = []
+    for side in ("left eye", "right eye"):
+        own = [k for k in spheres if body.sphere_names[k].endswith(side)] or spheres
+        radius = body.radius[placed.person][:, own].mean(axis=1)
+        pupils.append(placed.centres[:, own].mean(axis=1) + radius[:, None] * axes[:, 0])
+    world = placed.world_from_segment[:, head]
+    pivot = world[:, :, 3]
+    if head:
+        joint = body.joint_in_child[placed.person, head - 1]
+        pivot = pivot + np.einsum("bij,bj->bi", world[:, :, :3], joint)
+    return Eyes(pupils[0], pupils[1], axes, pivot)
+
+
+def given_eyes(
+    middle: ArrayLike, *, ahead: ArrayLike = (1.0, 0.0, 0.0), spacing: float = 0.065
+) -> Eyes:
+    """Place eyes at given points, upright, with the head's pivot `PIVOT_BEHIND` behind them.
+
+    Parameters
+    ----------
+    middle
+        (B, 3) or (3,) [m] the points midway between the pupils.
+    ahead
+        (3,) the direction straight ahead of the head.
+    spacing
+        Distance [m] between the pupils. UN R125 and SAE J1050 have 65 mm.
+
+    Raises
+    ------
+    InputError
+        If points, direction or spacing are not finite, or the direction is straight up or down.
+    """
+    points = np.atleast_2d(np.asarray(middle, dtype=np.float64))
+    forward = np.asarray(ahead, dtype=np.float64)
+    if points.shape[1:] != (3,) or not np.isfinite(points).all():
+        raise InputError(f"eyes: expected finite points (B, 3) [m], got shape {points.shape}")
+    if forward.shape != (3,) or not np.linalg.norm(forward[:2]) > 1e-9 * np.linalg.norm(forward):
+        raise InputError(f"eyes: expected a direction ahead that is not upright, got {ahead!r}")
+    if not (math.isfinite(spacing) and spacing >= 0.0):
+        raise InputError(f"eyes: expected a spacing of 0 m or more, got {spacing}")
+    forward = forward / np.linalg.norm(forward)
+    left = np.array([-forward[1], forward[0], 0.0]) / np.linalg.norm(forward[:2])
+    frame = np.stack([forward, left, np.cross(forward, left)])
+    axes = np.broadcast_to(frame, (len(points), 3, 3))
+    aside = spacing / 2.0 * left
+    return Eyes(points + aside, points - aside, axes, points - PIVOT_BEHIND * forward)
+
+
+@dataclass(frozen=True)
+class Limits:
+    """How far eyes and head turn; angles [rad], all positive.
+
+    Parameters
+    ----------
+    line_down
+        The normal line of sight, from which the eyes turn, below straight ahead of the head.
+    easy
+        Eye turn to any side that is easy.
+    eye_side, eye_up, eye_down, head_side, head_up, head_down
+        Largest turns of the eyes in the head, and of the head about its pivot.
+    source, status
+        Where the values are from, and how sure that is.
+    """
+
+    line_down: float
+    easy: float
+    eye_side: float
+    eye_up: float
+    eye_down: float
+    head_side: float
+    head_up: float
+    head_down: float
+    source: str
+    status: str
+
+
+TURNS = Limits(
+    line_down=math.radians(15.0),
+    easy=math.radians(15.0),
+    eye_side=math.radians(35.0),
+    eye_up=math.radians(40.0),
+    eye_down=math.radians(20.0),
+    head_side=math.radians(60.0),
+    head_up=math.radians(65.0),
+    head_down=math.radians(35.0),
+    source="MIL-STD-1472, vision of seated people",
+    status="from memory, high confidence: compare with the standard before certification",
+)
+"""The usual limits."""
+
+
+@dataclass(frozen=True, eq=False)
+class Gaze:
+    """How B people look at a target each.
+
+    Parameters
+    ----------
+    eyes
+        Where the eyes are, and the axes of the head, after the head has turned. Pupils go along with
+        the head only.
+    eye_turn, head_turn
+        (B, 2) [rad] to the left and up: of the eyes from the normal line of sight in the head, of
+        the head about its pivot.
+    lack
+        (B,) [rad] by how much the eyes would have to turn beyond their limits, 0 where the target
+        is within them.
+    """
+
+    eyes: Eyes
+    eye_turn: Floats
+    head_turn: Floats
+    lack: Floats
+
+    @property
+    def within(self) -> np.ndarray:
+        """(B,) whether eyes and head stay within their limits."""
+        return np.asarray(self.lack == 0.0)
+
+
+def gaze(eyes: Eyes, target: ArrayLike, limits: Limits = TURNS) -> Gaze:
+    """Turn eyes and head to look at targets.
+
+    The eyes turn first, as far as is easy; then the head, to its limits, to the side and up about
+    its pivot; then the eyes, to theirs.
+
+    Parameters
+    ----------
+    eyes
+        B people.
+    target
+        (B, 3) or (3,) [m] what each looks at.
+    limits
+        How far eyes and head turn.
+
+    Raises
+    ------
+    InputError
+        If a target is not finite, or at the eyes themselves.
+    """
+    goal = np.broadcast_to(np.asarray(target, dtype=np.float64), (len(eyes), 3))
+    distance = np.linalg.norm(goal - eyes.middle, axis=1)
+    if not np.isfinite(goal).all() or np.any(distance == 0.0):
+        raise InputError("gaze: expected finite targets (B, 3) [m] away from the eyes")
+    low = np.array([-limits.head_side, -limits.head_down])
+    high = np.array([limits.head_side, limits.head_up])
+    head = np.zeros((len(eyes), 2))
+    for _ in range(_ROUNDS):
+        whole = head + _eye_turn(_turned(eyes, head), goal, limits.line_down)
+        head = np.clip(whole - np.clip(whole, -limits.easy, limits.easy), low, high)
+    found = _turned(eyes, head)
+    turn = _eye_turn(found, goal, limits.line_down)
+    least = np.array([-limits.eye_side, -limits.eye_down])
+    most = np.array([limits.eye_side, limits.eye_up])
+    lack = np.abs(turn - np.clip(turn, least, most)).max(axis=1)
+    return Gaze(found, turn, head, np.where(lack <= _TOLERANCE, 0.0, lack))
+
+
+def _turned(eyes: Eyes, turn: Floats) -> Eyes:
+    """Eyes after the head has turned (B, 2) [rad] to the left, then up about its own left axis."""
+    cosine, sine = np.cos(turn), np.sin(turn)
+    forward, left, up = (eyes.axes[:, k] for k in range(3))
+    level = cosine[:, :1] * forward + sine[:, :1] * left
+    aside = cosine[:, :1] * left - sine[:, :1] * forward
+    ahead = cosine[:, 1:] * level + sine[:, 1:] * up
+    axes = np.stack([ahead, aside, cosine[:, 1:] * up - sine[:, 1:] * level], axis=1)
+    world_from_before = np.einsum("bki,bkj->bij", axes, eyes.axes)
+    pupils = [
+        eyes.pivot + np.einsum("bij,bj->bi", world_from_before, pupil - eyes.pivot)
+        for pupil in (eyes.left, eyes.right)
+    ]
+    return replace(eyes, left=pupils[0], right=pupils[1], axes=axes)
+
+
+def _eye_turn(eyes: Eyes, goal: Floats, down: float) -> Floats:
+    """(B, 2) [rad] to the left and up from the normal line of sight to goals (B, 3)."""
+    way = np.einsum("bki,bi->bk", eyes.axes, goal - eyes.middle)
+    along = math.cos(down) * way[:, 0] - math.sin(down) * way[:, 2]
+    above = math.sin(down) * way[:, 0] + math.cos(down) * way[:, 2]
+    return np.stack(
+        [np.arctan2(way[:, 1], along), np.arctan2(above, np.hypot(along, way[:, 1]))], axis=1
+    )

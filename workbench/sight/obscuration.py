@@ -1,0 +1,444 @@
+"""What items hide from two eyes: solid angles of directions, and shares of targets."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from workbench.errors import InputError
+from workbench.model.arrays import Bools, Floats, Ints, frozen
+from workbench.model.environment import Environment
+from workbench.sight.eyes import Eyes
+from workbench.sight.kernels.segments import Blockers, blocked_lines
+from workbench.sight.panorama import STEP, face_directions, panorama
+from workbench.sight.regions import WHOLE, Region
+from workbench.sight.scenery import Scenery, enclosing_items
+from workbench.threads import in_pieces
+
+__all__ = [
+    "TURNED_AWAY",
+    "Obscuration",
+    "Seen",
+    "Target",
+    "lines_of_sight",
+    "obscuration",
+    "seen_shares",
+    "target_of_disc",
+    "target_of_part",
+    "target_of_point",
+]
+
+TURNED_AWAY = "turned away"
+"""What keeps a target from being seen whose surface faces away from the eyes."""
+_MARGINS = np.array([1e-6, 1e-3])
+"""Distance [m] before a point from which on other items, and the item that it is on, no longer hide
+it."""
+_PIECE = 8
+"""Rows of lines of sight that a thread takes at once."""
+
+
+@dataclass(frozen=True, eq=False)
+class Obscuration:
+    """What each of N items hides of a region of directions, [sr]; for two eyes at one place each.
+
+    A direction is hidden to both eyes where something stands before each, if it be two things. That
+    is what hides things far away; near ones are asked about by `seen_shares`.
+
+    Parameters
+    ----------
+    names
+        Of the items.
+    region
+        Of which directions.
+    left, right
+        (N,) what an opaque item hides from an eye: the directions in which it comes first.
+    either, both
+        (N,) what it hides from one eye at least, and from both at once.
+    through
+        (N, 4) the same of see-through items: where each is looked through first.
+    free
+        (4,) where the left eye, the right, one at least, and both meet nothing opaque.
+    error
+        (N,) bound of the error of the figures of an item: half the pixels on both sides of its
+        borders. Items thinner than a step may be missed.
+    free_error
+        The same of `free`.
+    """
+
+    names: tuple[str, ...]
+    region: Region
+    left: Floats
+    right: Floats
+    either: Floats
+    both: Floats
+    through: Floats
+    free: Floats
+    error: Floats
+    free_error: float
+
+
+def obscuration(
+    scenery: Scenery,
+    eyes: Eyes,
+    *,
+    row: int = 0,
+    within: Region | None = None,
+    step: float = STEP,
+) -> Obscuration:
+    """Measure what each item hides from the eyes of one person.
+
+    Parameters
+    ----------
+    scenery
+        What may hide something.
+    eyes
+        Of B people.
+    row
+        Who of them, and whose scenery.
+    within
+        The directions that count; all if None.
+    step
+        Largest width [rad] of a pixel.
+
+    Raises
+    ------
+    InputError
+        If an eye is inside a solid part or a sphere, or the step is not 0.01 to 45 degrees.
+    """
+    region = WHOLE if within is None else within
+    pair = [panorama(scenery, eye[row], row=row, step=step) for eye in (eyes.left, eyes.right)]
+    count = len(scenery.names)
+    hidden = np.zeros((count + 1, 4))
+    through = np.zeros((count + 1, 4))
+    error = np.zeros(count + 1)
+    for face in range(6):
+        weight = pair[0].weight
+        weight = np.where(
+            region.contains(face_directions(pair[0].axes, face, len(weight))), weight, 0.0
+        )
+        for sums, name in ((hidden, "item"), (through, "glass")):
+            left, right = (getattr(one, name)[face] for one in pair)
+            sums[:, 0] += _sums(left, weight, count)
+            sums[:, 1] += _sums(right, weight, count)
+            sums[:, 3] += _sums(np.where(left == right, left, -1), weight, count)
+        error = np.maximum(error, 0)
+        for one in pair:
+            error += 0.5 * _border(one.item[face], weight, count)
+    hidden[:, 2] = hidden[:, 0] + hidden[:, 1] - hidden[:, 3]
+    through[:, 2] = through[:, 0] + through[:, 1] - through[:, 3]
+    both = 0.0
+    one_at_least = 0.0
+    for face in range(6):
+        weight = np.where(
+            region.contains(face_directions(pair[0].axes, face, len(weight))), pair[0].weight, 0.0
+        )
+        left, right = (one.item[face] < 0 for one in pair)
+        both += float(np.sum(weight[left & right]))
+        one_at_least += float(np.sum(weight[left | right]))
+    free = np.array([hidden[0, 0], hidden[0, 1], one_at_least, both])
+    left, right, either, both_eyes = hidden[1:].T.copy()
+    return Obscuration(
+        scenery.names,
+        region,
+        left,
+        right,
+        either,
+        both_eyes,
+        through[1:],
+        free,
+        error[1:],
+        float(error[0]),
+    )
+
+
+def _sums(item: Ints, weight: Floats, count: int) -> Floats:
+    """(count + 1,) sums of weights by item, those of -1 first."""
+    return np.bincount(item.ravel() + 1, weight.ravel(), count + 1).astype(np.float64)
+
+
+def _border(item: Ints, weight: Floats, count: int) -> Floats:
+    """(count + 1,) weights of the pixels that touch a border, by the items on both of its sides."""
+    total = np.zeros(count + 1)
+    for one, other, part in (
+        (item[:, :-1], item[:, 1:], weight[:, 1:]),
+        (item[:-1], item[1:], weight[1:]),
+    ):
+        differ = one != other
+        total += _sums(one[differ], part[differ], count)
+        total += _sums(other[differ], part[differ], count)
+    return total
+
+
+@dataclass(frozen=True, eq=False)
+class Target:
+    """Something to be seen, as M samples of equal area.
+
+    Parameters
+    ----------
+    name
+        What it is called.
+    points
+        (M, 3) [m].
+    normals
+        (M, 3) unit, to the side that can be seen; none where it can be seen from all sides.
+    item
+        The item of the scenery that the points are on, -1 for none. They go along with it.
+    """
+
+    name: str
+    points: Floats
+    normals: Floats | None = None
+    item: int = -1
+
+    def __post_init__(self) -> None:
+        points = frozen(self.points, np.float64, (None, 3), f"target {self.name}: points")
+        object.__setattr__(self, "points", points)
+        if not len(points) or not np.isfinite(points).all():
+            raise InputError(f"target {self.name}: expected finite points, one at least")
+        if self.normals is not None:
+            normals = frozen(
+                self.normals, np.float64, (len(points), 3), f"target {self.name}: normals"
+            )
+            object.__setattr__(self, "normals", normals)
+
+
+def target_of_point(name: str, point: ArrayLike, *, item: int = -1) -> Target:
+    """Return a target of one point (3,) [m], seen from all sides."""
+    return Target(name, np.asarray(point, dtype=np.float64)[None], None, item)
+
+
+def target_of_disc(
+    name: str,
+    point: ArrayLike,
+    diameter: float,
+    *,
+    normal: ArrayLike | None = None,
+    count: int = 25,
+    item: int = -1,
+) -> Target:
+    """Return the samples of a disc.
+
+    Parameters
+    ----------
+    name
+        What it is called.
+    point
+        (3,) [m] its middle.
+    diameter
+        [m].
+    normal
+        (3,) to the side that it is seen from; toward -x, and seen from both sides, if None.
+    count
+        Of samples.
+    item
+        The item of the scenery that it is on, -1 for none.
+    """
+    ahead = np.array([-1.0, 0.0, 0.0] if normal is None else normal, dtype=np.float64)
+    ahead = ahead / np.linalg.norm(ahead)
+    right = np.cross(np.eye(3)[int(np.argmin(np.abs(ahead)))], ahead)
+    right /= np.linalg.norm(right)
+    # Vogel's spiral: equal areas at golden angles
+    k = np.arange(count)
+    distance = diameter / 2.0 * np.sqrt((k + 0.5) / count)
+    angle = k * (math.pi * (3.0 - math.sqrt(5.0)))
+    across = distance[:, None] * (
+        np.cos(angle)[:, None] * right + np.sin(angle)[:, None] * np.cross(ahead, right)
+    )
+    normals = None if normal is None else np.broadcast_to(ahead, (count, 3))
+    return Target(name, np.asarray(point, dtype=np.float64) + across, normals, item)
+
+
+def target_of_part(
+    environment: Environment, part: str, *, count: int = 25, facing: ArrayLike | None = None
+) -> Target:
+    """Return samples of the surface of a part, evenly by area.
+
+    Parameters
+    ----------
+    environment, part
+        The part, by name.
+    count
+        Of samples.
+    facing
+        (3,) keep only triangles whose normal is within 60 degrees of this; all if None.
+
+    Raises
+    ------
+    InputError
+        If there is no such part, or no triangle of it is left.
+    """
+    index = environment.part_index(part)
+    corners = environment.triangle_corners(index)
+    cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    area = np.linalg.norm(cross, axis=1)
+    normal = cross / np.where(area > 0.0, area, 1.0)[:, None]
+    if facing is not None:
+        way = np.asarray(facing, dtype=np.float64)
+        area = np.where(normal @ way >= 0.5 * np.linalg.norm(way), area, 0.0)
+    if not area.sum() > 0.0:
+        raise InputError(f"part {part!r} has no surface to that side")
+    total = np.cumsum(area) / area.sum()
+    chosen = np.minimum(np.searchsorted(total, (np.arange(count) + 0.5) / count), len(area) - 1)
+    # points of the R2 sequence, folded into the triangle
+    u = (0.5 + 0.7548776662466927 * np.arange(count)) % 1.0
+    v = (0.5 + 0.5698402909980532 * np.arange(count)) % 1.0
+    folded = u + v > 1.0
+    u, v = np.where(folded, 1.0 - u, u)[:, None], np.where(folded, 1.0 - v, v)[:, None]
+    a, b, c = (corners[chosen, k] for k in range(3))
+    points = a + u * (b - a) + v * (c - a)
+    closed = bool(environment.solid[index]) or facing is not None
+    return Target(part, points, normal[chosen] if closed else None, index)
+
+
+def lines_of_sight(
+    scenery: Scenery, eye: ArrayLike, points: ArrayLike, own: ArrayLike | None = None
+) -> Ints:
+    """Find what blocks the straight lines from eyes to points.
+
+    See-through items block nothing. An eye inside a sphere is blocked by it in every direction.
+
+    Parameters
+    ----------
+    scenery
+        Of B rows, or of one for all.
+    eye
+        (B, 3) [m].
+    points
+        (B, M, 3) [m].
+    own
+        (M,) the item that each point is on, -1 for none: its surface within 1 mm of the point does
+        not hide it.
+
+    Returns
+    -------
+    Ints
+        (B, M) the item that comes first on the way, -1 where the point is seen.
+    """
+    eyes = np.ascontiguousarray(eye, dtype=np.float64)
+    ends = np.ascontiguousarray(points, dtype=np.float64)
+    count = ends.shape[1]
+    on = np.full(count, -1) if own is None else np.broadcast_to(np.asarray(own), (count,)).copy()
+    opaque = ~scenery.see_through[scenery.item]
+    blockers = Blockers(
+        np.ascontiguousarray(scenery.triangles[opaque]),
+        np.ascontiguousarray(scenery.item[opaque]),
+        scenery.moving,
+        scenery.displacement,
+        scenery.centre,
+        scenery.radius,
+        scenery.sphere_item,
+    )
+    found = np.full(ends.shape[:2], -1)
+
+    def work(begin: int, end: int) -> None:
+        blocked_lines(eyes, ends, on, _MARGINS, blockers, begin, end, found)
+
+    in_pieces(work, len(eyes), _PIECE)
+    return found
+
+
+@dataclass(frozen=True, eq=False)
+class Seen:
+    """How much of K targets B people see.
+
+    Parameters
+    ----------
+    names
+        Of the targets.
+    share
+        (B, K, 4) of the surface that is turned to the eyes, weighed by solid angle: seen by the left
+        eye, by the right, by one at least, by both. 0 where it is turned away.
+    blocker
+        (B, K) the name of the item that hides most of what is hidden from one eye or both;
+        `TURNED_AWAY` where no sample faces an eye; "" where all is seen by both.
+    blocked
+        (B, K) the share that this item hides, from one eye at least.
+    inside
+        (B,) the item of the scenery that an eye is in, -1 for none; who is in one sees nothing.
+    """
+
+    names: tuple[str, ...]
+    share: Floats
+    blocker: np.ndarray
+    blocked: Floats
+    inside: Ints
+
+
+def seen_shares(scenery: Scenery, eyes: Eyes, targets: Sequence[Target]) -> Seen:
+    """Measure the share of each target that people see.
+
+    A sample weighs cos(angle of incidence) / distance^2, the mean over both eyes; one that faces away
+    from an eye is not seen by it.
+
+    Parameters
+    ----------
+    scenery
+        Of B rows, or of one for all.
+    eyes
+        Of B people.
+    targets
+        K of them.
+    """
+    rows, count = len(eyes), len(targets)
+    start = np.cumsum([0] + [len(target.points) for target in targets])
+    own = np.concatenate([np.full(len(target.points), target.item) for target in targets])
+    points = np.concatenate([target.points for target in targets])
+    goes = (
+        (own >= 0) & scenery.moving[own]
+        if scenery.moving.any()
+        else np.zeros(len(own), dtype=np.bool_)
+    )
+    shift = np.broadcast_to(scenery.displacement, (rows, 3))
+    ends = points[None] + np.where(goes, 1.0, 0.0)[None, :, None] * shift[:, None]
+    flat = np.concatenate(
+        [np.full(len(target.points), target.normals is None) for target in targets]
+    )
+    normals = np.concatenate(
+        [np.zeros((len(t.points), 3)) if t.normals is None else t.normals for t in targets]
+    )
+    weight = np.zeros((rows, len(points)))
+    faces: list[Bools] = []
+    blocker: list[Ints] = []
+    for eye in (eyes.left, eyes.right):
+        away = eye[:, None] - ends
+        distance = np.linalg.norm(away, axis=2)
+        cosine = np.where(flat, 1.0, np.einsum("bmi,mi->bm", away, normals) / distance)
+        faces.append(cosine > 0.0)
+        weight += np.maximum(cosine, 0.0) / distance**2
+        blocker.append(lines_of_sight(scenery, eye, ends, own))
+    inside = enclosing_items(scenery, eyes.left)
+    inside = np.where(inside >= 0, inside, enclosing_items(scenery, eyes.right))
+    sees = [
+        (facing & (block < 0)) & (inside < 0)[:, None]
+        for facing, block in zip(faces, blocker, strict=True)
+    ]
+    share = np.zeros((rows, count, 4))
+    blocked = np.zeros((rows, count))
+    name = np.full((rows, count), "", dtype=object)
+    for k in range(count):
+        one = slice(int(start[k]), int(start[k + 1]))
+        total = weight[:, one].sum(axis=1)
+        scale = np.where(total > 0.0, total, 1.0)
+        left, right = (seen[:, one] for seen in sees)
+        for j, seen in enumerate((left, right, left | right, left & right)):
+            share[:, k, j] = np.sum(weight[:, one] * seen, axis=1) / scale
+        for b in range(rows):
+            if total[b] == 0.0:
+                name[b, k] = TURNED_AWAY
+                continue
+            if inside[b] >= 0:
+                name[b, k], blocked[b, k] = scenery.names[inside[b]], 1.0
+                continue
+            hides = np.zeros(len(scenery.names))
+            pair = [block[b, one] for block in blocker]
+            for item in np.unique(np.concatenate(pair)):
+                if item >= 0:
+                    hides[item] = np.sum(weight[b, one] * ((pair[0] == item) | (pair[1] == item)))
+            if hides.max(initial=0.0) > 0.0:
+                chief = int(np.argmax(hides))
+                name[b, k], blocked[b, k] = scenery.names[chief], hides[chief] / scale[b]
+    return Seen(tuple(target.name for target in targets), share, name, blocked, inside)

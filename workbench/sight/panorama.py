@@ -1,0 +1,219 @@
+"""What one eye sees in every direction: item buffers on the six faces of a cube about it.
+
+A face is a picture of a quarter turn in width and height, gnomonic: straight edges are straight, and
+a plane has a depth that is linear across the picture.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from workbench.errors import InputError
+from workbench.geometry.clipping import clip_triangles
+from workbench.model.arrays import Floats, Ints
+from workbench.sight.kernels.rasterization import Fragments, fill_triangles
+from workbench.sight.kernels.sphere_rays import RUN_LENGTH, Lens, surface_depths
+from workbench.sight.scenery import Scenery, check_eye
+
+__all__ = ["STEP", "Panorama", "face_directions", "panorama", "pixel_weights"]
+
+STEP = math.radians(0.1)
+"""The usual width [rad] of a pixel."""
+_NEAREST = 1e-6
+"""Distance [m] before the eye, along the middle of a face, from which on triangles are seen."""
+_FINEST = math.radians(0.01)
+"""Least width [rad] of a pixel: 4 x 10^8 of them have 3 GB."""
+
+_FORWARD = np.array([1.0, 0.0, 0.0])
+_LEFT = np.array([0.0, 1.0, 0.0])
+_UP = np.array([0.0, 0.0, 1.0])
+FACES = np.stack(
+    [
+        np.stack([-_LEFT, _UP, _FORWARD]),
+        np.stack([_FORWARD, _UP, _LEFT]),
+        np.stack([_LEFT, _UP, -_FORWARD]),
+        np.stack([-_FORWARD, _UP, -_LEFT]),
+        np.stack([-_LEFT, -_FORWARD, _UP]),
+        np.stack([-_LEFT, _FORWARD, -_UP]),
+    ]
+)
+"""(6, 3, 3) right, up and ahead of the faces forward, left, back, right, up, down, as rows of
+forward, left, up."""
+
+Items = NDArray[np.int32]
+
+
+@dataclass(frozen=True, eq=False)
+class Panorama:
+    """What one eye sees in every direction.
+
+    Parameters
+    ----------
+    names
+        Of the N items.
+    eye
+        (3,) [m].
+    axes
+        (3, 3) forward, left, up as rows; the faces are forward, left, back, right, up, down.
+    item
+        (6, n, n) the opaque item in the middle of each pixel, -1 where there is none. Rows run down,
+        columns to the right.
+    glass
+        (6, n, n) the see-through item that is looked through first, -1 where there is none before
+        what is seen.
+    """
+
+    names: tuple[str, ...]
+    eye: Floats
+    axes: Floats
+    item: Items
+    glass: Items
+
+    @property
+    def weight(self) -> Floats:
+        """(n, n) [sr] the solid angle of each pixel of every face."""
+        return pixel_weights(self.item.shape[1])
+
+    def look(self, directions: ArrayLike) -> Items:
+        """Return the opaque items (...) in directions (..., 3), -1 for none."""
+        return self.item[self._pixels(directions)]
+
+    def look_through(self, directions: ArrayLike) -> Items:
+        """Return the see-through items (...) looked through first in directions (..., 3)."""
+        return self.glass[self._pixels(directions)]
+
+    def _pixels(self, directions: ArrayLike) -> tuple[Ints, Ints, Ints]:
+        """Face, row and column (...) of directions (..., 3)."""
+        way = np.asarray(directions, dtype=np.float64) @ self.axes.T
+        ahead = np.stack([way @ face[2] for face in FACES], axis=-1)
+        face = np.argmax(ahead, axis=-1)
+        depth = np.take_along_axis(ahead, face[..., None], axis=-1)[..., 0]
+        n = self.item.shape[1]
+        right = np.sum(way * FACES[face, 0], axis=-1) / depth
+        above = np.sum(way * FACES[face, 1], axis=-1) / depth
+        column = np.clip(((1.0 + right) * (n / 2.0)).astype(np.int64), 0, n - 1)
+        row = np.clip(((1.0 - above) * (n / 2.0)).astype(np.int64), 0, n - 1)
+        return face, row, column
+
+
+@lru_cache(maxsize=4)
+def pixel_weights(n: int) -> Floats:
+    """Return the exact solid angles (n, n) [sr] of the pixels of a face.
+
+    From the middle of a face to (x, y) on it, at distance 1, it is atan(x y / sqrt(1 + x^2 + y^2)).
+    """
+    edge = np.linspace(-1.0, 1.0, n + 1)
+    x, y = np.meshgrid(edge, edge)
+    corner = np.arctan(x * y / np.sqrt(1.0 + x * x + y * y))
+    weights = np.diff(np.diff(corner, axis=0), axis=1)
+    weights.flags.writeable = False
+    return weights
+
+
+def face_directions(axes: Floats, face: int, n: int) -> Floats:
+    """Return the directions (n, n, 3), not of unit length, of the middles of a face's pixels."""
+    middle = (np.arange(n) + 0.5) * (2.0 / n) - 1.0
+    right, above, ahead = FACES[face] @ axes
+    way: Floats = ahead + middle[None, :, None] * right - middle[:, None, None] * above
+    return way
+
+
+def pixels_of(step: float) -> int:
+    """Return the number of pixels along a face whose pixels are at most `step` [rad] wide.
+
+    The widest are those in the middle, of 2 / n. InputError where the step is none.
+    """
+    if not (math.isfinite(step) and _FINEST <= step <= math.pi / 4):
+        raise InputError(f"step: expected 0.01 to 45 degrees, got {math.degrees(step):g} degrees")
+    return math.ceil(2.0 / step)
+
+
+def panorama(
+    scenery: Scenery,
+    eye: ArrayLike,
+    *,
+    row: int = 0,
+    step: float = STEP,
+    axes: ArrayLike | None = None,
+) -> Panorama:
+    """Look in every direction from one eye.
+
+    Parameters
+    ----------
+    scenery
+        What may be seen.
+    eye
+        (3,) [m].
+    row
+        Whose scenery.
+    step
+        Largest width [rad] of a pixel. What is thinner may be missed.
+    axes
+        (3, 3) forward, left, up of the faces as rows; the world's if None.
+
+    Raises
+    ------
+    InputError
+        If the eye is inside a solid part or a sphere, or the step is not 0.01 to 45 degrees.
+    """
+    point = np.asarray(eye, dtype=np.float64)
+    check_eye(scenery, point, row=row)
+    frame = np.eye(3) if axes is None else np.asarray(axes, dtype=np.float64)
+    n = pixels_of(step)
+    item = np.full((6, n, n), -1, dtype=np.int32)
+    glass = np.full((6, n, n), -1, dtype=np.int32)
+    for face in range(6):
+        _fill_face(scenery, point, scenery.row(row), FACES[face] @ frame, item[face], glass[face])
+    return Panorama(scenery.names, point, frame, item, glass)
+
+
+def _fill_face(
+    scenery: Scenery, eye: Floats, row: int, view: Floats, item: Items, glass: Items
+) -> None:
+    """Fill a face (n, n) that is seen along view (3, 3): right, up, ahead."""
+    n = len(item)
+    depth = np.full((n, n), -np.inf)
+    _fill_spheres(scenery, eye, row, view, depth, item)
+    corners = (scenery.corners(row) - eye) @ view.T
+    pieces, source = clip_triangles(corners, np.array([0.0, 0.0, -1.0]), -_NEAREST)
+    near = 1.0 / pieces[:, :, 2]
+    pixels = np.stack(
+        [
+            (1.0 + pieces[:, :, 0] * near) * (n / 2.0),
+            (1.0 - pieces[:, :, 1] * near) * (n / 2.0),
+            near - 1.0,
+        ],
+        axis=-1,
+    )
+    owner = scenery.item[source]
+    clear = scenery.see_through[owner]
+    cut = np.zeros((n, n), dtype=np.bool_)
+    fill_triangles(pixels[~clear], owner[~clear], 1.0, np.inf, Fragments(depth, item, cut))
+    before = np.full((n, n), -np.inf)
+    fill_triangles(pixels[clear], owner[clear], 1.0, np.inf, Fragments(before, glass, cut))
+    glass[before <= depth] = -1
+
+
+def _fill_spheres(
+    scenery: Scenery, eye: Floats, row: int, view: Floats, depth: Floats, item: Items
+) -> None:
+    """Fill the spheres of one row; depths are 1 m less the distance along the view."""
+    there = np.flatnonzero(np.isfinite(scenery.radius[row]))
+    balls = np.empty((len(there), 4))
+    balls[:, :3] = (scenery.centre[row, there] - eye) @ view.T
+    balls[:, 2] = 1.0 - balls[:, 2]
+    balls[:, 3] = scenery.radius[row, there]
+    order = np.argsort(balls[:, 2] + balls[:, 3], kind="stable")
+    order = order[(balls[:, 2] - balls[:, 3] < 1.0)[order]]
+    n = len(item)
+    lens = Lens(np.zeros((4, 3)), n / 2.0, 1.0, n / 2.0, n / 2.0, 1.0 - _NEAREST, 1.0)
+    bound = np.full((n, -(-n // RUN_LENGTH)), -np.inf)
+    sphere = np.full((n, n), -1, dtype=np.int32)
+    surface_depths(balls, order, lens, depth, sphere, bound)
+    hit = sphere >= 0
+    item[hit] = scenery.sphere_item[there[sphere[hit]]]

@@ -1,0 +1,302 @@
+"""What may hide something from eyes: parts of an environment, the own body, other people."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from workbench.errors import InputError, UsageError
+from workbench.geometry.polygon import point_winding
+from workbench.model.arrays import Bools, Floats, Ints, freeze_fields
+from workbench.model.environment import Environment
+from workbench.model.poses import Placed
+from workbench.sight.eyes import eyes_of, head_of
+
+__all__ = ["Scenery", "check_eye", "enclosing_items", "scenery_of"]
+
+_WORN = re.compile(r"\(([^()]*?)(?: \d+)?\)$")
+"""The end of the name of a sphere that is worn: the thing, perhaps with a number."""
+
+
+@dataclass(frozen=True, eq=False)
+class Scenery:
+    """What may stand before B pairs of eyes: N items made of T triangles and S spheres.
+
+    Items are all parts of the environment, in its order, then segments of the own body and things on
+    its head, then segments of other people. Hidden parts have no triangles.
+
+    Parameters
+    ----------
+    names
+        Of the N items.
+    triangles
+        (T, 3, 3) [m] corners, grouped by item.
+    item
+        (T,) the item of each triangle.
+    see_through, solid
+        (N,) items that one looks through, and closed parts that no eye can be in.
+    centre, radius
+        (B, S, 3) and (B, S) [m] of spheres; NaN where a sphere is not there. B = 1 where all eyes
+        have the same scenery.
+    sphere_item
+        (S,) the item of each sphere.
+    moving
+        (N,) items that are displaced.
+    displacement
+        (B, 3) [m] of these.
+    """
+
+    names: tuple[str, ...]
+    triangles: Floats
+    item: Ints
+    see_through: Bools
+    solid: Bools
+    centre: Floats
+    radius: Floats
+    sphere_item: Ints
+    moving: Bools
+    displacement: Floats
+
+    def __post_init__(self) -> None:
+        n = len(self.names)
+        b, s = np.shape(self.radius)
+        arrays = {
+            "triangles": (np.float64, (None, 3, 3)),
+            "item": (np.int64, (len(self.triangles),)),
+            "see_through": (np.bool_, (n,)),
+            "solid": (np.bool_, (n,)),
+            "centre": (np.float64, (b, s, 3)),
+            "radius": (np.float64, (b, s)),
+            "sphere_item": (np.int64, (s,)),
+            "moving": (np.bool_, (n,)),
+            "displacement": (np.float64, (b, 3)),
+        }
+        freeze_fields(self, arrays, "scenery")
+
+    def __len__(self) -> int:
+        return len(self.radius)
+
+    def row(self, row: int) -> int:
+        """Return the row of the scenery for a row of eyes: 0 where all have the same.
+
+        IndexError where there is no such row.
+        """
+        if len(self) == 1:
+            return 0
+        if not 0 <= row < len(self):
+            raise IndexError(f"scenery: expected a row of 0 to {len(self) - 1}, got {row}")
+        return row
+
+    def corners(self, row: int) -> Floats:
+        """Return the corners (T, 3, 3) [m] of the triangles where they stand in one row."""
+        shift = self.displacement[self.row(row)]
+        if not shift.any():
+            return self.triangles
+        goes = np.where(self.moving[self.item], 1.0, 0.0)[:, None, None]
+        return np.asarray(self.triangles + goes * shift)
+
+    def of_row(self, row: int) -> Scenery:
+        """Return the scenery of one row of eyes."""
+        row = self.row(row)
+        one = slice(row, row + 1)
+        return replace(
+            self,
+            centre=self.centre[one],
+            radius=self.radius[one],
+            displacement=self.displacement[one],
+        )
+
+
+def scenery_of(
+    environment: Environment | None,
+    placed: Placed | None = None,
+    others: Mapping[str, Placed] | None = None,
+    *,
+    moving: tuple[str, ...] = (),
+    displacement: Floats | None = None,
+) -> Scenery:
+    """Collect what may hide something from the eyes of B people.
+
+    The own head never hides: spheres of the segment that has the eyes are left out. What is worn on
+    it, as a helmet, hides with all spheres that no eye is in; it is an item of its own, "own helmet".
+
+    Parameters
+    ----------
+    environment
+        Its parts; those that are hidden neither hide nor are seen.
+    placed
+        (B,) the people who look; their segments are "own left hand" and so on.
+    others
+        Other people by name, in one pose or in B; their segments are "co-pilot's left hand".
+    moving, displacement
+        Names of the parts that go along with each person's seat, and by how much, (B, 3) [m].
+
+    Raises
+    ------
+    InputError
+        If the own body has no eyes.
+    UsageError
+        If numbers of poses differ.
+    """
+    kinds = [_parts(environment)]
+    if placed is not None:
+        kinds.append(_own(placed))
+    for name, other in (others or {}).items():
+        kinds.append(_spheres_of(other, f"{name}'s"))
+    rows = max([1 if displacement is None else len(displacement), *map(len, kinds)])
+    for kind in kinds:
+        if len(kind) not in (1, rows):
+            raise UsageError(f"scenery: expected 1 or {rows} poses, got {len(kind)}")
+    first = np.cumsum([0, *[len(kind.names) for kind in kinds]])
+    names = tuple(name for kind in kinds for name in kind.names)
+    flags = np.zeros((3, len(names)), dtype=np.bool_)
+    if environment is not None:
+        parts = slice(0, len(environment.parts))
+        flags[0, parts] = environment.see_through
+        flags[1, parts] = environment.solid & ~environment.hidden
+        flags[2, [environment.part_index(name) for name in moving]] = True
+    shift = np.zeros((rows, 3)) if displacement is None else displacement
+    sphere_item = [kind.sphere_item + begin for kind, begin in zip(kinds, first, strict=False)]
+    return Scenery(
+        names,
+        kinds[0].triangles,
+        kinds[0].triangle_item,
+        flags[0],
+        flags[1],
+        np.concatenate([_repeated(kind.centre, rows) for kind in kinds], axis=1),
+        np.concatenate([_repeated(kind.radius, rows) for kind in kinds], axis=1),
+        np.concatenate(sphere_item),
+        flags[2],
+        np.broadcast_to(shift, (rows, 3)),
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class _Kind:
+    """Items of one origin, as in `Scenery`."""
+
+    names: tuple[str, ...]
+    triangles: Floats
+    triangle_item: Ints
+    centre: Floats
+    radius: Floats
+    sphere_item: Ints
+
+    def __len__(self) -> int:
+        return len(self.radius)
+
+
+_NO_TRIANGLES = np.zeros((0, 3, 3))
+_NO_INDICES = np.zeros(0, dtype=np.int64)
+
+
+def _repeated(values: Floats, rows: int) -> Floats:
+    return np.broadcast_to(values, (rows, *values.shape[1:]))
+
+
+def _parts(environment: Environment | None) -> _Kind:
+    """The parts of an environment, by their own index."""
+    centre, radius = np.zeros((1, 0, 3)), np.zeros((1, 0))
+    if environment is None:
+        return _Kind((), _NO_TRIANGLES, _NO_INDICES, centre, radius, _NO_INDICES)
+    counts = np.diff(environment.triangle_start[environment.part_start])
+    item = np.repeat(np.arange(len(environment.parts)), counts)
+    shown = ~environment.hidden[item]
+    corners = environment.vertices[environment.triangles[shown]]
+    names = tuple(environment.parts)
+    return _Kind(names, corners, item[shown], centre, radius, _NO_INDICES)
+
+
+def _own(placed: Placed) -> _Kind:
+    """The segments of who looks, without the head; and what is worn on it."""
+    body = placed.body
+    head = head_of(body)
+    found = _spheres_of(placed, "own")
+    things = [_thing(name) for name in body.sphere_names]
+    on_head = body.sphere_segment == head
+    worn = np.array([thing != "" for thing in things], dtype=np.bool_)
+    names = list(found.names)
+    item = found.sphere_item.copy()
+    for s in np.flatnonzero(on_head & worn).tolist():
+        name = f"own {things[s]}"
+        if name not in names:
+            names.append(name)
+        item[s] = names.index(name)
+    eyes = eyes_of(placed)
+    holds = np.zeros(found.radius.shape, dtype=np.bool_)
+    for eye in (eyes.left, eyes.right):
+        holds |= np.linalg.norm(found.centre - eye[:, None], axis=2) <= found.radius
+    radius = np.where(holds & on_head, np.nan, found.radius)
+    kept = ~on_head | worn
+    return _Kind(
+        tuple(names),
+        _NO_TRIANGLES,
+        _NO_INDICES,
+        found.centre[:, kept],
+        radius[:, kept],
+        item[kept],
+    )
+
+
+def _thing(name: str) -> str:
+    """What a sphere is of that is worn, "" for a sphere of the body itself."""
+    found = _WORN.search(name)
+    return found[1] if found else ""
+
+
+def _spheres_of(placed: Placed, whose: str) -> _Kind:
+    """The segments of people, named as theirs."""
+    body = placed.body
+    names = tuple(f"{whose} {name}" for name in body.segment_names)
+    radius = np.where(np.isfinite(placed.centres[:, :, 0]), body.radius[placed.person], np.nan)
+    return _Kind(names, _NO_TRIANGLES, _NO_INDICES, placed.centres, radius, body.sphere_segment)
+
+
+def enclosing_items(scenery: Scenery, eye: Floats) -> Ints:
+    """Return the item that each eye is in, -1 for none: a solid part, or a sphere.
+
+    Parameters
+    ----------
+    scenery
+        Of B rows, or of one for all.
+    eye
+        (B, 3) [m].
+
+    Returns
+    -------
+    Ints
+        (B,).
+    """
+    found = np.full(len(eye), -1)
+    away = np.linalg.norm(scenery.centre - eye[:, None], axis=2)
+    inside = away < scenery.radius
+    holds, sphere = np.nonzero(inside)
+    found[holds] = scenery.sphere_item[sphere]
+    shift = np.broadcast_to(scenery.displacement, (len(eye), 3))
+    for part in np.flatnonzero(scenery.solid).tolist():
+        first, last = np.searchsorted(scenery.item, [part, part + 1])
+        if first == last:
+            continue
+        corners = scenery.triangles[first:last]
+        local = eye - shift if scenery.moving[part] else eye
+        low, high = corners.min(axis=(0, 1)), corners.max(axis=(0, 1))
+        for row in np.flatnonzero(np.all((local > low) & (local < high), axis=1)).tolist():
+            if abs(point_winding(*local[row].tolist(), corners, 0, len(corners))) > 0.5:
+                found[row] = part
+    return found
+
+
+def check_eye(scenery: Scenery, eye: Floats, *, row: int = 0) -> None:
+    """Raise InputError if an eye (3,) [m] is not finite, or inside a solid part or a sphere."""
+    if not np.isfinite(eye).all():
+        raise InputError("eyes: their place is not finite; is the head outside the logical window?")
+    found = int(enclosing_items(scenery.of_row(row), np.asarray(eye, dtype=np.float64)[None])[0])
+    if found >= 0:
+        place = ", ".join(f"{1e3 * value:.0f}" for value in np.asarray(eye).tolist())
+        raise InputError(
+            f"eyes: the eye at ({place}) mm is inside {scenery.names[found]!r}, so it sees nothing; "
+            "move the eye or the part, or hide the part"
+        )
