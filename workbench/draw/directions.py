@@ -21,7 +21,7 @@ import numpy as np
 from workbench.draw.chart import Chart, Stroke, Words
 from workbench.draw.colours import INK
 from workbench.draw.sheet import Sheet
-from workbench.draw.zones import Zones, zones
+from workbench.draw.zones import Zones, spread, zones
 from workbench.model.arrays import Floats
 from workbench.sight.eyes import Eyes
 from workbench.sight.panorama import Panorama, face_directions, panorama
@@ -129,10 +129,10 @@ class Outlook:
     axes: Floats
     rule: Region | None = None
 
-    def look(self) -> tuple[Panorama, Panorama]:
-        """Look in every direction with the left and the right eye."""
+    def look(self, step: float = _STEP) -> tuple[Panorama, Panorama]:
+        """Look in every direction with the left and the right eye, in pieces so wide [rad]."""
         left, right = (
-            panorama(self.scenery, eye[0], step=_STEP, axes=self.axes)
+            panorama(self.scenery, eye[0], step=step, axes=self.axes)
             for eye in (self.eyes.left, self.eyes.right)
         )
         return left, right
@@ -159,7 +159,6 @@ def hidden_zones(outlook: Outlook, left: Panorama, right: Panorama, within: Regi
     return zones(outlook.zones, both[:count], one[:count], clear)
 
 
-
 def direction_chart(outlook: Outlook, style: str, *, width: int, height: int) -> Chart:
     """Plot what every direction shows: what hides it to both eyes or to one, and what is free.
 
@@ -179,8 +178,13 @@ def direction_chart(outlook: Outlook, style: str, *, width: int, height: int) ->
     found = hidden_zones(outlook, left, right, region)
     angles = projection.angles(sheet.places())
     inside = np.isfinite(angles[..., 0])
-    way = direction_of(*np.moveaxis(np.where(inside[..., None], angles, 0.0), -1, 0)) @ outlook.axes
-    painted = found.paint(left.look(way), right.look(way), left.look_through(way))
+    way = direction_of(*angles[inside].T) @ outlook.axes
+    painted = found.paint(
+        *(
+            spread(items, inside)
+            for items in (left.look(way), right.look(way), left.look_through(way))
+        )
+    )
     colours, words = sheet.coloured(found, inside, painted, unit="sr", places=3)
     strokes, labels = _grid(projection, sheet)
     if outlook.rule is not None:
@@ -188,9 +192,7 @@ def direction_chart(outlook: Outlook, style: str, *, width: int, height: int) ->
     title = f"Seen in every direction from {outlook.name}"
     where = f"in {outlook.rule.name}" if outlook.rule else "of all that is shown"
     caption = f"pale: hidden to one eye; L, R: degrees to the left and right; solid angles {where}"
-    return Chart(
-        title, caption, colours, strokes, [*sheet.words(title, caption), *labels, *words]
-    )
+    return Chart(title, caption, colours, strokes, [*sheet.words(title, caption), *labels, *words])
 
 
 def _grid(projection: Projection, sheet: Sheet) -> tuple[list[Stroke], list[Words]]:

@@ -20,7 +20,17 @@ from workbench.sight.eyes import USUAL_DOWN, Eyes, eyes_of, given_eyes, has_eyes
 from workbench.sight.regions import Region
 from workbench.sight.scenery import scenery_of
 
-__all__ = ["FIELD", "Onlooker", "eye_point", "eye_view", "eyes_camera", "looked_at", "onlooker", "outlook", "without_head"]
+__all__ = [
+    "FIELD",
+    "Onlooker",
+    "eye_point",
+    "eye_view",
+    "eyes_camera",
+    "looked_at",
+    "onlooker",
+    "outlook",
+    "without_head",
+]
 
 FIELD = math.radians(75.0)
 """Angle of view [rad] from bottom to top."""
@@ -107,20 +117,22 @@ def onlooker(scene: Scene, people: tuple[str, ...], name: str) -> Onlooker:
     """
     points = {} if scene.environment is None else scene.environment.points
     if not name and not scene.bodies:
-        hint = f"; name a point for the eyes: {one_of('', points)}" if points else ""
-        raise UsageError(f"there is no body here whose eyes could see{hint}")
+        hint = f"; place eyes at a point by a view such as eye:POINT; {one_of('', points)}"
+        raise UsageError(f"there is no body here whose eyes could see{hint if points else ''}")
     if name in people or not name:
         index = people.index(name) if name else 0
         called = people[index] if people else "the body"
         return Onlooker(called, _eyes(scene.bodies[index]), index)
     if name not in points:
         raise UsageError(
-            f"nobody, and no point, is called {name!r}; {one_of(name, [*people, *points])}"
+            f"nobody is called {name!r}; {one_of(name, [*people, *points])} (a person or a point)"
         )
     return Onlooker(name, given_eyes(points[name]))
 
 
-def outlook(scene: Scene, people: tuple[str, ...], name: str, rule: Region | None = None) -> Outlook:
+def outlook(
+    scene: Scene, people: tuple[str, ...], name: str, rule: Region | None = None
+) -> Outlook:
     """Return what somebody's eyes look out on, for plots of directions and plans of the ground.
 
     Arguments and errors as of `onlooker`; `rule`: an outline that is drawn over. InputError where an
@@ -163,7 +175,9 @@ def looked_at(environment: Environment | None, name: str) -> Floats:
         raise UsageError(f"look-at: nothing is called {name!r}; {one_of(name, valid)}")
     corners = environment.triangle_corners(environment.part_index(name))
     sides = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    return np.average(corners.mean(axis=1), axis=0, weights=np.linalg.norm(sides, axis=1))
+    area = np.linalg.norm(sides, axis=1)
+    weighed: Floats = area @ corners.mean(axis=1)
+    return weighed / float(area.sum())
 
 
 def without_head(scene: Scene, body: int) -> Scene:
@@ -203,8 +217,8 @@ def eye_view(
         Size of the picture [pixels].
     """
     eyes = _eyes(shown)
-    way = eyes.line(down=down, left=left)[0]
-    return _camera(eyes, "eye", eyes.middle[0] + way, (field, width, height))
+    target = eyes.middle[0] + eyes.line(down=down, left=left)[0]
+    return eyes_camera(eyes, "eye", target, field=field, width=width, height=height)
 
 
 def eyes_camera(
@@ -223,32 +237,24 @@ def eyes_camera(
     field, width, height
         Angle of view [rad] from bottom to top, and size [pixels].
     """
-    if target is not None:
-        return _camera(eyes, kind, target, (field, width, height))
-    place = _place(eyes, kind)
-    camera = _camera(eyes, kind, place + eyes.line()[0], (field, width, height))
-    return replace(camera, focus=math.inf)
-
-
-def _place(eyes: Eyes, kind: str) -> Floats:
-    """(3,) [m] where a camera stands."""
-    return {"left_eye": eyes.left, "right_eye": eyes.right}.get(kind, eyes.middle)[0]
-
-
-def _camera(eyes: Eyes, kind: str, target: Floats, picture: tuple[float, int, int]) -> Camera:
-    field, width, height = picture
-    place = _place(eyes, kind)
-    distance = float(np.linalg.norm(target - place))
-    near_plane = 1.0 - _NEAR_PLANE  # as a depth; what is in the middle of the picture is 1 m away
+    places = {"left_eye": eyes.left, "right_eye": eyes.right}
+    place = places.get(kind, eyes.middle)[0]
+    way = eyes.line()[0] if target is None else target - place
+    distance = float(np.linalg.norm(way))
     camera = look_at(
         place,
-        place + (target - place) / distance,
+        place + way / distance,
         up=eyes.axes[0, 2],
         field=field,
         width=width,
         height=height,
-        cut=near_plane,
+        cut=1.0 - _NEAR_PLANE,  # as a depth; what is in the middle of the picture is 1 m away
     )
     # opened: nothing before the bodies is cut away, as in views from outside
-    aside = (eyes.left[0] - eyes.middle[0]) if kind == "both_eyes" else np.zeros(3)
-    return replace(camera, name="eye", opened=math.inf, aside=aside, focus=distance)
+    return replace(
+        camera,
+        name="eye",
+        opened=math.inf,
+        aside=eyes.left[0] - eyes.middle[0] if kind == "both_eyes" else np.zeros(3),
+        focus=math.inf if target is None else distance,
+    )

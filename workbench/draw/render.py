@@ -29,6 +29,7 @@ from workbench.draw.films.motion_clips import (
     evenly_spaced_times,
 )
 from workbench.draw.films.strip import strip_image, strip_svg
+from workbench.draw.ground_plan import ground_plan
 from workbench.draw.hidden import cut_off_words, seen_through
 from workbench.draw.lines.circles import circles
 from workbench.draw.lines.hidden_lines import HIDDEN
@@ -42,7 +43,7 @@ from workbench.draw.two_eyes import both_eyes
 from workbench.draw.views import fitted_view, framed_views
 from workbench.draw.visibility import foremost_depth, projected_disks
 from workbench.draw.window import window_image
-from workbench.errors import UsageError, one_of
+from workbench.errors import UsageError
 from workbench.files.exports.gltf import Figure, glb_bytes
 from workbench.files.exports.solids import stl_bytes, threemf_bytes
 from workbench.files.output_file import write_file
@@ -162,7 +163,14 @@ def sight_chart(scene: Scene, options: DisplayOptions, people: tuple[str, ...]) 
         If an eye is inside something.
     """
     seen = outlook(scene, people, options.onlooker)
-    return direction_chart(seen, options.style, width=options.width, height=options.height)
+    if options.display == "directions":
+        return direction_chart(seen, options.style, width=options.width, height=options.height)
+    ground = options.ground
+    if ground is None:
+        if scene.environment is None:
+            raise UsageError("the display ground: there is no environment; say --ground HEIGHT")
+        ground = float(scene.environment.bounds[0, 2])
+    return ground_plan(seen, ground, width=options.width, height=options.height)
 
 
 def drawing(scene: Scene, camera: Camera, options: DisplayOptions) -> str:
@@ -201,14 +209,10 @@ def _eye_camera(scene: Scene, options: DisplayOptions, people: tuple[str, ...]) 
         eyes = gaze(eyes, target).eyes
     kind = options.view.partition(":")[0]
     field = options.angle or FIELD
-    return eyes_camera(
-        eyes, kind, target, field=field, width=options.width, height=options.height
-    )
+    return eyes_camera(eyes, kind, target, field=field, width=options.width, height=options.height)
 
 
-def _with_head_turned(
-    scene: Scene, options: DisplayOptions, people: tuple[str, ...]
-) -> Scene:
+def _with_head_turned(scene: Scene, options: DisplayOptions, people: tuple[str, ...]) -> Scene:
     """Return a scene without the head that turns to look at something: it is not seen by itself."""
     if not options.look_at:
         return scene
@@ -311,9 +315,7 @@ def _vector(source: Source, options: DisplayOptions) -> bytes:
 def _charts(source: Source, options: DisplayOptions) -> list[Chart]:
     """Chart what somebody sees in each pose."""
     count = max(len(source.names), 1)
-    return [
-        sight_chart(scene_at(source.scene, k), options, source.people) for k in range(count)
-    ]
+    return [sight_chart(scene_at(source.scene, k), options, source.people) for k in range(count)]
 
 
 def _captions(source: Source) -> list[str]:

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 
 from workbench.draw.chart import FINER, Words
 from workbench.draw.colours import PAPER, Colour
-from workbench.model.arrays import Floats, Ints
+from workbench.model.arrays import Bools, Floats, Ints
 
-__all__ = ["CLEAR", "OWN", "LegendBox", "Zones", "add_legend", "zones"]
+__all__ = ["CLEAR", "OWN", "Items", "LegendBox", "Zones", "add_legend", "spread", "zones"]
 
 CLEAR: Colour = (228, 240, 248)
 """What is seen through a window."""
@@ -53,6 +53,9 @@ _BORDER = 0.55
 """Share of the colour that is left along a border between zones."""
 
 
+Items = NDArray[np.int32]
+
+
 class _Row(NamedTuple):
     """A zone in the legend, and how much it hides to both eyes and to one only."""
 
@@ -85,7 +88,7 @@ class Zones:
         """All that is shown: hidden to both eyes, to one only, and seen by both."""
         return self.clear + sum(zone.both + zone.one for zone in self.rows)
 
-    def paint(self, left: Ints, right: Ints, through: Ints) -> NDArray[np.uint8]:
+    def paint(self, left: Items, right: Items, through: Items) -> NDArray[np.uint8]:
         """Colours (H, W, 3) of what hides each pixel.
 
         Parameters
@@ -140,6 +143,13 @@ def zones(items: Sequence[str], both: Floats, one: Floats, clear: float) -> Zone
     return Zones(tuple(listed), row[index], clear)
 
 
+def spread(items: Items, inside: Bools) -> Items:
+    """An image of items (K,) at its pixels (H, W) that are inside a map, -1 outside."""
+    image = np.full(inside.shape, -1, dtype=np.int32)
+    image[inside] = items
+    return image
+
+
 class LegendBox(NamedTuple):
     """Where a legend stands [pixels], and the size of its letters."""
 
@@ -180,7 +190,8 @@ def add_legend(
     """
     size = box.size
     columns, lines = box.columns, box.lines
-    both, one = (sum(column) for column in zip(*(zone[2:] for zone in found.rows), strict=True))
+    hidden = [(zone.both, zone.one) for zone in found.rows]
+    both, one = np.sum(hidden, axis=0).tolist() if hidden else (0.0, 0.0)
     totals = [
         _Row("hidden", PAPER, both, one),
         _Row("seen by both eyes", CLEAR, found.clear, math.nan),
@@ -195,7 +206,9 @@ def add_legend(
         ends = [left + size * place for place in _ENDS]
         y = box.top + 0.7 * size
         heads = (f"both eyes [{unit}]", "%", "one eye")
-        words += [Words((x, y), text, 0.85 * size, "end") for x, text in zip(ends, heads, strict=True)]
+        words += [
+            Words((x, y), text, 0.85 * size, "end") for x, text in zip(ends, heads, strict=True)
+        ]
         for name, colour, both, one in entries[column * lines : (column + 1) * lines]:
             y += _LINE * size
             _patch(colours, (left, y - 0.5 * size), size, colour)
