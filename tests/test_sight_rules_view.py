@@ -7,13 +7,18 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from tests.conftest import environment_of
 from workbench import InputError
+from workbench.files.meshes.parts import RawPart
 from workbench.files.study.rules import load_rule_set
 from workbench.sight.eyes import given_eyes
 from workbench.sight.obscuration import obscuration
 from workbench.sight.rules.cockpit_view import cockpit_outline, cockpit_view, elevation_limits
+from workbench.sight.rules.eye_points import car_eye_points
+from workbench.sight.rules.forward_field import datum_points, forward_field, wheel_fall
 from workbench.sight.scenery import Scenery
 
+R125 = load_rule_set("sight_un_r125")
 AC25 = load_rule_set("sight_ac_25_773_1")
 LEFT = cockpit_outline(AC25, seat="left")
 RIGHT = cockpit_outline(AC25, seat="right")
@@ -200,3 +205,111 @@ def test_a_second_eye_never_hides_more(y, width, distance):
     both = view(scene, step=2.0)
     one = view(scene, eyes=given_eyes((0, 0.0325, 0), spacing=0.0), step=2.0)
     assert both.clear >= one.clear - 1e-9
+
+
+V = car_eye_points((0.068, -0.005, -0.589), np.radians(25), R125)
+"""V2 is the origin here, V1 is 76 mm above it."""
+
+
+def cab(**parts):
+    """An environment of named triangles (T, 3, 3) [m]."""
+    raw = [
+        RawPart(name, corners.reshape(-1, 3), np.arange(3 * len(corners)).reshape(-1, 3))
+        for name, corners in parts.items()
+    ]
+    return environment_of(*raw, solid=False)
+
+
+def test_v2_is_the_origin():
+    assert V["v2"] == pytest.approx(ZERO, abs=1e-12)
+    assert V["v1"] == pytest.approx([0, 0, 0.076])
+
+
+def test_a_post_in_the_forward_field_covers_its_angle_and_an_exempt_one_nothing():
+    post = sheet((1, -0.2, -1), (0, 0.1, 0), (0, 0, 3))
+    found = forward_field(cab(post=post, bar=post + np.array([0, 0.5, 0])), V, R125, exempt=["bar"])
+    assert list(found.blocked) == ["post"]
+    one = found.blocked["post"]
+    edges = np.arctan([-0.1, -0.2])
+    assert [one.left, one.right] == pytest.approx(edges)
+    assert one.width == found.width == pytest.approx(edges[0] - edges[1])
+    assert one.top == pytest.approx(np.arctan(0.076 / np.hypot(1, 0.1)))
+    assert "field_fall: from memory" in found.status
+
+
+@pytest.mark.parametrize(
+    ("ahead", "aside", "fall", "stands"),
+    [
+        (2.0, 0.0, 3.9, True),
+        (2.0, 0.0, 4.1, False),
+        (0.01, 2.0, 3.9, True),
+        (0.01, -2.0, 3.9, True),
+        (0.01, 2.0, 4.1, False),
+        (1.5, 1.5, 3.9, True),  # from the corner the planes fall 4 degrees along x and along y
+        (1.5, -1.5, 4.1, False),
+    ],
+)
+def test_planes_fall_4_degrees_ahead_and_to_both_sides(ahead, aside, fall, stands):
+    top = -np.tan(np.radians(fall)) * max(ahead, abs(aside))
+    tip = sheet((ahead, aside - 1e-3, top), (0, 2e-3, 0), (0, 0, -0.2))
+    found = forward_field(cab(tip=tip + np.array([0, 0, 1e-4])), V, R125)
+    assert ("tip" in found.blocked) == stands
+
+
+def test_what_is_above_v1_behind_v2_or_seen_through_does_not_count():
+    high = sheet((1, -1, 0.0761), (0, 2, 0), (0, 0, 1))
+    behind = sheet((-0.01, -1, -1), (0, 2, 0), (0, 0, 3))
+    assert forward_field(cab(roof=high, rest=behind), V, R125).blocked == {}
+    both = sheet((-1, 0.5, -1), (2, 0, 0), (0, 0, 3))
+    width = forward_field(cab(door=both), V, R125).blocked["door"].width
+    assert width == pytest.approx(np.pi / 2 - np.arctan(0.5))
+
+
+def test_two_parts_behind_one_another_cover_their_azimuths_once():
+    near = sheet((1, 0.0, -1), (0, 0.3, 0), (0, 0, 3))
+    far = sheet((2, 0.2, -1), (0, 0.8, 0), (0, 0, 3))
+    found = forward_field(cab(near=near, far=far), V, R125)
+    assert found.width == pytest.approx(np.arctan(0.5))  # 0 to 0.3, and 0.1 to 0.5
+    total = sum(one.width for one in found.blocked.values())
+    assert total == pytest.approx(np.arctan(0.3) + np.arctan(0.5) - np.arctan(0.1))
+
+
+@pytest.mark.parametrize(("drop", "allowed"), [(0.011, True), (0.007, False)])
+def test_wheel_and_panel_inside_it_are_exempt_where_the_plane_over_it_falls_a_degree(drop, allowed):
+    wheel = sheet((0.5, -0.2, -drop), (0, 0.4, 0), (0, 0, -0.3))
+    panel = sheet((0.8, -0.1, -0.03), (0, 0.2, 0), (0, 0, -0.3))
+    room = cab(wheel=wheel, panel=panel)
+    found = forward_field(room, V, R125, wheel=["wheel"], inside_wheel=["panel"])
+    assert found.wheel_fall == pytest.approx(np.arctan(drop / 0.5))
+    assert found.wheel_allowed is allowed
+    assert set(found.blocked) == (set() if allowed else {"wheel", "panel"})
+    assert found.wheel_fall == wheel_fall(room, V, ["wheel"])
+
+
+@given(st.floats(0.2, 2), st.floats(-1.5, 1.5), st.floats(-0.1, 0.05), st.floats(0.02, 0.4))
+def test_the_forward_field_of_a_mirrored_car_is_mirrored(x, y, z, width):
+    part = sheet((x, y, z), (0.1, width, 0.02), (0, 0.1, -0.3))
+    other = car_eye_points((0.068, 0.005, -0.589), np.radians(25), R125, driver="right")
+    one = forward_field(cab(part=part), V, R125).blocked.get("part")
+    two = forward_field(cab(part=part * [1, -1, 1]), other, R125).blocked.get("part")
+    assert (one is None) == (two is None)
+    if one is not None:
+        assert [two.width, -two.right, -two.left, two.top] == pytest.approx(
+            [one.width, one.left, one.right, one.top]
+        )
+
+
+def test_datum_points_are_on_the_windscreen_or_none():
+    screen = sheet((1, -1, -0.5), (0, 2, 0), (0, 0, 0.65))
+    found = datum_points(cab(screen=screen), V, R125, ["screen"])
+    assert found["from V1, left"] == pytest.approx([1, np.tan(np.radians(17)), 0.076])
+    assert found["from V1, up"] is None  # 76 mm + 123 mm is over the edge at 150 mm
+    assert found["from V2, down"] == pytest.approx([1, 0, -np.tan(np.radians(5))])
+
+
+def test_names_that_are_no_part_and_a_wheel_behind_are_refused():
+    room = cab(wheel=sheet((-0.5, 0, 0), (0, 0.1, 0), (0, 0, 0.1)))
+    with pytest.raises(InputError, match="no part 'pillars'"):
+        forward_field(room, V, R125, exempt=["pillars"])
+    with pytest.raises(InputError, match="nothing of wheel is ahead of V2"):
+        forward_field(room, V, R125, wheel=["wheel"])

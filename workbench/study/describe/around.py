@@ -12,11 +12,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.files.environment_doubts import part_box
+from workbench.geometry.rays import first_hits, upright_fan
 from workbench.model.arrays import Bools, Floats
 from workbench.model.environment import Environment
 from workbench.study.describe.at_controls import SeatFrame, Sitter
 from workbench.study.describe.control_words import words_of
-from workbench.study.describe.rays import first_hits, upright_fan
 from workbench.study.feet_on_floor import BROAD
 
 __all__ = ["Around", "around", "floor_below"]
