@@ -91,7 +91,7 @@ def housing() -> Manifold:
 def bonnet() -> Manifold:
     """The bonnet's outer skin: it falls away forward and to the sides."""
     stations = [(1165.0, 742.0, 690.0), (1400.0, 728.0, 710.0), (1650.0, 700.0, 715.0),
-                (1850.0, 660.0, 700.0), (1950.0, 610.0, 670.0)]  # fmt: skip
+                (1850.0, 666.0, 700.0), (1950.0, 610.0, 670.0)]  # fmt: skip
     shares = np.linspace(-1.0, 1.0, 9)
     top = np.array([[(x, s * w, z - 34.0 * s**4) for s in shares] for x, z, w in stations])
     return shell(top - np.array([0.0, 0.0, 12.0]), top)
