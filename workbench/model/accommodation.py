@@ -11,6 +11,7 @@ import numpy as np
 from workbench.model.arrays import Bools, Floats
 from workbench.model.moves import Move
 from workbench.model.short_repr import short_repr
+from workbench.model.units import Unit, unit_of
 
 __all__ = [
     "MAP_POINTS",
@@ -34,7 +35,7 @@ __all__ = [
 MAP_POINTS = 3, 20_000
 """The fewest and the most points that a population reach map may have."""
 MET = 1e-6
-"""A margin [m] down to which a requirement counts as met: below what any length here is known
+"""A margin [m], see model.units, down to which a requirement counts as met: below what any length here is known
 to."""
 
 
@@ -160,6 +161,11 @@ class Requirement:
     def of_surface(self) -> bool:
         """Whether its margin is a distance of the body's surface."""
         return self.check in OF_SURFACE
+
+    @property
+    def unit(self) -> Unit:
+        """The unit in which its margin is read."""
+        return unit_of(self.check)
 
 
 @dataclass(frozen=True)

@@ -167,6 +167,18 @@ def _view_words(finding: Finding) -> str:
     return f"{finding.subject} meet the height for {finding.target}, {millimetres(finding.value)} to spare"
 
 
+def _nose_words(finding: Finding) -> str:
+    """Of the angle down to which eyes see straight ahead, and the part that stands there."""
+    part = finding.target
+    if not part:
+        return f"nothing stands before {finding.subject}, straight ahead and down"
+    if finding.value < 0:
+        up = degrees(-finding.value)
+        return f"{part} stands before {finding.subject} up to {up} above level{_against(finding, degrees)}"
+    down = degrees(finding.value, finding.limit)
+    return f"{finding.subject} look down to {down} below level, over {part}{_against(finding, degrees)}"
+
+
 def _excursion_words(finding: Finding) -> str:
     allowed = millimetres(-finding.limit)
     far = millimetres(-finding.value, -finding.limit)
@@ -186,6 +198,7 @@ _FINDING_WORDS: dict[str, Callable[[Finding], str]] = {
     "preferred_seat": _seat_words,
     "eye_height": _view_words,
     "view_over": _view_words,
+    "over_nose": _nose_words,
     "excursion": _excursion_words,
 }
 

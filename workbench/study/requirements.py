@@ -75,6 +75,8 @@ def _target(place: Workplace, criterion: Criterion, case: int) -> str:
         return "segments"
     if criterion.check == "between_people":
         return ", ".join(beside.role for beside in place.beside)
+    if criterion.check == "over_nose" and not criterion.parts:
+        return "straight ahead"
     few = len(criterion.parts) <= 3
     return ", ".join(criterion.parts) if few else f"{len(criterion.parts)} parts"
 

@@ -19,11 +19,14 @@ from workbench.files.yaml_text import read_yaml
 from workbench.model.body import segment_words
 from workbench.model.criterion import Criterion, Limit
 from workbench.model.environment import Control, Environment
+from workbench.model.units import UNITS, unit_of
 
 __all__ = ["Known", "criteria_of", "unfit", "visible_parts"]
 
 Pair = tuple[str, str]
 """A role and a case, by their names."""
+_SIGHT = ("view_over", "over_nose")
+"""Checks of what is seen."""
 _HELD = 0.003
 """How long a level is held [s] where a rule does not state it: the 3 ms of the chest."""
 
@@ -70,7 +73,7 @@ def unfit(check: str, role: RoleFile, action: ActionFile) -> str:
     """Why a check cannot be asked of a role's action, "" where it can."""
     moving = action.moves
     predicted = action.predicted or action.driver
-    if check in ("reach", "pedals", "preferred_seat", "eye_height", "view_over") and moving:
+    if check in ("reach", "pedals", "preferred_seat", "eye_height", *_SIGHT) and moving:
         return "it cannot be asked of a motion"
     if check == "injury" and not moving:
         return "it is asked of motions"
@@ -273,15 +276,17 @@ def _criterion(
         check=file.check,
         people=tuple(dict.fromkeys(name for name, _ in pairs)),
         segments=matching(file.segments, known.segments),
-        parts=matching(file.parts, known.parts),
-        at_least=_at_least(file),
+        parts=()
+        if file.parts is None and file.check in _SIGHT
+        else matching(file.parts, known.parts),
+        at_least=_in_si(file, file.at_least or 0.0),
         controls=matching(file.controls, [control.name for control in room.controls]),
         zone=file.zone,
         hand=None if file.hand == "either" else file.hand,
         subparts=matching(file.subparts, known.subparts) if file.subparts else (),
         below=math.inf if file.below is None else file.below,
         above=math.inf if file.above is None else file.above,
-        at_most=most if file.at_most is None else file.at_most,
+        at_most=most if file.at_most is None else _in_si(file, file.at_most),
         down=math.radians(file.down or 0.0),
         direction=(x, y, z),
         origin=file.origin or (0.0, 0.0, 0.0),
@@ -292,9 +297,7 @@ def _criterion(
     )
 
 
-def _at_least(file: CriterionFile) -> float:
-    """The least value that meets a criterion: [rad] of stops, a fraction of a share, else [m]."""
-    least = file.at_least or 0.0
-    if file.check == "stops":
-        return math.radians(least)
-    return least / 100 if file.check == "share" else least
+def _in_si(file: CriterionFile, limit: float) -> float:
+    """A limit in the unit of its check as [rad] or a fraction; lengths are metres already."""
+    unit = unit_of(file.check)
+    return limit if unit is UNITS["m"] else limit / unit.scale

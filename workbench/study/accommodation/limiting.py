@@ -123,7 +123,7 @@ def _bearing_on(one: Asked, words: str, body: Body) -> tuple[tuple[str, ...], in
     if check == "reach":
         by_foot = one.control is not None and one.control.for_feet
         return BEARING["foot" if by_foot else "hand"], -1
-    if check in ("eye_height", "view_over"):
+    if check in ("eye_height", "view_over", "over_nose"):
         return BEARING["eyes"], 1 if words == TOO_HIGH else -1
     if check in ("stops", "self_contact", "excursion"):
         return (), 1

@@ -57,7 +57,7 @@ _ENDS = (
 _SEAT_WORDS = "letting the seat go "
 MOST_NAMED = 3
 """Parts that are moved together, at most: more have no name in a sentence."""
-_OF_PARTS = ("clearance", "contact", "view_over")
+_OF_PARTS = ("clearance", "contact", "view_over", "over_nose")
 """Checks that may be about parts, which give way to them."""
 
 
@@ -255,7 +255,7 @@ def _seat_slope(question: Question, found: Chunk, travel: str, outward: int) -> 
     slope = np.zeros(found.margin.shape)
     for r, one in enumerate(question.asked):
         check = one.requirement.check
-        if check in ("reach", "clearance", "contact"):
+        if check in ("reach", "clearance", "contact", "over_nose"):
             slope[:, r] = -np.nan_to_num(found.toward[:, r] @ way)
         elif check in ("pedals", "preferred_seat") and along:
             slope[:, r] = missed[:, r]

@@ -53,7 +53,7 @@ __all__ = [
 ]
 
 LENGTH_TOLERANCE = 1e-9
-"""[m], and [rad]: a breach by no more than this is none."""
+"""[m], [rad], and of a share: a breach by no more than this is none."""
 AFTER_SEATING = 0
 """The cost of what seating alone answers."""
 IN_POSTURE = 1
@@ -110,6 +110,7 @@ class Check:
 CHECKS = {
     "eye_height": Check(AFTER_SEATING, view.margins, view.findings),
     "view_over": Check(AFTER_SEATING, view.margins, view.findings),
+    "over_nose": Check(AFTER_SEATING, view.nose_margins, view.nose_findings),
     "pedals": Check(AFTER_SEATING, seat_travel.pedal_margins, seat_travel.pedal_findings),
     "preferred_seat": Check(AFTER_SEATING, seat_travel.seat_margins, seat_travel.seat_findings),
     "clearance": Check(
@@ -365,7 +366,7 @@ def _motion_verdict(criterion: Criterion, motion: str, ordered: Sequence[Finding
     breaches = tuple(
         finding
         for finding in ordered
-        if finding.margin < (-LENGTH_TOLERANCE if finding.unit in ("m", "rad") else 0.0)
+        if finding.margin < (0.0 if finding.unit in ("", "g") else -LENGTH_TOLERANCE)
     )
     return Verdict(
         criterion,
