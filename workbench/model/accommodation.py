@@ -16,6 +16,7 @@ from workbench.model.units import Unit, unit_of
 __all__ = [
     "MAP_POINTS",
     "MET",
+    "OF_SIGHT",
     "OF_SURFACE",
     "SHARE_TOLERANCE",
     "Certainty",
@@ -42,6 +43,10 @@ to."""
 OF_SURFACE = ("clearance", "contact", "self_contact", "between_people", "excursion")
 """Checks whose margin is a distance of the body's surface, so that it is known no better than
 that."""
+
+
+OF_SIGHT = ("over_nose", "sees", "reads")
+"""Checks of what is seen: any part may stand before it, and anybody who is there."""
 
 
 SHARE_TOLERANCE = 1e-9
@@ -161,6 +166,11 @@ class Requirement:
     def of_surface(self) -> bool:
         """Whether its margin is a distance of the body's surface."""
         return self.check in OF_SURFACE
+
+    @property
+    def of_sight(self) -> bool:
+        """Whether any part that is moved may change its margin, since it may stand before the eyes."""
+        return self.check in OF_SIGHT
 
     @property
     def unit(self) -> Unit:

@@ -14,7 +14,7 @@ import numpy as np
 
 from workbench.model.arrays import Floats
 
-__all__ = ["UNITS", "Unit", "unit_in", "unit_of"]
+__all__ = ["UNITS", "Unit", "limit_unit_of", "unit_in", "unit_of"]
 
 
 @dataclass(frozen=True)
@@ -77,13 +77,20 @@ UNITS = {
 """By the unit of a finding, which is SI but for g: an angle is in radians whether degrees or arc
 minutes are read. A radian counts as an arc at about a hand's length, 200 mm; a percent and an arc
 minute as about a millimetre."""
-_CHECKS = {"stops": "rad", "share": "share", "over_nose": "rad"}
+_CHECKS = {"stops": "rad", "share": "share", "over_nose": "rad", "sees": "share", "reads": "share"}
 """The units of checks whose margin is no length."""
+_LIMITS = {"reads": "arcmin"}
+"""The units of limits of checks whose margin has another."""
 
 
 def unit_of(check: str) -> Unit:
     """The unit in which the margin of a check is read."""
     return UNITS[_CHECKS.get(check, "m")]
+
+
+def limit_unit_of(check: str) -> Unit:
+    """The unit in which the limit of a check is stated."""
+    return UNITS[_LIMITS[check]] if check in _LIMITS else unit_of(check)
 
 
 def unit_in(column: str) -> Unit:

@@ -20,6 +20,8 @@ from workbench.model.person import Size
 from workbench.model.reach import MOST_SPARE
 from workbench.model.result import Finding, PersonFound, Verdict
 from workbench.model.stops import motion_words
+from workbench.model.units import UNITS
+from workbench.study.checks.sight import FACE
 from workbench.study.settings import setting_text
 
 __all__ = [
@@ -61,6 +63,12 @@ def millimetres(metres: float, limit: float = 0.0) -> str:
 def degrees(radians: float, limit: float = 0.0) -> str:
     """ "12.4 degrees" of an angle in radians, finer where that would read like its limit [rad]."""
     return f"{tenths(math.degrees(radians), math.degrees(limit))} degrees"
+
+
+def minutes(radians: float, limit: float = 0.0) -> str:
+    """ "12.4 arc minutes" of an angle in radians, finer where that would read like its limit [rad]."""
+    unit = UNITS["arcmin"]
+    return f"{tenths(unit.scale * radians, unit.scale * limit)}{unit.words}"
 
 
 def finding_sentence(check: str, finding: Finding) -> str:
@@ -179,6 +187,37 @@ def _nose_words(finding: Finding) -> str:
     return f"{finding.subject} look down to {down} below level, over {part}{_against(finding, degrees)}"
 
 
+def _sees_words(finding: Finding) -> str:
+    """Of the share of a thing that is seen, and what hides most of the rest."""
+    share = f"{tenths(100 * finding.value, 100 * finding.limit)} %"
+    way = "more" if finding.margin >= 0 else "less"
+    asked = f"{100 * finding.limit:g} % asked for"
+    against = f", {100 * abs(finding.margin):.1f} % {way} than the {asked}"
+    if abs(finding.margin) < 5e-4:
+        against = f", the {asked}"
+    return f"{finding.subject} is {share} visible{against}{_kept_words(finding.target)}"
+
+
+def _kept_words(why: str) -> str:
+    """ "; left_stick hides 30 %", "" where nothing hides anything."""
+    return f"; it is {why}" if why.startswith(("turned", "beyond")) else f"; {why}" if why else ""
+
+
+def _reads_words(finding: Finding) -> str:
+    """Of one of the limits of reading an instrument."""
+    if finding.unit == "share":
+        return _sees_words(finding)
+    if finding.unit == "arcmin":
+        lead = f"the characters of {finding.subject} are seen at"
+        return f"{lead} {minutes(finding.value, finding.limit)}{_against(finding, minutes)}"
+    if finding.target == FACE:
+        lead = f"{finding.subject} is looked at, from its face, at"
+        return f"{lead} {degrees(finding.value, finding.limit)}{_against(finding, degrees)}"
+    way = finding.target.removeprefix("angle ")
+    off = degrees(-finding.value, -finding.limit)
+    return f"{finding.subject} is {off} {way}{_against(finding, degrees)}"
+
+
 def _excursion_words(finding: Finding) -> str:
     allowed = millimetres(-finding.limit)
     far = millimetres(-finding.value, -finding.limit)
@@ -199,6 +238,8 @@ _FINDING_WORDS: dict[str, Callable[[Finding], str]] = {
     "eye_height": _view_words,
     "view_over": _view_words,
     "over_nose": _nose_words,
+    "sees": _sees_words,
+    "reads": _reads_words,
     "excursion": _excursion_words,
 }
 

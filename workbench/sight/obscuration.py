@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -13,8 +14,18 @@ from workbench.errors import InputError
 from workbench.model.arrays import Bools, Floats, Ints, frozen
 from workbench.model.environment import Environment
 from workbench.sight.eyes import Eyes
-from workbench.sight.kernels.segments import Blockers, blocked_lines
-from workbench.sight.panorama import STEP, face_directions, panorama
+from workbench.sight.kernels.bands import Pixels, Sums, add_bands
+from workbench.sight.kernels.segments import blocked_lines
+from workbench.sight.panorama import (
+    BAND,
+    FACES,
+    PIECES,
+    STEP,
+    face_directions,
+    pixel_weights,
+    pixels_of,
+    shapes_before,
+)
 from workbench.sight.regions import WHOLE, Region
 from workbench.sight.scenery import Scenery, enclosing_items
 from workbench.threads import in_pieces
@@ -37,6 +48,8 @@ TURNED_AWAY = "turned away"
 _MARGINS = np.array([1e-6, 1e-3])
 """Distance [m] before a point from which on other items, and the item that it is on, no longer hide
 it."""
+_GROUP = 32
+"""Points of `lines_of_sight` that follow each other and are looked at through one cone."""
 _PIECE = 8
 """Rows of lines of sight that a thread takes at once."""
 
@@ -110,67 +123,74 @@ def obscuration(
         If an eye is inside a solid part or a sphere, or the step is not 0.01 to 45 degrees.
     """
     region = WHOLE if within is None else within
-    pair = [panorama(scenery, eye[row], row=row, step=step) for eye in (eyes.left, eyes.right)]
-    count = len(scenery.names)
-    hidden = np.zeros((count + 1, 4))
-    through = np.zeros((count + 1, 4))
-    error = np.zeros(count + 1)
-    for face in range(6):
-        weight = pair[0].weight
-        weight = np.where(
-            region.contains(face_directions(pair[0].axes, face, len(weight))), weight, 0.0
-        )
-        for sums, name in ((hidden, "item"), (through, "glass")):
-            left, right = (getattr(one, name)[face] for one in pair)
-            sums[:, 0] += _sums(left, weight, count)
-            sums[:, 1] += _sums(right, weight, count)
-            sums[:, 3] += _sums(np.where(left == right, left, -1), weight, count)
-        error = np.maximum(error, 0)
-        for one in pair:
-            error += 0.5 * _border(one.item[face], weight, count)
-    hidden[:, 2] = hidden[:, 0] + hidden[:, 1] - hidden[:, 3]
-    through[:, 2] = through[:, 0] + through[:, 1] - through[:, 3]
-    both = 0.0
-    one_at_least = 0.0
-    for face in range(6):
-        weight = np.where(
-            region.contains(face_directions(pair[0].axes, face, len(weight))), pair[0].weight, 0.0
-        )
-        left, right = (one.item[face] < 0 for one in pair)
-        both += float(np.sum(weight[left & right]))
-        one_at_least += float(np.sum(weight[left | right]))
-    free = np.array([hidden[0, 0], hidden[0, 1], one_at_least, both])
-    left, right, either, both_eyes = hidden[1:].T.copy()
+    n = pixels_of(step)
+    left, right = (
+        shapes_before(scenery, eye[row], row, n, FACES) for eye in (eyes.left, eyes.right)
+    )
+    weight, before = pixel_weights(n)
+    pieces = _pieces(region, n)
+    count = len(scenery.names) + 1
+    opaque = np.zeros((len(pieces), count, 3))
+    clear = np.zeros((len(pieces), count, 3))
+    free = np.zeros((len(pieces), 2))
+    border = np.zeros((len(pieces), count))
+
+    def work(begin: int, end: int) -> None:
+        for k in range(begin, end):
+            one = pieces[k]
+            sums = Sums(opaque[k], clear[k], free[k], border[k])
+            shapes = left[one.face], right[one.face]
+            pixels = Pixels(weight, before, one.inside)
+            add_bands(*shapes, one.begin, one.end, BAND, pixels, sums)
+
+    in_pieces(work, len(pieces), 1)
+    hidden, through = (_with_either(sums.sum(axis=0)) for sums in (opaque, clear))
+    error = border.sum(axis=0) / 2.0
+    left_hides, right_hides, either, both = hidden[1:].T.copy()
     return Obscuration(
-        scenery.names,
-        region,
-        left,
-        right,
-        either,
-        both_eyes,
-        through[1:],
-        free,
-        error[1:],
-        float(error[0]),
+        names=scenery.names,
+        region=region,
+        left=left_hides,
+        right=right_hides,
+        either=either,
+        both=both,
+        through=through[1:],
+        free=np.append(hidden[0, :2], free.sum(axis=0)),
+        error=error[1:],
+        free_error=float(error[0]),
     )
 
 
-def _sums(item: Ints, weight: Floats, count: int) -> Floats:
-    """(count + 1,) sums of weights by item, those of -1 first."""
-    return np.bincount(item.ravel() + 1, weight.ravel(), count + 1).astype(np.float64)
+def _with_either(sums: Floats) -> Floats:
+    """(N, 4) left, right, either, both of sums (N, 3) left, right, both."""
+    left, right, both = sums.T
+    return np.stack([left, right, left + right - both, both], axis=1)
 
 
-def _border(item: Ints, weight: Floats, count: int) -> Floats:
-    """(count + 1,) weights of the pixels that touch a border, by the items on both of its sides."""
-    total = np.zeros(count + 1)
-    for one, other, part in (
-        (item[:, :-1], item[:, 1:], weight[:, 1:]),
-        (item[:-1], item[1:], weight[1:]),
-    ):
-        differ = one != other
-        total += _sums(one[differ], part[differ], count)
-        total += _sums(other[differ], part[differ], count)
-    return total
+@dataclass(frozen=True, eq=False)
+class _Piece:
+    """Rows `begin` to `end` of a face, and which of its pixels are in a region; none where all are."""
+
+    face: int
+    begin: int
+    end: int
+    inside: Bools
+
+
+@lru_cache(maxsize=4)
+def _pieces(region: Region, n: int) -> list[_Piece]:
+    """The pieces of faces that a region touches."""
+    rows = -(-n // PIECES)
+    found = []
+    everything = region is WHOLE
+    for face in range(6):
+        inside = np.zeros((0, 0), dtype=np.bool_)
+        if not everything:
+            inside = region.contains(face_directions(np.eye(3), face, n))
+        for begin in range(0, n, rows):
+            if everything or inside[begin : begin + rows].any():
+                found.append(_Piece(face, begin, min(begin + rows, n), inside))
+    return found
 
 
 @dataclass(frozen=True, eq=False)
@@ -318,24 +338,24 @@ def lines_of_sight(
     Ints
         (B, M) the item that comes first on the way, -1 where the point is seen.
     """
-    eyes = np.ascontiguousarray(eye, dtype=np.float64)
     ends = np.ascontiguousarray(points, dtype=np.float64)
     count = ends.shape[1]
-    on = np.full(count, -1) if own is None else np.broadcast_to(np.asarray(own), (count,)).copy()
-    opaque = ~scenery.see_through[scenery.item]
-    blockers = Blockers(
-        np.ascontiguousarray(scenery.triangles[opaque]),
-        np.ascontiguousarray(scenery.item[opaque]),
-        scenery.moving,
-        scenery.displacement,
-        scenery.centre,
-        scenery.radius,
-        scenery.sphere_item,
+    on = np.full(count, -1) if own is None else np.asarray(own)
+    return _blocked(
+        scenery, np.asarray(eye), ends, on, np.append(np.arange(0, count, _GROUP), count)
     )
-    found = np.full(ends.shape[:2], -1)
+
+
+def _blocked(scenery: Scenery, eye: Floats, points: Floats, own: Ints, group: Ints) -> Ints:
+    """As `lines_of_sight`; group (G + 1,): where groups of points that are near each other begin."""
+    eyes = np.ascontiguousarray(eye, dtype=np.float64)
+    on = np.ascontiguousarray(np.broadcast_to(own, points.shape[1:2]), dtype=np.int64)
+    blockers = scenery.blockers(~scenery.see_through)
+    found = np.empty(points.shape[:2], dtype=np.int64)
+    share = np.empty(points.shape[:2])
 
     def work(begin: int, end: int) -> None:
-        blocked_lines(eyes, ends, on, _MARGINS, blockers, begin, end, found)
+        blocked_lines(eyes, points, group, on, _MARGINS, blockers, begin, end, found, share)
 
     in_pieces(work, len(eyes), _PIECE)
     return found
@@ -409,7 +429,7 @@ def seen_shares(scenery: Scenery, eyes: Eyes, targets: Sequence[Target]) -> Seen
         cosine = np.where(flat, 1.0, np.einsum("bmi,mi->bm", away, normals) / distance)
         faces.append(cosine > 0.0)
         weight += np.maximum(cosine, 0.0) / distance**2
-        blocker.append(lines_of_sight(scenery, eye, ends, own))
+        blocker.append(_blocked(scenery, eye, ends, own, start))
     inside = enclosing_items(scenery, eyes.left)
     inside = np.where(inside >= 0, inside, enclosing_items(scenery, eyes.right))
     sees = [
@@ -419,6 +439,7 @@ def seen_shares(scenery: Scenery, eyes: Eyes, targets: Sequence[Target]) -> Seen
     share = np.zeros((rows, count, 4))
     blocked = np.zeros((rows, count))
     name = np.full((rows, count), "", dtype=object)
+    items = np.array([*scenery.names, ""], dtype=object)
     for k in range(count):
         one = slice(int(start[k]), int(start[k + 1]))
         total = weight[:, one].sum(axis=1)
@@ -426,19 +447,24 @@ def seen_shares(scenery: Scenery, eyes: Eyes, targets: Sequence[Target]) -> Seen
         left, right = (seen[:, one] for seen in sees)
         for j, seen in enumerate((left, right, left | right, left & right)):
             share[:, k, j] = np.sum(weight[:, one] * seen, axis=1) / scale
-        for b in range(rows):
-            if total[b] == 0.0:
-                name[b, k] = TURNED_AWAY
-                continue
-            if inside[b] >= 0:
-                name[b, k], blocked[b, k] = scenery.names[inside[b]], 1.0
-                continue
-            hides = np.zeros(len(scenery.names))
-            pair = [block[b, one] for block in blocker]
-            for item in np.unique(np.concatenate(pair)):
-                if item >= 0:
-                    hides[item] = np.sum(weight[b, one] * ((pair[0] == item) | (pair[1] == item)))
-            if hides.max(initial=0.0) > 0.0:
-                chief = int(np.argmax(hides))
-                name[b, k], blocked[b, k] = scenery.names[chief], hides[chief] / scale[b]
+        hides = _hidden_by(weight[:, one], [block[:, one] for block in blocker], len(items))
+        chief = np.where(inside >= 0, inside, np.argmax(hides, axis=1))
+        blocked[:, k] = np.where(inside >= 0, 1.0, hides[np.arange(rows), chief] / scale)
+        name[:, k] = np.where(blocked[:, k] > 0.0, items[chief], "")
+        name[total == 0.0, k] = TURNED_AWAY
     return Seen(tuple(target.name for target in targets), share, name, blocked, inside)
+
+
+def _hidden_by(weight: Floats, blocker: Sequence[Ints], count: int) -> Floats:
+    """(B, count) weights (B, M) of the samples that each item hides from one eye at least.
+
+    blocker: (B, M) for each eye; the column of -1, the last, is 0.
+    """
+    first = np.arange(len(weight))[:, None] * count
+    left, right = (np.where(block >= 0, block, count - 1) + first for block in blocker)
+    hides = np.zeros(len(weight) * count)
+    for items, part in ((left, weight), (right, np.where(left == right, 0.0, weight))):
+        hides += np.bincount(items.ravel(), part.ravel(), len(hides))
+    found = hides.reshape(-1, count)
+    found[:, -1] = 0.0
+    return found

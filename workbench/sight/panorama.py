@@ -11,16 +11,27 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from workbench.errors import InputError
 from workbench.geometry.clipping import clip_triangles
 from workbench.model.arrays import Floats, Ints
-from workbench.sight.kernels.rasterization import Fragments, fill_triangles
-from workbench.sight.kernels.sphere_rays import RUN_LENGTH, Lens, surface_depths
+from workbench.sight.kernels.bands import FaceShapes, Items, fill_bands, on_face
 from workbench.sight.scenery import Scenery, check_eye
+from workbench.threads import in_pieces
 
-__all__ = ["STEP", "Panorama", "face_directions", "panorama", "pixel_weights"]
+__all__ = [
+    "BAND",
+    "FACES",
+    "PIECES",
+    "STEP",
+    "Panorama",
+    "face_directions",
+    "panorama",
+    "pixel_weights",
+    "pixels_of",
+    "shapes_before",
+]
 
 STEP = math.radians(0.1)
 """The usual width [rad] of a pixel."""
@@ -28,6 +39,10 @@ _NEAREST = 1e-6
 """Distance [m] before the eye, along the middle of a face, from which on triangles are seen."""
 _FINEST = math.radians(0.01)
 """Least width [rad] of a pixel: 4 x 10^8 of them have 3 GB."""
+BAND = 32
+"""Rows that are filled at once: a band of 1,146 pixels a row has 0.6 MB, which stays in the cache."""
+PIECES = 4
+"""Into how many a face is cut for threads."""
 
 _FORWARD = np.array([1.0, 0.0, 0.0])
 _LEFT = np.array([0.0, 1.0, 0.0])
@@ -44,8 +59,6 @@ FACES = np.stack(
 )
 """(6, 3, 3) right, up and ahead of the faces forward, left, back, right, up, down, as rows of
 forward, left, up."""
-
-Items = NDArray[np.int32]
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,7 +90,7 @@ class Panorama:
     @property
     def weight(self) -> Floats:
         """(n, n) [sr] the solid angle of each pixel of every face."""
-        return pixel_weights(self.item.shape[1])
+        return pixel_weights(self.item.shape[1])[0]
 
     def look(self, directions: ArrayLike) -> Items:
         """Return the opaque items (...) in directions (..., 3), -1 for none."""
@@ -102,8 +115,9 @@ class Panorama:
 
 
 @lru_cache(maxsize=4)
-def pixel_weights(n: int) -> Floats:
-    """Return the exact solid angles (n, n) [sr] of the pixels of a face.
+def pixel_weights(n: int) -> tuple[Floats, Floats]:
+    """Return the exact solid angles (n, n) [sr] of the pixels of a face, and (n, n + 1) their sums
+    to the left of each column.
 
     From the middle of a face to (x, y) on it, at distance 1, it is atan(x y / sqrt(1 + x^2 + y^2)).
     """
@@ -111,8 +125,9 @@ def pixel_weights(n: int) -> Floats:
     x, y = np.meshgrid(edge, edge)
     corner = np.arctan(x * y / np.sqrt(1.0 + x * x + y * y))
     weights = np.diff(np.diff(corner, axis=0), axis=1)
-    weights.flags.writeable = False
-    return weights
+    before = np.zeros((n, n + 1))
+    np.cumsum(weights, axis=1, out=before[:, 1:])
+    return weights, before
 
 
 def face_directions(axes: Floats, face: int, n: int) -> Floats:
@@ -161,59 +176,77 @@ def panorama(
     InputError
         If the eye is inside a solid part or a sphere, or the step is not 0.01 to 45 degrees.
     """
-    point = np.asarray(eye, dtype=np.float64)
-    check_eye(scenery, point, row=row)
     frame = np.eye(3) if axes is None else np.asarray(axes, dtype=np.float64)
     n = pixels_of(step)
-    item = np.full((6, n, n), -1, dtype=np.int32)
-    glass = np.full((6, n, n), -1, dtype=np.int32)
-    for face in range(6):
-        _fill_face(scenery, point, scenery.row(row), FACES[face] @ frame, item[face], glass[face])
-    return Panorama(scenery.names, point, frame, item, glass)
+    shapes = shapes_before(scenery, eye, row, n, FACES @ frame)
+    item = np.empty((6, n, n), dtype=np.int32)
+    glass = np.empty((6, n, n), dtype=np.int32)
+    rows = -(-n // PIECES)
+
+    def work(begin: int, end: int) -> None:
+        for k in range(begin, end):
+            face, piece = divmod(k, PIECES)
+            first = min(piece * rows, n)
+            last = min(first + rows, n)
+            fill_bands(shapes[face], first, last, BAND, item[face], glass[face])
+
+    in_pieces(work, 6 * PIECES, 1)
+    return Panorama(scenery.names, np.asarray(eye, dtype=np.float64), frame, item, glass)
 
 
-def _fill_face(
-    scenery: Scenery, eye: Floats, row: int, view: Floats, item: Items, glass: Items
-) -> None:
-    """Fill a face (n, n) that is seen along view (3, 3): right, up, ahead."""
-    n = len(item)
-    depth = np.full((n, n), -np.inf)
-    _fill_spheres(scenery, eye, row, view, depth, item)
-    corners = (scenery.corners(row) - eye) @ view.T
-    pieces, source = clip_triangles(corners, np.array([0.0, 0.0, -1.0]), -_NEAREST)
-    near = 1.0 / pieces[:, :, 2]
-    pixels = np.stack(
-        [
-            (1.0 + pieces[:, :, 0] * near) * (n / 2.0),
-            (1.0 - pieces[:, :, 1] * near) * (n / 2.0),
-            near - 1.0,
-        ],
-        axis=-1,
-    )
-    owner = scenery.item[source]
-    clear = scenery.see_through[owner]
-    cut = np.zeros((n, n), dtype=np.bool_)
-    fill_triangles(pixels[~clear], owner[~clear], 1.0, np.inf, Fragments(depth, item, cut))
-    before = np.full((n, n), -np.inf)
-    fill_triangles(pixels[clear], owner[clear], 1.0, np.inf, Fragments(before, glass, cut))
-    glass[before <= depth] = -1
+def shapes_before(
+    scenery: Scenery, eye: ArrayLike, row: int, n: int, views: Floats
+) -> list[FaceShapes]:
+    """Project a scenery on faces of n x n pixels.
 
-
-def _fill_spheres(
-    scenery: Scenery, eye: Floats, row: int, view: Floats, depth: Floats, item: Items
-) -> None:
-    """Fill the spheres of one row; depths are 1 m less the distance along the view."""
+    Parameters
+    ----------
+    scenery, eye, row
+        As for `panorama`, with its errors.
+    n
+        Pixels along an edge.
+    views
+        (F, 3, 3) right, up and ahead of each face.
+    """
+    point = np.asarray(eye, dtype=np.float64)
+    check_eye(scenery, point, row=row)
+    corners = scenery.corners(row)
+    found = []
+    kept = np.empty(len(corners), dtype=np.int64)
+    row = scenery.row(row)
     there = np.flatnonzero(np.isfinite(scenery.radius[row]))
     balls = np.empty((len(there), 4))
-    balls[:, :3] = (scenery.centre[row, there] - eye) @ view.T
-    balls[:, 2] = 1.0 - balls[:, 2]
     balls[:, 3] = scenery.radius[row, there]
-    order = np.argsort(balls[:, 2] + balls[:, 3], kind="stable")
-    order = order[(balls[:, 2] - balls[:, 3] < 1.0)[order]]
-    n = len(item)
-    lens = Lens(np.zeros((4, 3)), n / 2.0, 1.0, n / 2.0, n / 2.0, 1.0 - _NEAREST, 1.0)
-    bound = np.full((n, -(-n // RUN_LENGTH)), -np.inf)
-    sphere = np.full((n, n), -1, dtype=np.int32)
-    surface_depths(balls, order, lens, depth, sphere, bound)
-    hit = sphere >= 0
-    item[hit] = scenery.sphere_item[there[sphere[hit]]]
+    for view in views:
+        count = on_face(corners, scenery.item, scenery.solid, point, view, _NEAREST, kept)
+        seen = (corners[kept[:count]] - point) @ view.T
+        pieces, source = clip_triangles(seen, np.array([0.0, 0.0, -1.0]), -_NEAREST)
+        near = 1.0 / pieces[:, :, 2]
+        pixels = np.stack(
+            [
+                (1.0 + pieces[:, :, 0] * near) * (n / 2.0),
+                (1.0 - pieces[:, :, 1] * near) * (n / 2.0),
+                near,
+            ],
+            axis=-1,
+        )
+        owner = scenery.item[kept[source]]
+        clear = scenery.see_through[owner]
+        seen_balls = balls.copy()
+        seen_balls[:, :3] = (scenery.centre[row, there] - point) @ view.T
+        seen_balls[:, 2] = 1.0 - seen_balls[:, 2]
+        front = seen_balls[:, 2] + seen_balls[:, 3]
+        order = np.argsort(front, kind="stable")
+        order = order[(seen_balls[:, 2] - seen_balls[:, 3] < 1.0)[order]]
+        found.append(
+            FaceShapes(
+                pixels[~clear],
+                owner[~clear],
+                pixels[clear],
+                owner[clear],
+                seen_balls,
+                order,
+                scenery.sphere_item[there],
+            )
+        )
+    return found

@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from workbench.errors import InputError, UsageError
-from workbench.geometry.polygon import point_winding
 from workbench.model.arrays import Bools, Floats, Ints, freeze_fields
 from workbench.model.environment import Environment
 from workbench.model.poses import Placed
 from workbench.sight.eyes import eyes_of, head_of
+from workbench.sight.kernels.segments import Blockers, enclosing_parts
+from workbench.threads import in_pieces
 
 __all__ = ["Scenery", "check_eye", "enclosing_items", "scenery_of"]
 
@@ -47,6 +48,9 @@ class Scenery:
         (N,) items that are displaced.
     displacement
         (B, 3) [m] of these.
+    ball, item_ball
+        (T, 4) and (N, 4) centre and radius [m] of a sphere about each triangle, and about all of an
+        item; made from the triangles.
     """
 
     names: tuple[str, ...]
@@ -59,6 +63,8 @@ class Scenery:
     sphere_item: Ints
     moving: Bools
     displacement: Floats
+    ball: Floats = field(default_factory=lambda: np.zeros((0, 4)))
+    item_ball: Floats = field(default_factory=lambda: np.zeros((0, 4)))
 
     def __post_init__(self) -> None:
         n = len(self.names)
@@ -73,11 +79,36 @@ class Scenery:
             "sphere_item": (np.int64, (s,)),
             "moving": (np.bool_, (n,)),
             "displacement": (np.float64, (b, 3)),
+            "ball": (np.float64, (len(self.triangles), 4)),
+            "item_ball": (np.float64, (n, 4)),
         }
+        if len(self.item_ball) != n:
+            object.__setattr__(self, "ball", _balls(self.triangles, np.arange(len(self.item) + 1)))
+            object.__setattr__(self, "item_ball", _balls(self.triangles, self.start))
         freeze_fields(self, arrays, "scenery")
 
     def __len__(self) -> int:
         return len(self.radius)
+
+    @property
+    def start(self) -> Ints:
+        """(N + 1,) where the triangles of each item begin."""
+        return np.searchsorted(self.item, np.arange(len(self.names) + 1))
+
+    def blockers(self, blocks: Bools) -> Blockers:
+        """Return it as the kernels take it; blocks (N,): the items whose triangles count."""
+        return Blockers(
+            self.triangles,
+            self.start,
+            self.ball,
+            self.item_ball,
+            blocks,
+            self.moving,
+            self.displacement,
+            self.centre,
+            self.radius,
+            self.sphere_item,
+        )
 
     def row(self, row: int) -> int:
         """Return the row of the scenery for a row of eyes: 0 where all have the same.
@@ -108,6 +139,20 @@ class Scenery:
             radius=self.radius[one],
             displacement=self.displacement[one],
         )
+
+
+def _balls(triangles: Floats, start: Ints) -> Floats:
+    """(K, 4) [m] spheres about groups of triangles (T, 3, 3) that begin at start (K + 1,)."""
+    balls = np.zeros((len(start) - 1, 4))
+    some = np.flatnonzero(np.diff(start))
+    if len(some):
+        group = np.repeat(np.arange(len(balls)), np.diff(start))
+        low = np.minimum.reduceat(triangles.min(axis=1), start[some])
+        high = np.maximum.reduceat(triangles.max(axis=1), start[some])
+        balls[some, :3] = (low + high) / 2.0
+        away = np.linalg.norm(triangles - balls[group, None, :3], axis=2).max(axis=1)
+        balls[some, 3] = np.maximum.reduceat(away, start[some])
+    return balls
 
 
 def scenery_of(
@@ -270,22 +315,15 @@ def enclosing_items(scenery: Scenery, eye: Floats) -> Ints:
     Ints
         (B,).
     """
-    found = np.full(len(eye), -1)
-    away = np.linalg.norm(scenery.centre - eye[:, None], axis=2)
-    inside = away < scenery.radius
+    points = np.ascontiguousarray(eye, dtype=np.float64)
+    found = np.full(len(points), -1)
+    inside = np.linalg.norm(scenery.centre - points[:, None], axis=2) < scenery.radius
     holds, sphere = np.nonzero(inside)
     found[holds] = scenery.sphere_item[sphere]
-    shift = np.broadcast_to(scenery.displacement, (len(eye), 3))
-    for part in np.flatnonzero(scenery.solid).tolist():
-        first, last = np.searchsorted(scenery.item, [part, part + 1])
-        if first == last:
-            continue
-        corners = scenery.triangles[first:last]
-        local = eye - shift if scenery.moving[part] else eye
-        low, high = corners.min(axis=(0, 1)), corners.max(axis=(0, 1))
-        for row in np.flatnonzero(np.all((local > low) & (local < high), axis=1)).tolist():
-            if abs(point_winding(*local[row].tolist(), corners, 0, len(corners))) > 0.5:
-                found[row] = part
+    solids = scenery.blockers(scenery.solid)
+    in_pieces(
+        lambda first, last: enclosing_parts(points, solids, first, last, found), len(found), 8
+    )
     return found
 
 

@@ -12,6 +12,7 @@ from workbench.model.arrays import Bools
 from workbench.model.criterion import Criterion
 from workbench.model.workplace import Workplace
 from workbench.study.checks.margins import Asked
+from workbench.study.checks.sight import targets_of
 from workbench.study.checks.table import CHECKS
 
 __all__ = ["asked_of", "sets_of"]
@@ -48,6 +49,12 @@ def _all(place: Workplace) -> Iterator[Asked]:
         cases = [k for k, case in enumerate(place.cases) if criterion.asks(case.name)]
         for case in cases:
             lead = f", {place.cases[case].name}" if len(cases) > 1 else ""
+            if criterion.check in ("sees", "reads"):
+                for target in targets_of(criterion):
+                    words = f"{criterion.check[:-1]} {target}{lead}"
+                    row = Requirement(words, criterion.name, criterion.check, target)
+                    yield Asked(row, criterion, None, case)
+                continue
             if criterion.check != "reach":
                 target = _target(place, criterion, case)
                 name = f"{criterion.name}{lead}"

@@ -35,7 +35,7 @@ from workbench.model.accommodation import MAP_POINTS
 from workbench.model.body import Body
 from workbench.model.environment import Environment
 from workbench.model.population import Population
-from workbench.model.units import unit_of
+from workbench.model.units import limit_unit_of
 
 __all__ = [
     "ACTIONS",
@@ -97,7 +97,7 @@ _POSSIBLE = {
 
 def _limit(value: Any, info: ValidationInfo) -> Any:
     """A limit in the unit of its check: a length, or a number of degrees, percent, arc minutes."""
-    column = unit_of(info.data.get("check", "")).column
+    column = limit_unit_of(info.data.get("check", "")).column
     if column not in _POSSIBLE:
         return plausible(length_in_metres(value, info))
     low, high, unit = _POSSIBLE[column]
@@ -453,11 +453,15 @@ CHECK_KEYS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
     "eye_height": ((), ("below", "above")),
     "view_over": (("parts", "down"), ()),
     "over_nose": (("down",), ("parts",)),
+    "sees": (("at_least",), ("parts", "controls", "instruments", "points", "size", "eyes")),
+    "reads": (("instruments", "rules"), ("at_least", "visible", "eyes")),
     "excursion": (("segments", "direction", "origin", "at_most"), ()),
     "injury": (("rules",), ()),
     "share": (("at_least",), ("of",)),
 }
 """The keys of each check beside name, check, people and cases: needed ones, and possible ones."""
+_THINGS = ("parts", "controls", "instruments", "points")
+"""What may be asked to be seen."""
 _OWN = tuple(dict.fromkeys(key for pair in CHECK_KEYS.values() for keys in pair for key in keys))
 
 
@@ -478,6 +482,8 @@ class CriterionFile(FileModel):
         "eye_height",
         "view_over",
         "over_nose",
+        "sees",
+        "reads",
         "excursion",
         "injury",
         "share",
@@ -498,6 +504,11 @@ class CriterionFile(FileModel):
     direction: Direction | None = None
     origin: Vector | None = None
     rules: Name | None = None
+    instruments: Names | None = None
+    points: Names | None = None
+    size: Annotated[Length, Field(gt=0)] | None = None
+    eyes: Literal["left", "right", "either", "both"] | None = None
+    visible: Percent | None = None
     of: Names | None = None
 
     @model_validator(mode="after")
@@ -517,6 +528,12 @@ class CriterionFile(FileModel):
             raise ValueError("'segments' and 'subparts' exclude each other: give one of the two")
         if self.check == "eye_height" and self.below is None and self.above is None:
             raise ValueError("check: eye_height needs 'below' or 'above'")
+        things = [name for name in _THINGS if getattr(self, name) is not None]
+        if self.check == "sees" and len(things) != 1:
+            said = " and ".join(things) or "none"
+            raise ValueError(f"check: sees needs exactly one of {', '.join(_THINGS)}, got {said}")
+        if self.size is not None and self.points is None:
+            raise ValueError("'size' is the diameter of what is at 'points'")
         if self.check == "over_nose" and (self.down or 0.0) < 0:
             raise ValueError("'down' of check: over_nose is 0 to 89 degrees")
         if self.check == "share" and (self.people is not None or self.cases is not None):

@@ -447,6 +447,16 @@ def _lacks(result: PopulationFound, row: int, index: int, whose: str) -> str:
         return _clearance_lacks(lack)
     if requirement.check in ("eye_height", "view_over") and lack.reason.startswith("eyes too "):
         return f"{whose} eyes are {lack.by} {lack.reason.removeprefix('eyes ')} for {name}"
+    if requirement.check == "sees":
+        least = next(
+            one.at_least for one in result.study.criteria if one.name == requirement.criterion
+        )
+        share = least + float(result.margin[row, index]) / requirement.unit.counts
+        him = {"her": "her", "his": "him"}[whose]
+        seen = f"the {plain(requirement.target)} is {100 * share:.0f} % visible to {him}"
+        return f"{seen}, {100 * least:g} % asked{_hides_words(lack.reason, whose)}"
+    if requirement.check == "reads":
+        return f"{name} is missed by {lack.by} of its limit{_hides_words(lack.reason, whose)}"
     if requirement.check == "over_nose":
         kept = f": {reason_words(lack.reason)} is in the way" if lack.reason else ""
         return f"{whose} eyes look down {lack.by} less than “{plain(requirement.name)}” asks{kept}"
@@ -470,6 +480,17 @@ def _reach_lacks(lack: _Lack, parts: Container[str]) -> str:
     if lack.reason:
         by = f", limited by {reason_words(lack.reason, lack.limb or requirement.target)}"
     return f"{who} stays {lack.by} short of {target}{by}"
+
+
+def _hides_words(reason: str, whose: str) -> str:
+    """ ": the left stick hides most of the rest", "" where nothing is known."""
+    if not reason or reason.startswith(("size", "angle")):
+        return f": {reason_words(reason)}" if reason else ""
+    if reason.startswith(("turned", "beyond")):
+        return f": it is {reason}"
+    if reason.startswith("own "):
+        return f": {whose} {plain(reason)} hides most of the rest"
+    return f": {reason_words(reason)} hides most of the rest"
 
 
 def _clearance_lacks(lack: _Lack) -> str:
@@ -497,7 +518,10 @@ def reason_words(reason: str, limb: str = "") -> str:
         return f"{reason_words(foot)}, {reason_words(limit, foot)}"
     if " at " in words and " at the " not in words:  # a segment at a part
         words = words.replace(" at ", " at the ", 1)
-    return words if not words or words.startswith(("the ", "a ", "eyes ")) else f"the {words}"
+    known = ("the ", "a ", "eyes ", "turned ", "beyond ")
+    if words.startswith("own "):
+        return f"the body's {words}"
+    return words if not words or words.startswith(known) or "'s " in words else f"the {words}"
 
 
 def limiting_words(result: PopulationFound, row: int) -> str:

@@ -61,6 +61,8 @@ class Fragments(NamedTuple):
     """Its number."""
     was_cut: Bools
     """Whether anything was dropped there by the near plane."""
+    first: int = 0
+    """The row of the whole picture that is their first one."""
 
 
 @njit(cache=True)
@@ -127,12 +129,24 @@ def _fill_row(
     depth = out.depth
     numbers = out.number
     was_cut = out.was_cut
-    y = row + 0.5
+    y = out.first + row + 0.5
     low, high = _clip_row(triangle.first, y, 0.5, depth.shape[1] - 0.5)
     low, high = _clip_row(triangle.second, y, low, high)
     low, high = _clip_row(triangle.third, y, low, high)
     base = triangle.depth + triangle.slope_y * (y - triangle.y)
-    for column in range(math.ceil(low - 0.5), math.floor(high - 0.5) + 1):
+    first = math.ceil(low - 0.5)
+    end = max(math.floor(high - 0.5) + 1, first)
+    if bend == 0.0 and cut == math.inf:
+        line = depth[row, first:end]
+        names = numbers[row, first:end]
+        for k in range(len(line)):  # a slice from 0, without branches: four pixels at once
+            front = base + triangle.slope_x * (first + k + 0.5 - triangle.x)
+            front = min(max(front, triangle.farthest), triangle.nearest)
+            better = front > line[k]
+            line[k] = front if better else line[k]
+            names[k] = number if better else names[k]
+        return
+    for column in range(first, end):
         front = base + triangle.slope_x * (column + 0.5 - triangle.x)
         # slivers: never beyond the corners
         front = min(max(front, triangle.farthest), triangle.nearest)
@@ -173,8 +187,8 @@ def fill_triangles(corners: Floats, number: Ints, bend: float, cut: float, out: 
         ay = corners[t, 0, 1]
         by = corners[t, 1, 1]
         cy = corners[t, 2, 1]
-        top = max(math.ceil(min(ay, by, cy) - 0.5), 0)
-        bottom = min(math.floor(max(ay, by, cy) - 0.5), height - 1)
+        top = max(math.ceil(min(ay, by, cy) - 0.5) - out.first, 0)
+        bottom = min(math.floor(max(ay, by, cy) - 0.5) - out.first, height - 1)
         if top > bottom or max(ax, bx, cx) < 0.5 or min(ax, bx, cx) > width - 0.5:
             continue
         area = _twice_area(corners, t)

@@ -11,7 +11,7 @@ import numpy as np
 from workbench.model.criterion import Criterion
 from workbench.model.environment import Environment
 from workbench.model.study import Study
-from workbench.model.units import unit_of
+from workbench.model.units import limit_unit_of
 
 __all__ = ["changed_words", "design_of"]
 
@@ -62,7 +62,7 @@ def _criterion_facts(criterion: Criterion) -> Iterator[str]:
         if one.name in ("name", "limits", "segments") or value == one.default:
             continue
         if one.name in _LIMITS:
-            unit = unit_of(criterion.check)
+            unit = limit_unit_of(criterion.check)
             value = f"{unit.scale * value:g}{unit.words}"
         elif isinstance(value, float):
             value = f"{value:.4g}"

@@ -18,6 +18,7 @@ from workbench.model.arrays import Bools, Floats
 from workbench.model.criterion import Criterion
 from workbench.model.motion_case import MotionCase
 from workbench.model.result import Finding, MotionFound, Verdict
+from workbench.model.units import UNITS
 from workbench.posture.reaching.limbs import HANDS
 from workbench.study.checks import (
     between_people,
@@ -28,6 +29,7 @@ from workbench.study.checks import (
     reach,
     seat_travel,
     self_contact,
+    sight,
     view,
 )
 from workbench.study.checks.margins import Asked, Bounds, Margins, no_bounds, no_margins
@@ -111,6 +113,8 @@ CHECKS = {
     "eye_height": Check(AFTER_SEATING, view.margins, view.findings),
     "view_over": Check(AFTER_SEATING, view.margins, view.findings),
     "over_nose": Check(AFTER_SEATING, view.nose_margins, view.nose_findings),
+    "sees": Check(IN_POSTURE, sight.margins, sight.findings),
+    "reads": Check(IN_POSTURE, sight.margins, sight.findings),
     "pedals": Check(AFTER_SEATING, seat_travel.pedal_margins, seat_travel.pedal_findings),
     "preferred_seat": Check(AFTER_SEATING, seat_travel.seat_margins, seat_travel.seat_findings),
     "clearance": Check(
@@ -306,7 +310,7 @@ def verdict(criterion: Criterion, findings: Iterable[Finding], cases: Sequence[s
     cases
         The names of the cases in their order, by which equal findings stand.
     """
-    ordered = sorted(findings, key=lambda f: (f.margin, cases.index(f.case), f.person))
+    ordered = sorted(findings, key=lambda f: (_counted(f), cases.index(f.case), f.person))
     breaches = tuple(f for f in ordered if f.margin < -LENGTH_TOLERANCE)
     return Verdict(
         criterion,
@@ -315,6 +319,11 @@ def verdict(criterion: Criterion, findings: Iterable[Finding], cases: Sequence[s
         breaches,
         _doubtful(ordered, breaches),
     )
+
+
+def _counted(finding: Finding) -> float:
+    """What the margin of a finding counts beside lengths [m]."""
+    return UNITS[finding.unit].counts * finding.margin
 
 
 def _doubtful(findings: list[Finding], breaches: tuple[Finding, ...]) -> Finding | None:

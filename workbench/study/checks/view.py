@@ -18,6 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.errors import InputError
+from workbench.geometry.clipping import plane_intersections
 from workbench.model.accommodation import MET
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.criterion import Criterion
@@ -322,22 +323,10 @@ def _cut(
     environment: Environment, parts: tuple[str, ...], point: Floats, normal: Floats
 ) -> tuple[Floats, Ints]:
     """(N, 2, 3) [m] the pieces in which triangles of parts cross a plane, and (N,) their parts."""
-    found = [np.zeros((0, 2, 3))]
-    owner = [np.zeros(0, dtype=np.int64)]
-    for name in parts:
-        index = environment.part_index(name)
-        corner = environment.triangle_corners(index)
-        side = (corner - point) @ normal
-        under = side <= 0.0
-        crosses = np.flatnonzero(under.any(axis=1) & ~under.all(axis=1))
-        # the corner that is alone on its side, and the others
-        alone = (under[crosses] == (under[crosses].sum(axis=1) == 1)[:, None]).argmax(axis=1)
-        one, a = corner[crosses, alone], side[crosses, alone]
-        points = []
-        for k in (1, 2):
-            other = (alone + k) % 3
-            share = (a / (a - side[crosses, other]))[:, None]
-            points.append(one * (1.0 - share) + corner[crosses, other] * share)
-        found.append(np.stack(points, axis=1))
-        owner.append(np.full(len(crosses), index))
-    return np.concatenate(found), np.concatenate(owner)
+    which = [environment.part_index(name) for name in parts]
+    corners = [environment.triangle_corners(k) for k in which]
+    owner = np.repeat(np.array(which, dtype=np.int64), [len(one) for one in corners])
+    lines, triangle = plane_intersections(
+        np.concatenate([np.zeros((0, 3, 3)), *corners]), normal, float(normal @ point)
+    )
+    return lines, owner[triangle]
