@@ -42,6 +42,8 @@ MOST_PAIRED = 6
 """Controls and parts that are looked at two together: those whose requirements are missed most."""
 MOST_PAIRS = 2
 """Proposals of two moves together, at most."""
+SLACK = 1e-6
+"""[m] More than rounding makes of a margin that has grown by the longest moves."""
 NEEDED = 0.1
 """The part of what two moves gain together that is gained by people whom neither helps alone; with
 less, two single proposals say as much."""
@@ -282,6 +284,12 @@ def _served(found: Chunk, ways: Sequence[_Way], steps: Sequence[Floats]) -> Bool
         if way.optional:
             slope[kept >= people] = 0.0  # an end of the travel is known where people sit at it
         slopes.append(slope)
+    # who misses something by more than the longest moves bring, or that none brings, is not served
+    most = sum(
+        amounts.max() * np.maximum(slope, 0.0) for amounts, slope in zip(steps, slopes, strict=True)
+    )
+    may = met_of(margin + most + SLACK).all(axis=1)
+    margin, person, slopes = margin[may], person[may], [slope[may] for slope in slopes]
     shape = tuple(len(amounts) for amounts in steps)
     served = np.zeros((*shape, people), dtype=np.bool_)
     for at in np.ndindex(shape):
