@@ -17,6 +17,7 @@ from workbench.files.body.encumbrances import load_encumbrance
 from workbench.sight.eyes import PIVOT_BEHIND, TURNS, eyes_of, gaze, given_eyes
 from workbench.sight.obscuration import (
     TURNED_AWAY,
+    Target,
     lines_of_sight,
     obscuration,
     seen_shares,
@@ -275,3 +276,24 @@ def test_an_eye_of_one_of_many_in_the_others_hand_is_told_and_sees_nothing(bubbl
     assert scenery.names[seen.inside[0]].startswith("pilot's ") and seen.inside[1] == -1
     assert seen.share[:, 0, 2].tolist() == [0.0, 1.0]
     assert seen.blocker[0, 0] == scenery.names[seen.inside[0]]
+
+
+@pytest.mark.parametrize(
+    ("asked", "message"),
+    [
+        (lambda: given_eyes((0, 0, np.nan)), "finite points"),
+        (lambda: given_eyes((0, 0, 0), ahead=(0, 0, 1)), "not upright"),
+        (lambda: given_eyes((0, 0, 0), spacing=-1), "spacing of 0 m or more"),
+        (lambda: gaze(given_eyes((0, 0, 0)), (0, 0, 0)), "away from the eyes"),
+        (lambda: panorama(scenery_of(None), (0, 0, 0), step=0.0), "0.01 to 45 degrees, got 0"),
+        (lambda: panorama(scenery_of(None), (np.nan, 0, 0)), "not finite"),
+        (lambda: outline("line", [(0, 0), (1, 1)]), "3 corners or more"),
+        (lambda: outline("high", [(0, 0), (1, 1), (0, 2)]), "elevations of -90 to 90"),
+        (lambda: cone("none", (1, 0, 0), 0.0), "half angle above 0"),
+        (lambda: target_of_part(room(("box", (1, 0, 0), (2, 1, 1))), "bix"), "did you mean 'box'"),
+        (lambda: Target("none", np.zeros((0, 3))), "one at least"),
+    ],
+)
+def test_what_cannot_be_looked_at_is_told(asked, message):
+    with pytest.raises(InputError, match=message):
+        asked()

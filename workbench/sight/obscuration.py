@@ -446,8 +446,9 @@ def seen_shares(scenery: Scenery, eyes: Eyes, targets: Sequence[Target]) -> Seen
         ],
         axis=1,
     )
-    hides[inside >= 0] = 0.0
-    hides[inside >= 0, :, inside[inside >= 0]] = scale[inside >= 0]
+    blind = np.flatnonzero(inside >= 0)
+    hides[blind] = 0.0
+    hides[blind, :, inside[blind]] = scale[blind]
     chief = np.argmax(hides, axis=2)
     blocked = np.take_along_axis(hides, chief[..., None], axis=2)[..., 0] / scale
     name = np.where(blocked > 0.0, np.array(scenery.names, dtype=object)[chief], "")

@@ -213,27 +213,32 @@ def shapes_before(
     own = scenery.of_row(row)
     away = own.shifts(0) - point
     corners = own.triangles + away[:, None]
-    ball = own.ball[:, :3] + away
     turned = np.einsum("ti,ti->t", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])) > 0.0
     seen = ~(own.solid[own.item] & turned)
-    there = np.flatnonzero(np.isfinite(own.radius[0]))
+    ball = own.ball[:, :3] + away
     found = []
     for right, above, ahead in views:
+        # planes through the eye and the sides of the face, whose normals are sqrt(2) long
         sides = np.stack([ahead + right, ahead - right, ahead + above, ahead - above])
         on = seen & np.all(ball @ sides.T >= -math.sqrt(2.0) * own.ball[:, 3:], axis=1)
         view = np.stack([right, above, ahead])
-        backward = np.array([0.0, 0.0, -1.0])
         before = (corners[on].reshape(-1, 3) @ view.T).reshape(-1, 3, 3)
-        pieces, source = clip_triangles(before, backward, -_NEAREST)
-        item = own.item[on][source]
-        clear = own.see_through[item]
+        pieces, source = clip_triangles(before, np.array([0.0, 0.0, -1.0]), -_NEAREST)
         near = 1.0 / pieces[:, :, 2:]
         pixels = np.concatenate([pieces[:, :, :2] * near * [1.0, -1.0] + 1.0, near], axis=2)
         pixels[:, :, :2] *= n / 2.0
-        balls = np.concatenate([own.centre[0] - point, own.radius[0, :, None]], axis=1)[there]
-        balls[:, :3] = balls[:, :3] @ view.T * [1.0, 1.0, -1.0] + [0.0, 0.0, 1.0]
-        order = np.argsort(balls[:, 2] + balls[:, 3], kind="stable")
-        order = order[balls[order, 2] - balls[order, 3] < 1.0]
+        item = own.item[on][source]
+        clear = own.see_through[item]
         triangles = pixels[~clear], item[~clear], pixels[clear], item[clear]
-        found.append(FaceShapes(*triangles, balls, order, own.sphere_item[there]))
+        found.append(FaceShapes(*triangles, *_balls(own, point, view)))
     return found
+
+
+def _balls(own: Scenery, point: Floats, view: Floats) -> tuple[Floats, Ints, Ints]:
+    """The last three of `FaceShapes`, of a scenery of one row seen from a point."""
+    there = np.flatnonzero(np.isfinite(own.radius[0]))
+    balls = np.concatenate([own.centre[0] - point, own.radius[0, :, None]], axis=1)[there]
+    balls[:, :3] = balls[:, :3] @ view.T * [1.0, 1.0, -1.0] + [0.0, 0.0, 1.0]
+    order = np.argsort(balls[:, 2] + balls[:, 3], kind="stable")
+    order = order[balls[order, 2] - balls[order, 3] < 1.0]
+    return balls, order, own.sphere_item[there]

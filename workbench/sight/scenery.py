@@ -190,21 +190,13 @@ def scenery_of(
         sphere_item.append(one.item + len(names))
         names += one.names
     flags = np.zeros((3, len(names)), dtype=np.bool_)
-    triangles = np.zeros((0, 3, 3))
-    item = np.zeros(0, dtype=np.int64)
     if environment is not None:
         flags[0, :count] = environment.see_through
         flags[1, :count] = environment.solid & ~environment.hidden
         flags[2, [environment.part_index(name) for name in moving]] = True
-        counts = np.diff(environment.triangle_start[environment.part_start])
-        item = np.repeat(np.arange(count), counts)
-        shown = ~environment.hidden[item]
-        item = item[shown]
-        triangles = environment.vertices[environment.triangles[shown]]
     return Scenery(
         names,
-        triangles,
-        item,
+        *_shown_triangles(environment),
         flags[0],
         flags[1],
         np.concatenate(centre, axis=1),
@@ -213,6 +205,16 @@ def scenery_of(
         flags[2],
         np.broadcast_to(np.zeros(3) if displacement is None else displacement, (rows, 3)),
     )
+
+
+def _shown_triangles(environment: Environment | None) -> tuple[Floats, Ints]:
+    """Corners (T, 3, 3) [m] of the triangles of parts that are not hidden, and the part (T,) of each."""
+    if environment is None:
+        return np.zeros((0, 3, 3)), np.zeros(0, dtype=np.int64)
+    counts = np.diff(environment.triangle_start[environment.part_start])
+    part = np.repeat(np.arange(len(environment.parts)), counts)
+    shown = ~environment.hidden[part]
+    return environment.vertices[environment.triangles[shown]], part[shown]
 
 
 @dataclass(frozen=True, eq=False)
