@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -125,23 +126,13 @@ def cockpit_view(
     InputError
         If an eye is inside a solid part or a sphere, or the region has no outline.
     """
-    if not len(region.corners):
-        raise InputError(f"{region.name}: an outline of azimuths and elevations is needed")
-    low = region.corners.min(axis=0) - 1.5 * step
-    high = region.corners.max(axis=0) + 1.5 * step
-    azimuth, elevation = np.meshgrid(*(np.arange(low[k], high[k], step) for k in range(2)))
-    ways = direction_of(azimuth, elevation) @ region.axes
-    inside = region.contains(ways)
+    lattice = _lattice(region, step)
     pair = [panorama(scenery, eye[row], row=row, step=step) for eye in (eyes.left, eyes.right)]
-    items = np.stack([one.look(ways) for one in pair])
-    hides = (items >= 0).all(axis=0)
-    # equal steps of azimuth and elevation: the solid angle of a cell goes with cos(elevation)
-    weight = np.where(inside, np.cos(elevation), 0.0)
-    weight *= region.solid_angle / weight.sum()
-    by_item = np.bincount(
-        items[:, hides].ravel(), np.tile(0.5 * weight[hides], 2), len(scenery.names)
-    )
-
+    pixels = pair[0].pixels(lattice.ways[lattice.inside])
+    items = np.stack([one.item[pixels] for one in pair])
+    hides: Bools = np.all(items >= 0, axis=0)
+    halves = np.tile(0.5 * lattice.weight[hides], 2)
+    by_item = np.bincount(items[:, hides].ravel(), halves, len(scenery.names))
     own = scenery.of_row(row)
 
     def blocker(azimuth: Floats, elevation: Floats) -> Ints:
@@ -161,9 +152,9 @@ def cockpit_view(
     upward = _runs(lambda at: blocker(0.0 * at, at), -np.pi / 2, np.pi / 2)
     top = max((run.end for run in upward if run.begin <= 0.0), default=-np.pi / 2)
     return CockpitView(
-        clear=1.0 - float(weight[hides].sum()) / region.solid_angle,
+        clear=1.0 - float(lattice.weight[hides].sum()) / region.solid_angle,
         hidden={scenery.names[k]: float(by_item[k]) for k in np.flatnonzero(by_item)},
-        hole=_hole(pair, ways, hides & inside, region=region),
+        hole=_hole(pair, lattice, hides, region=region),
         posts=tuple(
             Hidden(run.end - run.begin, -(run.begin + run.end) / 2, 0.0, scenery.names[run.item])
             for run in across
@@ -171,6 +162,31 @@ def cockpit_view(
         over_nose=None if top >= np.pi / 2 else -top,
         status=status,
     )
+
+
+class _Lattice(NamedTuple):
+    """Directions in equal steps of azimuth and elevation over an outline and a little beyond."""
+
+    ways: Floats
+    """(M, N, 3)."""
+    inside: Bools
+    """(M, N) whether they are in the outline, K of them."""
+    weight: Floats
+    """(K,) [sr]: with cos(elevation), and the outline's own solid angle in all."""
+
+
+@lru_cache(maxsize=4)
+def _lattice(region: Region, step: float) -> _Lattice:
+    """The lattice of an outline; InputError where the region has none."""
+    if not len(region.corners):
+        raise InputError(f"{region.name}: an outline of azimuths and elevations is needed")
+    low = region.corners.min(axis=0) - 1.5 * step
+    high = region.corners.max(axis=0) + 1.5 * step
+    azimuth, elevation = np.meshgrid(*(np.arange(low[k], high[k], step) for k in range(2)))
+    ways = direction_of(azimuth, elevation) @ region.axes
+    inside = region.contains(ways)
+    weight = np.cos(elevation[inside])
+    return _Lattice(ways, inside, weight * (region.solid_angle / weight.sum()))
 
 
 class _Run(NamedTuple):
@@ -202,14 +218,23 @@ def _runs(blocker: Callable[[Floats], Ints], low: float, high: float) -> list[_R
     return found
 
 
-def _hole(pair: list[Panorama], ways: Floats, hides: Bools, *, region: Region) -> Hidden | None:
-    """The widest cone about a hidden direction that holds no other, of directions (M, N, 3)."""
+def _hole(
+    pair: list[Panorama], lattice: _Lattice, hides: Bools, *, region: Region
+) -> Hidden | None:
+    """The widest cone about a hidden direction inside an outline that holds no other."""
     if not hides.any():
         return None
-    # to the nearest that is seen or outside; a chord c is the angle 2 asin(c / 2)
-    chord = np.asarray(cKDTree(ways[~hides]).query(ways[hides])[0])
-    way = ways[hides][np.argmax(chord)]
-    size = 4.0 * math.asin(0.5 * float(chord.max()))
+    hidden = np.zeros_like(lattice.inside)
+    hidden[lattice.inside] = hides
+    # the nearest direction that is seen or outside is beside a hidden one
+    beside = np.zeros_like(hidden)
+    for axis in (0, 1):
+        beside |= np.roll(hidden, 1, axis) | np.roll(hidden, -1, axis)
+    tree = cKDTree(lattice.ways[beside & ~hidden])
+    chord = np.asarray(tree.query(lattice.ways[hidden])[0])
+    way = lattice.ways[hidden][np.argmax(chord)]
     angles = azimuth_elevation(way, region.axes)
     names = sorted({one.names[int(one.look(way))] for one in pair})
+    # a chord c is the angle 2 asin(c / 2)
+    size = 4.0 * math.asin(0.5 * float(chord.max()))
     return Hidden(size, float(angles[0]), float(angles[1]), " and ".join(names))

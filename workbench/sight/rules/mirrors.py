@@ -17,11 +17,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from workbench.errors import InputError
+from workbench.geometry.polygon import inside_loops
 from workbench.model.arrays import Bools, Floats, Ints, frozen
 from workbench.model.environment import Environment, Mirror
 from workbench.sight.eyes import Eyes
 from workbench.sight.obscuration import lines_of_sight
-from workbench.sight.regions import inside_polygon
 from workbench.sight.rules.eye_points import SIGN, Side
 from workbench.sight.scenery import Scenery
 
@@ -206,7 +206,7 @@ def ground_points(polygon: Floats, *, count: int = 2500) -> Floats:
         *((low + high)[k] / 2 + (np.arange(counts[k]) - (counts[k] - 1) / 2) * step for k in (0, 1))
     )
     points = np.stack([axis.ravel() for axis in grid], axis=1)
-    inside = inside_polygon(points[:, 0], points[:, 1], polygon[:, :2])
+    inside = inside_loops(points, [polygon[:, :2]])
     return np.column_stack([points[inside], np.full(int(inside.sum()), z[0])])
 
 
