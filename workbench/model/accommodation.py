@@ -16,6 +16,7 @@ from workbench.model.units import Unit, unit_of
 __all__ = [
     "MAP_POINTS",
     "MET",
+    "OF_RULES",
     "OF_SIGHT",
     "OF_SURFACE",
     "SHARE_TOLERANCE",
@@ -45,7 +46,11 @@ OF_SURFACE = ("clearance", "contact", "self_contact", "between_people", "excursi
 that."""
 
 
-OF_SIGHT = ("over_nose", "sees", "reads")
+OF_RULES = ("outline", "pillar", "forward_field", "mirror", "reflection")
+"""Checks of rules of sight."""
+
+
+OF_SIGHT = ("over_nose", "sees", "reads", *OF_RULES)
 """Checks of what is seen: any part may stand before it, and anybody who is there."""
 
 

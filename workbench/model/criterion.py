@@ -44,6 +44,11 @@ class Criterion:
     "right", "either" or "both"; visible: the share of instruments that are read that is seen, at
     least, 0 to 1; rule_set: how they are read, with `at_least` [rad] as the size of characters where
     that is not 0.
+
+    Of rules of sight besides: mirrors; parts: of an outline none, the pillar, what the forward field
+    exempts, the sides of the vehicle of mirrors, what mirrors instruments; side: of the driver or of
+    the seat, "left" or "right"; points of the environment: eye_point to look from instead of the
+    eyes, r_point of the seat, ground at its height; wheel: its parts.
     """
 
     name: str
@@ -70,6 +75,12 @@ class Criterion:
     eyes: str = "either"
     visible: float = 0.0
     rule_set: RuleSet | None = None
+    mirrors: tuple[str, ...] = ()
+    side: str = ""
+    eye_point: str = ""
+    r_point: str = ""
+    ground: str = ""
+    wheel: tuple[str, ...] = ()
     of: tuple[str, ...] = ()
     cases: tuple[str, ...] = ()
 

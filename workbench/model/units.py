@@ -77,7 +77,18 @@ UNITS = {
 """By the unit of a finding, which is SI but for g: an angle is in radians whether degrees or arc
 minutes are read. A radian counts as an arc at about a hand's length, 200 mm; a percent and an arc
 minute as about a millimetre."""
-_CHECKS = {"stops": "rad", "share": "share", "over_nose": "rad", "sees": "share", "reads": "share"}
+_CHECKS = {
+    "stops": "rad",
+    "share": "share",
+    "over_nose": "rad",
+    "sees": "share",
+    "reads": "share",
+    "outline": "share",
+    "pillar": "rad",
+    "forward_field": "rad",
+    "mirror": "share",
+    "reflection": "share",
+}
 """The units of checks whose margin is no length."""
 _LIMITS = {"reads": "arcmin"}
 """The units of limits of checks whose margin has another."""

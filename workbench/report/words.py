@@ -88,7 +88,8 @@ def finding_sentence(check: str, finding: Finding) -> str:
 def finding_words(check: str, finding: Finding) -> str:
     """What was found, without case, person and time: "head (top) is 12.0 mm from canopy, 38.0 mm less
     than the 50.0 mm asked for"."""
-    return without_polygons(_FINDING_WORDS[check](finding)).replace("_", " ")
+    source = f" (by {finding.source})" if finding.source else ""
+    return without_polygons(_FINDING_WORDS[check](finding) + source).replace("_", " ")
 
 
 def milliseconds(seconds: float) -> str:
@@ -187,15 +188,49 @@ def _nose_words(finding: Finding) -> str:
     return f"{finding.subject} look down to {down} below level, over {part}{_against(finding, degrees)}"
 
 
+def _pillar_words(finding: Finding) -> str:
+    """Of the angle that a pillar hides from both eyes."""
+    hides = degrees(-finding.value, -finding.limit)
+    return f"{finding.subject} hides {hides} from both eyes{_against(finding, degrees)}"
+
+
+def _field_words(finding: Finding) -> str:
+    """Of how wide something stands in the forward field."""
+    if not finding.target:
+        return "nothing stands in the forward field that may not"
+    width = degrees(-finding.value, -finding.limit)
+    against = _against(finding, degrees)
+    return f"something stands in {width} of the forward field, most of it {finding.target}{against}"
+
+
+def _reflection_words(finding: Finding) -> str:
+    """Of the share of an instrument that is mirrored where the view must be clear."""
+    share = f"{-100 * finding.value + 0.0:.0f} % of {finding.subject}"
+    where = f" by {finding.target}" if finding.target else ""
+    allowed = f" ({-100 * finding.limit:g} % allowed)" if finding.limit else ""
+    return f"{share} is mirrored{where} inside the outline{allowed}"
+
+
+def _share_words(finding: Finding, what: str) -> str:
+    """ "95.3 % of the outline is clear, 5.3 % more than the 90 % asked for; canopy hides 3.1 %"."""
+    share = f"{tenths(100 * finding.value, 100 * finding.limit)} % {what}"
+    return f"{share}{_share_against(finding)}{_kept_words(finding.target)}"
+
+
 def _sees_words(finding: Finding) -> str:
     """Of the share of a thing that is seen, and what hides most of the rest."""
     share = f"{tenths(100 * finding.value, 100 * finding.limit)} %"
+    against = _share_against(finding)
+    return f"{finding.subject} is {share} visible{against}{_kept_words(finding.target)}"
+
+
+def _share_against(finding: Finding) -> str:
+    """ ", 5.3 % more than the 90 % asked for"."""
     way = "more" if finding.margin >= 0 else "less"
     asked = f"{100 * finding.limit:g} % asked for"
-    against = f", {100 * abs(finding.margin):.1f} % {way} than the {asked}"
     if abs(finding.margin) < 5e-4:
-        against = f", the {asked}"
-    return f"{finding.subject} is {share} visible{against}{_kept_words(finding.target)}"
+        return f", the {asked}"
+    return f", {100 * abs(finding.margin):.1f} % {way} than the {asked}"
 
 
 def _kept_words(why: str) -> str:
@@ -241,6 +276,11 @@ _FINDING_WORDS: dict[str, Callable[[Finding], str]] = {
     "sees": _sees_words,
     "reads": _reads_words,
     "excursion": _excursion_words,
+    "outline": lambda finding: _share_words(finding, "of the outline is clear"),
+    "pillar": _pillar_words,
+    "forward_field": _field_words,
+    "mirror": lambda finding: _share_words(finding, f"of its ground is seen in {finding.subject}"),
+    "reflection": _reflection_words,
 }
 
 

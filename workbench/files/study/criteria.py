@@ -81,7 +81,7 @@ def unfit(check: str, role: RoleFile, action: ActionFile) -> str:
         return "it cannot be asked of a motion"
     if check == "injury" and not moving:
         return "it is asked of motions"
-    if check == "view_over" and role.seat is None:
+    if check in ("view_over", "pillar", "forward_field") and role.seat is None:
         return "it is asked of somebody in a seat"
     if check in ("pedals", "preferred_seat", "eye_height") and predicted is None:
         return "it is asked of a predicted posture or a driver's"
@@ -103,7 +103,7 @@ def criteria_of(work: Work, known: Known) -> list[Criterion]:
         pairs = _pairs(work, row, file)
         limits = _limits(work, row, file, known)
         rules = _sight_rules(work, row, file)
-        _sight_faults(work, row, file, known)
+        _sight_faults(work, row, file, known, rules)
         if len(work.faults) == before and known.room is not None:
             found.append(_criterion(file, pairs, limits, known, known.room, rules))
     return found
@@ -169,6 +169,7 @@ def _patterns(known: Known) -> dict[str, list[str]]:
         instruments = [one.name for one in known.room.instruments]
         found |= {"controls": controls, "parts": list(known.parts)}
         found |= {"instruments": instruments, "points": list(known.room.points)}
+        found |= {"mirrors": [one.name for one in known.room.mirrors], "wheel": list(known.parts)}
     return found
 
 
@@ -273,16 +274,31 @@ def _sight_rules(work: Work, row: int, file: CriterionFile) -> RuleSet | None:
     return rules
 
 
-def _sight_faults(work: Work, row: int, file: CriterionFile, known: Known) -> None:
+def _sight_faults(
+    work: Work, row: int, file: CriterionFile, known: Known, rules: RuleSet | None
+) -> None:
     """Report things to be seen that are not there, and instruments to be read without a height of
     their characters."""
     if file.check not in OF_SIGHT or known.room is None:
         return
     for field, names in _patterns(known).items():
         asked = getattr(file, field, None)
-        if asked and field in ("controls", "instruments", "points") and not names:
+        if asked and not names:
             what = f"environment {known.room.name} has no {field}, so none can be seen"
             work.fault(("criteria", row, field), what)
+    for field in ("eye_point", "r_point", "ground"):
+        name = getattr(file, field)
+        if name is not None:
+            valid = list(known.room.points)
+            what = f"environment {known.room.name} has no point {name!r}"
+            work.check_name(("criteria", row, field), name, valid, what)
+    fields = [name[6:] for name in rules.values if name.startswith("field_")] if rules else []
+    for mirror in known.room.mirrors if file.check == "mirror" and rules else ():
+        if matching(file.mirrors or [], [mirror.name]) and mirror.field not in fields:
+            given = f"class {mirror.field!r}" if mirror.field else "no class"
+            classes = ", ".join(fields)
+            what = f"mirror {mirror.name!r} has {given}; rule set {file.rules} has {classes}"
+            work.fault(("criteria", row, "mirrors"), what)
     for one in known.room.instruments if file.check == "reads" else ():
         if matching(file.instruments, [one.name]) and not one.characters:
             what = (
@@ -337,6 +353,12 @@ def _criterion(
         eyes=file.eyes or "either",
         visible=(file.visible or 0.0) / 100,
         rule_set=rules,
+        mirrors=matching(file.mirrors or [], [one.name for one in room.mirrors]),
+        side=file.side or "",
+        eye_point=file.eye_point or "",
+        r_point=file.r_point or "",
+        ground=file.ground or "",
+        wheel=matching(file.wheel or [], known.parts),
         limits=limits,
         of=tuple(file.of or ()),
         cases=tuple(dict.fromkeys(case for _, case in pairs)),

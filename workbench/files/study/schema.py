@@ -454,6 +454,11 @@ CHECK_KEYS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
     "view_over": (("parts", "down"), ()),
     "over_nose": (("down",), ("parts",)),
     "sees": (("at_least",), ("parts", "controls", "instruments", "points", "size", "eyes")),
+    "outline": (("rules", "side", "at_least"), ("eye_point",)),
+    "pillar": (("rules", "parts", "side", "r_point"), ("at_most",)),
+    "forward_field": (("rules", "side", "r_point"), ("parts", "wheel", "at_most")),
+    "mirror": (("rules", "mirrors", "parts", "ground", "at_least"), ("eye_point",)),
+    "reflection": (("rules", "instruments", "parts", "side"), ("at_most", "eye_point")),
     "reads": (("instruments", "rules"), ("at_least", "visible", "eyes")),
     "excursion": (("segments", "direction", "origin", "at_most"), ()),
     "injury": (("rules",), ()),
@@ -484,6 +489,11 @@ class CriterionFile(FileModel):
         "over_nose",
         "sees",
         "reads",
+        "outline",
+        "pillar",
+        "forward_field",
+        "mirror",
+        "reflection",
         "excursion",
         "injury",
         "share",
@@ -509,6 +519,12 @@ class CriterionFile(FileModel):
     size: Annotated[Length, Field(gt=0)] | None = None
     eyes: Literal["left", "right", "either", "both"] | None = None
     visible: Percent | None = None
+    mirrors: Names | None = None
+    side: Literal["left", "right"] | None = None
+    eye_point: Name | None = None
+    r_point: Name | None = None
+    ground: Name | None = None
+    wheel: Names | None = None
     of: Names | None = None
 
     @model_validator(mode="after")

@@ -36,7 +36,17 @@ from workbench.sight.scenery import Scenery, scenery_of
 from workbench.study.checks.margins import Asked, Margins, no_margins
 from workbench.study.situation import Situation
 
-__all__ = ["FACE", "HEIGHT", "SIDE", "SIZE", "findings", "line_to", "margins", "targets_of"]
+__all__ = [
+    "FACE",
+    "HEIGHT",
+    "SIDE",
+    "SIZE",
+    "findings",
+    "line_to",
+    "margins",
+    "scenery_before",
+    "targets_of",
+]
 
 BEYOND = "beyond the turn of head and eyes"
 BEHIND = "behind the eyes"
@@ -132,7 +142,7 @@ class _Sees:
         return why if self.blocked[row] == 0.0 else f"{why} hides {100 * self.blocked[row]:.0f} %"
 
 
-def _scenery(situation: Situation) -> Scenery:
+def scenery_before(situation: Situation) -> Scenery:
     """What may stand before the eyes of people: all parts, themselves, and others who are there."""
     return scenery_of(
         situation.environment,
@@ -146,7 +156,7 @@ def _scenery(situation: Situation) -> Scenery:
 def _sees(situation: Situation, things: Sequence[tuple[Criterion, str]]) -> Iterator[_Sees]:
     """How people see things that criteria name, with eyes and head turned to each."""
     environment = situation.environment
-    scenery = _scenery(situation)
+    scenery = scenery_before(situation)
     eyes = eyes_of(situation.placed)
     origin = xyz(middle(situation.place))
     targets = [_target(environment, *thing, origin) for thing in things]

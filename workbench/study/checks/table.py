@@ -14,6 +14,7 @@ from typing import TypeVar
 import numpy as np
 
 from workbench.errors import UsageError
+from workbench.model.accommodation import OF_RULES
 from workbench.model.arrays import Bools, Floats
 from workbench.model.criterion import Criterion
 from workbench.model.motion_case import MotionCase
@@ -30,6 +31,7 @@ from workbench.study.checks import (
     seat_travel,
     self_contact,
     sight,
+    sight_rules,
     view,
 )
 from workbench.study.checks.margins import Asked, Bounds, Margins, no_bounds, no_margins
@@ -114,6 +116,7 @@ CHECKS = {
     "view_over": Check(AFTER_SEATING, view.margins, view.findings),
     "over_nose": Check(AFTER_SEATING, view.nose_margins, view.nose_findings),
     "sees": Check(IN_POSTURE, sight.margins, sight.findings),
+    **{check: Check(IN_POSTURE, sight_rules.margins, sight_rules.findings) for check in OF_RULES},
     "reads": Check(IN_POSTURE, sight.margins, sight.findings),
     "pedals": Check(AFTER_SEATING, seat_travel.pedal_margins, seat_travel.pedal_findings),
     "preferred_seat": Check(AFTER_SEATING, seat_travel.seat_margins, seat_travel.seat_findings),
