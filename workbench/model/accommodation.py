@@ -110,8 +110,9 @@ def certainty_of(margin: Floats, low: Floats, high: Floats, elsewhere: Bools) ->
 
 @dataclass(frozen=True)
 class MapTask:
-    """A population reach map that a study asks for: a part's surface with so many points on it, by
-    which hands (left, right or either), grip and zone, from the posture of which case."""
+    """A population map that a study asks for: a part's surface with so many points on it, from the
+    posture of which case. It tells who reaches them, by which hands (left, right or either), grip
+    and zone; or who sees them, with either eye."""
 
     part: str
     grip: str
@@ -119,6 +120,7 @@ class MapTask:
     hand: str
     points: int
     case: int = 0
+    sees: bool = False
 
 
 @dataclass(frozen=True)
@@ -239,7 +241,7 @@ class Gain:
 
 @dataclass(frozen=True, eq=False)
 class ReachMap:
-    """The share of people who reach each point of a part: points and normals (M, 3) [m], share (M,)
+    """The share of people who reach or see each point of a part: points and normals (M, 3) [m], share (M,)
     0 to 1; flat (M, 2) [m]: the points in the part's main plane, first to the sitter's right, then
     up."""
 

@@ -39,6 +39,7 @@ from workbench.posture.seating.driving_legs import accelerator_foot
 from workbench.posture.seating.posture import Pedals
 from workbench.posture.seating.seat import Seated, seat
 from workbench.posture.standing import standing_posture
+from workbench.sight.scenery import Scenery, scenery_of
 from workbench.study.drivers import drivers_among
 from workbench.study.seat_memory import SeatMemory
 
@@ -250,6 +251,17 @@ class Situation:
     def placed(self) -> Placed:
         """(B,) the bodies in the world."""
         return place(self.body, self.poses)
+
+    @cached_property
+    def scenery(self) -> Scenery:
+        """What may stand before the eyes: all parts, the people themselves, others who are there."""
+        return scenery_of(
+            self.environment,
+            self.placed,
+            {one.name: one.placed for one in self.bystanders},
+            moving=self.place.moving_parts,
+            displacement=self.displacement,
+        )
 
     @cached_property
     def nearest(self) -> Clearance:

@@ -130,12 +130,14 @@ class GainRow(Row):
 
 
 class MapRow(Row):
-    """A population reach map: for each point its place and the share of people who reach it."""
+    """A population map: for each point its place and the share of people who reach it, or who see it
+    with either eye (`sees`; grip, zone and hand mean nothing then)."""
 
     part: str
     grip: str
     zone: int
     hand: str
+    sees: bool
     points_mm: list[tuple[float, float, float]]
     flat_mm: list[tuple[float, float]]
     share: list[float]

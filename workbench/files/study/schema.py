@@ -587,15 +587,24 @@ class SharesFile(FileModel):
 
 
 class MapFile(FileModel):
-    """A map of the share of people who reach each of so many points of a part."""
+    """A map of the share of people who reach each of so many points of a part; with `sees` of those
+    who see it, who need no grip, zone or hand for that."""
 
     people: Name
     part: Name
     case: Name | None = None
+    sees: bool = False
     grip: Literal["push", "pinch", "grasp"] = "push"
     zone: Zone = 1
     hand: Side = "either"
     points: Annotated[int, Field(ge=MAP_POINTS[0], le=MAP_POINTS[1])] = 200
+
+    @model_validator(mode="after")
+    def _hands_are_of_reach(self) -> MapFile:
+        given = sorted(self.model_fields_set & {"grip", "zone", "hand"}) if self.sees else ()
+        if given:
+            raise ValueError(f"a map of who sees a part is of eyes: leave out {', '.join(given)}")
+        return self
 
 
 class EnvelopeFile(FileModel):

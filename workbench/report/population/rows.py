@@ -124,6 +124,7 @@ def _map(found: ReachMap) -> MapRow:
         grip=found.task.grip,
         zone=found.task.zone,
         hand=found.task.hand,
+        sees=found.task.sees,
         points_mm=_rows(found.points),
         flat_mm=_rows(found.flat),
         share=[_share(v) for v in found.share.tolist()],

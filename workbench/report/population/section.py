@@ -154,7 +154,7 @@ def _who(
         yield writer.section("questions", "hardest", title, {"hardest": people})
     for k, found in enumerate(result.maps, start=1):
         map_ = _map(result, found)
-        title = f"Who reaches the {map_['part']}"
+        title = f"Who {'sees' if found.task.sees else 'reaches'} the {map_['part']}"
         yield writer.section("questions", f"map-{k}", title, {"m": map_, "key": _key()})
 
 
@@ -610,6 +610,15 @@ def _map(result: PopulationFound, found: ReachMap) -> dict[str, Any]:
     environment = result.place.environment
     hand = "either hand" if task.hand == "either" else f"the {task.hand} hand"
     points = len(found.points)
+    how = f"reach each point with {hand}, {task.grip}, zone {task.zone}, {points:,} points"
+    counts = "Joints and lengths count, obstacles do not."
+    if task.sees:
+        how = f"see each of {points:,} points with either eye"
+        counts = (
+            "Parts, own limbs with the hands on their controls, and others who are there stand in "
+            "the way. What is mounted on the part and stands out of it by 60 mm at most hides nothing "
+            "of it. The head is as the posture has it."
+        )
     reached = [float(np.mean(found.share >= level)) for level in LEVELS]
     areas = [
         f"{percent(share, points)} by at least {100 * level:.0f} %"
@@ -618,10 +627,12 @@ def _map(result: PopulationFound, found: ReachMap) -> dict[str, Any]:
     sitter = tuple(middle(result.place).tolist())
     return {
         "part": plain(task.part),
-        "how": f"{hand}, {task.grip}, zone {task.zone}, {points:,} points",
+        "how": how,
+        "counts": counts,
+        "verb": "see" if task.sees else "reach",
         "svg": Markup(reach_map_svg(found, environment, sitter=sitter)),
         "controls": _controls(result, found),
-        "areas": f"Of its points are reached: {', '.join(areas)} of the people.",
+        "areas": f"Of its points are {'seen' if task.sees else 'reached'}: {', '.join(areas)} of the people.",
     }
 
 
