@@ -11,7 +11,9 @@ import pytest
 
 import workbench as wb
 from tests.conftest import REFERENCE, box_part, environment_of
+from workbench.body.wear import wear
 from workbench.errors import InputError
+from workbench.files.body.encumbrances import load_encumbrance
 from workbench.sight.eyes import PIVOT_BEHIND, TURNS, eyes_of, gaze, given_eyes
 from workbench.sight.obscuration import (
     TURNED_AWAY,
@@ -89,11 +91,22 @@ def test_the_reference_vectors_are_those_of_these_tests():
     )
 
 
-def upright(body, rows=1):
-    """A body in its zero pose, at the origin."""
-    rotations = np.zeros((rows, len(body.joints), 4))
+CAP = """
+encumbrance: cap
+description: a cap with a brim above the left eye and the right, and lenses in which they are
+source: made up
+length: mm
+layers:
+  - {segments: [H], thickness: 30, shift: [60, 0, 70], subparts: [left eye, right eye]}
+  - {segments: [H], thickness: 10, shift: [5, 0, 0], subparts: [left eye, right eye]}
+"""
+
+
+def upright(body, *, at=(0.0, 0.0, 0.0)):
+    """A body in its zero pose, so far from where it stands."""
+    rotations = np.zeros((1, len(body.joints), 4))
     rotations[:, :, 0] = 1.0
-    world = np.broadcast_to(np.eye(3, 4), (rows, 3, 4))
+    world = np.concatenate([np.eye(3), np.reshape(at, (3, 1))], axis=1)[None]
     return wb.place(body, wb.Poses(rotations, 0, world))
 
 
@@ -221,3 +234,44 @@ def test_the_own_head_never_hides_and_own_hands_do(bubbleman):
     assert "own head" not in used and any("hand" in name for name in used)
     assert WHOLE.solid_angle == pytest.approx(4 * math.pi)
     assert len(target_of_part(room(("box", (1, 0, 0), (2, 1, 1))), "box").points) == 25
+
+
+def test_a_brim_hides_and_worn_spheres_that_an_eye_is_in_do_not(tmp_path, bubbleman):
+    file = tmp_path / "cap.yaml"
+    file.write_text(CAP, encoding="utf-8")
+    placed = upright(wear(bubbleman, [load_encumbrance(file)]))
+    scenery, eyes = scenery_of(None, placed), eyes_of(placed)
+    cap = scenery.names.index("own cap")
+    inside = np.linalg.norm(scenery.centre[0] - eyes.left[0], axis=1) < 0.03
+    assert np.isnan(scenery.radius[0, inside & (scenery.sphere_item == cap)]).all()
+    above = obscuration(scenery, eyes, within=cone("above", (1, 0, 1), 0.3), step=DEGREE)
+    assert above.both[cap] > 0.5 * above.region.solid_angle
+    ahead = obscuration(scenery, eyes, within=cone("ahead", (1, 0, 0), 0.3), step=DEGREE)
+    assert ahead.both[cap] == 0.0
+
+
+def test_parts_that_go_along_with_a_seat_hide_where_each_person_has_them():
+    cab = room(
+        ("panel", (1, -0.5, -0.5), (1.1, 0.5, 0.5)), ("lamp", (2, -0.1, -0.1), (2.1, 0.1, 0.1))
+    )
+    away = np.array([(0, 0, 0), (0, 0, 0.6)], dtype=float)
+    scenery = scenery_of(cab, moving=("panel",), displacement=away)
+    eyes = given_eyes(np.zeros((2, 3)))
+    lamp = target_of_part(cab, "lamp", facing=(-1, 0, 0))
+    seen = seen_shares(scenery, eyes, [lamp, target_of_part(cab, "panel", facing=(-1, 0, 0))])
+    assert seen.share[:, 0, 2].tolist() == [0.0, 1.0]
+    assert seen.share[:, 1, 2].tolist() == [1.0, 1.0]
+    assert [obscuration(scenery, eyes, row=row, step=DEGREE).both[1] > 0 for row in (0, 1)] == [
+        False,
+        True,
+    ]
+
+
+def test_an_eye_of_one_of_many_in_the_others_hand_is_told_and_sees_nothing(bubbleman):
+    eyes = given_eyes([(0, 0, 1), (0, 0, 3)])
+    lower = upright(bubbleman, at=np.array([0, 0, 1]) - eyes_of(upright(bubbleman)).pivot[0])
+    scenery = scenery_of(None, None, {"pilot": lower})
+    seen = seen_shares(scenery, eyes, [target_of_point("lamp", (5, 0, 3))])
+    assert scenery.names[seen.inside[0]].startswith("pilot's ") and seen.inside[1] == -1
+    assert seen.share[:, 0, 2].tolist() == [0.0, 1.0]
+    assert seen.blocker[0, 0] == scenery.names[seen.inside[0]]

@@ -255,6 +255,8 @@ def test_a_leaning_pillar_is_cut_twice_as_a_search_over_turns_finds(lean, radius
         circles.append((centre, radius))
     found = pillar_angle(corners, PLAN, R125, side="left")
     assert found.angle == pytest.approx(searched_pillar_angle(circles, PLAN["p1"]), abs=1e-5)
+    for cut, alone in zip(circles, (found.of_upper, found.of_lower), strict=True):
+        assert alone == pytest.approx(searched_pillar_angle([cut, cut], PLAN["p1"]), abs=1e-5)
     if lean[0] < -1 and radius > 0.05:
         one_cut = searched_pillar_angle([circles[1], circles[1]], PLAN["p1"])
         assert abs(np.degrees(found.angle - one_cut)) > 1.0  # S1 and S2 differ by so much
@@ -355,3 +357,15 @@ def test_a_mirrored_instrument_is_read_alike_on_the_other_side(x, y, z, turned):
 def test_an_instrument_that_nobody_can_read_is_refused(at, face, characters, told):
     with pytest.raises(InputError, match=told):
         reading(given_eyes(ZERO), at, face, characters, NUREG)
+
+
+def rule_rows(rules):
+    """The rows of a rule set in the table of the docs."""
+    return [f"| `{name}` | {value.words} |" for name, value in rules.values.items()]
+
+
+def test_the_docs_tell_of_every_value_how_sure_it_is():
+    page = (ROOT / "docs" / "sight-rules.md").read_text()
+    for path in (ROOT / "studies" / "rules").glob("sight_*.yaml"):
+        for row in rule_rows(load_rule_set(path.stem)):
+            assert row in page

@@ -15,7 +15,12 @@ from workbench.sight.eyes import given_eyes
 from workbench.sight.obscuration import obscuration
 from workbench.sight.rules.cockpit_view import cockpit_outline, cockpit_view, elevation_limits
 from workbench.sight.rules.eye_points import car_eye_points
-from workbench.sight.rules.forward_field import datum_points, forward_field, wheel_fall
+from workbench.sight.rules.forward_field import (
+    datum_points,
+    forward_field,
+    masked_length,
+    wheel_fall,
+)
 from workbench.sight.scenery import Scenery
 
 R125 = load_rule_set("sight_un_r125")
@@ -313,3 +318,11 @@ def test_names_that_are_no_part_and_a_wheel_behind_are_refused():
         forward_field(room, V, R125, exempt=["pillars"])
     with pytest.raises(InputError, match="nothing of wheel is ahead of V2"):
         forward_field(room, V, R125, wheel=["wheel"])
+
+
+def test_a_part_of_a_tractor_hides_its_length_on_the_half_circle():
+    tractor = load_rule_set("sight_tractor")
+    assert 1e3 * masked_length(0.100, 0.700, tractor) == pytest.approx(665.0)
+    assert 1e3 * masked_length(0.065, 0.700, tractor) == pytest.approx(65.0)
+    assert tractor.number("combined_most") == pytest.approx(0.7)
+    assert "masked_length: from memory" in tractor.status("masked_length")

@@ -22,6 +22,7 @@ __all__ = [
     "blind_zone_end",
     "cone",
     "direction_of",
+    "inside_polygon",
     "outline",
     "solid_angle_of_sphere",
     "solid_angle_of_triangles",
@@ -79,7 +80,7 @@ class Region:
         angles = azimuth_elevation(directions, self.axes)
         inside = np.zeros(angles.shape[:-1], dtype=np.bool_)
         for turn in (-2.0 * math.pi, 0.0, 2.0 * math.pi):
-            inside |= _inside(angles[..., 0] + turn, angles[..., 1], self.corners)
+            inside |= inside_polygon(angles[..., 0] + turn, angles[..., 1], self.corners)
         return inside
 
     @property
@@ -130,8 +131,8 @@ def outline(name: str, corners: ArrayLike, axes: ArrayLike | None = None) -> Reg
     return Region(name, given, math.pi, np.asarray(corners, dtype=np.float64))
 
 
-def _inside(azimuth: Floats, elevation: Floats, corners: Floats) -> Bools:
-    """Whether points (...) are inside a polygon (K, 2), by the count of sides to one side of them."""
+def inside_polygon(azimuth: Floats, elevation: Floats, corners: Floats) -> Bools:
+    """Return whether points (...) are inside a polygon (K, 2), by the count of sides to one side of them."""
     inside = np.zeros(azimuth.shape, dtype=np.bool_)
     for begin, end in zip(corners, np.roll(corners, -1, axis=0), strict=True):
         rise = end[1] - begin[1]

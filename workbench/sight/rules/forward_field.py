@@ -22,7 +22,14 @@ from workbench.model.rule_set import RuleSet
 from workbench.sight.regions import azimuth_elevation, direction_of, solid_angle_of_triangles
 from workbench.sight.rules.eye_points import SIGN, EyePoints
 
-__all__ = ["Blocked", "ForwardField", "datum_points", "forward_field", "wheel_fall"]
+__all__ = [
+    "Blocked",
+    "ForwardField",
+    "datum_points",
+    "forward_field",
+    "masked_length",
+    "wheel_fall",
+]
 
 _SEEN = 1e-9
 """Solid angle [sr] from which on something stands in the field; less is a part that touches it."""
@@ -146,6 +153,16 @@ def datum_points(
         for origin, distance, way in zip(origins, far, ways, strict=True)
     ]
     return dict(zip(angles, met, strict=True))
+
+
+def masked_length(width: float, distance: float, rules: RuleSet) -> float:
+    """Length [m] that a part of a tractor hides on the half circle of 12 m.
+
+    x = (b - 65 mm) / a * 12 m + 65 mm of a part b wide, a [m] from the eyes; less than 0 of one that
+    hides nothing there.
+    """
+    apart = rules.number("eyes_apart")
+    return (width - apart) / distance * rules.number("circle") + apart
 
 
 def _in_field(corners: Floats, points: EyePoints, fall: float) -> Floats:

@@ -17,6 +17,7 @@ is the point of S2 that asks for the largest turn.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -40,6 +41,9 @@ class PillarAngle:
     ----------
     angle
         [rad] hidden, 0 where the pillar is narrower than the eyes are apart.
+    of_upper, of_lower
+        [rad] what each cut, S1 and S2, would hide by itself. The rule's angle of a pillar that
+        leans back is smaller: higher up its inner edge is farther outward.
     turn
         [rad] of the head to the left.
     eyes
@@ -52,6 +56,8 @@ class PillarAngle:
     """
 
     angle: float
+    of_upper: float
+    of_lower: float
     turn: float
     eyes: Floats
     outer: Floats
@@ -84,29 +90,48 @@ def pillar_angle(corners: Floats, points: EyePoints, rules: RuleSet, *, side: Si
     s1 = _level_cut(mirror * corners, pm, rules.number("s1_rise"), side)
     s2 = _level_cut(mirror * corners, pm, -rules.number("s2_fall"), side)
     half = 0.5 * rules.number("e_apart")
-    away = (s2 - pivot)[:, :2]
-    distance = np.linalg.norm(away, axis=1)
-    if distance.min() <= half:
+    nearest = float(np.linalg.norm((np.concatenate([s1, s2]) - pivot)[:, :2], axis=1).min())
+    if nearest <= half:
         raise InputError(
-            f"the pillar on the {side} is {1e3 * distance.min():.0f} mm from the P point; "
+            f"the pillar on the {side} is {1e3 * nearest:.0f} mm from the P point; "
             f"farther than {1e3 * half:g} mm is needed, where the eyes are"
         )
-    turns = np.arctan2(away[:, 1], away[:, 0]) - np.arcsin(half / distance)
-    turn = float(turns.max())
-    ahead = np.array([np.cos(turn), np.sin(turn), 0.0])
-    left = np.array([-np.sin(turn), np.cos(turn), 0.0])
-    middle = pivot + np.sqrt(rules.number("p_to_e") ** 2 - half**2) * ahead
-    seen = s1 - (middle - half * left)
-    bearing = np.arctan2(seen @ left, seen @ ahead)
-    own = rules.status("p_to_e", "e_apart", "s1_rise", "s2_fall")
+    ahead = float(np.sqrt(rules.number("p_to_e") ** 2 - half**2))
+    angle, turn, eyes, edges = _between(s2, s1, pivot, half=half, ahead=ahead)
     return PillarAngle(
-        angle=max(0.0, -float(bearing.min())),
+        angle=angle,
+        of_upper=_between(s1, s1, pivot, half=half, ahead=ahead)[0],
+        of_lower=_between(s2, s2, pivot, half=half, ahead=ahead)[0],
         turn=SIGN[side] * turn,
-        eyes=mirror * np.stack([middle + half * left, middle - half * left]),
-        outer=mirror * s2[np.argmax(turns)],
-        inner=mirror * s1[np.argmin(bearing)],
-        status=f"{points.status}; {own}",
+        eyes=mirror * eyes,
+        outer=mirror * edges[0],
+        inner=mirror * edges[1],
+        status=f"{points.status}; {rules.status('p_to_e', 'e_apart', 's1_rise', 's2_fall')}",
     )
+
+
+class _Turned(NamedTuple):
+    """The angle [rad] hidden, the turn [rad] of the head, eyes (2, 3) and edges (2, 3) [m], the
+    outer before the inner."""
+
+    angle: float
+    turn: float
+    eyes: Floats
+    edges: Floats
+
+
+def _between(outer: Floats, inner: Floats, pivot: Floats, *, half: float, ahead: float) -> _Turned:
+    """Turn the eyes to the outer edge of one cut (K, 3) on the left and touch the inner edge of
+    another. half, ahead [m]: of the eyes aside from their middle, and of that from the pivot."""
+    away = (outer - pivot)[:, :2]
+    turns = np.arctan2(away[:, 1], away[:, 0]) - np.arcsin(half / np.linalg.norm(away, axis=1))
+    turn = float(turns.max())
+    forward = np.array([np.cos(turn), np.sin(turn), 0.0])
+    left = np.array([-np.sin(turn), np.cos(turn), 0.0])
+    eyes = pivot + ahead * forward + half * np.stack([left, -left])
+    bearing = np.arctan2((inner - eyes[1]) @ left, (inner - eyes[1]) @ forward)
+    edges = np.stack([outer[np.argmax(turns)], inner[np.argmin(bearing)]])
+    return _Turned(max(0.0, -float(bearing.min())), turn, eyes, edges)
 
 
 def _level_cut(corners: Floats, pm: Floats, rise: float, side: Side) -> Floats:

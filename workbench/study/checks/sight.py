@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.model.accommodation import MET
-from workbench.model.arrays import Floats, xyz
+from workbench.model.arrays import Floats, Ints, xyz
 from workbench.model.criterion import Criterion
 from workbench.model.environment import Environment
 from workbench.model.result import Finding
@@ -59,10 +59,8 @@ def margins(situation: Situation, asked: Sequence[Asked]) -> Margins:
     """How much more of each thing than asked everybody sees, or how much better an instrument can be
     read."""
     found = no_margins(len(situation), asked)
-    scenery = _scenery(situation)
-    eyes = eyes_of(situation.placed)
-    for r, one in enumerate(asked):
-        sees = _sees(situation, scenery, eyes, one.criterion, one.requirement.target)
+    every = _sees(situation, [(one.criterion, one.requirement.target) for one in asked])
+    for r, (one, sees) in enumerate(zip(asked, every, strict=True)):
         margin, words = sees.share - one.criterion.at_least, sees.why
         if one.requirement.check == "reads":
             margin, words = _reads(sees, one.criterion)
@@ -75,10 +73,9 @@ def margins(situation: Situation, asked: Sequence[Asked]) -> Margins:
 def findings(situation: Situation, criterion: Criterion) -> Iterator[Finding]:
     """Of each thing how much of it is seen, and what hides it; of an instrument that is read each
     limit."""
-    scenery = _scenery(situation)
-    eyes = eyes_of(situation.placed)
-    for name in targets_of(criterion):
-        sees = _sees(situation, scenery, eyes, criterion, name)
+    names = targets_of(criterion)
+    every = _sees(situation, [(criterion, name) for name in names])
+    for name, sees in zip(names, every, strict=True):
         about = Finding(
             case=situation.work.name,
             person=situation.place.role,
@@ -146,24 +143,38 @@ def _scenery(situation: Situation) -> Scenery:
     )
 
 
-def _sees(
-    situation: Situation, scenery: Scenery, eyes: Eyes, criterion: Criterion, name: str
-) -> _Sees:
-    """How people see a thing, with eyes and head turned to it."""
+def _sees(situation: Situation, things: Sequence[tuple[Criterion, str]]) -> Iterator[_Sees]:
+    """How people see things that criteria name, with eyes and head turned to each."""
+    environment = situation.environment
+    scenery = _scenery(situation)
+    eyes = eyes_of(situation.placed)
     origin = xyz(middle(situation.place))
-    target = _target(situation.environment, criterion, name, origin)
-    at = _middle(situation, target)
-    looks = gaze(eyes, at)
-    seen = seen_shares(scenery, looks.eyes, [target])
-    share = np.where(looks.within, seen.share[:, 0, SEEN_BY.index(criterion.eyes)], 0.0)
-    why = np.where(looks.within, seen.blocker[:, 0], BEYOND)
-    blocked = np.where(looks.within, seen.blocked[:, 0], 0.0)
-    read = None
-    if criterion.check == "reads":
-        assert criterion.rule_set is not None
-        one = situation.environment.instrument(name)
-        read = reading(eyes, one.at, one.face, one.characters, criterion.rule_set)
-    return _Sees(share, why, blocked, at, read)
+    targets = [_target(environment, *thing, origin) for thing in things]
+    middles = [_middle(situation, target) for target in targets]
+    people = np.tile(np.arange(len(eyes)), len(targets))  # all turn to all at once
+    looks = gaze(_of_rows(eyes, people), np.concatenate(middles))
+    for k, ((criterion, name), target) in enumerate(zip(things, targets, strict=True)):
+        rows = slice(k * len(eyes), (k + 1) * len(eyes))
+        seen = seen_shares(scenery, _of_rows(looks.eyes, rows), [target])
+        within = looks.within[rows]
+        share = seen.share[:, 0, SEEN_BY.index(criterion.eyes)]
+        read = None
+        if criterion.check == "reads":
+            assert criterion.rule_set is not None
+            one = environment.instrument(name)
+            read = reading(eyes, one.at, one.face, one.characters, criterion.rule_set)
+        yield _Sees(
+            share=np.where(within, share, 0.0),
+            why=np.where(within, seen.blocker[:, 0], BEYOND),
+            blocked=np.where(within, seen.blocked[:, 0], 0.0),
+            at=middles[k],
+            read=read,
+        )
+
+
+def _of_rows(eyes: Eyes, rows: Ints | slice) -> Eyes:
+    """The eyes of some people."""
+    return Eyes(eyes.left[rows], eyes.right[rows], eyes.axes[rows], eyes.pivot[rows])
 
 
 def _middle(situation: Situation, target: Target) -> Floats:
