@@ -285,7 +285,7 @@ def test_an_eye_of_one_of_many_in_the_others_hand_is_told_and_sees_nothing(bubbl
         (lambda: given_eyes((0, 0, 0), ahead=(0, 0, 1)), "not upright"),
         (lambda: given_eyes((0, 0, 0), spacing=-1), "spacing of 0 m or more"),
         (lambda: gaze(given_eyes((0, 0, 0)), (0, 0, 0)), "away from the eyes"),
-        (lambda: panorama(scenery_of(None), (0, 0, 0), step=0.0), "0.01 to 45 degrees, got 0"),
+        (lambda: panorama(scenery_of(None), (0, 0, 0), step=0.0), "0.02 to 45 degrees, got 0"),
         (lambda: panorama(scenery_of(None), (np.nan, 0, 0)), "not finite"),
         (lambda: outline("line", [(0, 0), (1, 1)]), "3 corners or more"),
         (lambda: outline("high", [(0, 0), (1, 1), (0, 2)]), "elevations of -90 to 90"),
