@@ -247,6 +247,11 @@ def test_a_coarse_motion_is_told(drop):
             "check: injury, rules: fmvss_2",
             "no studies/rules entry named 'fmvss_2'",
         ),
+        (
+            "check: stops",
+            "check: injury, rules: sight_un_r125",
+            "rule set sight_un_r125 has no 'limits' of signals",
+        ),
     ],
 )
 def test_what_is_wrong_in_a_crash_study_is_told(drop, old, new, told, capsys):

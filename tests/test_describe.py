@@ -399,6 +399,19 @@ def test_parts_are_renamed_joined_left_out_and_put_back(tmp_path):
     assert "join" not in again.says["meshes"][0]
 
 
+def test_instruments_and_mirrors_follow_the_names_of_parts_and_hold_them(tmp_path):
+    opened = placed(tmp_path, obj_text(seat_parts()))
+    seen = {"instruments": {"clock": {"part": "lever", "face": [-1, 0, 0]}}}
+    seen["mirrors"] = {"rear": {"part": "rest", "radius": "flat", "aims": [-20, 0, 0.5]}}
+    start = replace(opened.start, says={**opened.start.says, **seen})
+    one = joined(opened, start, ["lever"], "dial").description
+    assert one.says["instruments"]["clock"] == {"part": "dial", "face": [-1, 0, 0]}
+    with pytest.raises(InputError, match="instrument 'clock' is 'dial'"):
+        dropped(opened, one, ["dial"])
+    with pytest.raises(InputError, match="mirror 'rear' is 'rest'"):
+        dropped(opened, one, ["rest"])
+
+
 @pytest.mark.parametrize(
     ("act", "words"),
     [

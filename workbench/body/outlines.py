@@ -24,7 +24,8 @@ from scipy.interpolate import PchipInterpolator
 from workbench.body.marching import level_surface
 from workbench.body.surface import Surface, sealed
 from workbench.errors import InputError
-from workbench.model.arrays import Bools, Floats
+from workbench.geometry.polygon import inside_loops
+from workbench.model.arrays import Floats
 from workbench.model.outlines import Outlines
 
 __all__ = ["outline_surface"]
@@ -135,13 +136,10 @@ def _slice_field(points: Floats, curves: list[Floats]) -> Floats:
     It is negative inside an odd number of them.
     """
     square = np.full(len(points), np.inf)
-    inside: Bools = np.zeros(len(points), dtype=np.bool_)
     for curve in curves:
         for a, b in zip(curve, np.roll(curve, -1, axis=0), strict=True):
             square = np.minimum(square, _segment_distance_squared(points, a, b))
-            if a[1] != b[1]:
-                inside ^= _is_left_of(points, a, b)
-    field: Floats = np.where(inside, -1.0, 1.0) * np.sqrt(square)
+    field: Floats = np.where(inside_loops(points, curves), -1.0, 1.0) * np.sqrt(square)
     return field
 
 
@@ -157,11 +155,3 @@ def _segment_distance_squared(points: Floats, a: Floats, b: Floats) -> Floats:
     gap = offset - share[:, None] * side
     square: Floats = np.einsum("nc,nc->n", gap, gap)
     return square
-
-
-def _is_left_of(points: Floats, a: Floats, b: Floats) -> Bools:
-    """Whether a ray in +x from points (n, 2) crosses the edge from a to b, which is not level."""
-    spans = (a[1] > points[:, 1]) != (b[1] > points[:, 1])
-    x = a[0] + (points[:, 1] - a[1]) * (b[0] - a[0]) / (b[1] - a[1])
-    crossed: Bools = spans & (points[:, 0] < x)
-    return crossed

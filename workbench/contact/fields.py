@@ -187,7 +187,7 @@ def field_of(environment: Environment, groups: Groups) -> Field:
 @lru_cache(maxsize=16)
 def _shape(environment: Environment) -> Environment:
     """The polygons and parts of an environment, without its seats, points, controls,
-    adjustments, rules and words.
+    adjustments, instruments, mirrors, rules and words.
 
     An index is made from this alone: so it stays the same where only a control or a rule is another
     one.
@@ -201,6 +201,8 @@ def _shape(environment: Environment) -> Environment:
         points={},
         controls=(),
         adjustments=(),
+        instruments=(),
+        mirrors=(),
         quality=(),
         warnings=(),
     )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from xml.sax.saxutils import escape
 
@@ -15,6 +15,7 @@ from workbench.draw.lines.svg import closed_paths, environment_paths
 from workbench.draw.marks.layout import FONT, layout_marks
 from workbench.draw.marks.pictures import svg_bar, svg_marks
 from workbench.draw.scene import Mark, Scene
+from workbench.geometry.polygon import inside_loops
 from workbench.model.accommodation import ReachMap
 from workbench.model.arrays import Bools, Floats
 from workbench.model.environment import Control, Environment
@@ -79,7 +80,9 @@ def reach_map_svg(
     controls = map_controls(reach_map, environment)
     marks = tuple(Mark(c.at, c.name.replace("_", " "), "point") for c in controls)
     alone = _only_near_parts(reach_map, environment)
-    scene = Scene((), alone, marks, f"Who reaches {task.part.replace('_', ' ')}")
+    scene = Scene(
+        (), alone, marks, f"Who {'sees' if task.sees else 'reaches'} {task.part.replace('_', ' ')}"
+    )
     drawn = surroundings(scene, camera, "hidden_line")
     silhouette = _silhouette(reach_map, alone, camera)
     bands, labels = _contour_bands(
@@ -196,25 +199,11 @@ def _mask(silhouette: _Silhouette, camera: Camera) -> str:
 
 
 def _in_silhouette(silhouette: _Silhouette, points: Floats) -> Bools:
-    """Return which (Q,) of the points (Q, 2) [pixels] lie in a polygon: an odd number of its edges
-    is to the right of them."""
+    """Return which (Q,) of the points (Q, 2) [pixels] lie in a polygon."""
     inside = np.zeros(len(points), dtype=np.bool_)
     for loops in silhouette:
-        odd = np.zeros(len(points), dtype=np.bool_)
-        for start, end in _loop_edges(loops):
-            (x0, y0), (x1, y1) = start, end
-            crosses = (y0 > points[:, 1]) != (y1 > points[:, 1])
-            with np.errstate(divide="ignore", invalid="ignore"):
-                x = x0 + (points[:, 1] - y0) * (x1 - x0) / (y1 - y0)
-            odd ^= crosses & (x > points[:, 0])
-        inside |= odd
+        inside |= inside_loops(points, loops)
     return inside
-
-
-def _loop_edges(loops: Iterable[Floats]) -> Iterable[tuple[list[float], list[float]]]:
-    """Yield both ends of each edge of loops (K, 2)."""
-    for loop in loops:
-        yield from zip(loop.tolist(), np.roll(loop, -1, axis=0).tolist(), strict=True)
 
 
 def _polygon_loops(environment: Environment, polygon: int) -> list[list[int]]:

@@ -35,7 +35,9 @@ __all__ = [
     "AllowFile",
     "ControlFile",
     "EnvironmentFile",
+    "InstrumentFile",
     "MeshFile",
+    "MirrorFile",
     "PartFile",
     "RestFile",
     "SeatFile",
@@ -212,6 +214,54 @@ Direction = Annotated[
 ]
 
 
+def _legible(metres: float) -> float:
+    if not 0.0005 <= metres <= 0.2:
+        raise ValueError("characters 0.5 to 200 mm high are possible")
+    return metres
+
+
+class InstrumentFile(FileModel):
+    """An instrument: its part, the direction in which its face looks where that is not plain, the
+    height of its characters [m], whether it is lit; see `workbench.model.environment.Instrument`."""
+
+    part: Name
+    face: Direction | None = None
+    characters: Annotated[Length, AfterValidator(_legible)] | None = None
+    lit: bool = False
+
+
+def _radius(value: Any, info: ValidationInfo) -> Any:
+    """The radius [m] of a convex mirror, 0 of a flat one."""
+    if value == "flat":
+        return 0.0
+    try:
+        metres = length_in_metres(value, info)
+    except ValueError as error:
+        raise ValueError(f"'flat', or the radius of a convex surface: {error}") from None
+    if not 0.1 <= metres <= 100.0:
+        raise ValueError("'flat', or the radius of a convex surface, 0.1 to 100 m, is needed")
+    return metres
+
+
+Radius = Annotated[
+    float,
+    BeforeValidator(_radius),
+    WithJsonSchema({"anyOf": [{"const": "flat"}, *LENGTH_SCHEMA["anyOf"]]}),
+]
+
+
+class MirrorFile(FileModel):
+    """A mirror: its part, the direction in which it looks where that is not plain, the radius of its
+    surface [m] (0: flat), the class of field that it is for, and the point [m] that whoever has set
+    it sees in its middle; see `workbench.model.environment.Mirror`."""
+
+    part: Name
+    face: Direction | None = None
+    radius: Radius
+    field: Annotated[str, Field(alias="class")] = ""
+    aims: Vector | None = None
+
+
 class AboutFile(FileModel):
     """The axis of a turn, by the right-hand rule: a point on it [m] and its direction."""
 
@@ -287,4 +337,6 @@ class EnvironmentFile(FileModel):
     points: dict[str, Vector] = Field(default_factory=dict)
     controls: dict[str, ControlFile] = Field(default_factory=dict)
     adjustments: dict[str, AdjustmentFile] = Field(default_factory=dict)
+    instruments: dict[str, InstrumentFile] = Field(default_factory=dict)
+    mirrors: dict[str, MirrorFile] = Field(default_factory=dict)
     accepted: list[Name] = Field(default_factory=list)

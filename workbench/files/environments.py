@@ -18,6 +18,7 @@ from workbench.files.environment_adjustments import (
 from workbench.files.environment_controls import gripped, with_controls
 from workbench.files.environment_cushions import cushion_front
 from workbench.files.environment_doubts import environment_doubts
+from workbench.files.environment_faces import with_faces
 from workbench.files.environment_parts import arranged_mesh, is_piece, matching_parts
 from workbench.files.environment_schema import (
     EnvironmentFile,
@@ -90,7 +91,7 @@ def load_environment(source: str | Path, *, near: Path | None = None) -> Environ
         raise InputError(
             [fail(document, _rule_path(file, names[k]), what) for k, what in open_parts]
         )
-    return _complete(environment, file, rules, notes, sizes)
+    return with_faces(_complete(environment, file, rules, notes, sizes), file, document)
 
 
 def environment_files(source: str | Path, *, near: Path | None = None) -> tuple[Path, ...]:
@@ -330,7 +331,8 @@ def _rules(
 
 
 def unknown_names(document: Document, file: EnvironmentFile, names: list[str]) -> list[str]:
-    """A line for each part that seats and controls name and that is not there."""
+    """A line for each part that seats, controls, instruments and mirrors name and that is not
+    there."""
     return [
         fail(document, path, f"no part {name!r}; {one_of(name, names)}")
         for path, name in _named_parts(file)
@@ -340,7 +342,8 @@ def unknown_names(document: Document, file: EnvironmentFile, names: list[str]) -
 
 
 def _named_parts(file: EnvironmentFile) -> Iterator[tuple[tuple[str | int, ...], str]]:
-    """The parts that seats and controls name, each after where it stands."""
+    """The parts that seats, controls, instruments and mirrors name, each after where it
+    stands."""
     for seat, rest in file.seats.items():
         yield ("seats", seat, "cushion", "part"), rest.cushion.part
         if rest.back.part:
@@ -351,6 +354,9 @@ def _named_parts(file: EnvironmentFile) -> Iterator[tuple[tuple[str | int, ...],
         listed = not isinstance(given.part, str)
         for k, name in enumerate(given.part_keys):
             yield ("controls", control, "part", *([k] if listed else [])), name
+    for section, things in (("instruments", file.instruments), ("mirrors", file.mirrors)):
+        for thing, one in things.items():
+            yield (section, thing, "part"), one.part
 
 
 def _complete(

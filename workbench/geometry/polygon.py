@@ -8,6 +8,7 @@ Carried out on the distance, the three steps give the exact distance of a point 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from typing import NamedTuple
 
 import numpy as np
@@ -26,7 +27,15 @@ from workbench.geometry.quads import (
     where_positive,
 )
 
-__all__ = ["EDGES", "RECORD", "Faces", "nearest_of_record", "point_polygon", "point_winding"]
+__all__ = [
+    "EDGES",
+    "RECORD",
+    "Faces",
+    "inside_loops",
+    "nearest_of_record",
+    "point_polygon",
+    "point_winding",
+]
 
 RECORD = 10
 """Numbers before the edges of a polygon's record: unit normal (3), centre of the enclosing circle
@@ -228,3 +237,18 @@ def point_winding(x, y, z, corners, first, last):  # type: ignore[no-untyped-def
         ca = c0 * a0 + c1 * a1 + c2 * a2
         total += math.atan2(volume, a * b * d + ab * d + bc * a + ca * b)
     return total / (2.0 * math.pi)
+
+
+def inside_loops(
+    points: NDArray[np.float64], loops: Iterable[NDArray[np.float64]]
+) -> NDArray[np.bool_]:
+    """Return which of points (..., 2) are inside an odd number of closed loops (K, 2): a ray in +x
+    crosses an odd number of their edges."""
+    x, y = points[..., 0], points[..., 1]
+    inside = np.zeros(points.shape[:-1], dtype=np.bool_)
+    for loop in loops:
+        for a, b in zip(loop, np.roll(loop, -1, axis=0), strict=True):
+            if a[1] != b[1]:
+                spans = (a[1] > y) != (b[1] > y)
+                inside ^= spans & (x < a[0] + (y - a[1]) * (b[0] - a[0]) / (b[1] - a[1]))
+    return inside

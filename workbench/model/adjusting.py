@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from workbench.model.arrays import Floats, xyz
-from workbench.model.environment import Adjustment, Environment, Seat
+from workbench.model.environment import Adjustment, Environment, Instrument, Mirror, Seat
 from workbench.model.posing import attitude_matrix
 from workbench.model.quaternions import exponential, matrices
 
@@ -18,7 +18,7 @@ __all__ = ["adjusted", "carried_by", "move_parts", "seat_tilt"]
 def move_parts(
     environment: Environment, parts: Iterable[str], rotation: Floats | None, shift: Floats
 ) -> Environment:
-    """Move parts of an environment as rigid bodies.
+    """Move parts of an environment as rigid bodies, with the instruments and mirrors that they are.
 
     Seats, points and controls stay where they are.
 
@@ -48,6 +48,15 @@ def move_parts(
     def turned(rows: Floats, mine: np.ndarray) -> Floats:
         return rows if rotation is None else np.where(mine[:, None], rows @ rotation.T, rows)
 
+    def direction(vector: tuple[float, float, float]) -> tuple[float, float, float]:
+        return vector if rotation is None else xyz(rotation @ np.array(vector))
+
+    def placed(point: tuple[float, float, float]) -> tuple[float, float, float]:
+        return xyz(np.array(direction(point)) + shift)
+
+    def goes(one: Instrument | Mirror) -> bool:
+        return bool(chosen[environment.part_index(one.part)])
+
     normal = turned(environment.normal, polygon)
     centre = turned(environment.circle_centre, polygon)
     return replace(
@@ -56,6 +65,14 @@ def move_parts(
         normal=normal,
         offset=environment.offset + np.where(polygon, normal @ shift, 0.0),
         circle_centre=centre + np.where(polygon[:, None], shift, 0.0),
+        instruments=tuple(
+            replace(one, at=placed(one.at), face=direction(one.face)) if goes(one) else one
+            for one in environment.instruments
+        ),
+        mirrors=tuple(
+            replace(one, at=placed(one.at), normal=direction(one.normal)) if goes(one) else one
+            for one in environment.mirrors
+        ),
     )
 
 

@@ -1,5 +1,5 @@
-"""Environment: named parts made of planar polygons, with their rules, seats, points and
-controls."""
+"""Environment: named parts made of planar polygons, with their rules, seats, points, controls,
+instruments and mirrors."""
 
 from __future__ import annotations
 
@@ -22,6 +22,8 @@ __all__ = [
     "Allowance",
     "Control",
     "Environment",
+    "Instrument",
+    "Mirror",
     "OwnPiece",
     "Quality",
     "Rest",
@@ -85,6 +87,38 @@ class Control:
 
 
 @dataclass(frozen=True)
+class Instrument:
+    """An instrument or display that is read: its part, the middle `at` [m] of its face, the unit
+    normal `face` of that, out of it toward who reads it; the height of its characters [m], 0 where
+    the file does not say it; whether it is lit."""
+
+    name: str
+    part: str
+    at: tuple[float, float, float]
+    face: tuple[float, float, float]
+    characters: float = 0.0
+    lit: bool = False
+
+
+@dataclass(frozen=True)
+class Mirror:
+    """A mirror: its part, the middle `at` [m] of its surface, the unit normal there, out of it
+    toward who looks in, and the radius [m] of a convex surface, inf of a flat one.
+
+    field: the class of field that it is for, "" where the file names none. aims: the point [m] that
+    whoever has set it sees in its middle, None where it stays as it is drawn.
+    """
+
+    name: str
+    part: str
+    at: tuple[float, float, float]
+    normal: tuple[float, float, float]
+    radius: float = math.inf
+    field: str = ""
+    aims: tuple[float, float, float] | None = None
+
+
+@dataclass(frozen=True)
 class Rest:
     """A seat surface: its part ("" where only its plane is there, as the back of a stool), the
     segments that rest on it, how deep a sitter sinks in [m]."""
@@ -135,6 +169,18 @@ class Seat:
     def parts(self) -> tuple[str, ...]:
         """The parts that are sat on and leant against."""
         return tuple(rest.part for rest in (self.cushion, self.back) if rest.part)
+
+    @property
+    def nominal_eye(self) -> tuple[float, float, float]:
+        """About where the eyes of its occupant are [m]: 800 mm up the back plane from the seat
+        reference point, and 227 mm ahead of that (AFSC DH 2-2)."""
+        ahead = 0.227 - 0.80 * math.sin(self.back_angle)
+        x, y, z = self.srp
+        return (
+            x + ahead * math.cos(self.yaw),
+            y + ahead * math.sin(self.yaw),
+            z + 0.80 * math.cos(self.back_angle),
+        )
 
     def held(self, forward: float, up: float) -> Seat:
         """The seat in one position [m], without travel."""
@@ -242,6 +288,8 @@ class Environment:
     points: dict[str, tuple[float, float, float]] = field(default_factory=dict)
     controls: tuple[Control, ...] = ()
     adjustments: tuple[Adjustment, ...] = ()
+    instruments: tuple[Instrument, ...] = ()
+    mirrors: tuple[Mirror, ...] = ()
     quality: tuple[Quality, ...] = ()
     warnings: tuple[str, ...] = ()
     assumed: tuple[str, ...] = ()
@@ -312,7 +360,7 @@ class Environment:
     def moved(self, displacements: Mapping[str, Any]) -> Environment:
         """The environment with parts, or controls alone, standing elsewhere.
 
-        Controls on a part go along with it, and so do pivots and points of an adjustment whose
+        Controls, instruments and mirrors on a part go along with it, and so do pivots and points of an adjustment whose
         parts all go the same way.
 
         Parameters
@@ -347,6 +395,15 @@ class Environment:
         """An adjustment by name; InputError lists the valid ones."""
         names = [one.name for one in self.adjustments]
         return self.adjustments[self._index("adjustment", name, names)]
+
+    def instrument(self, name: str) -> Instrument:
+        """An instrument by name; InputError lists the valid ones."""
+        names = [one.name for one in self.instruments]
+        return self.instruments[self._index("instrument", name, names)]
+
+    def mirror(self, name: str) -> Mirror:
+        """A mirror by name; InputError lists the valid ones."""
+        return self.mirrors[self._index("mirror", name, [one.name for one in self.mirrors])]
 
     def _index(self, kind: str, name: str, names: Sequence[str]) -> int:
         """Index of a name among those of a kind; InputError lists the valid ones."""

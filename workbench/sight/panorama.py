@@ -94,14 +94,14 @@ class Panorama:
 
     def look(self, directions: ArrayLike) -> Items:
         """Return the opaque items (...) in directions (..., 3), -1 for none."""
-        return self.item[self._pixels(directions)]
+        return self.item[self.pixels(directions)]
 
     def look_through(self, directions: ArrayLike) -> Items:
         """Return the see-through items (...) looked through first in directions (..., 3)."""
-        return self.glass[self._pixels(directions)]
+        return self.glass[self.pixels(directions)]
 
-    def _pixels(self, directions: ArrayLike) -> tuple[Ints, Ints, Ints]:
-        """Face, row and column (...) of directions (..., 3)."""
+    def pixels(self, directions: ArrayLike) -> tuple[Ints, Ints, Ints]:
+        """Return face, row and column (...) of the pixels in directions (..., 3)."""
         way = np.asarray(directions, dtype=np.float64) @ self.axes.T
         ahead = np.stack([way @ face[2] for face in FACES], axis=-1)
         face = np.argmax(ahead, axis=-1)

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from workbench.errors import InputError
+from workbench.geometry.polygon import inside_loops
 from workbench.model.arrays import Bools, Floats, frozen
 
 __all__ = [
@@ -79,7 +80,7 @@ class Region:
         angles = azimuth_elevation(directions, self.axes)
         inside = np.zeros(angles.shape[:-1], dtype=np.bool_)
         for turn in (-2.0 * math.pi, 0.0, 2.0 * math.pi):
-            inside |= _inside(angles[..., 0] + turn, angles[..., 1], self.corners)
+            inside |= inside_loops(angles + np.array([turn, 0.0]), [self.corners])
         return inside
 
     @property
@@ -128,18 +129,6 @@ def outline(name: str, corners: ArrayLike, axes: ArrayLike | None = None) -> Reg
     """
     given = np.eye(3) if axes is None else np.asarray(axes, dtype=np.float64)
     return Region(name, given, math.pi, np.asarray(corners, dtype=np.float64))
-
-
-def _inside(azimuth: Floats, elevation: Floats, corners: Floats) -> Bools:
-    """Whether points (...) are inside a polygon (K, 2), by the count of sides to one side of them."""
-    inside = np.zeros(azimuth.shape, dtype=np.bool_)
-    for begin, end in zip(corners, np.roll(corners, -1, axis=0), strict=True):
-        rise = end[1] - begin[1]
-        if rise == 0.0:
-            continue
-        across = begin[0] + (elevation - begin[1]) * ((end[0] - begin[0]) / rise)
-        inside ^= ((begin[1] > elevation) != (end[1] > elevation)) & (azimuth < across)
-    return inside
 
 
 def azimuth_elevation(directions: ArrayLike, axes: ArrayLike | None = None) -> Floats:

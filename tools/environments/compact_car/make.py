@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 # where the solids of all environments are
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from cockpit import both, cockpit_parts
+from mirrors import outside_parts
 from solids import box, disc, hull, loft, mirrored, prism, shell, sweep, union, write_obj
 
 Floats = NDArray[np.float64]
@@ -73,7 +74,7 @@ def shell_parts() -> Parts:
     )
     a_pillar = sweep(
         [(352.0, 585.0, 1020.0), (560.0, 630.0, 930.0), (955.0, 700.0, 775.0)],
-        [24.0, 26.0, 30.0],
+        [32.0, 42.0, 51.0],
         flat=0.9,
     )
     b_pillar = sweep([(-420.0, 745.0, 0.0), (-418.0, 742.0, 500.0), (-412.0, 724.0, BELT), (-396.0, 600.0, 1040.0)],
@@ -90,14 +91,6 @@ def shell_parts() -> Parts:
             [(362.0, -570.0, 1046.0), (364.0, 0.0, 1068.0), (362.0, 570.0, 1046.0)], 20.0, flat=0.7
         ),
         "windscreen": loft([np.array([*g, *(g[::-1] + lift)]) for g in glass]),
-        "inside_mirror": hull(
-            [
-                (x, y, z)
-                for y, s in ((-118, 0), (118, 0), (-100, 8), (100, 8))
-                for x in (436.0, 452.0)
-                for z in (996.0 - s, 1044.0 + s)
-            ]
-        ),
         **both(
             {
                 "roof_rail": rail,
@@ -274,7 +267,7 @@ def seat_parts() -> Parts:
 def main() -> None:
     """Write compact_car.obj into a folder, environments/compact_car where none is given."""
     folder = Path(sys.argv[1]) if len(sys.argv) > 1 else FOLDER
-    parts = shell_parts() | door_parts() | seat_parts() | cockpit_parts()
+    parts = shell_parts() | door_parts() | seat_parts() | cockpit_parts() | outside_parts()
     write_obj(folder / "compact_car.obj", parts, "front of a compact car inside, made by make.py")
 
 

@@ -12,11 +12,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.files.environment_doubts import part_box
+from workbench.geometry.rays import first_hits, upright_fan
 from workbench.model.arrays import Bools, Floats
 from workbench.model.environment import Environment
-from workbench.study.describe.at_controls import SeatFrame, Sitter, nominal_eye
+from workbench.study.describe.at_controls import SeatFrame, Sitter
 from workbench.study.describe.control_words import words_of
-from workbench.study.describe.rays import first_hits, upright_fan
 from workbench.study.feet_on_floor import BROAD
 
 __all__ = ["Around", "around", "floor_below"]
@@ -81,7 +81,7 @@ def around(environment: Environment, sitter: Sitter) -> Around:
     """Find what is about the occupant of a seat."""
     frame = sitter.frame
     seat = frame.seat
-    eye = np.array(environment.points[sitter.eyes]) if sitter.eyes else nominal_eye(seat)
+    eye = np.array(environment.points[sitter.eyes] if sitter.eyes else seat.nominal_eye)
     held = {*sitter.hands.values(), *sitter.feet.values()}
     touched = {one.part for one in environment.controls if one.name in held or one.for_feet}
     fixed = _visible(environment, seat.moves)

@@ -16,7 +16,7 @@ from workbench.model.arrays import Floats
 from workbench.model.environment import Control, Environment, Seat
 from workbench.study.describe.control_words import Use, is_for_eyes, is_for_heels, use_of, words_of
 
-__all__ = ["SeatFrame", "Sitter", "left_out", "nominal_eye", "sitters_of"]
+__all__ = ["SeatFrame", "Sitter", "left_out", "sitters_of"]
 
 WORK = (0.45, 0.30)
 """How far [m] ahead of and above the seat reference point hands are at work, about."""
@@ -28,11 +28,8 @@ MOST_SEATS = 4
 """More people than this are not put in at once."""
 BETWEEN = 0.65
 """A control no farther than this share of the way to another seat is between the two."""
-EYE = (0.80, 0.227)
-"""The eyes are about so far [m] up the back plane from the seat reference point, and so far ahead
-of it (AFSC DH 2-2)."""
 EYE_NEAR = 0.35
-"""An eye point farther [m] from there belongs to somebody else."""
+"""An eye point farther [m] from where the eyes of a seat's occupant are belongs to somebody else."""
 ASIDE = 0.3
 """Points farther aside [m] from the middle of a seat belong to somebody else."""
 HEELS_AHEAD = (0.2, 1.5)
@@ -332,16 +329,9 @@ def _driving_feet(guess: _Guess, by_use: dict[str, Control]) -> None:
             return
 
 
-def nominal_eye(seat: Seat) -> Floats:
-    """(3,) [m] about where the eyes of somebody in a seat are."""
-    up, ahead = EYE
-    along = ahead - up * math.sin(seat.back_angle)
-    return SeatFrame(seat).world(along, 0.0, up * math.cos(seat.back_angle))
-
-
 def _eye_point(environment: Environment, frame: SeatFrame) -> str:
     """The eye point of a seat: by name, a design eye first, then the nearest to where eyes are."""
-    wanted = nominal_eye(frame.seat)
+    wanted = frame.seat.nominal_eye
     rows = [
         ("design" not in words_of(name), math.dist(wanted, at), name)
         for name, at in environment.points.items()

@@ -182,7 +182,7 @@ def removed_file(opened: OpenPlace, before: Description, row: int) -> Edit:
 
 
 def _named_parts(file: EnvironmentFile) -> set[str]:
-    """The parts that seats, controls and adjustments name."""
+    """The parts that seats, controls, adjustments, instruments and mirrors name."""
     seats = [
         name
         for seat in file.seats.values()
@@ -190,7 +190,9 @@ def _named_parts(file: EnvironmentFile) -> set[str]:
     ]
     moved = [name for one in file.adjustments.values() for name in one.parts]
     controls = [key for control in file.controls.values() for key in control.part_keys]
-    return {*seats, *moved, *controls}
+    instruments = [one.part for one in file.instruments.values()]
+    mirrors = [one.part for one in file.mirrors.values()]
+    return {*seats, *moved, *controls, *instruments, *mirrors}
 
 
 def moved_file(opened: OpenPlace, before: Description, row: int, to: Sequence[float]) -> Edit:

@@ -146,6 +146,9 @@ def floored(opened: OpenPlace, before: Description, ray: Ray) -> Edit:
         if one.about is not None:
             key: Key = ("adjustments", name, "about", "point")
             says = with_value(says, key, _raised(before, one.about.point, by))
+    for name, mirror in file.mirrors.items():
+        if mirror.aims is not None:
+            says = with_value(says, ("mirrors", name, "aims"), _raised(before, mirror.aims, by))
     way = "up" if step > 0.0 else "down"
     words = "the floor is at height 0"
     if step:

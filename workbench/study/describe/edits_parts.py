@@ -265,7 +265,7 @@ def _with_mesh(
 
 
 def _unused(says: Mapping[str, Any], part: str) -> None:
-    """InputError where a seat, a control or an adjustment names a part."""
+    """InputError where a seat, a control, an adjustment, an instrument or a mirror names a part."""
     for name, seat in (says.get("seats") or {}).items():
         for surface in ("cushion", "back"):
             if seat[surface]["part"] == part:
@@ -280,6 +280,10 @@ def _unused(says: Mapping[str, Any], part: str) -> None:
     for name, one in (says.get("adjustments") or {}).items():
         if part in one.get("parts", ()):
             raise InputError(f"adjustment {name!r} moves {part!r}: change it in the file first")
+    for kind in ("instrument", "mirror"):
+        for name, one in (says.get(f"{kind}s") or {}).items():
+            if one.get("part") == part:
+                raise InputError(f"{kind} {name!r} is {part!r}: change it in the file first")
 
 
 def _listed(given: str | list[str] | None) -> Sequence[str]:
@@ -334,6 +338,11 @@ def _named(says: Mapping[str, Any], parts: Sequence[str], new: str) -> dict[str,
             key: {**one, "parts": names(one["parts"])} if one.get("parts") else one
             for key, one in says["adjustments"].items()
         }
+    for section in ("instruments", "mirrors"):
+        if says.get(section):
+            found[section] = {
+                key: _control_named(one, name, names) for key, one in says[section].items()
+            }
     return found
 
 
@@ -348,7 +357,7 @@ def _seat_named(seat: Mapping[str, Any], name: Any, names: Any) -> dict[str, Any
 
 
 def _control_named(control: Mapping[str, Any], name: Any, names: Any) -> dict[str, Any]:
-    """A control with new names of its parts."""
+    """A control, an instrument or a mirror with new names of its parts."""
     own = control.get("part")
     if not own:
         return dict(control)

@@ -48,6 +48,8 @@ ORDER = (
     "points",
     "controls",
     "adjustments",
+    "instruments",
+    "mirrors",
 )
 _FRAME = ("length", "up", "forward")
 BESIDE = (".gltf",)

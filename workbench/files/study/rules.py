@@ -1,0 +1,69 @@
+"""Rule sets of sight: the values of studies/rules/NAME.yaml in SI units and the workbench's axes."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+
+from workbench.errors import InputError
+from workbench.files.catalogue import find
+from workbench.files.schema import fail, validate
+from workbench.files.study.schema import RulesFile, RuleValueFile
+from workbench.files.yaml_text import read_yaml
+from workbench.model.rule_set import RuleSet, RuleValue
+
+__all__ = ["load_rule_set"]
+
+_UNITS = {
+    "mm": 1e-3,
+    "m": 1.0,
+    "m2": 1.0,
+    "deg": math.radians(1.0),
+    "arcmin": math.radians(1.0) / 60.0,
+    "1": 1.0,
+}
+"""What one of each unit is in SI."""
+_AXES = {"forward left up": (1.0, 1.0, 1.0), "rearward right up": (-1.0, -1.0, 1.0)}
+"""Signs that turn points of other axes to the workbench's."""
+
+
+def load_rule_set(source: str | Path, *, near: Path | None = None) -> RuleSet:
+    """Read the values of a rule set, by path or by its name in studies/rules.
+
+    near: the folder of the file that names it. InputError lists all faults; a set that holds limits
+    of injury alone, or rows of unequal length, is one.
+    """
+    document = read_yaml(find("studies/rules", str(source), near=near))
+    file = validate(document, RulesFile)
+    faults = [
+        fail(document, ("values", name, "value"), what)
+        for name, value in file.values.items()
+        if (what := _shape_fault(value))
+    ]
+    if not file.values:
+        faults = [fail(document, (), f"rule set {file.rules} has no 'values'; it limits injuries")]
+    if faults:
+        raise InputError(faults)
+    return RuleSet(
+        file.rules,
+        file.description,
+        {name: _value(value) for name, value in file.values.items()},
+    )
+
+
+def _shape_fault(file: RuleValueFile) -> str:
+    """What is wrong with the rows of a value, "" where nothing is."""
+    if isinstance(file.value, list) and len({np.shape(row) for row in file.value}) != 1:
+        return "a list of numbers is needed, or of rows that have the same length"
+    if file.axes is not None and np.shape(file.value)[-1:] != (3,):
+        return f"points in axes '{file.axes}' have three numbers each"
+    return ""
+
+
+def _value(file: RuleValueFile) -> RuleValue:
+    signs = 1.0 if file.axes is None else np.array(_AXES[file.axes])
+    value = np.asarray(np.array(file.value, dtype=np.float64) * _UNITS[file.unit] * signs)
+    value.flags.writeable = False
+    return RuleValue(value, file.source, file.status == "seen")

@@ -1,0 +1,78 @@
+"""Rule set: the numbers of a published rule, each with its source and how sure it is."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from workbench.errors import InputError, one_of
+from workbench.model.arrays import Floats, frozen
+
+__all__ = ["REMEMBERED", "RuleSet", "RuleValue"]
+
+REMEMBERED = "from memory, not checked against the rule's text"
+"""What is said of a value whose source was not at hand."""
+
+
+@dataclass(frozen=True, eq=False)
+class RuleValue:
+    """A number or an array of numbers in SI units, in the workbench's axes where it is of points.
+
+    source: where it was seen, or what is known of it; seen: whether it was read there.
+    """
+
+    value: Floats
+    source: str
+    seen: bool
+
+    @property
+    def words(self) -> str:
+        """How sure it is."""
+        return f"seen in {self.source}" if self.seen else f"{REMEMBERED} ({self.source})"
+
+
+@dataclass(frozen=True, eq=False)
+class RuleSet:
+    """A named set of values. `rules["v1"]` is an array, `rules.number("limit")` one number.
+
+    A figure that is made with values carries `status` of their names to whatever prints it.
+    """
+
+    name: str
+    description: str
+    values: dict[str, RuleValue]
+
+    def __getitem__(self, name: str) -> Floats:
+        return self._found(name).value
+
+    def shaped(self, name: str, *shape: int | None) -> Floats:
+        """A value that is an array of a shape, None for any length; InputError for another, and for
+        a name that there is not."""
+        found: Floats = frozen(self[name], np.float64, shape, f"rule set {self.name}: {name}")
+        return found
+
+    def number(self, name: str) -> float:
+        """A value that is one number; InputError as of `shaped`."""
+        return float(self.shaped(name))
+
+    def status(self, *names: str) -> str:
+        """Say where values are from: each source once, after the names that it holds for."""
+        by_words: dict[str, list[str]] = {}
+        for name in names:
+            by_words.setdefault(self._found(name).words, []).append(name)
+        told = [f"{', '.join(group)}: {words}" for words, group in by_words.items()]
+        return f"{self.name}: " + "; ".join(told)
+
+    def told(self, *names: str) -> str:
+        """Name the rule set for a sentence, with which of some values are not sure."""
+        unsure = [name for name in names if not self._found(name).seen]
+        if not unsure:
+            return self.description
+        return f"{self.description}; {', '.join(unsure)}: {REMEMBERED}"
+
+    def _found(self, name: str) -> RuleValue:
+        if name not in self.values:
+            hint = one_of(name, self.values)
+            raise InputError(f"rule set {self.name}: no value {name!r}; {hint}")
+        return self.values[name]

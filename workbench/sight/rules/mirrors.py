@@ -1,0 +1,291 @@
+"""Mirrors, flat and convex: where a point is seen in one, and the ground that two eyes see in it.
+
+A flat mirror shows what the virtual eye behind it sees through the glass. A convex one is the cap of a
+sphere: from eye and point to its place of reflection the angles to the normal are equal. That place
+lies in the plane of eye, point and centre, and as it moves from below the eye to below the point the
+angle of the eye grows and that of the point falls, so it is found by halving. The glass bounds the
+places of reflection: its triangles, seen along the mirror's normal.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from workbench.errors import InputError
+from workbench.geometry.polygon import inside_loops
+from workbench.model.arrays import Bools, Floats, Ints, frozen
+from workbench.model.environment import Environment, Mirror
+from workbench.sight.eyes import Eyes
+from workbench.sight.obscuration import lines_of_sight
+from workbench.sight.rules.eye_points import SIGN, Side
+from workbench.sight.scenery import Scenery
+
+__all__ = [
+    "BESIDE",
+    "OUTSIDE",
+    "SEEN",
+    "Glass",
+    "MirrorField",
+    "aimed_normal",
+    "convex_image",
+    "convex_magnification",
+    "glass_of",
+    "ground_points",
+    "looked_through",
+    "mirror_field",
+    "reflected",
+    "reflections",
+    "required_ground",
+    "what_hides",
+]
+
+OUTSIDE = "outside the mirror"
+"""Why ground is not seen that is reflected beside the glass, or not at all."""
+SEEN, BESIDE = -1, -2
+"""What stands for an item where a point is seen, and where it is reflected beside the glass."""
+_HALVINGS = 48
+"""Halvings of the angle between eye and point: to the last digits."""
+_FACING = 0.8
+"""Cosine to the mirror's normal from which on a triangle of its part belongs to the surface: a glass of
+300 mm radius is 150 mm from its middle at 0.87."""
+
+
+@dataclass(frozen=True, eq=False)
+class Glass:
+    """The surface of a mirror: its middle (3,) [m], the unit normal (3,) there toward who looks in,
+    the radius [m] of a convex one, infinite where flat, and triangles (T, 3, 3) [m] of its outline."""
+
+    name: str
+    at: Floats
+    normal: Floats
+    radius: float
+    corners: Floats
+
+
+def glass_of(environment: Environment, mirror: Mirror, *, eye: Floats | None = None) -> Glass:
+    """Take the surface of a mirror: the triangles of its part that face along its normal.
+
+    A mirror that is aimed turns about its middle so that an eye (3,) [m] sees there what it aims
+    at; as drawn where no eye is given. InputError where the part has no such triangles.
+    """
+    at = np.array(mirror.at)
+    normal = np.array(mirror.normal)
+    part = environment.part_index(mirror.part)
+    corners = environment.triangle_corners(part)
+    cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    area = np.linalg.norm(cross, axis=1)
+    along = cross @ normal if environment.solid[part] else np.abs(cross @ normal)
+    corners = corners[(along >= _FACING * area) & (area > 0.0)]
+    if not len(corners):
+        raise InputError(
+            f"mirror {mirror.name}: part {mirror.part!r} has no surface that faces along its normal "
+            f"({', '.join(f'{n:.3g}' for n in normal)}); state 'face' or another part"
+        )
+    if mirror.aims is not None and eye is not None:
+        aimed = aimed_normal(eye, at, np.array(mirror.aims) - at)
+        # the least turn from one unit vector to another: I + K + K K / (1 + cos), K of their product
+        x, y, z = np.cross(normal, aimed)
+        across = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+        turn = np.eye(3) + across + across @ across / (1.0 + normal @ aimed)
+        corners = at + (corners - at) @ turn.T
+        normal = aimed
+    return Glass(mirror.name, at, normal, mirror.radius, corners)
+
+
+def aimed_normal(eye: Floats, at: Floats, wanted: Floats) -> Floats:
+    """Unit normal (3,) with which a mirror at a point (3,) shows an eye (3,) a wanted direction."""
+    toward = eye - at
+    both = toward / np.linalg.norm(toward) + wanted / np.linalg.norm(wanted)
+    return np.asarray(both / np.linalg.norm(both))
+
+
+def reflected(points: Floats, at: Floats, normal: Floats) -> Floats:
+    """Mirror points (..., 3) at the plane through a point (3,) with a unit normal (3,): virtual eyes
+    and virtual images."""
+    height = np.asarray((points - at) @ normal)
+    return np.asarray(points - 2.0 * height[..., None] * normal)
+
+
+def convex_image(distance: float, radius: float) -> float:
+    """Distance [m] behind a convex glass of the image of what is `distance` [m] before it, near the
+    axis: 1 / image = 1 / distance + 2 / radius."""
+    return 1.0 / (1.0 / distance + 2.0 / radius)
+
+
+def convex_magnification(distance: float, eye: float, radius: float) -> float:
+    """How large a thing looks in a convex mirror against a flat one, near the axis, where it is
+    `distance` and the eye `eye` [m] before the glass."""
+    image = convex_image(distance, radius)
+    return image / distance * (eye + distance) / (eye + image)
+
+
+def reflections(glass: Glass, eye: Floats, points: Floats) -> Floats:
+    """Find where an eye (3,) sees points (N, 3) [m] in a mirror: (N, 3) on its surface, NaN where
+    they are reflected beside it or are behind it.
+
+    InputError where the eye is behind the mirror.
+    """
+    at, normal = glass.at, glass.normal
+    height = float((eye - at) @ normal)
+    if height < 0.0:
+        raise InputError(f"mirror {glass.name} faces away from the eyes; turn its normal round")
+    if math.isinf(glass.radius):
+        before = (points - at) @ normal
+        shown = before > 0.0
+        share = height / (height + np.where(shown, before, 1.0))
+        virtual = reflected(eye, at, normal)
+        place = virtual + share[:, None] * (points - virtual)
+    else:
+        centre = at - glass.radius * normal
+        place = _on_sphere(centre, glass.radius, eye, points)
+        out = place - centre
+        shown = np.einsum("ni,ni->n", out, points - place) > 0.0
+        shown &= np.einsum("ni,ni->n", out, eye - place) > 0.0
+    return np.where((shown & _within(glass, place))[:, None], place, np.nan)
+
+
+def _on_sphere(centre: Floats, radius: float, eye: Floats, points: Floats) -> Floats:
+    """(N, 3) [m] where a sphere reflects points (N, 3) to an eye (3,), both outside of it."""
+    first = (eye - centre) / np.linalg.norm(eye - centre)
+    along = (points - centre) @ first
+    rest = points - centre - along[:, None] * first
+    across = np.linalg.norm(rest, axis=1)
+    second = rest / np.where(across > 0.0, across, 1.0)[:, None]
+    whole = np.arctan2(across, along)
+    near = float(np.linalg.norm(eye - centre))
+    far = np.hypot(along, across)
+    low, high = np.zeros(len(points)), whole
+    for _ in range(_HALVINGS):
+        turn = 0.5 * (low + high)
+        of_eye = np.arctan2(near * np.sin(turn), near * np.cos(turn) - radius)
+        of_point = np.arctan2(far * np.sin(whole - turn), far * np.cos(whole - turn) - radius)
+        low = np.where(of_eye < of_point, turn, low)
+        high = np.where(of_eye < of_point, high, turn)
+    found: Floats = centre + radius * (np.cos(low)[:, None] * first + np.sin(low)[:, None] * second)
+    return found
+
+
+def _within(glass: Glass, places: Floats) -> Bools:
+    """(N,) whether places are in one of the triangles of a glass, seen along its normal."""
+    inside = np.zeros(len(places), dtype=np.bool_)
+    for triangle in glass.corners:
+        sides = np.roll(triangle, -1, axis=0) - triangle
+        inward = np.cross(glass.normal, sides)
+        height = np.einsum("ki,nki->nk", inward, places[:, None] - triangle)
+        inside |= np.all(height >= 0.0, axis=1) | np.all(height <= 0.0, axis=1)
+    return inside
+
+
+def required_ground(field: Floats, origin: ArrayLike, *, side: Side) -> Floats:
+    """Corners (K, 3) [m] on the ground of a field of a rule set, (K, 2) behind and out.
+
+    origin (3,) [m]: x of the eyes, y of the side of the vehicle, z of the ground; of class I y of
+    its middle plane, of class VI x of its front.
+    """
+    behind, out = frozen(field, np.float64, (None, 2), "field of a mirror").T
+    away = np.stack([-behind, SIGN[side] * out, np.zeros(len(field))], axis=1)
+    return np.asarray(np.asarray(origin, dtype=np.float64) + away)
+
+
+def ground_points(polygon: Floats, *, count: int = 2500) -> Floats:
+    """About `count` points (N, 3) [m] of equal area in a level polygon (K, 3): middles of squares."""
+    x, y, z = polygon.T
+    area = 0.5 * abs(float(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y)))
+    if not area > 0.0:
+        raise InputError("ground: expected a polygon with an area")
+    step = math.sqrt(area / count)
+    low, high = polygon.min(axis=0), polygon.max(axis=0)
+    counts = np.ceil((high - low) / step)
+    # about the middle, so that a mirrored field has the mirrored points
+    grid = np.meshgrid(
+        *((low + high)[k] / 2 + (np.arange(counts[k]) - (counts[k] - 1) / 2) * step for k in (0, 1))
+    )
+    points = np.stack([axis.ravel() for axis in grid], axis=1)
+    inside = inside_loops(points, [polygon[:, :2]])
+    return np.column_stack([points[inside], np.full(int(inside.sum()), z[0])])
+
+
+@dataclass(frozen=True, eq=False)
+class MirrorField:
+    """The ground that two eyes see in a mirror, of N points of equal area.
+
+    points (N, 3) [m]. seen (2, N): by the left and by the right eye. share: seen by one of them at
+    least. hidden: the share that neither sees, by the name of what hides it, `OUTSIDE` where it is
+    reflected beside the glass; half of a point is put down to what each eye meets.
+    """
+
+    points: Floats
+    seen: Bools
+    share: float
+    hidden: dict[str, float]
+
+
+def mirror_field(
+    scenery: Scenery, eyes: Eyes, glass: Glass, points: Floats, *, item: int = -1, row: int = 0
+) -> MirrorField:
+    """See ground, or any points, in a mirror.
+
+    Parameters
+    ----------
+    scenery
+        What may stand between eye, mirror and ground.
+    eyes
+        Of B people.
+    points
+        (N, 3) [m] of `ground_points`.
+    item
+        The item of the scenery that is the mirror's own part, which hides nothing of it.
+    row
+        Who of them, and whose scenery.
+
+    Raises
+    ------
+    InputError
+        If the mirror faces away from an eye.
+    """
+    clear = looked_through(scenery.of_row(row), [item])
+    met = np.stack(
+        [
+            what_hides(clear, eye[row], reflections(glass, eye[row], points), points)
+            for eye in (eyes.left, eyes.right)
+        ]
+    )
+    seen = met == SEEN
+    lost = ~seen.any(axis=0)
+    count = np.bincount((met[:, lost] - BESIDE).ravel())
+    names = {k: (OUTSIDE, "", *clear.names)[k] for k in np.flatnonzero(count).tolist()}
+    return MirrorField(
+        points,
+        seen,
+        1.0 - float(lost.mean()),
+        {name: 0.5 * float(count[k]) / len(points) for k, name in names.items()},
+    )
+
+
+def looked_through(scenery: Scenery, items: Sequence[int]) -> Scenery:
+    """The scenery in which some items hide nothing."""
+    return replace(
+        scenery, see_through=scenery.see_through | np.isin(np.arange(len(scenery.names)), items)
+    )
+
+
+def what_hides(
+    scenery: Scenery, eye: Floats, places: Floats, points: Floats, *, own: int = -1
+) -> Ints:
+    """Find what hides points (N, 3) [m] from an eye (3,) that are reflected at places (N, 3): (N,) an
+    item, `SEEN`, or `BESIDE` where a place is NaN.
+
+    own: the item that the points are on. The part of the mirror must be one that is looked through.
+    """
+    met = np.full(len(points), BESIDE)
+    shown = np.flatnonzero(np.isfinite(places[:, 0]))
+    if len(shown):
+        met[shown] = lines_of_sight(scenery, eye[None], places[None, shown])[0]
+        rest = shown[met[shown] == SEEN]
+        met[rest] = lines_of_sight(scenery, places[rest], points[rest, None], own=own)[:, 0]
+    return met
