@@ -81,6 +81,13 @@ def test_the_outline_of_a_transport_cockpit_has_1_9945_steradians_and_its_corner
     assert not region.contains(direction_of(*outside.T)).any()
 
 
+def test_an_outline_may_pass_straight_behind():
+    region = outline("behind", np.radians([(150, -10), (210, -10), (210, 10), (150, 10)]))
+    behind = direction_of(np.radians([180, -179, -151, 151, 149, -149, 0]), 0.0)
+    assert region.contains(behind).tolist() == [True, True, True, True, False, False, False]
+    assert region.solid_angle == pytest.approx(math.pi / 3 * 2 * math.sin(math.radians(10)))
+
+
 def test_the_reference_vectors_are_those_of_these_tests():
     if not REFERENCE.exists():
         pytest.skip("no tables to compare with")
