@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import assume, given
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from tests.conftest import box_part, environment_of
@@ -182,6 +182,7 @@ def test_a_blocked_mirror_names_what_hides_and_its_own_part_hides_nothing():
     assert aside.hidden == {OUTSIDE: 1.0}
 
 
+@settings(max_examples=15)
 @given(st.floats(0.2, 0.8), st.floats(0.4, 1.0), st.floats(-0.3, 0.1), st.floats(0.8, 2.0))
 def test_a_mirrored_mirror_shows_the_mirrored_ground(x, y, z, radius):
     turn = np.array([1, -1, 1])
@@ -323,6 +324,7 @@ def test_each_eye_sees_its_own_image_and_the_share_is_of_either():
     assert (both.seen[:, 0].tolist(), both.share) == ([False, True], 1.0)
 
 
+@settings(max_examples=20)
 @given(st.floats(0.3, 0.7), st.floats(-0.4, 0.4), st.floats(-0.4, -0.1), st.floats(-0.2, 0.2))
 def test_an_image_is_where_a_ray_by_way_of_the_pane_ends(x, y, z, aside):
     """The ray from the eye toward the image, turned back at the pane, meets the instrument."""
