@@ -274,7 +274,7 @@ def test_the_limb_that_is_too_short_is_an_arm_or_a_leg():
         (
             Requirement("stops", "j", "stops", "joints"),
             "neck pivot (flexion)",
-            "“stops” is missed by 12 mm (the neck pivot (flexion))",
+            "“stops” is missed by 3.4 degrees (the neck pivot (flexion))",
         ),
     ],
 )

@@ -242,6 +242,7 @@ def people_of(judgement, **changes):
                 j.weight[:9],
                 j.stature[:9],
                 j.margin[:9],
+                j.units,
                 "x",
             ),
             "10 people in the first, 9 in the second",

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import importlib.util
+import os
 import pickle
 import re
+import subprocess
 import sys
 
 import pytest
@@ -12,8 +14,9 @@ from numba.core.config import reload_config
 
 from tests.conftest import tracked
 from tests.test_index_cache import DAMAGE
-from workbench import compiled
-from workbench.compiled import code_stamp
+from workbench import compiled, compiled_linked
+from workbench.compiled import TESTED, why_plain
+from workbench.compiled_linked import code_stamp
 
 KERNEL = """
 from workbench.compiled import njit
@@ -93,15 +96,15 @@ def test_the_code_for_other_arguments_is_not_believed(kernel, tmp_path):
 
 def test_two_processes_that_keep_code_at_once_lose_nothing(kernel, monkeypatch):
     """One keeps code for other arguments while the other is about to write; both are read later."""
-    write = compiled._Files._write
+    write = compiled_linked._Files._write
     other = kernel()
 
     def interrupted(files, path, held):
-        monkeypatch.setattr(compiled._Files, "_write", write)
+        monkeypatch.setattr(compiled_linked._Files, "_write", write)
         assert other(21.5) == 43.0
         write(files, path, held)
 
-    monkeypatch.setattr(compiled._Files, "_write", interrupted)
+    monkeypatch.setattr(compiled_linked._Files, "_write", interrupted)
     assert kernel()(21) == 42
     again = kernel()
     assert again(21.5) == 43.0 and again(21) == 42
@@ -200,20 +203,20 @@ def test_another_compiler_or_another_file_of_vector_instructions_recompiles(
 ):
     assert compiled_anew(kernel) and not compiled_anew(kernel)
     folder = tmp_path / "package"
-    for name in compiled.WHOLE_FILES:
+    for name in compiled_linked.WHOLE_FILES:
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
         (folder / name).write_text("one = 1\n")
-    monkeypatch.setattr(compiled, "PACKAGE", folder)
+    monkeypatch.setattr(compiled_linked, "PACKAGE", folder)
     try:
-        for name in compiled.WHOLE_FILES:
+        for name in compiled_linked.WHOLE_FILES:
             (folder / name).write_text("one = 11\n")
-            compiled._compiler_stamp.cache_clear()
+            compiled_linked._compiler_stamp.cache_clear()
             assert compiled_anew(kernel) and not compiled_anew(kernel)
-        monkeypatch.setattr(compiled, "_versions", lambda: ["another compiler"])
-        compiled._compiler_stamp.cache_clear()
+        monkeypatch.setattr(compiled_linked, "_versions", lambda: ["another compiler"])
+        compiled_linked._compiler_stamp.cache_clear()
         assert compiled_anew(kernel)
     finally:
-        compiled._compiler_stamp.cache_clear()
+        compiled_linked._compiler_stamp.cache_clear()
 
 
 def test_what_cannot_be_described_is_refused():
@@ -236,15 +239,15 @@ def test_where_no_folder_can_be_written_to_nothing_is_kept(kernel, tmp_path, mon
     def no_folder(function):
         raise RuntimeError(f"cannot cache function {function.__name__!r}: no locator available")
 
-    monkeypatch.setattr(compiled, "_Cache", no_folder)
-    assert kernel()(21) == 42 and not (tmp_path / "__pycache__").exists()
+    monkeypatch.setattr(compiled_linked, "_Cache", no_folder)
+    assert kernel()(21) == 42 and not files(tmp_path, "nb?")
 
 
 def test_a_full_disk_stops_nothing(kernel, tmp_path, monkeypatch):
     def full(self, path):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(compiled._Files, "_open_for_write", full)
+    monkeypatch.setattr(compiled_linked._Files, "_open_for_write", full)
     assert compiled_anew(kernel) and not files(tmp_path, "nbc")
 
 
@@ -252,4 +255,70 @@ def test_every_kernel_is_compiled_by_the_checked_cache():
     plain = re.compile(r"from numba import .*\bnjit\b|numba\.njit|import numba\b")
     sources = tracked("workbench/**/*.py")
     found = [path.name for path in sources if plain.search(path.read_text())]
-    assert found == ["compiled.py"]
+    assert sorted(found) == ["compiled.py", "compiled_linked.py"]
+
+
+@pytest.fixture
+def asked_anew():
+    """`why_plain` as a new process asks it, before and after."""
+    why_plain.cache_clear()
+    yield
+    why_plain.cache_clear()
+
+
+@pytest.mark.parametrize("version", ["0.62.1", "0.99.0", "1.0.0rc1", "2.0"])
+def test_a_version_of_numba_that_nobody_tested_compiles_by_itself(version, asked_anew, monkeypatch):
+    monkeypatch.setattr(compiled.numba, "__version__", version)
+    assert f"numba {version} is none of 0.{TESTED[0][1]} to 0.{TESTED[1][1]}" in why_plain()
+
+
+def test_what_numba_has_no_more_is_no_error(asked_anew, monkeypatch):
+    monkeypatch.setitem(sys.modules, "workbench.compiled_linked", None)
+    assert "lacks what the quick compiler stands on" in why_plain()
+
+
+def test_the_installed_numba_is_one_that_was_tested(asked_anew):
+    assert why_plain() == ""
+
+
+def told(code, folder, **environment):
+    """What code prints in a process of its own, and its messages."""
+    ran = subprocess.run(
+        [sys.executable, "-c", code],
+        env=os.environ | {"NUMBA_CACHE_DIR": str(folder), **environment},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    return ran.stdout, ran.stderr
+
+
+JOINED = """
+import numpy as np
+from workbench.geometry.components import component_labels
+print(component_labels(np.array([0, 3, 4]), np.array([2, 4, 5]), 6))
+"""
+
+
+def test_numba_alone_gives_the_same_answers_and_keeps_what_it_compiled(tmp_path):
+    linked, nothing = told(JOINED, tmp_path)
+    plain, words = told(JOINED, tmp_path, WORKBENCH_COMPILER="plain")
+    assert plain == linked == "[0 1 0 2 2 2]\n" and not nothing
+    assert words.startswith("WORKBENCH_COMPILER=plain: kernels are compiled by numba alone; first")
+    (folder,) = tmp_path.glob("plain-*")
+    kept = sorted(folder.rglob("*.nb?"))
+    assert kept and told(JOINED, tmp_path, WORKBENCH_COMPILER="plain")[0] == plain
+    assert sorted(folder.rglob("*.nb?")) == kept
+
+
+VERDICTS = """
+import workbench as wb
+for verdict in wb.run(wb.load_study("trainer_clearance")).verdicts:
+    print(verdict.criterion.name, verdict.passed, round(verdict.worst.margin, 9))
+"""
+
+
+@pytest.mark.nightly
+def test_a_whole_study_is_answered_alike_by_numba_alone(tmp_path):
+    plain, _ = told(VERDICTS, tmp_path, WORKBENCH_COMPILER="plain")
+    assert plain == told(VERDICTS, tmp_path)[0] != ""

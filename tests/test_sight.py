@@ -12,7 +12,7 @@ import pytest
 import workbench as wb
 from tests.conftest import REFERENCE, box_part, environment_of
 from workbench.body.wear import wear
-from workbench.errors import InputError
+from workbench.errors import InputError, UsageError
 from workbench.files.body.encumbrances import load_encumbrance
 from workbench.sight.eyes import PIVOT_BEHIND, TURNS, eyes_of, gaze, given_eyes
 from workbench.sight.obscuration import (
@@ -297,3 +297,16 @@ def test_an_eye_of_one_of_many_in_the_others_hand_is_told_and_sees_nothing(bubbl
 def test_what_cannot_be_looked_at_is_told(asked, message):
     with pytest.raises(InputError, match=message):
         asked()
+
+
+def test_eyes_that_are_not_placed_or_of_other_rows_are_refused_not_said_to_see():
+    scenery = scenery_of(room(("box", (1, 0, 0), (2, 1, 1))), displacement=np.zeros((3, 3)))
+    lamp = [target_of_point("lamp", (5, 0, 0))]
+    with pytest.raises(UsageError, match="eyes: expected 3, a row of the scenery each, got 4"):
+        seen_shares(scenery, given_eyes(np.zeros((4, 3))), lamp)
+    with pytest.raises(InputError, match="outside the logical window"):
+        lines_of_sight(scenery, np.full((3, 3), np.nan), np.ones((3, 1, 3)))
+    with pytest.raises(UsageError, match="one at least, got none"):
+        seen_shares(scenery, given_eyes(np.zeros((3, 3))), [])
+    with pytest.raises(UsageError, match="a row of 0 to 2, got 3"):
+        obscuration(scenery, given_eyes(np.zeros((4, 3))), row=3)

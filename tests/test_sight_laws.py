@@ -11,7 +11,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from tests.conftest import box_part, environment_of
-from workbench.sight.eyes import Eyes, given_eyes
+from workbench.sight.eyes import TURNS, Eyes, gaze, given_eyes
 from workbench.sight.obscuration import (
     lines_of_sight,
     obscuration,
@@ -190,3 +190,25 @@ def test_a_panorama_looks_alike_in_whatever_axes_its_faces_stand(seed):
     ways = random.normal(size=(500, 3))
     one, other = (panorama(scenery, (0, 0, 0), step=STEP, axes=frame) for frame in (None, axes))
     assert np.mean(one.look(ways) != other.look(ways)) < 0.05
+
+
+@given(SEEDS)
+def test_eyes_turn_beyond_what_is_easy_only_where_the_head_is_at_its_limit(seed):
+    random = np.random.default_rng(seed)
+    ways = random.normal(size=(40, 3))
+    ways = ways[ways[:, 0] > 0.0] / np.linalg.norm(ways[ways[:, 0] > 0.0], axis=1)[:, None]
+    eyes = given_eyes(np.zeros_like(ways))
+    found = gaze(eyes, ways * random.uniform(0.3, 3.0, (len(ways), 1)))
+    low = np.array([-TURNS.head_side, -TURNS.head_down])
+    high = np.array([TURNS.head_side, TURNS.head_up])
+    moves = (found.head_turn > low + 1e-6) & (found.head_turn < high - 1e-6)
+    assert np.all((np.abs(found.eye_turn) <= TURNS.easy + 1e-4) | ~moves)
+    turned = np.abs(found.head_turn) > 1e-6
+    at_ease = np.abs(np.abs(found.eye_turn) - TURNS.easy) < 1e-4
+    assert np.all(at_ease | ~(moves & turned))
+
+
+def test_what_is_straight_overhead_is_looked_up_to_without_a_turn_to_the_side():
+    found = gaze(given_eyes((0, 0, 0)), (0.05, 0.0, 1.0))
+    assert found.head_turn[0] == pytest.approx((0.0, TURNS.head_up))
+    assert found.eye_turn[0, 0] == 0.0 and found.within[0]

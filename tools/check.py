@@ -31,6 +31,7 @@ PACKAGE = ROOT / "workbench"
 LAYERS = [
     {"errors"},
     {"compiled_records"},
+    {"compiled_linked"},
     {"compiled", "threads"},
     {"model"},
     {"geometry"},
@@ -46,7 +47,13 @@ LAYERS = [
     {"cli"},
 ]
 """Rooms from the lowest to the highest; those of one row never see each other."""
-COMPILERS = {"compiled.py", "compiled_records.py", "geometry/lanes.py", "geometry/quads.py"}
+COMPILERS = {
+    "compiled.py",
+    "compiled_linked.py",
+    "compiled_records.py",
+    "geometry/lanes.py",
+    "geometry/quads.py",
+}
 HOMES = {
     "numba": COMPILERS,
     "llvmlite": COMPILERS,
@@ -81,6 +88,7 @@ FORWARDS = {
     "model/arguments.py",
     "model/kept.py",
     "compiled.py",
+    "compiled_linked.py",
     "contact/by_person.py",
 }
 """Files whose functions may take `**kwargs`: one option for each measure, and decorators."""

@@ -28,13 +28,16 @@ class Picture:
     Parameters
     ----------
     display
-        disks, scanline or pyvista for .png and films; outline or circles for .svg
+        disks, scanline or pyvista for .png and films; outline or circles for .svg; directions and
+        ground for both: what somebody's two eyes see in every direction, and of the ground
     style
         of disks: flat, shaded, hidden_line, depth or id; of scanline: surface or front; of outline
-        and circles: veiled (pale behind walls) or hidden_line; pyvista. Where no display is named,
-        the style chooses it
+        and circles: veiled (pale behind walls) or hidden_line; pyvista; of directions: equal_area
+        or polar; plan of ground. Where no display is named, the style chooses it
     view
-        front, back, left, right, top, bottom, corner, eye (of the first body) or eye:NAME
+        front, back, left, right, top, bottom, corner; eye (between the eyes of the first body),
+        left_eye, right_eye or both_eyes (one over the other); eye:NAME of a person, or of a point
+        of the environment where eyes are
     size
         pixels, 800 or 1280x720
     angle
@@ -43,6 +46,11 @@ class Picture:
         opens the environment: the side that goes (left, right, front, back, top, bottom), by a
         plane through the middle of the bodies or at a place, left=0.3 or left=300mm; x=, y= or z=
         takes the viewer's side. Bodies stay whole
+    look_at
+        the control, part or point that these eyes look at
+    ground
+        height of the ground in metres, for the display ground; the lowest point of the
+        environment where not given
     marks
         axes, clearances, contacts, controls, segments, stops; with commas between
     fps
@@ -57,6 +65,8 @@ class Picture:
     size: str | None = None
     angle: float | None = None
     cut: str | None = None
+    look_at: str | None = None
+    ground: Annotated[float | None, Parameter(allow_leading_hyphen=True)] = None
     marks: str | None = None
     fps: float | None = None
     speed: float | None = None
@@ -224,6 +234,8 @@ def _options(out: Path, picture: Picture, movement: Movement) -> DisplayOptions:
         cut=picture.cut,
         at=movement.at,
         trail=movement.trail,
+        look_at=picture.look_at,
+        ground=picture.ground,
     )
     if movement.over is not None:
         check_ghosts(options, "--over")

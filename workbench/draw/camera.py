@@ -88,9 +88,13 @@ class Camera:
     opened: float = -math.inf
     """Smallest depth [m] at which the environment is cut open. It is cut at the foremost body, but
     never behind this depth. All frames of a film share it, so that they are cut alike."""
+    aside: tuple[float, float, float] | Floats = (0.0, 0.0, 0.0)
+    """(3,) [m] from midway between two eyes to the left one, where both see the picture; else 0."""
+    focus: float = math.inf
+    """Distance [m] that two eyes look into."""
 
     def __post_init__(self) -> None:
-        for field in ("right", "up", "toward", "centre"):
+        for field in ("right", "up", "toward", "centre", "aside"):
             vector = frozen(getattr(self, field), np.float64, (3,), f"camera.{field}")
             object.__setattr__(self, field, vector)
         for problem in (self._frame_error(), self._size_error()):

@@ -16,6 +16,7 @@ from workbench.errors import UsageError, one_of
 __all__ = [
     "DISPLAYS",
     "ENDINGS",
+    "EYE_VIEWS",
     "Display",
     "DisplayOptions",
     "FileKind",
@@ -26,6 +27,8 @@ __all__ = [
 _MIN_PIXELS = 16
 _MAX_PIXELS = 8192
 _MAX_GHOSTS = 50
+EYE_VIEWS = ("eye", "left_eye", "right_eye", "both_eyes")
+"""Views from between the eyes of a body, from one eye, and from both."""
 _OLD_VIEWS = {"three_quarter": "corner"}
 """Views by the names that they had."""
 
@@ -35,7 +38,7 @@ class Display:
     """A way to draw a scene."""
 
     kind: str
-    """raster (pixels) or vector (lines)."""
+    """raster (pixels), vector (lines), or chart (either, without a camera)."""
     styles: tuple[str, ...]
     """The first one is the default."""
 
@@ -46,6 +49,8 @@ DISPLAYS: Mapping[str, Display] = {
     "pyvista": Display("raster", ("pyvista",)),
     "outline": Display("vector", ("veiled", "hidden_line")),
     "circles": Display("vector", ("veiled", "hidden_line")),
+    "directions": Display("chart", ("equal_area", "polar")),
+    "ground": Display("chart", ("plan",)),
 }
 
 
@@ -82,7 +87,7 @@ class DisplayOptions:
     """A key of `DISPLAYS`, "" for models and solids."""
     style: str
     view: str = "corner"
-    """A standard view, "eye" (of the first body) or "eye:NAME"."""
+    """A standard view, or one of `EYE_VIEWS`: of the first body, or with ":NAME" of another."""
     width: int = 800
     height: int = 800
     angle: float = 0.0
@@ -97,6 +102,25 @@ class DisplayOptions:
     """Times [s] of a motion that a picture shows side by side; empty for four evenly spaced."""
     trail: int = 0
     """Number of ghosts of earlier positions."""
+    look_at: str = ""
+    """The control, part or point that the eyes look at; straight ahead and down as usual if ""."""
+    ground: float | None = None
+    """Height [m] of the ground of a plan; the lowest point of the environment if None."""
+
+    @property
+    def of_eyes(self) -> bool:
+        """Whether it is seen from somebody's eyes."""
+        return self.view.partition(":")[0] in EYE_VIEWS
+
+    @property
+    def onlooker(self) -> str:
+        """Whose eyes those are, "" for the first body."""
+        return self.view.partition(":")[2] if self.of_eyes else ""
+
+    @property
+    def is_chart(self) -> bool:
+        """Whether its display has no camera."""
+        return self.display in DISPLAYS and DISPLAYS[self.display].kind == "chart"
 
 
 def parse_display_options(
@@ -112,6 +136,8 @@ def parse_display_options(
     cut: str | None = None,
     at: str | None = None,
     trail: int | None = None,
+    look_at: str | None = None,
+    ground: float | None = None,
 ) -> DisplayOptions:
     """Read the options of `workbench render` for an output file; None is an option not given.
 
@@ -122,7 +148,7 @@ def parse_display_options(
     display, style
         A key of `DISPLAYS`, and one of its styles.
     view
-        A standard view, "eye" or "eye:NAME".
+        A standard view, or "eye", "left_eye", "right_eye" or "both_eyes", with ":NAME" of somebody.
     size
         "800" or "1280x720" [pixels].
     angle
@@ -135,6 +161,10 @@ def parse_display_options(
         See `motion_clips.parse_times`.
     trail
         Number of ghosts.
+    look_at
+        A control, part or point that the eyes of an eye view look at.
+    ground
+        Height [m] of the ground of the display "ground".
 
     Raises
     ------
@@ -144,7 +174,7 @@ def parse_display_options(
     ending = _ending(out)
     kind = ENDINGS[ending]
     pictures: dict[str, object] = {"display": display, "style": style, "view": view, "size": size}
-    pictures |= {"angle": angle, "cut": cut, "trail": trail}
+    pictures |= {"angle": angle, "cut": cut, "trail": trail, "look-at": look_at, "ground": ground}
     _check_file_kind(ending, kind.holds, pictures, {"fps": fps, "speed": speed}, at)
     chosen = _display(ending, kind.holds, display or _display_with_style(style, kind.display))
     width, height = _pixels(size)
@@ -162,10 +192,36 @@ def parse_display_options(
         cut=None if cut is None else parse_section_plane(cut),
         at=() if at is None else parse_times(at),
         trail=_ghosts(trail or 0),
+        look_at=look_at or "",
+        ground=ground,
     )
     if options.trail:
         check_ghosts(options, "--trail")
+    _check_eyes(options)
     return options
+
+
+def _check_eyes(options: DisplayOptions) -> None:
+    """Refuse what eyes, and charts of what they see, have no use for."""
+    kind = options.view.partition(":")[0]
+    if options.is_chart and kind not in ("corner", "eye", "both_eyes"):
+        raise UsageError(
+            f"view {options.view}: the display {options.display} shows what both eyes of somebody "
+            "see; leave out --view, or name the person by --view eye:NAME"
+        )
+    if options.is_chart and (options.cut or options.angle):
+        raise UsageError(
+            f"the display {options.display} has no camera: leave out --cut and --angle"
+        )
+    if options.ground is not None and options.display != "ground":
+        raise UsageError("--ground: the height of the ground is for --display ground")
+    if options.look_at and (options.is_chart or not options.of_eyes):
+        raise UsageError(f"--look-at: eyes look at it; take a view of {', '.join(EYE_VIEWS)}")
+    if kind == "both_eyes" and options.holds == "vector" and not options.is_chart:
+        raise UsageError(
+            f"view {options.view}: lines of two eyes over each other cannot be read; take .png, "
+            "or left_eye or right_eye"
+        )
 
 
 def _ending(out: Path) -> str:
@@ -177,7 +233,7 @@ def _ending(out: Path) -> str:
 
 def check_ghosts(options: DisplayOptions, flag: str) -> None:
     """Raise `UsageError` if the display cannot show the ghosts that `flag` asks for."""
-    if options.display == "scanline" or options.style in ("depth", "id"):
+    if options.is_chart or options.display == "scanline" or options.style in ("depth", "id"):
         raise UsageError(
             f"{flag}: the display {options.display} in the style {options.style} shows no pale "
             "bodies behind"
@@ -219,9 +275,9 @@ def _ghosts(trail: int) -> int:
 
 def _display_with_style(style: str | None, default: str) -> str:
     """Return the display that has a style: the default of the file if it has, else the first."""
-    kind = DISPLAYS[default].kind if default else ""
+    kinds = (DISPLAYS[default].kind, "chart") if default else ()
     suitable = [
-        name for name, entry in DISPLAYS.items() if entry.kind == kind and style in entry.styles
+        name for name, entry in DISPLAYS.items() if entry.kind in kinds and style in entry.styles
     ]
     return suitable[0] if suitable and default not in suitable else default
 
@@ -232,8 +288,10 @@ def _display(ending: str, holds: str, display: str) -> str:
     if display not in DISPLAYS:
         raise UsageError(f"no display {display!r}; {one_of(display, DISPLAYS)}")
     kind = "vector" if holds == "vector" else "raster"
-    if DISPLAYS[display].kind != kind:
-        suitable = ", ".join(name for name, entry in DISPLAYS.items() if entry.kind == kind)
+    if DISPLAYS[display].kind not in (kind, "chart"):
+        suitable = ", ".join(
+            name for name, entry in DISPLAYS.items() if entry.kind in (kind, "chart")
+        )
         other = ".svg" if kind == "raster" else ".png, .gif, .webp or .mp4"
         raise UsageError(
             f"the display {display} makes {other}, not {ending}; for {ending} take {suitable}"
@@ -252,8 +310,9 @@ def _style(display: str, style: str | None) -> str:
 
 def _view(view: str) -> str:
     view = _OLD_VIEWS.get(view, view)
-    if view not in VIEWS and view != "eye" and not view.startswith("eye:"):
-        raise UsageError(f"no view {view!r}; {one_of(view, [*VIEWS, 'eye', 'eye:NAME'])}")
+    if view not in VIEWS and view.partition(":")[0] not in EYE_VIEWS:
+        valid = [*VIEWS, *EYE_VIEWS, *(f"{kind}:NAME" for kind in EYE_VIEWS)]
+        raise UsageError(f"no view {view!r}; {one_of(view, valid)}")
     return view
 
 

@@ -25,6 +25,8 @@ def render(
     style: str | None = None,
     cut: str | None = None,
     angle: float | None = None,
+    look_at: str | None = None,
+    ground: float | None = None,
 ) -> Path:
     """Draw something into a file, whose ending says what is made.
 
@@ -43,7 +45,8 @@ def render(
     posture, case
         Of a body's file or name, and of a study or result; with commas between.
     view
-        A standard view ("left", "top", "corner", ...), "eye" or "eye:NAME".
+        A standard view ("left", "top", "corner", ...); or "eye", "left_eye", "right_eye" or
+        "both_eyes", with ":NAME" of a person, or of a point where eyes are.
     size
         "800" or "1280x720" [pixels].
     display, style
@@ -52,6 +55,10 @@ def render(
         The side that is cut away: "left", "left=0.3" [m], "left=300mm".
     angle
         Angle of view [degrees].
+    look_at
+        A control, part or point that these eyes look at.
+    ground
+        Height [m] of the ground of the display "ground".
 
     Returns
     -------
@@ -67,7 +74,15 @@ def render(
     """
     path = Path(out)
     options = parse_display_options(
-        path, view=view, size=size, display=display, style=style, cut=cut, angle=angle
+        path,
+        view=view,
+        size=size,
+        display=display,
+        style=style,
+        cut=cut,
+        angle=angle,
+        look_at=look_at,
+        ground=ground,
     )
     write(source_of(source, posture=posture, case=case, environment=environment), options, path)
     return path

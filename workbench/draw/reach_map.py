@@ -80,7 +80,9 @@ def reach_map_svg(
     controls = map_controls(reach_map, environment)
     marks = tuple(Mark(c.at, c.name.replace("_", " "), "point") for c in controls)
     alone = _only_near_parts(reach_map, environment)
-    scene = Scene((), alone, marks, f"Who reaches {task.part.replace('_', ' ')}")
+    scene = Scene(
+        (), alone, marks, f"Who {'sees' if task.sees else 'reaches'} {task.part.replace('_', ' ')}"
+    )
     drawn = surroundings(scene, camera, "hidden_line")
     silhouette = _silhouette(reach_map, alone, camera)
     bands, labels = _contour_bands(

@@ -14,10 +14,12 @@ from PIL import Image
 
 from workbench.body.solid import body_solid
 from workbench.draw.camera import Camera, orbit, standard_view
+from workbench.draw.chart import Chart, chart_image, chart_svg
 from workbench.draw.colours import FAMILIES
+from workbench.draw.directions import direction_chart
 from workbench.draw.disks import disks
 from workbench.draw.display_options import DisplayOptions
-from workbench.draw.eye_view import eye_view
+from workbench.draw.eye_view import FIELD, eyes_camera, looked_at, onlooker, outlook, without_head
 from workbench.draw.films.film import film_frames, write_film
 from workbench.draw.films.motion import every_pose, frame_times, scene_at
 from workbench.draw.films.motion_clips import (
@@ -27,6 +29,7 @@ from workbench.draw.films.motion_clips import (
     evenly_spaced_times,
 )
 from workbench.draw.films.strip import strip_image, strip_svg
+from workbench.draw.ground_plan import ground_plan
 from workbench.draw.hidden import cut_off_words, seen_through
 from workbench.draw.lines.circles import circles
 from workbench.draw.lines.hidden_lines import HIDDEN
@@ -36,16 +39,18 @@ from workbench.draw.scanline import scanline
 from workbench.draw.scene import Scene
 from workbench.draw.section_planes import apply_section
 from workbench.draw.source import Source
+from workbench.draw.two_eyes import both_eyes
 from workbench.draw.views import fitted_view, framed_views
 from workbench.draw.visibility import foremost_depth, projected_disks
 from workbench.draw.window import window_image
-from workbench.errors import UsageError, one_of
+from workbench.errors import UsageError
 from workbench.files.exports.gltf import Figure, glb_bytes
 from workbench.files.exports.solids import stl_bytes, threemf_bytes
 from workbench.files.output_file import write_file
 from workbench.model.arrays import Floats
 from workbench.model.environment import Environment
 from workbench.model.poses import Placed
+from workbench.sight.eyes import gaze
 
 __all__ = [
     "TURN",
@@ -143,7 +148,29 @@ def picture(scene: Scene, camera: Camera, options: DisplayOptions) -> Image.Imag
             f"{options.display} in the style {options.style} shows bodies only; there is none in "
             f"{scene.title}"
         )
-    return _PAINTERS[options.display, options.style](scene, camera)
+    paint = _PAINTERS[options.display, options.style]
+    return both_eyes(scene, camera, paint) if np.any(camera.aside) else paint(scene, camera)
+
+
+def sight_chart(scene: Scene, options: DisplayOptions, people: tuple[str, ...]) -> Chart:
+    """Chart what somebody sees, by the display of the options.
+
+    Raises
+    ------
+    UsageError
+        If there is nobody with eyes.
+    InputError
+        If an eye is inside something.
+    """
+    seen = outlook(scene, people, options.onlooker)
+    if options.display == "directions":
+        return direction_chart(seen, options.style, width=options.width, height=options.height)
+    ground = options.ground
+    if ground is None:
+        if scene.environment is None:
+            raise UsageError("the display ground: there is no environment; say --ground HEIGHT")
+        ground = float(scene.environment.bounds[0, 2])
+    return ground_plan(seen, ground, width=options.width, height=options.height)
 
 
 def drawing(scene: Scene, camera: Camera, options: DisplayOptions) -> str:
@@ -161,7 +188,7 @@ def choose_camera(scene: Scene, options: DisplayOptions, people: tuple[str, ...]
     people
         Names of the bodies, for the view from the eyes of one.
     """
-    if _is_eye_view(options):
+    if options.of_eyes:
         return _eye_camera(scene, options, people)
     whole = replace(scene, bodies=scene.bodies + scene.ghosts, ghosts=())
     width = options.width
@@ -174,19 +201,22 @@ def choose_camera(scene: Scene, options: DisplayOptions, people: tuple[str, ...]
     return fitted_view(whole, camera)
 
 
-def _is_eye_view(options: DisplayOptions) -> bool:
-    return options.view.startswith("eye")
-
-
 def _eye_camera(scene: Scene, options: DisplayOptions, people: tuple[str, ...]) -> Camera:
-    _, _, name = options.view.partition(":")
-    if not scene.bodies:
-        raise UsageError(f"view {options.view}: there is no body here whose eyes could see")
-    if name and name not in people:
-        raise UsageError(f"view {options.view}: nobody is called {name!r}; {one_of(name, people)}")
-    shown = scene.bodies[people.index(name) if name else 0]
-    view = partial(eye_view, field=options.angle) if options.angle else eye_view
-    return view(shown, width=options.width, height=options.height)
+    eyes = onlooker(scene, people, options.onlooker).eyes
+    target = None
+    if options.look_at:
+        target = looked_at(scene.environment, options.look_at)
+        eyes = gaze(eyes, target).eyes
+    kind = options.view.partition(":")[0]
+    field = options.angle or FIELD
+    return eyes_camera(eyes, kind, target, field=field, width=options.width, height=options.height)
+
+
+def _with_head_turned(scene: Scene, options: DisplayOptions, people: tuple[str, ...]) -> Scene:
+    """Return a scene without the head that turns to look at something: it is not seen by itself."""
+    if not options.look_at:
+        return scene
+    return without_head(scene, onlooker(scene, people, options.onlooker).body)
 
 
 def _stills(source: Source, options: DisplayOptions) -> Source:
@@ -206,7 +236,7 @@ def _panels(source: Source, options: DisplayOptions) -> list[tuple[Scene, Camera
     """
     count = max(len(source.names), 1)
     scenes = [scene_at(source.scene, k, trail=options.trail) for k in range(count)]
-    if _is_eye_view(options) or count == 1:
+    if options.of_eyes or count == 1:
         camera = choose_camera(scenes[0], options, source.people)
     else:
         camera = camera_for_all_poses(source, options)
@@ -219,7 +249,8 @@ def _panels(source: Source, options: DisplayOptions) -> list[tuple[Scene, Camera
             marks=marks_for_scene(source, scene),
             key=scene.key if number == 0 else (),
         )
-        own = choose_camera(shown, options, source.people) if _is_eye_view(options) else camera
+        own = choose_camera(shown, options, source.people) if options.of_eyes else camera
+        shown = _with_head_turned(shown, options, source.people)
         found = [np.array(mark.point) for mark in shown.marks if mark.kind == "contact"]
         panels.append((seen_through(shown, own, found)[0], own))
     return panels
@@ -228,7 +259,7 @@ def _panels(source: Source, options: DisplayOptions) -> list[tuple[Scene, Camera
 def left_out_words(source: Source, options: DisplayOptions) -> list[str]:
     """Return what a picture leaves out or looks through, in words; nothing of other files, and of
     what is seen by somebody's eyes."""
-    if options.holds not in ("raster", "vector") or _is_eye_view(options):
+    if options.holds not in ("raster", "vector") or options.of_eyes or options.is_chart:
         return []
     scene, camera = _panels(_stills(source, options), options)[0]
     words = cut_off_words(scene, camera)
@@ -260,7 +291,10 @@ def _cut_environment(scene: Scene, camera: Camera, options: DisplayOptions) -> E
 
 def _raster(source: Source, options: DisplayOptions) -> bytes:
     source = _stills(source, options)
-    pictures = [picture(scene, camera, options) for scene, camera in _panels(source, options)]
+    if options.is_chart:
+        pictures = [chart_image(chart) for chart in _charts(source, options)]
+    else:
+        pictures = [picture(scene, camera, options) for scene, camera in _panels(source, options)]
     image = pictures[0] if len(pictures) == 1 else strip_image(pictures, _captions(source))
     out = io.BytesIO()
     image.save(out, "PNG")
@@ -269,10 +303,19 @@ def _raster(source: Source, options: DisplayOptions) -> bytes:
 
 def _vector(source: Source, options: DisplayOptions) -> bytes:
     source = _stills(source, options)
-    drawings = [drawing(scene, camera, options) for scene, camera in _panels(source, options)]
+    if options.is_chart:
+        drawings = [chart_svg(chart) for chart in _charts(source, options)]
+    else:
+        drawings = [drawing(scene, camera, options) for scene, camera in _panels(source, options)]
     if len(drawings) == 1:
         return drawings[0].encode()
     return strip_svg(drawings, _captions(source), title=source.scene.title).encode()
+
+
+def _charts(source: Source, options: DisplayOptions) -> list[Chart]:
+    """Chart what somebody sees in each pose."""
+    count = max(len(source.names), 1)
+    return [sight_chart(scene_at(source.scene, k), options, source.people) for k in range(count)]
 
 
 def _captions(source: Source) -> list[str]:
@@ -301,7 +344,7 @@ def _motion_frames(
     """Draw a source in its F poses at `times` (F,) [s]."""
     if camera is not None:
         camera = _opened_for_all_poses(source, camera)
-    elif _is_eye_view(options):
+    elif options.of_eyes:
         camera = choose_camera(source.scene, options, source.people)
     else:
         camera = camera_for_all_poses(source, options)
@@ -309,8 +352,11 @@ def _motion_frames(
 
     def painter(scene: Scene, camera: Camera) -> Image.Image:
         shown = replace(scene, environment=environment, marks=marks_for_scene(source, scene))
-        if _is_eye_view(options):
+        if options.is_chart:
+            return chart_image(sight_chart(shown, options, source.people))
+        if options.of_eyes:
             camera = choose_camera(scene, options, source.people)
+            shown = _with_head_turned(shown, options, source.people)
         return picture(shown, camera, options)
 
     spacing = max(round(options.fps * _TRAIL_SPACING), 1)
@@ -336,7 +382,7 @@ def _orbit_frames(
 ) -> Iterator[Image.Image]:
     """Draw `count` pictures once round the scene about its upright axis: all of it in each, or as a
     camera sees it first."""
-    if _is_eye_view(options):
+    if options.of_eyes or options.is_chart:
         raise UsageError(
             f"view {options.view}: nothing moves here, and what goes round a scene is not its eyes"
         )

@@ -31,6 +31,7 @@ from workbench.model.poses import Poses
 from workbench.model.posing import join_poses, pose
 from workbench.model.quaternions import matrices
 from workbench.model.study import Study
+from workbench.model.units import unit_in
 from workbench.posture.seating.seating import seat_shift
 from workbench.study.accommodation.accommodation import body_of_person
 from workbench.study.provenance import hashes
@@ -152,8 +153,10 @@ def _hardest_source(path: Path, study: Study, rows: PopulationRows, name: str | 
     source = people_source(
         f"{study.title}: person {hard.person}", environment, (person,), (hard.posture.case,)
     )
-    margin = hard.margin_mm
-    words = f"{tenths(abs(margin))} mm {'short' if margin < 0 else 'to spare'}"
+    asked = next(one for one in rows.requirements if one.name == hard.requirement)
+    unit = unit_in(asked.unit)
+    margin = hard.margin_mm / asked.unit_mm
+    words = f"{tenths(abs(margin))}{unit.words} {'short' if margin < 0 else 'to spare'}"
     lack = f"{hard.requirement}: {words}"
     return replace(source, notes=(*source.notes, f"person {hard.person}, {lack}"))
 

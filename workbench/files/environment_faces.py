@@ -29,6 +29,8 @@ from workbench.model.environment import Environment, Instrument, Mirror
 
 __all__ = ["with_faces"]
 
+Point = tuple[float, float, float]
+
 SPREAD = math.cos(math.radians(20.0))
 """Cosine of the angle between normals of one face at most: a wide-angle mirror of 300 mm radius and
 200 mm width turns by 19 degrees from its middle to its edge."""
@@ -39,8 +41,12 @@ CLEARLY = 0.6
 what it shows."""
 
 
-class _NoFaceError(ValueError):
-    """A face that cannot be told, in words."""
+class _FaceError(ValueError):
+    """A face that cannot be told: the key that it is about, "" for the whole entry, and words."""
+
+    def __init__(self, words: str, key: str = "") -> None:
+        super().__init__(words)
+        self.key = key
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,15 +57,11 @@ class _Triangles:
     normal: Floats
     area: Floats
 
-    def of(self, rows: Floats) -> _Triangles:
-        """Some of them."""
-        return _Triangles(self.centre[rows], self.normal[rows], self.area[rows])
-
 
 @dataclass(frozen=True, eq=False)
 class _Face:
-    """A face: the middle `at` (3,) [m] of its surface, its mean unit normal (3,), how much it
-    shows."""
+    """A face of a part: the middle `at` (3,) [m] of its surface, its mean unit normal (3,), how much
+    it shows."""
 
     at: Floats
     normal: Floats
@@ -82,69 +84,69 @@ def with_faces(environment: Environment, file: EnvironmentFile, document: Docume
         With a line for each instrument or mirror whose face cannot be told, or faces away.
     """
     faults: list[str] = []
-    instruments = []
-    mirrors = []
-    for name, one in file.instruments.items():
-        if found := _found(environment, document, ("instruments", name), one, faults):
-            part, face = found
-            at, normal = xyz(face.at), xyz(face.normal)
-            instruments.append(Instrument(name, part, at, normal, one.characters or 0.0, one.lit))
-    for name, mirror in file.mirrors.items():
-        if found := _found(environment, document, ("mirrors", name), mirror, faults):
-            part, face = found
-            at, normal = xyz(face.at), xyz(face.normal)
-            radius = mirror.radius or math.inf
-            mirrors.append(Mirror(name, part, at, normal, radius, mirror.field, mirror.aims))
+    found: dict[tuple[str, str], tuple[str, Point, Point]] = {}
+    for section, things in (("instruments", file.instruments), ("mirrors", file.mirrors)):
+        for name, one in things.items():
+            try:
+                part = _part(environment, one.part)
+                face = _face(environment, part, one)
+            except _FaceError as error:
+                key = (section, name, error.key) if error.key else (section, name)
+                faults.append(fail(document, key, str(error)))
+            else:
+                found[section, name] = (part, xyz(face.at), xyz(face.normal))
     if faults:
         raise InputError(faults)
+    instruments = [
+        Instrument(name, *found["instruments", name], one.characters or 0.0, one.lit)
+        for name, one in file.instruments.items()
+    ]
+    mirrors = [
+        Mirror(name, *found["mirrors", name], one.radius or math.inf, one.field, one.aims)
+        for name, one in file.mirrors.items()
+    ]
     return replace(environment, instruments=tuple(instruments), mirrors=tuple(mirrors))
 
 
-def _found(
-    environment: Environment,
-    document: Document,
-    key: tuple[str, str],
-    given: InstrumentFile | MirrorFile,
-    faults: list[str],
-) -> tuple[str, _Face] | None:
-    """The part of an instrument or mirror and its face; None where there is a fault, whose line is
-    added to `faults`."""
-    parts = matching_parts(given.part, environment.parts)
+def _part(environment: Environment, key: str) -> str:
+    """The one part that a name or a pattern means."""
+    parts = matching_parts(key, environment.parts)
     if len(parts) > 1:
-        what = f"{given.part!r} means {len(parts)} parts: {', '.join(parts)}; name one"
-        faults.append(fail(document, (*key, "part"), what))
-        return None
-    try:
-        face = _face(environment, parts[0], given.face)
-    except _NoFaceError as error:
-        at = (*key, "face") if given.face is not None else key
-        faults.append(fail(document, at, str(error)))
-        return None
-    if isinstance(given, MirrorFile) and _faces_away(environment, face):
-        seats = ", ".join(repr(seat.name) for seat in environment.seats)
-        what = (
-            f"it faces away from the eyes in every seat ({seats}): its surface looks along "
-            f"{_words(face.normal)}; state 'face', the direction in which the mirror looks"
-        )
-        faults.append(fail(document, (*key, "face") if given.face is not None else key, what))
-        return None
-    return parts[0], face
+        raise _FaceError(f"{key!r} means {len(parts)} parts: {', '.join(parts)}; name one", "part")
+    return parts[0]
 
 
-def _faces_away(environment: Environment, face: _Face) -> bool:
-    """Whether the eyes of nobody who sits are before a face."""
-    ahead = [(np.array(seat.nominal_eye) - face.at) @ face.normal for seat in environment.seats]
-    return bool(ahead) and bool(max(ahead) <= 0.0)
-
-
-def _face(environment: Environment, part: str, stated: tuple[float, float, float] | None) -> _Face:
-    """The face of a part that is meant; _NoFaceError where none or several could be."""
+def _face(environment: Environment, part: str, given: InstrumentFile | MirrorFile) -> _Face:
+    """The face of a part that is meant; _FaceError where none or several could be, or a mirror faces
+    away."""
     every = _triangles(environment, part)
-    if stated is not None:
-        return _stated_face(part, every, np.array(stated))
     eyes = np.array([seat.nominal_eye for seat in environment.seats]).reshape(-1, 3)
+    if given.face is None:
+        return _shown_face(part, every, eyes)
+    along = np.array(given.face)
+    cosine = every.normal @ along
+    shows = np.where(cosine >= STATED_WITHIN, every.area * cosine, 0.0)
+    face = next(_groups(every, shows), None)
+    if face is None:
+        raise _FaceError(
+            f"no face of part {part!r} looks within 45 degrees of {_words(along)}; its largest "
+            f"look along {_largest(every)}",
+            "face",
+        )
+    if isinstance(given, MirrorFile) and len(eyes) and max((eyes - face.at) @ face.normal) <= 0.0:
+        seats = ", ".join(repr(seat.name) for seat in environment.seats)
+        raise _FaceError(
+            f"it faces away from the eyes in every seat ({seats}): its surface looks along "
+            f"{_words(face.normal)}; state the direction in which the mirror looks",
+            "face",
+        )
+    return face
+
+
+def _shown_face(part: str, every: _Triangles, eyes: Floats) -> _Face:
+    """The face that shows most to the eyes (E, 3) of the seats."""
     if not len(eyes):
-        raise _NoFaceError(
+        raise _FaceError(
             "no seat says where the eyes are that it looks toward: state 'face', the direction in "
             "which its face looks, such as face: [-1, 0, 0]"
         )
@@ -154,30 +156,17 @@ def _face(environment: Environment, part: str, stated: tuple[float, float, float
     shows = (every.area[:, None] * cosine.clip(0.0) / distance**2).mean(axis=1)
     faces = list(_groups(every, shows))
     if not faces:
-        raise _NoFaceError(
+        raise _FaceError(
             f"part {part!r} has no face that looks toward the eyes in a seat; its largest look "
             f"along {_largest(every)}: state 'face', the direction of the one that is meant"
         )
     if len(faces) > 1 and faces[1].shows > CLEARLY * faces[0].shows:
         one, other = (_words(face.normal) for face in faces[:2])
-        raise _NoFaceError(
+        raise _FaceError(
             f"two faces of part {part!r} show about as much to the eyes, one looks along {one}, "
             f"one along {other}: state 'face', the direction of the one that is meant"
         )
     return faces[0]
-
-
-def _stated_face(part: str, every: _Triangles, along: Floats) -> _Face:
-    """The largest face that looks along a direction."""
-    cosine = every.normal @ along
-    shows = np.where(cosine >= STATED_WITHIN, every.area * cosine, 0.0)
-    face = next(_groups(every, shows), None)
-    if face is None:
-        raise _NoFaceError(
-            f"no face of part {part!r} looks within 45 degrees of {_words(along)}; its largest "
-            f"look along {_largest(every)}"
-        )
-    return face
 
 
 def _triangles(environment: Environment, part: str) -> _Triangles:
@@ -206,7 +195,7 @@ def _groups(every: _Triangles, shows: Floats) -> Iterator[_Face]:
     while left.any():
         seed = every.normal[int(np.where(left, shows, 0.0).argmax())]
         rows = left & (every.normal @ seed >= SPREAD)
-        mine = every.of(rows)
+        mine = _Triangles(every.centre[rows], every.normal[rows], every.area[rows])
         found.append(_Face(*_middle(mine), float(shows[rows].sum())))
         left &= ~rows
     yield from sorted(found, key=lambda face: -face.shows)

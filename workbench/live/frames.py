@@ -23,6 +23,7 @@ from workbench.model.population import SEXES
 from workbench.model.poses import Placed
 from workbench.model.result import Verdict
 from workbench.model.study import GivenPosture, PredictedPosture
+from workbench.model.units import UNITS
 from workbench.sight.eyes import eyes_of, has_eyes, head_of
 from workbench.study.bench.answers import TOUCHES, Answer, Judged, near_pairs
 from workbench.study.bench.criteria import role_bodies
@@ -324,16 +325,14 @@ def _verdict(verdict: Verdict, there: Present | None) -> dict[str, Any]:
     }
     if worst is None:
         return row
-    scale, unit = {"m": (1e3, "mm"), "rad": (float(np.degrees(1.0)), "°")}.get(
-        worst.unit, (1.0, worst.unit)
-    )
+    unit = UNITS[worst.unit]
     lead = worst.person + (f" and {worst.other_person}" if worst.other_person else "")
-    margin = scale * worst.margin
+    margin = unit.scale * worst.margin
     timed = bool(np.isfinite(worst.time))
     point = worst.point if timed or there is None else place_of_finding(worst, there)
     return row | {
         "margin": margin if np.isfinite(margin) else None,
-        "unit": unit,
+        "unit": unit.sign.strip(),
         "words": f"{lead}: {worst.subject} – {worst.target}",
         "case": worst.case,
         "person": worst.person,
@@ -439,6 +438,7 @@ def _changed(crowd: Crowd, shown: PeopleShown) -> list[dict[str, Any]]:
         person = int(shown.rows[row])
         margin = np.nan_to_num((shown.before if fits[row] else shown.margin)[row], nan=np.inf)
         r = int(margin.argmin())
+        unit = shown.asked[r].requirement.unit
         found.append(
             {
                 "person": person + 1,
@@ -446,7 +446,8 @@ def _changed(crowd: Crowd, shown: PeopleShown) -> list[dict[str, Any]]:
                 "stature": None if stature is None else round(1e3 * float(stature[person])),
                 "fits": bool(fits[row]),
                 "name": shown.asked[r].requirement.name,
-                "margin": round(1e3 * float(margin[r]), 1),
+                "margin": round(unit.shown(float(margin[r])), 1),
+                "unit": unit.sign,
                 "settled": bool(shown.settled[row]),
             }
         )

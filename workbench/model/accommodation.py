@@ -11,10 +11,13 @@ import numpy as np
 from workbench.model.arrays import Bools, Floats
 from workbench.model.moves import Move
 from workbench.model.short_repr import short_repr
+from workbench.model.units import Unit, unit_of
 
 __all__ = [
     "MAP_POINTS",
     "MET",
+    "OF_RULES",
+    "OF_SIGHT",
     "OF_SURFACE",
     "SHARE_TOLERANCE",
     "Certainty",
@@ -34,13 +37,21 @@ __all__ = [
 MAP_POINTS = 3, 20_000
 """The fewest and the most points that a population reach map may have."""
 MET = 1e-6
-"""A margin [m] down to which a requirement counts as met: below what any length here is known
+"""A margin [m], see model.units, down to which a requirement counts as met: below what any length here is known
 to."""
 
 
 OF_SURFACE = ("clearance", "contact", "self_contact", "between_people", "excursion")
 """Checks whose margin is a distance of the body's surface, so that it is known no better than
 that."""
+
+
+OF_RULES = ("outline", "pillar", "forward_field", "mirror", "reflection")
+"""Checks of rules of sight."""
+
+
+OF_SIGHT = ("over_nose", "sees", "reads", *OF_RULES)
+"""Checks of what is seen: any part may stand before it, and anybody who is there."""
 
 
 SHARE_TOLERANCE = 1e-9
@@ -99,8 +110,9 @@ def certainty_of(margin: Floats, low: Floats, high: Floats, elsewhere: Bools) ->
 
 @dataclass(frozen=True)
 class MapTask:
-    """A population reach map that a study asks for: a part's surface with so many points on it, by
-    which hands (left, right or either), grip and zone, from the posture of which case."""
+    """A population map that a study asks for: a part's surface with so many points on it, from the
+    posture of which case. It tells who reaches them, by which hands (left, right or either), grip
+    and zone; or who sees them, with either eye."""
 
     part: str
     grip: str
@@ -108,6 +120,7 @@ class MapTask:
     hand: str
     points: int
     case: int = 0
+    sees: bool = False
 
 
 @dataclass(frozen=True)
@@ -160,6 +173,16 @@ class Requirement:
     def of_surface(self) -> bool:
         """Whether its margin is a distance of the body's surface."""
         return self.check in OF_SURFACE
+
+    @property
+    def of_sight(self) -> bool:
+        """Whether any part that is moved may change its margin, since it may stand before the eyes."""
+        return self.check in OF_SIGHT
+
+    @property
+    def unit(self) -> Unit:
+        """The unit in which its margin is read."""
+        return unit_of(self.check)
 
 
 @dataclass(frozen=True)
@@ -218,7 +241,7 @@ class Gain:
 
 @dataclass(frozen=True, eq=False)
 class ReachMap:
-    """The share of people who reach each point of a part: points and normals (M, 3) [m], share (M,)
+    """The share of people who reach or see each point of a part: points and normals (M, 3) [m], share (M,)
     0 to 1; flat (M, 2) [m]: the points in the part's main plane, first to the sitter's right, then
     up."""
 

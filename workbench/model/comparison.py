@@ -10,6 +10,7 @@ import numpy as np
 from workbench.errors import InputError
 from workbench.model.accommodation import met_of
 from workbench.model.arrays import Bools, Floats, Ints, frozen
+from workbench.model.units import Unit
 
 __all__ = ["Comparison", "Judged", "PairedShare"]
 
@@ -19,7 +20,8 @@ class Judged:
     """People judged in one design: P people, R requirements, as a comparison needs them.
 
     labels (P): what each is called; sex (P,): index into SEXES; weight (P,); stature (P,) [m], NaN
-    where not known; margin (P, R) [m]: NaN where a requirement does not apply. who: a hash of the
+    where not known; margin (P, R) [m]: NaN where a requirement does not apply; units (R): in which
+    margins are read. who: a hash of the
     people and their measures. design: what they were judged in, in words by name; empty where it is
     not known.
     """
@@ -32,6 +34,7 @@ class Judged:
     weight: Floats
     stature: Floats
     margin: Floats
+    units: tuple[Unit, ...]
     who: str
     confidence: float = 0.95
     design: Mapping[str, str] = field(default_factory=dict)
@@ -54,6 +57,10 @@ class Judged:
         )
         if len(set(self.requirements)) < count:
             raise InputError(f"{self.name}: a requirement stands twice")
+
+    def unit(self, name: str) -> Unit:
+        """The unit in which the margins of a requirement are read, by its name."""
+        return self.units[self.requirements.index(name)]
 
     @property
     def met(self) -> Bools:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from math import inf
 
+from workbench.model.rule_set import RuleSet
 from workbench.model.short_repr import short_repr
 
 __all__ = ["Criterion", "Limit"]
@@ -27,16 +28,27 @@ class Criterion:
     """Something that must hold, in some cases, for some roles.
 
     check: contact, clearance, self_contact, between_people, stops, reach, pedals, preferred_seat,
-    eye_height, view_over, excursion, injury or share; "seated" is one that no study asks. people,
+    eye_height, view_over, over_nose, sees, reads, excursion, injury or share; "seated" is one that no study asks. people,
     segments, parts, controls: the names that it is about. at_least: [m] of clearance,
     between_people and preferred_seat, [rad] of stops, 0 to 1 of share. zone: the harness zone in
     which controls are to be reached, each control's own where None. hand: that must reach ("left",
     "right"), either where None. subparts: named spheres ("RLL/knee cap") instead of whole segments.
     below, above: how far [m] the eyes may be below and above their point, infinite where either
-    may be any. at_most [m]: of contact, pedals and excursion. down [rad]: of view_over. direction:
+    may be any. at_most [m]: of contact, pedals and excursion. down [rad]: of view_over and over_nose. direction:
     (3,) unit vector along which an excursion is measured from origin (3,) [m]. limits: of the rule
     set `rules` of an injury criterion. of: the names of the criteria that a share must meet. cases:
     the names of the cases it is asked of, () for all.
+
+    Of what is seen: instruments, points, beside parts and controls the things that it is about; size:
+    the diameter [m] of what is at the points, 0 of mere points; eyes: by which they are seen, "left",
+    "right", "either" or "both"; visible: the share of instruments that are read that is seen, at
+    least, 0 to 1; rule_set: how they are read, with `at_least` [rad] as the size of characters where
+    that is not 0.
+
+    Of rules of sight besides: mirrors; parts: of an outline none, the pillar, what the forward field
+    exempts, the sides of the vehicle of mirrors, what mirrors instruments; side: of the driver or of
+    the seat, "left" or "right"; points of the environment: eye_point to look from instead of the
+    eyes, r_point of the seat, ground at its height; wheel: its parts.
     """
 
     name: str
@@ -57,6 +69,18 @@ class Criterion:
     origin: tuple[float, float, float] = (0.0, 0.0, 0.0)
     rules: str = ""
     limits: tuple[Limit, ...] = ()
+    instruments: tuple[str, ...] = ()
+    points: tuple[str, ...] = ()
+    size: float = 0.0
+    eyes: str = "either"
+    visible: float = 0.0
+    rule_set: RuleSet | None = None
+    mirrors: tuple[str, ...] = ()
+    side: str = ""
+    eye_point: str = ""
+    r_point: str = ""
+    ground: str = ""
+    wheel: tuple[str, ...] = ()
     of: tuple[str, ...] = ()
     cases: tuple[str, ...] = ()
 

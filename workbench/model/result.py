@@ -74,6 +74,8 @@ class Finding:
         "m", "rad", "g", "share" (0 to 1), or "" of a number without a unit.
     time
         When [s], NaN of a posture.
+    source
+        The rule set that a figure is made with, and which of its values are not sure; "" of others.
     sphere, polygon, other_sphere
         The sphere of the body that is nearest or farthest, and what is nearest to it: the polygon
         of the part (by its number in the part), or the sphere of the other limb; -1 where there is
@@ -94,6 +96,7 @@ class Finding:
     sphere: int = -1
     polygon: int = -1
     other_sphere: int = -1
+    source: str = ""
 
     __repr__ = short_repr
 

@@ -64,6 +64,13 @@ class RuleSet:
         told = [f"{', '.join(group)}: {words}" for words, group in by_words.items()]
         return f"{self.name}: " + "; ".join(told)
 
+    def told(self, *names: str) -> str:
+        """Name the rule set for a sentence, with which of some values are not sure."""
+        unsure = [name for name in names if not self._found(name).seen]
+        if not unsure:
+            return self.description
+        return f"{self.description}; {', '.join(unsure)}: {REMEMBERED}"
+
     def _found(self, name: str) -> RuleValue:
         if name not in self.values:
             hint = one_of(name, self.values)

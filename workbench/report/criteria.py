@@ -11,6 +11,7 @@ from markupsafe import Markup
 from workbench.files.results.result import FindingRow, ResultFile, VerdictRow
 from workbench.model.figures import tenths
 from workbench.model.reach import MOST_SPARE
+from workbench.model.units import unit_in
 from workbench.report.section import Making, Section
 from workbench.report.templates import template
 from workbench.report.words import surface_words
@@ -153,6 +154,6 @@ def spare_words(verdict: VerdictRow) -> str:
 
 def _figure(value: float, finding: FindingRow, limit: float, known: str = "") -> str:
     """A value with its unit, told from a limit. known: how well, " ± 3", "" where it is not said."""
-    unit = {"deg": "°", "percent": "\u00a0%"}.get(finding.unit, f"\u00a0{finding.unit}")
+    unit = unit_in(finding.unit).sign
     text = tenths(value, limit) if finding.unit else f"{value + 0.0:.0f}"
     return f"{text}{known}{unit}".rstrip()

@@ -5,6 +5,7 @@ from __future__ import annotations
 import platform
 from importlib.metadata import PackageNotFoundError, version
 
+from workbench.compiled import why_plain
 from workbench.draw.window import drawing_fault
 
 __all__ = ["doctor_report"]
@@ -42,6 +43,8 @@ def doctor_report() -> dict[str, str]:
     report = {"python": f"{platform.python_version()} ({platform.system()} {platform.machine()})"}
     report |= {name: _version(name) or "MISSING: reinstall bubbleman-workbench" for name in NEEDED}
     report |= {name: _version(name) or f"not installed ({how})" for name, how in OPTIONAL.items()}
+    if _version("numba"):
+        report["numba"] += f", {_compiles()}"
     if _version("pyvista"):
         report["pyvista"] += f", {_off_screen()}"
     return report
@@ -52,6 +55,12 @@ def _version(package: str) -> str | None:
         return version(package)
     except PackageNotFoundError:
         return None
+
+
+def _compiles() -> str:
+    """Which compiler makes the kernels."""
+    reason = why_plain()
+    return f"slow first runs: {reason}" if reason else "links kernels once"
 
 
 def _off_screen() -> str:

@@ -13,6 +13,7 @@ from workbench.model.arrays import Bools
 from workbench.model.environment import Environment
 from workbench.model.figures import tenths
 from workbench.model.result import PersonFound, PosturesFound, Result, Verdict
+from workbench.model.units import UNITS
 from workbench.report.motions.words import differs_words, motion_scope
 from workbench.report.population.words import population_headline
 from workbench.report.words import (
@@ -36,8 +37,6 @@ __all__ = ["headline", "outcome_words"]
 _TOUCHING = 5e-5
 """[m] A smaller distance reads as 0.0 mm: there the body touches, or rests."""
 _OF_THE_BODY = ("self_contact", "stops")
-_SCALES = {"m": 1000.0, "rad": math.degrees(1.0), "share": 100.0}
-"""Of margins by their unit: millimetres, degrees and percent count alike."""
 
 
 def headline(result: Result) -> str:
@@ -161,7 +160,8 @@ def _margin(verdict: Verdict) -> float:
     worst = verdict.worst
     if worst is None:
         return 0.0
-    return worst.margin * _SCALES.get(worst.unit, 100.0 / max(abs(worst.limit), 1e-9))
+    rule = worst.unit in ("", "g")
+    return worst.margin * (100.0 / max(abs(worst.limit), 1e-9) if rule else UNITS[worst.unit].scale)
 
 
 def _verdict_words(verdict: Verdict) -> str:

@@ -8,6 +8,7 @@ from workbench.files.results.motions import AgreementRow
 from workbench.files.results.result import FindingRow, ResultFile, VerdictRow
 from workbench.model.motion_case import Agreement
 from workbench.model.result import Finding, Result, Verdict
+from workbench.model.units import UNITS
 from workbench.report.headline import headline
 from workbench.report.motions.rows import motion_rows
 from workbench.report.population.rows import population_rows
@@ -17,14 +18,6 @@ from workbench.report.words import finding_sentence, share_sentence, verdict_sen
 
 __all__ = ["result_file", "verdict_row"]
 
-_UNITS = {
-    "m": ("mm", 1000.0),
-    "rad": ("deg", math.degrees(1.0)),
-    "share": ("percent", 100.0),
-    "g": ("g", 1.0),
-    "": ("", 1.0),
-}
-"""The unit of a file, and what one SI unit is in it."""
 _AT_MOST = ("excursion", "injury", "pedals")
 """Checks of what must not exceed a limit: value and limit stand without their signs."""
 
@@ -79,7 +72,7 @@ def verdict_row(verdict: Verdict) -> VerdictRow:
 def _finding_row(verdict: Verdict, finding: Finding) -> FindingRow:
     """A measured value in the unit of a file; what must not exceed a limit without its sign."""
     criterion = verdict.criterion
-    unit, factor = _UNITS[finding.unit]
+    unit = UNITS[finding.unit]
     sign = -1.0 if criterion.check in _AT_MOST else 1.0
     if verdict.share is not None:
         sentence = share_sentence(criterion, verdict.share)
@@ -91,10 +84,10 @@ def _finding_row(verdict: Verdict, finding: Finding) -> FindingRow:
         other_person=finding.other_person or None,
         subject=finding.subject,
         target=finding.target,
-        value=micro(sign * factor * finding.value),
-        limit=micro(sign * factor * finding.limit),
-        margin=micro(factor * finding.margin),
-        unit=unit,
+        value=micro(sign * unit.scale * finding.value),
+        limit=micro(sign * unit.scale * finding.limit),
+        margin=micro(unit.scale * finding.margin),
+        unit=unit.column,
         time_ms=_thousand(finding.time),
         point_mm=_point(finding),
         surface_known_to=_thousand(finding.surface_known_to),

@@ -20,6 +20,8 @@ from workbench.model.person import Size
 from workbench.model.reach import MOST_SPARE
 from workbench.model.result import Finding, PersonFound, Verdict
 from workbench.model.stops import motion_words
+from workbench.model.units import UNITS
+from workbench.study.checks.sight import FACE
 from workbench.study.settings import setting_text
 
 __all__ = [
@@ -63,6 +65,12 @@ def degrees(radians: float, limit: float = 0.0) -> str:
     return f"{tenths(math.degrees(radians), math.degrees(limit))} degrees"
 
 
+def minutes(radians: float, limit: float = 0.0) -> str:
+    """ "12.4 arc minutes" of an angle in radians, finer where that would read like its limit [rad]."""
+    unit = UNITS["arcmin"]
+    return f"{tenths(unit.scale * radians, unit.scale * limit)}{unit.words}"
+
+
 def finding_sentence(check: str, finding: Finding) -> str:
     """One finding in words.
 
@@ -80,7 +88,8 @@ def finding_sentence(check: str, finding: Finding) -> str:
 def finding_words(check: str, finding: Finding) -> str:
     """What was found, without case, person and time: "head (top) is 12.0 mm from canopy, 38.0 mm less
     than the 50.0 mm asked for"."""
-    return without_polygons(_FINDING_WORDS[check](finding)).replace("_", " ")
+    source = f" (by {finding.source})" if finding.source else ""
+    return without_polygons(_FINDING_WORDS[check](finding) + source).replace("_", " ")
 
 
 def milliseconds(seconds: float) -> str:
@@ -167,6 +176,83 @@ def _view_words(finding: Finding) -> str:
     return f"{finding.subject} meet the height for {finding.target}, {millimetres(finding.value)} to spare"
 
 
+def _nose_words(finding: Finding) -> str:
+    """Of the angle down to which eyes see straight ahead, and the part that stands there."""
+    part = finding.target
+    if not part:
+        return f"nothing stands before {finding.subject}, straight ahead and down"
+    if finding.value < 0:
+        up = degrees(-finding.value)
+        return f"{part} stands before {finding.subject} up to {up} above level{_against(finding, degrees)}"
+    down = degrees(finding.value, finding.limit)
+    return f"{finding.subject} look down to {down} below level, over {part}{_against(finding, degrees)}"
+
+
+def _pillar_words(finding: Finding) -> str:
+    """Of the angle that a pillar hides from both eyes."""
+    hides = degrees(-finding.value, -finding.limit)
+    return f"{finding.subject} hides {hides} from both eyes{_against(finding, degrees)}"
+
+
+def _field_words(finding: Finding) -> str:
+    """Of how wide something stands in the forward field."""
+    if not finding.target:
+        return "nothing stands in the forward field that may not"
+    width = degrees(-finding.value, -finding.limit)
+    against = _against(finding, degrees)
+    return f"something stands in {width} of the forward field, most of it {finding.target}{against}"
+
+
+def _reflection_words(finding: Finding) -> str:
+    """Of the share of an instrument that is mirrored where the view must be clear."""
+    share = f"{-100 * finding.value + 0.0:.0f} % of {finding.subject}"
+    where = f" by {finding.target}" if finding.target else ""
+    allowed = f" ({-100 * finding.limit:g} % allowed)" if finding.limit else ""
+    return f"{share} is mirrored{where} inside the outline{allowed}"
+
+
+def _share_words(finding: Finding, what: str) -> str:
+    """ "95.3 % of the outline is clear, 5.3 % more than the 90 % asked for; canopy hides 3.1 %"."""
+    share = f"{tenths(100 * finding.value, 100 * finding.limit)} % {what}"
+    return f"{share}{_share_against(finding)}{_kept_words(finding.target)}"
+
+
+def _sees_words(finding: Finding) -> str:
+    """Of the share of a thing that is seen, and what hides most of the rest."""
+    share = f"{tenths(100 * finding.value, 100 * finding.limit)} %"
+    against = _share_against(finding)
+    return f"{finding.subject} is {share} visible{against}{_kept_words(finding.target)}"
+
+
+def _share_against(finding: Finding) -> str:
+    """ ", 5.3 % more than the 90 % asked for"."""
+    way = "more" if finding.margin >= 0 else "less"
+    asked = f"{100 * finding.limit:g} % asked for"
+    if abs(finding.margin) < 5e-4:
+        return f", the {asked}"
+    return f", {100 * abs(finding.margin):.1f} % {way} than the {asked}"
+
+
+def _kept_words(why: str) -> str:
+    """ "; left_stick hides 30 %", "" where nothing hides anything."""
+    return f"; it is {why}" if why.startswith(("turned", "beyond")) else f"; {why}" if why else ""
+
+
+def _reads_words(finding: Finding) -> str:
+    """Of one of the limits of reading an instrument."""
+    if finding.unit == "share":
+        return _sees_words(finding)
+    if finding.unit == "arcmin":
+        lead = f"the characters of {finding.subject} are seen at"
+        return f"{lead} {minutes(finding.value, finding.limit)}{_against(finding, minutes)}"
+    if finding.target == FACE:
+        lead = f"{finding.subject} is looked at, from its face, at"
+        return f"{lead} {degrees(finding.value, finding.limit)}{_against(finding, degrees)}"
+    way = finding.target.removeprefix("angle ")
+    off = degrees(-finding.value, -finding.limit)
+    return f"{finding.subject} is {off} {way}{_against(finding, degrees)}"
+
+
 def _excursion_words(finding: Finding) -> str:
     allowed = millimetres(-finding.limit)
     far = millimetres(-finding.value, -finding.limit)
@@ -186,7 +272,15 @@ _FINDING_WORDS: dict[str, Callable[[Finding], str]] = {
     "preferred_seat": _seat_words,
     "eye_height": _view_words,
     "view_over": _view_words,
+    "over_nose": _nose_words,
+    "sees": _sees_words,
+    "reads": _reads_words,
     "excursion": _excursion_words,
+    "outline": lambda finding: _share_words(finding, "of the outline is clear"),
+    "pillar": _pillar_words,
+    "forward_field": _field_words,
+    "mirror": lambda finding: _share_words(finding, f"of its ground is seen in {finding.subject}"),
+    "reflection": _reflection_words,
 }
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -12,6 +12,7 @@ from workbench.errors import InputError
 from workbench.model.arrays import Floats, freeze_fields
 from workbench.model.body import Body
 from workbench.model.poses import Placed
+from workbench.model.quaternions import exponential, rotate
 
 __all__ = [
     "PIVOT_BEHIND",
@@ -224,7 +225,7 @@ class Gaze:
         the head only.
     eye_turn, head_turn
         (B, 2) [rad] to the left and up: of the eyes from the normal line of sight in the head, of
-        the head about its pivot.
+        the head about its pivot. Both are parts of one turn about an axis across.
     lack
         (B,) [rad] by how much the eyes would have to turn beyond their limits, 0 where the target
         is within them.
@@ -280,26 +281,24 @@ def gaze(eyes: Eyes, target: ArrayLike, limits: Limits = TURNS) -> Gaze:
 
 
 def _turned(eyes: Eyes, turn: Floats) -> Eyes:
-    """Eyes after the head has turned (B, 2) [rad] to the left, then up about its own left axis."""
-    cosine, sine = np.cos(turn), np.sin(turn)
-    forward, left, up = (eyes.axes[:, k] for k in range(3))
-    level = cosine[:, :1] * forward + sine[:, :1] * left
-    aside = cosine[:, :1] * left - sine[:, :1] * forward
-    ahead = cosine[:, 1:] * level + sine[:, 1:] * up
-    axes = np.stack([ahead, aside, cosine[:, 1:] * up - sine[:, 1:] * level], axis=1)
-    world_from_before = np.einsum("bki,bkj->bij", axes, eyes.axes)
-    pupils = [
-        eyes.pivot + np.einsum("bij,bj->bi", world_from_before, pupil - eyes.pivot)
-        for pupil in (eyes.left, eyes.right)
-    ]
-    return replace(eyes, left=pupils[0], right=pupils[1], axes=axes)
+    """Eyes after the head has turned (B, 2) [rad] to the left and up, at once, without roll."""
+    rotation = exponential(turn[:, :1] * eyes.axes[:, 2] - turn[:, 1:] * eyes.axes[:, 1])
+    return Eyes(
+        eyes.pivot + rotate(rotation, eyes.left - eyes.pivot),
+        eyes.pivot + rotate(rotation, eyes.right - eyes.pivot),
+        rotate(rotation[:, None], eyes.axes),
+        eyes.pivot,
+    )
 
 
 def _eye_turn(eyes: Eyes, goal: Floats, down: float) -> Floats:
-    """(B, 2) [rad] to the left and up from the normal line of sight to goals (B, 3)."""
+    """(B, 2) [rad] to the left and up from the normal line of sight to goals (B, 3).
+
+    As parts of one turn, so that straight up is a turn up alone and straight left one to the left.
+    """
     way = np.einsum("bki,bi->bk", eyes.axes, goal - eyes.middle)
     along = math.cos(down) * way[:, 0] - math.sin(down) * way[:, 2]
     above = math.sin(down) * way[:, 0] + math.cos(down) * way[:, 2]
-    return np.stack(
-        [np.arctan2(way[:, 1], along), np.arctan2(above, np.hypot(along, way[:, 1]))], axis=1
-    )
+    beside = np.hypot(way[:, 1], above)
+    share = np.arctan2(beside, along) / np.where(beside > 0.0, beside, 1.0)
+    return np.stack([way[:, 1] * share, above * share], axis=1)

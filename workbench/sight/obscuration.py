@@ -11,7 +11,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import ArrayLike
 
-from workbench.errors import InputError
+from workbench.errors import InputError, UsageError
 from workbench.model.arrays import Bools, Floats, Ints, frozen
 from workbench.model.environment import Environment
 from workbench.sight.eyes import Eyes
@@ -28,7 +28,7 @@ from workbench.sight.panorama import (
     shapes_before,
 )
 from workbench.sight.regions import WHOLE, Region
-from workbench.sight.scenery import Scenery, enclosing_items
+from workbench.sight.scenery import Scenery, check_eyes, enclosing_items
 from workbench.threads import in_pieces
 
 __all__ = [
@@ -340,16 +340,22 @@ def lines_of_sight(
     -------
     Ints
         (B, M) the item that comes first on the way, -1 where the point is seen.
+
+    Raises
+    ------
+    InputError, UsageError
+        If an eye is not finite, or the scenery is neither of B rows nor of one.
     """
     ends = np.asarray(points, dtype=np.float64)
     on = np.full(1, -1) if own is None else np.asarray(own)
     group = np.append(np.arange(0, ends.shape[1], _GROUP), ends.shape[1])
-    return _blocked(scenery, np.asarray(eye, dtype=np.float64), ends, on, group)
+    return _blocked(scenery, np.asarray(eye), ends, on, group)
 
 
 def _blocked(scenery: Scenery, eye: Floats, points: Floats, own: Ints, group: Ints) -> Ints:
     """As `lines_of_sight`; group (G + 1,): where groups of points that are near each other begin."""
-    way = np.ascontiguousarray(points - eye[:, None])
+    eyes = check_eyes(scenery, eye)
+    way = np.ascontiguousarray(points - eyes[:, None])
     far = np.maximum(np.linalg.norm(way, axis=2), np.finfo(float).tiny)
     axis = np.add.reduceat(way, group[:-1], axis=1)
     axis /= np.maximum(np.linalg.norm(axis, axis=2), np.finfo(float).tiny)[..., None]
@@ -358,7 +364,7 @@ def _blocked(scenery: Scenery, eye: Floats, points: Floats, own: Ints, group: In
     end = np.maximum.reduceat(far, group[:-1], axis=1)
     cone = [axis, np.sqrt(1.0 - cosine**2)[..., None], cosine[..., None], end[..., None]]
     lines = Lines(
-        np.ascontiguousarray(eye),
+        eyes,
         way,
         group,
         np.concatenate(cone, axis=2),
@@ -368,7 +374,7 @@ def _blocked(scenery: Scenery, eye: Floats, points: Floats, own: Ints, group: In
         np.ones(far.shape),
     )
     blockers = scenery.blockers(~scenery.see_through)
-    in_pieces(lambda begin, end: blocked_lines(lines, blockers, begin, end), len(eye), _PIECE)
+    in_pieces(lambda begin, end: blocked_lines(lines, blockers, begin, end), len(eyes), _PIECE)
     return lines.item
 
 
@@ -413,7 +419,15 @@ def seen_shares(scenery: Scenery, eyes: Eyes, targets: Sequence[Target]) -> Seen
         Of B people.
     targets
         K of them.
+
+    Raises
+    ------
+    InputError, UsageError
+        As `lines_of_sight`.
     """
+    if not targets:
+        raise UsageError("targets: expected one at least, got none")
+    check_eyes(scenery, eyes.middle)
     count = [len(target.points) for target in targets]
     group = np.cumsum([0, *count])
     own = np.repeat([target.item for target in targets], count)

@@ -16,7 +16,7 @@ from workbench.model.poses import Placed
 from workbench.sight.eyes import eyes_of, head_of
 from workbench.sight.kernels.segments import Blockers
 
-__all__ = ["Scenery", "check_eye", "enclosing_items", "scenery_of"]
+__all__ = ["Scenery", "check_eye", "check_eyes", "enclosing_items", "scenery_of"]
 
 _WORN = re.compile(r"^.*\(([^()]*?)(?: \d+)?\)$")
 """The name of a sphere that is worn ends with the thing, perhaps with a number: "heel (boots 2)"."""
@@ -273,8 +273,13 @@ def enclosing_items(scenery: Scenery, eye: Floats) -> Ints:
     -------
     Ints
         (B,).
+
+    Raises
+    ------
+    InputError, UsageError
+        As `check_eyes`.
     """
-    points = np.ascontiguousarray(eye, dtype=np.float64)
+    points = check_eyes(scenery, eye)
     found = np.full(len(points), -1)
     inside = np.linalg.norm(scenery.centre - points[:, None], axis=2) < scenery.radius
     holds, sphere = np.nonzero(inside)
@@ -291,14 +296,28 @@ def enclosing_items(scenery: Scenery, eye: Floats) -> Ints:
     return found
 
 
+def check_eyes(scenery: Scenery, eye: Floats) -> Floats:
+    """Return eyes (B, 3) [m] as the kernels take them.
+
+    InputError where one is not finite; UsageError where the scenery is neither of B rows nor of one.
+    """
+    points = np.ascontiguousarray(eye, dtype=np.float64)
+    if not np.isfinite(points).all():
+        raise InputError("eyes: their place is not finite; is the head outside the logical window?")
+    if len(scenery) not in (1, len(points)):
+        raise UsageError(
+            f"eyes: expected {len(scenery)}, a row of the scenery each, got {len(points)}"
+        )
+    return points
+
+
 def check_eye(scenery: Scenery, eye: Floats, *, row: int = 0) -> None:
     """Raise InputError if an eye (3,) [m] is not finite, or inside a solid part or a sphere."""
-    if not np.isfinite(eye).all():
-        raise InputError("eyes: their place is not finite; is the head outside the logical window?")
-    found = int(enclosing_items(scenery.of_row(row), np.asarray(eye, dtype=np.float64)[None])[0])
+    found = int(enclosing_items(scenery.of_row(row), np.asarray(eye)[None])[0])
     if found >= 0:
         place = ", ".join(f"{1e3 * value:.0f}" for value in np.asarray(eye).tolist())
         raise InputError(
             f"eyes: the eye at ({place}) mm is inside {scenery.names[found]!r}, so it sees nothing; "
-            "move the eye or the part, or hide the part"
+            "move the eye or the part, or hide the part; a shell that is a surface only is told by "
+            "'solid: false'"
         )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
 
 import numpy as np
@@ -11,6 +11,7 @@ import numpy as np
 from workbench.body.forward import place, segment_frames
 from workbench.body.pieces import piece_warnings
 from workbench.contact.collide import body_contacts, contacts, self_contacts
+from workbench.model.accommodation import OF_SIGHT
 from workbench.model.arrays import Floats
 from workbench.model.contacts import Clearance
 from workbench.model.criterion import Criterion
@@ -156,9 +157,9 @@ def _chooses(study: Study, row: int) -> bool:
 
 
 def _minds_others(study: Study, role: Role) -> bool:
-    """Whether a role is to keep apart from others."""
+    """Whether a role is to keep apart from others, or may have them before the eyes."""
     return any(
-        criterion.check == "between_people" and role.name in criterion.people
+        criterion.check in ("between_people", *OF_SIGHT) and role.name in criterion.people
         for criterion in study.criteria
     )
 
@@ -321,4 +322,15 @@ def _findings(
                         yield from between_people.findings(mine, yours, criterion)
     else:
         every = [situation for mine in there.situations for situation in mine]
+        if criterion.check in OF_SIGHT:
+            every = _among_others(there)
         yield from findings_of(every, criterion)
+
+
+def _among_others(there: Present) -> list[Situation]:
+    """Everybody in every case, with the others as they are there."""
+    return [
+        replace(one, bystanders=tuple(as_bystander(other) for other in case if other is not one))
+        for case in zip(*there.situations, strict=True)
+        for one in case
+    ]

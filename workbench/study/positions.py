@@ -687,7 +687,7 @@ def _note(search: _Search, people: Ints, positions: Floats, margin: Floats) -> N
     """Note what people (N,) have to spare in positions (N, 2), as far as it is known (N, R)."""
     if search.notes:
         setting = np.broadcast_to(search.setting, (len(people), len(search.setting)))
-        rows = np.hstack([setting, positions, margin]).astype(np.float32)
+        rows = np.hstack([setting, positions, margin])
         for person, row in zip(people.tolist(), rows, strict=True):
             search.best.judged[person].append(row)
 

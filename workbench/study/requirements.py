@@ -7,14 +7,26 @@ from dataclasses import replace
 
 import numpy as np
 
-from workbench.model.accommodation import Requirement
+from workbench.model.accommodation import OF_RULES, Requirement
 from workbench.model.arrays import Bools
 from workbench.model.criterion import Criterion
 from workbench.model.workplace import Workplace
 from workbench.study.checks.margins import Asked
+from workbench.study.checks.sight import targets_of
+from workbench.study.checks.sight_rules import things_of
 from workbench.study.checks.table import CHECKS
 
 __all__ = ["asked_of", "sets_of"]
+
+
+_EACH = {
+    "sees": "see",
+    "reads": "read",
+    "mirror": "ground in",
+    "reflection": "no reflection of",
+    "pillar": "pillar",
+}
+"""Checks that ask of each thing by itself, and what each is called."""
 
 
 def asked_of(place: Workplace) -> tuple[Asked, ...]:
@@ -48,6 +60,13 @@ def _all(place: Workplace) -> Iterator[Asked]:
         cases = [k for k, case in enumerate(place.cases) if criterion.asks(case.name)]
         for case in cases:
             lead = f", {place.cases[case].name}" if len(cases) > 1 else ""
+            if criterion.check in _EACH:
+                of_rule = criterion.check in OF_RULES
+                for target in things_of(criterion) if of_rule else targets_of(criterion):
+                    words = f"{_EACH[criterion.check]} {target}{lead}"
+                    row = Requirement(words, criterion.name, criterion.check, target)
+                    yield Asked(row, criterion, None, case)
+                continue
             if criterion.check != "reach":
                 target = _target(place, criterion, case)
                 name = f"{criterion.name}{lead}"
@@ -75,6 +94,10 @@ def _target(place: Workplace, criterion: Criterion, case: int) -> str:
         return "segments"
     if criterion.check == "between_people":
         return ", ".join(beside.role for beside in place.beside)
+    if criterion.check in OF_RULES:
+        return things_of(criterion)[0]
+    if criterion.check == "over_nose" and not criterion.parts:
+        return "straight ahead"
     few = len(criterion.parts) <= 3
     return ", ".join(criterion.parts) if few else f"{len(criterion.parts)} parts"
 

@@ -263,7 +263,7 @@ def _lacks(margin: Floats, asked: Sequence[Asked]) -> str:
         return ""
     first = asked[missed[0]]
     size = -float(margin[missed[0]])
-    much = f"{np.degrees(size):.0f} degrees" if first.requirement.check == "stops" else _mm(size)
+    much = first.requirement.unit.short(size)
     more = len(missed) - 1
     others = f", and {more} more requirement{'s' if more > 1 else ''} missed" if more else ""
     return f"{first.requirement.name!r} is missed by {much}{others}"

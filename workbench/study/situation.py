@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence, Set
 from dataclasses import dataclass, field, replace
-from functools import cached_property, lru_cache
+from functools import cached_property, lru_cache, partial
 
 import numpy as np
 
@@ -21,6 +21,7 @@ from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.body import Body
 from workbench.model.bystander import Bystander
 from workbench.model.contacts import Clearance
+from workbench.model.content import content_key
 from workbench.model.driving import DrivingAims, Package
 from workbench.model.environment import Control, Environment, Seat
 from workbench.model.population import Population
@@ -38,7 +39,9 @@ from workbench.posture.seating.driving_legs import accelerator_foot
 from workbench.posture.seating.posture import Pedals
 from workbench.posture.seating.seat import Seated, seat
 from workbench.posture.standing import standing_posture
+from workbench.sight.scenery import Scenery, scenery_of
 from workbench.study.drivers import drivers_among
+from workbench.study.seat_memory import SeatMemory
 
 __all__ = [
     "Occupants",
@@ -88,12 +91,15 @@ class Occupants:
         (B,) the row of each in `people`.
     first
         The number by which the driving posture of the first of `people` is drawn.
+    seats
+        Where they were seated before; None where that is not kept.
     """
 
     body: Body
     people: Population
     numbers: Ints
     first: int = 0
+    seats: SeatMemory | None = None
 
     def __len__(self) -> int:
         return len(self.body)
@@ -245,6 +251,17 @@ class Situation:
     def placed(self) -> Placed:
         """(B,) the bodies in the world."""
         return place(self.body, self.poses)
+
+    @cached_property
+    def scenery(self) -> Scenery:
+        """What may stand before the eyes: all parts, the people themselves, others who are there."""
+        return scenery_of(
+            self.environment,
+            self.placed,
+            {one.name: one.placed for one in self.bystanders},
+            moving=self.place.moving_parts,
+            displacement=self.displacement,
+        )
 
     @cached_property
     def nearest(self) -> Clearance:
@@ -422,9 +439,7 @@ def take_places(seating: Seating, who: Occupants, positions: Floats | None = Non
         stepped = stepped if positions is None else positions
         return Taken(_standing(body, poses, seating.stand.floor(stepped)), None, stepped)
     if seating.driving is None:
-        found = seat(
-            body, poses, seating.seat, eye=seating.eye, pedals=seating.pedals, held=positions
-        )
+        found = _seated(seating, who, poses, positions)
         return Taken(found.poses, found, stepped)
     assert seating.package is not None and seating.pedals is not None
     driven = driving_posture(
@@ -440,6 +455,22 @@ def take_places(seating: Seating, who: Occupants, positions: Floats | None = Non
         positions=positions,
     )
     return Taken(driven.poses, driven, stepped)
+
+
+def _seated(seating: Seating, who: Occupants, poses: Poses, positions: Floats | None) -> Seated:
+    """Seat people who do not drive; who was seated in a position before is remembered, whatever the
+    travel was."""
+    assert seating.seat is not None
+    ask = partial(seat, eye=seating.eye, pedals=seating.pedals)
+    if positions is None or who.seats is None:
+        return ask(who.body, poses, seating.seat, held=positions)
+    held = replace(seating.seat, travel_forward=(0.0, 0.0), travel_up=(0.0, 0.0))
+
+    def some(rows: Ints) -> Seated:
+        return ask(who.body[rows], poses.rows(rows), held, held=positions[rows])
+
+    key = content_key("seats", replace(seating, seat=held))
+    return who.seats.seated(key, who.numbers, positions, some)
 
 
 def freely_seated(situation: Situation, more: float) -> Seated | None:

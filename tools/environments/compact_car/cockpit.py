@@ -153,7 +153,7 @@ def panel_parts() -> Parts:
     """The instrument panel across the car, the hood over the instruments, vents, light switch,
     glove box."""
     profile = [(690, 470), (655, 492), (642, 520), (650, 590), (640, 640), (646, 712), (662, 742), (700, 762),
-               (830, 770), (955, 763), (1140, 749), (1150, 440), (800, 440)]  # fmt: skip
+               (830, 778), (955, 790), (1140, 780), (1150, 440), (800, 440)]  # fmt: skip
     body = prism(profile, "y", -HALF, HALF)
     hood_line = [(622, 742), (618, 782), (628, 806), (652, 812), (760, 800), (840, 776), (700, 740)]
     hood = prism(hood_line, "y", WHEEL[1] - 170.0, WHEEL[1] + 170.0)

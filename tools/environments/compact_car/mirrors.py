@@ -3,7 +3,8 @@ outside in front: the bonnet. Lengths [mm].
 
 Shapes, sizes and places are this project's choice. The glasses outside are spheres of 1,260 mm
 radius, the one inside is flat. Each is turned so that whoever has his eyes there sees in its middle
-the point it aims at, by the law of reflection: its normal halves the angle between the two.
+the point it aims at, by the law of reflection: its normal halves the angle between the two. Behind
+each glass there is room for it to turn, as other eyes set it.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ GROUND = H30 - H5
 RADIUS = 1260.0
 OUTSIDE = np.array([660.0, 885.0, 815.0])
 INSIDE = np.array([405.0, 0.0, 1000.0])
-AIMED_BESIDE = (-5400.0, 1520.0, GROUND)
+AIMED_BESIDE = (-9000.0, 2200.0, GROUND)
 AIMED_BEHIND = (-60000.0, 0.0, GROUND)
 
 
@@ -45,7 +46,7 @@ def outside_parts() -> Parts:
         "left_mirror_glass": place(glass(), left),
         "right_mirror_housing": place(housing(), right) + mirrored(arm),
         "right_mirror_glass": place(glass(), right),
-        "inside_mirror": union([place(hull([(u, v, n) for u, v in case for n in (-18.0, -3.0)]), inside), stalk]),
+        "inside_mirror": union([place(hull([(u, v, n) for u, v in case for n in (-27.0, -12.0)]), inside), stalk]),
         "inside_mirror_glass": place(hull([(u, v, n) for u, v in outline(108.0, 30.0, 8.0) for n in (-2.0, 0.0)]), inside),
         "bonnet": bonnet(),
     }  # fmt: skip
@@ -84,14 +85,14 @@ def glass() -> Manifold:
 
 def housing() -> Manifold:
     """The housing before the glass, rounded off forward."""
-    rings = ((96.0, 64.0, -8.0), (96.0, 64.0, -24.0), (78.0, 50.0, -62.0), (40.0, 26.0, -84.0))
+    rings = ((96.0, 64.0, -14.0), (96.0, 64.0, -30.0), (78.0, 50.0, -64.0), (40.0, 26.0, -86.0))
     return hull([(u, v, n) for a, b, n in rings for u, v in outline(a, b, 0.25 * b)])
 
 
 def bonnet() -> Manifold:
     """The bonnet's outer skin: it falls away forward and to the sides."""
     stations = [(1165.0, 742.0, 690.0), (1400.0, 728.0, 710.0), (1650.0, 700.0, 715.0),
-                (1850.0, 660.0, 700.0), (1950.0, 610.0, 670.0)]  # fmt: skip
+                (1850.0, 666.0, 700.0), (1950.0, 610.0, 670.0)]  # fmt: skip
     shares = np.linspace(-1.0, 1.0, 9)
     top = np.array([[(x, s * w, z - 34.0 * s**4) for s in shares] for x, z, w in stations])
     return shell(top - np.array([0.0, 0.0, 12.0]), top)

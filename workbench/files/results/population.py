@@ -39,7 +39,9 @@ class GroupRow(Row):
 class RequirementRow(Row):
     """One requirement: share: of those who meet it; without: who would be served if it were
     dropped; alone: who are left out by nothing else; spread_mm: margins at 1, 5, 50, 95 and 99 % of
-    the people, null where it applies to nobody; certain, possible: as of `GroupRow`, of those who
+    the people, null where it applies to nobody; unit: in which people read the margins, and unit_mm:
+    the millimetres that one of it counts, as in all margins here: an angle or a share is compared with
+    lengths; certain, possible: as of `GroupRow`, of those who
     meet it."""
 
     name: str
@@ -53,13 +55,15 @@ class RequirementRow(Row):
     certain: float | None
     possible: float | None
     spread_mm: list[float | None]
+    unit: str = "mm"
+    unit_mm: float = 1.0
 
 
 class PeopleRow(Row):
     """Everybody, one entry a person in every list, and one a requirement in every list of margins
     and reasons.
 
-    margin_mm: null where it does not apply, negative where it is not met; reason: index into
+    margin_mm: null where it does not apply, negative where it is not met, see `RequirementRow`; reason: index into
     `reasons`, -1 where nothing limits; seat_mm: forward and up in the position that the margins are
     of; comfortable_mm: in the comfortable one; window_mm: least and greatest forward, least and
     greatest up of the positions tried that fit, null where the comfortable one fits or none does;
@@ -126,12 +130,14 @@ class GainRow(Row):
 
 
 class MapRow(Row):
-    """A population reach map: for each point its place and the share of people who reach it."""
+    """A population map: for each point its place and the share of people who reach it, or who see it
+    with either eye (`sees`; grip, zone and hand mean nothing then)."""
 
     part: str
     grip: str
     zone: int
     hand: str
+    sees: bool
     points_mm: list[tuple[float, float, float]]
     flat_mm: list[tuple[float, float]]
     share: list[float]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,12 +13,16 @@ from workbench.files.catalogue import find
 from workbench.files.names import matches, matching
 from workbench.files.schema import validate
 from workbench.files.study.roles import LoadedRole
+from workbench.files.study.rules import load_rule_set
 from workbench.files.study.schema import ActionFile, CriterionFile, LimitFile, RoleFile, RulesFile
 from workbench.files.study.work import Key, Work
 from workbench.files.yaml_text import read_yaml
+from workbench.model.accommodation import OF_SIGHT
 from workbench.model.body import segment_words
 from workbench.model.criterion import Criterion, Limit
 from workbench.model.environment import Control, Environment
+from workbench.model.rule_set import RuleSet
+from workbench.model.units import UNITS, limit_unit_of
 
 __all__ = ["Known", "criteria_of", "unfit", "visible_parts"]
 
@@ -70,11 +74,14 @@ def unfit(check: str, role: RoleFile, action: ActionFile) -> str:
     """Why a check cannot be asked of a role's action, "" where it can."""
     moving = action.moves
     predicted = action.predicted or action.driver
-    if check in ("reach", "pedals", "preferred_seat", "eye_height", "view_over") and moving:
+    if (
+        check in ("reach", "pedals", "preferred_seat", "eye_height", "view_over", *OF_SIGHT)
+        and moving
+    ):
         return "it cannot be asked of a motion"
     if check == "injury" and not moving:
         return "it is asked of motions"
-    if check == "view_over" and role.seat is None:
+    if check in ("view_over", "pillar", "forward_field") and role.seat is None:
         return "it is asked of somebody in a seat"
     if check in ("pedals", "preferred_seat", "eye_height") and predicted is None:
         return "it is asked of a predicted posture or a driver's"
@@ -95,8 +102,10 @@ def criteria_of(work: Work, known: Known) -> list[Criterion]:
         _name_faults(work, row, file, known)
         pairs = _pairs(work, row, file)
         limits = _limits(work, row, file, known)
+        rules = _sight_rules(work, row, file)
+        _sight_faults(work, row, file, known, rules)
         if len(work.faults) == before and known.room is not None:
-            found.append(_criterion(file, pairs, limits, known, known.room))
+            found.append(_criterion(file, pairs, limits, known, known.room, rules))
     return found
 
 
@@ -157,7 +166,10 @@ def _patterns(known: Known) -> dict[str, list[str]]:
         found |= {"segments": known.segments, "subparts": known.subparts}
     if known.room is not None:
         controls = [control.name for control in known.room.controls]
+        instruments = [one.name for one in known.room.instruments]
         found |= {"controls": controls, "parts": list(known.parts)}
+        found |= {"instruments": instruments, "points": list(known.room.points)}
+        found |= {"mirrors": [one.name for one in known.room.mirrors], "wheel": list(known.parts)}
     return found
 
 
@@ -225,7 +237,7 @@ def _why_none(
 
 def _limits(work: Work, row: int, file: CriterionFile, known: Known) -> tuple[Limit, ...]:
     """The limits of the rule set of an injury criterion."""
-    if file.rules is None:
+    if file.rules is None or file.check in OF_SIGHT:
         return ()
     key: Key = ("criteria", row, "rules")
     try:
@@ -248,6 +260,54 @@ def _limits(work: Work, row: int, file: CriterionFile, known: Known) -> tuple[Li
     )
 
 
+def _sight_rules(work: Work, row: int, file: CriterionFile) -> RuleSet | None:
+    """The rule set of a criterion of sight."""
+    if file.rules is None or file.check not in OF_SIGHT:
+        return None
+    try:
+        where = find("studies/rules", file.rules, near=work.path.parent)
+        rules = load_rule_set(where)
+    except InputError as error:
+        work.errors(("criteria", row, "rules"), error)
+        return None
+    work.inputs["rules" if "rules" not in work.inputs else f"rules: {file.rules}"] = where
+    return rules
+
+
+def _sight_faults(
+    work: Work, row: int, file: CriterionFile, known: Known, rules: RuleSet | None
+) -> None:
+    """Report things to be seen that are not there, and instruments to be read without a height of
+    their characters."""
+    if file.check not in OF_SIGHT or known.room is None:
+        return
+    for field, names in _patterns(known).items():
+        asked = getattr(file, field, None)
+        if asked and not names:
+            what = f"environment {known.room.name} has no {field}, so none can be seen"
+            work.fault(("criteria", row, field), what)
+    for field in ("eye_point", "r_point", "ground"):
+        name = getattr(file, field)
+        if name is not None:
+            valid = list(known.room.points)
+            what = f"environment {known.room.name} has no point {name!r}"
+            work.check_name(("criteria", row, field), name, valid, what)
+    fields = [name[6:] for name in rules.values if name.startswith("field_")] if rules else []
+    for mirror in known.room.mirrors if file.check == "mirror" and rules else ():
+        if matching(file.mirrors or [], [mirror.name]) and mirror.field not in fields:
+            given = f"class {mirror.field!r}" if mirror.field else "no class"
+            classes = ", ".join(fields)
+            what = f"mirror {mirror.name!r} has {given}; rule set {file.rules} has {classes}"
+            work.fault(("criteria", row, "mirrors"), what)
+    for one in known.room.instruments if file.check == "reads" else ():
+        if matching(file.instruments, [one.name]) and not one.characters:
+            what = (
+                f"instrument {one.name!r} of environment {known.room.name} has no height of its "
+                "characters: state 'characters' of it there, or leave it out here"
+            )
+            work.fault(("criteria", row, "instruments"), what)
+
+
 def _window(limit: LimitFile) -> float:
     """The time [s] over which a figure is taken: the longest window of HIC, or how long a level is
     held."""
@@ -262,6 +322,7 @@ def _criterion(
     limits: tuple[Limit, ...],
     known: Known,
     room: Environment,
+    rules: RuleSet | None,
 ) -> Criterion:
     """A criterion without faults, its patterns resolved to names."""
     direction = np.array(file.direction or (1.0, 0.0, 0.0))
@@ -273,28 +334,45 @@ def _criterion(
         check=file.check,
         people=tuple(dict.fromkeys(name for name, _ in pairs)),
         segments=matching(file.segments, known.segments),
-        parts=matching(file.parts, known.parts),
-        at_least=_at_least(file),
-        controls=matching(file.controls, [control.name for control in room.controls]),
+        parts=_named(file, file.parts, known.parts),
+        at_least=_in_si(file, file.at_least or 0.0),
+        controls=_named(file, file.controls, [control.name for control in room.controls]),
         zone=file.zone,
         hand=None if file.hand == "either" else file.hand,
         subparts=matching(file.subparts, known.subparts) if file.subparts else (),
         below=math.inf if file.below is None else file.below,
         above=math.inf if file.above is None else file.above,
-        at_most=most if file.at_most is None else file.at_most,
+        at_most=most if file.at_most is None else _in_si(file, file.at_most),
         down=math.radians(file.down or 0.0),
         direction=(x, y, z),
         origin=file.origin or (0.0, 0.0, 0.0),
         rules=file.rules or "",
+        instruments=matching(file.instruments or [], [one.name for one in room.instruments]),
+        points=matching(file.points or [], list(room.points)),
+        size=file.size or 0.0,
+        eyes=file.eyes or "either",
+        visible=(file.visible or 0.0) / 100,
+        rule_set=rules,
+        mirrors=matching(file.mirrors or [], [one.name for one in room.mirrors]),
+        side=file.side or "",
+        eye_point=file.eye_point or "",
+        r_point=file.r_point or "",
+        ground=file.ground or "",
+        wheel=matching(file.wheel or [], known.parts),
         limits=limits,
         of=tuple(file.of or ()),
         cases=tuple(dict.fromkeys(case for _, case in pairs)),
     )
 
 
-def _at_least(file: CriterionFile) -> float:
-    """The least value that meets a criterion: [rad] of stops, a fraction of a share, else [m]."""
-    least = file.at_least or 0.0
-    if file.check == "stops":
-        return math.radians(least)
-    return least / 100 if file.check == "share" else least
+def _named(
+    file: CriterionFile, patterns: list[str] | None, names: Sequence[str]
+) -> tuple[str, ...]:
+    """The names that a key means, which left out means all; of what is seen it means none."""
+    return () if patterns is None and file.check in OF_SIGHT else matching(patterns, names)
+
+
+def _in_si(file: CriterionFile, limit: float) -> float:
+    """A limit in the unit of its check as [rad] or a fraction; lengths are metres already."""
+    unit = limit_unit_of(file.check)
+    return limit if unit is UNITS["m"] else limit / unit.scale

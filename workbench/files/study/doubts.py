@@ -19,6 +19,7 @@ from workbench.geometry.ground import ground_of
 from workbench.model.arrays import Floats
 from workbench.model.environment import Environment, Seat
 from workbench.model.study import PredictedPosture
+from workbench.model.units import UNITS, limit_unit_of
 from workbench.model.workplace import Aims
 
 __all__ = ["far_words", "length_doubts", "study_doubts"]
@@ -94,8 +95,9 @@ def length_doubts(environment: Environment, file: StudyFile) -> Iterator[str]:
     for row, move in enumerate(file.moved):
         yield from far_words(f"moved[{row}]", [move.by], environment)
     for criterion in file.criteria:
-        least = criterion.at_least if criterion.check not in ("stops", "share") else None
-        limits = (least, criterion.at_most, criterion.below, criterion.above)
+        limits = [criterion.below, criterion.above]
+        if limit_unit_of(criterion.check) is UNITS["m"]:
+            limits += [criterion.at_least, criterion.at_most]
         stated = [(limit,) for limit in limits if limit is not None]
         yield from far_words(f"criterion {criterion.name!r}", stated, environment)
 

@@ -520,6 +520,7 @@ def _maps(work: Work, file: StudyFile) -> tuple[MapTask, ...]:
             hand=row.hand,
             points=row.points,
             case=_posture_cases(work, row.case)[0],
+            sees=row.sees,
         )
         for row in file.reach_maps
     )

@@ -35,6 +35,7 @@ from workbench.model.accommodation import MAP_POINTS
 from workbench.model.body import Body
 from workbench.model.environment import Environment
 from workbench.model.population import Population
+from workbench.model.units import limit_unit_of
 
 __all__ = [
     "ACTIONS",
@@ -86,12 +87,20 @@ def _or_noun(kind: type) -> WrapValidator:
     return WrapValidator(lambda value, check: value if isinstance(value, kind) else check(value))
 
 
-def _at_least(value: Any, info: ValidationInfo) -> Any:
-    """The least value of a check: an angle of stops, percent of a share, else a length."""
-    check = info.data.get("check")
-    if check not in ("stops", "share"):
+_POSSIBLE = {
+    "deg": (-180, 180, "degrees"),
+    "percent": (0, 100, "percent"),
+    "arcmin": (0, 600, "arc minutes"),
+}
+"""What limits are possible in units that are no lengths."""
+
+
+def _limit(value: Any, info: ValidationInfo) -> Any:
+    """A limit in the unit of its check: a length, or a number of degrees, percent, arc minutes."""
+    column = limit_unit_of(info.data.get("check", "")).column
+    if column not in _POSSIBLE:
         return plausible(length_in_metres(value, info))
-    low, high, unit = (-180, 180, "degrees") if check == "stops" else (0, 100, "percent")
+    low, high, unit = _POSSIBLE[column]
     if isinstance(value, bool) or not isinstance(value, (int, float)):
         raise ValueError(f"a number of {unit} is needed")
     if not low <= value <= high:
@@ -99,7 +108,7 @@ def _at_least(value: Any, info: ValidationInfo) -> Any:
     return float(value)
 
 
-AtLeast = Annotated[float, BeforeValidator(_at_least), WithJsonSchema(LENGTH_SCHEMA)]
+LimitOfCheck = Annotated[float, BeforeValidator(_limit), WithJsonSchema(LENGTH_SCHEMA)]
 Everybody = BeforeValidator(lambda value: None if value == "all" else value)
 MOST_PEOPLE = 250_000
 ACTIONS = ("posture", "predicted", "driver", "motion", "simulated")
@@ -443,17 +452,27 @@ CHECK_KEYS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
     "preferred_seat": ((), ("at_least",)),
     "eye_height": ((), ("below", "above")),
     "view_over": (("parts", "down"), ()),
+    "over_nose": (("down",), ("parts",)),
+    "sees": (("at_least",), ("parts", "controls", "instruments", "points", "size", "eyes")),
+    "outline": (("rules", "side", "at_least"), ("eye_point",)),
+    "pillar": (("rules", "parts", "side", "r_point"), ("at_most",)),
+    "forward_field": (("rules", "side", "r_point"), ("parts", "wheel", "at_most")),
+    "mirror": (("rules", "mirrors", "parts", "ground", "at_least"), ("eye_point",)),
+    "reflection": (("rules", "instruments", "parts", "side"), ("at_most", "eye_point")),
+    "reads": (("instruments", "rules"), ("at_least", "visible", "eyes")),
     "excursion": (("segments", "direction", "origin", "at_most"), ()),
     "injury": (("rules",), ()),
     "share": (("at_least",), ("of",)),
 }
 """The keys of each check beside name, check, people and cases: needed ones, and possible ones."""
+_THINGS = ("parts", "controls", "instruments", "points")
+"""What may be asked to be seen."""
 _OWN = tuple(dict.fromkeys(key for pair in CHECK_KEYS.values() for keys in pair for key in keys))
 
 
 class CriterionFile(FileModel):
     """Something that must hold. What `people` and `cases` leave out means all that it can be asked
-    of; `at_least` is a length, of stops an angle, of a share percent."""
+    of; limits are in the unit of the check: a length, degrees, percent."""
 
     name: Name
     check: Literal[
@@ -467,6 +486,14 @@ class CriterionFile(FileModel):
         "preferred_seat",
         "eye_height",
         "view_over",
+        "over_nose",
+        "sees",
+        "reads",
+        "outline",
+        "pillar",
+        "forward_field",
+        "mirror",
+        "reflection",
         "excursion",
         "injury",
         "share",
@@ -479,14 +506,25 @@ class CriterionFile(FileModel):
     controls: Names | None = None
     zone: Zone | None = None
     hand: Side | None = None
-    at_least: AtLeast | None = None
-    at_most: Length | None = None
+    at_least: LimitOfCheck | None = None
+    at_most: LimitOfCheck | None = None
     below: Annotated[Length, Field(ge=0)] | None = None
     above: Annotated[Length, Field(ge=0)] | None = None
     down: Annotated[float, Field(ge=-89, le=89)] | None = None
     direction: Direction | None = None
     origin: Vector | None = None
     rules: Name | None = None
+    instruments: Names | None = None
+    points: Names | None = None
+    size: Annotated[Length, Field(gt=0)] | None = None
+    eyes: Literal["left", "right", "either", "both"] | None = None
+    visible: Percent | None = None
+    mirrors: Names | None = None
+    side: Literal["left", "right"] | None = None
+    eye_point: Name | None = None
+    r_point: Name | None = None
+    ground: Name | None = None
+    wheel: Names | None = None
     of: Names | None = None
 
     @model_validator(mode="after")
@@ -506,6 +544,14 @@ class CriterionFile(FileModel):
             raise ValueError("'segments' and 'subparts' exclude each other: give one of the two")
         if self.check == "eye_height" and self.below is None and self.above is None:
             raise ValueError("check: eye_height needs 'below' or 'above'")
+        things = [name for name in _THINGS if getattr(self, name) is not None]
+        if self.check == "sees" and len(things) != 1:
+            said = " and ".join(things) or "none"
+            raise ValueError(f"check: sees needs exactly one of {', '.join(_THINGS)}, got {said}")
+        if self.size is not None and self.points is None:
+            raise ValueError("'size' is the diameter of what is at 'points'")
+        if self.check == "over_nose" and (self.down or 0.0) < 0:
+            raise ValueError("'down' of check: over_nose is 0 to 89 degrees")
         if self.check == "share" and (self.people is not None or self.cases is not None):
             raise ValueError("a share is of the whole population: leave out 'people' and 'cases'")
         if self.check in ("contact", "pedals") and (self.at_most or 0.0) < 0:
@@ -541,15 +587,24 @@ class SharesFile(FileModel):
 
 
 class MapFile(FileModel):
-    """A map of the share of people who reach each of so many points of a part."""
+    """A map of the share of people who reach each of so many points of a part; with `sees` of those
+    who see it, who need no grip, zone or hand for that."""
 
     people: Name
     part: Name
     case: Name | None = None
+    sees: bool = False
     grip: Literal["push", "pinch", "grasp"] = "push"
     zone: Zone = 1
     hand: Side = "either"
     points: Annotated[int, Field(ge=MAP_POINTS[0], le=MAP_POINTS[1])] = 200
+
+    @model_validator(mode="after")
+    def _hands_are_of_reach(self) -> MapFile:
+        given = sorted(self.model_fields_set & {"grip", "zone", "hand"}) if self.sees else ()
+        if given:
+            raise ValueError(f"a map of who sees a part is of eyes: leave out {', '.join(given)}")
+        return self
 
 
 class EnvelopeFile(FileModel):

@@ -71,7 +71,7 @@ export class People {
 
   changed(one) {
     const lead = `${who(one)}, ${one.fits ? "fits now" : "fits no longer"}`;
-    const amount = `${one.margin.toFixed(1)} mm`.replace("-", "−");
+    const amount = `${one.margin.toFixed(1)}${one.unit}`.replace("-", "−");
     const why = one.fits ? `missed before: ${one.name} (${amount})` : `${one.name} (${amount})`;
     return `${lead}: ${why}${one.settled ? "" : `; perhaps ${this.elsewhere}`}`;
   }

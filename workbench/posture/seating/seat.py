@@ -37,7 +37,7 @@ from workbench.posture.seating.stepping import (
 )
 from workbench.threads import in_pieces
 
-__all__ = ["PEOPLE_PER_SEAT_BATCH", "Seated", "seat"]
+__all__ = ["PEOPLE_PER_SEAT_BATCH", "Seated", "join_seated", "seat"]
 
 _Number = TypeVar("_Number", np.float64, np.int64)
 

@@ -144,7 +144,12 @@ def _people_table(found: Comparison) -> str:
     shared = [pair.name for pair in found.pairs]
     columns = [(one.requirements.index(name), two.requirements.index(name)) for name in shared]
     header = ["person", "sex", "weight", "stature_mm", "fits_before", "fits_after", "change"]
-    header += [f"{name}: {when} [mm]" for name in shared for when in ("before", "after")]
+    units = [one.unit(name) for name in shared]
+    header += [
+        f"{name}: {when} [{unit.column}]"
+        for name, unit in zip(shared, units, strict=True)
+        for when in ("before", "after")
+    ]
     people = (
         [
             label,
@@ -154,7 +159,11 @@ def _people_table(found: Comparison) -> str:
             _yes(one.served[p]),
             _yes(two.served[p]),
             _CHANGES[bool(one.served[p]), bool(two.served[p])],
-            *(_mm(m) for a, b in columns for m in (one.margin[p, a], two.margin[p, b])),
+            *(
+                _mm(1e-3 * unit.shown(m))
+                for unit, (a, b) in zip(units, columns, strict=True)
+                for m in (one.margin[p, a], two.margin[p, b])
+            ),
         ]
         for p, label in enumerate(one.labels)
     )

@@ -11,7 +11,6 @@ from workbench.model.comparison import Comparison, Judged
 from workbench.model.population_found import ChangedPerson, Shown
 from workbench.report.comparison.words import change_sentence, worst_missed
 from workbench.report.population.words import (
-    millimetres_short,
     person_name,
     plain,
     spare_words,
@@ -64,7 +63,8 @@ def _scene(judged: Judged, shown: Shown, name: str, row: int) -> Scene:
     """Somebody in one design, with what is short or to spare where the requirement is."""
     margin = float(judged.margin[row, judged.requirements.index(name)])
     short = not bool(judged.met[row, judged.requirements.index(name)])
-    words = f"{millimetres_short(-margin)} mm short" if short else spare_words(margin)
+    unit = judged.unit(name)
+    words = f"{unit.short(-margin)} short" if short else spare_words(margin, unit)
     marks: tuple[Mark, ...] = ()
     if shown.target is not None:
         marks = (Mark(shown.target, words, "missed" if short else "reach"),)

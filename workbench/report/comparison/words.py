@@ -8,7 +8,6 @@ from workbench.body.people.share import percent, percent_number
 from workbench.model.accommodation import MET
 from workbench.model.comparison import Comparison, Judged, PairedShare
 from workbench.report.population.words import (
-    millimetres_short,
     person_name,
     plain,
     spare_words,
@@ -76,7 +75,7 @@ def change_sentence(found: Comparison, row: int) -> str:
     short = np.flatnonzero(~failing.met[row])
     name = worst_missed(found, row)
     worst = failing.requirements.index(name)
-    lack = f"{millimetres_short(-float(failing.margin[row, worst]))} mm short"
+    lack = f"{failing.units[worst].short(-float(failing.margin[row, worst]))} short"
     spare = _spare(other, row, name)
     words = f"was {lack}, {spare} now"
     if not gained:
@@ -106,4 +105,5 @@ def _spare(judged: Judged, row: int, name: str) -> str:
     margin = float(judged.margin[row, judged.requirements.index(name)])
     if np.isnan(margin):
         return "does not apply"
-    return spare_words(margin) if margin >= -MET else f"{millimetres_short(-margin)} mm short"
+    unit = judged.unit(name)
+    return spare_words(margin, unit) if margin >= -MET else f"{unit.short(-margin)} short"

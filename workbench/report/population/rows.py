@@ -124,6 +124,7 @@ def _map(found: ReachMap) -> MapRow:
         grip=found.task.grip,
         zone=found.task.zone,
         hand=found.task.hand,
+        sees=found.task.sees,
         points_mm=_rows(found.points),
         flat_mm=_rows(found.flat),
         share=[_share(v) for v in found.share.tolist()],
@@ -151,6 +152,8 @@ def _requirement(result: PopulationFound, r: int) -> RequirementRow:
         alone=_share(float(result.alone[r])),
         certain=_share_or_none(certain),
         possible=_share_or_none(possible),
+        unit=row.unit.column,
+        unit_mm=_mm(row.unit.counts / row.unit.scale),
         spread_mm=[_number(value) for value in result.spread[r].tolist()],
     )
 
@@ -229,8 +232,9 @@ _REQUIREMENTS = (
     "alone",
     "certain",
     "possible",
+    "unit",
 )
-_LEVELS = tuple(f"margin_{level}_percent_mm" for level in (1, 5, 50, 95, 99))
+_LEVELS = tuple(f"margin_{level}_percent" for level in (1, 5, 50, 95, 99))
 _GAINS = {
     "change": "words",
     "requirement": "requirement",
@@ -249,7 +253,7 @@ def population_tables(result: PopulationFound, rows: PopulationRows) -> dict[str
     """By name: shares, requirements, gains, and everybody with measures, margins and
     what limits."""
     requirements = (
-        [q.name, *(getattr(q, field) for field in _REQUIREMENTS), *q.spread_mm]
+        [q.name, *(getattr(q, field) for field in _REQUIREMENTS), *_in_unit(q)]
         for q in rows.requirements
     )
     return {
@@ -259,6 +263,11 @@ def population_tables(result: PopulationFound, rows: PopulationRows) -> dict[str
         "people": people_table(result),
         **_shown_tables(rows),
     }
+
+
+def _in_unit(row: RequirementRow) -> list[float | None]:
+    """The spread of the margins of a requirement in its unit."""
+    return [v if v is None else round(v / row.unit_mm, 3) + 0.0 for v in row.spread_mm]
 
 
 def _shown_tables(rows: PopulationRows) -> dict[str, Table]:
@@ -285,7 +294,6 @@ def people_table(result: PopulationFound) -> Table:
     """A row for everybody: who, seat, verdict and whether it is certain, a margin and what
     limits for each requirement, between what the margin truly lies where it is of the surface,
     measures."""
-    names = [row.name for row in result.requirements]
     surface = [row.name for row in result.requirements if row.of_surface]
     header = [
         "person",
@@ -297,8 +305,8 @@ def people_table(result: PopulationFound) -> Table:
         "limiting",
         *_place_columns(sits=result.place.seat is not None),
         *(one.column for one in result.adjustments),
-        *(f"{name} [mm]" for name in names),
-        *(f"{name}: limited by" for name in names),
+        *(f"{row.name} [{row.unit.column}]" for row in result.requirements),
+        *(f"{row.name}: limited by" for row in result.requirements),
         *(f"{name}: {end} [mm]" for name in surface for end in ("from", "to")),
         *(f"{name}_{'kg' if name == MASS else 'mm'}" for name in result.people.names),
     ]
@@ -323,7 +331,9 @@ def _people_lines(result: PopulationFound) -> Iterator[list[object]]:
     words = np.array([*result.reasons, ""], dtype=object)[result.reason].tolist()
     seat = _cells(np.hstack([result.seat, result.comfortable, result.window]))
     settings = _settings(result).tolist()
-    margins = _cells(result.margin)
+    # as they are read; `_cells` makes millimetres of metres
+    units = np.array([1e-3 * row.unit.scale / row.unit.counts for row in result.requirements])
+    margins = _cells(units * result.margin)
     surface = result.of_surface
     ends = np.stack([result.low[:, surface], result.high[:, surface]], axis=2)
     bounds = _cells(ends.reshape(len(ends), -1))

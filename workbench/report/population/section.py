@@ -25,6 +25,7 @@ from workbench.model.measures import MASS
 from workbench.model.population import SEXES, Population
 from workbench.model.population_found import PopulationFound, Shown, TriedChange
 from workbench.model.reach import MOST_SPARE
+from workbench.model.units import UNITS
 from workbench.posture.seating.sides import middle
 from workbench.report.circles import circle_figure
 from workbench.report.population.charts import (
@@ -42,7 +43,6 @@ from workbench.report.population.words import (
     certainty_words,
     elsewhere_words,
     gain_sentence,
-    millimetres_short,
     no_gain_words,
     person_label,
     person_sentence,
@@ -108,10 +108,9 @@ def population_sections(result: PopulationFound, making: Making) -> list[Section
 
 def _changes(result: PopulationFound, making: Making, writer: SectionWriter) -> Iterator[Section]:
     """The section of changes that were tried, the greatest gain first."""
-    count = len(result.served)
     tried = sorted(result.tried, key=lambda change: -_joint_gain(change.gain))
     gains = [
-        _gain(change.gain, count)
+        _gain(change.gain, result)
         | {"picture": _tried_picture(result, change, making.views) if k < _MOST_PAIRS else ""}
         for k, change in enumerate(tried)
     ]
@@ -155,7 +154,7 @@ def _who(
         yield writer.section("questions", "hardest", title, {"hardest": people})
     for k, found in enumerate(result.maps, start=1):
         map_ = _map(result, found)
-        title = f"Who reaches the {map_['part']}"
+        title = f"Who {'sees' if found.task.sees else 'reaches'} the {map_['part']}"
         yield writer.section("questions", f"map-{k}", title, {"m": map_, "key": _key()})
 
 
@@ -356,15 +355,19 @@ def _charts(result: PopulationFound, r: int, ends: tuple[float, float]) -> dict[
     left = f"{name}: {percent(out, len(result.met))} left out"
     spread = result.spread[r]
     most_known = _most_known(result, r)
+    unit = result.requirements[r].unit
+    length = unit is UNITS["m"]
     figures = [
         # what reads like the most that is looked for is no measurement either
         ("≥" if v >= most_known - HALF_MILLIMETRE else "")
-        + f"{round(1000 * v) + 0:d}".replace("-", "−")
+        + f"{round(unit.shown(v), unit.places or None) + 0}".replace("-", "−")
+        + ("" if length else unit.sign)
         if np.isfinite(v)
         else "–"
         for v in spread
     ]
-    margins = f"{name}: margins at 1, 5, 50, 95 and 99 %: {', '.join(figures)} mm"
+    lead = f"{name}: margins at 1, 5, 50, 95 and 99 %"
+    margins = f"{lead}: {', '.join(figures)}{unit.words if length else ''}"
     return {
         "figures": figures,
         "bar": Markup(bar(out, float(result.alone[r]), most=most, said=left)),
@@ -461,14 +464,17 @@ def _joint_gain(gain: Gain) -> float:
     return gain.joint_after - gain.joint_before
 
 
-def _gain(gain: Gain, count: int) -> dict[str, Any]:
+def _gain(gain: Gain, result: PopulationFound) -> dict[str, Any]:
     """One change as a sentence, with what a millimetre of it gives at first where that says
-    something. count: of the people."""
+    something."""
+    count = len(result.met)
+    unit = next(one.unit for one in result.requirements if one.name == gain.requirement)
+    amount = unit.shown(1e-3 * gain.margin_rate)
     joint = _joint_gain(gain)
     helps = joint > 1e-9 or (gain.after > gain.before + 1e-9 and joint > -1e-9)
     rates = []
-    if helps and gain.margin_rate >= 0.005:
-        rates.append(f"gives those who lack it {gain.margin_rate:.2f} mm of margin on average")
+    if helps and amount >= 0.005:
+        rates.append(f"gives those who lack it {amount:.2f}{unit.words} of margin on average")
     if helps and np.isfinite(gain.rate) and gain.rate >= 0.05 and count >= TENTHS_FROM:
         rates.append(f"lets {0.1 * gain.rate:.2f} % more of the people meet it")
     return {"sentence": gain_sentence(gain, count), "rate": " and ".join(rates), "helps": helps}
@@ -483,7 +489,8 @@ def _person(result: PopulationFound, row: int, views: PageViews) -> dict[str, An
 
 def _picture(result: PopulationFound, found: Shown, views: PageViews) -> dict[str, Markup | str]:
     """The body in the cockpit as found, from where the line of what is lacking shows longest."""
-    lack = f"{millimetres_short(-float(result.margin[found.row, found.requirement]))} mm"
+    unit = result.requirements[found.requirement].unit
+    lack = unit.short(-float(result.margin[found.row, found.requirement]))
     name = plain(result.requirements[found.requirement].name)
     label = person_label(result, found.row)
     mark = _lacking(result, found, lack)
@@ -522,9 +529,10 @@ def _tried_picture(result: PopulationFound, change: TriedChange, views: PageView
     before, after = change.margins
     name = plain(change.gain.requirement)
     label = person_label(result, person.row)
-    lack = f"{millimetres_short(-before)} mm"
+    unit = result.requirements[person.before.requirement].unit
+    lack = unit.short(-before)
     point = person.after.tip or person.after.target
-    spare = None if point is None else WebMark(point, spare_words(after))
+    spare = None if point is None else WebMark(point, spare_words(after, unit))
     marks = (_lacking(result, person.before, lack), spare)
     one, two = (
         _scene(found, mark, name, label)
@@ -540,7 +548,7 @@ def _tried_picture(result: PopulationFound, change: TriedChange, views: PageView
             said=title,
             caption=(
                 f"{label}: {lack} are lacking for “{name}” as it is, "
-                f"{spare_words(after)} after {plain(change.gain.words)}"
+                f"{spare_words(after, unit)} after {plain(change.gain.words)}"
             ),
         ),
         views.packing,
@@ -602,6 +610,15 @@ def _map(result: PopulationFound, found: ReachMap) -> dict[str, Any]:
     environment = result.place.environment
     hand = "either hand" if task.hand == "either" else f"the {task.hand} hand"
     points = len(found.points)
+    how = f"reach each point with {hand}, {task.grip}, zone {task.zone}, {points:,} points"
+    counts = "Joints and lengths count, obstacles do not."
+    if task.sees:
+        how = f"see each of {points:,} points with either eye"
+        counts = (
+            "Parts, own limbs with the hands on their controls, and others who are there stand in "
+            "the way. What is mounted on the part and stands out of it by 60 mm at most hides nothing "
+            "of it. The head is as the posture has it."
+        )
     reached = [float(np.mean(found.share >= level)) for level in LEVELS]
     areas = [
         f"{percent(share, points)} by at least {100 * level:.0f} %"
@@ -610,10 +627,12 @@ def _map(result: PopulationFound, found: ReachMap) -> dict[str, Any]:
     sitter = tuple(middle(result.place).tolist())
     return {
         "part": plain(task.part),
-        "how": f"{hand}, {task.grip}, zone {task.zone}, {points:,} points",
+        "how": how,
+        "counts": counts,
+        "verb": "see" if task.sees else "reach",
         "svg": Markup(reach_map_svg(found, environment, sitter=sitter)),
         "controls": _controls(result, found),
-        "areas": f"Of its points are reached: {', '.join(areas)} of the people.",
+        "areas": f"Of its points are {'seen' if task.sees else 'reached'}: {', '.join(areas)} of the people.",
     }
 
 

@@ -18,6 +18,7 @@ from workbench.model.measures import MASS
 from workbench.model.population import SEXES
 from workbench.model.population_found import PopulationFound
 from workbench.model.reach import MOST_SPARE
+from workbench.model.units import UNITS, Unit
 from workbench.study.accommodation.grips import grip_words
 from workbench.study.kept_reaches import kept_of_population, kept_words
 from workbench.study.settings import setting_text
@@ -32,7 +33,6 @@ __all__ = [
     "gain_sentence",
     "interval_words",
     "limiting_words",
-    "millimetres_short",
     "no_gain_words",
     "person_name",
     "person_sentence",
@@ -436,7 +436,7 @@ def _lacks(result: PopulationFound, row: int, index: int, whose: str) -> str:
     lack = _Lack(
         requirement,
         whose,
-        f"{millimetres_short(-result.margin[row, index])} mm",
+        requirement.unit.short(-float(result.margin[row, index])),
         found.limb if found is not None else "",
         result.reasons[code] if code >= 0 else "",
     )
@@ -447,6 +447,19 @@ def _lacks(result: PopulationFound, row: int, index: int, whose: str) -> str:
         return _clearance_lacks(lack)
     if requirement.check in ("eye_height", "view_over") and lack.reason.startswith("eyes too "):
         return f"{whose} eyes are {lack.by} {lack.reason.removeprefix('eyes ')} for {name}"
+    if requirement.check == "sees":
+        least = next(
+            one.at_least for one in result.study.criteria if one.name == requirement.criterion
+        )
+        share = least + float(result.margin[row, index]) / requirement.unit.counts
+        him = {"her": "her", "his": "him"}[whose]
+        seen = f"the {plain(requirement.target)} is {100 * share:.0f} % visible to {him}"
+        return f"{seen}, {100 * least:g} % asked{_hides_words(lack.reason, whose)}"
+    if requirement.check == "reads":
+        return f"{name} is missed by {lack.by} of its limit{_hides_words(lack.reason, whose)}"
+    if requirement.check == "over_nose":
+        kept = f": {reason_words(lack.reason)} is in the way" if lack.reason else ""
+        return f"{whose} eyes look down {lack.by} less than “{plain(requirement.name)}” asks{kept}"
     if requirement.check == "pedals" and ", " in lack.reason:
         foot, limit = lack.reason.split(", ", 1)
         limited = reason_words(limit, foot)
@@ -467,6 +480,17 @@ def _reach_lacks(lack: _Lack, parts: Container[str]) -> str:
     if lack.reason:
         by = f", limited by {reason_words(lack.reason, lack.limb or requirement.target)}"
     return f"{who} stays {lack.by} short of {target}{by}"
+
+
+def _hides_words(reason: str, whose: str) -> str:
+    """ ": the left stick hides most of the rest", "" where nothing is known."""
+    if not reason or reason.startswith(("size", "angle")):
+        return f": {reason_words(reason)}" if reason else ""
+    if reason.startswith(("turned", "beyond")):
+        return f": it is {reason}"
+    if reason.startswith("own "):
+        return f": {whose} {plain(reason)} hides most of the rest"
+    return f": {reason_words(reason)} hides most of the rest"
 
 
 def _clearance_lacks(lack: _Lack) -> str:
@@ -494,7 +518,10 @@ def reason_words(reason: str, limb: str = "") -> str:
         return f"{reason_words(foot)}, {reason_words(limit, foot)}"
     if " at " in words and " at the " not in words:  # a segment at a part
         words = words.replace(" at ", " at the ", 1)
-    return words if not words or words.startswith(("the ", "a ", "eyes ")) else f"the {words}"
+    known = ("the ", "a ", "eyes ", "turned ", "beyond ")
+    if words.startswith("own "):
+        return f"the body's {words}"
+    return words if not words or words.startswith(known) or "'s " in words else f"the {words}"
 
 
 def limiting_words(result: PopulationFound, row: int) -> str:
@@ -525,17 +552,12 @@ def _rank(values: Floats, weight: Floats, value: float) -> tuple[float, str]:
     return (more, "more") if more >= less else (less, "less")
 
 
-def millimetres_short(metres: float) -> str:
-    """ "41", or "0.3" of what is under a millimetre."""
-    if metres >= 0.00095:
-        return f"{1000 * metres:,.0f}"
-    return f"{1000 * metres:.1f}" if metres >= 0.00005 else f"{1000 * max(metres, MET):.1g}"
-
-
-def spare_words(metres: float) -> str:
-    """ "12 mm to spare"; "at least 200 mm to spare" of a reach, which is looked for no farther."""
-    most = "at least " if abs(metres - MOST_SPARE) < MET else ""
-    return f"{most}{1000 * max(metres, 0.0):,.0f} mm to spare"
+def spare_words(margin: float, unit: Unit) -> str:
+    """ "12 mm to spare"; "at least 200 mm to spare" of a reach, which is looked for no farther. margin
+    [m] as it counts beside lengths, unit: in which it is read."""
+    most = "at least " if unit is UNITS["m"] and abs(margin - MOST_SPARE) < MET else ""
+    amount = unit.shown(max(margin, 0.0))
+    return f"{most}{amount:,.{unit.places}f}{unit.words} to spare"
 
 
 def _capital(text: str) -> str:

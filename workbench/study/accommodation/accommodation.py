@@ -351,8 +351,7 @@ def _hopeless(
     for r in np.flatnonzero(~met.any(axis=0)).tolist():
         person = int(np.argmax(np.nan_to_num(margin[:, r], nan=-np.inf)))
         size = -float(margin[person, r])
-        stops = asked[r].requirement.check == "stops"
-        much = f"{np.degrees(size):.0f} degrees" if stops else f"{1000 * size:.0f} mm"
+        much = asked[r].requirement.unit.short(size)
         limit = reasons(person, r)
         by = f", limited by {limit}" if limit else ""
         if asked[r].requirement.name not in told:

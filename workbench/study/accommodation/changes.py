@@ -43,7 +43,7 @@ def moved_parts(change: Change) -> set[str]:
 
 def borne_by(place: Workplace, asked: Sequence[Asked], change: Change) -> list[int]:
     """The numbers of the requirements that a change bears on: of controls with nothing but their own
-    parts the reaches of these and what is asked about the parts; all of them where the sitters hold
+    parts the reaches of these, what is asked about the parts and what is seen; all of them where the sitters hold
     one of the controls, or anything else is moved."""
     every = list(range(len(asked)))
     held = {name for case in place.cases for name in case.held.values()}
@@ -56,6 +56,7 @@ def borne_by(place: Workplace, asked: Sequence[Asked], change: Change) -> list[i
         for r, one in enumerate(asked)
         if (one.control is not None and one.control.name in controls)
         or (one.control is None and parts & set(one.criterion.parts))
+        or (one.requirement.of_sight and parts)
     ]
     return rows if rows else every
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Generator, Sequence
 from concurrent.futures import Executor
 from contextlib import closing, suppress
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from time import monotonic
 from typing import Any
@@ -37,7 +37,9 @@ from workbench.study.positions import (
     found_places,
     tried,
 )
-from workbench.study.situation import Occupants, Taken, seating_of
+from workbench.study.seat_memory import SeatMemory
+from workbench.study.situation import Occupants, Remembered, Taken, seating_of
+from workbench.threads import cores
 
 __all__ = [
     "Chunk",
@@ -258,18 +260,22 @@ def _evaluated(
 
     def arguments(number: int) -> tuple[object, ...]:
         rows = bodies.chunks[number]
-        return shared, _numbers(rows), bodies.rows(rows), bodies.seats.get(places[number])
+        seats = bodies.held.get(number, SeatMemory())
+        return shared, _numbers(rows), bodies.rows(rows), bodies.seats.get(places[number]), seats
 
-    if executor is None and len(missing) > 1:
-        # one person here first: forks then have the compiled functions and the distance indexes
+    if executor is None and min(cores(), len(missing)) > 1:
+        # one person here first: forks then have the compiled functions and the distance indexes;
+        # from few starts, which is enough for that
         row = bodies.chunks[missing[0]].start
         who = Occupants(bodies[row], question.people, np.array([row]))
-        tried(comfortable_situations(question.place, who), question.asked)
+        known = Remembered(1, np.zeros(1, dtype=np.int64), {}, few_starts=True)
+        there = comfortable_situations(question.place, who)
+        tried([replace(one, remembered=known) for one in there], question.asked)
     jobs = completed(_evaluate_chunk, missing, arguments, executor=executor, waiting=waiting)
     with closing(jobs) as ready:
-        for number, (chunk, taken) in ready:
-            if taken is not None:
-                bodies.seats[places[number]] = taken
+        for number, (chunk, taken, seats) in ready:
+            bodies.seats[places[number]] = taken
+            bodies.held[number] = seats
             yield number, chunk
 
 
@@ -287,7 +293,8 @@ def _evaluate_chunk(
     numbers: Ints,
     rows: BareRows,
     taken: tuple[Taken, ...] | None,
-) -> tuple[Chunk, tuple[Taken, ...] | None]:
+    seats: SeatMemory,
+) -> tuple[Chunk, tuple[Taken, ...], SeatMemory]:
     """Answer the question for some people.
 
     Parameters
@@ -298,15 +305,17 @@ def _evaluate_chunk(
         Their bare bodies, as `PopulationBodies.rows` gives them.
     taken
         The places they have taken, case by case; None where these are not known yet.
+    seats
+        Where they were seated in other positions.
 
     Returns
     -------
-    Chunk and tuple of Taken
-        What became of the people, and their places if these were not given.
+    Chunk, tuple of Taken and SeatMemory
+        What became of the people, their places, and all positions that they were seated in.
     """
     question = task.value.question
     place = question.place
-    who = Occupants(task.value.family.body(rows), question.people, numbers)
+    who = Occupants(task.value.family.body(rows), question.people, numbers, seats=seats)
     situations = comfortable_situations(place, who, taken or ())
     before = question.before.rows(numbers) if question.before is not None else None
     fitted = fitted_positions(place, question.asked, question.members, who, situations, before)
@@ -320,8 +329,8 @@ def _evaluate_chunk(
             [people_overlaps(there) for _, there in places], [rows for rows, _ in places]
         )
         elsewhere = certain_elsewhere(place, question.asked, who, fitted, bounds)
-    found = None if taken is not None else tuple(situation.taken for situation in situations)
-    return _as_numbers(fitted, bounds, overlaps, elsewhere), found
+    found = tuple(situation.taken for situation in situations)
+    return _as_numbers(fitted, bounds, overlaps, elsewhere), taken or found, seats
 
 
 def taken_places(

@@ -15,6 +15,7 @@ from workbench.model.arrays import Bools
 from workbench.model.comparison import Comparison, Judged, PairedShare
 from workbench.model.population import SEXES, sex_index
 from workbench.model.result import Result
+from workbench.model.units import unit_in
 from workbench.study.accommodation.design import changed_words, design_of
 from workbench.study.provenance import people_hash
 
@@ -39,6 +40,7 @@ def judged(result: Result) -> Judged:
         weight=people.weight,
         stature=tall,
         margin=found.margin,
+        units=tuple(r.unit for r in found.requirements),
         who=people_hash(people),
         confidence=found.study.shares.confidence,
         design=design_of(found.study),
@@ -63,6 +65,7 @@ def judged_file(rows: ResultFile) -> Judged:
         weight=np.array(people.weight),
         stature=np.array(unknown if people.stature_mm is None else people.stature_mm) / 1000,
         margin=np.array(margin).reshape(count, len(found.requirements)),
+        units=tuple(unit_in(r.unit) for r in found.requirements),
         who=found.people_hash,
         confidence=found.confidence,
         design=found.design,

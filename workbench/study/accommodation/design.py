@@ -11,12 +11,13 @@ import numpy as np
 from workbench.model.criterion import Criterion
 from workbench.model.environment import Environment
 from workbench.model.study import Study
+from workbench.model.units import limit_unit_of
 
 __all__ = ["changed_words", "design_of"]
 
 _PLACE = "place of "
 """Begins the name of the fact where a thing is; what it is stands under its own name."""
-_LENGTHS = ("at_least", "below", "above", "at_most")
+_LIMITS = ("at_least", "below", "above", "at_most")
 
 
 def design_of(study: Study) -> dict[str, str]:
@@ -60,8 +61,9 @@ def _criterion_facts(criterion: Criterion) -> Iterator[str]:
         value = getattr(criterion, one.name)
         if one.name in ("name", "limits", "segments") or value == one.default:
             continue
-        if one.name in _LENGTHS and criterion.check not in ("stops", "share"):
-            value = f"{1000 * value:g} mm"
+        if one.name in _LIMITS:
+            unit = limit_unit_of(criterion.check)
+            value = f"{unit.scale * value:g}{unit.words}"
         elif isinstance(value, float):
             value = f"{value:.4g}"
         elif isinstance(value, tuple):

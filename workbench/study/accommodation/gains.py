@@ -195,7 +195,9 @@ def _left_as_they_are(question: Question, change: Change) -> tuple[Floats, froze
     parts = moved_parts(change)
     most = np.zeros(len(question.asked))
     for r, one in enumerate(question.asked):
-        if one.control is not None and one.control.name in controls:
+        if (one.control is not None and one.control.name in controls) or (
+            one.requirement.of_sight and parts
+        ):
             most[r] = np.inf
         elif parts & set(one.criterion.parts):
             segments = one.criterion.segments

@@ -20,6 +20,8 @@ from workbench.study.accommodation.population_bodies import PopulationBodies
 from workbench.study.checks.margins import Asked
 from workbench.study.checks.parts import nearest_pair
 from workbench.study.checks.seat_travel import worse_foot
+from workbench.study.checks.sight import line_to
+from workbench.study.checks.view import eyes_of, nose_edge
 from workbench.study.positions import comfortable_situations, in_positions
 from workbench.study.settings import at_setting, renewed
 from workbench.study.situation import (
@@ -105,6 +107,14 @@ def _look(resting: Situation, one: Asked) -> _Look:
         return _nearest(situation, one)
     if check in ("eye_height", "view_over"):
         return _eyes(situation)
+    if check in ("sees", "reads"):
+        eye, at = line_to(situation, one.criterion, one.requirement.target)
+        return _Look(situation.poses, "eyes", xyz(at[0]), xyz(eye[0]))
+    if check == "over_nose":
+        edge, eye = nose_edge(situation, one.criterion)[0], eyes_of(situation)[0]
+        return _Look(
+            situation.poses, "eyes", xyz(edge) if np.isfinite(edge).all() else None, xyz(eye)
+        )
     if check in ("pedals", "preferred_seat"):
         return _foot(situation)
     return _Look(situation.poses)

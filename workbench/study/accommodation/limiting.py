@@ -17,6 +17,7 @@ from workbench.body.people.conditional import improbability
 from workbench.body.people.scores import Scores, scores_of
 from workbench.errors import InputError
 from workbench.files.populations import load_population_model
+from workbench.model.accommodation import OF_SIGHT
 from workbench.model.arrays import Ints
 from workbench.model.body import Body
 from workbench.model.measures import COCKPIT, MASS
@@ -123,9 +124,9 @@ def _bearing_on(one: Asked, words: str, body: Body) -> tuple[tuple[str, ...], in
     if check == "reach":
         by_foot = one.control is not None and one.control.for_feet
         return BEARING["foot" if by_foot else "hand"], -1
-    if check in ("eye_height", "view_over"):
+    if check in ("eye_height", "view_over", "over_nose"):
         return BEARING["eyes"], 1 if words == TOO_HIGH else -1
-    if check in ("stops", "self_contact", "excursion"):
+    if check in ("stops", "self_contact", "excursion", *OF_SIGHT):
         return (), 1
     named = [n for n, name in enumerate(body.segment_names) if words.startswith(name)]
     segment = body.segments[max(named, key=lambda n: len(body.segment_names[n]))] if named else ""

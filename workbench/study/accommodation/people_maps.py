@@ -1,30 +1,41 @@
-"""The reach maps of a population: everybody where they are, with the hands that are asked
-for."""
+"""The maps of a population: everybody where they are, who reaches the points of a part with the hands
+that are asked for, and who sees them."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor
 from contextlib import closing
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from itertools import pairwise
 
 import numpy as np
 
 from workbench.model.accommodation import MapTask, ReachMap
 from workbench.model.arrays import Bools, Floats
 from workbench.model.body import Body
+from workbench.model.environment import Environment
 from workbench.model.poses import Poses
 from workbench.model.posing import join_poses
+from workbench.model.spool import pieces
 from workbench.model.workplace import Workplace
 from workbench.posture.reaching.limbs import HANDS, limbs_there
 from workbench.posture.seating.sides import leftward, middle
+from workbench.sight.eyes import eyes_of
+from workbench.sight.obscuration import lines_of_sight
 from workbench.study.accommodation.chunks import Question, taken_places
 from workbench.study.accommodation.population_bodies import PopulationBodies
-from workbench.study.executors import completed
+from workbench.study.executors import Shared, completed
 from workbench.study.reach_map import part_points, who_reaches
+from workbench.study.situation import Occupants, Situation, Taken, in_place
 
-__all__ = ["MapPlane", "map_plane", "map_points", "people_maps", "reached_points"]
+__all__ = ["MapPlane", "map_plane", "map_points", "people_maps", "reached_points", "seen_points"]
 
+MOUNTED = 0.06
+"""How high [m] what is mounted on a part may stand out of it, and how far beside it."""
+_SAMPLES = 2000
+"""Points of a part's surface, from which it is measured what is mounted on it."""
 TOGETHER = 128
 """People whose map is one piece of work."""
 _SHOULDERS = 0.6
@@ -41,10 +52,13 @@ def people_maps(
     executor: Executor | None = None,
 ) -> Iterator[ReachMap]:
     """The maps that a study asks for, over the sides of each part that face the people. Obstacles
-    do not count."""
+    do not count for who reaches; all that stands before the eyes does for who sees."""
     for task in tasks:
         points, normals = map_points(question.place, task)
-        share = _reached_share(question, bodies, task, points, say, executor)
+        if task.sees:
+            share = _seen_share(question, bodies, task, points, normals, say, executor)
+        else:
+            share = _reached_share(question, bodies, task, points, say, executor)
         flat = map_plane(question.place, points).flat(points)
         yield ReachMap(task, points, normals, flat, share)
 
@@ -76,6 +90,88 @@ def _reached_share(
             say(f"reach map of {task.part}: {100 * done // len(parts)} %")
     share: Floats = np.clip(reached.sum(axis=0) / weight.sum(), 0.0, 1.0)
     return share
+
+
+def _seen_share(
+    question: Question,
+    bodies: PopulationBodies,
+    task: MapTask,
+    points: Floats,
+    normals: Floats,
+    say: Callable[[str], None],
+    executor: Executor | None,
+) -> Floats:
+    """(M,) the weighted share of everybody, where they sit, who see each point."""
+    people = question.people
+    chunks = taken_places(question.place, people, bodies, executor=executor)
+    place = Shared(question.place)
+
+    def arguments(number: int) -> tuple[object, ...]:
+        rows = bodies.chunks[number]
+        who = Occupants(bodies[rows], people, np.arange(rows.start, rows.stop))
+        return place, task, who, chunks[number][task.case], points, normals
+
+    jobs = completed(seen_weight, range(len(chunks)), arguments, executor=executor)
+    seen = np.zeros((len(chunks), len(points)))
+    with closing(jobs):
+        for done, (number, found) in enumerate(jobs, 1):
+            seen[number] = found
+            say(f"who sees {task.part}: {100 * done // len(chunks)} %")
+    share: Floats = np.clip(seen.sum(axis=0) / people.weight.sum(), 0.0, 1.0)
+    return share
+
+
+def seen_weight(
+    place: Shared[Workplace],
+    task: MapTask,
+    who: Occupants,
+    taken: Taken,
+    points: Floats,
+    normals: Floats,
+) -> Floats:
+    """(M,) the weight of those of some people, in their places, who see each point."""
+    situation = in_place(place.value, task.case, who, taken).held
+    weight = who.people.weight[who.numbers]
+    found: Floats = weight @ seen_points(situation, task.part, points, normals)
+    return found
+
+
+def seen_points(situation: Situation, part: str, points: Floats, normals: Floats) -> Bools:
+    """(B, M) which points of a part, with their normals (M, 3), people see with either eye. What is
+    mounted on the part, as gauges are, hides nothing of it."""
+    scenery = situation.scenery
+    passed = np.array(scenery.see_through)
+    passed[: len(situation.environment.parts)] |= _mounted(situation.environment, part)
+    scenery = replace(scenery, see_through=passed)
+    item = situation.environment.part_index(part)
+    moved = situation.displacement if scenery.moving[item] else np.zeros((len(situation), 3))
+    ends = points + moved[:, None]
+    eyes = eyes_of(situation.placed)
+    seen = np.zeros(ends.shape[:2], dtype=np.bool_)
+    for eye in (eyes.left, eyes.right):
+        toward = np.einsum("bmi,mi->bm", eye[:, None] - ends, normals) > 0.0
+        seen |= toward & (lines_of_sight(scenery, eye, ends, np.full(len(points), item)) < 0)
+    return seen
+
+
+@lru_cache(maxsize=8)
+def _mounted(environment: Environment, part: str) -> Bools:
+    """(K,) the other parts that stand nowhere higher over a part's surface than `MOUNTED`, nor farther
+    beside it."""
+    points, normals = part_points(environment, part, _SAMPLES)
+    ends = np.cumsum([0, *(len(environment.part(name).vertices) for name in environment.parts)])
+    corners = np.concatenate([environment.part(name).vertices for name in environment.parts])
+    high = np.empty(len(corners), dtype=np.bool_)
+    for some in pieces(len(corners), size=1024):
+        away = corners[some, None] - points
+        nearest = np.argmin(np.sum(away * away, axis=2), axis=1)
+        offset = away[np.arange(len(nearest)), nearest]
+        height = np.sum(offset * normals[nearest], axis=1)
+        beside = np.linalg.norm(offset - height[:, None] * normals[nearest], axis=1)
+        high[some] = (height > MOUNTED) | (beside > MOUNTED)
+    mounted = [not high[first:last].any() for first, last in pairwise(ends.tolist())]
+    mounted[environment.part_index(part)] = False
+    return np.array(mounted, dtype=np.bool_)
 
 
 def reached_weight(

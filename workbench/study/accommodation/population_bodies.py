@@ -33,6 +33,7 @@ from workbench.model.measures import MASS
 from workbench.model.population import SEXES, Population
 from workbench.study.executors import Shared, completed
 from workbench.study.persons import APART
+from workbench.study.seat_memory import SeatMemory
 from workbench.study.situation import Taken
 from workbench.threads import cores
 
@@ -153,6 +154,8 @@ class PopulationBodies:
     seats: dict[tuple[bytes, int, int], tuple[Taken, ...]] = field(default_factory=dict)
     """The places that the people of a chunk take in each case, by the key of what decides them and
     the chunk's first and last rows; filled as chunks are worked on."""
+    held: dict[int, SeatMemory] = field(default_factory=dict)
+    """Where the people of a chunk were seated in other positions, by its number; filled too."""
 
     def __len__(self) -> int:
         return len(self.sex)

@@ -42,6 +42,8 @@ MOST_PAIRED = 6
 """Controls and parts that are looked at two together: those whose requirements are missed most."""
 MOST_PAIRS = 2
 """Proposals of two moves together, at most."""
+SLACK = 1e-6
+"""[m] More than rounding makes of a margin that has grown by the longest moves."""
 NEEDED = 0.1
 """The part of what two moves gain together that is gained by people whom neither helps alone; with
 less, two single proposals say as much."""
@@ -57,7 +59,7 @@ _ENDS = (
 _SEAT_WORDS = "letting the seat go "
 MOST_NAMED = 3
 """Parts that are moved together, at most: more have no name in a sentence."""
-_OF_PARTS = ("clearance", "contact", "view_over")
+_OF_PARTS = ("clearance", "contact", "view_over", "over_nose")
 """Checks that may be about parts, which give way to them."""
 
 
@@ -255,7 +257,7 @@ def _seat_slope(question: Question, found: Chunk, travel: str, outward: int) -> 
     slope = np.zeros(found.margin.shape)
     for r, one in enumerate(question.asked):
         check = one.requirement.check
-        if check in ("reach", "clearance", "contact"):
+        if check in ("reach", "clearance", "contact", "over_nose"):
             slope[:, r] = -np.nan_to_num(found.toward[:, r] @ way)
         elif check in ("pedals", "preferred_seat") and along:
             slope[:, r] = missed[:, r]
@@ -282,6 +284,12 @@ def _served(found: Chunk, ways: Sequence[_Way], steps: Sequence[Floats]) -> Bool
         if way.optional:
             slope[kept >= people] = 0.0  # an end of the travel is known where people sit at it
         slopes.append(slope)
+    # who misses something by more than the longest moves bring, or that none brings, is not served
+    most = sum(
+        amounts.max() * np.maximum(slope, 0.0) for amounts, slope in zip(steps, slopes, strict=True)
+    )
+    may = met_of(margin + most + SLACK).all(axis=1)
+    margin, person, slopes = margin[may], person[may], [slope[may] for slope in slopes]
     shape = tuple(len(amounts) for amounts in steps)
     served = np.zeros((*shape, people), dtype=np.bool_)
     for at in np.ndindex(shape):

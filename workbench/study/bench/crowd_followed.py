@@ -136,8 +136,8 @@ def _adjusted(opened: OpenStudy) -> set[str]:
 
 
 def _touched(question: Question, known: Settled, moved: Moved) -> list[int]:
-    """The requirements that a move bears on: reaches of the controls, what is about the parts, and
-    what depends on a hand that holds a control."""
+    """The requirements that a move bears on: reaches of the controls, what is about the parts, what is seen,
+    and what depends on a hand that holds a control."""
     names = {question.place.environment.parts[k] for k in moved.parts}
     _, situations = known.places[0]
     found = []
@@ -145,7 +145,9 @@ def _touched(question: Question, known: Settled, moved: Moved) -> list[int]:
         if one.control is not None:
             touched = one.control.name in moved.controls
         else:
-            touched = bool(names & set(one.criterion.parts))
+            touched = bool(names & set(one.criterion.parts)) or (
+                one.requirement.of_sight and bool(names)
+            )
             there = situations[one.case]
             touched |= needs_hands(there, one, hands_moved(there, moved.controls))
         if touched:

@@ -292,7 +292,7 @@ def open_study(study: Study, size: str = "") -> OpenStudy:
         people,
         sizes,
         moving,
-        () if crowd is None else study.reach_maps,
+        () if crowd is None else tuple(task for task in study.reach_maps if not task.sees),
     )
 
 

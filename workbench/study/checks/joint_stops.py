@@ -1,7 +1,6 @@
 """Joint stops: how far each joint is from the end of its range.
 
-The margin is the angle that is left, less what is asked for; beside lengths it counts as an arc of
-200 mm radius.
+The margin is the angle that is left, less what is asked for.
 """
 
 from __future__ import annotations
@@ -14,18 +13,16 @@ from workbench.model.accommodation import MET
 from workbench.model.criterion import Criterion
 from workbench.model.result import Finding, MotionFound
 from workbench.model.spool import pieces
+from workbench.model.units import UNITS
 from workbench.posture.stops import stops
 from workbench.study.checks.margins import Asked, Margins, no_margins
 from workbench.study.situation import Situation
 
 __all__ = ["findings", "margins", "moments", "no_joint"]
 
-TURN_LEVER = 0.2
-"""What a radian past a joint's stop counts [m]: about a hand's length."""
-
 
 def margins(situation: Situation, asked: Sequence[Asked]) -> Margins:
-    """What everybody has to spare in the joint nearest to its stop, as an arc at TURN_LEVER."""
+    """What everybody has to spare in the joint nearest to its stop."""
     found = no_margins(len(situation), asked)
     body = situation.body
     left = stops(body, situation.poses)
@@ -33,7 +30,7 @@ def margins(situation: Situation, asked: Sequence[Asked]) -> Margins:
         wanted = np.isin(body.segments[1:], one.criterion.segments)
         angle = np.where(wanted, left.margin, np.inf)
         joint = angle.argmin(axis=1)
-        found.margin[:, r] = TURN_LEVER * (angle.min(axis=1) - one.criterion.at_least)
+        found.margin[:, r] = UNITS["rad"].counted(angle.min(axis=1) - one.criterion.at_least)
         for b in np.flatnonzero(found.margin[:, r] < -MET):
             motion = left.motion(int(b), int(joint[b])).replace("_", " ")
             found.words[b, r] = f"{body.joint_names[joint[b]]} ({motion})"

@@ -52,7 +52,7 @@ class Margins:
     Parameters
     ----------
     margin
-        (B, R) [m], negative where the requirement is not met by so much, NaN where it does not
+        (B, R) [m], or what counts as so much beside lengths (see model.units); negative where the requirement is not met by so much, NaN where it does not
         apply.
     words
         (B, R) what limits, "" where the requirement is met.

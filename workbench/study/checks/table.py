@@ -14,10 +14,12 @@ from typing import TypeVar
 import numpy as np
 
 from workbench.errors import UsageError
+from workbench.model.accommodation import OF_RULES
 from workbench.model.arrays import Bools, Floats
 from workbench.model.criterion import Criterion
 from workbench.model.motion_case import MotionCase
 from workbench.model.result import Finding, MotionFound, Verdict
+from workbench.model.units import UNITS
 from workbench.posture.reaching.limbs import HANDS
 from workbench.study.checks import (
     between_people,
@@ -28,6 +30,8 @@ from workbench.study.checks import (
     reach,
     seat_travel,
     self_contact,
+    sight,
+    sight_rules,
     view,
 )
 from workbench.study.checks.margins import Asked, Bounds, Margins, no_bounds, no_margins
@@ -53,7 +57,7 @@ __all__ = [
 ]
 
 LENGTH_TOLERANCE = 1e-9
-"""[m], and [rad]: a breach by no more than this is none."""
+"""[m], [rad], and of a share: a breach by no more than this is none."""
 AFTER_SEATING = 0
 """The cost of what seating alone answers."""
 IN_POSTURE = 1
@@ -110,6 +114,10 @@ class Check:
 CHECKS = {
     "eye_height": Check(AFTER_SEATING, view.margins, view.findings),
     "view_over": Check(AFTER_SEATING, view.margins, view.findings),
+    "over_nose": Check(AFTER_SEATING, view.nose_margins, view.nose_findings),
+    "sees": Check(IN_POSTURE, sight.margins, sight.findings),
+    **{check: Check(IN_POSTURE, sight_rules.margins, sight_rules.findings) for check in OF_RULES},
+    "reads": Check(IN_POSTURE, sight.margins, sight.findings),
     "pedals": Check(AFTER_SEATING, seat_travel.pedal_margins, seat_travel.pedal_findings),
     "preferred_seat": Check(AFTER_SEATING, seat_travel.seat_margins, seat_travel.seat_findings),
     "clearance": Check(
@@ -305,7 +313,7 @@ def verdict(criterion: Criterion, findings: Iterable[Finding], cases: Sequence[s
     cases
         The names of the cases in their order, by which equal findings stand.
     """
-    ordered = sorted(findings, key=lambda f: (f.margin, cases.index(f.case), f.person))
+    ordered = sorted(findings, key=lambda f: (_counted(f), cases.index(f.case), f.person))
     breaches = tuple(f for f in ordered if f.margin < -LENGTH_TOLERANCE)
     return Verdict(
         criterion,
@@ -314,6 +322,11 @@ def verdict(criterion: Criterion, findings: Iterable[Finding], cases: Sequence[s
         breaches,
         _doubtful(ordered, breaches),
     )
+
+
+def _counted(finding: Finding) -> float:
+    """What the margin of a finding counts beside lengths [m]."""
+    return UNITS[finding.unit].counts * finding.margin
 
 
 def _doubtful(findings: list[Finding], breaches: tuple[Finding, ...]) -> Finding | None:
@@ -365,7 +378,7 @@ def _motion_verdict(criterion: Criterion, motion: str, ordered: Sequence[Finding
     breaches = tuple(
         finding
         for finding in ordered
-        if finding.margin < (-LENGTH_TOLERANCE if finding.unit in ("m", "rad") else 0.0)
+        if finding.margin < (0.0 if finding.unit in ("", "g") else -LENGTH_TOLERANCE)
     )
     return Verdict(
         criterion,

@@ -1,0 +1,132 @@
+"""Rules of sight as criteria: pillars, the forward field and the outline, in a cockpit with a round
+pillar whose angles are known."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+import workbench as wb
+from tests.toy_cockpit import BOXES, STUDY, write_toy
+from workbench import load_study
+from workbench.report.words import finding_words
+
+HEAD = STUDY.split("criteria:")[0] + "criteria:\n"
+ONE = HEAD.replace(", population: {people: PEOPLE, seed: 3}", "")
+SIDES = 720
+PILLAR = "check: pillar, rules: sight_un_r125, parts: [pillar], side: left, r_point: r"
+FIELD = "check: forward_field, rules: sight_un_r125, side: left, r_point: r, parts: [panel, back]"
+OUTLINE = "check: outline, rules: sight_ac_25_773_1, side: left, eye_point: eye"
+
+
+def pillar_of(radius):
+    """A round pillar, its axis at (600, 420), from z = 0 to 1500 [mm], as lines of an OBJ file."""
+    turns = 2 * np.pi * np.arange(SIDES) / SIDES
+    ring = np.array([600, 420]) + radius * np.stack([np.cos(turns), np.sin(turns)], axis=1)
+    first = 8 * len(BOXES) + 1
+    lines = ["o pillar"]
+    lines += [f"v {x:.6f} {y:.6f} {z}" for z in (0, 1500) for x, y in ring.tolist()]
+    for k in range(SIDES):
+        a, b = first + k, first + (k + 1) % SIDES
+        lines.append(f"f {a} {b} {b + SIDES} {a + SIDES}")
+    low = range(first, first + SIDES)
+    lines.append("f " + " ".join(str(k) for k in reversed(low)))
+    lines.append("f " + " ".join(str(k + SIDES) for k in low))
+    return "\n".join(lines) + "\n"
+
+
+def study_of(folder, criterion, *, radius=50.0, back=25, glass=(), head=ONE):
+    path = write_toy(folder, study=f"{head}  - {{name: asked, {criterion}}}\n", people=4)
+    place = folder / "environments/toy"
+    with (place / "toy.obj").open("a") as mesh:
+        mesh.write(pillar_of(radius))
+    room = (place / "environment.yaml").read_text()
+    room = room.replace("back_angle: 0", f"back_angle: {back}").replace(
+        "  eye:", "  r: [0, 0, 0]\n  eye:"
+    )
+    for part in glass:
+        old = f"  {part}: {{" if f"  {part}: {{" in room else "parts:\n"
+        new = (
+            f"{old}see_through: true, "
+            if old != "parts:\n"
+            else f"{old}  {part}: {{see_through: true}}\n"
+        )
+        room = room.replace(old, new, 1)
+    (place / "environment.yaml").write_text(room)
+    return load_study(path)
+
+
+def verdict_of(folder, criterion, **room):
+    result = wb.run(study_of(folder, criterion, **room))
+    return next(v for v in result.postures[0].verdicts if v.criterion.name == "asked")
+
+
+@pytest.mark.parametrize(("radius", "angle"), [(32.5, 0.0), (40, 1.320), (50, 3.082), (60, 4.847)])
+def test_a_round_pillar_hides_the_angle_of_the_rule(tmp_path, radius, angle):
+    verdict = verdict_of(tmp_path, PILLAR, radius=radius)
+    assert math.degrees(-verdict.worst.value) == pytest.approx(angle, abs=2e-3)
+    assert verdict.passed and math.degrees(-verdict.worst.limit) == pytest.approx(6.0)
+    assert finding_words("pillar", verdict.worst).startswith(
+        f"pillar hides {angle:.1f} degrees from both eyes (6.0 degrees allowed) (by UN R125 family"
+    )
+    assert "from memory, not checked" in verdict.worst.source
+
+
+def test_a_stricter_limit_than_the_rule_s_counts(tmp_path):
+    assert not verdict_of(tmp_path, f"{PILLAR}, at_most: 3").passed
+
+
+@pytest.mark.parametrize(("most", "passed"), [(7, False), (8, True)])
+def test_the_pillar_is_as_wide_in_the_forward_field_as_from_v2(tmp_path, most, passed):
+    """V2 is at (-68, 5): the axis is 786.4 mm away, so 2 asin(50 / 786.4) = 7.29 degrees."""
+    verdict = verdict_of(tmp_path, f"{FIELD}, at_most: {most}")
+    wanted = 2 * math.degrees(math.asin(50 / math.hypot(668, 415)))
+    assert math.degrees(-verdict.worst.value) == pytest.approx(wanted, abs=1e-2)
+    assert verdict.worst.target == "pillar" and verdict.passed == passed
+
+
+def test_what_is_seen_through_leaves_the_outline_clear_and_a_panel_does_not(tmp_path):
+    every = (*BOXES, "pillar")
+    clear = verdict_of(tmp_path / "clear", f"{OUTLINE}, at_least: 100", glass=every)
+    assert clear.passed and clear.worst.value == 1.0
+    panel = verdict_of(tmp_path / "panel", f"{OUTLINE}, at_least: 100", glass=every[:2] + every[3:])
+    assert not panel.passed and panel.worst.target.startswith("panel hides ")
+    hidden = 1.0 - panel.worst.value
+    assert panel.worst.target == f"panel hides {100 * hidden:.1f} %"
+
+
+def test_a_person_s_own_eyes_see_another_share_than_the_design_eye(tmp_path):
+    own = OUTLINE.replace(", eye_point: eye", "")
+    values = [
+        verdict_of(tmp_path / name, f"{text}, at_least: 10").worst.value
+        for name, text in (("point", OUTLINE), ("own", own))
+    ]
+    assert 0 < values[0] < 1 and 0 < values[1] < 1 and values[0] != values[1]
+
+
+def test_a_rule_of_the_seat_is_the_same_for_everybody(tmp_path):
+    found = wb.run(study_of(tmp_path, PILLAR, head=HEAD)).population
+    (requirement,) = found.requirements
+    assert requirement.name == "pillar pillar" and requirement.unit.column == "deg"
+    assert np.ptp(found.margin) == 0.0
+    assert math.degrees(found.margin[0, 0] / 0.2) == pytest.approx(6 - 3.082, abs=2e-3)
+
+
+@pytest.mark.parametrize(
+    ("criterion", "back", "said"),
+    [
+        (PILLAR, 4, "criterion 'asked', seat 'pilot': seat back 4 degrees .* holds for 5 to 40"),
+        (FIELD, 41, "seat back 41 degrees"),
+        (PILLAR.replace("[pillar]", "[roof]"), 25, "criterion 'asked': the plane from Pm"),
+        (PILLAR.replace("r_point: r", "r_point: q"), 25, "has no point 'q'"),
+        (PILLAR.replace("sight_un_r125", "sight_un_r12"), 25, "sight_un_r12"),
+        (f"{PILLAR}, zone: 1", 25, "'zone' does not belong to check: pillar"),
+        (OUTLINE.replace("side: left, ", "") + ", at_least: 9", 25, "outline needs 'side'"),
+        (f"{OUTLINE}, at_least: 9, parts: [roof]", 25, "'parts' does not belong to check: outline"),
+    ],
+)
+def test_wrong_keys_and_seats_are_told(tmp_path, criterion, back, said):
+    with pytest.raises(wb.InputError, match=said):
+        wb.run(study_of(tmp_path, criterion, back=back))

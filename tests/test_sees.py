@@ -1,0 +1,182 @@
+"""What people see of things and what hides it, and whether they can read an instrument, in a cockpit
+of boxes with lines that can be drawn by hand."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+import workbench as wb
+from tests.toy_cockpit import STUDY, write_toy
+from workbench import load_study
+from workbench.report.population.words import person_sentence
+from workbench.report.words import finding_words
+from workbench.sight.eyes import eyes_of, gaze
+
+HEAD = STUDY.split("criteria:")[0] + "criteria:\n"
+ONE = HEAD.replace(", population: {people: PEOPLE, seed: 3}", "")
+EDGE = np.array([1.52, 0.9])
+"""[m] x and z of the panel's rear upper edge."""
+HELD = """
+study: held
+length: mm
+environment: trainer
+people: {pilot: {body: adult_male, detail: coarse, seat: left}}
+cases: [{name: flying, people: {pilot: {predicted: {hands: {right: throttle}, eyes: left_design_eye}}}}]
+criteria: [{name: throttle, check: sees, parts: [throttle_lever], at_least: 50}]
+"""
+DIAL = "instruments:\n  dial: {part: panel, characters: 5}\n  blank: {part: roof}\n"
+
+
+def written(folder, *criteria, points="", head=ONE, people=6):
+    """A study in the toy cockpit, with more points and two instruments."""
+    text = head + "".join(f"  - {{{one}}}\n" for one in criteria)
+    path = write_toy(folder, study=text, people=people)
+    room = folder / "environments/toy/environment.yaml"
+    eye = "  eye: [100, 0, 1050]"
+    room.write_text(room.read_text().replace(eye, f"{eye}\n{points}") + DIAL)
+    return path
+
+
+def found(folder, *criteria, points="", head=ONE):
+    """The verdicts of one person, and the eyes."""
+    result = wb.run(load_study(written(folder, *criteria, points=points, head=head)))
+    (person,) = result.postures[0].people
+    placed = wb.place(person.body, person.poses.rows(np.arange(1)))
+    asked = [
+        verdict for verdict in result.postures[0].verdicts if verdict.criterion.check != "seated"
+    ]
+    return asked, eyes_of(placed)
+
+
+@pytest.fixture(scope="module")
+def height(tmp_path_factory):
+    """[m] The height over which a point 3 m ahead is seen over the panel, by eyes that are turned to
+    it, and under which it is not."""
+    _, eyes = found(tmp_path_factory.mktemp("eyes"), "name: a, check: over_nose, down: 1")
+    height = 0.7
+    for _ in range(6):
+        x, _, z = gaze(eyes, [3.0, 0.0, height]).eyes.middle[0].tolist()
+        height = z + (3.0 - x) / (EDGE[0] - x) * (EDGE[1] - z)
+    return height
+
+
+@pytest.mark.parametrize(("above", "share"), [(0.005, 1.0), (-0.005, 0.0)])
+def test_a_point_over_the_line_of_sight_is_seen_and_one_under_it_is_not(
+    tmp_path, height, above, share
+):
+    point = f"  far: [3000, 0, {1000 * (height + above):.3f}]"
+    criterion = "name: a, check: sees, points: [far], at_least: 100"
+    ((verdict,), _) = found(tmp_path, criterion, points=point)
+    assert verdict.worst.value == share and verdict.passed == (share == 1.0)
+    words = finding_words("sees", verdict.worst)
+    hidden = "far is 0.0 % visible, 100.0 % less than the 100 % asked for; panel hides 100 %"
+    assert words == ("far is 100.0 % visible, the 100 % asked for" if share else hidden)
+
+
+def test_of_a_disc_across_the_line_half_is_seen(tmp_path, height):
+    point = f"  far: [3000, 0, {1000 * height:.3f}]"
+    criterion = "name: a, check: sees, points: [far], size: 300, at_least: 40"
+    ((verdict,), _) = found(tmp_path, criterion, points=point)
+    assert verdict.worst.value == pytest.approx(0.5, abs=0.1) and verdict.passed
+
+
+def test_what_is_behind_is_beyond_the_turn_of_head_and_eyes(tmp_path):
+    criterion = "name: a, check: sees, points: [aft], at_least: 1"
+    ((verdict,), _) = found(tmp_path, criterion, points="  aft: [-3000, 0, 1100]")
+    assert not verdict.passed
+    assert finding_words("sees", verdict.worst).endswith("; it is beyond the turn of head and eyes")
+
+
+def test_the_own_hand_hides_the_knob_that_it_holds(tmp_path):
+    path = tmp_path / "held.yaml"
+    path.write_text(HELD)
+    verdict = wb.run(load_study(path)).postures[0].verdicts[-1]
+    assert verdict.worst.value < 0.5 and verdict.worst.target.startswith("own right hand hides")
+
+
+def test_characters_are_seen_at_their_height_across_the_line_over_its_length(tmp_path):
+    read = "name: a, check: reads, instruments: [dial], rules: sight_nureg_0700"
+    ((verdict,), eyes) = found(tmp_path, read)
+    way = np.array([1.5, 0.0, 0.75]) - eyes.middle[0]
+    distance = float(np.linalg.norm(way))
+    wanted = 0.005 / distance * way[0] / distance
+    assert verdict.worst.unit == "arcmin" and not verdict.passed
+    assert verdict.worst.value == pytest.approx(wanted, rel=1e-3)
+    assert verdict.worst.limit == pytest.approx(math.radians(16 / 60))
+    assert finding_words("reads", verdict.worst).startswith(
+        f"the characters of dial are seen at {60 * math.degrees(wanted):.1f} arc minutes, "
+    )
+
+
+def test_each_limit_of_reading_can_be_the_one_that_fails(tmp_path):
+    """From the point straight over the dial its face is met at a few degrees only."""
+    least = "name: a, check: reads, instruments: [dial], rules: sight_nureg_0700, at_least: 2"
+    ((easy,), _) = found(tmp_path, least)
+    assert easy.passed
+    seen = f"{least}, visible: 100, eyes: both"
+    ((whole,), _) = found(tmp_path, seen)
+    assert whole.passed
+
+
+def test_of_a_population_each_thing_is_a_requirement_of_its_own(tmp_path, height):
+    points = (
+        f"  high: [3000, 0, {1000 * height + 300:.1f}]\n  low: [3000, 0, {1000 * height - 300:.1f}]"
+    )
+    path = written(
+        tmp_path,
+        "name: points, check: sees, points: [high, low], at_least: 100",
+        "name: dials, check: reads, instruments: [dial], rules: sight_nureg_0700",
+        points=points,
+        head=HEAD,
+    )
+    result = wb.run(load_study(path)).population
+    assert [one.name for one in result.requirements] == ["see high", "see low", "read dial"]
+    assert (
+        result.single[:2].tolist() == [1.0, 0.0] and result.requirements[0].unit.column == "percent"
+    )
+    said = person_sentence(result, 0)
+    assert "the low is 0 % visible to" in said and ", 100 % asked: the panel hides most" in said
+
+
+def test_a_change_of_the_panel_lets_people_see_what_it_hid(tmp_path, height):
+    points = f"  low: [3000, 0, {1000 * height - 60:.1f}]"
+    path = written(
+        tmp_path,
+        "name: points, check: sees, points: [low], at_least: 100",
+        points=points,
+        head=HEAD,
+    )
+    path.write_text(
+        path.read_text() + "changes:\n  - {name: lower panel, parts: [panel], move: [0, 0, -90]}\n"
+    )
+    (gain,) = wb.run(load_study(path)).population.gains
+    assert gain.requirement == "see low" and gain.before < 0.5 and gain.after == 1.0
+
+
+SEES = "name: a, check: sees, at_least: 90"
+READS = "name: a, check: reads, rules: sight_nureg_0700"
+
+
+@pytest.mark.parametrize(
+    ("criterion", "said"),
+    [
+        (SEES, "exactly one of parts, controls, instruments, points, got none"),
+        (f"{SEES}, parts: [pan], points: [eye]", "got parts and points"),
+        (f"{SEES}, parts: [nose]", "nothing is called 'nose'"),
+        (f"{SEES}, points: [moon]", "nothing is called 'moon'"),
+        (f"{SEES}, parts: [pan], size: 5", "'size' is the diameter of what is at 'points'"),
+        (f"{SEES}, parts: [pan], eyes: third", "eyes"),
+        ("name: a, check: sees, parts: [pan], at_least: 101", "0 to 100 percent"),
+        ("name: a, check: sees, parts: [pan]", "check: sees needs 'at_least'"),
+        ("name: a, check: reads, instruments: [dial]", "check: reads needs 'rules'"),
+        (f"{READS}, instruments: [blank]", "'blank' of environment toy has no height of its char"),
+        (f"{READS}, instruments: [altimeter]", "nothing is called 'altimeter'"),
+        ("name: a, check: reads, instruments: [dial], rules: fmvss_208", "has no 'values'"),
+    ],
+)
+def test_wrong_keys_are_told(tmp_path, criterion, said):
+    with pytest.raises(wb.InputError, match=said):
+        load_study(written(tmp_path, criterion))

@@ -1,0 +1,250 @@
+"""What people see of things, and whether they can read instruments: how much of a thing's surface no
+part, no own limb and nobody else stands before, with eyes and head turned to it.
+
+Head and eyes turn to each thing within their limits; what is beyond these is not seen at all. What is
+seen is a share of the surface that is turned to the eyes. Reading has several limits, of the size of
+characters, the angle to the face, the angle off the line of sight and the share that is seen; of a
+population the least of them counts, each as a share of what is asked.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from workbench.model.accommodation import MET
+from workbench.model.arrays import Floats, Ints, xyz
+from workbench.model.criterion import Criterion
+from workbench.model.environment import Environment
+from workbench.model.result import Finding
+from workbench.model.units import UNITS
+from workbench.posture.seating.sides import middle
+from workbench.sight.eyes import Eyes, eyes_of, gaze
+from workbench.sight.obscuration import (
+    Target,
+    seen_shares,
+    target_of_disc,
+    target_of_part,
+    target_of_point,
+)
+from workbench.sight.rules.reading import Reading, reading
+from workbench.sight.scenery import Scenery, scenery_of
+from workbench.study.checks.margins import Asked, Margins, no_margins
+from workbench.study.situation import Situation
+
+__all__ = [
+    "FACE",
+    "HEIGHT",
+    "SIDE",
+    "SIZE",
+    "findings",
+    "line_to",
+    "margins",
+    "scenery_before",
+    "targets_of",
+]
+
+BEYOND = "beyond the turn of head and eyes"
+BEHIND = "behind the eyes"
+"""What keeps something from being seen that nothing stands before."""
+SEEN_BY = ("left", "right", "either", "both")
+"""By which eyes a share is seen, in the order of `Seen.share`."""
+SIZE = "size of its characters"
+FACE = "angle to its face"
+SIDE = "angle to the side of the line of sight"
+HEIGHT = "angle above or below the line of sight"
+"""What keeps an instrument from being read."""
+
+
+def targets_of(criterion: Criterion) -> tuple[str, ...]:
+    """The names of the things that a criterion asks to be seen or read."""
+    return criterion.instruments or criterion.points or criterion.controls or criterion.parts
+
+
+def margins(situation: Situation, asked: Sequence[Asked]) -> Margins:
+    """How much more of each thing than asked everybody sees, or how much better an instrument can be
+    read."""
+    found = no_margins(len(situation), asked)
+    every = _sees(situation, [(one.criterion, one.requirement.target) for one in asked])
+    for r, (one, sees) in enumerate(zip(asked, every, strict=True)):
+        margin, words = sees.share - one.criterion.at_least, sees.why
+        if one.requirement.check == "reads":
+            margin, words = _reads(sees, one.criterion)
+        found.margin[:, r] = UNITS["share"].counted(margin)
+        short = found.margin[:, r] < -MET
+        found.words[short, r] = words[short]
+    return found
+
+
+def findings(situation: Situation, criterion: Criterion) -> Iterator[Finding]:
+    """Of each thing how much of it is seen, and what hides it; of an instrument that is read each
+    limit."""
+    names = targets_of(criterion)
+    every = _sees(situation, [(criterion, name) for name in names])
+    for name, sees in zip(names, every, strict=True):
+        about = Finding(
+            case=situation.work.name,
+            person=situation.place.role,
+            other_person="",
+            subject=name,
+            target=sees.words(0),
+            value=float(sees.share[0]),
+            limit=criterion.at_least,
+            point=xyz(sees.at[0]),
+            unit="share",
+        )
+        if criterion.check == "sees":
+            yield about
+            continue
+        if criterion.visible:
+            yield replace(about, limit=criterion.visible)
+        assert sees.read is not None
+        for what, (value, limit) in _limits(sees.read, criterion).items():
+            yield replace(
+                about,
+                target=what,
+                value=float(value[0]),
+                limit=float(limit[0]),
+                unit="arcmin" if what == SIZE else "rad",
+            )
+
+
+def line_to(situation: Situation, criterion: Criterion, name: str) -> tuple[Floats, Floats]:
+    """(B, 3) [m] where the middle of everybody's eyes and the middle of a thing are."""
+    target = _target(situation.environment, criterion, name, xyz(middle(situation.place)))
+    return eyes_of(situation.placed).middle, _middle(situation, target)
+
+
+@dataclass(frozen=True, eq=False)
+class _Sees:
+    """How B people see one thing.
+
+    share: (B,) that is seen; why: (B,) what hides most of the rest, "" where nothing does, and blocked
+    (B,) how much that hides; at: (B, 3) [m] its middle; read: of an instrument that is to be read, how
+    it is seen by the eyes before head and eyes turn to it.
+    """
+
+    share: Floats
+    why: NDArray[np.object_]
+    blocked: Floats
+    at: Floats
+    read: Reading | None
+
+    def words(self, row: int) -> str:
+        """ "left_stick hides 30 %"; "" where all is seen."""
+        why = str(self.why[row])
+        if self.share[row] >= 1.0 - MET or not why:
+            return ""
+        return why if self.blocked[row] == 0.0 else f"{why} hides {100 * self.blocked[row]:.0f} %"
+
+
+def scenery_before(situation: Situation) -> Scenery:
+    """What may stand before the eyes of people: all parts, themselves, and others who are there."""
+    return scenery_of(
+        situation.environment,
+        situation.placed,
+        {one.name: one.placed for one in situation.bystanders},
+        moving=situation.place.moving_parts,
+        displacement=situation.displacement,
+    )
+
+
+def _sees(situation: Situation, things: Sequence[tuple[Criterion, str]]) -> Iterator[_Sees]:
+    """How people see things that criteria name, with eyes and head turned to each."""
+    environment = situation.environment
+    scenery = scenery_before(situation)
+    eyes = eyes_of(situation.placed)
+    origin = xyz(middle(situation.place))
+    targets = [_target(environment, *thing, origin) for thing in things]
+    middles = [_middle(situation, target) for target in targets]
+    people = np.tile(np.arange(len(eyes)), len(targets))  # all turn to all at once
+    looks = gaze(_of_rows(eyes, people), np.concatenate(middles))
+    for k, ((criterion, name), target) in enumerate(zip(things, targets, strict=True)):
+        rows = slice(k * len(eyes), (k + 1) * len(eyes))
+        seen = seen_shares(scenery, _of_rows(looks.eyes, rows), [target])
+        within = looks.within[rows]
+        share = seen.share[:, 0, SEEN_BY.index(criterion.eyes)]
+        read = None
+        if criterion.check == "reads":
+            assert criterion.rule_set is not None
+            one = environment.instrument(name)
+            read = reading(eyes, one.at, one.face, one.characters, criterion.rule_set)
+        yield _Sees(
+            share=np.where(within, share, 0.0),
+            why=np.where(within, seen.blocker[:, 0], BEYOND),
+            blocked=np.where(within, seen.blocked[:, 0], 0.0),
+            at=middles[k],
+            read=read,
+        )
+
+
+def _of_rows(eyes: Eyes, rows: Ints | slice) -> Eyes:
+    """The eyes of some people."""
+    return Eyes(eyes.left[rows], eyes.right[rows], eyes.axes[rows], eyes.pivot[rows])
+
+
+def _middle(situation: Situation, target: Target) -> Floats:
+    """(B, 3) [m] the middle of a target, which goes along with the own seat where its part does."""
+    at = np.broadcast_to(target.points.mean(axis=0), (len(situation), 3))
+    names = situation.environment.parts
+    goes = target.item >= 0 and names[target.item] in situation.place.moving_parts
+    return np.asarray(at + situation.displacement if goes else at)
+
+
+@lru_cache(maxsize=256)
+def _target(
+    environment: Environment, criterion: Criterion, name: str, origin: tuple[float, float, float]
+) -> Target:
+    """The surface of a thing that is to be seen; a disc faces the middle of the seat."""
+    if criterion.points:
+        point = environment.points[name]
+        if not criterion.size:
+            return target_of_point(name, point)
+        toward = np.array(origin) - point
+        disc = target_of_disc(name, point, criterion.size, normal=toward)
+        return replace(disc, normals=None)
+    if criterion.instruments:
+        one = environment.instrument(name)
+        return replace(target_of_part(environment, one.part, facing=one.face), name=name)
+    if not criterion.controls:
+        return target_of_part(environment, name)
+    control = environment.control(name)
+    shared = sum(other.part == control.part for other in environment.controls) > 1
+    if not control.part or shared:
+        item = environment.part_index(control.part) if control.part else -1
+        return target_of_point(name, control.at, item=item)
+    return replace(target_of_part(environment, control.part), name=name)
+
+
+def _limits(read: Reading, criterion: Criterion) -> dict[str, tuple[Floats, Floats]]:
+    """By what is measured of reading (B,) what is found and its limit [rad]; of what must not exceed
+    a limit both are negative."""
+    rules = criterion.rule_set
+    assert rules is not None
+    low, high = rules["elevation"]
+    every = np.ones(len(read.distance))
+    return {
+        SIZE: (read.character, (criterion.at_least or rules.number("character_least")) * every),
+        FACE: (read.face_angle, rules.number("face_angle") * every),
+        SIDE: (-np.abs(read.azimuth), -rules.number("azimuth") * every),
+        HEIGHT: (-np.abs(read.elevation), np.where(read.elevation < 0, low, -high)),
+    }
+
+
+def _reads(sees: _Sees, criterion: Criterion) -> tuple[Floats, NDArray[np.object_]]:
+    """(B,) the least of what is to spare of the limits of reading, as shares of what is asked, and
+    what it is."""
+    assert sees.read is not None
+    limits = _limits(sees.read, criterion)
+    spare = np.stack([(value - limit) / np.abs(limit) for value, limit in limits.values()])
+    words = np.array([*limits], dtype=object)[spare.argmin(axis=0)]
+    least = spare.min(axis=0)
+    if criterion.visible:
+        hidden = sees.share - criterion.visible
+        words = np.where(hidden < least, sees.why, words)
+        least = np.minimum(least, hidden)
+    return least, words

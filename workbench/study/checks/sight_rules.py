@@ -1,0 +1,297 @@
+"""Rules of sight: the view from a cockpit, pillars and the forward field of a car, the ground in
+mirrors, and instruments mirrored in the windscreen.
+
+Pillars and the forward field are of eye points that a rule gives from a seat, whoever sits there. The
+others are of the eyes of each person as the posture holds them, or of a point of the environment.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from workbench.errors import InputError
+from workbench.model.accommodation import MET
+from workbench.model.arrays import Floats
+from workbench.model.criterion import Criterion
+from workbench.model.environment import Environment
+from workbench.model.result import Finding
+from workbench.model.rule_set import RuleSet
+from workbench.model.units import UNITS, unit_of
+from workbench.posture.seating.sides import leftward
+from workbench.sight.eyes import Eyes, eyes_of, given_eyes
+from workbench.sight.obscuration import target_of_part
+from workbench.sight.regions import Region
+from workbench.sight.rules.cockpit_view import CockpitView, cockpit_outline, cockpit_view
+from workbench.sight.rules.eye_points import EyePoints, Side, car_eye_points
+from workbench.sight.rules.forward_field import forward_field
+from workbench.sight.rules.mirrors import glass_of, ground_points, mirror_field, required_ground
+from workbench.sight.rules.pillar import pillar_angle
+from workbench.sight.rules.reflection import windscreen_reflection
+from workbench.sight.scenery import Scenery, enclosing_items, scenery_of
+from workbench.study.checks.margins import Asked, Margins, no_margins
+from workbench.study.checks.sight import scenery_before
+from workbench.study.situation import Situation
+
+__all__ = ["eye_points_of", "findings", "margins", "things_of"]
+
+
+@dataclass(frozen=True, eq=False)
+class _Judged:
+    """What a rule finds of B people, in SI: value (B,), which must not be below the limit, and what
+    makes it so (B,), "" where nothing is to be named; source: the rule and how sure it is."""
+
+    value: Floats
+    limit: float
+    why: NDArray[np.object_]
+    source: str
+
+
+def things_of(criterion: Criterion) -> tuple[str, ...]:
+    """What a rule is asked about, each by itself: mirrors, instruments, a pillar, or the view."""
+    if criterion.check == "pillar":
+        return (", ".join(criterion.parts),)
+    view = {"outline": "outline", "forward_field": "forward field"}
+    return criterion.mirrors or criterion.instruments or (view[criterion.check],)
+
+
+def margins(situation: Situation, asked: Sequence[Asked]) -> Margins:
+    """How much better than asked everybody has it."""
+    found = no_margins(len(situation), asked)
+    for r, one in enumerate(asked):
+        check = one.requirement.check
+        judged = _JUDGES[check](situation, one.criterion, one.requirement.target)
+        found.margin[:, r] = unit_of(check).counted(judged.value - judged.limit)
+        short = found.margin[:, r] < -MET
+        found.words[short, r] = judged.why[short]
+    return found
+
+
+def findings(situation: Situation, criterion: Criterion) -> Iterator[Finding]:
+    """What a rule finds of each thing."""
+    for name in things_of(criterion):
+        judged = _JUDGES[criterion.check](situation, criterion, name)
+        yield Finding(
+            case=situation.work.name,
+            person=situation.place.role,
+            other_person="",
+            subject=name,
+            target=str(judged.why[0]),
+            value=float(judged.value[0]),
+            limit=judged.limit,
+            unit=next(key for key, unit in UNITS.items() if unit is unit_of(criterion.check)),
+            source=judged.source,
+        )
+
+
+def eye_points_of(environment: Environment, criterion: Criterion, seat: str) -> EyePoints:
+    """The eye points of UN R125 for who sits in a seat: from the point that a criterion names, the
+    angle of the seat's back and the length of its travel.
+
+    InputError where the rule has none for that seat back.
+    """
+    one = environment.seat(seat)
+    low, high = one.travel_forward
+    try:
+        return car_eye_points(
+            environment.points[criterion.r_point],
+            one.back_angle,
+            _rules(criterion),
+            seat_travel=high - low,
+            driver=_side(criterion.side),
+        )
+    except InputError as error:
+        raise InputError(f"criterion {criterion.name!r}, seat {seat!r}: {error}") from None
+
+
+def _rules(criterion: Criterion) -> RuleSet:
+    assert criterion.rule_set is not None
+    return criterion.rule_set
+
+
+def _side(name: str) -> Side:
+    return "left" if name == "left" else "right"
+
+
+@dataclass(frozen=True)
+class _OfSeat:
+    """What a rule finds of a seat [rad], whoever sits there, and the part that makes it so."""
+
+    angle: float
+    part: str
+
+
+def _judged(situation: Situation, found: _OfSeat, most: float, source: str) -> _Judged:
+    """What must not exceed a limit, the same for everybody."""
+    count = len(situation)
+    why = np.full(count, found.part, dtype=object)
+    return _Judged(np.full(count, -found.angle), -most, why, source)
+
+
+def _eyes(situation: Situation, criterion: Criterion) -> tuple[Scenery, Eyes]:
+    """Whose eyes look, and what may stand before them: of a point nobody's body does."""
+    if not criterion.eye_point:
+        return scenery_before(situation), eyes_of(situation.placed)
+    left = leftward(situation.place)
+    point = np.tile(situation.environment.points[criterion.eye_point], (len(situation), 1))
+    scenery = scenery_of(
+        situation.environment,
+        moving=situation.place.moving_parts,
+        displacement=situation.displacement,
+    )
+    return scenery, given_eyes(point, ahead=(left[1], -left[0], 0.0))
+
+
+def _region(situation: Situation, criterion: Criterion) -> Region:
+    """The outline about the direction in which people face."""
+    left = leftward(situation.place)
+    axes = np.stack([np.array([left[1], -left[0], 0.0]), left, np.array([0.0, 0.0, 1.0])])
+    return cockpit_outline(_rules(criterion), seat=_side(criterion.side), axes=axes)
+
+
+def _outline(situation: Situation, criterion: Criterion, _: str) -> _Judged:
+    """The share of the outline of AC 25.773-1 that is clear."""
+    scenery, eyes = _eyes(situation, criterion)
+    region = _region(situation, criterion)
+    inside = np.maximum(enclosing_items(scenery, eyes.left), enclosing_items(scenery, eyes.right))
+    clear = np.zeros(len(eyes))
+    why = np.full(len(eyes), "", dtype=object)
+    for row in range(len(eyes)):
+        if inside[row] >= 0:
+            why[row] = scenery.names[inside[row]]
+            continue
+        if criterion.eye_point and row and not scenery.displacement.any():
+            clear[row], why[row] = clear[0], why[0]
+            continue
+        view = cockpit_view(scenery, eyes, region, status="", row=row)
+        clear[row], why[row] = view.clear, _view_words(view, region)
+    return _Judged(clear, criterion.at_least, why, _rules(criterion).told("outline_left_seat"))
+
+
+def _view_words(view: CockpitView, region: Region) -> str:
+    """ "windscreen_bow hides 3.1 %": what hides most of the outline, "" where nothing does."""
+    if not view.hidden:
+        return ""
+    chief = max(view.hidden, key=lambda name: view.hidden[name])
+    return f"{chief} hides {100 * view.hidden[chief] / region.solid_angle:.1f} %"
+
+
+def _pillar(situation: Situation, criterion: Criterion, _: str) -> _Judged:
+    """The angle that a pillar hides from both eyes."""
+    assert situation.place.seat is not None
+    rules = _rules(criterion)
+    found = _pillar_angle(situation.environment, criterion, situation.place.seat)
+    limit = criterion.at_most or rules.number("pillar_limit")
+    names = ["p1", "p2", "pm", "p_to_e", "e_apart", "s1_rise", "s2_fall"]
+    names += [] if criterion.at_most else ["pillar_limit"]
+    return _judged(situation, found, limit, rules.told(*names))
+
+
+@lru_cache(maxsize=64)
+def _pillar_angle(environment: Environment, criterion: Criterion, seat: str) -> _OfSeat:
+    """[rad] hidden; the side of a pillar is that of its middle."""
+    points = eye_points_of(environment, criterion, seat)
+    corners = np.concatenate(
+        [environment.triangle_corners(environment.part_index(part)) for part in criterion.parts]
+    )
+    side: Side = "left" if corners[..., 1].mean() > points["pm"][1] else "right"
+    try:
+        angle = pillar_angle(corners, points, _rules(criterion), side=side).angle
+    except InputError as error:
+        raise InputError(f"criterion {criterion.name!r}: {error}") from None
+    return _OfSeat(angle, ", ".join(criterion.parts))
+
+
+def _field(situation: Situation, criterion: Criterion, _: str) -> _Judged:
+    """How wide something stands in the forward field."""
+    assert situation.place.seat is not None
+    found = _field_width(situation.environment, criterion, situation.place.seat)
+    source = _rules(criterion).told("v1", "v2", "field_fall", "wheel_fall")
+    return _judged(situation, found, criterion.at_most, source)
+
+
+@lru_cache(maxsize=64)
+def _field_width(environment: Environment, criterion: Criterion, seat: str) -> _OfSeat:
+    """[rad] that is covered, and the part that covers most of it."""
+    found = forward_field(
+        environment,
+        eye_points_of(environment, criterion, seat),
+        _rules(criterion),
+        exempt=criterion.parts,
+        wheel=criterion.wheel,
+    )
+    chief = max(found.blocked, key=lambda name: found.blocked[name].width, default="")
+    return _OfSeat(found.width, chief)
+
+
+def _mirror(situation: Situation, criterion: Criterion, name: str) -> _Judged:
+    """The share of the ground of a mirror's class that is seen in it."""
+    environment = situation.environment
+    rules = _rules(criterion)
+    mirror = environment.mirror(name)
+    field = f"field_{mirror.field}"
+    scenery, eyes = _eyes(situation, criterion)
+    parts = [environment.triangle_corners(environment.part_index(n)) for n in criterion.parts]
+    across = np.concatenate(parts)[..., 1]
+    low, high = float(across.min()), float(across.max())
+    side: Side = "left" if mirror.at[1] > 0.5 * (low + high) else "right"
+    edge = 0.5 * (low + high) if mirror.field == "I" else high if side == "left" else low
+    ground = environment.points[criterion.ground][2]
+    seen = np.zeros(len(eyes))
+    why = np.full(len(eyes), "", dtype=object)
+    for row, middle in enumerate(eyes.middle):
+        polygon = required_ground(rules[field], (middle[0], edge, ground), side=side)
+        found = mirror_field(
+            scenery,
+            eyes,
+            glass_of(environment, mirror, eye=middle),
+            ground_points(polygon, count=_GROUND),
+            item=environment.part_index(mirror.part),
+            row=row,
+        )
+        seen[row] = found.share
+        if found.hidden:
+            chief = max(found.hidden, key=lambda item: found.hidden[item])
+            why[row] = f"{100 * found.hidden[chief]:.0f} % is hidden by {chief}"
+            if chief.startswith("outside"):
+                why[row] = f"{100 * found.hidden[chief]:.0f} % is {chief}"
+    return _Judged(seen, criterion.at_least, why, rules.told(field))
+
+
+def _reflection(situation: Situation, criterion: Criterion, name: str) -> _Judged:
+    """The share of an instrument whose image in the windscreen is inside the outline."""
+    environment = situation.environment
+    scenery, eyes = _eyes(situation, criterion)
+    region = _region(situation, criterion)
+    one = environment.instrument(name)
+    target = target_of_part(environment, one.part, facing=one.face)
+    share = np.zeros(len(eyes))
+    why = np.full(len(eyes), "", dtype=object)
+    for row in range(len(eyes)):
+        found = windscreen_reflection(
+            scenery,
+            eyes,
+            target,
+            environment=environment,
+            windscreen=criterion.parts,
+            region=region,
+            row=row,
+        )
+        share[row], why[row] = found.share, ", ".join(found.parts)
+    source = _rules(criterion).told("outline_left_seat")
+    return _Judged(-share, -criterion.at_most, why, source)
+
+
+_GROUND = 900
+"""Points of the ground of a mirror: a share is known to about 1 %."""
+_JUDGES: dict[str, Callable[[Situation, Criterion, str], _Judged]] = {
+    "outline": _outline,
+    "pillar": _pillar,
+    "forward_field": _field,
+    "mirror": _mirror,
+    "reflection": _reflection,
+}
