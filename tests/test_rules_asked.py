@@ -69,7 +69,7 @@ def test_a_round_pillar_hides_the_angle_of_the_rule(tmp_path, radius, angle):
     assert math.degrees(-verdict.worst.value) == pytest.approx(angle, abs=2e-3)
     assert verdict.passed and math.degrees(-verdict.worst.limit) == pytest.approx(6.0)
     assert finding_words("pillar", verdict.worst).startswith(
-        f"pillar hides {angle:.1f} degrees from both eyes (6.0 degrees allowed) (by UN R125, forward"
+        f"pillar hides {angle:.1f} degrees from both eyes (6.0 degrees allowed) (by UN R125 family"
     )
     assert "from memory, not checked" in verdict.worst.source
 

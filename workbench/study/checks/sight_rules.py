@@ -167,7 +167,7 @@ def _outline(situation: Situation, criterion: Criterion, _: str) -> _Judged:
         if criterion.eye_point and row and not scenery.displacement.any():
             clear[row], why[row] = clear[0], why[0]
             continue
-        view = cockpit_view(scenery, eyes, region, status="", row=row)
+        view = cockpit_view(scenery, eyes, region, row=row)
         clear[row], why[row] = view.clear, _view_words(view, region)
     return _Judged(clear, criterion.at_least, why, _rules(criterion).told("outline_left_seat"))
 
