@@ -245,7 +245,8 @@ class MirrorField:
 
     points (N, 3) [m]. seen (2, N): by the left and by the right eye. share: seen by one of them at
     least. hidden: the share that neither sees, by the name of what hides it, `OUTSIDE` where it is
-    reflected beside the glass, `AWAY` for an eye behind the mirror; half of a point is put down to what each eye meets.
+    reflected beside the glass, `AWAY` for an eye behind the mirror; half of a point is put down to
+    what each eye meets.
     """
 
     points: Floats
