@@ -11,8 +11,10 @@ import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from tests.conftest import ROOT
+from tests.same_study import Same, write_same
 from tests.test_environments import SEATS, obj, solid
-from workbench import InputError, load_environment
+from workbench import InputError, load_environment, load_study
 from workbench.model.adjusting import adjusted
 
 HEAD = """environment: cab
@@ -185,3 +187,28 @@ def test_what_cannot_be_told_is_named_with_its_place(tmp_path, things, place, wo
 def test_without_a_seat_a_face_has_to_be_stated(tmp_path):
     with pytest.raises(InputError, match=r"environment.yaml:6:3: .*state 'face'"):
         made(tmp_path, "instruments:\n  clock: {part: dial}\n", seat="")
+
+
+@pytest.mark.parametrize("name", ["trainer_reach", "car_driver"])
+@pytest.mark.parametrize(
+    "how",
+    [Same(mirrored=True, unit="in", y_up=True), Same(turned=37.0, moved=(3.0, -2.0, 0.5), order=5)],
+    ids=repr,
+)
+def test_faces_of_an_environment_written_otherwise_are_the_same(tmp_path, name, how):
+    path = ROOT / "studies" / f"{name}.yaml"
+    one = load_study(path).environment
+    other = load_study(write_same(path, tmp_path, how)).environment
+    assert one.instruments
+    for kind, normal in (("instrument", "face"), ("mirror", "normal")):
+        for here in getattr(one, f"{kind}s"):
+            there = getattr(other, kind)(here.name)
+            np.testing.assert_allclose(there.at, how.place(here.at, 1.0), atol=1e-6)
+            face = how.way(getattr(here, normal))
+            np.testing.assert_allclose(getattr(there, normal), face, atol=1e-6)
+    for here in one.mirrors:
+        there = other.mirror(here.name)
+        np.testing.assert_allclose(there.aims, how.place(here.aims, 1.0), atol=1e-9)
+        assert there.radius == pytest.approx(here.radius) and there.field == here.field
+    heights = {here.name: here.characters for here in one.instruments}
+    assert {there.name: there.characters for there in other.instruments} == pytest.approx(heights)

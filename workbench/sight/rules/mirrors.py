@@ -14,12 +14,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from workbench.errors import InputError
 from workbench.geometry.polygon import inside_loops
-from workbench.model.arrays import Bools, Floats, Ints, frozen
+from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.environment import Environment, Mirror
+from workbench.model.rule_set import RuleSet
 from workbench.sight.eyes import Eyes
 from workbench.sight.obscuration import lines_of_sight
 from workbench.sight.rules.eye_points import SIGN, Side
@@ -181,15 +181,38 @@ def _within(glass: Glass, places: Floats) -> Bools:
     return inside
 
 
-def required_ground(field: Floats, origin: ArrayLike, *, side: Side) -> Floats:
-    """Corners (K, 3) [m] on the ground of a field of a rule set, (K, 2) behind and out.
+def required_ground(
+    rules: RuleSet, name: str, *, eye: Floats, bounds: Floats, ground: float, side: Side
+) -> Floats:
+    """Find the corners (K, 3) [m] of a field of a rule set on the ground.
 
-    origin (3,) [m]: x of the eyes, y of the side of the vehicle, z of the ground; of class I y of
-    its middle plane, of class VI x of its front.
+    Parameters
+    ----------
+    name
+        Of the field, (K, 2) behind and out of the origin that the rule set states for it.
+    eye
+        (3,) [m] between the eyes.
+    bounds
+        (2, 3) [m] least and greatest coordinates of the vehicle, without its mirrors.
+    ground
+        [m] its height.
+    side
+        To which side is out.
+
+    Raises
+    ------
+    InputError
+        If there is no such field, or it has no origin.
     """
-    behind, out = frozen(field, np.float64, (None, 2), "field of a mirror").T
-    away = np.stack([-behind, SIGN[side] * out, np.zeros(len(field))], axis=1)
-    return np.asarray(np.asarray(origin, dtype=np.float64) + away)
+    behind, out = rules.shaped(name, None, 2).T
+    origin = rules.values[name].origin
+    if origin is None:
+        raise InputError(f"rule set {rules.name}: field {name!r} needs 'origin', as [eyes, side]")
+    low, high = bounds
+    x = {"eyes": eye[0], "front": high[0]}[origin[0]]
+    edge = high[1] if side == "left" else low[1]
+    y = {"side": edge, "middle": 0.5 * (low[1] + high[1]), "eyes": eye[1]}[origin[1]]
+    return np.stack([x - behind, y + SIGN[side] * out, np.full(len(out), ground)], axis=1)
 
 
 def ground_points(polygon: Floats, *, count: int = 2500) -> Floats:
