@@ -196,11 +196,12 @@ def test_without_a_seat_a_face_has_to_be_stated(tmp_path):
         made(tmp_path, "instruments:\n  clock: {part: dial}\n", seat="")
 
 
-@pytest.mark.parametrize("name", ["trainer_reach", "car_driver"])
 @pytest.mark.parametrize(
-    "how",
-    [Same(mirrored=True, unit="in", y_up=True), Same(turned=37.0, moved=(3.0, -2.0, 0.5), order=5)],
-    ids=repr,
+    ("name", "how"),
+    [
+        ("trainer_reach", Same(mirrored=True, unit="in", y_up=True)),
+        ("car_driver", Same(turned=37.0, moved=(3.0, -2.0, 0.5), order=5)),
+    ],
 )
 def test_faces_of_an_environment_written_otherwise_are_the_same(tmp_path, name, how):
     path = ROOT / "studies" / f"{name}.yaml"
