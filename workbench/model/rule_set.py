@@ -19,12 +19,15 @@ REMEMBERED = "from memory, not checked against the rule's text"
 class RuleValue:
     """A number or an array of numbers in SI units, in the workbench's axes where it is of points.
 
-    source: where it was seen, or what is known of it; seen: whether it was read there.
+    source: where it was seen, or what is known of it; seen: whether it was read there. origin: of a
+    field on the ground, from what it counts behind ("eyes" or "front" of the vehicle), and out
+    ("side", "middle" or "eyes").
     """
 
     value: Floats
     source: str
     seen: bool
+    origin: tuple[str, str] | None = None
 
     @property
     def words(self) -> str:

@@ -80,7 +80,7 @@ class Obscuration:
         (4,) where the left eye, the right, one at least, and both meet nothing opaque.
     error
         (N,) bound of the error of the figures of an item: half the pixels on both sides of its
-        borders. Items thinner than a step may be missed.
+        borders, the region's among them. Items thinner than a step may be missed.
     free_error
         The same of `free`.
     """
@@ -123,7 +123,7 @@ def obscuration(
     Raises
     ------
     InputError
-        If an eye is inside a solid part or a sphere, or the step is not 0.01 to 45 degrees.
+        If an eye is inside a solid part or a sphere, or the step is not 0.02 to 45 degrees.
     """
     region = WHOLE if within is None else within
     n = pixels_of(step)
@@ -132,7 +132,7 @@ def obscuration(
     )
     weight, before = pixel_weights(n)
     pieces = _pieces(region, n)
-    count = len(scenery.names) + 1
+    count = len(scenery.names) + 2
     opaque = np.zeros((len(pieces), count, 3))
     clear = np.zeros((len(pieces), count, 3))
     free = np.zeros((len(pieces), 2))
@@ -149,7 +149,7 @@ def obscuration(
     in_pieces(work, len(pieces), 1)
     hidden, through = (_with_either(sums.sum(axis=0)) for sums in (opaque, clear))
     error = border.sum(axis=0) / 2.0
-    left_hides, right_hides, either, both = hidden[1:].T.copy()
+    left_hides, right_hides, either, both = hidden[1:-1].T.copy()
     return Obscuration(
         names=scenery.names,
         region=region,
@@ -157,9 +157,9 @@ def obscuration(
         right=right_hides,
         either=either,
         both=both,
-        through=through[1:],
+        through=through[1:-1],
         free=np.append(hidden[0, :2], free.sum(axis=0)),
-        error=error[1:],
+        error=error[1:-1],
         free_error=float(error[0]),
     )
 

@@ -79,8 +79,13 @@ class Region:
             return np.asarray(along >= math.cos(self.half_angle) * np.linalg.norm(way, axis=-1))
         angles = azimuth_elevation(directions, self.axes)
         inside = np.zeros(angles.shape[:-1], dtype=np.bool_)
+        low = self.corners.min(axis=0)
+        high = self.corners.max(axis=0)
+        level = (angles[..., 1] >= low[1]) & (angles[..., 1] <= high[1])
         for turn in (-2.0 * math.pi, 0.0, 2.0 * math.pi):
-            inside |= inside_loops(angles + np.array([turn, 0.0]), [self.corners])
+            azimuth = angles[..., 0] + turn
+            near = level & (azimuth >= low[0]) & (azimuth <= high[0])
+            inside[near] |= inside_loops(angles[near] + [turn, 0.0], [self.corners])
         return inside
 
     @property
@@ -145,8 +150,7 @@ def azimuth_elevation(directions: ArrayLike, axes: ArrayLike | None = None) -> F
 
 def direction_of(azimuth: ArrayLike, elevation: ArrayLike) -> Floats:
     """Return the unit directions (..., 3) of azimuths, positive to the left, and elevations [rad]."""
-    side = np.asarray(azimuth, dtype=np.float64)
-    above = np.asarray(elevation, dtype=np.float64)
+    side, above = np.broadcast_arrays(np.asarray(azimuth, float), np.asarray(elevation, float))
     level = np.cos(above)
     return np.stack([level * np.cos(side), level * np.sin(side), np.sin(above)], axis=-1)
 

@@ -119,11 +119,11 @@ def _scratch(height: int, n: int) -> Scratch:
 
 
 class Sums(NamedTuple):
-    """What is added up; the item that is none is the first of N + 1.
+    """What is added up; of N + 2 items the first is none, the last stands for what does not count.
 
-    opaque, clear (N + 1, 3) [sr]: by the first opaque and see-through item: left eye, right eye, both
+    opaque, clear (N + 2, 3) [sr]: by the first opaque and see-through item: left eye, right eye, both
     the same. free (2,) [sr]: where one eye at least meets nothing opaque, and where both do. border
-    (N + 1,) [sr]: pixels on both sides of borders between opaque items, of both eyes.
+    (N + 2,) [sr]: pixels on both sides of borders between opaque items, of both eyes.
     """
 
     opaque: Floats
@@ -181,6 +181,8 @@ def add_bands(
         rows = last - first
         fill_band(left, first, scratch, pictures[:rows], pictures[2 * rows : 3 * rows])
         fill_band(right, first, scratch, pictures[rows : 2 * rows], pictures[3 * rows : 4 * rows])
+        if len(pixels.inside):
+            _leave_out(pictures[: 4 * rows], pixels.inside[first:last], len(sums.border) - 2)
         for row in range(begun, last):
             line = row - first
             here = (
@@ -193,6 +195,16 @@ def add_bands(
             above = pictures[line], pictures[rows + line]
             _changes(here, above, changes)
             _add_row(here, above, row, changes, pixels, sums)
+
+
+@njit(cache=True)
+def _leave_out(pictures: Items, inside: Bools, outside: int) -> None:
+    """Write `outside` into the pixels of four pictures, below each other, that do not count."""
+    for line in range(len(pictures)):
+        picture = pictures[line]
+        counts = inside[line % len(inside)]
+        for column in range(len(picture)):
+            picture[column] = picture[column] if counts[column] else outside
 
 
 @njit(cache=True)
@@ -238,12 +250,11 @@ def _add_row(
             ):
                 _add_run(here, row, begin, column, pixels, sums)
                 begin = column
-            if len(pixels.inside) == 0 or pixels.inside[row, column]:
-                weight = pixels.weight[row, column]
-                for eye in range(2):
-                    item = here[eye][column]
-                    _add_border(item, above[eye][column], weight, sums.border)
-                    _add_border(item, here[eye][before], weight, sums.border)
+            weight = pixels.weight[row, column]
+            for eye in range(2):
+                item = here[eye][column]
+                _add_border(item, above[eye][column], weight, sums.border)
+                _add_border(item, here[eye][before], weight, sums.border)
     _add_run(here, row, begin, len(here[0]), pixels, sums)
 
 
@@ -259,10 +270,6 @@ def _add_border(item: int, other: int, weight: float, border: Floats) -> None:
 def _add_run(here: _Rows, row: int, begin: int, end: int, pixels: Pixels, sums: Sums) -> None:
     """Add pixels of a row that show the same in each of four pictures."""
     total = pixels.before[row, end] - pixels.before[row, begin]
-    if len(pixels.inside):
-        total = 0.0
-        for column in range(begin, end):
-            total += pixels.weight[row, column] if pixels.inside[row, column] else 0.0
     left = here[0][begin] + 1
     right = here[1][begin] + 1
     left_clear = here[2][begin] + 1

@@ -167,7 +167,7 @@ def _outline(situation: Situation, criterion: Criterion, _: str) -> _Judged:
         if criterion.eye_point and row and not scenery.displacement.any():
             clear[row], why[row] = clear[0], why[0]
             continue
-        view = cockpit_view(scenery, eyes, region, status="", row=row)
+        view = cockpit_view(scenery, eyes, region, row=row)
         clear[row], why[row] = view.clear, _view_words(view, region)
     return _Judged(clear, criterion.at_least, why, _rules(criterion).told("outline_left_seat"))
 
@@ -186,7 +186,8 @@ def _pillar(situation: Situation, criterion: Criterion, _: str) -> _Judged:
     rules = _rules(criterion)
     found = _pillar_angle(situation.environment, criterion, situation.place.seat)
     limit = criterion.at_most or rules.number("pillar_limit")
-    names = ["p1", "p2", "pm", "p_to_e", "e_apart", "s1_rise", "s2_fall"]
+    names = ["p1", "p2", "pm", "seat_back_shift", "seat_travel_shift"]
+    names += ["p_to_e", "e_apart", "s1_rise", "s2_fall"]
     names += [] if criterion.at_most else ["pillar_limit"]
     return _judged(situation, found, limit, rules.told(*names))
 
@@ -237,15 +238,14 @@ def _mirror(situation: Situation, criterion: Criterion, name: str) -> _Judged:
     field = f"field_{mirror.field}"
     scenery, eyes = _eyes(situation, criterion)
     parts = [environment.triangle_corners(environment.part_index(n)) for n in criterion.parts]
-    across = np.concatenate(parts)[..., 1]
-    low, high = float(across.min()), float(across.max())
-    side: Side = "left" if mirror.at[1] > 0.5 * (low + high) else "right"
-    edge = 0.5 * (low + high) if mirror.field == "I" else high if side == "left" else low
+    corners = np.concatenate(parts)
+    bounds = np.stack([corners.min(axis=(0, 1)), corners.max(axis=(0, 1))])
+    side: Side = "left" if mirror.at[1] > bounds[:, 1].mean() else "right"
     ground = environment.points[criterion.ground][2]
     seen = np.zeros(len(eyes))
     why = np.full(len(eyes), "", dtype=object)
     for row, middle in enumerate(eyes.middle):
-        polygon = required_ground(rules[field], (middle[0], edge, ground), side=side)
+        polygon = required_ground(rules, field, eye=middle, bounds=bounds, ground=ground, side=side)
         found = mirror_field(
             scenery,
             eyes,
