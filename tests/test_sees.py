@@ -25,7 +25,9 @@ length: mm
 environment: trainer
 people: {pilot: {body: adult_male, detail: coarse, seat: left}}
 cases: [{name: flying, people: {pilot: {predicted: {hands: {right: throttle}, eyes: left_design_eye}}}}]
-criteria: [{name: throttle, check: sees, parts: [throttle_lever], at_least: 50}]
+criteria:
+  - {name: heading, check: sees, instruments: [heading_indicator], at_least: 99}
+  - {name: throttle, check: sees, parts: [throttle_lever], at_least: 50}
 """
 DIAL = "instruments:\n  dial: {part: panel, characters: 5}\n  blank: {part: roof}\n"
 
@@ -72,7 +74,7 @@ def test_a_point_over_the_line_of_sight_is_seen_and_one_under_it_is_not(
     ((verdict,), _) = found(tmp_path, criterion, points=point)
     assert verdict.worst.value == share and verdict.passed == (share == 1.0)
     words = finding_words("sees", verdict.worst)
-    hidden = "far is 0.0 % visible, 100.0 % less than the 100 % asked for; panel hides 100 %"
+    hidden = "far is 0.0 % visible, 100.0 points less than the 100 % asked for; panel hides 100 %"
     assert words == ("far is 100.0 % visible, the 100 % asked for" if share else hidden)
 
 
@@ -93,7 +95,8 @@ def test_what_is_behind_is_beyond_the_turn_of_head_and_eyes(tmp_path):
 def test_the_own_hand_hides_the_knob_that_it_holds(tmp_path):
     path = tmp_path / "held.yaml"
     path.write_text(HELD)
-    verdict = wb.run(load_study(path)).postures[0].verdicts[-1]
+    heading, verdict = wb.run(load_study(path)).postures[0].verdicts[-2:]
+    assert heading.worst.value == 1.0  # its pointer, which is the same part, is no news
     assert verdict.worst.value < 0.5 and verdict.worst.target.startswith("own right hand hides")
 
 

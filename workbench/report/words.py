@@ -213,7 +213,7 @@ def _reflection_words(finding: Finding) -> str:
 
 
 def _share_words(finding: Finding, what: str) -> str:
-    """ "95.3 % of the outline is clear, 5.3 % more than the 90 % asked for; canopy hides 3.1 %"."""
+    """ "95.3 % of the outline is clear, 5.3 points more than the 90 % asked for; canopy hides 3.1 %"."""
     share = f"{tenths(100 * finding.value, 100 * finding.limit)} % {what}"
     return f"{share}{_share_against(finding)}{_kept_words(finding.target)}"
 
@@ -226,12 +226,12 @@ def _sees_words(finding: Finding) -> str:
 
 
 def _share_against(finding: Finding) -> str:
-    """ ", 5.3 % more than the 90 % asked for"."""
+    """ ", 5.3 points more than the 90 % asked for"."""
     way = "more" if finding.margin >= 0 else "less"
     asked = f"{100 * finding.limit:g} % asked for"
     if abs(finding.margin) < 5e-4:
         return f", the {asked}"
-    return f", {100 * abs(finding.margin):.1f} % {way} than the {asked}"
+    return f", {100 * abs(finding.margin):.1f} points {way} than the {asked}"
 
 
 def _kept_words(why: str) -> str:

@@ -499,8 +499,8 @@ def _hides_words(reason: str, whose: str) -> str:
         return f": {reason_words(reason)}" if reason else ""
     if reason.startswith(("turned", "beyond")):
         return f": it is {reason}"
-    if reason.startswith(("own ", "its ")):
-        return f": {reason.replace('own', f'{whose} own') if reason[0] == 'o' else reason} hides most of the rest"
+    if reason.startswith("own "):
+        return f": {whose} {plain(reason)} hides most of the rest"
     return f": {reason_words(reason)} hides most of the rest"
 
 
@@ -529,7 +529,7 @@ def reason_words(reason: str, limb: str = "") -> str:
         return f"{reason_words(foot)}, {reason_words(limit, foot)}"
     if " at " in words and " at the " not in words:  # a segment at a part
         words = words.replace(" at ", " at the ", 1)
-    known = ("the ", "a ", "eyes ", "turned ", "beyond ", "its ")
+    known = ("the ", "a ", "eyes ", "turned ", "beyond ")
     if words.startswith("own "):
         return f"the body's {words}"
     return words if not words or words.startswith(known) or "'s " in words else f"the {words}"

@@ -31,6 +31,7 @@ from workbench.sight.obscuration import (
     target_of_part,
     target_of_point,
 )
+from workbench.sight.rules.mirrors import looked_through
 from workbench.sight.rules.reading import Reading, reading
 from workbench.sight.scenery import Scenery, scenery_of
 from workbench.study.checks.margins import Asked, Margins, no_margins
@@ -53,8 +54,6 @@ BEHIND = "behind the eyes"
 """What keeps something from being seen that nothing stands before."""
 SEEN_BY = ("left", "right", "either", "both")
 """By which eyes a share is seen, in the order of `Seen.share`."""
-ITSELF = "its own shape"
-"""What hides a part that stands before itself, as a bezel before a face."""
 SIZE = "size of its characters"
 FACE = "angle to its face"
 SIDE = "angle to the side of the line of sight"
@@ -183,7 +182,9 @@ def _sees(situation: Situation, things: Sequence[tuple[Criterion, str]]) -> Iter
     looks = gaze(_of_rows(eyes, people), np.concatenate(middles))
     for k, ((criterion, name), target) in enumerate(zip(things, targets, strict=True)):
         rows = slice(k * len(eyes), (k + 1) * len(eyes))
-        seen = seen_shares(scenery, _of_rows(looks.eyes, rows), [target])
+        # a thing's own shape is no news: what else hides it is asked
+        clear = looked_through(scenery, [target.item]) if target.item >= 0 else scenery
+        seen = seen_shares(clear, _of_rows(looks.eyes, rows), [target])
         within = looks.within[rows]
         share = seen.share[:, 0, SEEN_BY.index(criterion.eyes)]
         read = None
@@ -191,11 +192,9 @@ def _sees(situation: Situation, things: Sequence[tuple[Criterion, str]]) -> Iter
             assert criterion.rule_set is not None
             one = environment.instrument(name)
             read = reading(eyes, one.at, one.face, one.characters, criterion.rule_set)
-        why = np.where(within, seen.blocker[:, 0], BEYOND)
-        own = scenery.names[target.item] if target.item >= 0 else None
         yield _Sees(
             share=np.where(within, share, 0.0),
-            why=np.where(why == own, ITSELF, why),
+            why=np.where(within, seen.blocker[:, 0], BEYOND),
             blocked=np.where(within, seen.blocked[:, 0], 0.0),
             at=middles[k],
             read=read,
