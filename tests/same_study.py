@@ -26,7 +26,7 @@ UNITS = {"m": 1.0, "mm": 1000.0, "cm": 100.0, "in": 1.0 / 0.0254}
 LENGTHS = {
     *("srp", "depth", "at", "point", "position", "on", "origin", "by", "move", "forward", "up"),
     *("left", "at_most", "at_least", "below", "above", "measures", "picked", "points", "travel"),
-    *("farther_back", "farther_forward", "lower", "higher"),
+    *("farther_back", "farther_forward", "lower", "higher", "characters", "radius", "aims"),
 }
 """Keys with lengths below them; angles and shares stand under some of them too, see `_plain`."""
 
@@ -253,8 +253,13 @@ def _write_environment(source: Path, folder: Path, how: Same) -> None:
             # an axis of turns is mirrored the other way round than a direction
             sign = -1.0 if how.mirrored else 1.0
             about["axis"] = (sign * np.array(how.way(about["axis"]))).tolist()
+    for thing in (*said.get("instruments", {}).values(), *said.get("mirrors", {}).values()):
+        if "face" in thing:
+            thing["face"] = how.way(thing["face"])
+        if "aims" in thing:
+            thing["aims"] = how.place(thing["aims"], scale)
     said = _in_unit(said, how)
-    for key in ("controls", "points", "seats", "parts"):
+    for key in ("controls", "points", "seats", "parts", "instruments", "mirrors"):
         if key in said:
             said[key] = {name: said[key][name] for name in how.shuffled(said[key])}
     (folder / "environment.yaml").write_text(yaml.safe_dump(said, sort_keys=False, width=200))
@@ -321,6 +326,7 @@ def _plain(where, key):
         "yaw",
         "attitude",
         "direction",
+        "face",
         "along",
         "back_angle",
         "cushion_angle",

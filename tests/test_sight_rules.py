@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.conftest import ROOT
@@ -76,6 +76,7 @@ def test_seat_travel_moves_the_p_points_by_bands_and_not_the_v_points(travel, fo
     assert "seat_travel" not in still.status
 
 
+@settings(max_examples=30)
 @given(st.floats(5, 40), st.tuples(*[st.floats(-3, 3)] * 3))
 def test_a_driver_on_the_right_has_the_mirrored_points(degrees, r_point):
     left = car_eye_points(r_point, np.radians(degrees), R125)
@@ -216,12 +217,14 @@ def test_pillar_angle_of_upright_round_posts(radius, angle, turn, outer_eye, inn
     assert "p_to_e, e_apart" in found.status and REMEMBERED in found.status
 
 
+@settings(max_examples=30)
 @given(st.floats(0.3, 1.5), st.floats(0.1, 0.9), st.floats(0.004, 0.0325))
 def test_an_upright_round_post_no_wider_than_the_eyes_are_apart_hides_nothing(x, y, radius):
     found = pillar_angle(post((x, y), radius, sides=48), PLAN, R125, side="left")
     assert found.angle == pytest.approx(0.0, abs=1e-6)
 
 
+@settings(max_examples=30)
 @given(st.floats(0.3, 1.2), st.floats(0.1, 0.9), st.floats(-0.7, 0.0), st.floats(0.03, 0.09))
 def test_the_passengers_side_and_a_driver_on_the_right_are_mirrored(x, y, lean, radius):
     corners = post((x, y), radius, lean=(lean, 0.2 * lean), sides=48)
@@ -354,6 +357,7 @@ def test_off_axis_angles_are_left_and_up_of_the_head_and_behind_a_face_nothing_i
     assert np.all(reading_margins(away, NUREG)["face_angle"] < -np.radians(45))
 
 
+@settings(max_examples=30)
 @given(st.floats(0.3, 1.2), st.floats(-0.8, 0.8), st.floats(-0.6, 0.4), st.floats(-1, 1))
 def test_a_mirrored_instrument_is_read_alike_on_the_other_side(x, y, z, turned):
     eyes = given_eyes(ZERO)

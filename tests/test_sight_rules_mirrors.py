@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import assume, given
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from tests.conftest import box_part, environment_of
@@ -14,11 +14,13 @@ from workbench import InputError
 from workbench.files.meshes.parts import RawPart
 from workbench.files.study.rules import load_rule_set
 from workbench.model.environment import Mirror
+from workbench.model.rule_set import RuleSet, RuleValue
 from workbench.sight.eyes import given_eyes
 from workbench.sight.obscuration import Target
 from workbench.sight.regions import WHOLE, cone
 from workbench.sight.rules.cockpit_view import cockpit_outline
 from workbench.sight.rules.mirrors import (
+    AWAY,
     OUTSIDE,
     Glass,
     aimed_normal,
@@ -60,6 +62,15 @@ def square(at, normal, half, radius=np.inf):
     up = np.cross(normal, side)
     corner = at - half * side - half * up
     return Glass("mirror", at, normal, radius, sheet(corner, 2 * half * side, 2 * half * up))
+
+
+CAR = np.array([[-2.5, -0.9, -1.1], [1.5, 0.62, 0.3]])
+"""The bounds of a car whose driver is near its left side."""
+
+
+def ground_of(name, *, rules=R46, side="left", mirror=1):
+    bounds = CAR if mirror == 1 else np.sort(CAR * [1, -1, 1], axis=0)
+    return required_ground(rules, name, eye=ZERO, bounds=bounds, ground=-1.1, side=side)
 
 
 VECTORS = st.tuples(*[st.floats(-1, 1)] * 3).map(np.array)
@@ -159,7 +170,7 @@ def test_the_ground_seen_in_a_mirror_is_what_rays_outward_from_the_eye_meet(radi
 def test_two_eyes_see_the_union_and_every_lost_point_has_its_reason():
     glass = square(AT, aimed_normal(ZERO, AT, np.array([-1.0, 0.02, -0.12])), 0.09, 1.4)
     post = sheet((0.3, 0.47, -0.5), (0.02, 0.03, 0), (0, 0, 0.8))
-    ground = ground_points(required_ground(R46["field_IV"], (0, 0.62, -1.1), side="left"))
+    ground = ground_points(ground_of("field_IV"))
     found = mirror_field(scenery({"post": post}), given_eyes(ZERO), glass, ground)
     for eye, seen in zip(((0, 0.0325, 0), (0, -0.0325, 0)), found.seen, strict=True):
         one = mirror_field(scenery({"post": post}), given_eyes(eye, spacing=0.0), glass, ground)
@@ -182,16 +193,28 @@ def test_a_blocked_mirror_names_what_hides_and_its_own_part_hides_nothing():
     assert aside.hidden == {OUTSIDE: 1.0}
 
 
+def test_an_eye_behind_a_mirror_is_told_that_it_faces_away():
+    glass = square(AT, aimed_normal(ZERO, AT, REAR), 0.1)
+    turned = Glass("mirror", AT, -glass.normal, np.inf, glass.corners)
+    ground = np.array([[-20.0, 0.8, -1.1]])
+    found = mirror_field(scenery(), given_eyes(ZERO), turned, ground)
+    assert (found.share, found.hidden) == (0.0, {AWAY: 1.0})
+    edge = Glass("mirror", ZERO, np.array([0, 1.0, 0]), np.inf, glass.corners)
+    assert mirror_field(scenery(), given_eyes(ZERO), edge, ground).hidden == {
+        AWAY: 0.5,
+        OUTSIDE: 0.5,
+    }
+
+
+@settings(max_examples=15)
 @given(st.floats(0.2, 0.8), st.floats(0.4, 1.0), st.floats(-0.3, 0.1), st.floats(0.8, 2.0))
 def test_a_mirrored_mirror_shows_the_mirrored_ground(x, y, z, radius):
     turn = np.array([1, -1, 1])
     at = np.array([x, y, z])
     glass = square(at, aimed_normal(ZERO, at, np.array([-1, 0.1, -0.1])), 0.08, radius)
     other = Glass("mirror", at * turn, glass.normal * turn, radius, glass.corners * turn)
-    ground = ground_points(required_ground(R46["field_IV"], (0, 0.7, -1.1), side="left"), count=200)
-    across = ground_points(
-        required_ground(R46["field_IV"], (0, -0.7, -1.1), side="right"), count=200
-    )
+    ground = ground_points(ground_of("field_IV"), count=200)
+    across = ground_points(ground_of("field_IV", side="right", mirror=-1), count=200)
     one = mirror_field(scenery(), given_eyes(ZERO), glass, ground)
     two = mirror_field(scenery(), given_eyes(ZERO), other, ground * turn)
     assert two.share == one.share
@@ -207,14 +230,39 @@ def area_of(polygon):
 
 @pytest.mark.parametrize(("name", "area"), [("IV", 307.875), ("V", 5.5)])
 def test_fields_have_their_areas_and_points_share_them(name, area):
-    polygon = required_ground(R46[f"field_{name}"], (1, 2, 3), side="right")
+    polygon = ground_of(f"field_{name}", side="right")
     assert area_of(polygon) == pytest.approx(area)
     points = ground_points(polygon, count=4000)
     assert len(points) == pytest.approx(4000, rel=0.02)
-    assert np.all(points[:, 2] == 3)
-    assert points[:, 0].max() < (1 + 1 if name == "V" else 1 - 1.5)
-    assert points[:, 1].max() < 2  # out to the right is less y
+    assert np.all(points[:, 2] == -1.1)
+    assert points[:, 1].max() < -0.9  # out to the right is less y
     assert "area" in R46.status(f"field_{name}")
+
+
+@pytest.mark.parametrize(
+    ("rules", "name", "side", "x", "y"),
+    [
+        (R46, "I", "left", (-120, -60), (-0.14 - 10, -0.14 + 10)),  # about the car's middle
+        (R46, "II", "left", (-120, -4), (0.62, 5.62)),
+        (R46, "III", "right", (-120, -4), (-4.9, -0.9)),
+        (R46, "V", "right", (-1.75, 1), (-2.9, -0.9)),
+        (R46, "VI", "right", (1.5, 3.5), (-2.9, 1.1)),  # ahead of the front
+        (F111, "inside", "left", (-120, -61), (-21.159, 21.159)),  # about the eyes
+        (F111, "driver_outside", "left", (-120, -10.7), (0.62, 3.02)),
+    ],
+)
+def test_fields_count_from_eyes_front_side_or_middle(rules, name, side, x, y):
+    polygon = ground_of(f"field_{name}", rules=rules, side=side)
+    assert (polygon[:, 0].min(), polygon[:, 0].max()) == pytest.approx(x)
+    assert (polygon[:, 1].min(), polygon[:, 1].max()) == pytest.approx(y)
+
+
+def test_a_field_without_an_origin_is_refused():
+    with pytest.raises(InputError, match="field 'passenger_field' needs 'origin', as"):
+        mine = RuleSet("mine", "", {"passenger_field": RuleValue(np.zeros((3, 2)), "", seen=False)})
+        ground_of("passenger_field", rules=mine)
+    with pytest.raises(InputError, match="no value 'field_VII'; did you mean 'field_VI'"):
+        ground_of("field_VII")
 
 
 def test_field_of_the_inside_mirror_is_20_degrees_wide():
@@ -323,6 +371,7 @@ def test_each_eye_sees_its_own_image_and_the_share_is_of_either():
     assert (both.seen[:, 0].tolist(), both.share) == ([False, True], 1.0)
 
 
+@settings(max_examples=20)
 @given(st.floats(0.3, 0.7), st.floats(-0.4, 0.4), st.floats(-0.4, -0.1), st.floats(-0.2, 0.2))
 def test_an_image_is_where_a_ray_by_way_of_the_pane_ends(x, y, z, aside):
     """The ray from the eye toward the image, turned back at the pane, meets the instrument."""

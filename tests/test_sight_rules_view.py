@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from tests.conftest import environment_of
@@ -13,7 +13,7 @@ from workbench.files.meshes.parts import RawPart
 from workbench.files.study.rules import load_rule_set
 from workbench.sight.eyes import given_eyes
 from workbench.sight.obscuration import obscuration
-from workbench.sight.regions import WHOLE
+from workbench.sight.regions import WHOLE, solid_angle_of_triangles
 from workbench.sight.rules.cockpit_view import cockpit_outline, cockpit_view, elevation_limits
 from workbench.sight.rules.eye_points import car_eye_points
 from workbench.sight.rules.forward_field import (
@@ -65,7 +65,7 @@ def scenery(parts=None, balls=(), *, glass=()):
 
 def view(scene, region=LEFT, eyes=None, step=0.5):
     return cockpit_view(
-        scene, given_eyes(ZERO) if eyes is None else eyes, region, status="", step=np.radians(step)
+        scene, given_eyes(ZERO) if eyes is None else eyes, region, step=np.radians(step)
     )
 
 
@@ -276,6 +276,27 @@ def test_what_is_above_v1_behind_v2_or_seen_through_does_not_count():
     assert width == pytest.approx(np.pi / 2 - np.arctan(0.5))
 
 
+@settings(max_examples=25)
+@given(st.lists(st.floats(-1, 1), min_size=9, max_size=9))
+def test_points_of_a_triangle_tried_one_by_one_find_it_in_the_field_too(numbers):
+    corners = np.array(numbers).reshape(1, 3, 3) * [1, 2, 0.3] + [1.2, 0, -0.05]
+    assume(abs(solid_angle_of_triangles(corners, V["v2"])[0]) > 1e-3)
+    u = np.linspace(0, 1, 201)
+    one, two = (axis.ravel() for axis in np.meshgrid(u, u))
+    inside = one + two <= 1
+    a, b, c = corners[0]
+    x, y, z = (a + one[inside, None] * (b - a) + two[inside, None] * (c - a)).T
+    lower = -np.tan(np.radians(4)) * np.maximum(x, np.abs(y))
+    within = (x > 0) & (z < 0.076) & (z > lower)
+    found = forward_field(cab(part=corners), V, R125).blocked.get("part")
+    if found is None:
+        assert within.mean() < 1e-3
+    elif within.mean() > 1e-2:
+        azimuth = np.arctan2(y, x)[within]
+        assert [found.left, found.right] == pytest.approx([azimuth.max(), azimuth.min()], abs=0.2)
+        assert found.left >= azimuth.max() - 1e-9 and found.right <= azimuth.min() + 1e-9
+
+
 def test_two_parts_behind_one_another_cover_their_azimuths_once():
     near = sheet((1, 0.0, -1), (0, 0.3, 0), (0, 0, 3))
     far = sheet((2, 0.2, -1), (0, 0.8, 0), (0, 0, 3))
@@ -297,6 +318,7 @@ def test_wheel_and_panel_inside_it_are_exempt_where_the_plane_over_it_falls_a_de
     assert found.wheel_fall == wheel_fall(room, V, ["wheel"])
 
 
+@settings(max_examples=15)
 @given(st.floats(0.2, 2), st.floats(-1.5, 1.5), st.floats(-0.1, 0.05), st.floats(0.02, 0.4))
 def test_the_forward_field_of_a_mirrored_car_is_mirrored(x, y, z, width):
     part = sheet((x, y, z), (0.1, width, 0.02), (0, 0.1, -0.3))

@@ -19,12 +19,15 @@ REMEMBERED = "from memory, not checked against the rule's text"
 class RuleValue:
     """A number or an array of numbers in SI units, in the workbench's axes where it is of points.
 
-    source: where it was seen, or what is known of it; seen: whether it was read there.
+    source: where it was seen, or what is known of it; seen: whether it was read there. origin: of a
+    field on the ground, from what it counts behind ("eyes" or "front" of the vehicle), and out
+    ("side", "middle" or "eyes").
     """
 
     value: Floats
     source: str
     seen: bool
+    origin: tuple[str, str] | None = None
 
     @property
     def words(self) -> str:
@@ -70,6 +73,11 @@ class RuleSet:
         if not unsure:
             return self.description
         return f"{self.description}; {', '.join(unsure)}: {REMEMBERED}"
+
+    @property
+    def all_told(self) -> str:
+        """Name the rule set for a sentence, with which of all its values are not sure."""
+        return self.told(*self.values)
 
     def _found(self, name: str) -> RuleValue:
         if name not in self.values:

@@ -746,11 +746,15 @@ Rows = list[float] | list[list[float]]
 
 class RuleValueFile(FileModel):
     """A value of a rule: a number, a list of numbers or of points in `axes`, and its `unit`.
-    status: seen where it was read in the `source`, remembered where that was not at hand."""
+    status: seen where it was read in the `source`, remembered where that was not at hand. origin: of
+    a field on the ground, from what it counts behind, and from what out."""
 
     value: float | Rows
     unit: Literal["mm", "m", "m2", "deg", "arcmin", "1"]
     axes: Literal["forward left up", "rearward right up"] | None = None
+    origin: tuple[Literal["eyes", "front"], Literal["side", "middle", "eyes"]] | None = Field(
+        None, strict=False
+    )
     status: Literal["seen", "remembered"]
     source: Annotated[str, Field(min_length=1)]
 

@@ -108,7 +108,8 @@ def forward_field(
         pieces = pieces[np.abs(solid_angle_of_triangles(pieces, points["v2"])) > _SEEN]
         if not len(pieces):
             continue
-        angles = azimuth_elevation(pieces - points["v2"])
+        # cut at x of V2, so what is less than that is rounding
+        angles = azimuth_elevation(np.maximum(pieces - points["v2"], [0.0, -np.inf, -np.inf]))
         span = np.stack([angles[..., 0].min(axis=1), angles[..., 0].max(axis=1)], axis=1)
         low, high = float(span.min()), float(span.max())
         found[name] = Blocked(_covered(span), high, low, float(angles[..., 1].max()))

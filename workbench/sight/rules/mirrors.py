@@ -14,18 +14,19 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from workbench.errors import InputError
 from workbench.geometry.polygon import inside_loops
-from workbench.model.arrays import Bools, Floats, Ints, frozen
+from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.environment import Environment, Mirror
+from workbench.model.rule_set import RuleSet
 from workbench.sight.eyes import Eyes
 from workbench.sight.obscuration import lines_of_sight
 from workbench.sight.rules.eye_points import SIGN, Side
 from workbench.sight.scenery import Scenery
 
 __all__ = [
+    "AWAY",
     "BESIDE",
     "OUTSIDE",
     "SEEN",
@@ -46,8 +47,13 @@ __all__ = [
 
 OUTSIDE = "outside the mirror"
 """Why ground is not seen that is reflected beside the glass, or not at all."""
-SEEN, BESIDE = -1, -2
-"""What stands for an item where a point is seen, and where it is reflected beside the glass."""
+AWAY = "outside the mirror, which faces away from the eyes"
+"""Why nothing is seen by an eye that is behind a mirror."""
+SEEN = -1
+"""What stands for an item where a point is seen."""
+BESIDE = -2
+"""What stands for an item where a point is reflected beside the glass."""
+_AWAY = -3
 _HALVINGS = 48
 """Halvings of the angle between eye and point: to the last digits."""
 _FACING = 0.8
@@ -181,15 +187,38 @@ def _within(glass: Glass, places: Floats) -> Bools:
     return inside
 
 
-def required_ground(field: Floats, origin: ArrayLike, *, side: Side) -> Floats:
-    """Corners (K, 3) [m] on the ground of a field of a rule set, (K, 2) behind and out.
+def required_ground(
+    rules: RuleSet, name: str, *, eye: Floats, bounds: Floats, ground: float, side: Side
+) -> Floats:
+    """Find the corners (K, 3) [m] of a field of a rule set on the ground.
 
-    origin (3,) [m]: x of the eyes, y of the side of the vehicle, z of the ground; of class I y of
-    its middle plane, of class VI x of its front.
+    Parameters
+    ----------
+    name
+        Of the field, (K, 2) behind and out of the origin that the rule set states for it.
+    eye
+        (3,) [m] between the eyes.
+    bounds
+        (2, 3) [m] least and greatest coordinates of the vehicle, without its mirrors.
+    ground
+        [m] its height.
+    side
+        To which side is out.
+
+    Raises
+    ------
+    InputError
+        If there is no such field, or it has no origin.
     """
-    behind, out = frozen(field, np.float64, (None, 2), "field of a mirror").T
-    away = np.stack([-behind, SIGN[side] * out, np.zeros(len(field))], axis=1)
-    return np.asarray(np.asarray(origin, dtype=np.float64) + away)
+    behind, out = rules.shaped(name, None, 2).T
+    origin = rules.values[name].origin
+    if origin is None:
+        raise InputError(f"rule set {rules.name}: field {name!r} needs 'origin', as [eyes, side]")
+    low, high = bounds
+    x = {"eyes": eye[0], "front": high[0]}[origin[0]]
+    edge = high[1] if side == "left" else low[1]
+    y = {"side": edge, "middle": 0.5 * (low[1] + high[1]), "eyes": eye[1]}[origin[1]]
+    return np.stack([x - behind, y + SIGN[side] * out, np.full(len(out), ground)], axis=1)
 
 
 def ground_points(polygon: Floats, *, count: int = 2500) -> Floats:
@@ -216,7 +245,8 @@ class MirrorField:
 
     points (N, 3) [m]. seen (2, N): by the left and by the right eye. share: seen by one of them at
     least. hidden: the share that neither sees, by the name of what hides it, `OUTSIDE` where it is
-    reflected beside the glass; half of a point is put down to what each eye meets.
+    reflected beside the glass, `AWAY` for an eye behind the mirror; half of a point is put down to
+    what each eye meets.
     """
 
     points: Floats
@@ -241,24 +271,17 @@ def mirror_field(
     item
         The item of the scenery that is the mirror's own part, which hides nothing of it.
     row
-        Who of them, and whose scenery.
-
-    Raises
-    ------
-    InputError
-        If the mirror faces away from an eye.
+        Who of them, and whose scenery. An eye behind the mirror sees nothing in it, and is told.
     """
     clear = looked_through(scenery.of_row(row), [item])
-    met = np.stack(
-        [
-            what_hides(clear, eye[row], reflections(glass, eye[row], points), points)
-            for eye in (eyes.left, eyes.right)
-        ]
-    )
+    met = np.full((2, len(points)), _AWAY)
+    for side, eye in enumerate((eyes.left[row], eyes.right[row])):
+        if (eye - glass.at) @ glass.normal > 0.0:
+            met[side] = what_hides(clear, eye, reflections(glass, eye, points), points)
     seen = met == SEEN
     lost = ~seen.any(axis=0)
-    count = np.bincount((met[:, lost] - BESIDE).ravel())
-    names = {k: (OUTSIDE, "", *clear.names)[k] for k in np.flatnonzero(count).tolist()}
+    count = np.bincount((met[:, lost] - _AWAY).ravel())
+    names = {k: (AWAY, OUTSIDE, "", *clear.names)[k] for k in np.flatnonzero(count).tolist()}
     return MirrorField(
         points,
         seen,

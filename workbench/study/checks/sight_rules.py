@@ -119,16 +119,16 @@ def _side(name: str) -> Side:
 
 @dataclass(frozen=True)
 class _OfSeat:
-    """What a rule finds of a seat [rad], whoever sits there, and the part that makes it so."""
+    """What a rule finds of a seat [rad], whoever sits there, and what there is to say of it."""
 
     angle: float
-    part: str
+    words: str
 
 
 def _judged(situation: Situation, found: _OfSeat, most: float, source: str) -> _Judged:
     """What must not exceed a limit, the same for everybody."""
     count = len(situation)
-    why = np.full(count, found.part, dtype=object)
+    why = np.full(count, found.words, dtype=object)
     return _Judged(np.full(count, -found.angle), -most, why, source)
 
 
@@ -167,7 +167,7 @@ def _outline(situation: Situation, criterion: Criterion, _: str) -> _Judged:
         if criterion.eye_point and row and not scenery.displacement.any():
             clear[row], why[row] = clear[0], why[0]
             continue
-        view = cockpit_view(scenery, eyes, region, status="", row=row)
+        view = cockpit_view(scenery, eyes, region, row=row)
         clear[row], why[row] = view.clear, _view_words(view, region)
     return _Judged(clear, criterion.at_least, why, _rules(criterion).told("outline_left_seat"))
 
@@ -186,7 +186,8 @@ def _pillar(situation: Situation, criterion: Criterion, _: str) -> _Judged:
     rules = _rules(criterion)
     found = _pillar_angle(situation.environment, criterion, situation.place.seat)
     limit = criterion.at_most or rules.number("pillar_limit")
-    names = ["p1", "p2", "pm", "p_to_e", "e_apart", "s1_rise", "s2_fall"]
+    names = ["p1", "p2", "pm", "seat_back_shift", "seat_travel_shift"]
+    names += ["p_to_e", "e_apart", "s1_rise", "s2_fall"]
     names += [] if criterion.at_most else ["pillar_limit"]
     return _judged(situation, found, limit, rules.told(*names))
 
@@ -200,10 +201,11 @@ def _pillar_angle(environment: Environment, criterion: Criterion, seat: str) -> 
     )
     side: Side = "left" if corners[..., 1].mean() > points["pm"][1] else "right"
     try:
-        angle = pillar_angle(corners, points, _rules(criterion), side=side).angle
+        found = pillar_angle(corners, points, _rules(criterion), side=side)
     except InputError as error:
         raise InputError(f"criterion {criterion.name!r}: {error}") from None
-    return _OfSeat(angle, ", ".join(criterion.parts))
+    upper, lower = np.degrees((found.of_upper, found.of_lower)).tolist()
+    return _OfSeat(found.angle, f"{upper:.1f} and {lower:.1f} degrees")
 
 
 def _field(situation: Situation, criterion: Criterion, _: str) -> _Judged:
@@ -236,15 +238,14 @@ def _mirror(situation: Situation, criterion: Criterion, name: str) -> _Judged:
     field = f"field_{mirror.field}"
     scenery, eyes = _eyes(situation, criterion)
     parts = [environment.triangle_corners(environment.part_index(n)) for n in criterion.parts]
-    across = np.concatenate(parts)[..., 1]
-    low, high = float(across.min()), float(across.max())
-    side: Side = "left" if mirror.at[1] > 0.5 * (low + high) else "right"
-    edge = 0.5 * (low + high) if mirror.field == "I" else high if side == "left" else low
+    corners = np.concatenate(parts)
+    bounds = np.stack([corners.min(axis=(0, 1)), corners.max(axis=(0, 1))])
+    side: Side = "left" if mirror.at[1] > bounds[:, 1].mean() else "right"
     ground = environment.points[criterion.ground][2]
     seen = np.zeros(len(eyes))
     why = np.full(len(eyes), "", dtype=object)
     for row, middle in enumerate(eyes.middle):
-        polygon = required_ground(rules[field], (middle[0], edge, ground), side=side)
+        polygon = required_ground(rules, field, eye=middle, bounds=bounds, ground=ground, side=side)
         found = mirror_field(
             scenery,
             eyes,
