@@ -16,11 +16,15 @@ def test_the_blocks_run_in_their_order(capsys, tmp_path, monkeypatch):
     for block in BLOCKS:
         exec(compile(block, "docs/python.md", "exec"), names)
     said = capsys.readouterr().out
-    assert len(BLOCKS) == 6
+    assert len(BLOCKS) == 7
     swept = re.findall(r"^([+-]\d+) mm: (passed|FAILED), (-?\d+) mm to spare$", said, re.M)
     assert [int(row[0]) for row in swept] == [-50, -25, 0, 25, 50]
     assert "\nResult(study: 2 of 2 criteria hold)\nVerdict(throttle: passed" in said
     assert (tmp_path / "flying.png").stat().st_size > 10_000
+    assert re.search(
+        r"^left pillar: 0\.0(59|60|61) sr to the left eye, 0\.0(19|20) to both$", said, re.M
+    )
+    assert "98 % of the ground beside the car is seen in the left mirror" in said
     stricter = names["stricter"]
     assert isinstance(stricter, wb.Study)
     assert [(one.name, one.at_least) for one in stricter.criteria] == [("head to canopy", 0.04)]

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import io
 import math
+import re
 from dataclasses import replace
 from xml.etree import ElementTree
 
@@ -79,13 +80,13 @@ def test_the_equal_area_chart_is_hammers_with_the_right_on_the_right(angles):
 
 
 @given(ANGLES)
-def test_the_polar_chart_has_what_is_110_degrees_from_ahead(angles):
+def test_the_polar_chart_has_what_is_125_degrees_from_ahead(angles):
     way = direction_of(*angles)
     off = math.acos(way[0])
     point = PROJECTIONS["polar"].flat(angles)
-    if off > math.radians(110.001):
+    if off > math.radians(125.001):
         assert np.isnan(point).all()
-    elif off < math.radians(109.999):
+    elif off < math.radians(124.999):
         assert np.linalg.norm(point) == pytest.approx(2 * math.sin(off / 2), abs=1e-9)
         assert PROJECTIONS["polar"].angles(point) == pytest.approx(angles, abs=1e-6)
 
@@ -104,12 +105,12 @@ def test_a_window_is_where_its_corners_are_and_as_large_as_its_solid_angle(style
     top = math.atan(0.25 / 0.7)  # 19.65 degrees
     assert pixel(chart, sheet, projection.flat(np.array([0.0, 0.95 * top]))) == paper
     assert pixel(chart, sheet, projection.flat(np.array([0.0, 1.05 * top]))) != paper
-    # 0.78703 sr: its share of the map is that of 4 pi, or of the cone of 110 degrees
+    # 0.78703 sr: its share of the map is that of 4 pi, or of the cone of 125 degrees
     angles = projection.angles(sheet.places())
     ahead = np.isfinite(angles[..., 0]) & (np.abs(angles[..., 0]) < 1.0)
     free = ahead & np.all(chart.colours == 255, axis=2) & (np.abs(angles[..., 1]) < 0.5)
     total = (
-        4 * math.pi if style == "equal_area" else 2 * math.pi * (1 - math.cos(math.radians(110)))
+        4 * math.pi if style == "equal_area" else 2 * math.pi * (1 - math.cos(math.radians(125)))
     )
     share = free.sum() / np.isfinite(angles[..., 0]).sum()
     assert share == pytest.approx(0.78703 / total, rel=0.02)
@@ -321,3 +322,51 @@ def test_the_command_and_python_draw_from_eyes_at_a_point(tmp_path, capsys):
     assert main(["render", "compact_car", "-o", str(tmp_path / "c.png"), *plan]) == 0
     assert main(["render", "compact_car", "-o", str(tmp_path / "d.png"), *given[:2]]) == 2
     assert "design_eye" in capsys.readouterr().err
+
+
+LITTLE = """\
+study: little_view
+length: mm
+environment: trainer
+people:
+  pilot: {body: bubbleman, seat: left, position: reference}
+cases:
+  - {name: flying, people: {pilot: {posture: seated}}}
+criteria:
+"""
+
+
+def test_a_page_has_the_charts_where_a_criterion_asks_what_people_see(tmp_path):
+    """With the outline of a criterion, inside which both criterion and chart count the same."""
+    path = tmp_path / "little_view.yaml"
+    asked = "  - {name: clear view, check: outline, rules: sight_ac_25_773_1, side: left, eye_point: left_design_eye, at_least: 80}\n"
+    path.write_text(LITTLE + asked)
+    result = wb.run(wb.load_study(path))
+    wb.write_report(result, tmp_path / "seen")
+    text = (tmp_path / "seen" / "report.html").read_text()
+    section = text[text.index('id="sight"') :]
+    section = section[: section.index("</section>")]
+    assert section.count("<svg") == 2 and "eyes at left design eye" in section
+    assert "AC 25.773-1, pilot compartment view of transport category airplanes" in section
+    lines = re.findall(
+        r"<text[^>]*>([^<]*)</text>", section[section.index("clear view") - 200_000 :]
+    )
+    hidden = float(lines[len(lines) - 1 - lines[::-1].index("hidden") + 2])
+    clear = result.verdict("clear view").worst.value
+    assert 100 * (1 - clear) == pytest.approx(hidden, abs=0.15)
+    path.write_text(LITTLE + "  - {name: nobody is in the structure, check: contact}\n")
+    wb.write_report(wb.run(wb.load_study(path)), tmp_path / "other")
+    text = (tmp_path / "other" / "report.html").read_text()
+    assert 'id="sight"' not in text
+
+
+def test_the_outline_of_a_rule_wants_its_seat(tmp_path, trainer):
+    look = {"display": "directions", "outline": "sight_ac_25_773_1"}
+    with pytest.raises(UsageError, match="a rule set and the seat are needed"):
+        parse_display_options(tmp_path / "x.png", **look)
+    with pytest.raises(UsageError, match="for --display directions"):
+        parse_display_options(tmp_path / "x.png", outline="sight_ac_25_773_1:left")
+    svg = bytes_of(
+        tmp_path, trainer, "x.svg", display="directions", outline="sight_ac_25_773_1:left"
+    ).decode()
+    assert "AC 25.773-1, pilot compartment view" in svg and ">1.995<" in svg

@@ -71,6 +71,13 @@ from .posture.seating.seat import seat as seat
 from .posture.standing import standing_posture as standing_posture
 from .posture.stops import stops as stops
 from .report.folder import write_report as write_report
+from .sight.eyes import eyes_of as eyes_of
+from .sight.eyes import gaze as gaze
+from .sight.eyes import given_eyes as given_eyes
+from .sight.obscuration import obscuration as obscuration
+from .sight.rules.mirrors import glass_of as glass_of
+from .sight.rules.mirrors import mirror_field as mirror_field
+from .sight.scenery import scenery_of as scenery_of
 from .study.accommodation.compare import compare as compare
 from .study.envelope.envelope import reach_envelope as reach_envelope
 from .study.envelope.people import people_envelope as people_envelope

@@ -49,8 +49,11 @@ class Picture:
     look_at
         the control, part or point that these eyes look at
     ground
-        height of the ground in metres, for the display ground; the lowest point of the
-        environment where not given
+        height of the ground in metres, for the display ground; of the point ground, or the lowest
+        point of the environment, where not given
+    outline
+        a rule set and the seat, such as sight_ac_25_773_1:left: drawn over the display directions,
+        whose solid angles are then of the inside
     marks
         axes, clearances, contacts, controls, segments, stops; with commas between
     fps
@@ -67,6 +70,7 @@ class Picture:
     cut: str | None = None
     look_at: str | None = None
     ground: Annotated[float | None, Parameter(allow_leading_hyphen=True)] = None
+    outline: str | None = None
     marks: str | None = None
     fps: float | None = None
     speed: float | None = None
@@ -236,6 +240,7 @@ def _options(out: Path, picture: Picture, movement: Movement) -> DisplayOptions:
         trail=movement.trail,
         look_at=picture.look_at,
         ground=picture.ground,
+        outline=picture.outline,
     )
     if movement.over is not None:
         check_ghosts(options, "--over")

@@ -38,7 +38,7 @@ _FINE = 181
 """Number of points of a line."""
 _SEAM = math.radians(179.999)
 """Azimuth [rad] at which the plane is cut behind the viewer."""
-_FRONT = math.radians(110.0)
+_FRONT = math.radians(125.0)
 """How far [rad] from straight ahead the polar plot goes."""
 
 
@@ -98,7 +98,7 @@ PROJECTIONS: Mapping[str, Projection] = {
     "equal_area": Projection((_WIDE, _WIDE / 2.0), math.pi, _hammer, _from_hammer),
     "polar": Projection((_POLAR_RADIUS, _POLAR_RADIUS), _FRONT, _polar, _from_polar),
 }
-"""All directions on an ellipse (Hammer), and those up to 110 degrees from ahead on a disk (Lambert)."""
+"""All directions on an ellipse (Hammer), and those up to 125 degrees from ahead on a disk (Lambert)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,6 +120,8 @@ class Outlook:
     rule
         An outline that is drawn over, in which solid angles are measured; None for all that is
         shown.
+    status
+        Where the outline is from, and how sure that is.
     """
 
     name: str
@@ -128,6 +130,7 @@ class Outlook:
     eyes: Eyes
     axes: Floats
     rule: Region | None = None
+    status: str = ""
 
     def look(self, step: float = _STEP) -> tuple[Panorama, Panorama]:
         """Look in every direction with the left and the right eye, in pieces so wide [rad]."""
@@ -192,7 +195,13 @@ def direction_chart(outlook: Outlook, style: str, *, width: int, height: int) ->
     title = f"Seen in every direction from {outlook.name}"
     where = f"in {outlook.rule.name}" if outlook.rule else "of all that is shown"
     caption = f"pale: hidden to one eye; L, R: degrees to the left and right; solid angles {where}"
-    return Chart(title, caption, colours, strokes, [*sheet.words(title, caption), *labels, *words])
+    return Chart(
+        title,
+        caption,
+        colours,
+        strokes,
+        [*sheet.words(title, caption, outlook.status), *labels, *words],
+    )
 
 
 def _grid(projection: Projection, sheet: Sheet) -> tuple[list[Stroke], list[Words]]:

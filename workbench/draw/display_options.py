@@ -105,7 +105,9 @@ class DisplayOptions:
     look_at: str = ""
     """The control, part or point that the eyes look at; straight ahead and down as usual if ""."""
     ground: float | None = None
-    """Height [m] of the ground of a plan; the lowest point of the environment if None."""
+    """Height [m] of the ground of a plan, see `ground_plan.ground_level` if None."""
+    outline: str = ""
+    """The rule set whose outline is drawn over directions, with ":left" or ":right" for the seat."""
 
     @property
     def of_eyes(self) -> bool:
@@ -138,6 +140,7 @@ def parse_display_options(
     trail: int | None = None,
     look_at: str | None = None,
     ground: float | None = None,
+    outline: str | None = None,
 ) -> DisplayOptions:
     """Read the options of `workbench render` for an output file; None is an option not given.
 
@@ -165,6 +168,8 @@ def parse_display_options(
         A control, part or point that the eyes of an eye view look at.
     ground
         Height [m] of the ground of the display "ground".
+    outline
+        A rule set, and the seat: "sight_ac_25_773_1:left", of the display "directions".
 
     Raises
     ------
@@ -175,6 +180,7 @@ def parse_display_options(
     kind = ENDINGS[ending]
     pictures: dict[str, object] = {"display": display, "style": style, "view": view, "size": size}
     pictures |= {"angle": angle, "cut": cut, "trail": trail, "look-at": look_at, "ground": ground}
+    pictures["outline"] = outline
     _check_file_kind(ending, kind.holds, pictures, {"fps": fps, "speed": speed}, at)
     chosen = _display(ending, kind.holds, display or _display_with_style(style, kind.display))
     width, height = _pixels(size)
@@ -194,6 +200,7 @@ def parse_display_options(
         trail=_ghosts(trail or 0),
         look_at=look_at or "",
         ground=ground,
+        outline=outline or "",
     )
     if options.trail:
         check_ghosts(options, "--trail")
@@ -215,6 +222,13 @@ def _check_eyes(options: DisplayOptions) -> None:
         )
     if options.ground is not None and options.display != "ground":
         raise UsageError("--ground: the height of the ground is for --display ground")
+    if options.outline and options.display != "directions":
+        raise UsageError("--outline: the outline of a rule is for --display directions")
+    if options.outline and options.outline.partition(":")[2] not in ("left", "right"):
+        raise UsageError(
+            f"--outline: a rule set and the seat are needed, such as sight_ac_25_773_1:left, got "
+            f"{options.outline!r}"
+        )
     if options.look_at and (options.is_chart or not options.of_eyes):
         raise UsageError(f"--look-at: eyes look at it; take a view of {', '.join(EYE_VIEWS)}")
     if kind == "both_eyes" and options.holds == "vector" and not options.is_chart:

@@ -16,8 +16,10 @@ from workbench.errors import UsageError, one_of
 from workbench.model.arrays import Floats
 from workbench.model.environment import Environment
 from workbench.model.poses import Placed
+from workbench.model.rule_set import RuleSet
 from workbench.sight.eyes import USUAL_DOWN, Eyes, eyes_of, given_eyes, has_eyes, head_of
-from workbench.sight.regions import Region
+from workbench.sight.rules.cockpit_view import cockpit_outline
+from workbench.sight.rules.eye_points import Side
 from workbench.sight.scenery import scenery_of
 
 __all__ = [
@@ -29,6 +31,7 @@ __all__ = [
     "looked_at",
     "onlooker",
     "outlook",
+    "ruled",
     "without_head",
 ]
 
@@ -130,13 +133,10 @@ def onlooker(scene: Scene, people: tuple[str, ...], name: str) -> Onlooker:
     return Onlooker(name, given_eyes(points[name]))
 
 
-def outlook(
-    scene: Scene, people: tuple[str, ...], name: str, rule: Region | None = None
-) -> Outlook:
+def outlook(scene: Scene, people: tuple[str, ...], name: str) -> Outlook:
     """Return what somebody's eyes look out on, for plots of directions and plans of the ground.
 
-    Arguments and errors as of `onlooker`; `rule`: an outline that is drawn over. InputError where an
-    eye is inside something.
+    Arguments and errors as of `onlooker`. InputError where an eye is inside something.
     """
     looks = onlooker(scene, people, name)
     others = {
@@ -154,7 +154,14 @@ def outlook(
     axes = np.array([ahead, [-ahead[1], ahead[0], 0.0], [0.0, 0.0, 1.0]])
     name = looks.name.replace("_", " ")
     called = f"the eyes of {name}" if looks.body >= 0 else f"eyes at {name}"
-    return Outlook(called, scenery, (*parts, *zones), looks.eyes, axes, rule)
+    return Outlook(called, scenery, (*parts, *zones), looks.eyes, axes)
+
+
+def ruled(seen: Outlook, rules: RuleSet, side: str) -> Outlook:
+    """The outlook with the outline of AC 25.773-1 drawn over, of the left or the right seat."""
+    seat: Side = "right" if side == "right" else "left"
+    region = cockpit_outline(rules, seat=seat, axes=seen.axes)
+    return replace(seen, rule=region, status=rules.told("outline_left_seat"))
 
 
 def _whose(segment: str, others: Iterable[str]) -> str:

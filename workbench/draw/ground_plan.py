@@ -13,9 +13,10 @@ from workbench.draw.sheet import Sheet
 from workbench.draw.zones import Items, spread, zones
 from workbench.errors import UsageError
 from workbench.model.arrays import Bools, Floats
+from workbench.model.environment import Environment
 from workbench.sight.panorama import Panorama
 
-__all__ = ["blind_distances", "ground_plan"]
+__all__ = ["blind_distances", "ground_level", "ground_plan"]
 
 _SIZES = (5.0, 10.0, 20.0, 40.0, 80.0)
 """Radii [m] of plans."""
@@ -37,6 +38,12 @@ _HATCH = 9
 """Distance [fine pixels] between the lines of the hatch."""
 _DARKER = 0.72
 """Share of the colour that is left in a line of the hatch."""
+
+
+def ground_level(environment: Environment) -> float:
+    """The height z [m] of the ground: of the point "ground", or the lowest point of all parts."""
+    named = environment.points.get("ground")
+    return float(environment.bounds[0, 2]) if named is None else named[2]
 
 
 def ground_plan(outlook: Outlook, ground: float, *, width: int, height: int) -> Chart:

@@ -27,6 +27,7 @@ def render(
     angle: float | None = None,
     look_at: str | None = None,
     ground: float | None = None,
+    outline: str | None = None,
 ) -> Path:
     """Draw something into a file, whose ending says what is made.
 
@@ -59,6 +60,8 @@ def render(
         A control, part or point that these eyes look at.
     ground
         Height [m] of the ground of the display "ground".
+    outline
+        A rule set and the seat, "sight_ac_25_773_1:left": drawn over the display "directions".
 
     Returns
     -------
@@ -83,6 +86,7 @@ def render(
         angle=angle,
         look_at=look_at,
         ground=ground,
+        outline=outline,
     )
     write(source_of(source, posture=posture, case=case, environment=environment), options, path)
     return path

@@ -19,7 +19,15 @@ from workbench.draw.colours import FAMILIES
 from workbench.draw.directions import direction_chart
 from workbench.draw.disks import disks
 from workbench.draw.display_options import DisplayOptions
-from workbench.draw.eye_view import FIELD, eyes_camera, looked_at, onlooker, outlook, without_head
+from workbench.draw.eye_view import (
+    FIELD,
+    eyes_camera,
+    looked_at,
+    onlooker,
+    outlook,
+    ruled,
+    without_head,
+)
 from workbench.draw.films.film import film_frames, write_film
 from workbench.draw.films.motion import every_pose, frame_times, scene_at
 from workbench.draw.films.motion_clips import (
@@ -29,7 +37,7 @@ from workbench.draw.films.motion_clips import (
     evenly_spaced_times,
 )
 from workbench.draw.films.strip import strip_image, strip_svg
-from workbench.draw.ground_plan import ground_plan
+from workbench.draw.ground_plan import ground_level, ground_plan
 from workbench.draw.hidden import cut_off_words, seen_through
 from workbench.draw.lines.circles import circles
 from workbench.draw.lines.hidden_lines import HIDDEN
@@ -47,6 +55,7 @@ from workbench.errors import UsageError
 from workbench.files.exports.gltf import Figure, glb_bytes
 from workbench.files.exports.solids import stl_bytes, threemf_bytes
 from workbench.files.output_file import write_file
+from workbench.files.study.rules import load_rule_set
 from workbench.model.arrays import Floats
 from workbench.model.environment import Environment
 from workbench.model.poses import Placed
@@ -163,13 +172,16 @@ def sight_chart(scene: Scene, options: DisplayOptions, people: tuple[str, ...]) 
         If an eye is inside something.
     """
     seen = outlook(scene, people, options.onlooker)
+    if options.outline:
+        rules, _, side = options.outline.partition(":")
+        seen = ruled(seen, load_rule_set(rules), side)
     if options.display == "directions":
         return direction_chart(seen, options.style, width=options.width, height=options.height)
     ground = options.ground
     if ground is None:
         if scene.environment is None:
             raise UsageError("the display ground: there is no environment; say --ground HEIGHT")
-        ground = float(scene.environment.bounds[0, 2])
+        ground = ground_level(scene.environment)
     return ground_plan(seen, ground, width=options.width, height=options.height)
 
 

@@ -18,6 +18,8 @@ GRID: Colour = (96, 104, 116)
 """Colour of the lines of a grid."""
 _WIDTH = 62.0
 """Width of a picture as a multiple of the size of its letters, which are 8 to 14 pixels high."""
+_LETTER = 0.55
+"""Mean width of letters as a multiple of their height."""
 _LEGEND = 20.0
 """Lines of a legend that room is kept for."""
 
@@ -45,7 +47,7 @@ class Sheet:
 
     @property
     def _top(self) -> float:
-        return 3.8 * self.letters
+        return 4.8 * self.letters
 
     @property
     def scale(self) -> float:
@@ -66,15 +68,14 @@ class Sheet:
         row = self._top + self.half[1] * self.scale - (np.arange(FINER * self.height) + 0.5) / FINER
         return np.stack(np.meshgrid(column, row), axis=-1) / self.scale
 
-    def words(self, title: str, caption: str) -> list[Words]:
-        """The title, and in smaller letters what else there is to say, as far as there is room."""
-        size = self.letters
-        lines = ((0.5, title, 1.2 * size), (1.9, caption, 0.9 * size))
-        return [
-            Words((size, (0.5 + at) * size), text, letters)
-            for at, text, letters in lines
-            if 0.55 * letters * len(text) < self.width
-        ]
+    def words(self, *lines: str) -> list[Words]:
+        """The title, and in smaller letters what else there is to say; letters that all have room."""
+        words = []
+        for k, text in enumerate(lines):
+            room = (self.width - 2.0 * self.letters) / (_LETTER * max(len(text), 1))
+            size = min((0.9 if k else 1.2) * self.letters, room)
+            words.append(Words((self.letters, (1.0 + 1.3 * k) * self.letters), text, size))
+        return words
 
     def label(self, point: Floats, text: str) -> Words:
         """A label of the grid at a point (2,) of the map."""

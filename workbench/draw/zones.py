@@ -132,7 +132,8 @@ def zones(items: Sequence[str], both: Floats, one: Floats, clear: float) -> Zone
     colours = iter(_COLOURS)
     rows = []
     for k in np.argsort(-(sums[0] + _EDGE * sums[1]), kind="stable").tolist():
-        colour = _OWN if names[k] == OWN else next(colours, _OTHERS)
+        hides = sums[0][k] + sums[1][k] > 0.0
+        colour = _OWN if names[k] == OWN else next(colours, _OTHERS) if hides else _OTHERS
         rows.append((colour == _OTHERS, -float(sums[0][k] + sums[1][k]), k, colour))
     rows.sort()
     row = np.argsort([k for _, _, k, _ in rows])

@@ -54,6 +54,7 @@ from workbench.report.population.words import (
     spare_words,
 )
 from workbench.report.section import Making, Section, SectionWriter
+from workbench.report.sight import Beheld, sight_sections
 from workbench.report.states import TwoStates, two_states
 from workbench.report.turnable import PageViews, still_picture
 from workbench.report.words import HALF_MILLIMETRE, millimetres
@@ -100,10 +101,21 @@ def population_sections(result: PopulationFound, making: Making) -> list[Section
     return [
         *_changes(result, making, writer),
         *_who(result, requirements, making, writer),
+        *sight_sections(result.study.criteria, _beheld(result)),
         writer.section("questions", "margins", "Margins", margins),
         writer.section("people", "crowd", "The people of the population", _crowd(result)),
         writer.section("tables", "requirements", "All requirements", every),
         writer.section("method", "method", "Method and its limits", _method(result), folded=True),
+    ]
+
+
+def _beheld(result: PopulationFound) -> list[Beheld]:
+    """The hardest people as found."""
+    role = result.place.role
+    scenes = [Scene((SceneBody(one.placed),), one.environment) for one in result.shown]
+    return [
+        Beheld(scene, (role,), role, f"{person_label(result, one.row)}, {one.case}")
+        for scene, one in zip(scenes, result.shown, strict=True)
     ]
 
 

@@ -28,6 +28,7 @@ from workbench.report.postures.held import posture_words
 from workbench.report.postures.people import people_sections
 from workbench.report.postures.reach_rows import doubt_sentence
 from workbench.report.section import Making, Section, SectionWriter
+from workbench.report.sight import Beheld, sight_sections
 from workbench.report.states import TwoStates, two_states
 from workbench.report.turnable import Look, PageViews, close_up, look, still_picture
 from workbench.report.words import (
@@ -88,8 +89,15 @@ def postures_sections(
             "legend": LEGEND,
         }
         found.append(writer.section("questions", f"envelope-{k + 1}", title, values))
+    people = tuple(person.name for person in result.people)
+    beheld = [
+        Beheld(_scene(result, case, []), people, name, f"{name.replace('_', ' ')}, {in_case}")
+        for case, in_case in enumerate(result.cases)
+        for name in people
+    ]
     return [
         *found,
+        *sight_sections(result.study.criteria, beheld, end=end),
         *people_sections(result, rows, making, end=end),
         *_tables(result, rows, cases, writer),
     ]
