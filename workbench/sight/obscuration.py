@@ -36,6 +36,7 @@ __all__ = [
     "Obscuration",
     "Seen",
     "Target",
+    "block_lines",
     "lines_of_sight",
     "obscuration",
     "seen_shares",
@@ -349,11 +350,14 @@ def lines_of_sight(
     ends = np.asarray(points, dtype=np.float64)
     on = np.full(1, -1) if own is None else np.asarray(own)
     group = np.append(np.arange(0, ends.shape[1], _GROUP), ends.shape[1])
-    return _blocked(scenery, np.asarray(eye), ends, on, group)
+    return block_lines(scenery, np.asarray(eye), ends, on, group).item
 
 
-def _blocked(scenery: Scenery, eye: Floats, points: Floats, own: Ints, group: Ints) -> Ints:
-    """As `lines_of_sight`; group (G + 1,): where groups of points that are near each other begin."""
+def block_lines(scenery: Scenery, eye: Floats, points: Floats, own: Ints, group: Ints) -> Lines:
+    """Return what blocks lines first, and at which share of the way.
+
+    group (G + 1,): where groups of points that are near each other begin; else as `lines_of_sight`.
+    """
     eyes = check_eyes(scenery, eye)
     way = np.ascontiguousarray(points - eyes[:, None])
     far = np.maximum(np.linalg.norm(way, axis=2), np.finfo(float).tiny)
@@ -375,7 +379,7 @@ def _blocked(scenery: Scenery, eye: Floats, points: Floats, own: Ints, group: In
     )
     blockers = scenery.blockers(~scenery.see_through)
     in_pieces(lambda begin, end: blocked_lines(lines, blockers, begin, end), len(eyes), _PIECE)
-    return lines.item
+    return lines
 
 
 @dataclass(frozen=True, eq=False)
@@ -445,7 +449,7 @@ def seen_shares(scenery: Scenery, eyes: Eyes, targets: Sequence[Target]) -> Seen
         cosine = np.einsum("bmi,mi->bm", away, normals) / distance
         cosine[:, ~normals.any(axis=1)] = 1.0
         weight += np.maximum(cosine, 0.0) / distance**2
-        blocker.append(_blocked(scenery, eye, points, own, group))
+        blocker.append(block_lines(scenery, eye, points, own, group).item)
         inside = np.maximum(inside, enclosing_items(scenery, eye))
         sees.append((cosine > 0.0) & (blocker[-1] < 0))
     left, right = (seen & (inside < 0)[:, None] for seen in sees)
