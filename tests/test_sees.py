@@ -141,6 +141,25 @@ def test_of_a_population_each_thing_is_a_requirement_of_its_own(tmp_path, height
     assert "the low is 0 % visible to" in said and ", 100 % asked: the panel hides most" in said
 
 
+def test_what_is_lacking_of_reading_is_told_in_the_unit_of_what_limits_it(tmp_path):
+    path = written(
+        tmp_path,
+        "name: dials, check: reads, instruments: [dial], rules: sight_nureg_0700",
+        head=HEAD,
+    )
+    result = wb.run(load_study(path))
+    people = result.population
+    row = int(people.margin[:, 0].argmin())
+    short = 16 * -people.margin[row, 0] / 0.1
+    assert (
+        f"“read dial” is missed by {short:.1f} arc minutes (16.0 asked): the size of its char"
+        in (person_sentence(people, row))
+    )
+    told = " ".join(result.warnings)
+    assert "nobody meets 'read dial': at least " in told and "arc minutes (16.0 asked)" in told
+    assert "criterion 'dials' is judged by NUREG-0700" in told and "line_down: from memory" in told
+
+
 def test_a_change_of_the_panel_lets_people_see_what_it_hid(tmp_path, height):
     points = f"  low: [3000, 0, {1000 * height - 60:.1f}]"
     path = written(

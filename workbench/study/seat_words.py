@@ -14,6 +14,7 @@ from workbench.model.workplace import Workplace
 from workbench.posture.seating.driving import DrivingPosture
 from workbench.posture.seating.seat import Seated
 from workbench.study.checks.margins import Asked
+from workbench.study.checks.sight import shortfall_words
 from workbench.study.checks.table import SAME_EVERYWHERE
 from workbench.study.hands import kept_off_by_others
 from workbench.study.positions import Fitted, Tried
@@ -263,7 +264,7 @@ def _lacks(margin: Floats, asked: Sequence[Asked]) -> str:
         return ""
     first = asked[missed[0]]
     size = -float(margin[missed[0]])
-    much = first.requirement.unit.short(size)
+    much = shortfall_words(first.requirement, first.criterion, size, "")
     more = len(missed) - 1
     others = f", and {more} more requirement{'s' if more > 1 else ''} missed" if more else ""
     return f"{first.requirement.name!r} is missed by {much}{others}"

@@ -20,7 +20,7 @@ from workbench.model.population_found import PopulationFound
 from workbench.model.reach import MOST_SPARE
 from workbench.model.units import UNITS, Unit
 from workbench.study.accommodation.grips import grip_words
-from workbench.study.checks.sight import limit_of_reading
+from workbench.study.checks.sight import shortfall_words
 from workbench.study.kept_reaches import kept_of_population, kept_words
 from workbench.study.settings import setting_text
 
@@ -470,30 +470,12 @@ def _lacks(result: PopulationFound, row: int, index: int, whose: str) -> str:
 
 
 def lack_words(result: PopulationFound, row: int, index: int) -> str:
-    """How much one requirement lacks of one person: "41 mm", "38 % of its surface", "1.2 arc minutes
-    of 16.0"."""
+    """How much one requirement lacks of one person: "41 mm", "38 % of its surface"."""
     requirement = result.requirements[index]
-    size = -float(result.margin[row, index])
-    reason = int(result.reason[row, index])
-    if requirement.check == "reads" and reason >= 0:
-        criterion = next(c for c in result.study.criteria if c.name == requirement.criterion)
-        if result.reasons[reason].startswith(("size ", "angle ")):
-            limit, key = limit_of_reading(criterion, result.reasons[reason])
-            unit = UNITS[key]
-            of = unit.scale * abs(limit)
-            much = unit.short(requirement.unit.shown(size) / 100 * abs(limit) * unit.counts)
-            return f"{much} of {of:.{unit.places}f}"
-    return f"{requirement.unit.short(size)}{_SHARE_OF.get(requirement.check, '')}"
-
-
-_SHARE_OF = {
-    "sees": " of its surface",
-    "reads": " of its face",
-    "outline": " of the outline",
-    "mirror": " of its ground",
-    "reflection": " of its face",
-}
-"""What a share that is lacking is of."""
+    criterion = next(c for c in result.study.criteria if c.name == requirement.criterion)
+    code = int(result.reason[row, index])
+    reason = result.reasons[code] if code >= 0 else ""
+    return shortfall_words(requirement, criterion, -float(result.margin[row, index]), reason)
 
 
 def _reach_lacks(lack: _Lack, parts: Container[str]) -> str:

@@ -39,6 +39,7 @@ from workbench.study.accommodation.shares import (
 )
 from workbench.study.buried import buried_controls
 from workbench.study.checks.margins import Asked
+from workbench.study.checks.sight import shortfall_words
 from workbench.study.kept_reaches import kept_by_parts, kept_words
 from workbench.study.people import Present, person_found
 from workbench.study.requirements import asked_of, sets_of
@@ -365,8 +366,8 @@ def _hopeless(
     for r in np.flatnonzero(~met.any(axis=0)).tolist():
         person = int(np.argmax(np.nan_to_num(margin[:, r], nan=-np.inf)))
         size = -float(margin[person, r])
-        much = asked[r].requirement.unit.short(size)
         limit = reasons(person, r)
+        much = shortfall_words(asked[r].requirement, asked[r].criterion, size, limit)
         by = f", limited by {limit}" if limit else ""
         if asked[r].requirement.name not in told:
             words.append(

@@ -16,7 +16,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.model.accommodation import MET
+from workbench.model.accommodation import MET, Requirement
 from workbench.model.arrays import Floats, Ints, xyz
 from workbench.model.criterion import Criterion
 from workbench.model.environment import Environment
@@ -44,6 +44,7 @@ __all__ = [
     "line_to",
     "margins",
     "scenery_before",
+    "shortfall_words",
     "targets_of",
 ]
 
@@ -60,6 +61,14 @@ SIDE = "angle to the side of the line of sight"
 ABOVE = "angle above the line of sight"
 BELOW = "angle below the line of sight"
 """What keeps an instrument from being read."""
+_SHARE_OF = {
+    "sees": " of its surface",
+    "reads": " of its face",
+    "outline": " of the outline",
+    "mirror": " of its ground",
+    "reflection": " of its face",
+}
+"""What a share that is lacking is of."""
 READ_BY = ("character_least", "face_angle", "azimuth", "elevation", "line_down")
 """The values of a rule set that reading is judged by."""
 
@@ -244,6 +253,21 @@ def limit_of_reading(criterion: Criterion, what: str) -> tuple[float, str]:
         return -rules.number("azimuth"), "rad"
     low, high = rules["elevation"].tolist()
     return (-high if what == ABOVE else low), "rad"
+
+
+def shortfall_words(
+    requirement: Requirement, criterion: Criterion, size: float, reason: str
+) -> str:
+    """How much of a requirement is lacking, by the size [m] that it counts: "41 mm", "38 % of its
+    surface", of reading in the unit of what limits: "1.2 arc minutes (16.0 asked)"."""
+    unit = requirement.unit
+    if requirement.check == "reads" and reason.startswith(("size ", "angle ")):
+        limit, key = limit_of_reading(criterion, reason)
+        own = UNITS[key]
+        much = own.short(abs(limit) * own.counts * size / unit.counts)
+        stated = f"{own.scale * abs(limit):.{own.places}f}"
+        return f"{much} ({stated} {'allowed' if limit < 0 else 'asked'})"
+    return f"{unit.short(size)}{_SHARE_OF.get(requirement.check, '')}"
 
 
 def _measured(read: Reading) -> dict[str, Floats]:
