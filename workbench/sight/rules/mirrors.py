@@ -89,6 +89,8 @@ def glass_of(environment: Environment, mirror: Mirror, *, eye: Floats | None = N
         )
     if mirror.aims is not None and eye is not None:
         at_eye = frozen(eye, np.float64, (3,), f"mirror {mirror.name}: eye")
+        if not np.isfinite(at_eye).all():
+            raise InputError(f"mirror {mirror.name}: expected a finite eye, got {at_eye.tolist()}")
         aimed = aimed_normal(at_eye, at, np.array(mirror.aims) - at)
         # the least turn from one unit vector to another: I + K + K K / (1 + cos), K of their product
         x, y, z = np.cross(normal, aimed)
@@ -275,8 +277,8 @@ def mirror_field(
     """
     row = check_index("row", row, len(eyes))
     points = frozen(points, np.float64, (None, 3), f"mirror {glass.name}: points")
-    if not len(points):
-        raise InputError(f"mirror {glass.name}: expected points, one at least")
+    if not len(points) or not np.isfinite(points).all():
+        raise InputError(f"mirror {glass.name}: expected finite points, one at least")
     clear = looked_through(scenery.of_row(row), [item])
     met = np.stack(
         [
