@@ -20,6 +20,7 @@ from workbench.sight.obscuration import Target
 from workbench.sight.regions import WHOLE, cone
 from workbench.sight.rules.cockpit_view import cockpit_outline
 from workbench.sight.rules.mirrors import (
+    AWAY,
     OUTSIDE,
     Glass,
     aimed_normal,
@@ -190,6 +191,19 @@ def test_a_blocked_mirror_names_what_hides_and_its_own_part_hides_nothing():
     assert (hidden.share, hidden.hidden) == (0.0, {"screen": 1.0})
     aside = mirror_field(scenery(), given_eyes(ZERO), glass, ground + np.array([0, 30.0, 0]))
     assert aside.hidden == {OUTSIDE: 1.0}
+
+
+def test_an_eye_behind_a_mirror_is_told_that_it_faces_away():
+    glass = square(AT, aimed_normal(ZERO, AT, REAR), 0.1)
+    turned = Glass("mirror", AT, -glass.normal, np.inf, glass.corners)
+    ground = np.array([[-20.0, 0.8, -1.1]])
+    found = mirror_field(scenery(), given_eyes(ZERO), turned, ground)
+    assert (found.share, found.hidden) == (0.0, {AWAY: 1.0})
+    edge = Glass("mirror", ZERO, np.array([0, 1.0, 0]), np.inf, glass.corners)
+    assert mirror_field(scenery(), given_eyes(ZERO), edge, ground).hidden == {
+        AWAY: 0.5,
+        OUTSIDE: 0.5,
+    }
 
 
 @settings(max_examples=15)

@@ -65,7 +65,7 @@ def scenery(parts=None, balls=(), *, glass=()):
 
 def view(scene, region=LEFT, eyes=None, step=0.5):
     return cockpit_view(
-        scene, given_eyes(ZERO) if eyes is None else eyes, region, status="", step=np.radians(step)
+        scene, given_eyes(ZERO) if eyes is None else eyes, region, step=np.radians(step)
     )
 
 

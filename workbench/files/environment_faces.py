@@ -68,7 +68,9 @@ class _Face:
     shows: float
 
 
-def with_faces(environment: Environment, file: EnvironmentFile, document: Document) -> Environment:
+def with_faces(
+    environment: Environment, file: EnvironmentFile, document: Document, *, doubted: bool
+) -> Environment:
     """Return an environment, complete but for its instruments and mirrors, with those of its file.
 
     Parameters
@@ -77,6 +79,9 @@ def with_faces(environment: Environment, file: EnvironmentFile, document: Docume
         With its parts and seats.
     file, document
         All parts that it names are there.
+    doubted
+        Whether something is probably wrong with sizes or seats, which is told: then the eyes may be
+        elsewhere, and which of two faces is meant is not asked about.
 
     Raises
     ------
@@ -89,7 +94,7 @@ def with_faces(environment: Environment, file: EnvironmentFile, document: Docume
         for name, one in things.items():
             try:
                 part = _part(environment, one.part)
-                face = _face(environment, part, one)
+                face = _face(environment, part, one, doubted=doubted)
             except _FaceError as error:
                 key = (section, name, error.key) if error.key else (section, name)
                 faults.append(fail(document, key, str(error)))
@@ -116,13 +121,15 @@ def _part(environment: Environment, key: str) -> str:
     return parts[0]
 
 
-def _face(environment: Environment, part: str, given: InstrumentFile | MirrorFile) -> _Face:
+def _face(
+    environment: Environment, part: str, given: InstrumentFile | MirrorFile, *, doubted: bool
+) -> _Face:
     """The face of a part that is meant; _FaceError where none or several could be, or a mirror faces
     away."""
     every = _triangles(environment, part)
     eyes = np.array([seat.nominal_eye for seat in environment.seats]).reshape(-1, 3)
     if given.face is None:
-        return _shown_face(part, every, eyes)
+        return _shown_face(part, every, eyes, clearly=1.0 if doubted else CLEARLY)
     along = np.array(given.face)
     cosine = every.normal @ along
     shows = np.where(cosine >= STATED_WITHIN, every.area * cosine, 0.0)
@@ -143,7 +150,7 @@ def _face(environment: Environment, part: str, given: InstrumentFile | MirrorFil
     return face
 
 
-def _shown_face(part: str, every: _Triangles, eyes: Floats) -> _Face:
+def _shown_face(part: str, every: _Triangles, eyes: Floats, *, clearly: float) -> _Face:
     """The face that shows most to the eyes (E, 3) of the seats."""
     if not len(eyes):
         raise _FaceError(
@@ -160,7 +167,7 @@ def _shown_face(part: str, every: _Triangles, eyes: Floats) -> _Face:
             f"part {part!r} has no face that looks toward the eyes in a seat; its largest look "
             f"along {_largest(every)}: state 'face', the direction of the one that is meant"
         )
-    if len(faces) > 1 and faces[1].shows > CLEARLY * faces[0].shows:
+    if len(faces) > 1 and faces[1].shows > clearly * faces[0].shows:
         one, other = (_words(face.normal) for face in faces[:2])
         raise _FaceError(
             f"two faces of part {part!r} show about as much to the eyes, one looks along {one}, "

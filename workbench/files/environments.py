@@ -91,7 +91,7 @@ def load_environment(source: str | Path, *, near: Path | None = None) -> Environ
         raise InputError(
             [fail(document, _rule_path(file, names[k]), what) for k, what in open_parts]
         )
-    return with_faces(_complete(environment, file, rules, notes, sizes), file, document)
+    return _complete(document, environment, file, rules, notes, sizes)
 
 
 def environment_files(source: str | Path, *, near: Path | None = None) -> tuple[Path, ...]:
@@ -360,13 +360,14 @@ def _named_parts(file: EnvironmentFile) -> Iterator[tuple[tuple[str | int, ...],
 
 
 def _complete(
+    document: Document,
     environment: Environment,
     file: EnvironmentFile,
     rules: list[PartFile],
     notes: list[str],
     sizes: list[Doubt],
 ) -> Environment:
-    """The environment with its seats, points, controls and allowances.
+    """The environment with its seats, points, controls, allowances, instruments and mirrors.
 
     rules: of each part; notes: sentences about the meshes; sizes: doubts about these.
     """
@@ -402,7 +403,8 @@ def _complete(
         for key in file.accepted
         if open_doubts(doubts, [key]) == open_doubts(doubts, [])
     ]
-    return replace(complete, warnings=(*notes, *said, *environment.warnings))
+    faced = with_faces(complete, file, document, doubted=bool(said))
+    return replace(faced, warnings=(*notes, *said, *environment.warnings))
 
 
 def _allowances(rules: list[PartFile]) -> Iterator[Allowance]:

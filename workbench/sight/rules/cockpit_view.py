@@ -65,7 +65,6 @@ class CockpitView:
     hole: Hidden | None
     posts: tuple[Hidden, ...]
     over_nose: float | None
-    status: str
 
 
 def cockpit_outline(rules: RuleSet, *, seat: Side, axes: Floats | None = None) -> Region:
@@ -101,7 +100,7 @@ def elevation_limits(region: Region, azimuth: float) -> tuple[float, float]:
 
 
 def cockpit_view(
-    scenery: Scenery, eyes: Eyes, region: Region, *, status: str, row: int = 0, step: float = _STEP
+    scenery: Scenery, eyes: Eyes, region: Region, *, row: int = 0, step: float = _STEP
 ) -> CockpitView:
     """Measure what the eyes of one person, or of a design eye point, see of an outline.
 
@@ -113,8 +112,6 @@ def cockpit_view(
         Of B people; eyes 0 m apart are one.
     region
         Of `cockpit_outline`.
-    status
-        Of the rule's numbers.
     row
         Who of them, and whose scenery.
     step
@@ -160,7 +157,6 @@ def cockpit_view(
             for run in across
         ),
         over_nose=None if top >= np.pi / 2 else -top,
-        status=status,
     )
 
 

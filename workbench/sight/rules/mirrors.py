@@ -27,6 +27,7 @@ from workbench.sight.rules.eye_points import SIGN, Side
 from workbench.sight.scenery import Scenery
 
 __all__ = [
+    "AWAY",
     "BESIDE",
     "OUTSIDE",
     "SEEN",
@@ -47,8 +48,13 @@ __all__ = [
 
 OUTSIDE = "outside the mirror"
 """Why ground is not seen that is reflected beside the glass, or not at all."""
-SEEN, BESIDE = -1, -2
-"""What stands for an item where a point is seen, and where it is reflected beside the glass."""
+AWAY = "outside the mirror, which faces away from the eyes"
+"""Why nothing is seen by an eye that is behind a mirror."""
+SEEN = -1
+"""What stands for an item where a point is seen."""
+BESIDE = -2
+"""What stands for an item where a point is reflected beside the glass."""
+_AWAY = -3
 _HALVINGS = 48
 """Halvings of the angle between eye and point: to the last digits."""
 _FACING = 0.8
@@ -243,7 +249,8 @@ class MirrorField:
 
     points (N, 3) [m]. seen (2, N): by the left and by the right eye. share: seen by one of them at
     least. hidden: the share that neither sees, by the name of what hides it, `OUTSIDE` where it is
-    reflected beside the glass; half of a point is put down to what each eye meets.
+    reflected beside the glass, `AWAY` for an eye behind the mirror; half of a point is put down to
+    what each eye meets.
     """
 
     points: Floats
@@ -268,28 +275,21 @@ def mirror_field(
     item
         The item of the scenery that is the mirror's own part, which hides nothing of it.
     row
-        Who of them, and whose scenery.
-
-    Raises
-    ------
-    InputError
-        If the mirror faces away from an eye.
+        Who of them, and whose scenery. An eye behind the mirror sees nothing in it, and is told.
     """
     row = check_index("row", row, len(eyes))
     points = frozen(points, np.float64, (None, 3), f"mirror {glass.name}: points")
     if not len(points) or not np.isfinite(points).all():
         raise InputError(f"mirror {glass.name}: expected finite points, one at least")
     clear = looked_through(scenery.of_row(row), [item])
-    met = np.stack(
-        [
-            what_hides(clear, eye[row], reflections(glass, eye[row], points), points)
-            for eye in (eyes.left, eyes.right)
-        ]
-    )
+    met = np.full((2, len(points)), _AWAY)
+    for side, eye in enumerate((eyes.left[row], eyes.right[row])):
+        if (eye - glass.at) @ glass.normal > 0.0:
+            met[side] = what_hides(clear, eye, reflections(glass, eye, points), points)
     seen = met == SEEN
     lost = ~seen.any(axis=0)
-    count = np.bincount((met[:, lost] - BESIDE).ravel())
-    names = {k: (OUTSIDE, "", *clear.names)[k] for k in np.flatnonzero(count).tolist()}
+    count = np.bincount((met[:, lost] - _AWAY).ravel())
+    names = {k: (AWAY, OUTSIDE, "", *clear.names)[k] for k in np.flatnonzero(count).tolist()}
     return MirrorField(
         points,
         seen,
