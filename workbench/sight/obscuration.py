@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from workbench.errors import InputError, UsageError
+from workbench.model.arguments import check_index
 from workbench.model.arrays import Bools, Floats, Ints, frozen
 from workbench.model.environment import Environment
 from workbench.sight.eyes import Eyes
@@ -126,6 +127,7 @@ def obscuration(
     InputError
         If an eye is inside a solid part or a sphere, or the step is not 0.02 to 45 degrees.
     """
+    row = check_index("row", row, len(eyes))
     region = WHOLE if within is None else within
     n = pixels_of(step)
     left, right = (
