@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import workbench as wb
+from tests.conftest import BOX, BOX_FACES
 from tests.toy_cockpit import BOXES, STUDY, write_toy
 from workbench import load_study
 from workbench.report.words import finding_words
@@ -37,11 +38,30 @@ def pillar_of(radius):
     return "\n".join(lines) + "\n"
 
 
-def study_of(folder, criterion, *, radius=50.0, back=25, glass=(), head=ONE):
+def box_of(name, low, high, first):
+    """A box as lines of an OBJ file, whose vertices begin at a number."""
+    corners = low + BOX * (np.array(high) - low)
+    lines = [f"o {name}", *(f"v {x:g} {y:g} {z:g}" for x, y, z in corners.tolist())]
+    return lines + [f"f {a + first} {b + first} {c + first}" for a, b, c in BOX_FACES.tolist()]
+
+
+def things():
+    """A mirror of 800 x 800 mm on the left, a lamp that shines up, and a screen at 45 degrees over it,
+    in which eyes at (100, 0, 1050) see the lamp level ahead, as lines of an OBJ file."""
+    first = 8 * len(BOXES) + 2 * SIDES + 1
+    lines = box_of("glass", [790, 300, 700], [810, 1100, 1500], first)
+    lines += box_of("lamp", [850, -50, 690], [950, 50, 700], first + 8)
+    corners = [(700, -400, 1250), (700, 400, 1250), (1200, 400, 750), (1200, -400, 750)]
+    lines += ["o screen", *(f"v {x} {y} {z}" for x, y, z in corners)]
+    lines.append("f " + " ".join(str(first + 16 + k) for k in range(4)))
+    return "\n".join(lines) + "\n"
+
+
+def study_of(folder, criterion, *, radius=50.0, back=25, glass=(), head=ONE, more=""):
     path = write_toy(folder, study=f"{head}  - {{name: asked, {criterion}}}\n", people=4)
     place = folder / "environments/toy"
     with (place / "toy.obj").open("a") as mesh:
-        mesh.write(pillar_of(radius))
+        mesh.write(pillar_of(radius) + things())
     room = (place / "environment.yaml").read_text()
     room = room.replace("back_angle: 0", f"back_angle: {back}").replace(
         "  eye:", "  r: [0, 0, 0]\n  eye:"
@@ -54,7 +74,7 @@ def study_of(folder, criterion, *, radius=50.0, back=25, glass=(), head=ONE):
             else f"{old}  {part}: {{see_through: true}}\n"
         )
         room = room.replace(old, new, 1)
-    (place / "environment.yaml").write_text(room)
+    (place / "environment.yaml").write_text(room + more)
     return load_study(path)
 
 
@@ -69,7 +89,7 @@ def test_a_round_pillar_hides_the_angle_of_the_rule(tmp_path, radius, angle):
     assert math.degrees(-verdict.worst.value) == pytest.approx(angle, abs=2e-3)
     assert verdict.passed and math.degrees(-verdict.worst.limit) == pytest.approx(6.0)
     assert finding_words("pillar", verdict.worst).startswith(
-        f"pillar hides {angle:.1f} degrees from both eyes (6.0 degrees allowed) (by UN R125 family"
+        f"pillar hides {angle:.1f} degrees from both eyes (6.0 degrees allowed); its upper and its "
     )
     assert "from memory, not checked" in verdict.worst.source
 
@@ -88,7 +108,7 @@ def test_the_pillar_is_as_wide_in_the_forward_field_as_from_v2(tmp_path, most, p
 
 
 def test_what_is_seen_through_leaves_the_outline_clear_and_a_panel_does_not(tmp_path):
-    every = (*BOXES, "pillar")
+    every = (*BOXES, "pillar", "glass", "lamp", "screen")
     clear = verdict_of(tmp_path / "clear", f"{OUTLINE}, at_least: 100", glass=every)
     assert clear.passed and clear.worst.value == 1.0
     panel = verdict_of(tmp_path / "panel", f"{OUTLINE}, at_least: 100", glass=every[:2] + every[3:])
@@ -114,6 +134,47 @@ def test_a_rule_of_the_seat_is_the_same_for_everybody(tmp_path):
     assert math.degrees(found.margin[0, 0] / 0.2) == pytest.approx(6 - 3.082, abs=2e-3)
 
 
+MIRROR = (
+    "check: mirror, rules: sight_un_r46, mirrors: [side], parts: [pan], ground: r, eye_point: eye"
+)
+
+
+def mirror_at(aims, kind="class: III, "):
+    return (
+        f"mirrors:\n  side: {{part: glass, {kind}radius: flat, face: [-1, 0, 0], aims: {aims}}}\n"
+    )
+
+
+@pytest.mark.parametrize(
+    ("aims", "least", "most"), [([-8000, 1500, 0], 1.0, 1.0), ([-9000, 0, 9000], 0.0, 0.0)]
+)
+def test_a_mirror_shows_the_ground_that_it_is_aimed_at(tmp_path, aims, least, most):
+    """Class III: 1 to 4 m wide from 4 m behind the eyes on, from the pan's side, y = 250."""
+    verdict = verdict_of(
+        tmp_path, f"{MIRROR}, at_least: 50", more=mirror_at(aims), glass=(*BOXES, "pillar")
+    )
+    assert least <= verdict.worst.value <= most and verdict.passed == (least > 0)
+    if not verdict.passed:
+        assert verdict.worst.target == "100 % is outside the mirror"
+
+
+REFLECTION = (
+    "check: reflection, rules: sight_ac_25_773_1, instruments: [lamp], parts: [screen], side: left, "
+    "eye_point: eye"
+)
+LAMP = "instruments:\n  lamp: {part: lamp, face: [0, 0, 1], characters: 5, lit: true}\n"
+
+
+@pytest.mark.parametrize(("most", "passed"), [(0, False), (100, True)])
+def test_a_lamp_under_a_slanted_screen_is_mirrored_straight_ahead(tmp_path, most, passed):
+    verdict = verdict_of(
+        tmp_path, f"{REFLECTION}, at_most: {most}", more=LAMP, glass=("screen", "panel")
+    )
+    assert verdict.worst.value == -1.0 and verdict.passed == passed
+    words = finding_words("reflection", verdict.worst)
+    assert words.startswith("100 % of lamp is mirrored by screen inside the outline")
+
+
 @pytest.mark.parametrize(
     ("criterion", "back", "said"),
     [
@@ -122,6 +183,7 @@ def test_a_rule_of_the_seat_is_the_same_for_everybody(tmp_path):
         (PILLAR.replace("[pillar]", "[roof]"), 25, "criterion 'asked': the plane from Pm"),
         (PILLAR.replace("r_point: r", "r_point: q"), 25, "has no point 'q'"),
         (PILLAR.replace("sight_un_r125", "sight_un_r12"), 25, "sight_un_r12"),
+        (f"{MIRROR}, at_least: 5", 25, "mirror 'side' has no class; .* has I, II, III, IV, V, VI"),
         (f"{PILLAR}, zone: 1", 25, "'zone' does not belong to check: pillar"),
         (OUTLINE.replace("side: left, ", "") + ", at_least: 9", 25, "outline needs 'side'"),
         (f"{OUTLINE}, at_least: 9, parts: [roof]", 25, "'parts' does not belong to check: outline"),
@@ -129,4 +191,4 @@ def test_a_rule_of_the_seat_is_the_same_for_everybody(tmp_path):
 )
 def test_wrong_keys_and_seats_are_told(tmp_path, criterion, back, said):
     with pytest.raises(wb.InputError, match=said):
-        wb.run(study_of(tmp_path, criterion, back=back))
+        wb.run(study_of(tmp_path, criterion, back=back, more=mirror_at([-400, 1250, 0], "")))

@@ -74,6 +74,11 @@ class RuleSet:
             return self.description
         return f"{self.description}; {', '.join(unsure)}: {REMEMBERED}"
 
+    @property
+    def all_told(self) -> str:
+        """Name the rule set for a sentence, with which of all its values are not sure."""
+        return self.told(*self.values)
+
     def _found(self, name: str) -> RuleValue:
         if name not in self.values:
             hint = one_of(name, self.values)

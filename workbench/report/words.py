@@ -191,7 +191,8 @@ def _nose_words(finding: Finding) -> str:
 def _pillar_words(finding: Finding) -> str:
     """Of the angle that a pillar hides from both eyes."""
     hides = degrees(-finding.value, -finding.limit)
-    return f"{finding.subject} hides {hides} from both eyes{_against(finding, degrees)}"
+    cuts = f"; its upper and its lower cut alone {finding.target}"
+    return f"{finding.subject} hides {hides} from both eyes{_against(finding, degrees)}{cuts}"
 
 
 def _field_words(finding: Finding) -> str:
@@ -248,7 +249,7 @@ def _reads_words(finding: Finding) -> str:
     if finding.target == FACE:
         lead = f"{finding.subject} is looked at, from its face, at"
         return f"{lead} {degrees(finding.value, finding.limit)}{_against(finding, degrees)}"
-    way = finding.target.removeprefix("angle ")
+    way = finding.target.removeprefix("angle ").removeprefix("above or ")
     off = degrees(-finding.value, -finding.limit)
     return f"{finding.subject} is {off} {way}{_against(finding, degrees)}"
 

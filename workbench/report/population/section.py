@@ -43,6 +43,7 @@ from workbench.report.population.words import (
     certainty_words,
     elsewhere_words,
     gain_sentence,
+    lack_words,
     no_gain_words,
     person_label,
     person_sentence,
@@ -489,8 +490,7 @@ def _person(result: PopulationFound, row: int, views: PageViews) -> dict[str, An
 
 def _picture(result: PopulationFound, found: Shown, views: PageViews) -> dict[str, Markup | str]:
     """The body in the cockpit as found, from where the line of what is lacking shows longest."""
-    unit = result.requirements[found.requirement].unit
-    lack = unit.short(-float(result.margin[found.row, found.requirement]))
+    lack = lack_words(result, found.row, found.requirement)
     name = plain(result.requirements[found.requirement].name)
     label = person_label(result, found.row)
     mark = _lacking(result, found, lack)
@@ -526,11 +526,11 @@ def _tried_picture(result: PopulationFound, change: TriedChange, views: PageView
     person = change.person
     if person is None:
         return Markup("")
-    before, after = change.margins
+    after = change.margins[1]
     name = plain(change.gain.requirement)
     label = person_label(result, person.row)
     unit = result.requirements[person.before.requirement].unit
-    lack = unit.short(-before)
+    lack = lack_words(result, person.row, person.before.requirement)
     point = person.after.tip or person.after.target
     spare = None if point is None else WebMark(point, spare_words(after, unit))
     marks = (_lacking(result, person.before, lack), spare)

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.body.people.share import TENTHS_FROM, percent, percent_number, percent_parts
-from workbench.model.accommodation import MET, Gain, GroupShare, Requirement
+from workbench.model.accommodation import MET, OF_RULES, Gain, GroupShare, Requirement
 from workbench.model.arrays import Bools, Floats
 from workbench.model.measures import MASS
 from workbench.model.population import SEXES
@@ -20,6 +20,7 @@ from workbench.model.population_found import PopulationFound
 from workbench.model.reach import MOST_SPARE
 from workbench.model.units import UNITS, Unit
 from workbench.study.accommodation.grips import grip_words
+from workbench.study.checks.sight import limit_of_reading
 from workbench.study.kept_reaches import kept_of_population, kept_words
 from workbench.study.settings import setting_text
 
@@ -32,6 +33,7 @@ __all__ = [
     "first_found",
     "gain_sentence",
     "interval_words",
+    "lack_words",
     "limiting_words",
     "no_gain_words",
     "person_name",
@@ -436,7 +438,7 @@ def _lacks(result: PopulationFound, row: int, index: int, whose: str) -> str:
     lack = _Lack(
         requirement,
         whose,
-        requirement.unit.short(-float(result.margin[row, index])),
+        lack_words(result, row, index),
         found.limb if found is not None else "",
         result.reasons[code] if code >= 0 else "",
     )
@@ -455,8 +457,8 @@ def _lacks(result: PopulationFound, row: int, index: int, whose: str) -> str:
         him = {"her": "her", "his": "him"}[whose]
         seen = f"the {plain(requirement.target)} is {100 * share:.0f} % visible to {him}"
         return f"{seen}, {100 * least:g} % asked{_hides_words(lack.reason, whose)}"
-    if requirement.check == "reads":
-        return f"{name} is missed by {lack.by} of its limit{_hides_words(lack.reason, whose)}"
+    if requirement.check in OF_RULES or requirement.check == "reads":
+        return f"{name} is missed by {lack.by}{_hides_words(lack.reason, whose)}"
     if requirement.check == "over_nose":
         kept = f": {reason_words(lack.reason)} is in the way" if lack.reason else ""
         return f"{whose} eyes look down {lack.by} less than “{plain(requirement.name)}” asks{kept}"
@@ -465,6 +467,33 @@ def _lacks(result: PopulationFound, row: int, index: int, whose: str) -> str:
         limited = reason_words(limit, foot)
         return f"{whose} {foot} stays {lack.by} short of its pedal, limited by {limited}"
     return f"{name} is missed by {lack.by}{lack.why}"
+
+
+def lack_words(result: PopulationFound, row: int, index: int) -> str:
+    """How much one requirement lacks of one person: "41 mm", "38 % of its surface", "1.2 arc minutes
+    of 16.0"."""
+    requirement = result.requirements[index]
+    size = -float(result.margin[row, index])
+    reason = int(result.reason[row, index])
+    if requirement.check == "reads" and reason >= 0:
+        criterion = next(c for c in result.study.criteria if c.name == requirement.criterion)
+        if result.reasons[reason].startswith(("size ", "angle ")):
+            limit, key = limit_of_reading(criterion, result.reasons[reason])
+            unit = UNITS[key]
+            of = unit.scale * abs(limit)
+            much = unit.short(requirement.unit.shown(size) / 100 * abs(limit) * unit.counts)
+            return f"{much} of {of:.{unit.places}f}"
+    return f"{requirement.unit.short(size)}{_SHARE_OF.get(requirement.check, '')}"
+
+
+_SHARE_OF = {
+    "sees": " of its surface",
+    "reads": " of its face",
+    "outline": " of the outline",
+    "mirror": " of its ground",
+    "reflection": " of its face",
+}
+"""What a share that is lacking is of."""
 
 
 def _reach_lacks(lack: _Lack, parts: Container[str]) -> str:
@@ -484,12 +513,12 @@ def _reach_lacks(lack: _Lack, parts: Container[str]) -> str:
 
 def _hides_words(reason: str, whose: str) -> str:
     """ ": the left stick hides most of the rest", "" where nothing is known."""
-    if not reason or reason.startswith(("size", "angle")):
+    if not reason or reason.startswith(("size", "angle")) or " hides " in reason or "%" in reason:
         return f": {reason_words(reason)}" if reason else ""
     if reason.startswith(("turned", "beyond")):
         return f": it is {reason}"
-    if reason.startswith("own "):
-        return f": {whose} {plain(reason)} hides most of the rest"
+    if reason.startswith(("own ", "its ")):
+        return f": {reason.replace('own', f'{whose} own') if reason[0] == 'o' else reason} hides most of the rest"
     return f": {reason_words(reason)} hides most of the rest"
 
 
@@ -518,7 +547,7 @@ def reason_words(reason: str, limb: str = "") -> str:
         return f"{reason_words(foot)}, {reason_words(limit, foot)}"
     if " at " in words and " at the " not in words:  # a segment at a part
         words = words.replace(" at ", " at the ", 1)
-    known = ("the ", "a ", "eyes ", "turned ", "beyond ")
+    known = ("the ", "a ", "eyes ", "turned ", "beyond ", "its ")
     if words.startswith("own "):
         return f"the body's {words}"
     return words if not words or words.startswith(known) or "'s " in words else f"the {words}"

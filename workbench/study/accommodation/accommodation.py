@@ -289,19 +289,33 @@ def _warnings(
     where = "place" if question.place.seat is None else "position of the seat"
 
     def limits(person: int, r: int) -> str:
-        if question.asked[r].control is None or found.reason[person, r] < 0:
+        one = question.asked[r]
+        if found.reason[person, r] < 0 or not (one.control or one.requirement.of_sight):
             return ""
         return str(found.words[found.reason[person, r]])
 
     return (
         *grip_words(grips),
         *kept_words(kept),
+        *rules_words(question.asked),
         *piece_warnings([(body.name, body)]),
         *odd_people(question.people),
         *_inexact(bodies),
         *_hopeless(question.asked, found.margin, told, reasons=limits, where=where),
         *buried_controls(question.place.environment),
     )
+
+
+def rules_words(asked: Sequence[Asked]) -> list[str]:
+    """Say by which rule sets of sight criteria are judged, and how sure their values are."""
+    told = {}
+    for one in asked:
+        rules = one.criterion.rule_set
+        if rules is not None:
+            told[one.criterion.name] = (
+                f"criterion {one.criterion.name!r} is judged by {rules.all_told}"
+            )
+    return list(told.values())
 
 
 def _inexact(bodies: PopulationBodies) -> list[str]:

@@ -38,10 +38,9 @@ from workbench.study.situation import Situation
 
 __all__ = [
     "FACE",
-    "HEIGHT",
-    "SIDE",
-    "SIZE",
+    "READ_BY",
     "findings",
+    "limit_of_reading",
     "line_to",
     "margins",
     "scenery_before",
@@ -53,11 +52,16 @@ BEHIND = "behind the eyes"
 """What keeps something from being seen that nothing stands before."""
 SEEN_BY = ("left", "right", "either", "both")
 """By which eyes a share is seen, in the order of `Seen.share`."""
+ITSELF = "its own shape"
+"""What hides a part that stands before itself, as a bezel before a face."""
 SIZE = "size of its characters"
 FACE = "angle to its face"
 SIDE = "angle to the side of the line of sight"
-HEIGHT = "angle above or below the line of sight"
+ABOVE = "angle above the line of sight"
+BELOW = "angle below the line of sight"
 """What keeps an instrument from being read."""
+READ_BY = ("character_least", "face_angle", "azimuth", "elevation", "line_down")
+"""The values of a rule set that reading is judged by."""
 
 
 def targets_of(criterion: Criterion) -> tuple[str, ...]:
@@ -103,14 +107,19 @@ def findings(situation: Situation, criterion: Criterion) -> Iterator[Finding]:
         if criterion.visible:
             yield replace(about, limit=criterion.visible)
         assert sees.read is not None
-        for what, (value, limit) in _limits(sees.read, criterion).items():
-            yield replace(
-                about,
-                target=what,
-                value=float(value[0]),
-                limit=float(limit[0]),
-                unit="arcmin" if what == SIZE else "rad",
-            )
+        assert criterion.rule_set is not None
+        source = criterion.rule_set.told(*READ_BY)
+        for what, value in _measured(sees.read).items():
+            if np.isfinite(value[0]):
+                limit, unit = limit_of_reading(criterion, what)
+                yield replace(
+                    about,
+                    target=what,
+                    value=float(value[0]),
+                    limit=limit,
+                    unit=unit,
+                    source=source,
+                )
 
 
 def line_to(situation: Situation, criterion: Criterion, name: str) -> tuple[Floats, Floats]:
@@ -173,9 +182,11 @@ def _sees(situation: Situation, things: Sequence[tuple[Criterion, str]]) -> Iter
             assert criterion.rule_set is not None
             one = environment.instrument(name)
             read = reading(eyes, one.at, one.face, one.characters, criterion.rule_set)
+        why = np.where(within, seen.blocker[:, 0], BEYOND)
+        own = scenery.names[target.item] if target.item >= 0 else None
         yield _Sees(
             share=np.where(within, share, 0.0),
-            why=np.where(within, seen.blocker[:, 0], BEYOND),
+            why=np.where(why == own, ITSELF, why),
             blocked=np.where(within, seen.blocked[:, 0], 0.0),
             at=middles[k],
             read=read,
@@ -220,28 +231,42 @@ def _target(
     return replace(target_of_part(environment, control.part), name=name)
 
 
-def _limits(read: Reading, criterion: Criterion) -> dict[str, tuple[Floats, Floats]]:
-    """By what is measured of reading (B,) what is found and its limit [rad]; of what must not exceed
-    a limit both are negative."""
+def limit_of_reading(criterion: Criterion, what: str) -> tuple[float, str]:
+    """The limit [rad] of what is measured of reading, negative of what must not be more, and its
+    unit."""
     rules = criterion.rule_set
     assert rules is not None
-    low, high = rules["elevation"]
-    every = np.ones(len(read.distance))
+    if what == SIZE:
+        return criterion.at_least or rules.number("character_least"), "arcmin"
+    if what == FACE:
+        return rules.number("face_angle"), "rad"
+    if what == SIDE:
+        return -rules.number("azimuth"), "rad"
+    low, high = rules["elevation"].tolist()
+    return (-high if what == ABOVE else low), "rad"
+
+
+def _measured(read: Reading) -> dict[str, Floats]:
+    """(B,) [rad] what limits of reading are asked of, as `limit_of_reading` has them: NaN of what is
+    above the line of sight where the instrument is below, and the other way."""
     return {
-        SIZE: (read.character, (criterion.at_least or rules.number("character_least")) * every),
-        FACE: (read.face_angle, rules.number("face_angle") * every),
-        SIDE: (-np.abs(read.azimuth), -rules.number("azimuth") * every),
-        HEIGHT: (-np.abs(read.elevation), np.where(read.elevation < 0, low, -high)),
+        SIZE: read.character,
+        FACE: read.face_angle,
+        SIDE: -np.abs(read.azimuth),
+        ABOVE: np.where(read.elevation > 0, -read.elevation, np.nan),
+        BELOW: np.where(read.elevation > 0, np.nan, read.elevation),
     }
 
 
 def _reads(sees: _Sees, criterion: Criterion) -> tuple[Floats, NDArray[np.object_]]:
-    """(B,) the least of what is to spare of the limits of reading, as shares of what is asked, and
-    what it is."""
+    """(B,) the least of what is to spare of the limits of reading, as shares of the limits, and what
+    it is."""
     assert sees.read is not None
-    limits = _limits(sees.read, criterion)
-    spare = np.stack([(value - limit) / np.abs(limit) for value, limit in limits.values()])
-    words = np.array([*limits], dtype=object)[spare.argmin(axis=0)]
+    found = _measured(sees.read)
+    limits = np.array([limit_of_reading(criterion, what)[0] for what in found])[:, None]
+    spare = (np.stack([*found.values()]) - limits) / np.abs(limits)
+    spare = np.where(np.isnan(spare), np.inf, spare)
+    words = np.array([*found], dtype=object)[spare.argmin(axis=0)]
     least = spare.min(axis=0)
     if criterion.visible:
         hidden = sees.share - criterion.visible

@@ -119,16 +119,16 @@ def _side(name: str) -> Side:
 
 @dataclass(frozen=True)
 class _OfSeat:
-    """What a rule finds of a seat [rad], whoever sits there, and the part that makes it so."""
+    """What a rule finds of a seat [rad], whoever sits there, and what there is to say of it."""
 
     angle: float
-    part: str
+    words: str
 
 
 def _judged(situation: Situation, found: _OfSeat, most: float, source: str) -> _Judged:
     """What must not exceed a limit, the same for everybody."""
     count = len(situation)
-    why = np.full(count, found.part, dtype=object)
+    why = np.full(count, found.words, dtype=object)
     return _Judged(np.full(count, -found.angle), -most, why, source)
 
 
@@ -201,10 +201,11 @@ def _pillar_angle(environment: Environment, criterion: Criterion, seat: str) -> 
     )
     side: Side = "left" if corners[..., 1].mean() > points["pm"][1] else "right"
     try:
-        angle = pillar_angle(corners, points, _rules(criterion), side=side).angle
+        found = pillar_angle(corners, points, _rules(criterion), side=side)
     except InputError as error:
         raise InputError(f"criterion {criterion.name!r}: {error}") from None
-    return _OfSeat(angle, ", ".join(criterion.parts))
+    upper, lower = np.degrees((found.of_upper, found.of_lower)).tolist()
+    return _OfSeat(found.angle, f"{upper:.1f} and {lower:.1f} degrees")
 
 
 def _field(situation: Situation, criterion: Criterion, _: str) -> _Judged:
