@@ -230,6 +230,40 @@ def man():
     return morph_to(wb.load_body("adult_male"), "coarse")
 
 
+def sight_cases():
+    """The functions that are about what people see."""
+    room = wb.load_environment("compact_car")
+    placed = wb.place(man(), wb.pose(man(), {}, reference="LT", position=(0.0, 0.0, 3.0)))
+    eyes = wb.given_eyes((0.02, 0.35, 0.89))
+    scenery = wb.scenery_of(room)
+    mirror = room.mirror("left_mirror")
+    glass = wb.glass_of(room, mirror, eye=eyes.middle[0])
+    ground = np.array([[-10.0, 1.5, -0.28], [-12.0, 2.0, -0.28]])
+    part = room.part_index(mirror.part)
+    return {
+        "eyes_of": {"placed": placed},
+        "gaze": {"eyes": eyes, "target": [1.0, 0.0, 0.9]},
+        "given_eyes": {"middle": [0.0, 0.3, 0.9], "ahead": (1.0, 0.0, 0.0), "spacing": 0.065},
+        "glass_of": {"environment": room, "mirror": mirror, "eye": [0.02, 0.35, 0.89]},
+        "mirror_field": {
+            "scenery": scenery,
+            "eyes": eyes,
+            "glass": glass,
+            "points": ground,
+            "item": part,
+            "row": 0,
+        },
+        "obscuration": {"scenery": scenery, "eyes": eyes, "row": 0, "within": None, "step": 0.05},
+        "scenery_of": {
+            "environment": room,
+            "placed": placed,
+            "others": {"guest": placed},
+            "moving": ("bonnet",),
+            "displacement": np.zeros((1, 3)),
+        },
+    }
+
+
 def human_cases(tmp_path):
     """The functions that are about people."""
     body = man()
@@ -440,6 +474,10 @@ def test_hostile_arguments_of_slow_functions_are_refused_in_our_own_words():
     assert failures(slow_cases()) == []
 
 
+def test_hostile_arguments_about_sight_are_refused_in_our_own_words():
+    assert failures(sight_cases()) == []
+
+
 def made_by_hand(one_arm):
     """The nouns that people make themselves."""
     poses = wb.pose(one_arm, {})
@@ -625,6 +663,7 @@ def test_hostile_pictures_are_refused_in_our_own_words(one_arm, tmp_path):
     placed = wb.place(one_arm, wb.pose(one_arm, {}))
     right = {"source": placed, "out": tmp_path / "a.svg", "environment": None, "posture": None}
     right |= dict.fromkeys(("case", "view", "size", "display", "style", "cut", "angle"))
+    right |= dict.fromkeys(("look_at", "ground", "outline"))
     assert failures({"render": right}) == []
 
 
@@ -640,6 +679,7 @@ def test_every_public_function_is_tried(one_arm, tmp_path):
         *arm_cases(one_arm),
         *human_cases(tmp_path),
         *slow_cases(),
+        *sight_cases(),
         *FILES,
         "run",
         "compare",

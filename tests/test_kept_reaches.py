@@ -12,8 +12,10 @@ from tests.conftest import BOX, BOX_FACES, box_part, environment_of
 from tests.toy_cockpit import write_toy
 from workbench.cli import main
 from workbench.model.accommodation import Requirement
+from workbench.model.criterion import Criterion
 from workbench.model.environment import Control
-from workbench.study.kept_reaches import kept_by_parts, kept_words
+from workbench.model.result import ControlReach
+from workbench.study.kept_reaches import kept_by_parts, kept_of_people, kept_words
 
 REASONS = ("stalk", "wall", "length of the limb")
 STALK, WALL, SHORT, NOTHING = 0, 1, 2, -1
@@ -53,6 +55,34 @@ def test_a_part_that_touches_nothing_of_it_is_in_the_way_and_no_more():
     assert told([-5.0, -9.0], [WALL, WALL]) == [
         "nobody reaches lever: wall is in the way by 5.0 to 9.0 mm"
     ]
+
+
+def test_a_person_who_is_asked_in_several_cases_is_told_the_best_and_the_worst():
+    asked = Criterion("levers", "reach", ("driver",), (), (), 0.0, controls=("lever",))
+    rows = [
+        ControlReach(
+            *(
+                "driver",
+                "lever",
+                1,
+                1,
+                "right hand",
+                False,
+                miss,
+                0.02,
+                "stalk",
+                None,
+                0.0,
+                "",
+                case,
+            )
+        )
+        for case, miss in (("driving", 0.289), ("parking", 0.502), ("waiting", 0.401))
+    ]
+    (words,) = kept_words(kept_of_people(room(), [asked], rows))
+    assert words.startswith(
+        "driver does not reach lever: stalk is in the way by 309.0 to 522.0 mm,"
+    )
 
 
 def test_people_whose_arm_is_too_short_are_not_counted():

@@ -15,6 +15,7 @@ from tests.reach_judge import Judge, Surroundings
 from tests.reach_oracle import clear_ways
 from workbench import limb, reach, scale
 from workbench.model.environment import Allowance
+from workbench.model.posing import attitude_matrix
 from workbench.model.reach import DOUBTS
 
 MEASURES = ({"stature": 1.56}, {"stature": 1.66}, {"stature": 1.75}, {"stature": 1.86})
@@ -313,3 +314,43 @@ def test_what_a_tighter_zone_reaches_is_shown_in_its_posture(people, seated, bel
         frame = own.world_from_segment[0, arm.end]
         tip = frame[:, :3] @ arm.tip[b] + frame[:, 3]
         np.testing.assert_allclose(tip, target[0], atol=1e-4)
+
+
+def rack(turn, offset):
+    """Pigeonholes in front of somebody who sits, turned (3, 3) and moved (3,) [m]: boards that meet
+    and cross, so that two of them are as near, or as deep, along all edges."""
+    boards = [box_part("back", (0.88, -0.4, 0.3), (0.9, 0.9, 1.2))]
+    for k, z in enumerate(np.linspace(0.3, 1.2, 6)):
+        boards.append(box_part(f"shelf {k}", (0.68, -0.4, z), (0.88, 0.9, z + 0.02)))
+    for k, y in enumerate(np.linspace(-0.4, 0.9, 8)):
+        boards.append(box_part(f"upright {k}", (0.68, y, 0.32), (0.88, y + 0.02, 1.2)))
+    return environment_of(
+        *(replace(board, vertices=board.vertices @ turn.T + offset) for board in boards)
+    )
+
+
+def reaches_into(body, poses, turn, offset):
+    """What people reach in the pigeonholes, all of it turned and moved."""
+    targets = np.array([(0.8, y, z) for y in (-0.2, 0.06, 0.32, 0.58) for z in (0.42, 0.8)])
+    world = turn @ poses.world_from_reference
+    world[:, :, 3] += offset
+    return reach(
+        body,
+        wb.Poses(poses.rotations, poses.reference, world),
+        targets @ turn.T + offset,
+        limb=limb(body, **HOW),
+        environment=rack(turn, offset),
+        thorough=False,
+    )
+
+
+def test_people_reach_alike_wherever_their_surroundings_stand(hard):
+    bodies, poses = hard
+    one = reaches_into(bodies, poses, np.eye(3), np.zeros(3))
+    assert 0.1 < one.reached.mean() < 0.9
+    for degrees, offset in ((23.0, (0.7, -1.3, 0.2)), (141.0, (-20.0, 3.0, 0.0))):
+        turn = attitude_matrix(yaw=np.radians(degrees))
+        other = reaches_into(bodies, poses, turn, np.array(offset))
+        assert np.array_equal(one.part, other.part)
+        assert np.abs(one.angles - other.angles).max() < 1e-6
+        assert np.abs(one.miss - other.miss).max() < 1e-6

@@ -11,8 +11,6 @@ from tests.same_study import Same, answers, differences, write_same
 
 TOLERANCE = 1e-5
 """What two runs may differ by [m, rad or mm]: kernels work in single precision far from the origin."""
-FAMILY = 1e-4
-"""The same of a mirrored body of the family: its file has left and right alike to 0.06 mm."""
 KEPT_OFF = 2e-3
 """What is told of how far a hand stays off what it does not reach may differ by so much [m]."""
 OTHERWISE = Same(
@@ -141,16 +139,14 @@ def test_a_study_written_otherwise_has_the_same_answers(tmp_path, text):
 
 def test_a_study_of_postures_written_otherwise_has_the_same_answers(tmp_path):
     study = ROOT / "studies" / "trainer_clearance.yaml"
-    assert unlike(study, tmp_path, OTHERWISE, FAMILY) == []
+    assert unlike(study, tmp_path, OTHERWISE) == []
 
 
 @pytest.mark.nightly
 @pytest.mark.parametrize("how", EACH.values(), ids=EACH)
 @pytest.mark.parametrize("name", ["trainer_clearance", "trainer_reach"])
 def test_a_shipped_study_has_the_same_answers(tmp_path, name, how):
-    # legs are solved one after the other: each knee to 0.02 degrees
-    tolerance = 5e-4 if how.mirrored else TOLERANCE
-    assert unlike(ROOT / "studies" / f"{name}.yaml", tmp_path, how, tolerance) == []
+    assert unlike(ROOT / "studies" / f"{name}.yaml", tmp_path, how) == []
 
 
 @pytest.mark.nightly

@@ -26,6 +26,7 @@ from workbench.sight.obscuration import (
     target_of_point,
 )
 from workbench.sight.panorama import panorama
+from workbench.sight.rays import first_hits
 from workbench.sight.regions import (
     WHOLE,
     blind_zone_end,
@@ -317,3 +318,13 @@ def test_eyes_that_are_not_placed_or_of_other_rows_are_refused_not_said_to_see()
         seen_shares(scenery, given_eyes(np.zeros((3, 3))), [])
     with pytest.raises(UsageError, match="a row of 0 to 2, got 3"):
         obscuration(scenery, given_eyes(np.zeros((4, 3))), row=3)
+
+
+def test_rays_name_the_first_of_the_parts_that_count_and_how_far_it_is(box_cab):
+    origins = np.zeros((3, 3))
+    ways = np.array([(0, 0, -1), (1, 0, 0), (0, 0, 1)], dtype=float)
+    found = first_hits(box_cab, origins, ways, length=1.0, among=np.ones(3, dtype=np.bool_))
+    assert found.distance == pytest.approx([0.8, 0.4, np.inf])
+    assert [box_cab.parts[k] for k in found.parts] == ["floor", "wall"]
+    short = first_hits(box_cab, origins, ways, length=0.7, among=np.array([True, False, True]))
+    assert not np.isfinite(short.distance).any() and short.parts == []

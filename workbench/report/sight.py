@@ -32,7 +32,7 @@ _CHECKS = frozenset(
     }
 )
 """Checks of what people see, whose results have this section."""
-_MOST = 4
+_MOST = 2
 """People in cases that are drawn."""
 _WIDTH = 900
 _HEIGHT = 760

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from workbench.errors import InputError
-from workbench.model.arrays import Floats, freeze_fields
+from workbench.model.arrays import Floats, freeze_fields, frozen
 from workbench.model.body import Body
 from workbench.model.poses import Placed
 from workbench.model.quaternions import exponential, rotate
@@ -262,7 +262,8 @@ def gaze(eyes: Eyes, target: ArrayLike, limits: Limits = TURNS) -> Gaze:
     InputError
         If a target is not finite, or at the eyes themselves.
     """
-    goal = np.broadcast_to(np.asarray(target, dtype=np.float64), (len(eyes), 3))
+    shape = (3,) if np.ndim(target) < 2 else (len(eyes), 3)
+    goal = np.broadcast_to(frozen(target, np.float64, shape, "gaze: target"), (len(eyes), 3))
     distance = np.linalg.norm(goal - eyes.middle, axis=1)
     if not np.isfinite(goal).all() or np.any(distance == 0.0):
         raise InputError("gaze: expected finite targets (B, 3) [m] away from the eyes")

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from workbench.errors import InputError, UsageError
+from workbench.model.arguments import check_index
 from workbench.model.arrays import Bools, Floats, Ints, frozen
 from workbench.model.environment import Environment
 from workbench.sight.eyes import Eyes
@@ -36,6 +37,7 @@ __all__ = [
     "Obscuration",
     "Seen",
     "Target",
+    "block_lines",
     "lines_of_sight",
     "obscuration",
     "seen_shares",
@@ -125,6 +127,7 @@ def obscuration(
     InputError
         If an eye is inside a solid part or a sphere, or the step is not 0.02 to 45 degrees.
     """
+    row = check_index("row", row, len(eyes))
     region = WHOLE if within is None else within
     n = pixels_of(step)
     left, right = (
@@ -349,11 +352,14 @@ def lines_of_sight(
     ends = np.asarray(points, dtype=np.float64)
     on = np.full(1, -1) if own is None else np.asarray(own)
     group = np.append(np.arange(0, ends.shape[1], _GROUP), ends.shape[1])
-    return _blocked(scenery, np.asarray(eye), ends, on, group)
+    return block_lines(scenery, np.asarray(eye), ends, on, group).item
 
 
-def _blocked(scenery: Scenery, eye: Floats, points: Floats, own: Ints, group: Ints) -> Ints:
-    """As `lines_of_sight`; group (G + 1,): where groups of points that are near each other begin."""
+def block_lines(scenery: Scenery, eye: Floats, points: Floats, own: Ints, group: Ints) -> Lines:
+    """Return what blocks lines first, and at which share of the way.
+
+    group (G + 1,): where groups of points that are near each other begin; else as `lines_of_sight`.
+    """
     eyes = check_eyes(scenery, eye)
     way = np.ascontiguousarray(points - eyes[:, None])
     far = np.maximum(np.linalg.norm(way, axis=2), np.finfo(float).tiny)
@@ -375,7 +381,7 @@ def _blocked(scenery: Scenery, eye: Floats, points: Floats, own: Ints, group: In
     )
     blockers = scenery.blockers(~scenery.see_through)
     in_pieces(lambda begin, end: blocked_lines(lines, blockers, begin, end), len(eyes), _PIECE)
-    return lines.item
+    return lines
 
 
 @dataclass(frozen=True, eq=False)
@@ -445,7 +451,7 @@ def seen_shares(scenery: Scenery, eyes: Eyes, targets: Sequence[Target]) -> Seen
         cosine = np.einsum("bmi,mi->bm", away, normals) / distance
         cosine[:, ~normals.any(axis=1)] = 1.0
         weight += np.maximum(cosine, 0.0) / distance**2
-        blocker.append(_blocked(scenery, eye, points, own, group))
+        blocker.append(block_lines(scenery, eye, points, own, group).item)
         inside = np.maximum(inside, enclosing_items(scenery, eye))
         sees.append((cosine > 0.0) & (blocker[-1] < 0))
     left, right = (seen & (inside < 0)[:, None] for seen in sees)

@@ -10,7 +10,7 @@ import numpy as np
 
 from workbench.errors import InputError, UsageError
 from workbench.geometry.polygon import point_winding
-from workbench.model.arrays import Bools, Floats, Ints, freeze_fields
+from workbench.model.arrays import Bools, Floats, Ints, freeze_fields, frozen
 from workbench.model.environment import Environment
 from workbench.model.poses import Placed
 from workbench.sight.eyes import eyes_of, head_of
@@ -175,6 +175,8 @@ def scenery_of(
     """
     people = [] if placed is None else [_own(placed)]
     people += [_spheres_of(other, f"{name}'s") for name, other in (others or {}).items()]
+    if displacement is not None:
+        displacement = frozen(displacement, np.float64, (None, 3), "scenery: displacement")
     rows = max([1 if displacement is None else len(displacement), *map(len, people)])
     for one in people:
         if len(one) not in (1, rows):

@@ -7,7 +7,7 @@ control's own stalk, which a hand may enter as it enters the knob.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -130,13 +130,13 @@ def kept_of_people(
     environment: Environment, criteria: Iterable[Criterion], reaches: Iterable[ControlReach]
 ) -> list[KeptReach]:
     """Find the controls that single people miss for a part that touches them, of the reaches that
-    criteria ask for."""
+    criteria ask for: by how much in the best and in the worst of these."""
     controls = {control.name: control for control in environment.controls}
-    asked = [one for one in criteria if one.check == "reach"]
+    asked = [criterion for criterion in criteria if criterion.check == "reach"]
     touching = Touching(part_meshes(environment))
-    kept = {}
+    kept: dict[tuple[str, str, str], KeptReach] = {}
     for row in reaches:
-        wanted = any(_is_asked(one, row) for one in asked)
+        wanted = any(_is_asked(criterion, row) for criterion in asked)
         if row.reached or row.limit not in environment.parts or not wanted:
             continue
         control = controls[row.control]
@@ -144,7 +144,10 @@ def kept_of_people(
         short = row.miss + row.overlap
         if beside:
             who = f"{row.person} does not reach"
-            kept[who, row.control] = KeptReach(who, "", control, row.limit, beside, short, short)
+            key = who, row.control, row.limit
+            one = kept.get(key, KeptReach(who, "", control, row.limit, beside, short, short))
+            # in another case, zone or with the other hand it is another distance
+            kept[key] = replace(one, least=min(one.least, short), most=max(one.most, short))
     return list(kept.values())
 
 

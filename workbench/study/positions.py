@@ -105,7 +105,9 @@ neighbours: these were tried before the change, where they were worth it."""
 SAME_SETTING = 1e-5
 """[m or rad] Two settings that are less apart are the same one."""
 SETTING_WORTH = 1e-4
-"""A setting in which somebody still does not fit must be better than the best so far by this [m]."""
+POSITION_WORTH = 1e-6
+"""A setting, or a position, in which somebody still does not fit must be better than the best so far by
+this [m]: of those that are alike but for rounding the first one stays."""
 WAVE = 8
 """Positions of the lattice that are tried at a time."""
 MOST_ROWS = 512
@@ -330,7 +332,7 @@ class _Search:
     counted: Bools
     setting: Floats
     remembered: Remembered
-    worth: float = 0.0
+    worth: float = POSITION_WORTH
     proceed: Callable[[], None] = lambda: None
     judged: set[tuple[int, float, float]] = field(default_factory=set)
 
@@ -597,7 +599,7 @@ def _scan(search: _Search, positions: Floats) -> None:
     """Try the lattice, for each person the nearest to the comfortable position first. Where no set
     is asked for, who fits is asked no further."""
     way = np.linalg.norm(positions[None] - search.comfortable[:, None], axis=2)
-    order = np.argsort(way, axis=1, kind="stable")
+    order = np.argsort(np.round(way, DECIMALS), axis=1, kind="stable")
     for first in range(0, len(positions), WAVE):
         people = np.arange(len(order))
         if not search.members.shape[1]:
@@ -616,7 +618,7 @@ def _try_positions(search: _Search, people: Ints, positions: Floats) -> None:
     new = _not_judged(search, people, positions)
     people = people[new]
     positions = positions[new]
-    order = np.lexsort((*positions.T[::-1], people))
+    order = np.lexsort((*np.round(positions, DECIMALS).T[::-1], people))
     count = np.bincount(people, minlength=len(search.who))
     batch = (np.cumsum(count) - count) // MOST_ROWS
     for number in np.unique(batch[people]).tolist():

@@ -13,6 +13,7 @@ from workbench.model.adjusting import adjusted
 from workbench.model.arrays import Floats
 from workbench.model.environment import Adjustment
 from workbench.model.workplace import Workplace
+from workbench.posture.seating.posture import DECIMALS
 from workbench.study.checks.margins import Asked
 
 __all__ = [
@@ -81,7 +82,7 @@ def settings_of(place: Workplace) -> Floats:
     every = np.array(list(product(*setting_axes(place))))
     size = np.array([one.travel[1] - one.travel[0] for one in adjustments])
     way = np.linalg.norm((every - nominal) / size, axis=1)
-    order = np.argsort(way, kind="stable")
+    order = np.argsort(np.round(way, DECIMALS), kind="stable")
     settings: Floats = every[order[way[order] > 0]]
     return settings
 

@@ -33,11 +33,13 @@ __all__ = [
     "Trees",
     "deepest",
     "deepest_may_be",
+    "depth_in",
     "fill_rows",
     "near_polygon",
     "nearest_in",
     "reaches",
     "record_gap",
+    "solids_at",
     "span_bound",
     "square_bound",
 ]
@@ -178,7 +180,7 @@ def _grid_bound(x, y, z, field, g):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def _solids_at(x, y, z, field, g):  # type: ignore[no-untyped-def]
+def solids_at(x, y, z, field, g):  # type: ignore[no-untyped-def]
     """The set of solids that may hold a point: where it begins and ends."""
     per = field.grid[g, 4]
     ny = field.shape[g, 1]
@@ -199,7 +201,7 @@ def square_bound(x, y, z, field, g):  # type: ignore[no-untyped-def]
         low = max(low, _grid_bound(x, y, z, field, field.wide[g])[0])
     if sure == 0:
         sure = 1
-        first, last = _solids_at(x, y, z, field, g)
+        first, last = solids_at(x, y, z, field, g)
         for m in range(first, last):
             if field.set_sure[m] or not _beyond(x, y, z, field.solid_span, field.set_solid[m]):
                 sure = 0
@@ -332,6 +334,22 @@ def reaches(x, y, z, r, field, g, allowed, stack, gaps):  # type: ignore[no-unty
     return False
 
 
+@inlined
+def depth_in(x, y, z, faces, shells, field, m, near, stack, gaps):  # type: ignore[no-untyped-def]
+    """Depth of a point of the grid in solid m of the sets, and its polygon (rank) that is nearest; -1
+    twice where the point is outside. near: as of `near_polygon`."""
+    s = field.set_solid[m]
+    if _beyond(x, y, z, field.solid_span, s):
+        return -1.0, -1
+    if not field.set_sure[m] and not inside_part(
+        x, y, z, faces, shells, field.solid_part[s], stack
+    ):
+        return -1.0, -1
+    hint = near if field.solid_rank[s, 0] <= near < field.solid_rank[s, 1] else -1
+    square, f = nearest_in(x, y, z, field.trees, field.solid_root[s], hint, np.inf, stack, gaps)
+    return math.sqrt(square), f
+
+
 @inner
 def deepest(x, y, z, faces, shells, field, g, stack, gaps):  # type: ignore[no-untyped-def]
     """Depth of a point of the grid in the solids of a group and the nearest polygon (rank) of the
@@ -339,20 +357,12 @@ def deepest(x, y, z, faces, shells, field, g, stack, gaps):  # type: ignore[no-u
     depth = -1.0
     rank = -1
     near = near_polygon(x, y, z, field, g)
-    first, last = _solids_at(x, y, z, field, g)
+    first, last = solids_at(x, y, z, field, g)
     for m in range(first, last):
-        s = field.set_solid[m]
-        if _beyond(x, y, z, field.solid_span, s):
-            continue
-        if field.set_sure[m] or inside_part(x, y, z, faces, shells, field.solid_part[s], stack):
-            own = field.solid_rank[s, 0] <= near < field.solid_rank[s, 1]
-            hint = near if own else -1
-            square, f = nearest_in(
-                x, y, z, field.trees, field.solid_root[s], hint, np.inf, stack, gaps
-            )
-            if math.sqrt(square) > depth:
-                depth = math.sqrt(square)
-                rank = f
+        own, f = depth_in(x, y, z, faces, shells, field, m, near, stack, gaps)
+        if own > depth:
+            depth = own
+            rank = f
     return depth, rank
 
 
@@ -360,7 +370,7 @@ def deepest(x, y, z, faces, shells, field, g, stack, gaps):  # type: ignore[no-u
 def deepest_may_be(x, y, z, field, g, rank, way):  # type: ignore[no-untyped-def]
     """No less than the depth of a point in the solids of a group, `way` being the distance to the
     polygon of a rank."""
-    first, last = _solids_at(x, y, z, field, g)
+    first, last = solids_at(x, y, z, field, g)
     for m in range(first, last):
         s = field.set_solid[m]
         mine = field.solid_rank[s, 0] <= rank < field.solid_rank[s, 1]

@@ -323,36 +323,16 @@ def _contacts(case, near, desk):  # type: ignore[no-untyped-def]
     )
 
 
-@inlined
-def _counts(room, i, count, found):  # type: ignore[no-untyped-def]
-    """Whether contact i says how to get out of its part. One from outside does not where the same
-    sphere's centre is inside the same part: it would push farther in."""
-    if found[0, i, 6] > 0.0:
-        return True
-    part = room.owner[int(found[0, i, 2])]
-    for m in range(count):
-        if (
-            found[0, m, 6] > 0.0
-            and found[0, m, 1] == found[0, i, 1]
-            and room.owner[int(found[0, m, 2])] == part
-        ):
-            return False
-    return True
-
-
 @inner
 def _make_planes(case, count, desk):  # type: ignore[no-untyped-def]
     """Make planes of the first `count` contacts, deepest first; of those of one sphere that lead the
     same way only the deepest."""
     planes = desk.planes
     sphere = desk.sphere
-    found = desk.space.found
     many = 0
     for i in range(count):
-        if not _counts(case.room, i, count, found):
-            continue
         plane_of_contact(case.limbs, case.body, case.room, i, CLEAR, desk.space, planes, many)
-        sphere[many] = int(found[0, i, 1])
+        sphere[many] = int(desk.space.found[0, i, 1])
         same = False
         for m in range(many):
             cosine = 0.0

@@ -18,7 +18,14 @@ from numpy.typing import NDArray
 from workbench.body.kernels.forward import Chain, Skin, chain_transforms, place_spheres
 from workbench.body.kernels.rotation import swing_twist_quaternion
 from workbench.compiled import inlined, inner, njit
-from workbench.contact.kernels.field import Field, deepest, record_gap, square_bound
+from workbench.contact.kernels.field import (
+    Field,
+    depth_in,
+    near_polygon,
+    record_gap,
+    solids_at,
+    square_bound,
+)
 from workbench.contact.kernels.heads import near_heads
 from workbench.contact.kernels.inside import Shells
 from workbench.contact.kernels.pairs import Balls
@@ -57,6 +64,8 @@ __all__ = [
 
 DEEPEST = 16
 """Number of contacts of a limb that are kept, the deepest."""
+SOLIDS = 16
+"""How many solids may hold a centre at once; of more, the others count as surfaces."""
 PEOPLE = 2
 """The group of the people, after the parts that stay and those that are displaced for each body."""
 GROUPS = 3
@@ -65,6 +74,10 @@ WIDER = 5e-3
 need not be searched again."""
 ROUNDING_MARGIN = 1e-9
 """Rounding [m] of the distance that a sphere has moved."""
+STEPS = 2.0**30
+"""[1/m] The excess of a contact is rounded down to one over this, 1e-9 m. Where polygons meet, those of
+an edge or a corner are all as deep, but for the last digits, which are others once a cockpit is turned
+or moved."""
 
 
 class Obstacles(NamedTuple):
@@ -108,6 +121,8 @@ class Space(NamedTuple):
     is inside. Of a sphere of a person, its number after the polygons, its centre and 0."""
     last: NDArray[np.float64]
     """(groups, S, 3) [m] where a sphere was last looked at, in its group's own frame."""
+    entered: NDArray[np.int64]
+    """(SOLIDS,) the solid parts that hold the centre of a sphere."""
     gap: NDArray[np.float64]
     """(groups, S) [m] how far its centre was from all surfaces of the group at least; -1 where it
     is not known, or the centre is inside."""
@@ -126,6 +141,7 @@ def new_space(limbs, joints):  # type: ignore[no-untyped-def]
         np.empty(DEEP + EIGHT, np.float32),
         np.zeros((1, DEEPEST, 7)),
         np.zeros((GROUPS, spheres, 3)),
+        np.zeros(SOLIDS, np.int64),
         np.full((GROUPS, spheres), -1.0),
     )
 
@@ -240,22 +256,40 @@ def _placed(limbs, b, held, base, p, angles, q, space):  # type: ignore[no-untyp
     place_spheres(rotations, space.world, _skin_of_row(limbs, b), space.centres)
 
 
+@inlined
+def _rounded(excess):  # type: ignore[no-untyped-def]
+    """The excess of a contact [m] rounded down, so that of those that are as deep it is the same."""
+    return math.floor(excess * STEPS) / STEPS
+
+
+@inlined
+def _precedes(excess, s, polygon, found, i):  # type: ignore[no-untyped-def]
+    """Whether a contact comes before found[0, i]: the deeper, of equals that of the sphere and of the
+    polygon with the lower number."""
+    if excess != found[0, i, 0]:
+        return excess > found[0, i, 0]
+    if s != found[0, i, 1]:
+        return s < found[0, i, 1]
+    return polygon < found[0, i, 2]
+
+
 @inner
-def _keep(found, p, count, values):  # type: ignore[no-untyped-def]
-    """Insert a contact among found[p], deepest first; returns the new count.
+def _keep(found, count, values):  # type: ignore[no-untyped-def]
+    """Insert a contact among found[0], in the order of `_precedes`; returns the new count.
 
     values are excess [m], sphere, polygon, point (3) [m], and 1 for a centre inside.
     """
     most = found.shape[1]
-    if count == most and found[p, most - 1, 0] >= values[0]:
+    excess, s, polygon = values[0], values[1], values[2]
+    if count == most and not _precedes(excess, s, polygon, found, most - 1):
         return count
     at = min(count, most - 1)
-    while at > 0 and found[p, at - 1, 0] < values[0]:
+    while at > 0 and _precedes(excess, s, polygon, found, at - 1):
         for i in range(7):
-            found[p, at, i] = found[p, at - 1, i]
+            found[0, at, i] = found[0, at - 1, i]
         at -= 1
     for i in range(7):
-        found[p, at, i] = values[i]
+        found[0, at, i] = values[i]
     return min(count + 1, most)
 
 
@@ -271,9 +305,11 @@ def _spare(x, y, z, s, g, space):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def _may_count(excess, clear, count, found):  # type: ignore[no-untyped-def]
+def _may_count(excess, s, polygon, clear, count, found):  # type: ignore[no-untyped-def]
     """Whether a contact is deep enough to be among those that are kept."""
-    return excess > -clear and (count < DEEPEST or excess > found[0, DEEPEST - 1, 0])
+    if count == DEEPEST:
+        return _precedes(excess, s, polygon, found, DEEPEST - 1)
+    return excess > -clear
 
 
 @inlined
@@ -281,7 +317,41 @@ def _keep_contact(x, y, z, s, polygon, excess, inside, count, room, space):  # t
     """Keep a contact of sphere s with a polygon, with the polygon's nearest point to its centre."""
     _, u, v, w = point_polygon(x, y, z, room.faces, polygon, np.inf)
     values = (excess, float(s), float(polygon), u, v, w, inside)
-    return _keep(space.found, 0, count, values)
+    return _keep(space.found, count, values)
+
+
+@inlined
+def _inside_solids(x, y, z, r, s, n, g, room, clear, count, space):  # type: ignore[no-untyped-def]
+    """Keep the nearest polygon of each solid of group g that holds a centre. Returns the count, and how
+    many solids do: space.entered."""
+    field = room.field
+    near = near_polygon(x, y, z, field, g)
+    first, last = solids_at(x, y, z, field, g)
+    entered = np.int64(0)
+    for m in range(first, last):
+        depth, rank = depth_in(
+            x, y, z, room.faces, room.shells, field, m, near, space.stack, space.gaps
+        )
+        if rank < 0:
+            continue
+        f = int(field.trees.record[field.trees.begin[rank] + 8])
+        part = room.owner[f]
+        if entered < SOLIDS:
+            space.entered[entered] = part
+            entered += 1
+        excess = _rounded(depth + r - room.allowed[n, part])
+        if _may_count(excess, s, f, clear, count, space.found):
+            count = _keep_contact(x, y, z, s, f, excess, 1.0, count, room, space)
+    return count, entered
+
+
+@inlined
+def _is_entered(part, entered, space):  # type: ignore[no-untyped-def]
+    """Whether a part is among the first `entered` solids that hold a centre."""
+    found = False
+    for i in range(entered):
+        found = found or space.entered[i] == part
+    return found
 
 
 @inlined
@@ -289,8 +359,9 @@ def _near_polygons(x, y, z, r, s, n, g, room, clear, far, entered, count, space)
     """Keep the polygons of group g within far [m] of a centre that the sphere enters.
 
     The tree is walked depth first. A branch is cut if its boxes and its cylinders are farther away.
-    The polygon `entered` is left out. Returns the count, and the square of the least distance [m2]
-    that was met.
+    Those of the first `entered` solids that hold the centre are left out: seen from inside they would
+    push the sphere farther in. Returns the count, and the square of the least distance [m2] that was
+    met.
     """
     field = room.field
     stack = space.stack
@@ -318,8 +389,10 @@ def _near_polygons(x, y, z, r, s, n, g, room, clear, far, entered, count, space)
                 continue
             least = min(least, gap)
             f = int(field.trees.record[field.trees.begin[-1 - c] + 8])
-            excess = r - math.sqrt(gap) - room.allowed[n, room.owner[f]]
-            if f != entered and _may_count(excess, clear, count, space.found):
+            excess = _rounded(r - math.sqrt(gap) - room.allowed[n, room.owner[f]])
+            if _may_count(excess, s, f, clear, count, space.found) and not _is_entered(
+                room.owner[f], entered, space
+            ):
                 count = _keep_contact(x, y, z, s, f, excess, 0.0, count, room, space)
     return count, least
 
@@ -338,18 +411,13 @@ def _sphere(x, y, z, r, s, n, g, room, clear, outside, count, space):  # type: i
     if (sure or outside) and square > wider(near * near):
         space.gap[g, s] = math.sqrt(square)
         return count
-    entered = -1
-    far = near + WIDER
+    entered = np.int64(0)
     if not sure and not outside:
-        depth, rank = deepest(x, y, z, room.faces, room.shells, field, g, space.stack, space.gaps)
-        if rank >= 0:  # the centre is inside a solid: its surface holds nothing back
-            entered = int(field.trees.record[field.trees.begin[rank] + 8])
-            far = near
-            excess = depth + r - room.allowed[n, room.owner[entered]]
-            if _may_count(excess, clear, count, space.found):
-                count = _keep_contact(x, y, z, s, entered, excess, 1.0, count, room, space)
+        count, entered = _inside_solids(x, y, z, r, s, n, g, room, clear, count, space)
+    # in a solid: its surface holds nothing back
+    far = near if entered > 0 else near + WIDER
     count, least = _near_polygons(x, y, z, r, s, n, g, room, clear, far, entered, count, space)
-    space.gap[g, s] = -1.0 if entered >= 0 else math.sqrt(least)
+    space.gap[g, s] = -1.0 if entered > 0 else math.sqrt(least)
     return count
 
 
@@ -381,14 +449,15 @@ def _near_people(x, y, z, r, s, room, clear, count, space):  # type: ignore[no-u
             gap = np.inf
             for v in range(people.start[g], people.start[g + 1]):
                 apart = norm(subtract(at, vector(people.centres[0, v]))) - people.radius[v]
-                if apart < gap:
+                if apart < gap - 1.0 / STEPS:  # of two as near the first
                     gap = apart
                     foremost = v
-        least = min(least, gap)
-        if foremost >= 0 and _may_count(r - gap, clear, count, space.found):
+        least = min(least, gap - 1.0 / STEPS)
+        excess = _rounded(r - gap)
+        if foremost >= 0 and _may_count(excess, s, polygons + foremost, clear, count, space.found):
             px, py, pz = vector(people.centres[0, foremost])
-            values = (r - gap, float(s), float(polygons + foremost), px, py, pz, 0.0)
-            count = _keep(space.found, 0, count, values)
+            values = (excess, float(s), float(polygons + foremost), px, py, pz, 0.0)
+            count = _keep(space.found, count, values)
     space.gap[PEOPLE, s] = least
     return count
 

@@ -32,6 +32,10 @@ INSIDE = 1e-6
 """How far [rad, m] inside a stop a solution is brought, so that rounding does not put it past."""
 UNSURE = 30.0
 """Most [1/rad, 1/m] by which the force of a stop in the Hessian may exceed its multiplier."""
+GRID = 2.0**24
+"""[1/rad] After each step the angles are rounded to one over this, 6e-8 rad. Steps among stops and
+obstacles can multiply a difference tenfold each: so the last digits, which are others once a cockpit is
+turned or moved, do not grow until they lead a search elsewhere."""
 MOST_STEP = 0.6
 """Largest change [rad] of an angle in one step."""
 MOST_TURNS = 6
@@ -370,7 +374,8 @@ def go(link, state, work):  # type: ignore[no-untyped-def]
         k = link.free_joint[i]
         axis = link.free_axis[i]
         work.kept[k, axis] = state.angles[k, axis]
-        state.angles[k, axis] += share * work.step[i]
+        moved = state.angles[k, axis] + share * work.step[i]
+        state.angles[k, axis] = np.rint(moved * GRID) / GRID
     return share * largest
 
 

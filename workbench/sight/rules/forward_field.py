@@ -15,10 +15,10 @@ import numpy as np
 
 from workbench.errors import InputError
 from workbench.geometry.clipping import clip_triangles
-from workbench.geometry.rays import first_hits
 from workbench.model.arrays import Floats
 from workbench.model.environment import Environment
 from workbench.model.rule_set import RuleSet
+from workbench.sight.rays import first_hits
 from workbench.sight.regions import azimuth_elevation, direction_of, solid_angle_of_triangles
 from workbench.sight.rules.eye_points import SIGN, EyePoints
 

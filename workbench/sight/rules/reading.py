@@ -14,7 +14,7 @@ from workbench.model.rule_set import RuleSet
 from workbench.sight.eyes import Eyes
 from workbench.sight.regions import azimuth_elevation
 
-__all__ = ["Reading", "character_height", "reading", "reading_margins"]
+__all__ = ["Reading", "character_height", "reading"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,15 +82,3 @@ def reading(
         azimuth=off[:, 0],
         elevation=off[:, 1],
     )
-
-
-def reading_margins(found: Reading, rules: RuleSet) -> dict[str, Floats]:
-    """(B,) [rad] to the limits of a rule set, negative beyond them, by the value that limits."""
-    low, high = rules.shaped("elevation", 2)
-    return {
-        "character_least": found.character - rules.number("character_least"),
-        "character_most": rules.number("character_most") - found.character,
-        "face_angle": found.face_angle - rules.number("face_angle"),
-        "azimuth": rules.number("azimuth") - np.abs(found.azimuth),
-        "elevation": np.minimum(found.elevation - low, high - found.elevation),
-    }

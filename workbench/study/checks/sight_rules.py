@@ -22,6 +22,7 @@ from workbench.model.environment import Environment
 from workbench.model.result import Finding
 from workbench.model.rule_set import RuleSet
 from workbench.model.units import UNITS, unit_of
+from workbench.model.workplace import Workplace
 from workbench.posture.seating.sides import leftward
 from workbench.sight.eyes import Eyes, eyes_of, given_eyes
 from workbench.sight.obscuration import target_of_part
@@ -51,6 +52,15 @@ class _Judged:
     source: str
 
 
+@dataclass(frozen=True, eq=False)
+class _Look:
+    """Eyes of B people or of a point, where they are, and what may stand before them."""
+
+    place: Workplace
+    scenery: Scenery
+    eyes: Eyes
+
+
 def things_of(criterion: Criterion) -> tuple[str, ...]:
     """What a rule is asked about, each by itself: mirrors, instruments, a pillar, or the view."""
     if criterion.check == "pillar":
@@ -64,17 +74,17 @@ def margins(situation: Situation, asked: Sequence[Asked]) -> Margins:
     found = no_margins(len(situation), asked)
     for r, one in enumerate(asked):
         check = one.requirement.check
-        judged = _JUDGES[check](situation, one.criterion, one.requirement.target)
+        judged = _judge(situation, one.criterion, one.requirement.target)
         found.margin[:, r] = unit_of(check).counted(judged.value - judged.limit)
         short = found.margin[:, r] < -MET
-        found.words[short, r] = judged.why[short]
+        found.words[short, r] = np.broadcast_to(judged.why, len(situation))[short]
     return found
 
 
 def findings(situation: Situation, criterion: Criterion) -> Iterator[Finding]:
     """What a rule finds of each thing."""
     for name in things_of(criterion):
-        judged = _JUDGES[criterion.check](situation, criterion, name)
+        judged = _judge(situation, criterion, name)
         yield Finding(
             case=situation.work.name,
             person=situation.place.role,
@@ -132,40 +142,44 @@ def _judged(situation: Situation, found: _OfSeat, most: float, source: str) -> _
     return _Judged(np.full(count, -found.angle), -most, why, source)
 
 
-def _eyes(situation: Situation, criterion: Criterion) -> tuple[Scenery, Eyes]:
-    """Whose eyes look, and what may stand before them: of a point nobody's body does."""
-    if not criterion.eye_point:
-        return scenery_before(situation), eyes_of(situation.placed)
-    left = leftward(situation.place)
-    point = np.tile(situation.environment.points[criterion.eye_point], (len(situation), 1))
-    scenery = scenery_of(
-        situation.environment,
-        moving=situation.place.moving_parts,
-        displacement=situation.displacement,
-    )
-    return scenery, given_eyes(point, ahead=(left[1], -left[0], 0.0))
+def _judge(situation: Situation, criterion: Criterion, name: str) -> _Judged:
+    """What a rule finds; of a point of the environment once for all people, (1,)."""
+    if criterion.check in _OF_SEATS:
+        return _OF_SEATS[criterion.check](situation, criterion, name)
+    if criterion.eye_point:
+        return _from_point(situation.place, criterion, name)
+    look = _Look(situation.place, scenery_before(situation), eyes_of(situation.placed))
+    return _OF_EYES[criterion.check](look, criterion, name)
 
 
-def _region(situation: Situation, criterion: Criterion) -> Region:
+@lru_cache(maxsize=64)
+def _from_point(place: Workplace, criterion: Criterion, name: str) -> _Judged:
+    """What a rule finds from a point: nobody's body stands before it, and seats stand in their
+    reference positions."""
+    left = leftward(place)
+    point = np.array([place.environment.points[criterion.eye_point]])
+    eyes = given_eyes(point, ahead=(left[1], -left[0], 0.0))
+    look = _Look(place, scenery_of(place.environment), eyes)
+    return _OF_EYES[criterion.check](look, criterion, name)
+
+
+def _region(place: Workplace, criterion: Criterion) -> Region:
     """The outline about the direction in which people face."""
-    left = leftward(situation.place)
+    left = leftward(place)
     axes = np.stack([np.array([left[1], -left[0], 0.0]), left, np.array([0.0, 0.0, 1.0])])
     return cockpit_outline(_rules(criterion), seat=_side(criterion.side), axes=axes)
 
 
-def _outline(situation: Situation, criterion: Criterion, _: str) -> _Judged:
+def _outline(look: _Look, criterion: Criterion, _: str) -> _Judged:
     """The share of the outline of AC 25.773-1 that is clear."""
-    scenery, eyes = _eyes(situation, criterion)
-    region = _region(situation, criterion)
+    scenery, eyes = look.scenery, look.eyes
+    region = _region(look.place, criterion)
     inside = np.maximum(enclosing_items(scenery, eyes.left), enclosing_items(scenery, eyes.right))
     clear = np.zeros(len(eyes))
     why = np.full(len(eyes), "", dtype=object)
     for row in range(len(eyes)):
         if inside[row] >= 0:
             why[row] = scenery.names[inside[row]]
-            continue
-        if criterion.eye_point and row and not scenery.displacement.any():
-            clear[row], why[row] = clear[0], why[0]
             continue
         view = cockpit_view(scenery, eyes, region, row=row)
         clear[row], why[row] = view.clear, _view_words(view, region)
@@ -230,13 +244,13 @@ def _field_width(environment: Environment, criterion: Criterion, seat: str) -> _
     return _OfSeat(found.width, chief)
 
 
-def _mirror(situation: Situation, criterion: Criterion, name: str) -> _Judged:
+def _mirror(look: _Look, criterion: Criterion, name: str) -> _Judged:
     """The share of the ground of a mirror's class that is seen in it."""
-    environment = situation.environment
+    environment = look.place.environment
     rules = _rules(criterion)
     mirror = environment.mirror(name)
     field = f"field_{mirror.field}"
-    scenery, eyes = _eyes(situation, criterion)
+    scenery, eyes = look.scenery, look.eyes
     parts = [environment.triangle_corners(environment.part_index(n)) for n in criterion.parts]
     corners = np.concatenate(parts)
     bounds = np.stack([corners.min(axis=(0, 1)), corners.max(axis=(0, 1))])
@@ -263,11 +277,11 @@ def _mirror(situation: Situation, criterion: Criterion, name: str) -> _Judged:
     return _Judged(seen, criterion.at_least, why, rules.told(field))
 
 
-def _reflection(situation: Situation, criterion: Criterion, name: str) -> _Judged:
+def _reflection(look: _Look, criterion: Criterion, name: str) -> _Judged:
     """The share of an instrument whose image in the windscreen is inside the outline."""
-    environment = situation.environment
-    scenery, eyes = _eyes(situation, criterion)
-    region = _region(situation, criterion)
+    environment = look.place.environment
+    scenery, eyes = look.scenery, look.eyes
+    region = _region(look.place, criterion)
     one = environment.instrument(name)
     target = target_of_part(environment, one.part, facing=one.face)
     share = np.zeros(len(eyes))
@@ -289,10 +303,12 @@ def _reflection(situation: Situation, criterion: Criterion, name: str) -> _Judge
 
 _GROUND = 900
 """Points of the ground of a mirror: a share is known to about 1 %."""
-_JUDGES: dict[str, Callable[[Situation, Criterion, str], _Judged]] = {
-    "outline": _outline,
+_OF_SEATS: dict[str, Callable[[Situation, Criterion, str], _Judged]] = {
     "pillar": _pillar,
     "forward_field": _field,
+}
+_OF_EYES: dict[str, Callable[[_Look, Criterion, str], _Judged]] = {
+    "outline": _outline,
     "mirror": _mirror,
     "reflection": _reflection,
 }

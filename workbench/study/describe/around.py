@@ -12,9 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.files.environment_doubts import part_box
-from workbench.geometry.rays import first_hits, upright_fan
 from workbench.model.arrays import Bools, Floats
 from workbench.model.environment import Environment
+from workbench.sight.rays import first_hits
 from workbench.study.describe.at_controls import SeatFrame, Sitter
 from workbench.study.describe.control_words import words_of
 from workbench.study.feet_on_floor import BROAD
@@ -88,11 +88,11 @@ def around(environment: Environment, sitter: Sitter) -> Around:
     stood_on, floor = floor_below(environment, frame, fixed)
     rests = {*seat.parts, *stood_on}
     head = eye + HEAD[0] * frame.ahead + np.array([0.0, 0.0, HEAD[1]])
-    steep = upright_fan(frame.ahead, np.radians([35.0, 55.0, 75.0, 90.0]), _turns(180.0))
-    low = upright_fan(frame.ahead, np.radians([15.0]), _turns(90.0))
+    steep = _upright_fan(frame.ahead, np.radians([35.0, 55.0, 75.0, 90.0]), _turns(180.0))
+    low = _upright_fan(frame.ahead, np.radians([15.0]), _turns(90.0))
     above = _met(environment, head[None], np.concatenate([steep, low]), ROOF, fixed)
     knees = np.array([frame.world(*place) for place in KNEES])
-    fan = upright_fan(frame.ahead, np.radians([-10.0, 10.0, 40.0, 70.0]), _turns(60.0))
+    fan = _upright_fan(frame.ahead, np.radians([-10.0, 10.0, 40.0, 70.0]), _turns(60.0))
     hittable = fixed & ~np.isin(environment.parts, list(touched | set(sitter.wheels)))
     before = _met(environment, knees, fan, PANEL, hittable)
     return Around(
@@ -102,6 +102,17 @@ def around(environment: Environment, sitter: Sitter) -> Around:
         frozenset(rests & {*above, *before}),
         environment.points[sitter.heels][2] if sitter.heels else floor,
     )
+
+
+def _upright_fan(ahead: Floats, rises: Floats, turns: Floats) -> Floats:
+    """(R, 3) unit directions at angles of elevation, each at all angles [rad] about the vertical
+    from straight `ahead` (3,)."""
+    aside = np.array([-ahead[1], ahead[0], 0.0])
+    rise, turn = (axis.ravel() for axis in np.meshgrid(rises, turns, indexing="ij"))
+    level = np.cos(turn)[:, None] * ahead + np.sin(turn)[:, None] * aside
+    found: Floats = np.cos(rise)[:, None] * level
+    found[:, 2] = np.sin(rise)
+    return found
 
 
 def _turns(most: float) -> Floats:

@@ -16,10 +16,10 @@ import numpy as np
 
 from workbench.body.forward import place
 from workbench.contact.collide import room
-from workbench.geometry.rays import first_hits
 from workbench.model.arrays import Floats, Ints
 from workbench.model.environment import Control, Environment
 from workbench.model.poses import Placed, Poses
+from workbench.sight.rays import first_hits
 from workbench.study.describe.people import standing_man
 
 __all__ = ["MAY_STEP", "Standing", "standing_places"]
