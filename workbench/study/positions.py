@@ -112,6 +112,8 @@ WAVE = 8
 """Positions of the lattice that are tried at a time."""
 MOST_ROWS = 512
 """People in positions that are judged at a time, which bounds the memory."""
+CALL = 12
+"""A call costs as much as so many requirements of a person that are asked for in it."""
 _AROUND = ((-1, 0), (1, 0), (0, -1), (0, 1), (-1, -1), (-1, 1), (1, -1), (1, 1))
 
 
@@ -648,28 +650,29 @@ def _judge(search: _Search, people: Ints, positions: Floats) -> None:
     """
     search.proceed()
     found = no_margins(len(people), search.asked)
-    known = ~_movable(search.place, search.asked)
-    found.put(np.arange(len(people)), np.flatnonzero(known), _of(search.fixed, people, known))
+    same = ~_movable(search.place, search.asked)
+    found.put(np.arange(len(people)), np.flatnonzero(same), _of(search.fixed, people, same))
     wanted = [situation.rows(people) for situation in search.wanted]
     who = search.who.rows(people)
     there = in_positions(search.place, who, positions, wanted, heedless=True)
     situations = _remembering(there, search.remembered.rows(people))
     left = np.arange(len(people))
+    known = np.tile(same, (len(people), 1))
     # what counts of each person so far: what is asked for others' sake does not, until his own turn
-    told = np.tile(known, (len(people), 1))
+    told = known.copy()
     for stage in _stages(search, people):
-        columns = np.flatnonzero(stage.columns[left].any(axis=0) & ~known)
-        asked = [search.asked[r] for r in columns.tolist()]
-        if stage.legs and len(columns):
+        wants = stage.columns[left] & ~known[left]
+        if stage.legs and wants.any():
             situations = [with_clear_legs(one) for one in situations]
-        if len(columns) and not stage.at_most:
-            found.put(left, columns, margins_of(situations, asked))
-            known[columns] = True
-        told[left] |= stage.columns[left]
+        if not stage.at_most:
+            wants = _worth_a_call(wants, ~known[left] & wants.any(axis=0))
+            _ask_each(situations, search.asked, wants, found, left)
+            known[left] |= wants
+            told[left] |= stage.columns[left]
         margin = np.where(told[left], found.margin[left], np.nan)
         if stage.at_most:
-            margin[:, columns] = most_of(situations, asked)
-            told[np.ix_(left, columns)] = False
+            columns = np.flatnonzero(wants.any(axis=0))
+            margin[:, columns] = most_of(situations, [search.asked[r] for r in columns.tolist()])
         hopeful = _hopeful(search, people[left], margin)
         given_up = np.setdiff1d(np.arange(len(left)), hopeful)
         at = positions[left[given_up]]
@@ -683,6 +686,41 @@ def _judge(search: _Search, people: Ints, positions: Floats) -> None:
     best = Tried(found.margin[left], found.words[left], found.toward[left], at)
     _note(search, people[left], positions[left], best.margin)
     _keep(search, people[left], best)
+
+
+def _worth_a_call(wants: Bools, more: Bools) -> Bools:
+    """What is asked (N, R): no more than is wanted of each person (N, R), or `more` (N, R) of it,
+    which takes fewer calls, where these cost as much as what nobody wants."""
+    idle = int((more & ~wants).sum())
+    if idle <= CALL:
+        return more
+    calls = len(np.unique(wants, axis=0)) - len(np.unique(more, axis=0))
+    return wants if idle > CALL * calls else more
+
+
+def _ask_each(
+    situations: Sequence[Situation],
+    asked: Sequence[Asked],
+    wants: Bools,
+    found: Margins,
+    people: Ints,
+) -> None:
+    """Ask people (N,) of `found` what is wanted of each (N, R), those together of whom the same is.
+    Their hands are brought to their controls together."""
+    for r in np.flatnonzero(wants.any(axis=0)).tolist():
+        if needs_hands(situations[asked[r].case], asked[r]):
+            with_hands(situations[asked[r].case])
+    sets, which = wants[:1], np.zeros(len(wants), dtype=np.int64)
+    if (wants != sets).any():
+        sets, which = np.unique(wants, axis=0, return_inverse=True)
+    for number, columns in enumerate(sets):
+        if columns.any():
+            rows = np.flatnonzero(which.ravel() == number)
+            some = situations
+            if len(sets) > 1:
+                some = [situation.rows(rows) for situation in situations]
+            those = np.flatnonzero(columns)
+            found.put(people[rows], those, margins_of(some, [asked[r] for r in those.tolist()]))
 
 
 def _note(search: _Search, people: Ints, positions: Floats, margin: Floats) -> None:
