@@ -76,8 +76,12 @@ class RuleSet:
 
     @property
     def all_told(self) -> str:
-        """Name the rule set for a sentence, with which of all its values are not sure."""
-        return self.told(*self.values)
+        """Name the rule set for a sentence, with which of its values are not sure: their names, or
+        how many where they are more than two."""
+        unsure = sum(not value.seen for value in self.values.values())
+        if unsure <= 2:
+            return self.told(*self.values)
+        return f"{self.description}; {unsure} of its {len(self.values)} values are {REMEMBERED}"
 
     def _found(self, name: str) -> RuleValue:
         if name not in self.values:

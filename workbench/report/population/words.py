@@ -438,7 +438,7 @@ def _lacks(result: PopulationFound, row: int, index: int, whose: str) -> str:
     lack = _Lack(
         requirement,
         whose,
-        lack_words(result, row, index),
+        lack_words(result, row, index, asked=True),
         found.limb if found is not None else "",
         result.reasons[code] if code >= 0 else "",
     )
@@ -456,7 +456,8 @@ def _lacks(result: PopulationFound, row: int, index: int, whose: str) -> str:
         share = least + float(result.margin[row, index]) / requirement.unit.counts
         him = {"her": "her", "his": "him"}[whose]
         seen = f"the {plain(requirement.target)} is {100 * share:.0f} % visible to {him}"
-        return f"{seen}, {100 * least:g} % asked{_hides_words(lack.reason, whose)}"
+        rest = "most of the rest" if 100 * share >= 0.5 else "most of it"
+        return f"{seen}, {100 * least:g} % asked{_hides_words(lack.reason, whose, rest)}"
     if requirement.check in OF_RULES or requirement.check == "reads":
         return f"{name} is missed by {lack.by}{_hides_words(lack.reason, whose)}"
     if requirement.check == "over_nose":
@@ -469,13 +470,15 @@ def _lacks(result: PopulationFound, row: int, index: int, whose: str) -> str:
     return f"{name} is missed by {lack.by}{lack.why}"
 
 
-def lack_words(result: PopulationFound, row: int, index: int) -> str:
-    """How much one requirement lacks of one person: "41 mm", "38 % of its surface"."""
+def lack_words(result: PopulationFound, row: int, index: int, *, asked: bool = False) -> str:
+    """How much one requirement lacks of one person: "41 mm", "38 % of its surface"; with what is
+    asked for where a sentence has room for it."""
     requirement = result.requirements[index]
     criterion = next(c for c in result.study.criteria if c.name == requirement.criterion)
     code = int(result.reason[row, index])
     reason = result.reasons[code] if code >= 0 else ""
-    return shortfall_words(requirement, criterion, -float(result.margin[row, index]), reason)
+    size = -float(result.margin[row, index])
+    return shortfall_words(requirement, criterion, size, reason, asked=asked)
 
 
 def _reach_lacks(lack: _Lack, parts: Container[str]) -> str:
@@ -493,15 +496,15 @@ def _reach_lacks(lack: _Lack, parts: Container[str]) -> str:
     return f"{who} stays {lack.by} short of {target}{by}"
 
 
-def _hides_words(reason: str, whose: str) -> str:
+def _hides_words(reason: str, whose: str, rest: str = "most of the rest") -> str:
     """ ": the left stick hides most of the rest", "" where nothing is known."""
     if not reason or reason.startswith(("size", "angle")) or " hides " in reason or "%" in reason:
         return f": {reason_words(reason)}" if reason else ""
     if reason.startswith(("turned", "beyond")):
         return f": it is {reason}"
     if reason.startswith("own "):
-        return f": {whose} {plain(reason)} hides most of the rest"
-    return f": {reason_words(reason)} hides most of the rest"
+        return f": {whose} {plain(reason)} hides {rest}"
+    return f": {reason_words(reason)} hides {rest}"
 
 
 def _clearance_lacks(lack: _Lack) -> str:

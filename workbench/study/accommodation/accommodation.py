@@ -309,14 +309,16 @@ def _warnings(
 
 def rules_words(asked: Sequence[Asked]) -> list[str]:
     """Say by which rule sets of sight criteria are judged, and how sure their values are."""
-    told = {}
+    judged: dict[str, list[str]] = {}
     for one in asked:
-        rules = one.criterion.rule_set
-        if rules is not None:
-            told[one.criterion.name] = (
-                f"criterion {one.criterion.name!r} is judged by {rules.all_told}"
-            )
-    return list(told.values())
+        if one.criterion.rule_set is not None:
+            judged.setdefault(one.criterion.rule_set.all_told, []).append(one.criterion.name)
+    told = []
+    for rules, names in judged.items():
+        few = [repr(name) for name in dict.fromkeys(names)]
+        who = f"criterion {few[0]} is" if len(few) == 1 else f"criteria {', '.join(few)} are"
+        told.append(f"{who} judged by {rules}")
+    return told
 
 
 def _inexact(bodies: PopulationBodies) -> list[str]:

@@ -255,15 +255,18 @@ def limit_of_reading(criterion: Criterion, what: str) -> tuple[float, str]:
 
 
 def shortfall_words(
-    requirement: Requirement, criterion: Criterion, size: float, reason: str
+    requirement: Requirement, criterion: Criterion, size: float, reason: str, *, asked: bool = True
 ) -> str:
     """How much of a requirement is lacking, by the size [m] that it counts: "41 mm", "38 % of its
-    surface", of reading in the unit of what limits: "1.2 arc minutes (16.0 asked)"."""
+    surface", of reading in the unit of what limits: "1.2 arc minutes (16.0 asked)", with what is asked
+    for in brackets or without."""
     unit = requirement.unit
     if requirement.check == "reads" and reason.startswith(("size ", "angle ")):
         limit, key = limit_of_reading(criterion, reason)
         own = UNITS[key]
         much = own.short(abs(limit) * own.counts * size / unit.counts)
+        if not asked:
+            return much
         stated = f"{own.scale * abs(limit):.{own.places}f}"
         return f"{much} ({stated} {'allowed' if limit < 0 else 'asked'})"
     return f"{unit.short(size)}{_SHARE_OF.get(requirement.check, '')}"
