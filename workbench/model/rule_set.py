@@ -75,6 +75,11 @@ class RuleSet:
         return f"{self.description}; {', '.join(unsure)}: {REMEMBERED}"
 
     @property
+    def sure(self) -> bool:
+        """Whether all values were seen in their sources."""
+        return all(value.seen for value in self.values.values())
+
+    @property
     def all_told(self) -> str:
         """Name the rule set for a sentence, with which of its values are not sure: their names, or
         how many where they are more than two."""

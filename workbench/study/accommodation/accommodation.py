@@ -308,16 +308,17 @@ def _warnings(
 
 
 def rules_words(asked: Sequence[Asked]) -> list[str]:
-    """Say by which rule sets of sight criteria are judged, and how sure their values are."""
+    """Say which criteria are judged by rule sets of which not all values are sure."""
     judged: dict[str, list[str]] = {}
     for one in asked:
-        if one.criterion.rule_set is not None:
-            judged.setdefault(one.criterion.rule_set.all_told, []).append(one.criterion.name)
+        rules = one.criterion.rule_set
+        if rules is not None and not rules.sure:
+            judged.setdefault(rules.all_told, []).append(one.criterion.name)
     told = []
-    for rules, names in judged.items():
+    for words, names in judged.items():
         few = [repr(name) for name in dict.fromkeys(names)]
         who = f"criterion {few[0]} is" if len(few) == 1 else f"criteria {', '.join(few)} are"
-        told.append(f"{who} judged by {rules}")
+        told.append(f"{who} judged by {words}")
     return told
 
 
