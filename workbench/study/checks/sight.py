@@ -33,7 +33,6 @@ from workbench.sight.obscuration import (
 )
 from workbench.sight.rules.mirrors import looked_through
 from workbench.sight.rules.reading import Reading, reading
-from workbench.sight.scenery import Scenery, scenery_of
 from workbench.study.checks.margins import Asked, Margins, no_margins
 from workbench.study.situation import Situation
 
@@ -44,7 +43,6 @@ __all__ = [
     "limit_of_reading",
     "line_to",
     "margins",
-    "scenery_before",
     "shortfall_words",
     "targets_of",
 ]
@@ -159,21 +157,10 @@ class _Sees:
         return why if self.blocked[row] == 0.0 else f"{why} hides {100 * self.blocked[row]:.0f} %"
 
 
-def scenery_before(situation: Situation) -> Scenery:
-    """What may stand before the eyes of people: all parts, themselves, and others who are there."""
-    return scenery_of(
-        situation.environment,
-        situation.placed,
-        {one.name: one.placed for one in situation.bystanders},
-        moving=situation.place.moving_parts,
-        displacement=situation.displacement,
-    )
-
-
 def _sees(situation: Situation, things: Sequence[tuple[Criterion, str]]) -> Iterator[_Sees]:
     """How people see things that criteria name, with eyes and head turned to each."""
     environment = situation.environment
-    scenery = scenery_before(situation)
+    scenery = situation.scenery
     eyes = eyes_of(situation.placed)
     origin = xyz(middle(situation.place))
     targets = [_target(environment, *thing, origin) for thing in things]

@@ -35,7 +35,6 @@ from workbench.sight.rules.pillar import pillar_angle
 from workbench.sight.rules.reflection import windscreen_reflection
 from workbench.sight.scenery import Scenery, enclosing_items, scenery_of
 from workbench.study.checks.margins import Asked, Margins, no_margins
-from workbench.study.checks.sight import scenery_before
 from workbench.study.situation import Situation
 
 __all__ = ["eye_points_of", "findings", "margins", "things_of"]
@@ -148,7 +147,7 @@ def _judge(situation: Situation, criterion: Criterion, name: str) -> _Judged:
         return _OF_SEATS[criterion.check](situation, criterion, name)
     if criterion.eye_point:
         return _from_point(situation.place, criterion, name)
-    look = _Look(situation.place, scenery_before(situation), eyes_of(situation.placed))
+    look = _Look(situation.place, situation.scenery, eyes_of(situation.placed))
     return _OF_EYES[criterion.check](look, criterion, name)
 
 
