@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from workbench.errors import InputError, UsageError
+from workbench.geometry.sampling import even_places
 from workbench.model.arguments import check_index
 from workbench.model.arrays import Bools, Floats, Ints, frozen
 from workbench.model.environment import Environment
@@ -309,13 +310,9 @@ def target_of_part(
         raise InputError(f"part {part!r} has no surface to that side")
     total = np.cumsum(area) / area.sum()
     chosen = np.minimum(np.searchsorted(total, (np.arange(count) + 0.5) / count), len(area) - 1)
-    # points of the R2 sequence, folded into the triangle
-    u = (0.5 + 0.7548776662466927 * np.arange(count)) % 1.0
-    v = (0.5 + 0.5698402909980532 * np.arange(count)) % 1.0
-    folded = u + v > 1.0
-    u, v = np.where(folded, 1.0 - u, u)[:, None], np.where(folded, 1.0 - v, v)[:, None]
+    u, v = even_places(count)
     a, b, c = (corners[chosen, k] for k in range(3))
-    points = a + u * (b - a) + v * (c - a)
+    points = a + u[:, None] * (b - a) + v[:, None] * (c - a)
     closed = bool(environment.solid[index]) or facing is not None
     return Target(part, points, normal[chosen] if closed else None, index)
 

@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from workbench.errors import UsageError
+from workbench.geometry.sampling import even_places
 from workbench.model.accommodation import MAP_POINTS, MapTask, ReachMap
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.body import Body
@@ -279,11 +280,7 @@ def part_points(environment: Environment, part: str, count: int) -> tuple[Floats
     triangle = np.searchsorted(ends, (np.arange(count) + 0.5) * ends[-1] / count).clip(
         0, len(area) - 1
     )
-    step = 1.0 / 1.32471795724474602596
-    u, v = ((0.5 + np.arange(count) * f) % 1.0 for f in (step, step * step))
-    out = u + v > 1.0
-    u = np.where(out, 1.0 - u, u)
-    v = np.where(out, 1.0 - v, v)
+    u, v = even_places(count)
     point = corner[triangle, 0] + u[:, None] * one[triangle] + v[:, None] * two[triangle]
     return point, environment.normal[polygon[triangle]]
 

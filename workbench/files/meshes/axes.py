@@ -26,6 +26,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.files.meshes.parts import RawMesh, RawPart
+from workbench.geometry.sampling import even_places
 from workbench.model.arrays import Bools, Floats
 
 __all__ = ["GuessedAxes", "guessed_axes"]
@@ -280,14 +281,8 @@ def _surface_points(parts: Sequence[RawPart]) -> Floats:
     ends = np.floor(np.cumsum(area) / total * SAMPLES).astype(np.int64)
     count = np.diff(ends, prepend=0)
     face = np.repeat(np.arange(len(corners)), count)
-    number = np.arange(len(face))
-    # the two-dimensional sequence of the plastic number, folded into the triangle (Roberts 2018)
-    u = (0.5 + number * 0.7548776662466927) % 1.0
-    v = (0.5 + number * 0.5698402909980532) % 1.0
-    folded = u + v > 1.0
-    u = np.where(folded, 1.0 - u, u)[:, None]
-    v = np.where(folded, 1.0 - v, v)[:, None]
-    found: Floats = a[face] + u * (b - a)[face] + v * (c - a)[face]
+    u, v = even_places(len(face))
+    found: Floats = a[face] + u[:, None] * (b - a)[face] + v[:, None] * (c - a)[face]
     return found
 
 

@@ -25,6 +25,7 @@ import numpy as np
 
 from workbench.files.meshes.winding import HalfEdges
 from workbench.geometry.components import component_labels
+from workbench.geometry.sampling import even_places
 from workbench.model.arrays import Bools, Floats, Ints
 
 __all__ = ["OrientedShells", "one_shell", "orient_shells", "shell_labels"]
@@ -316,14 +317,8 @@ def _sample_points(corner: Floats, shell: Ints) -> _Samples:
 
 
 def _barycentric_sequence(count: int) -> Floats:
-    """Return barycentric coordinates (count, 3) spread evenly over a triangle, the centroid first:
-    Roberts's R2 sequence, folded."""
-    n = np.arange(count)
-    u = (1.0 / 3.0 + n * 0.7548776662466927) % 1.0
-    v = (1.0 / 3.0 + n * 0.5698402909980532) % 1.0
-    over = u + v > 1.0
-    u = np.where(over, 1.0 - u, u)
-    v = np.where(over, 1.0 - v, v)
+    """Return barycentric coordinates (count, 3) spread evenly over a triangle, the centroid first."""
+    u, v = even_places(count, 1.0 / 3.0)
     return np.stack([1.0 - u - v, u, v], axis=1)
 
 
