@@ -24,7 +24,7 @@ import { band, bands, ticks } from "./page/reach_map.js";
 import { change, range, who } from "./page/people.js";
 import { isOfElement } from "./page/keys.js";
 import { stepWords } from "./page/progress.js";
-import { allowedWords, marginWords, signed } from "./page/rows.js";
+import { allowedWords, marginWords, resultWords, signed } from "./page/rows.js";
 import { rowsOf, wanted } from "./page/size.js";
 import { summary } from "./page/verdicts.js";
 import { alongAxis, fromLine, handleAt, inPlane } from "./page/ways.js";
@@ -345,6 +345,12 @@ test("a reach map's bands and ticks", () => {
   assert.deepEqual(bands(levels), ["under 50 %", "50 to 90 %", "90 to 95 %", "95 to 99 %", "99 % and more"]);
   assert.deepEqual(ticks(-230, 310), [-200, -100, 0, 100, 200, 300]);
   assert.deepEqual(ticks(0, 12), [0, 10]);
+});
+
+test("a verdict of a state that is being changed says so", () => {
+  assert.equal(resultWords({ passed: true, now: true }), "✓ passes now");
+  assert.equal(resultWords({ passed: false, now: true }), "✗ FAILS now");
+  assert.equal(resultWords({ passed: false, now: false }), "✗ FAILED");
 });
 
 test("verdicts are summed up: of whom, and not as passed where nothing was asked", () => {

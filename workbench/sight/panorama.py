@@ -196,11 +196,13 @@ def panorama(
     """
     frame = np.eye(3) if axes is None else np.asarray(axes, dtype=np.float64)
     n = pixels_of(step)
-    shapes = shapes_before(scenery, eye, row, n, FACES @ frame)
+    some = np.arange(6 * PIECES) if pieces is None else pieces
+    faces = np.unique(some // PIECES)
+    found = shapes_before(scenery, eye, row, n, FACES[faces] @ frame)
+    shapes = dict(zip(faces.tolist(), found, strict=True))
     item = np.full((6, n, n), -1, dtype=np.int32)
     glass = np.full((6, n, n), -1, dtype=np.int32)
     rows = -(-n // PIECES)
-    some = np.arange(6 * PIECES) if pieces is None else pieces
 
     def work(begin: int, end: int) -> None:
         for k in range(begin, end):
