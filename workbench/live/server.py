@@ -91,6 +91,7 @@ PAGE = {
     "elements.js": "text/javascript; charset=utf-8",
     "envelope.js": "text/javascript; charset=utf-8",
     "eye.js": "text/javascript; charset=utf-8",
+    "field.js": "text/javascript; charset=utf-8",
     "far_painting.js": "text/javascript; charset=utf-8",
     "ghost.js": "text/javascript; charset=utf-8",
     "filming.js": "text/javascript; charset=utf-8",

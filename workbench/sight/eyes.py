@@ -34,7 +34,7 @@ PIVOT_BEHIND = math.sqrt(0.104**2 - 0.0325**2)
 """Distance [m] of the middle of the eyes from the pivot of the head: UN R125 places the eyes 104 mm
 from it, 65 mm apart."""
 _ROUNDS = 60
-"""Steps of `gaze` at most. Each leaves a part of the error that is the distance of the eyes from the pivot
+"""Steps of `gaze`. Each leaves a part of the error that is the distance of the eyes from the pivot
 over that of the target."""
 _TOLERANCE = 1e-6
 """Angle [rad] by which a turn may miss its limit and count as within it."""
@@ -272,10 +272,7 @@ def gaze(eyes: Eyes, target: ArrayLike, limits: Limits = TURNS) -> Gaze:
     head = np.zeros((len(eyes), 2))
     for _ in range(_ROUNDS):
         whole = head + _eye_turn(_turned(eyes, head), goal, limits.line_down)
-        before = head
         head = np.clip(whole - np.clip(whole, -limits.easy, limits.easy), low, high)
-        if np.array_equal(head, before):  # no step changes it any more
-            break
     found = _turned(eyes, head)
     turn = _eye_turn(found, goal, limits.line_down)
     least = np.array([-limits.eye_side, -limits.eye_down])

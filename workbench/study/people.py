@@ -54,7 +54,14 @@ from workbench.study.unasked import overlap_warnings, unasked_overlaps
 from workbench.study.warnings import result_warnings, seat_verdicts
 from workbench.study.workplaces import drawn_number, occupant, workplace_of
 
-__all__ = ["Present", "people_found", "person_found", "present_people", "verdicts_of"]
+__all__ = [
+    "Present",
+    "among_others",
+    "people_found",
+    "person_found",
+    "present_people",
+    "verdicts_of",
+]
 
 
 @dataclass(frozen=True, eq=False)
@@ -313,7 +320,7 @@ def verdicts_of(
     """
     names = {role.name for role in there.roles}
     alone = [situation for mine in there.situations for situation in mine]
-    seeing = _among_others(there) if any(one.check in OF_SIGHT for one in criteria) else []
+    seeing = among_others(there) if any(one.check in OF_SIGHT for one in criteria) else []
     for criterion in criteria:
         people = names.intersection(criterion.people)
         enough = len(names) > 1 if criterion.check == "between_people" else True
@@ -339,7 +346,7 @@ def _between(criterion: Criterion, there: Present) -> Iterator[Finding]:
                     yield from between_people.findings(mine, yours, criterion)
 
 
-def _among_others(there: Present) -> list[Situation]:
+def among_others(there: Present) -> list[Situation]:
     """Everybody in every case, with the others as they are there: what may stand before the eyes is
     collected once for all criteria."""
     return [
