@@ -118,6 +118,15 @@ def eyes_of(placed: Placed) -> Eyes:
     ------
     InputError
         If the body has no eyes.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import workbench as wb
+    >>> body = wb.load_body("bubbleman")
+    >>> eyes = wb.eyes_of(wb.place(body, wb.pose(body, {})))
+    >>> round(1000 * float(np.linalg.norm(eyes.left - eyes.right)))  # [mm] from pupil to pupil
+    64
     """
     body = placed.body
     head = head_of(body)
@@ -154,6 +163,13 @@ def given_eyes(
     ------
     InputError
         If points, direction or spacing are not finite, or the direction is straight up or down.
+
+    Examples
+    --------
+    >>> import workbench as wb
+    >>> eyes = wb.given_eyes([0, 0, 1.2])
+    >>> eyes.left, eyes.right  # 65 mm apart
+    (array([[0.    , 0.0325, 1.2   ]]), array([[ 0.    , -0.0325,  1.2   ]]))
     """
     points = np.atleast_2d(np.asarray(middle, dtype=np.float64))
     forward = np.asarray(ahead, dtype=np.float64)
@@ -261,6 +277,14 @@ def gaze(eyes: Eyes, target: ArrayLike, limits: Limits = TURNS) -> Gaze:
     ------
     InputError
         If a target is not finite, or at the eyes themselves.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import workbench as wb
+    >>> found = wb.gaze(wb.given_eyes([0, 0, 1.2]), [1, 1, 1.2])  # 45 degrees to the left
+    >>> np.degrees(found.eye_turn).round(1), np.degrees(found.head_turn).round(1)
+    (array([[15. , 14.7]]), array([[28.4,  0. ]]))
     """
     shape = (3,) if np.ndim(target) < 2 else (len(eyes), 3)
     goal = np.broadcast_to(frozen(target, np.float64, shape, "gaze: target"), (len(eyes), 3))

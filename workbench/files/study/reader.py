@@ -80,6 +80,13 @@ def load_study(source: str | Path) -> Study:
     ------
     InputError
         With a line for each fault of the file, and for those of the files that it names.
+
+    Examples
+    --------
+    >>> import workbench as wb
+    >>> study = wb.load_study("trainer_clearance")
+    >>> [criterion.name for criterion in study.criteria][:2]
+    ['nobody is in the structure', 'head to canopy']
     """
     _check_study(Path(source))
     path = find("studies", str(source))

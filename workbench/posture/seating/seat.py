@@ -192,6 +192,15 @@ def seat(
         If there are not as many poses as rows.
     InputError
         If nothing of a body rests on the seat, or if the eyes are asked for and it has none.
+
+    Examples
+    --------
+    >>> import workbench as wb
+    >>> body, trainer = wb.load_body("adult_male"), wb.load_environment("trainer")
+    >>> sitting = wb.pose(body, {"LH": {"flexion": 85}, "RH": {"flexion": 85}}, reference="LT")
+    >>> found = wb.seat(body, sitting, trainer.seat("left"))
+    >>> found.poses.reference, found.poses.world_from_reference[0, :3, 3].round(3)  # [m]
+    (1, array([0.087, 0.28 , 0.435]))
     """
     check_rows(poses, len(poses), "people")
     people = row_for_each(body, poses)
