@@ -7,6 +7,7 @@ import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 from workbench.errors import InputError
@@ -98,7 +99,12 @@ def load_study(source: str | Path) -> Study:
     return read_study(document, path, {"study": path})
 
 
-def read_study(document: Document, path: Path, inputs: Mapping[str, Path]) -> Study:
+def read_study(
+    document: Document,
+    path: Path,
+    inputs: Mapping[str, Path],
+    known: Mapping[Path, Environment] = MappingProxyType({}),
+) -> Study:
     """Make the study that a document states, with all it names.
 
     Parameters
@@ -109,6 +115,8 @@ def read_study(document: Document, path: Path, inputs: Mapping[str, Path]) -> St
         A file in the folder from which names are looked for.
     inputs
         The files that the document itself is, by role.
+    known
+        Environments that are loaded already, by their files.
 
     Raises
     ------
@@ -116,7 +124,7 @@ def read_study(document: Document, path: Path, inputs: Mapping[str, Path]) -> St
         With a line for each fault of the document, and for those of the files that it names.
     """
     parts, faults = read_parts(document)
-    work = Work(path, document, parts, faults, dict(inputs))
+    work = Work(path, document, parts, faults, dict(inputs), dict(known))
     room = _environment(work)
     roles = load_roles(work)
     place_faults(work, roles, room)
@@ -181,7 +189,7 @@ def _environment(work: Work) -> Environment | None:
         work.errors(("environment",), error)
         return None
     try:
-        room = load_environment(source)
+        room = work.environments.get(source) or load_environment(source)
     except InputError as error:
         work.add(error.problems)
         return None
