@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import cProfile
 import importlib.util
 import os
 import pickle
@@ -217,6 +218,13 @@ def test_another_compiler_or_another_file_of_vector_instructions_recompiles(
         assert compiled_anew(kernel)
     finally:
         compiled_linked._compiler_stamp.cache_clear()
+
+
+def test_what_runs_under_a_profiler_is_compiled_as_it_was(kernel):
+    doubled = kernel()
+    before = code_stamp(doubled)
+    assert cProfile.Profile().runcall(doubled, 21) == 42
+    assert code_stamp(doubled) == before
 
 
 def test_what_cannot_be_described_is_refused():

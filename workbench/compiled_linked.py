@@ -580,7 +580,10 @@ def _describe_function(function: FunctionType, lines: list[str], seen: dict[int,
 def _describe_code(code: CodeType, doc: str | None, lines: list[str]) -> set[str]:
     """Add byte code and constants to the lines; returns all names in it."""
     names = set(code.co_names)
-    shape = (code.co_argcount, code.co_posonlyargcount, code.co_kwonlyargcount, code.co_flags)
+    # Numba's dispatcher masks the flags of what it calls under a profiler by 0xFFFE, for good. The
+    # bits that this loses, CO_OPTIMIZED and the future statements, change no machine code.
+    flags = code.co_flags & 0xFFFE
+    shape = (code.co_argcount, code.co_posonlyargcount, code.co_kwonlyargcount, flags)
     variables = (code.co_varnames, code.co_cellvars, code.co_freevars)
     lines.append(f"{shape} {code.co_names} {variables} {code.co_code.hex()}")
     lines.append(getattr(code, "co_exceptiontable", b"").hex())
