@@ -103,7 +103,7 @@ def read_study(
     document: Document,
     path: Path,
     inputs: Mapping[str, Path],
-    known: Mapping[Path, Environment] = MappingProxyType({}),
+    loaded: Mapping[Path, Environment] = MappingProxyType({}),
 ) -> Study:
     """Make the study that a document states, with all it names.
 
@@ -115,8 +115,8 @@ def read_study(
         A file in the folder from which names are looked for.
     inputs
         The files that the document itself is, by role.
-    known
-        Environments that are loaded already, by their files.
+    loaded
+        Environments that are there already, by their files.
 
     Raises
     ------
@@ -124,7 +124,7 @@ def read_study(
         With a line for each fault of the document, and for those of the files that it names.
     """
     parts, faults = read_parts(document)
-    work = Work(path, document, parts, faults, dict(inputs), dict(known))
+    work = Work(path, document, parts, faults, dict(inputs), dict(loaded))
     room = _environment(work)
     roles = load_roles(work)
     place_faults(work, roles, room)
