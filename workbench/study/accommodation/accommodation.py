@@ -18,6 +18,7 @@ from workbench.model.arrays import Floats
 from workbench.model.body import Body
 from workbench.model.population import Population
 from workbench.model.population_found import GripFinding, PopulationFound, Shown
+from workbench.model.reason import NO_REASON, Reason
 from workbench.model.study import Role, Study
 from workbench.study.accommodation.chunks import Chunk, Question, joined_chunks, result_chunks
 from workbench.study.accommodation.gains import gains_of
@@ -253,7 +254,7 @@ def _limiting(question: Question, body: Body, found: Chunk) -> tuple[str, ...]:
     rows = np.flatnonzero(worst.min(axis=1) < -MET)
     at = worst[rows].argmin(axis=1)
     words = [
-        found.words[int(found.reason[row, r])] if found.reason[row, r] >= 0 else ""
+        found.words[int(found.reason[row, r])] if found.reason[row, r] >= 0 else NO_REASON
         for row, r in zip(rows, at, strict=True)
     ]
     sits = question.place.seat is not None
@@ -289,11 +290,11 @@ def _warnings(
     told = {one.requirement for one in kept} | flat
     where = "place" if question.place.seat is None else "position of the seat"
 
-    def limits(person: int, r: int) -> str:
+    def limits(person: int, r: int) -> Reason:
         one = question.asked[r]
         if found.reason[person, r] < 0 or not (one.control or one.requirement.of_sight):
-            return ""
-        return str(found.words[found.reason[person, r]])
+            return NO_REASON
+        return found.words[int(found.reason[person, r])]
 
     return (
         *grip_words(grips),
@@ -355,7 +356,7 @@ def _hopeless(
     margin: Floats,
     told: Container[str] = (),
     *,
-    reasons: Callable[[int, int], str] = lambda person, r: "",
+    reasons: Callable[[int, int], Reason] = lambda person, r: NO_REASON,
     where: str = "position of the seat",
 ) -> list[str]:
     """Requirements that nobody meets, with what is missing to whom it is least, and pairs that nobody
@@ -371,10 +372,9 @@ def _hopeless(
         size = -float(margin[person, r])
         limit = reasons(person, r)
         much = shortfall_words(asked[r].requirement, asked[r].criterion, size, limit)
-        by = f", limited by {limit}" if limit else ""
         if asked[r].requirement.name not in told:
             words.append(
-                f"nobody meets {asked[r].requirement.name!r}: at least {much} are missing{by}: check "
+                f"nobody meets {asked[r].requirement.name!r}: at least {much} are missing{limit.clause}: check "
                 f"where it is and what is asked for"
             )
     count = met.sum(axis=0)

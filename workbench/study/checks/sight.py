@@ -20,6 +20,7 @@ from workbench.model.accommodation import MET, Requirement
 from workbench.model.arrays import Floats, Ints, xyz
 from workbench.model.criterion import Criterion
 from workbench.model.environment import Environment
+from workbench.model.reason import NO_REASON, Reason, hider
 from workbench.model.result import Finding
 from workbench.model.units import UNITS
 from workbench.posture.seating.sides import middle
@@ -37,6 +38,7 @@ from workbench.study.checks.margins import Asked, Margins, no_margins
 from workbench.study.situation import Situation
 
 __all__ = [
+    "BEYOND",
     "FACE",
     "READ_BY",
     "findings",
@@ -47,8 +49,7 @@ __all__ = [
     "targets_of",
 ]
 
-BEYOND = "beyond the turn of head and eyes"
-BEHIND = "behind the eyes"
+BEYOND = Reason("beyond", "beyond the turn of head and eyes")
 """What keeps something from being seen that nothing stands before."""
 SEEN_BY = ("left", "right", "either", "both")
 """By which eyes a share is seen, in the order of `Seen.share`."""
@@ -101,7 +102,7 @@ def findings(situation: Situation, criterion: Criterion) -> Iterator[Finding]:
             person=situation.place.role,
             other_person="",
             subject=name,
-            target=sees.words(0),
+            target=sees.told(0).text,
             value=float(sees.share[0]),
             limit=criterion.at_least,
             point=xyz(sees.at[0]),
@@ -138,9 +139,9 @@ def line_to(situation: Situation, criterion: Criterion, name: str) -> tuple[Floa
 class _Sees:
     """How B people see one thing.
 
-    share: (B,) that is seen; why: (B,) what hides most of the rest, "" where nothing does, and blocked
-    (B,) how much that hides; at: (B, 3) [m] its middle; read: of an instrument that is to be read, how
-    it is seen by the eyes before head and eyes turn to it.
+    share: (B,) that is seen; why: (B,) what hides most of the rest, and blocked (B,) how much that
+    hides; at: (B, 3) [m] its middle; read: of an instrument that is to be read, how it is seen by the
+    eyes before head and eyes turn to it.
     """
 
     share: Floats
@@ -149,12 +150,12 @@ class _Sees:
     at: Floats
     read: Reading | None
 
-    def words(self, row: int) -> str:
-        """ "left_stick hides 30 %"; "" where all is seen."""
-        why = str(self.why[row])
-        if self.share[row] >= 1.0 - MET or not why:
-            return ""
-        return why if self.blocked[row] == 0.0 else f"{why} hides {100 * self.blocked[row]:.0f} %"
+    def told(self, row: int) -> Reason:
+        """What hides most of what is not seen, and how much that is."""
+        if self.share[row] >= 1.0 - MET:
+            return NO_REASON
+        why: Reason = self.why[row]
+        return replace(why, share=round(float(self.blocked[row]), 2))
 
 
 def _sees(situation: Situation, things: Sequence[tuple[Criterion, str]]) -> Iterator[_Sees]:
@@ -173,6 +174,10 @@ def _sees(situation: Situation, things: Sequence[tuple[Criterion, str]]) -> Iter
         clear = looked_through(scenery, [target.item]) if target.item >= 0 else scenery
         seen = seen_shares(clear, _of_rows(looks.eyes, rows), [target])
         within = looks.within[rows]
+        why = [
+            hider(str(blocker), environment.parts) if ok else BEYOND
+            for blocker, ok in zip(seen.blocker[:, 0], within, strict=True)
+        ]
         share = seen.share[:, 0, SEEN_BY.index(criterion.eyes)]
         read = None
         if criterion.check == "reads":
@@ -181,7 +186,7 @@ def _sees(situation: Situation, things: Sequence[tuple[Criterion, str]]) -> Iter
             read = reading(eyes, one.at, one.face, one.characters, criterion.rule_set)
         yield _Sees(
             share=np.where(within, share, 0.0),
-            why=np.where(within, seen.blocker[:, 0], BEYOND),
+            why=np.array(why, dtype=object),
             blocked=np.where(within, seen.blocked[:, 0], 0.0),
             at=middles[k],
             read=read,
@@ -242,14 +247,19 @@ def limit_of_reading(criterion: Criterion, what: str) -> tuple[float, str]:
 
 
 def shortfall_words(
-    requirement: Requirement, criterion: Criterion, size: float, reason: str, *, asked: bool = True
+    requirement: Requirement,
+    criterion: Criterion,
+    size: float,
+    reason: Reason,
+    *,
+    asked: bool = True,
 ) -> str:
     """How much of a requirement is lacking, by the size [m] that it counts: "41 mm", "38 % of its
     surface", of reading in the unit of what limits: "1.2 arc minutes (16.0 asked)", with what is asked
     for in brackets or without."""
     unit = requirement.unit
-    if requirement.check == "reads" and reason.startswith(("size ", "angle ")):
-        limit, key = limit_of_reading(criterion, reason)
+    if reason.kind == "reading":
+        limit, key = limit_of_reading(criterion, reason.thing)
         own = UNITS[key]
         much = own.short(abs(limit) * own.counts * size / unit.counts)
         if not asked:
@@ -279,7 +289,8 @@ def _reads(sees: _Sees, criterion: Criterion) -> tuple[Floats, NDArray[np.object
     limits = np.array([limit_of_reading(criterion, what)[0] for what in found])[:, None]
     spare = (np.stack([*found.values()]) - limits) / np.abs(limits)
     spare = np.where(np.isnan(spare), np.inf, spare)
-    words = np.array([*found], dtype=object)[spare.argmin(axis=0)]
+    every = np.array([Reason("reading", what) for what in found], dtype=object)
+    words = every[spare.argmin(axis=0)]
     least = spare.min(axis=0)
     if criterion.visible:
         hidden = sees.share - criterion.visible

@@ -19,6 +19,7 @@ from workbench.model.accommodation import MET
 from workbench.model.arrays import Floats
 from workbench.model.criterion import Criterion
 from workbench.model.environment import Environment
+from workbench.model.reason import NO_REASON, Reason, hider
 from workbench.model.result import Finding
 from workbench.model.rule_set import RuleSet
 from workbench.model.units import UNITS, unit_of
@@ -30,7 +31,14 @@ from workbench.sight.regions import Region
 from workbench.sight.rules.cockpit_view import CockpitView, cockpit_outline, cockpit_view
 from workbench.sight.rules.eye_points import EyePoints, Side, car_eye_points
 from workbench.sight.rules.forward_field import forward_field
-from workbench.sight.rules.mirrors import glass_of, ground_points, mirror_field, required_ground
+from workbench.sight.rules.mirrors import (
+    AWAY,
+    OUTSIDE,
+    glass_of,
+    ground_points,
+    mirror_field,
+    required_ground,
+)
 from workbench.sight.rules.pillar import pillar_angle
 from workbench.sight.rules.reflection import windscreen_reflection
 from workbench.sight.scenery import Scenery, enclosing_items, scenery_of
@@ -42,8 +50,8 @@ __all__ = ["eye_points_of", "findings", "margins", "things_of"]
 
 @dataclass(frozen=True, eq=False)
 class _Judged:
-    """What a rule finds of B people, in SI: value (B,), which must not be below the limit, and what
-    makes it so (B,), "" where nothing is to be named; source: the rule and how sure it is."""
+    """What a rule finds of B people, in SI: value (B,), which must not be below the limit, and the
+    `Reason` of each (B,); source: the rule and how sure it is."""
 
     value: Floats
     limit: float
@@ -89,7 +97,7 @@ def findings(situation: Situation, criterion: Criterion) -> Iterator[Finding]:
             person=situation.place.role,
             other_person="",
             subject=name,
-            target=str(judged.why[0]),
+            target=judged.why[0].text,
             value=float(judged.value[0]),
             limit=judged.limit,
             unit=next(key for key, unit in UNITS.items() if unit is unit_of(criterion.check)),
@@ -131,13 +139,13 @@ class _OfSeat:
     """What a rule finds of a seat [rad], whoever sits there, and what there is to say of it."""
 
     angle: float
-    words: str
+    why: Reason
 
 
 def _judged(situation: Situation, found: _OfSeat, most: float, source: str) -> _Judged:
     """What must not exceed a limit, the same for everybody."""
     count = len(situation)
-    why = np.full(count, found.words, dtype=object)
+    why = np.full(count, found.why, dtype=object)
     return _Judged(np.full(count, -found.angle), -most, why, source)
 
 
@@ -175,22 +183,21 @@ def _outline(look: _Look, criterion: Criterion, _: str) -> _Judged:
     region = _region(look.place, criterion)
     inside = np.maximum(enclosing_items(scenery, eyes.left), enclosing_items(scenery, eyes.right))
     clear = np.zeros(len(eyes))
-    why = np.full(len(eyes), "", dtype=object)
+    why = np.full(len(eyes), NO_REASON, dtype=object)
     for row in range(len(eyes)):
         if inside[row] >= 0:
-            why[row] = scenery.names[inside[row]]
+            why[row] = hider(scenery.names[inside[row]], look.place.environment.parts)
             continue
         view = cockpit_view(scenery, eyes, region, row=row)
-        clear[row], why[row] = view.clear, _view_words(view, region)
+        clear[row] = view.clear
+        why[row] = _hides_most(view, region, look.place.environment.parts)
     return _Judged(clear, criterion.at_least, why, _rules(criterion).told("outline_left_seat"))
 
 
-def _view_words(view: CockpitView, region: Region) -> str:
-    """ "windscreen_bow hides 3.1 %": what hides most of the outline, "" where nothing does."""
-    if not view.hidden:
-        return ""
-    chief = max(view.hidden, key=lambda name: view.hidden[name])
-    return f"{chief} hides {100 * view.hidden[chief] / region.solid_angle:.1f} %"
+def _hides_most(view: CockpitView, region: Region, parts: tuple[str, ...]) -> Reason:
+    """What hides most of the outline, and its share of it."""
+    chief = max(view.hidden, key=lambda name: view.hidden[name], default="")
+    return hider(chief, parts, view.hidden.get(chief, 0.0) / region.solid_angle)
 
 
 def _pillar(situation: Situation, criterion: Criterion, _: str) -> _Judged:
@@ -218,7 +225,7 @@ def _pillar_angle(environment: Environment, criterion: Criterion, seat: str) -> 
     except InputError as error:
         raise InputError(f"criterion {criterion.name!r}: {error}") from None
     upper, lower = np.degrees((found.of_upper, found.of_lower)).tolist()
-    return _OfSeat(found.angle, f"{upper:.1f} and {lower:.1f} degrees")
+    return _OfSeat(found.angle, Reason("cuts", f"{upper:.1f} and {lower:.1f} degrees"))
 
 
 def _field(situation: Situation, criterion: Criterion, _: str) -> _Judged:
@@ -240,7 +247,7 @@ def _field_width(environment: Environment, criterion: Criterion, seat: str) -> _
         wheel=criterion.wheel,
     )
     chief = max(found.blocked, key=lambda name: found.blocked[name].width, default="")
-    return _OfSeat(found.width, chief)
+    return _OfSeat(found.width, hider(chief, environment.parts))
 
 
 def _mirror(look: _Look, criterion: Criterion, name: str) -> _Judged:
@@ -256,7 +263,7 @@ def _mirror(look: _Look, criterion: Criterion, name: str) -> _Judged:
     side: Side = "left" if mirror.at[1] > bounds[:, 1].mean() else "right"
     ground = environment.points[criterion.ground][2]
     seen = np.zeros(len(eyes))
-    why = np.full(len(eyes), "", dtype=object)
+    why = np.full(len(eyes), NO_REASON, dtype=object)
     for row, middle in enumerate(eyes.middle):
         polygon = required_ground(rules, field, eye=middle, bounds=bounds, ground=ground, side=side)
         found = mirror_field(
@@ -270,9 +277,9 @@ def _mirror(look: _Look, criterion: Criterion, name: str) -> _Judged:
         seen[row] = found.share
         if found.hidden:
             chief = max(found.hidden, key=lambda item: found.hidden[item])
-            why[row] = f"{100 * found.hidden[chief]:.0f} % is hidden by {chief}"
-            if chief.startswith("outside"):
-                why[row] = f"{100 * found.hidden[chief]:.0f} % is {chief}"
+            why[row] = hider(chief, environment.parts, found.hidden[chief])
+            if chief in (OUTSIDE, AWAY):
+                why[row] = Reason("outside", chief, share=round(found.hidden[chief], 3))
     return _Judged(seen, criterion.at_least, why, rules.told(field))
 
 
@@ -284,7 +291,7 @@ def _reflection(look: _Look, criterion: Criterion, name: str) -> _Judged:
     one = environment.instrument(name)
     target = target_of_part(environment, one.part, facing=one.face)
     share = np.zeros(len(eyes))
-    why = np.full(len(eyes), "", dtype=object)
+    why = np.full(len(eyes), NO_REASON, dtype=object)
     for row in range(len(eyes)):
         found = windscreen_reflection(
             scenery,
@@ -295,7 +302,9 @@ def _reflection(look: _Look, criterion: Criterion, name: str) -> _Judged:
             region=region,
             row=row,
         )
-        share[row], why[row] = found.share, ", ".join(found.parts)
+        share[row] = found.share
+        if found.parts:
+            why[row] = Reason("mirrored", ", ".join(found.parts))
     source = _rules(criterion).told("outline_left_seat")
     return _Judged(-share, -criterion.at_most, why, source)
 
