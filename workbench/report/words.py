@@ -244,7 +244,8 @@ def _reads_words(finding: Finding) -> str:
         return _sees_words(finding)
     if finding.unit == "arcmin":
         lead = f"the characters of {finding.subject} are seen at"
-        return f"{lead} {minutes(finding.value, finding.limit)}{_against(finding, minutes)}"
+        size = minutes(abs(finding.value), abs(finding.limit))
+        return f"{lead} {size}{_against(finding, minutes)}"
     if finding.target == FACE:
         lead = f"{finding.subject} is looked at, from its face, at"
         return f"{lead} {degrees(finding.value, finding.limit)}{_against(finding, degrees)}"

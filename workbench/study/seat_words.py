@@ -9,6 +9,7 @@ import numpy as np
 
 from workbench.model.accommodation import MET
 from workbench.model.arrays import Floats
+from workbench.model.figures import plain
 from workbench.model.reason import NO_REASON, Reason
 from workbench.model.result import Shortfall
 from workbench.model.workplace import Workplace
@@ -268,7 +269,7 @@ def _lacks(margin: Floats, asked: Sequence[Asked]) -> str:
     much = shortfall_words(first.requirement, first.criterion, size, NO_REASON)
     more = len(missed) - 1
     others = f", and {more} more requirement{'s' if more > 1 else ''} missed" if more else ""
-    return f"{first.requirement.name!r} is missed by {much}{others}"
+    return f"{plain(first.requirement.name)!r} is missed by {much}{others}"
 
 
 def _mm(size: float) -> str:

@@ -21,6 +21,7 @@ from workbench.files.results.population import (
 )
 from workbench.model.accommodation import Gain, GroupShare, ReachMap
 from workbench.model.arrays import Floats
+from workbench.model.figures import plain
 from workbench.model.measures import MASS
 from workbench.model.population import SEXES
 from workbench.model.population_found import PeopleOverlap, PopulationFound
@@ -44,7 +45,7 @@ def population_lines(result: PopulationFound) -> list[str]:
     order = [r for r in np.argsort(result.single, kind="stable") if result.single[r] < 1.0]
     count = len(result.served)
     lines = [
-        f"{percent(float(result.single[r]), count):>7}  {result.requirements[r].name}"
+        f"{percent(float(result.single[r]), count):>7}  {plain(result.requirements[r].name)}"
         f" (alone leaves out {percent(float(result.alone[r]), count)})"
         for r in order
     ]

@@ -21,6 +21,7 @@ from workbench.model.accommodation import Gain, GroupShare, ReachMap
 from workbench.model.arrays import Bools, Floats
 from workbench.model.body import Body
 from workbench.model.encumbrance import Encumbrance
+from workbench.model.figures import plain
 from workbench.model.measures import MASS
 from workbench.model.population import SEXES, Population
 from workbench.model.population_found import PopulationFound, Shown, TriedChange
@@ -47,7 +48,6 @@ from workbench.report.population.words import (
     no_gain_words,
     person_label,
     person_sentence,
-    plain,
     reason_words,
     requirement_sentence,
     settable_words,

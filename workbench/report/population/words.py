@@ -13,6 +13,7 @@ import numpy as np
 from workbench.body.people.share import TENTHS_FROM, percent, percent_number, percent_parts
 from workbench.model.accommodation import MET, OF_RULES, Gain, GroupShare, Requirement
 from workbench.model.arrays import Bools, Floats
+from workbench.model.figures import plain
 from workbench.model.measures import MASS
 from workbench.model.population import SEXES
 from workbench.model.population_found import PopulationFound
@@ -39,7 +40,6 @@ __all__ = [
     "no_gain_words",
     "person_name",
     "person_sentence",
-    "plain",
     "population_headline",
     "reason_words",
     "requirement_sentence",
@@ -53,11 +53,6 @@ _MOST_SETTINGS = 4
 _MOST_KEPT = 3
 """Controls that nobody reaches that open the headline."""
 _FEW = 20  # people of one sex: below, shares among them say little
-
-
-def plain(name: str) -> str:
-    """A name from a file as words."""
-    return " ".join(name.replace("_", " ").split())
 
 
 def interval_words(group: GroupShare, confidence: float) -> str:

@@ -16,6 +16,7 @@ from workbench.errors import InputError
 from workbench.model.accommodation import MET, GroupShare, certainty_of, met_of
 from workbench.model.arrays import Floats
 from workbench.model.body import Body
+from workbench.model.figures import plain
 from workbench.model.population import Population
 from workbench.model.population_found import GripFinding, PopulationFound, Shown
 from workbench.model.reason import NO_REASON, Reason
@@ -374,15 +375,16 @@ def _hopeless(
         much = shortfall_words(asked[r].requirement, asked[r].criterion, size, limit)
         if asked[r].requirement.name not in told:
             words.append(
-                f"nobody meets {asked[r].requirement.name!r}: at least {much} are missing{limit.clause}: check "
+                f"nobody meets {plain(asked[r].requirement.name)!r}: at least {much} are missing{limit.clause}: check "
                 f"where it is and what is asked for"
             )
     count = met.sum(axis=0)
     both = met.T.astype(np.float64) @ met.astype(np.float64)
     expected = np.outer(count, count) / len(met)
-    for a, b in np.argwhere(np.triu((both == 0) & (expected >= EXPECTED), 1)):
+    for pair in np.argwhere(np.triu((both == 0) & (expected >= EXPECTED), 1)):
+        one, other = (plain(asked[r].requirement.name) for r in pair)
         words.append(
-            f"nobody meets both {asked[a].requirement.name!r} and {asked[b].requirement.name!r} in the "
+            f"nobody meets both {one!r} and {other!r} in the "
             f"{where} found for them: the two may contradict each other"
         )
     return words

@@ -16,12 +16,14 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from workbench.errors import InputError
 from workbench.model.accommodation import MET, Requirement
 from workbench.model.arrays import Floats, Ints, xyz
 from workbench.model.criterion import Criterion
 from workbench.model.environment import Environment
 from workbench.model.reason import NO_REASON, Reason, hider
 from workbench.model.result import Finding
+from workbench.model.rule_set import RuleSet
 from workbench.model.units import UNITS
 from workbench.posture.seating.sides import middle
 from workbench.sight.eyes import Eyes, eyes_of, gaze
@@ -54,6 +56,7 @@ BEYOND = Reason("beyond", "beyond the turn of head and eyes")
 SEEN_BY = ("left", "right", "either", "both")
 """By which eyes a share is seen, in the order of `Seen.share`."""
 SIZE = "size of its characters"
+LARGEST = "largest size of its characters"
 FACE = "angle to its face"
 SIDE = "angle to the side of the line of sight"
 ABOVE = "angle above the line of sight"
@@ -68,7 +71,8 @@ _SHARE_OF = {
 }
 """What a share that is lacking is of."""
 READ_BY = ("character_least", "face_angle", "azimuth", "elevation", "line_down")
-"""The values of a rule set that reading is judged by."""
+"""The values of a rule set that reading is judged by, beside `_MOST` where it has that."""
+_MOST = "character_never_over"
 
 
 def targets_of(criterion: Criterion) -> tuple[str, ...]:
@@ -116,7 +120,7 @@ def findings(situation: Situation, criterion: Criterion) -> Iterator[Finding]:
         assert sees.read is not None
         assert criterion.rule_set is not None
         source = criterion.rule_set.told(*READ_BY)
-        for what, value in _measured(sees.read).items():
+        for what, value in _measured(sees.read, criterion.rule_set).items():
             if np.isfinite(value[0]):
                 limit, unit = limit_of_reading(criterion, what)
                 yield replace(
@@ -183,7 +187,11 @@ def _sees(situation: Situation, things: Sequence[tuple[Criterion, str]]) -> Iter
         if criterion.check == "reads":
             assert criterion.rule_set is not None
             one = environment.instrument(name)
-            read = reading(eyes, one.at, one.face, one.characters, criterion.rule_set)
+            try:
+                read = reading(eyes, one.at, one.face, one.characters, criterion.rule_set)
+            except InputError as error:
+                lead = f"criterion {criterion.name!r}, instrument {name!r}: {error}"
+                raise InputError(f"{lead}; leave it out of 'instruments'") from None
         yield _Sees(
             share=np.where(within, share, 0.0),
             why=np.array(why, dtype=object),
@@ -238,6 +246,8 @@ def limit_of_reading(criterion: Criterion, what: str) -> tuple[float, str]:
     assert rules is not None
     if what == SIZE:
         return criterion.at_least or rules.number("character_least"), "arcmin"
+    if what == LARGEST:
+        return -rules.number(_MOST), "arcmin"
     if what == FACE:
         return rules.number("face_angle"), "rad"
     if what == SIDE:
@@ -269,23 +279,25 @@ def shortfall_words(
     return f"{unit.short(size)}{_SHARE_OF.get(requirement.check, '')}"
 
 
-def _measured(read: Reading) -> dict[str, Floats]:
+def _measured(read: Reading, rules: RuleSet) -> dict[str, Floats]:
     """(B,) [rad] what limits of reading are asked of, as `limit_of_reading` has them: NaN of what is
     above the line of sight where the instrument is below, and the other way."""
-    return {
+    found = {
         SIZE: read.character,
         FACE: read.face_angle,
         SIDE: -np.abs(read.azimuth),
         ABOVE: np.where(read.elevation > 0, -read.elevation, np.nan),
         BELOW: np.where(read.elevation > 0, np.nan, read.elevation),
     }
+    return found | ({LARGEST: -read.character} if _MOST in rules.values else {})
 
 
 def _reads(sees: _Sees, criterion: Criterion) -> tuple[Floats, NDArray[np.object_]]:
     """(B,) the least of what is to spare of the limits of reading, as shares of the limits, and what
     it is."""
     assert sees.read is not None
-    found = _measured(sees.read)
+    assert criterion.rule_set is not None
+    found = _measured(sees.read, criterion.rule_set)
     limits = np.array([limit_of_reading(criterion, what)[0] for what in found])[:, None]
     spare = (np.stack([*found.values()]) - limits) / np.abs(limits)
     spare = np.where(np.isnan(spare), np.inf, spare)

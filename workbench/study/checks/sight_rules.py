@@ -15,6 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.errors import InputError
+from workbench.files.schema import fail
+from workbench.files.yaml_text import read_yaml
 from workbench.model.accommodation import MET
 from workbench.model.arrays import Floats
 from workbench.model.criterion import Criterion
@@ -22,6 +24,7 @@ from workbench.model.environment import Environment
 from workbench.model.reason import NO_REASON, Reason, hider
 from workbench.model.result import Finding
 from workbench.model.rule_set import RuleSet
+from workbench.model.study import Study
 from workbench.model.units import UNITS, unit_of
 from workbench.model.workplace import Workplace
 from workbench.posture.seating.sides import leftward
@@ -45,7 +48,7 @@ from workbench.sight.scenery import Scenery, enclosing_items, scenery_of
 from workbench.study.checks.margins import Asked, Margins, no_margins
 from workbench.study.situation import Situation
 
-__all__ = ["eye_points_of", "findings", "margins", "things_of"]
+__all__ = ["check_rules", "eye_points_of", "findings", "margins", "things_of"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,6 +126,36 @@ def eye_points_of(environment: Environment, criterion: Criterion, seat: str) -> 
         )
     except InputError as error:
         raise InputError(f"criterion {criterion.name!r}, seat {seat!r}: {error}") from None
+
+
+def check_rules(study: Study) -> None:
+    """Raise InputError for criteria that are judged from a seat and cannot be, all at once: where they
+    stand in the study's file, and what would be right."""
+    faults = []
+    for criterion in study.criteria:
+        found = _FROM_SEAT.get(criterion.check)
+        asked = [role.seat for role in study.roles if found and role.name in criterion.people]
+        for seat in dict.fromkeys(filter(None, asked)):
+            key, right = "rules", "set 'back_angle' of the seat within it"
+            try:
+                eye_points_of(study.environment, criterion, seat)
+                key, right = _NAMED[criterion.check]
+                _FROM_SEAT[criterion.check](study.environment, criterion, seat)
+            except InputError as error:
+                words = f"{error}; {right}, or leave the criterion out"
+                faults.append(_placed(study, criterion, key, words))
+    if faults:
+        raise InputError(faults)
+
+
+def _placed(study: Study, criterion: Criterion, key: str, words: str) -> str:
+    """A fault of a key of a criterion, with its place where the study is from a file."""
+    if "study" not in study.inputs:
+        return f"{key}: {words}"
+    document = read_yaml(study.inputs["study"])
+    names = [one.get("name") for one in document.value["criteria"]]
+    row = names.index(criterion.name) if criterion.name in names else 0
+    return fail(document, ("criteria", row, key), words)
 
 
 def _rules(criterion: Criterion) -> RuleSet:
@@ -245,6 +278,7 @@ def _field_width(environment: Environment, criterion: Criterion, seat: str) -> _
         _rules(criterion),
         exempt=criterion.parts,
         wheel=criterion.wheel,
+        inside_wheel=criterion.inside_wheel,
     )
     chief = max(found.blocked, key=lambda name: found.blocked[name].width, default="")
     return _OfSeat(found.width, hider(chief, environment.parts))
@@ -315,6 +349,15 @@ _OF_SEATS: dict[str, Callable[[Situation, Criterion, str], _Judged]] = {
     "pillar": _pillar,
     "forward_field": _field,
 }
+_FROM_SEAT: dict[str, Callable[[Environment, Criterion, str], _OfSeat]] = {
+    "pillar": _pillar_angle,
+    "forward_field": _field_width,
+}
+_NAMED = {
+    "pillar": ("parts", "name the parts of the A-pillar there"),
+    "forward_field": ("wheel", "name the parts of the steering wheel"),
+}
+"""The key that says which parts these rules are about, and what would be right."""
 _OF_EYES: dict[str, Callable[[_Look, Criterion, str], _Judged]] = {
     "outline": _outline,
     "mirror": _mirror,
