@@ -20,7 +20,7 @@ from workbench.files.yaml_text import read_yaml
 from workbench.model.accommodation import MET
 from workbench.model.arrays import Floats
 from workbench.model.criterion import Criterion
-from workbench.model.environment import Environment
+from workbench.model.environment import Environment, Mirror
 from workbench.model.reason import NO_REASON, Reason, hider
 from workbench.model.result import Finding
 from workbench.model.rule_set import RuleSet
@@ -40,7 +40,7 @@ from workbench.sight.rules.mirrors import (
     glass_of,
     ground_points,
     mirror_field,
-    required_ground,
+    mirror_ground,
 )
 from workbench.sight.rules.pillar import pillar_angle
 from workbench.sight.rules.reflection import windscreen_reflection
@@ -48,7 +48,7 @@ from workbench.sight.scenery import Scenery, enclosing_items, scenery_of
 from workbench.study.checks.margins import Asked, Margins, no_margins
 from workbench.study.situation import Situation
 
-__all__ = ["check_rules", "eye_points_of", "findings", "margins", "things_of"]
+__all__ = ["asked_ground", "check_rules", "eye_points_of", "findings", "margins", "things_of"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -289,17 +289,11 @@ def _mirror(look: _Look, criterion: Criterion, name: str) -> _Judged:
     environment = look.place.environment
     rules = _rules(criterion)
     mirror = environment.mirror(name)
-    field = f"field_{mirror.field}"
     scenery, eyes = look.scenery, look.eyes
-    parts = [environment.triangle_corners(environment.part_index(n)) for n in criterion.parts]
-    corners = np.concatenate(parts)
-    bounds = np.stack([corners.min(axis=(0, 1)), corners.max(axis=(0, 1))])
-    side: Side = "left" if mirror.at[1] > bounds[:, 1].mean() else "right"
-    ground = environment.points[criterion.ground][2]
     seen = np.zeros(len(eyes))
     why = np.full(len(eyes), NO_REASON, dtype=object)
     for row, middle in enumerate(eyes.middle):
-        polygon = required_ground(rules, field, eye=middle, bounds=bounds, ground=ground, side=side)
+        polygon = asked_ground(environment, criterion, mirror, middle)
         found = mirror_field(
             scenery,
             eyes,
@@ -314,7 +308,19 @@ def _mirror(look: _Look, criterion: Criterion, name: str) -> _Judged:
             why[row] = hider(chief, environment.parts, found.hidden[chief])
             if chief in (OUTSIDE, AWAY):
                 why[row] = Reason("outside", chief, share=round(found.hidden[chief], 3))
-    return _Judged(seen, criterion.at_least, why, rules.told(field))
+    return _Judged(seen, criterion.at_least, why, rules.told(f"field_{mirror.field}"))
+
+
+def asked_ground(
+    environment: Environment, criterion: Criterion, mirror: Mirror, eye: Floats
+) -> Floats:
+    """The corners (K, 3) [m] of the ground that a criterion asks for in a mirror, for eyes with their
+    middle (3,) [m]."""
+    ground = environment.points[criterion.ground][2]
+    rules = _rules(criterion)
+    return mirror_ground(
+        environment, mirror, rules, eye=eye, vehicle=criterion.parts, ground=ground
+    )
 
 
 def _reflection(look: _Look, criterion: Criterion, name: str) -> _Judged:
