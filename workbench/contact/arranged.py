@@ -13,7 +13,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from workbench.contact.batches import grouped_room, witnesses
+from workbench.contact.batches import grouped_room
 from workbench.contact.collide import allowed_groups
 from workbench.contact.fields import Groups
 from workbench.model.arrays import Floats, Ints, frozen
@@ -164,9 +164,9 @@ def _room_in_frame(
     view: Placed, environment: Environment, frame: _Frame, shift: Floats
 ) -> SegmentRoom:
     """The room from the parts of one frame, for bodies placed in this frame."""
-    room, sphere, polygon = grouped_room(view, environment, frame.groups, frame.allowed)
-    point = witnesses(view, environment, (sphere, polygon))
-    return SegmentRoom(room[..., 0], sphere[..., 0], polygon[..., 0], point[:, :, 0] + shift)
+    found = grouped_room(view, environment, frame.groups, frame.allowed)
+    room, sphere, polygon, point = (values[:, :, 0] for values in found)
+    return SegmentRoom(room, sphere, polygon, point + shift)
 
 
 def _least(rooms: list[SegmentRoom], placed: Placed) -> SegmentRoom:

@@ -6,23 +6,26 @@ from __future__ import annotations
 import numpy as np
 
 from workbench.contact.crowd import blocks_of, crowd_of
-from workbench.contact.fields import Groups, field_of, packed_faces, packed_shells, part_trees
-from workbench.contact.kernels.clearance import ContactRows, environment_contacts
+from workbench.contact.fields import Groups, field_of, packed_faces, packed_parts, packed_shells
+from workbench.contact.kernels.clearance import (
+    ClearanceTask,
+    Leads,
+    min_clearances,
+)
+from workbench.contact.kernels.contacts import ContactRows, environment_contacts
 from workbench.contact.kernels.fronts import Blocks, Room
 from workbench.contact.kernels.groups import (
     Crowd,
     GroupSpace,
-    SegmentAnswers,
     group_clearance,
     group_collides,
     group_room,
     may_touch,
-    witness_points,
 )
 from workbench.contact.kernels.pairs import PairAnswers, PairBody, pair_clearance
-from workbench.contact.kernels.parts import Nearest, PartSpace, part_clearance
-from workbench.contact.kernels.wide import DEEP, EIGHT
-from workbench.geometry.tree import search_space
+from workbench.contact.kernels.parts import PartSpace, part_clearance
+from workbench.contact.kernels.search import Nearest
+from workbench.contact.kernels.wide import DEEP, EIGHT, search_space
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.environment import Environment
 from workbench.model.poses import Placed, Poses
@@ -34,16 +37,18 @@ __all__ = [
     "grouped_clearance",
     "grouped_collides",
     "grouped_room",
+    "least_clearances",
     "paired_clearance",
     "pays",
     "touching",
-    "witnesses",
 ]
 
 FEWEST_POSES = 64
 """To read grids from disk costs about as much as 64 poses without them; below, none is read."""
 PIECE = 128
 """Poses a thread takes at a time."""
+PEOPLE = 16
+"""Poses of people, each of another body, that a thread takes at a time."""
 BALLS = 4
 """Balls without surface that a search remembers."""
 CONTACTS = 1024
@@ -67,6 +72,39 @@ def _space(crowd: Crowd, groups: Groups) -> GroupSpace:
         free=np.empty((BALLS, 4)),
         key=np.empty(len(groups)),
     )
+
+
+def _nothing(shape: tuple[int, ...]) -> Nearest:
+    """Answers of a shape where nothing is near."""
+    none = np.full((*shape, 3), np.nan)
+    return Nearest(np.full(shape, np.inf), np.full(shape, -1), np.full(shape, -1), none)
+
+
+def least_clearances(
+    bodies: tuple[Floats, Floats, Floats],
+    task: ClearanceTask,
+    environment: Environment,
+    pairs: int,
+    *,
+    threads: int | None = None,
+) -> Nearest:
+    """Signed distance [m], the overlap that is allowed added, sphere, polygon (P, Q) and its nearest
+    point (P, Q, 3) of the Q pairs of a task.
+
+    bodies: centres (P, S, 3) and radii (P, S) of the spheres [m], and the displacement (P, 3) [m] of
+    the parts that move. Infinite, -1, -1 and NaN where there is nothing.
+    """
+    centres, radius, moved = bodies
+    out = _nothing((len(centres), pairs))
+    parts = packed_parts(environment)
+
+    def work(begin: int, end: int) -> None:
+        leads = Leads(np.empty((pairs, 3), dtype=np.int64), np.empty(pairs))
+        space = search_space()
+        min_clearances(centres, radius, moved, task, parts, out, leads, space, begin, end)
+
+    in_pieces(work, len(centres), PEOPLE, threads=threads)
+    return out
 
 
 def grouped_collides(
@@ -101,15 +139,15 @@ def grouped_clearance(
     groups: Groups,
     *,
     threads: int | None = None,
-) -> SegmentAnswers:
-    """Signed distance [m], sphere and polygon (P, N, G) of every segment to every group of
-    parts."""
+) -> Nearest:
+    """Signed distance [m], sphere, polygon (P, N, G) and its nearest point (P, N, G, 3) of every
+    segment to every group of parts."""
     crowd = crowd_of(placed)
     field = field_of(environment, groups)
     solids = packed_faces(environment), packed_shells(environment)
     index = (crowd, *solids, field)
     shape = (len(placed), len(placed.window), len(groups))
-    out = SegmentAnswers(np.full(shape, np.inf), np.full(shape, -1), np.full(shape, -1))
+    out = _nothing(shape)
 
     def work(begin: int, end: int) -> None:
         group_clearance(*bodies, *index, out, _space(crowd, groups), begin, end)
@@ -126,15 +164,15 @@ def grouped_room(
     allowed: Floats,
     *,
     threads: int | None = None,
-) -> SegmentAnswers:
+) -> Nearest:
     """Least signed distance plus the overlap that is allowed (N, G) [m] of every segment over all
-    groups, with the sphere and the polygon (P, N, 1)."""
+    groups, with the sphere, the polygon (P, N, 1) and its nearest point (P, N, 1, 3)."""
     crowd = crowd_of(placed)
     field = field_of(environment, groups)
     solids = packed_faces(environment), packed_shells(environment)
     index = (crowd, *solids, field, np.ascontiguousarray(allowed))
     shape = (len(placed), len(placed.window), 1)
-    out = SegmentAnswers(np.full(shape, np.inf), np.full(shape, -1), np.full(shape, -1))
+    out = _nothing(shape)
 
     def work(begin: int, end: int) -> None:
         group_room(*bodies, *index, out, _space(crowd, groups), begin, end)
@@ -155,20 +193,17 @@ def clearance_by_part(
     """
     crowd = crowd_of(placed)
     blocks = blocks_of(placed.body)
-    index = part_trees(environment), packed_faces(environment), packed_shells(environment)
+    parts = packed_parts(environment)
+    root = np.where(environment.hidden, -1, parts.trees.root)
+    parts = parts._replace(trees=parts.trees._replace(root=root))
     pairs = len(placed.window), len(environment.parts)
     limit = np.full(pairs, np.inf) if most is None else np.ascontiguousarray(most)
     shape = len(placed), *pairs
-    out = Nearest(
-        np.full(shape, np.inf),
-        np.full(shape, -1),
-        np.full(shape, -1),
-        np.full((*shape, 3), np.nan),
-    )
+    out = _nothing(shape)
     bodies = placed.centres, placed.world_from_segment, crowd, blocks
 
     def work(begin: int, end: int) -> None:
-        part_clearance(*bodies, *index, limit, out, _part_space(blocks), begin, end)
+        part_clearance(*bodies, parts, limit, out, _part_space(blocks), begin, end)
 
     in_pieces(work, len(placed), PIECE)
     return out
@@ -245,15 +280,6 @@ def _rooms(blocks: Blocks) -> Room:
     return Room(blocks.ball.copy(), high, front, near)
 
 
-def witnesses(placed: Placed, environment: Environment, found: tuple[Ints, Ints]) -> Floats:
-    """(P, N, G, 3) [m] the point of each polygon (P, N, G) nearest to its sphere (P, N, G); NaN
-    where none."""
-    sphere, polygon = found
-    point = np.full((*sphere.shape, 3), np.nan)
-    witness_points(placed.centres, packed_faces(environment), sphere, polygon, point)
-    return point
-
-
 def touching(
     placed: Placed, environment: Environment, margin: float, *, grid: bool | None = None
 ) -> tuple[Ints, Floats]:
@@ -263,7 +289,7 @@ def touching(
     grid: whether there is one; where a batch is large enough for it if None."""
     checked = ~environment.hidden
     near: Bools = np.repeat(placed.window[placed.body.sphere_segment][None], len(placed), axis=0)
-    index = packed_faces(environment), packed_shells(environment), checked.astype(np.int64)
+    index = packed_parts(environment), checked.astype(np.int64)
     fast = pays(placed) if grid is None else grid
     crowd = crowd_of(placed)
     parts = tuple(np.flatnonzero(checked).tolist())

@@ -7,7 +7,7 @@ import numpy as np
 
 from workbench.contact.advance import Chase
 from workbench.contact.collide import allowed_depth
-from workbench.contact.fields import packed_faces, packed_shells
+from workbench.contact.fields import packed_parts
 from workbench.contact.moving import Mover
 from workbench.model.arrays import Floats, Ints
 from workbench.model.environment import Environment
@@ -24,7 +24,7 @@ def environment_chase(mover: Mover, environment: Environment, tolerance: float) 
     they allow."""
     checked = (~environment.hidden).astype(np.int64)
     allowed = allowed_depth(mover.body, environment) + tolerance
-    return Chase(mover, (packed_faces(environment), packed_shells(environment))), checked, allowed
+    return Chase(mover, packed_parts(environment)), checked, allowed
 
 
 def self_chase(mover: Mover, tolerance: float) -> Rule:

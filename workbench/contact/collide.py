@@ -13,16 +13,16 @@ from workbench.contact.batches import (
     grouped_clearance,
     grouped_collides,
     grouped_room,
+    least_clearances,
     paired_clearance,
     pays,
     touching,
 )
 from workbench.contact.by_person import by_person
-from workbench.contact.fields import packed_faces, packed_shells
-from workbench.contact.kernels.clearance import near_sides, row_clearance
+from workbench.contact.fields import packed_faces
+from workbench.contact.kernels.clearance import ClearanceTask, near_sides
 from workbench.contact.kernels.pairs import Balls, sphere_contacts
 from workbench.errors import InputError
-from workbench.geometry.tree import search_space
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.body import Body, Topology, check_one
 from workbench.model.contacts import TANGENT_TOLERANCE, Clearance, Contacts
@@ -218,16 +218,18 @@ def clearance_of_rows(
         np.full(count, -1),
         np.full((count, 3), np.nan),
     )
-    index = _faces(environment), packed_shells(environment)
-    row_clearance(
-        placed.centres,
-        body.radius[0],
-        body.start,
-        np.ascontiguousarray(rows),
-        *index,
-        out,
-        search_space(),
-    )
+    pairs, which = np.unique(rows[:, 1:], axis=0, return_inverse=True)
+    for q, (n, k) in enumerate(pairs.tolist()):
+        own = np.flatnonzero(which.reshape(-1) == q)
+        centres = placed.centres[rows[own, 0]]
+        bodies = centres, np.repeat(body.radius, len(own), axis=0), np.zeros((len(own), 3))
+        spheres = np.arange(body.start[n], body.start[n + 1])
+        task = ClearanceTask(
+            spheres, np.array([0, len(spheres)]), np.array([[0, 0, k, 0]]), np.zeros(1)
+        )
+        found = least_clearances(bodies, task, environment, 1)
+        for values, some in zip(out, found, strict=True):
+            values[own] = some[:, 0]
     return out
 
 

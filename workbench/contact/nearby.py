@@ -32,11 +32,11 @@ def candidates(
         level = level - allowed[segment[who[:, 1]], other.levers.segment[who[:, 2]]]
         keep = level > 0
     else:
-        faces, shells = chase.against
-        who = near_parts(*one, faces, shells, allowed, checked, SLACK)
+        parts = chase.against
+        who = near_parts(*one, parts, allowed, checked, SLACK)
         level = radius[who[:, 1]] - allowed[segment[who[:, 1]], who[:, 2]]
         # a surface cannot be deeper than the radius
-        keep = (level > 0) | (faces.solid[who[:, 2]] > 0)
+        keep = (level > 0) | (parts.faces.solid[who[:, 2]] > 0)
     who[:, 0] += begin
     return who[keep], level[keep]
 

@@ -24,10 +24,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.compiled import batch_loop, inlined, inner
-from workbench.contact.kernels.field import Trees, nearest_in
 from workbench.contact.kernels.fronts import FAR, NODE, SPARE, near_place, place_blocks
 from workbench.contact.kernels.groups import carried
-from workbench.contact.kernels.inside import Shells, inside_part
+from workbench.contact.kernels.inside import inside_part
+from workbench.contact.kernels.search import (
+    Parts,
+    foot,
+    nearest_in,
+    polygon_number,
+    span_gap,
+)
 from workbench.geometry.lanes import (
     eight,
     greatest,
@@ -38,39 +44,15 @@ from workbench.geometry.lanes import (
     root,
     where_below,
 )
-from workbench.geometry.polygon import Faces, nearest_of_record
 from workbench.geometry.tree import wider
 
-__all__ = ["Nearest", "PartSpace", "PartTrees", "part_clearance"]
+__all__ = ["PartSpace", "part_clearance"]
 
 _L = np.uint64(8)
 CORNERS = np.uint64(24)
 """Numbers of eight vertices: x of all, y, z."""
 HAIR = 1e-9
 """More [m] than the rounding of a distance between two points of the body."""
-
-
-class PartTrees(NamedTuple):
-    """The trees of K parts, each a group by itself, and their vertices."""
-
-    trees: Trees
-    corner: NDArray[np.float32]
-    """(24 B,) vertices in blocks of eight, seen from the middle of their part's box [m]."""
-    first: NDArray[np.int64]
-    """(K + 1,) where the blocks of each part begin."""
-
-
-class Nearest(NamedTuple):
-    """What is filled for each pose, segment and part."""
-
-    distance: NDArray[np.float64]
-    """(P, N, K) least signed distance [m]."""
-    sphere: NDArray[np.int64]
-    """(P, N, K) the sphere that has it."""
-    polygon: NDArray[np.int64]
-    """(P, N, K) the polygon nearest to that."""
-    point: NDArray[np.float64]
-    """(P, N, K, 3) the point of the polygon that is nearest [m]."""
 
 
 class PartSpace(NamedTuple):
@@ -98,9 +80,7 @@ class Pair(NamedTuple):
     p: int
     k: int
     """Numbers of the pose and the part."""
-    parts: PartTrees
-    faces: Faces
-    shells: Shells
+    parts: Parts
     origin: tuple[float, float, float]
     """Where the blocks of spheres are seen from [m]."""
     spare: float
@@ -171,25 +151,9 @@ def _candidates(ball, a, b, origin, plane, free, parts, k, solid, most, spare, f
 
 
 @inlined
-def _box_gap(x, y, z, span, k):  # type: ignore[no-untyped-def]
-    """Squared distance [m2] of a point to the box of part k, 0 inside."""
-    u = max(span[k, 0] - x, 0.0, x - span[k, 3])
-    v = max(span[k, 1] - y, 0.0, y - span[k, 4])
-    w = max(span[k, 2] - z, 0.0, z - span[k, 5])
-    return u * u + v * v + w * w
-
-
-@inlined
-def _foot(centres, p, s, parts, rank):  # type: ignore[no-untyped-def]
+def _foot_of(centres, p, s, parts, rank):  # type: ignore[no-untyped-def]
     """The point of the polygon of a rank that is nearest to sphere s of pose p."""
-    x = centres[p, s, 0]
-    y = centres[p, s, 1]
-    z = centres[p, s, 2]
-    at = parts.trees.begin[rank]
-    _, u, v, w = nearest_of_record(
-        x, y, z, parts.trees.record, at, parts.trees.begin[rank + 1], np.inf
-    )
-    return u, v, w
+    return foot(centres[p, s, 0], centres[p, s, 1], centres[p, s, 2], parts.trees, rank)
 
 
 @inlined
@@ -225,7 +189,7 @@ def _measure(pair, s, plane, near, found, free, space):  # type: ignore[no-untyp
     least signed distance [m], its sphere and the rank of its polygon. free: centre and radius of
     the ball without surface. Returns both anew.
     """
-    centres, radius, p, k, parts, faces, shells, origin, spare = pair
+    centres, radius, p, k, parts, origin, spare = pair
     best, sphere, rank = found
     hub = free[0], free[1], free[2]
     clear = free[3]
@@ -234,11 +198,11 @@ def _measure(pair, s, plane, near, found, free, space):  # type: ignore[no-untyp
     z = centres[p, s, 2]
     r = radius[s]
     inside = False
-    boxed = faces.solid[k] > 0 and _box_gap(x, y, z, parts.trees.span, k) == 0.0
+    boxed = parts.faces.solid[k] > 0 and span_gap(x, y, z, parts.trees.span, k) == 0.0
     if boxed and _apart(x, y, z, hub) + HAIR >= clear:
         over = plane[0] * (x - origin[0]) + plane[1] * (y - origin[1])
         over += plane[2] * (z - origin[2]) - plane[3]
-        inside = over <= spare and inside_part(x, y, z, faces, shells, k, space.stack)
+        inside = over <= spare and inside_part(x, y, z, parts.faces, parts.shells, k, space.stack)
     # the sum's rounding counts where a centre lies on a surface
     reach = best + r + (1e-15 * (abs(best) + r) if best < np.inf else 0.0)
     if not inside and reach < 0.0:
@@ -275,7 +239,7 @@ def _sphere_near(point, origin, blocks, n, space):  # type: ignore[no-untyped-de
 
 @inlined
 def _segment_part(  # type: ignore[no-untyped-def]
-    centres, p, n, k, crowd, blocks, parts, faces, shells, origin, most_at, most, begun, space
+    centres, p, n, k, crowd, blocks, parts, origin, most_at, most, begun, space
 ):
     """Least signed distance [m] of segment n to part k in pose p, its sphere, the rank of its
     polygon, and the point; a sphere of -1 where it is not less than `most`.
@@ -299,7 +263,7 @@ def _segment_part(  # type: ignore[no-untyped-def]
     reach = abs(middle[0]) + abs(middle[1]) + abs(middle[2])
     reach += span[k, 3] - span[k, 0] + span[k, 4] - span[k, 1] + span[k, 5] - span[k, 2]
     spare = SPARE * (most_at + reach)
-    pair = Pair(centres, radius, p, k, parts, faces, shells, origin, spare)
+    pair = Pair(centres, radius, p, k, parts, origin, spare)
     plane = 0.0, 0.0, 0.0, 0.0
     found = most, np.int64(-1), np.int64(begun[1])
     free = origin[0], origin[1], origin[2], -np.inf
@@ -309,12 +273,12 @@ def _segment_part(  # type: ignore[no-untyped-def]
     if most == np.inf:
         one = np.int64(begun[0]) + base
         found, free = _measure(pair, one, plane, True, found, free, space)
-        point = _foot(centres, p, one, parts, found[2])
+        point = _foot_of(centres, p, one, parts, found[2])
         other = _sphere_near(point, origin, blocks, n, space)
     if other != one:
         found, free = _measure(pair, other, plane, True, found, free, space)
         if found[1] == other:
-            point = _foot(centres, p, other, parts, found[2])
+            point = _foot_of(centres, p, other, parts, found[2])
     way = np.inf
     seen = found[1]
     if seen >= 0:
@@ -331,7 +295,7 @@ def _segment_part(  # type: ignore[no-untyped-def]
         hub,
         parts,
         k,
-        faces.solid[k] > 0,
+        parts.faces.solid[k] > 0,
         found[0],
         spare,
         front,
@@ -341,12 +305,12 @@ def _segment_part(  # type: ignore[no-untyped-def]
         if s not in (one, other):
             found, free = _measure(pair, s, plane, False, found, free, space)
     if found[1] != seen:
-        point = _foot(centres, p, found[1], parts, found[2])
+        point = _foot_of(centres, p, found[1], parts, found[2])
     return found[0], found[1], found[2], point
 
 
 @inlined
-def _begun(p, n, k, begin, blocks, faces, out, before):  # type: ignore[no-untyped-def]
+def _begun(p, n, k, begin, blocks, rank, out, before):  # type: ignore[no-untyped-def]
     """Where the search for segment n and part k begins: a place of the blocks and a rank.
 
     before: the segment before that was measured against this part, -1 for none.
@@ -354,8 +318,8 @@ def _begun(p, n, k, begin, blocks, faces, out, before):  # type: ignore[no-untyp
     place = 8 * blocks.first[n]
     if p > begin and out.sphere[p - 1, n, k] >= 0:
         place += out.sphere[p - 1, n, k] - blocks.start[n]
-        return place, faces.rank[out.polygon[p - 1, n, k]]
-    return place, faces.rank[out.polygon[p, before, k]] if before >= 0 else np.int64(-1)
+        return place, rank[out.polygon[p - 1, n, k]]
+    return place, rank[out.polygon[p, before, k]] if before >= 0 else np.int64(-1)
 
 
 @inlined
@@ -366,17 +330,17 @@ def _far(world, p, n, k, crowd, parts, most):  # type: ignore[no-untyped-def]
         return False
     x, y, z = carried(world, p, n, crowd.around[n, 0], crowd.around[n, 1], crowd.around[n, 2])
     reach = max(crowd.big[n] + most, 0.0)
-    return _box_gap(x, y, z, parts.trees.span, k) > wider(reach * reach)
+    return span_gap(x, y, z, parts.trees.span, k) > wider(reach * reach)
 
 
 @batch_loop
 def part_clearance(  # type: ignore[no-untyped-def]
-    centres, world, crowd, blocks, parts, faces, shells, most, out, space, begin, end
+    centres, world, crowd, blocks, parts, most, out, space, begin, end
 ):
     """Fill out with the least signed distance of each segment to each part, where it is less than
     most (N, K) [m], for the poses begin..end.
 
-    centres (P, S, 3), world (P, N, 3, 4) [m]; parts: PartTrees; out: Nearest, left as it is for
+    centres (P, S, 3), world (P, N, 3, 4) [m]; parts: Parts; out: Nearest, left as it is for
     hidden parts and for segments without spheres; space: PartSpace.
     """
     shown = crowd.shown
@@ -412,19 +376,17 @@ def part_clearance(  # type: ignore[no-untyped-def]
                     crowd,
                     blocks,
                     parts,
-                    faces,
-                    shells,
                     origin,
                     size,
                     most[n, k],
-                    _begun(p, n, k, begin, blocks, faces, out, before),
+                    _begun(p, n, k, begin, blocks, parts.faces.rank, out, before),
                     space,
                 )
                 if s < 0:
                     continue
                 out.distance[p, n, k] = d
                 out.sphere[p, n, k] = s
-                out.polygon[p, n, k] = int(parts.trees.record[parts.trees.begin[f] + 8])
+                out.polygon[p, n, k] = polygon_number(parts.trees, f)
                 for axis in range(3):
                     out.point[p, n, k, axis] = point[axis]
                 before = n
