@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from workbench.contact.crowd import blocks_of, crowd_of
+from workbench.contact.crowd import crowd_of
 from workbench.contact.fields import Groups, field_of, packed_faces, packed_parts, packed_shells
 from workbench.contact.kernels.clearance import (
     ClearanceTask,
@@ -13,7 +13,6 @@ from workbench.contact.kernels.clearance import (
     min_clearances,
 )
 from workbench.contact.kernels.contacts import ContactRows, environment_contacts
-from workbench.contact.kernels.fronts import Blocks, Room
 from workbench.contact.kernels.groups import (
     Crowd,
     GroupSpace,
@@ -22,7 +21,7 @@ from workbench.contact.kernels.groups import (
     group_room,
     may_touch,
 )
-from workbench.contact.kernels.pairs import PairAnswers, PairBody, pair_clearance
+from workbench.contact.kernels.pairs import Balls, PairAnswers, pair_clearance
 from workbench.contact.kernels.parts import PartSpace, part_clearance
 from workbench.contact.kernels.search import Nearest
 from workbench.contact.kernels.wide import DEEP, EIGHT, search_space
@@ -33,6 +32,7 @@ from workbench.threads import in_pieces
 
 __all__ = [
     "Groups",
+    "balls_of",
     "clearance_by_part",
     "grouped_clearance",
     "grouped_collides",
@@ -192,7 +192,6 @@ def clearance_by_part(
     window, and where the distance is not less than most (N, K) [m], if that is given.
     """
     crowd = crowd_of(placed)
-    blocks = blocks_of(placed.body)
     parts = packed_parts(environment)
     root = np.where(environment.hidden, -1, parts.trees.root)
     parts = parts._replace(trees=parts.trees._replace(root=root))
@@ -200,24 +199,15 @@ def clearance_by_part(
     limit = np.full(pairs, np.inf) if most is None else np.ascontiguousarray(most)
     shape = len(placed), *pairs
     out = _nothing(shape)
-    bodies = placed.centres, placed.world_from_segment, crowd, blocks
+    bodies = placed.centres, placed.world_from_segment
 
     def work(begin: int, end: int) -> None:
-        part_clearance(*bodies, parts, limit, out, _part_space(blocks), begin, end)
+        hubs = np.empty((len(crowd.middle), 3))
+        space = PartSpace(hubs, *search_space())
+        part_clearance(*bodies, crowd, parts, limit, out, space, begin, end)
 
     in_pieces(work, len(placed), PIECE)
     return out
-
-
-def _part_space(blocks: Blocks) -> PartSpace:
-    """Working space of one thread."""
-    return PartSpace(
-        ball=blocks.ball.copy(),
-        front=np.empty(len(blocks.ball) // 4 + EIGHT, dtype=np.float32),
-        spare=np.empty(EIGHT, dtype=np.float32),
-        stack=np.empty(DEEP, dtype=np.int64),
-        gaps=np.empty(DEEP + EIGHT, dtype=np.float32),
-    )
 
 
 def paired_clearance(
@@ -235,18 +225,16 @@ def paired_clearance(
     some = pairs[
         (np.diff(one.body.start)[pairs[:, 0]] > 0) & (np.diff(other.body.start)[pairs[:, 1]] > 0)
     ]
-    alike = one is other
     some = np.ascontiguousarray(some)
-    ends = [_pair_body(body) for body in (one, other)]
+    shown = one.window.astype(np.int64), other.window.astype(np.int64)
+    first = balls_of(one)
+    second = first if one is other else balls_of(other)
+    bodies = first, second, one.world_from_segment, shown, some, one.body.directions
 
     def work(begin: int, end: int) -> None:
-        first = _rooms(ends[0].blocks)
-        second = _rooms(ends[1].blocks)
-        if alike:
-            second = second._replace(ball=first.ball)
-        places = np.empty((2, len(some)), dtype=np.uint64)
-        rooms = first, second
-        pair_clearance(*ends, alike, some, one.body.directions, out, rooms, places, begin, end)
+        heights = np.empty(len(first.radius)), np.empty(len(second.radius))
+        front = np.empty(len(second.radius), dtype=np.int64)
+        pair_clearance(*bodies, out, heights, front, begin, end)
 
     in_pieces(work, len(one), PIECE, threads=threads)
     for values in (memory, *out):  # nobody else holds them: whoever takes them need not copy them
@@ -254,11 +242,17 @@ def paired_clearance(
     return out
 
 
-def _pair_body(placed: Placed) -> PairBody:
+def balls_of(placed: Placed) -> Balls:
+    """The spheres of a placed body of one row, and one around those of each segment."""
     body = placed.body
-    shown = placed.window.astype(np.int64)
-    return PairBody(
-        placed.centres, placed.world_from_segment, body.radius[0], shown, blocks_of(body)
+    world = placed.world_from_segment
+    around = np.einsum("pnij,nj->pni", world[..., :3], body.enclosing_centre[0]) + world[..., 3]
+    return Balls(
+        placed.centres,
+        body.radius[0],
+        body.start,
+        np.ascontiguousarray(around),
+        body.enclosing_radius[0],
     )
 
 
@@ -270,14 +264,6 @@ def _answers(memory: Floats, shape: tuple[int, ...]) -> PairAnswers:
     whole = (values.view(np.int64) for values in (sphere, target, facing))
     point = memory[4 * count :].reshape(*shape, 3)
     return PairAnswers(distance, next(whole), next(whole), point, next(whole))
-
-
-def _rooms(blocks: Blocks) -> Room:
-    balls = len(blocks.ball)
-    high, front, near = (
-        np.empty(n, dtype=np.float32) for n in (balls // 4, balls // 4 + 8, balls + 32)
-    )
-    return Room(blocks.ball.copy(), high, front, near)
 
 
 def touching(

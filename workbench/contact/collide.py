@@ -9,6 +9,7 @@ import numpy as np
 
 from workbench.contact.batches import (
     Groups,
+    balls_of,
     clearance_by_part,
     grouped_clearance,
     grouped_collides,
@@ -338,7 +339,7 @@ def _sphere_rows(
     one: Placed, other: Placed, pairs: Ints, margin: float, allowance: Floats
 ) -> Contacts:
     """Sphere pairs of segment pairs (M, 2) nearer than margin [m]; allowance (N, N') [m]."""
-    rows, distance = _sphere_pairs(_spheres(one), _spheres(other), pairs, margin)
+    rows, distance = _sphere_pairs(balls_of(one), balls_of(other), pairs, margin)
     order = np.lexsort((rows[:, 2], rows[:, 1], rows[:, 0]))
     rows = rows[order]
     distance = distance[order]
@@ -375,19 +376,6 @@ def _sphere_pairs(one: Balls, other: Balls, pairs: Ints, margin: float) -> tuple
         if used <= count:
             return rows[:used], distance[:used]
         count = used
-
-
-def _spheres(placed: Placed) -> Balls:
-    body = placed.body
-    world = placed.world_from_segment
-    around = np.einsum("pnij,nj->pni", world[..., :3], body.enclosing_centre[0]) + world[..., 3]
-    return Balls(
-        placed.centres,
-        body.radius[0],
-        body.start,
-        np.ascontiguousarray(around),
-        body.enclosing_radius[0],
-    )
 
 
 def _facing(placed: Placed, where: tuple[Ints, Ints], direction: Floats) -> Ints:
