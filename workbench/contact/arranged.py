@@ -165,8 +165,12 @@ def _room_in_frame(
 ) -> SegmentRoom:
     """The room from the parts of one frame, for bodies placed in this frame."""
     found = grouped_room(view, environment, frame.groups, frame.allowed)
-    room, sphere, polygon, point = (values[:, :, 0] for values in found)
-    return SegmentRoom(room, sphere, polygon, point + shift)
+    return SegmentRoom(
+        found.distance[:, :, 0],
+        found.sphere[:, :, 0],
+        found.polygon[:, :, 0],
+        found.point[:, :, 0] + shift,
+    )
 
 
 def _least(rooms: list[SegmentRoom], placed: Placed) -> SegmentRoom:

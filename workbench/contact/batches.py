@@ -3,6 +3,9 @@ once and kept."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import Any
+
 import numpy as np
 
 from workbench.contact.crowd import crowd_of
@@ -107,6 +110,26 @@ def least_clearances(
     return out
 
 
+def _by_groups(
+    kernel: Callable[..., None],
+    placed: Placed,
+    environment: Environment,
+    groups: Groups,
+    more: tuple[Any, ...],
+    threads: int | None,
+) -> None:
+    """Have a loop over groups of parts fill the last of `more`, in pieces of the poses."""
+    crowd = crowd_of(placed)
+    solids = packed_faces(environment), packed_shells(environment)
+    index = (crowd, *solids, field_of(environment, groups))
+    bodies = placed.centres, placed.world_from_segment
+
+    def work(begin: int, end: int) -> None:
+        kernel(*bodies, *index, *more, _space(crowd, groups), begin, end)
+
+    in_pieces(work, len(placed), PIECE, threads=threads)
+
+
 def grouped_collides(
     placed: Placed,
     environment: Environment,
@@ -117,43 +140,19 @@ def grouped_collides(
 ) -> Bools:
     """(P,) True where any sphere is deeper in a group of parts than allowed (N, G) [m] for its
     segment."""
-    crowd = crowd_of(placed)
-    field = field_of(environment, groups)
-    solids = packed_faces(environment), packed_shells(environment)
-    index = (crowd, *solids, field)
     hit = np.zeros(len(placed), dtype=np.bool_)
-    limits = np.ascontiguousarray(allowed)
-
-    def work(begin: int, end: int) -> None:
-        group_collides(*bodies, *index, limits, hit, _space(crowd, groups), begin, end)
-
-    bodies = placed.centres, placed.world_from_segment
-
-    in_pieces(work, len(placed), PIECE, threads=threads)
+    more = np.ascontiguousarray(allowed), hit
+    _by_groups(group_collides, placed, environment, groups, more, threads)
     return hit
 
 
 def grouped_clearance(
-    placed: Placed,
-    environment: Environment,
-    groups: Groups,
-    *,
-    threads: int | None = None,
+    placed: Placed, environment: Environment, groups: Groups, *, threads: int | None = None
 ) -> Nearest:
     """Signed distance [m], sphere, polygon (P, N, G) and its nearest point (P, N, G, 3) of every
     segment to every group of parts."""
-    crowd = crowd_of(placed)
-    field = field_of(environment, groups)
-    solids = packed_faces(environment), packed_shells(environment)
-    index = (crowd, *solids, field)
-    shape = (len(placed), len(placed.window), len(groups))
-    out = _nothing(shape)
-
-    def work(begin: int, end: int) -> None:
-        group_clearance(*bodies, *index, out, _space(crowd, groups), begin, end)
-
-    bodies = placed.centres, placed.world_from_segment
-    in_pieces(work, len(placed), PIECE, threads=threads)
+    out = _nothing((len(placed), len(placed.window), len(groups)))
+    _by_groups(group_clearance, placed, environment, groups, (out,), threads)
     return out
 
 
@@ -167,18 +166,9 @@ def grouped_room(
 ) -> Nearest:
     """Least signed distance plus the overlap that is allowed (N, G) [m] of every segment over all
     groups, with the sphere, the polygon (P, N, 1) and its nearest point (P, N, 1, 3)."""
-    crowd = crowd_of(placed)
-    field = field_of(environment, groups)
-    solids = packed_faces(environment), packed_shells(environment)
-    index = (crowd, *solids, field, np.ascontiguousarray(allowed))
-    shape = (len(placed), len(placed.window), 1)
-    out = _nothing(shape)
-
-    def work(begin: int, end: int) -> None:
-        group_room(*bodies, *index, out, _space(crowd, groups), begin, end)
-
-    bodies = placed.centres, placed.world_from_segment
-    in_pieces(work, len(placed), PIECE, threads=threads)
+    out = _nothing((len(placed), len(placed.window), 1))
+    more = np.ascontiguousarray(allowed), out
+    _by_groups(group_room, placed, environment, groups, more, threads)
     return out
 
 
