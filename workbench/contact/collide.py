@@ -9,20 +9,21 @@ import numpy as np
 
 from workbench.contact.batches import (
     Groups,
+    balls_of,
     clearance_by_part,
     grouped_clearance,
     grouped_collides,
     grouped_room,
+    least_clearances,
     paired_clearance,
     pays,
     touching,
 )
 from workbench.contact.by_person import by_person
-from workbench.contact.fields import packed_faces, packed_shells
-from workbench.contact.kernels.clearance import near_sides, row_clearance
+from workbench.contact.fields import packed_faces
+from workbench.contact.kernels.clearance import ClearanceTask, near_sides
 from workbench.contact.kernels.pairs import Balls, sphere_contacts
 from workbench.errors import InputError
-from workbench.geometry.tree import search_space
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.body import Body, Topology, check_one
 from workbench.model.contacts import TANGENT_TOLERANCE, Clearance, Contacts
@@ -277,16 +278,18 @@ def clearance_of_rows(
         np.full(count, -1),
         np.full((count, 3), np.nan),
     )
-    index = _faces(environment), packed_shells(environment)
-    row_clearance(
-        placed.centres,
-        body.radius[0],
-        body.start,
-        np.ascontiguousarray(rows),
-        *index,
-        out,
-        search_space(),
-    )
+    pairs, which = np.unique(rows[:, 1:], axis=0, return_inverse=True)
+    for q, (n, k) in enumerate(pairs.tolist()):
+        own = np.flatnonzero(which.reshape(-1) == q)
+        centres = placed.centres[rows[own, 0]]
+        bodies = centres, np.repeat(body.radius, len(own), axis=0), np.zeros((len(own), 3))
+        spheres = np.arange(body.start[n], body.start[n + 1])
+        task = ClearanceTask(
+            spheres, np.array([0, len(spheres)]), np.array([[0, 0, k, 0]]), np.zeros(1)
+        )
+        found = least_clearances(bodies, task, environment, 1)
+        for values, some in zip(out, found, strict=True):
+            values[own] = some[:, 0]
     return out
 
 
@@ -405,7 +408,7 @@ def _sphere_rows(
     one: Placed, other: Placed, pairs: Ints, margin: float, allowance: Floats
 ) -> Contacts:
     """Sphere pairs of segment pairs (M, 2) nearer than margin [m]; allowance (N, N') [m]."""
-    rows, distance = _sphere_pairs(_spheres(one), _spheres(other), pairs, margin)
+    rows, distance = _sphere_pairs(balls_of(one), balls_of(other), pairs, margin)
     order = np.lexsort((rows[:, 2], rows[:, 1], rows[:, 0]))
     rows = rows[order]
     distance = distance[order]
@@ -442,19 +445,6 @@ def _sphere_pairs(one: Balls, other: Balls, pairs: Ints, margin: float) -> tuple
         if used <= count:
             return rows[:used], distance[:used]
         count = used
-
-
-def _spheres(placed: Placed) -> Balls:
-    body = placed.body
-    world = placed.world_from_segment
-    around = np.einsum("pnij,nj->pni", world[..., :3], body.enclosing_centre[0]) + world[..., 3]
-    return Balls(
-        placed.centres,
-        body.radius[0],
-        body.start,
-        np.ascontiguousarray(around),
-        body.enclosing_radius[0],
-    )
 
 
 def _facing(placed: Placed, where: tuple[Ints, Ints], direction: Floats) -> Ints:

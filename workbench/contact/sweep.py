@@ -7,9 +7,8 @@ from collections.abc import Iterable
 import numpy as np
 
 from workbench.contact.advance import first_contacts, whole_way
-from workbench.contact.chases import Rule, body_chase, environment_chase, self_chase
+from workbench.contact.chases import Rule, body_chase, candidates, environment_chase, self_chase
 from workbench.contact.moving import frames_of, pack_motion
-from workbench.contact.nearby import candidates
 from workbench.errors import InputError, UsageError, one_of
 from workbench.model.arrays import Floats, Ints
 from workbench.model.body import Body
