@@ -141,11 +141,13 @@ def obscuration(
     row = check_index("row", row, len(eyes))
     region = WHOLE if within is None else within
     n = pixels_of(step)
+    pieces = _pieces(region, n)
+    faces = sorted({one.face for one in pieces})
     left, right = (
-        shapes_before(scenery, eye[row], row, n, FACES) for eye in (eyes.left, eyes.right)
+        dict(zip(faces, shapes_before(scenery, eye[row], row, n, FACES[faces]), strict=True))
+        for eye in (eyes.left, eyes.right)
     )
     weight, before = pixel_weights(n)
-    pieces = _pieces(region, n)
     count = len(scenery.names) + 2
     opaque = np.zeros((len(pieces), count, 3))
     clear = np.zeros((len(pieces), count, 3))

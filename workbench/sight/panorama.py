@@ -28,7 +28,9 @@ __all__ = [
     "Panorama",
     "face_directions",
     "panorama",
+    "pieces_with",
     "pixel_weights",
+    "pixels_in",
     "pixels_of",
     "shapes_before",
 ]
@@ -102,16 +104,7 @@ class Panorama:
 
     def pixels(self, directions: ArrayLike) -> tuple[Ints, Ints, Ints]:
         """Return face, row and column (...) of the pixels in directions (..., 3)."""
-        way = np.asarray(directions, dtype=np.float64) @ self.axes.T
-        ahead = np.stack([way @ face[2] for face in FACES], axis=-1)
-        face = np.argmax(ahead, axis=-1)
-        depth = np.take_along_axis(ahead, face[..., None], axis=-1)[..., 0]
-        n = self.item.shape[1]
-        right = np.sum(way * FACES[face, 0], axis=-1) / depth
-        above = np.sum(way * FACES[face, 1], axis=-1) / depth
-        column = np.clip(((1.0 + right) * (n / 2.0)).astype(np.int64), 0, n - 1)
-        row = np.clip(((1.0 - above) * (n / 2.0)).astype(np.int64), 0, n - 1)
-        return face, row, column
+        return pixels_in(directions, self.axes, self.item.shape[1])
 
 
 @lru_cache(maxsize=4)
@@ -138,6 +131,27 @@ def face_directions(axes: Floats, face: int, n: int) -> Floats:
     return way
 
 
+def pixels_in(directions: ArrayLike, axes: Floats, n: int) -> tuple[Ints, Ints, Ints]:
+    """Return face, row and column (...) of the pixels of faces of n x n in directions (..., 3).
+
+    axes (3, 3): forward, left, up of the faces as rows.
+    """
+    way = np.asarray(directions, dtype=np.float64) @ axes.T
+    ahead = np.stack([way @ face[2] for face in FACES], axis=-1)
+    face = np.argmax(ahead, axis=-1)
+    depth = np.take_along_axis(ahead, face[..., None], axis=-1)[..., 0]
+    right = np.sum(way * FACES[face, 0], axis=-1) / depth
+    above = np.sum(way * FACES[face, 1], axis=-1) / depth
+    column = np.clip(((1.0 + right) * (n / 2.0)).astype(np.int64), 0, n - 1)
+    row = np.clip(((1.0 - above) * (n / 2.0)).astype(np.int64), 0, n - 1)
+    return face, row, column
+
+
+def pieces_with(face: Ints, row: Ints, n: int) -> Ints:
+    """Return the numbers of the pieces of faces that have some pixels, by their faces and rows."""
+    return np.unique(face * PIECES + row // -(-n // PIECES))
+
+
 def pixels_of(step: float) -> int:
     """Return the number of pixels along a face whose pixels are at most `step` [rad] wide.
 
@@ -155,6 +169,7 @@ def panorama(
     row: int = 0,
     step: float = STEP,
     axes: ArrayLike | None = None,
+    pieces: Ints | None = None,
 ) -> Panorama:
     """Look in every direction from one eye.
 
@@ -170,6 +185,9 @@ def panorama(
         Largest width [rad] of a pixel. What is thinner may be missed.
     axes
         (3, 3) forward, left, up of the faces as rows; the world's if None.
+    pieces
+        Of `pieces_with`: the pieces of faces that are looked at, all if None. Nothing is found in
+        others.
 
     Raises
     ------
@@ -178,19 +196,22 @@ def panorama(
     """
     frame = np.eye(3) if axes is None else np.asarray(axes, dtype=np.float64)
     n = pixels_of(step)
-    shapes = shapes_before(scenery, eye, row, n, FACES @ frame)
-    item = np.empty((6, n, n), dtype=np.int32)
-    glass = np.empty((6, n, n), dtype=np.int32)
+    some = np.arange(6 * PIECES) if pieces is None else pieces
+    faces = np.unique(some // PIECES)
+    found = shapes_before(scenery, eye, row, n, FACES[faces] @ frame)
+    shapes = dict(zip(faces.tolist(), found, strict=True))
+    item = np.full((6, n, n), -1, dtype=np.int32)
+    glass = np.full((6, n, n), -1, dtype=np.int32)
     rows = -(-n // PIECES)
 
     def work(begin: int, end: int) -> None:
         for k in range(begin, end):
-            face, piece = divmod(k, PIECES)
+            face, piece = divmod(int(some[k]), PIECES)
             first = min(piece * rows, n)
             last = min(first + rows, n)
             fill_bands(shapes[face], first, last, BAND, item[face], glass[face])
 
-    in_pieces(work, 6 * PIECES, 1)
+    in_pieces(work, len(some), 1)
     return Panorama(scenery.names, np.asarray(eye, dtype=np.float64), frame, item, glass)
 
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 
@@ -191,6 +193,7 @@ def scenery_of(
         radius.append(np.broadcast_to(one.radius, (rows, *one.radius.shape[1:])))
         sphere_item.append(one.item + len(names))
         names += one.names
+    shapes = _shapes_of(environment)
     flags = np.zeros((3, len(names)), dtype=np.bool_)
     if environment is not None:
         flags[0, :count] = environment.see_through
@@ -198,7 +201,8 @@ def scenery_of(
         flags[2, [environment.part_index(name) for name in moving]] = True
     return Scenery(
         names,
-        *_shown_triangles(environment),
+        shapes.triangles,
+        shapes.item,
         flags[0],
         flags[1],
         np.concatenate(centre, axis=1),
@@ -206,17 +210,34 @@ def scenery_of(
         np.concatenate(sphere_item),
         flags[2],
         np.broadcast_to(np.zeros(3) if displacement is None else displacement, (rows, 3)),
+        shapes.ball,
+        np.concatenate([shapes.item_ball, np.zeros((len(names) - count, 4))]),
     )
 
 
-def _shown_triangles(environment: Environment | None) -> tuple[Floats, Ints]:
-    """Corners (T, 3, 3) [m] of the triangles of parts that are not hidden, and the part (T,) of each."""
+class _Shapes(NamedTuple):
+    """The parts of an environment that are not hidden, as in `Scenery`; item_ball (P, 4)."""
+
+    triangles: Floats
+    item: Ints
+    ball: Floats
+    item_ball: Floats
+
+
+@lru_cache(maxsize=8)
+def _shapes_of(environment: Environment | None) -> _Shapes:
+    """The shapes of an environment, once for all people in it."""
     if environment is None:
-        return np.zeros((0, 3, 3)), np.zeros(0, dtype=np.int64)
+        balls = np.zeros((0, 4))
+        return _Shapes(np.zeros((0, 3, 3)), np.zeros(0, dtype=np.int64), balls, balls)
     counts = np.diff(environment.triangle_start[environment.part_start])
-    part = np.repeat(np.arange(len(environment.parts)), counts)
+    part = np.repeat(np.arange(len(counts)), counts)
     shown = ~environment.hidden[part]
-    return environment.vertices[environment.triangles[shown]], part[shown]
+    triangles = environment.vertices[environment.triangles[shown]]
+    item = part[shown]
+    start = np.searchsorted(item, np.arange(len(counts) + 1))
+    each = np.arange(len(item) + 1)
+    return _Shapes(triangles, item, _balls(triangles, each), _balls(triangles, start))
 
 
 @dataclass(frozen=True, eq=False)

@@ -21,7 +21,7 @@ from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.rule_set import RuleSet
 from workbench.sight.eyes import Eyes
 from workbench.sight.obscuration import lines_of_sight
-from workbench.sight.panorama import Panorama, panorama
+from workbench.sight.panorama import Panorama, panorama, pieces_with, pixels_in, pixels_of
 from workbench.sight.regions import Region, azimuth_elevation, direction_of, outline
 from workbench.sight.rules.eye_points import SIGN, Side
 from workbench.sight.scenery import Scenery
@@ -124,9 +124,11 @@ def cockpit_view(
         If an eye is inside a solid part or a sphere, or the region has no outline.
     """
     lattice = _lattice(region, step)
-    pair = [panorama(scenery, eye[row], row=row, step=step) for eye in (eyes.left, eyes.right)]
-    pixels = pair[0].pixels(lattice.ways[lattice.inside])
-    items = np.stack([one.item[pixels] for one in pair])
+    pair = [
+        panorama(scenery, eye[row], row=row, step=step, pieces=lattice.pieces)
+        for eye in (eyes.left, eyes.right)
+    ]
+    items = np.stack([one.item[lattice.pixels] for one in pair])
     hides: Bools = np.all(items >= 0, axis=0)
     halves = np.tile(0.5 * lattice.weight[hides], 2)
     by_item = np.bincount(items[:, hides].ravel(), halves, len(scenery.names))
@@ -169,20 +171,35 @@ class _Lattice(NamedTuple):
     """(M, N) whether they are in the outline, K of them."""
     weight: Floats
     """(K,) [sr]: with cos(elevation), and the outline's own solid angle in all."""
+    pixels: tuple[Ints, Ints, Ints]
+    """(K,) each: the pixels of a panorama in these directions."""
+    pieces: Ints
+    """The pieces of the panorama that have them."""
 
 
-@lru_cache(maxsize=4)
 def _lattice(region: Region, step: float) -> _Lattice:
     """The lattice of an outline; InputError where the region has none."""
     if not len(region.corners):
         raise InputError(f"{region.name}: an outline of azimuths and elevations is needed")
+    return _known_lattice(region.corners.tobytes(), region.axes.tobytes(), step)
+
+
+@lru_cache(maxsize=4)
+def _known_lattice(corners: bytes, axes: bytes, step: float) -> _Lattice:
+    """The lattice of an outline, once for all that are alike."""
+    region = outline(
+        "outline", np.frombuffer(corners).reshape(-1, 2), np.frombuffer(axes).reshape(3, 3)
+    )
     low = region.corners.min(axis=0) - 1.5 * step
     high = region.corners.max(axis=0) + 1.5 * step
     azimuth, elevation = np.meshgrid(*(np.arange(low[k], high[k], step) for k in range(2)))
     ways = direction_of(azimuth, elevation) @ region.axes
     inside = region.contains(ways)
     weight = np.cos(elevation[inside])
-    return _Lattice(ways, inside, weight * (region.solid_angle / weight.sum()))
+    n = pixels_of(step)
+    pixels = pixels_in(ways[inside], np.eye(3), n)
+    share = weight * (region.solid_angle / weight.sum())
+    return _Lattice(ways, inside, share, pixels, pieces_with(pixels[0], pixels[1], n))
 
 
 class _Run(NamedTuple):
