@@ -77,7 +77,7 @@ def marked(text: str) -> Node:
                 keys.pop()
                 closed.end = _end(closed, event)
             elif isinstance(event, yaml.NodeEvent):
-                node = _node(event)
+                node = _node(event, text)
                 _put(node, opened, keys)
                 root = root or node
                 if node.kind in ("mapping", "sequence"):
@@ -90,13 +90,15 @@ def marked(text: str) -> Node:
     return root
 
 
-def _node(event: yaml.NodeEvent) -> Node:
+def _node(event: yaml.NodeEvent, text: str) -> Node:
     """The node that an event begins."""
     start, end = _places(event)
     anchor = event.anchor or ""
     if isinstance(event, yaml.AliasEvent):
         return Node("alias", start, end, anchor)
     if isinstance(event, yaml.ScalarEvent):
+        if event.style in ("|", ">"):
+            end = start + len(text[start:end].rstrip())
         return Node("scalar", start, end, anchor, str(event.value))
     kind = "mapping" if isinstance(event, yaml.MappingStartEvent) else "sequence"
     flow = isinstance(event, yaml.CollectionStartEvent) and bool(event.flow_style)
