@@ -11,8 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.conftest import ROOT
-from workbench.files.yaml_changes import SharedValueError, changed_text
-from workbench.files.yaml_marks import marked, walked
+from workbench.files.yaml_changes import SharedValueError, changed_text, marked, walked
 from workbench.files.yaml_text import parse_yaml
 from workbench.model.moves import Move
 from workbench.study.bench.said import with_joint, with_moves, with_position
