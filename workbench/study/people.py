@@ -329,7 +329,7 @@ def verdicts_of(
             continue
         if criterion.check == "reach":
             mine = reach.findings(reaches, criterion)
-            found = (finding for finding in mine if criterion.asks(finding.case))
+            found: Iterator[Finding] = (finding for finding in mine if criterion.asks(finding.case))
         elif criterion.check == "between_people":
             found = _between(criterion, there)
         else:
