@@ -17,7 +17,7 @@ from workbench.errors import InputError, WorkbenchError, printable
 from workbench.files.catalogue import find
 from workbench.files.study.reader import load_study
 from workbench.files.study.saving import ChangedFileError, read_text
-from workbench.files.yaml_edits import SharedValueError
+from workbench.files.yaml_changes import SharedValueError
 from workbench.live.following import Following
 from workbench.live.frames import (
     answer_frame,

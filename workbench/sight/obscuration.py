@@ -127,6 +127,16 @@ def obscuration(
     ------
     InputError
         If an eye is inside a solid part or a sphere, or the step is not 0.02 to 45 degrees.
+
+    Examples
+    --------
+    >>> import workbench as wb
+    >>> trainer = wb.load_environment("trainer")
+    >>> eyes = wb.given_eyes(trainer.points["left_design_eye"])
+    >>> hidden = wb.obscuration(wb.scenery_of(trainer), eyes, step=0.02)
+    >>> frame = hidden.names.index("canopy_frame")
+    >>> f"{hidden.either[frame]:.2f} sr"
+    '0.73 sr'
     """
     row = check_index("row", row, len(eyes))
     region = WHOLE if within is None else within
