@@ -20,6 +20,7 @@ import numpy as np
 
 import workbench as wb
 from workbench.live.following import Following
+from workbench.live.seeing import Colours, FieldWork
 from workbench.live.server import SWITCH
 from workbench.model.moves import Move
 from workbench.model.study import PeopleDrawn
@@ -28,7 +29,8 @@ from workbench.study.bench.crowd import AT_HAND
 from workbench.study.bench.edits import Edit, seated, shifted
 from workbench.study.bench.edits_joints import turned
 from workbench.study.bench.edits_limbs import LimbTarget, reached
-from workbench.study.bench.placing import placed_people
+from workbench.study.bench.placing import Placement, placed_people
+from workbench.study.bench.sights import people_here, sight_verdicts
 from workbench.study.bench.state import OpenStudy, open_study
 from workbench.threads import cores
 
@@ -108,6 +110,39 @@ def measure(opened: OpenStudy) -> None:
 
     print(f"a part moved          {cpu_of(move)}")
     print(f"verdicts of all cases {cpu_of(lambda number: judged(opened, start), 5)}")
+    measure_sight(opened, placement, part)
+
+
+def measure_sight(opened: OpenStudy, placement: Placement, part: str) -> None:
+    """Print the CPU time, of all threads, of what is seen: the field of the first person whose head
+    turns, and the verdicts of sight while a part is dragged."""
+
+    def all_threads(function: Callable[[int], object], rounds: int = 10) -> str:
+        function(0)
+        times = []
+        for number in range(1, rounds + 1):
+            begin = time.process_time()
+            function(number)
+            times.append(1e3 * (time.process_time() - begin))
+        return f"{np.median(times):7.2f} ms, largest {max(times):7.2f}"
+
+    person = placement.people[0].state.role
+    colours: Colours = {}
+
+    def head(number: int, fine: bool = False) -> None:
+        toward = (float(np.cos(0.1 * number)), float(np.sin(0.1 * number)), -0.2)
+        FieldWork(opened, placement, 0, person, toward, 60, fine, colours).made()
+
+    def seen(number: int) -> None:
+        state = shifted(opened, opened.start, Move((part,), (), (0.0, 0.0, 0.001 * (1 + number))))
+        there = placed_people(opened, state.arrangement, before=placement)
+        here = people_here(opened, there)
+        list(sight_verdicts(opened, there.arrangement, here))
+
+    print(f"a head turned         {all_threads(head)}")
+    print(f"and counted finely    {all_threads(partial(head, fine=True))}")
+    if not any(one.free for one in opened.start.people):
+        print(f"sight, a part dragged {all_threads(seen)}")
 
 
 def measure_people(opened: OpenStudy) -> None:
