@@ -325,8 +325,8 @@ def test_the_page_is_whole_closed_and_the_same_each_time(usual):
 
 def test_criteria_are_shares_of_people_who_meet_all_their_requirements(ten):
     html = page_of(replace(ten, shown=()))
-    assert "engine and cabin: 40 % left out, 30 % by it alone" in html
-    assert "room: 30 % left out, 20 % by it alone" in html
+    assert "engine and cabin: missed by 40 %, only this by 30 %" in html
+    assert "room: missed by 30 %, only this by 20 %" in html
 
 
 @pytest.mark.parametrize(
@@ -398,7 +398,7 @@ def test_forty_requirements_and_a_name_of_two_hundred_letters():
 def test_weights_count_in_every_share(ten):
     people = replace(ten.people, weight=np.array([7, 1, 1, 1, 1, 1, 1, 1, 1, 1.0]))
     result = made(people, ten.requirements, ten.margin)
-    assert "room: 56 % left out, 12 % by it alone" in page_of(result)  # (7 + 1 + 1) / 16
+    assert "room: missed by 56 %, only this by 12 %" in page_of(result)  # (7 + 1 + 1) / 16
 
 
 def test_a_part_of_the_people_gives_a_page_too(usual):

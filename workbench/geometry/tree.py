@@ -1,23 +1,17 @@
-"""Trees of boxes over the polygons of each part, and the nearest polygon of a part."""
+"""Trees of boxes over groups of boxes, halved at the median."""
 
 from __future__ import annotations
-
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.compiled import batch_loop, inlined, inner
+from workbench.compiled import batch_loop, inlined
 from workbench.geometry.order import stable_order
-from workbench.geometry.polygon import nearest_of_record
 
 __all__ = [
     "DEPTH",
-    "SearchSpace",
     "box_gap",
     "build_tree",
-    "nearest_polygon",
-    "search_space",
     "wider",
 ]
 
@@ -25,20 +19,6 @@ LEAF = 4
 """Most boxes in a leaf."""
 DEPTH = 64
 """Places on the stack of a search: trees are halved, so no tree is deeper."""
-
-
-class SearchSpace(NamedTuple):
-    """Working space of a search, one for each thread."""
-
-    stack: NDArray[np.int64]
-    """(DEPTH,) nodes to visit."""
-    gaps: NDArray[np.float64]
-    """(DEPTH,) their squared distances [m2]."""
-
-
-def search_space() -> SearchSpace:
-    """New working space."""
-    return SearchSpace(np.empty(DEPTH, dtype=np.int64), np.empty(DEPTH))
 
 
 def build_tree(
@@ -158,58 +138,3 @@ def wider(square):  # type: ignore[no-untyped-def]
     """A squared distance widened by rounding: what is pruned against it cannot be the equal of the
     best."""
     return square * (1.0 + 1e-12) + 1e-30
-
-
-@inner
-def nearest_polygon(x, y, z, faces, part, limit, space):  # type: ignore[no-untyped-def]
-    """Nearest polygon of a part: squared distance [m2], polygon, and its nearest point.
-
-    -1 and infinite where none is within sqrt(limit). Equal distances go to the lower polygon, so
-    that the answer does not depend on the tree. space: SearchSpace.
-    """
-    stack = space.stack
-    gaps = space.gaps
-    best = limit
-    found = -1
-    bx = x
-    by = y
-    bz = z
-    stack[0] = faces.root[part]
-    size = 1
-    gaps[0] = box_gap(x, y, z, faces.low, faces.high, stack[0])
-    while size > 0:
-        size -= 1
-        m = stack[size]
-        if gaps[size] > wider(best):
-            continue
-        c = faces.child[m]
-        if c < 0:
-            for q in range(faces.first[m], faces.last[m]):
-                at = faces.begin[q]
-                end = faces.begin[q + 1]
-                gap, qx, qy, qz = nearest_of_record(x, y, z, faces.record, at, end, wider(best))
-                f = faces.item[q]
-                if gap < best or (gap == best and (found < 0 or f < found)):
-                    best = gap
-                    found = f
-                    bx = qx
-                    by = qy
-                    bz = qz
-            continue
-        near = c
-        far = c + 1
-        a = box_gap(x, y, z, faces.low, faces.high, near)
-        b = box_gap(x, y, z, faces.low, faces.high, far)
-        if b < a:
-            near, far, a, b = far, near, b, a
-        if b <= wider(best):
-            stack[size] = far
-            gaps[size] = b
-            size += 1
-        if a <= wider(best):
-            stack[size] = near
-            gaps[size] = a
-            size += 1
-    if found < 0:
-        best = np.inf
-    return best, found, bx, by, bz

@@ -195,9 +195,9 @@ class PopulationFound:
         whom all is met.
     shares
         Who fits, by group.
-    single, without, alone
-        (R,) the share that meets a requirement in the position of the margins; that would fit if it
-        were dropped; that is left out by nothing but it.
+    single, only, without
+        (R,) the share that meets a requirement in the position of the margins; that misses it there
+        and nothing else; that would fit, in whatever position, if it were dropped.
     spread
         (R, 5) [m] margins at 1, 5, 50, 95 and 99 % of the (weighted) people.
     tried
@@ -233,7 +233,7 @@ class PopulationFound:
     shares: tuple[GroupShare, ...]
     single: Floats
     without: Floats
-    alone: Floats
+    only: Floats
     spread: Floats
     hardest: tuple[int, ...]
     tried: tuple[TriedChange, ...]

@@ -58,6 +58,13 @@ def run(
         Where Dask or MuJoCo is needed and not installed.
     UsageError
         For a cluster without a population.
+
+    Examples
+    --------
+    >>> import workbench as wb
+    >>> result = wb.run(wb.load_study("wheelchair_counter"))
+    >>> print(result)
+    Result(wheelchair_counter: 5 of 5 criteria hold)
     """
     check_run(study, cluster=cluster)
     if study.crowd is not None:

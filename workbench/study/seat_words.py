@@ -17,7 +17,7 @@ from workbench.posture.seating.driving import DrivingPosture
 from workbench.posture.seating.seat import Seated
 from workbench.study.checks.margins import Asked
 from workbench.study.checks.sight import shortfall_words
-from workbench.study.checks.table import SAME_EVERYWHERE
+from workbench.study.checks.table import same_everywhere
 from workbench.study.hands import kept_off_by_others
 from workbench.study.positions import Fitted, Tried
 from workbench.study.settings import adjustments_of, setting_text
@@ -258,9 +258,7 @@ def _lacks(margin: Floats, asked: Sequence[Asked]) -> str:
     """What is missed most of the requirements (R,) that depend on the position, by how much, and how
     many more; "" where nothing is."""
     missed = [
-        r
-        for r in np.argsort(margin).tolist()
-        if margin[r] < -MET and asked[r].requirement.check not in SAME_EVERYWHERE
+        r for r in np.argsort(margin).tolist() if margin[r] < -MET and not same_everywhere(asked[r])
     ]
     if not missed:
         return ""

@@ -40,6 +40,7 @@ from workbench.posture.seating.driving_legs import accelerator_foot
 from workbench.posture.seating.posture import Pedals
 from workbench.posture.seating.seat import Seated, seat
 from workbench.posture.standing import standing_posture
+from workbench.sight.eyes import head_of
 from workbench.sight.scenery import Scenery, scenery_of
 from workbench.study.drivers import drivers_among
 from workbench.study.seat_memory import SeatMemory
@@ -262,6 +263,21 @@ class Situation:
             {one.name: one.placed for one in self.bystanders},
             moving=self.place.moving_parts,
             displacement=self.displacement,
+        )
+
+    @cached_property
+    def still_scenery(self) -> Scenery | None:
+        """What stands before the eyes wherever the hands are that hold something, and the legs: all
+        parts, and of the people what these do not move. None where they move the head."""
+        moved = moved_by_hands(self) | moved_by_legs(self)
+        if moved[self.body.sphere_segment == head_of(self.body)].any():
+            return None
+        return scenery_of(
+            self.environment,
+            self.placed,
+            moving=self.place.moving_parts,
+            displacement=self.displacement,
+            without=moved,
         )
 
     @cached_property

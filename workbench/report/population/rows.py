@@ -46,7 +46,8 @@ def population_lines(result: PopulationFound) -> list[str]:
     count = len(result.served)
     lines = [
         f"{percent(float(result.single[r]), count):>7}  {plain(result.requirements[r].name)}"
-        f" (alone leaves out {percent(float(result.alone[r]), count)})"
+        f" ({percent(float(result.only[r]), count)} miss only this; without it"
+        f" {percent(float(result.without[r]), count)} fit)"
         for r in order
     ]
     lines += [gain_sentence(gain, count) for gain in result.gains] or no_gain_words(result)
@@ -150,8 +151,8 @@ def _requirement(result: PopulationFound, r: int) -> RequirementRow:
         target=row.target,
         zone=row.zone,
         share=_share(float(result.single[r])),
+        only=_share(float(result.only[r])),
         without=_share(float(result.without[r])),
-        alone=_share(float(result.alone[r])),
         certain=_share_or_none(certain),
         possible=_share_or_none(possible),
         unit=row.unit.column,
@@ -230,8 +231,8 @@ _REQUIREMENTS = (
     "target",
     "zone",
     "share",
+    "only",
     "without",
-    "alone",
     "certain",
     "possible",
     "unit",

@@ -297,19 +297,19 @@ def _criteria(result: PopulationFound) -> list[dict[str, Any]]:
     rows.sort(key=lambda row: -row["out"])
     most = max([row["out"] for row in rows] + [0.05])
     for row in rows:
-        said = f"{row['name']}: {row['left']} left out, {row['only']} by it alone"
+        said = f"{row['name']}: missed by {row['left']}, only this by {row['only']}"
         row["chart"] = Markup(bar(row["out"], row["alone"], most=most, said=said))
     return rows
 
 
 def _left_out(result: PopulationFound, number: int, name: str) -> dict[str, Any]:
-    """Whom the requirements of one criterion leave out, and whom no other requirement does."""
+    """Who misses requirements of one criterion, who misses no others, and who would fit without
+    it."""
     weight = _weights(result)
     mine = np.array([requirement.criterion == name for requirement in result.requirements])
     failed = ~result.met[:, mine].all(axis=1)
-    others = ~result.served & result.sets[:, len(result.requirements) + number]
     out = float(weight @ failed)
-    alone = float(weight @ others)
+    alone = float(weight @ (failed & result.met[:, ~mine].all(axis=1)))
     count = len(result.met)
     return {
         "name": plain(name),
@@ -320,6 +320,9 @@ def _left_out(result: PopulationFound, number: int, name: str) -> dict[str, Any]
         "met": percent(1 - out, count),
         "left": percent(out, count),
         "only": percent(alone, count),
+        "without": percent(
+            float(weight @ result.sets[:, len(result.requirements) + number]), count
+        ),
         "all": not failed.any(),
     }
 
@@ -347,7 +350,8 @@ def _figures(result: PopulationFound, r: int) -> dict[str, Any]:
         "met": percent(1 - out, count),
         "undecided": _undecided(possible - certain, count) if requirement.of_surface else "–",
         "left": percent(out, count),
-        "only": percent(float(result.alone[r]), count),
+        "only": percent(float(result.only[r]), count),
+        "without": percent(float(result.without[r]), count),
         "all": bool(met.all()),
         "people": int((~met).sum()),
         "by_sex": [_share_of_some(weight, sex == s, met) for s in (1, 0)],
@@ -366,7 +370,7 @@ def _charts(result: PopulationFound, r: int, ends: tuple[float, float]) -> dict[
     name = plain(result.requirements[r].name)
     out = float(1 - result.single[r])
     most = max(float(1 - result.single.min()), 0.05)
-    left = f"{name}: {percent(out, len(result.met))} left out"
+    left = f"{name}: missed by {percent(out, len(result.met))}"
     spread = result.spread[r]
     most_known = _most_known(result, r)
     unit = result.requirements[r].unit
@@ -384,7 +388,7 @@ def _charts(result: PopulationFound, r: int, ends: tuple[float, float]) -> dict[
     margins = f"{lead}: {', '.join(figures)}{unit.words if length else ''}"
     return {
         "figures": figures,
-        "bar": Markup(bar(out, float(result.alone[r]), most=most, said=left)),
+        "bar": Markup(bar(out, float(result.only[r]), most=most, said=left)),
         "strip": Markup(margin_strip(spread, ends, said=margins)),
     }
 

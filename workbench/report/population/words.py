@@ -240,7 +240,7 @@ def _worst(result: PopulationFound) -> str:
     if len(out) == 1 or len(result.served) == 1:
         return f"; {name} is not met"
     count = len(result.served)
-    alone = float(result.alone[worst])
+    alone = float(result.only[worst])
     only = f"{percent(alone, count)} miss only this" if alone > 0 else "nobody misses only this"
     share = percent(float(out[worst]), count)
     return f"; missed most often is {name}, by {share} of the people ({only})"
@@ -327,8 +327,8 @@ def requirement_sentence(result: PopulationFound) -> str:
 
 def _dropping(result: PopulationFound, most: int) -> str:
     """What would be gained if one requirement were dropped. most: the one that leaves out most."""
-    gain = int(np.argmax(result.alone))
-    if result.alone[gain] <= 0:
+    gain = int(np.argmax(result.without))
+    if result.without[gain] <= result.shares[0].share + 1e-12:
         return (
             "Everybody who is left out misses two requirements or more: dropping a single one "
             "would gain nothing."

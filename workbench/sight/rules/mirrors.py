@@ -183,13 +183,11 @@ def _on_sphere(centre: Floats, radius: float, eye: Floats, points: Floats) -> Fl
 
 def _within(glass: Glass, places: Floats) -> Bools:
     """(N,) whether places are in one of the triangles of a glass, seen along its normal."""
-    inside = np.zeros(len(places), dtype=np.bool_)
-    for triangle in glass.corners:
-        sides = np.roll(triangle, -1, axis=0) - triangle
-        inward = np.cross(glass.normal, sides)
-        height = np.einsum("ki,nki->nk", inward, places[:, None] - triangle)
-        inside |= np.all(height >= 0.0, axis=1) | np.all(height <= 0.0, axis=1)
-    return inside
+    sides = np.roll(glass.corners, -1, axis=1) - glass.corners
+    inward = np.cross(glass.normal, sides)
+    height = np.einsum("tki,ntki->ntk", inward, places[:, None, None] - glass.corners)
+    within = np.all(height >= 0.0, axis=2) | np.all(height <= 0.0, axis=2)
+    return np.asarray(within.any(axis=1))
 
 
 def required_ground(

@@ -34,7 +34,7 @@ from workbench.study.accommodation.population_bodies import (
 )
 from workbench.study.accommodation.shares import (
     group_shares,
-    left_out_alone,
+    missed_only,
     share_single,
     share_without,
     spread_of,
@@ -124,7 +124,7 @@ def accommodation(
         shares=_shares(study, people, found),
         single=share_single(met, people.weight),
         without=share_without(found.sets[:, : len(asked)], people.weight),
-        alone=left_out_alone(met, found.sets[:, : len(asked)], people.weight),
+        only=missed_only(met, people.weight),
         spread=spread_of(found.margin, people.weight),
         hardest=hardest,
         tried=tuple(gains),

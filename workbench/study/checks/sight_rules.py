@@ -31,7 +31,7 @@ from workbench.posture.seating.sides import leftward
 from workbench.sight.eyes import Eyes, eyes_of, given_eyes
 from workbench.sight.obscuration import target_of_part
 from workbench.sight.regions import Region
-from workbench.sight.rules.cockpit_view import CockpitView, cockpit_outline, cockpit_view
+from workbench.sight.rules.cockpit_view import COARSE, ClearView, clear_view, cockpit_outline
 from workbench.sight.rules.eye_points import EyePoints, Side, car_eye_points
 from workbench.sight.rules.forward_field import forward_field
 from workbench.sight.rules.mirrors import (
@@ -48,7 +48,15 @@ from workbench.sight.scenery import Scenery, enclosing_items, scenery_of
 from workbench.study.checks.margins import Asked, Margins, no_margins
 from workbench.study.situation import Situation
 
-__all__ = ["asked_ground", "check_rules", "eye_points_of", "findings", "margins", "things_of"]
+__all__ = [
+    "asked_ground",
+    "check_rules",
+    "eye_points_of",
+    "findings",
+    "margins",
+    "most",
+    "things_of",
+]
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,6 +96,29 @@ def margins(situation: Situation, asked: Sequence[Asked]) -> Margins:
         found.margin[:, r] = unit_of(check).counted(judged.value - judged.limit)
         short = found.margin[:, r] < -MET
         found.words[short, r] = np.broadcast_to(judged.why, len(situation))[short]
+    return found
+
+
+def most(situation: Situation, asked: Sequence[Asked]) -> Floats:
+    """(B, Q) what everybody has to spare at most, wherever the hands are that hold something, and
+    the legs; infinite where that costs as much as to ask.
+
+    Of outlines: what a coarse look leaves clear before what these do not move, with all that is
+    hidden beside a border. Who has less than asked by more than that need not be asked.
+    """
+    found = np.full((len(situation), len(asked)), np.inf)
+    scenery = situation.still_scenery
+    if scenery is None:
+        return found
+    eyes = eyes_of(situation.placed)
+    inside = np.maximum(enclosing_items(scenery, eyes.left), enclosing_items(scenery, eyes.right))
+    for q, one in enumerate(asked):
+        if one.requirement.check != "outline" or one.criterion.eye_point:
+            continue
+        region = _region(situation.place, one.criterion)
+        for row in np.flatnonzero(inside < 0).tolist():
+            view = clear_view(scenery, eyes, region, row=row, step=COARSE)
+            found[row, q] = unit_of("outline").counts * (view.most - one.criterion.at_least)
     return found
 
 
@@ -221,13 +252,13 @@ def _outline(look: _Look, criterion: Criterion, _: str) -> _Judged:
         if inside[row] >= 0:
             why[row] = hider(scenery.names[inside[row]], look.place.environment.parts)
             continue
-        view = cockpit_view(scenery, eyes, region, row=row)
+        view = clear_view(scenery, eyes, region, row=row)
         clear[row] = view.clear
         why[row] = _hides_most(view, region, look.place.environment.parts)
     return _Judged(clear, criterion.at_least, why, _rules(criterion).told("outline_left_seat"))
 
 
-def _hides_most(view: CockpitView, region: Region, parts: tuple[str, ...]) -> Reason:
+def _hides_most(view: ClearView, region: Region, parts: tuple[str, ...]) -> Reason:
     """What hides most of the outline, and its share of it."""
     chief = max(view.hidden, key=lambda name: view.hidden[name], default="")
     return hider(chief, parts, view.hidden.get(chief, 0.0) / region.solid_angle)
