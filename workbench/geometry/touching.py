@@ -12,7 +12,7 @@ import math
 import numpy as np
 
 from workbench.compiled import batch_loop, inlined, inner
-from workbench.geometry.tree import DEPTH, build_tree
+from workbench.geometry.tree import DEPTH, split_tree
 from workbench.model.arrays import Floats
 
 __all__ = ["come_near"]
@@ -42,12 +42,12 @@ def come_near(one: Floats, other: Floats, within: float) -> bool:
     if not (len(one) and len(other)):
         return False
     groups = np.array([0, len(other)], dtype=np.int64)
-    tree = build_tree(other.min(axis=1), other.max(axis=1), groups)
-    low, high, child, first, last, item, _ = tree
+    boxes = np.concatenate([other.min(axis=1), other.max(axis=1)], axis=1)
+    box, link, item, _ = split_tree(boxes, groups)
     found = np.zeros(1, dtype=np.bool_)
     stack = np.empty(DEPTH, dtype=np.int64)
     one = np.ascontiguousarray(one)
-    _search(one, other[item], low, high, child, first, last, within, stack, found)
+    _search(one, other[item], box, link, within, stack, found)
     return bool(found[0])
 
 
@@ -160,7 +160,7 @@ def _triangles_near(one, other, within):  # type: ignore[no-untyped-def]
 
 
 @batch_loop
-def _search(one, other, low, high, child, first, last, within, stack, found):  # type: ignore[no-untyped-def]
+def _search(one, other, box, link, within, stack, found):  # type: ignore[no-untyped-def]
     """Set found (1,) where a triangle of one (T, 3, 3) is near one of other (T, 3, 3), which stand
     in the leaves of a tree. stack (DEPTH,): working space."""
     for t in range(len(one)):
@@ -173,15 +173,15 @@ def _search(one, other, low, high, child, first, last, within, stack, found):  #
             for i in range(3):
                 least = min(one[t, 0, i], one[t, 1, i], one[t, 2, i])
                 most = max(one[t, 0, i], one[t, 1, i], one[t, 2, i])
-                apart |= least > high[m, i] + within or most < low[m, i] - within
+                apart |= least > box[m, i + 3] + within or most < box[m, i] - within
             if apart:
                 continue
-            if child[m] >= 0:
-                stack[size] = child[m]
-                stack[size + 1] = child[m] + 1
+            if link[m, 0] >= 0:
+                stack[size] = link[m, 0]
+                stack[size + 1] = link[m, 0] + 1
                 size += 2
                 continue
-            for s in range(first[m], last[m]):
+            for s in range(link[m, 1], link[m, 2]):
                 if _triangles_near(one[t], other[s], within):
                     found[0] = True
                     return
