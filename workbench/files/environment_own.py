@@ -16,7 +16,7 @@ import numpy as np
 
 from workbench.files.part_likeness import likeness, name_words
 from workbench.geometry.polygon import point_winding
-from workbench.geometry.touching import come_near
+from workbench.geometry.surfaces import come_near
 from workbench.model.arrays import Floats
 from workbench.model.environment import Environment, OwnPiece
 
