@@ -10,7 +10,7 @@ import numpy as np
 from scipy.special import gammaln, stdtr, stdtrit
 
 from workbench import draw_people
-from workbench.body.people.fit import fit_population
+from workbench.body.people.draw import fit_population
 from workbench.model.arrays import Bools, Floats
 from workbench.model.measures import COCKPIT
 from workbench.model.population import SEXES, Population

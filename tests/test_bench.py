@@ -25,6 +25,7 @@ from workbench.contact.arranged import (
 from workbench.contact.collide import allowed_depth, nearest
 from workbench.errors import InputError
 from workbench.files.study.saving import read_text
+from workbench.files.yaml_text import read_yaml
 from workbench.model.moves import Move
 from workbench.posture.reaching.limbs import limb
 from workbench.study.bench.answers import answer, judged, near_pairs
@@ -35,7 +36,8 @@ from workbench.study.bench.edits_people import SizeWanted, dressed, sized
 from workbench.study.bench.edits_postures import freed, posed, predicted, suggested
 from workbench.study.bench.history import TOGETHER, Entry, History
 from workbench.study.bench.placing import placed_people
-from workbench.study.bench.saving import changes_of, save
+from workbench.study.bench.said import said
+from workbench.study.bench.saving import save
 from workbench.study.bench.state import (
     Arrangement,
     arranged_study,
@@ -560,7 +562,8 @@ def test_a_predicted_posture_becomes_a_given_one_in_its_seat(tmp_path):
     save(opened, read_text(path), edit.arrangement)
     study = wb.load_study(path)
     assert not study.roles[0].free and study.roles[1].free
-    assert not list(changes_of(open_study(study), open_study(study).start))
+    says = read_yaml(path).value
+    assert said(open_study(study), open_study(study).start, says) == says
     text = path.read_text()
     assert "small woman: {posture: driving, angles: {" in text and "large man: {predicted:" in text
 

@@ -16,8 +16,7 @@ from tests.crash_pit import SIMULATION, pit
 from workbench import InputError, Poses, place, stops
 from workbench.cli import main
 from workbench.crash.masses import composite_bodies, segment_inertia, segment_masses
-from workbench.crash.simulated import simulate
-from workbench.crash.stops import STOP_SOFTNESS
+from workbench.crash.simulated import STOP_SOFTNESS, simulate
 from workbench.files.crash.simulations import load_simulation
 from workbench.files.motions.tables import read_angle_table
 from workbench.model.posing import compose

@@ -25,8 +25,7 @@ from workbench.model.laban import (
 )
 from workbench.motion.laban.laban import score_poses
 from workbench.motion.laban.paths import DirectionPath, minimum_jerk
-from workbench.motion.laban.reading import read_motion_score
-from workbench.motion.laban.strokes import strokes
+from workbench.motion.laban.reading import read_motion_score, strokes
 
 BODY = load_body("bubbleman")
 SIGNS = [Sign(d, h) for h in LEVELS for d in DIRECTIONS]

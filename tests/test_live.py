@@ -76,6 +76,7 @@ FILES = (
     "elements.js",
     "envelope.js",
     "eye.js",
+    "field.js",
     "far_painting.js",
     "filming.js",
     "ghost.js",

@@ -26,7 +26,8 @@ from workbench.study.bench.criteria import PairLimit, asked_for
 from workbench.study.bench.edits import shifted
 from workbench.study.bench.measuring import Thing, measured
 from workbench.study.bench.motions import motions_judged, near_in_frame, playing
-from workbench.study.bench.saving import changes_of, save
+from workbench.study.bench.said import said
+from workbench.study.bench.saving import save
 from workbench.study.bench.state import open_study
 from workbench.study.crash.frames import frames_of
 
@@ -278,7 +279,8 @@ def test_a_pair_that_is_asked_for_again_gets_the_new_limit(trainer):
     )
     (one,) = again.arrangement.added
     assert one.name == "pilot's head to canopy, at least 40 mm" and one.at_least == 0.04
-    assert list(changes_of(trainer, trainer.start)) == []
+    says = trainer.study.statement.value
+    assert said(trainer, trainer.start, says) == says
     with pytest.raises(InputError, match="may touch left_seat_pan"):
         asked_for(trainer, trainer.start, PairLimit("pilot", "LT", part="left_seat_pan"))
 

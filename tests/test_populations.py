@@ -12,7 +12,7 @@ import pytest
 
 from tests.conftest import REFERENCE, ROOT, SHARED, real_input, tracked
 from workbench import InputError, UsageError, load_population_model, read_ansur
-from workbench.body.people.fit import fit_population
+from workbench.body.people.draw import fit_population
 from workbench.body.people.percentile import percentile_values
 from workbench.cli import main
 from workbench.files.growth import load_growth

@@ -13,8 +13,7 @@ from tests.conftest import tracked
 from tests.crash_pit import SIMULATION, pit
 from workbench import InputError
 from workbench.cli import main
-from workbench.files.crash.pulses import read_pulse
-from workbench.files.crash.restraints import surface_point
+from workbench.files.crash.restraints import read_pulse, surface_point
 from workbench.files.crash.simulations import load_simulation
 from workbench.files.kinds import check_file, kind_of
 from workbench.model.force import ForceLaw, force_at, force_history

@@ -23,7 +23,7 @@ from scipy.ndimage import gaussian_filter
 
 import workbench as wb
 from workbench.body.fitting.segmenting import Bones, SegmentedFit, fit_segments, regions_of
-from workbench.body.marching import level_surface
+from workbench.body.outlines import level_surface
 from workbench.body.surface import Surface, sealed
 from workbench.files.postures import load_postures, posture_pose
 

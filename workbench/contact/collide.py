@@ -65,6 +65,17 @@ def collides(
 
     The same as asking it of all of `clearance`, but it stops at the first. Hidden parts and
     segments outside the logical window take no part. threads: all cores where None.
+
+    Examples
+    --------
+    >>> import workbench as wb
+    >>> trainer = wb.load_environment("trainer")
+    >>> body = wb.load_body("bubbleman")
+    >>> seated = {joint: {"flexion": 85} for joint in ("LH", "RH", "LK", "RK")}
+    >>> poses = wb.pose(body, seated, reference="LT", position=(0.17, 0.28, 0.38))
+    >>> placed = wb.place(body, poses)
+    >>> wb.collides(placed, trainer)
+    array([ True])
     """
     if not pays(placed):
         depth = allowed_depth(placed.body, environment) + tolerance
@@ -88,6 +99,18 @@ def contacts(
     contact. In a solid part a sphere whose centre is inside has one row with the nearest polygon
     and a distance that is negative all the way in. Rows are sorted by pose, sphere, part, polygon.
     Hidden parts are left out.
+
+    Examples
+    --------
+    >>> import workbench as wb
+    >>> trainer = wb.load_environment("trainer")
+    >>> body = wb.load_body("bubbleman")
+    >>> seated = {joint: {"flexion": 85} for joint in ("LH", "RH", "LK", "RK")}
+    >>> poses = wb.pose(body, seated, reference="LT", position=(0.17, 0.28, 0.38))
+    >>> placed = wb.place(body, poses)
+    >>> worst = wb.contacts(placed, trainer).deepest()
+    >>> print(worst.name(0), f"{1000 * worst.distance[0]:.0f} mm", worst.other_name(0))
+    lower torso, pubis (bottom) -50 mm left_seat_pan, polygon 2
     """
     body = placed.body
     rows, numbers = touching(placed, environment, margin - tolerance)
@@ -127,6 +150,17 @@ def self_contacts(
 
     Overlap about a common joint is legal and left to the joint stops; `allowed` carries the body's
     allowance for soft flesh, and a row is a fault where its excess is positive.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import workbench as wb
+    >>> body = wb.load_body("bubbleman")
+    >>> bowed = wb.place(body, wb.pose(body, {"RH": {"flexion": 150}}))
+    >>> found = wb.self_contacts(bowed).deepest()
+    >>> first = int(np.argmax(found.excess))
+    >>> found.name(first), found.other_name(first)
+    ('central torso (bottom)', 'right upper leg (front)')
     """
     body = placed.body
     one, other = np.nonzero(np.triu(~body.adjacent))
@@ -155,6 +189,19 @@ def clearance(placed: Placed, environment: Environment) -> Floats:
     depth.
 
     Infinite for hidden parts and segments without spheres, NaN outside the logical window.
+
+    Examples
+    --------
+    >>> import workbench as wb
+    >>> trainer = wb.load_environment("trainer")
+    >>> body = wb.load_body("bubbleman")
+    >>> seated = {joint: {"flexion": 85} for joint in ("LH", "RH", "LK", "RK")}
+    >>> poses = wb.pose(body, seated, reference="LT", position=(0.17, 0.28, 0.38))
+    >>> placed = wb.place(body, poses)
+    >>> gaps = wb.clearance(placed, trainer)
+    >>> gap = gaps[0, body.segments.index("H"), trainer.part_index("canopy")]
+    >>> f"head to canopy: {1000 * gap:.0f} mm"
+    'head to canopy: 76 mm'
     """
     distance = clearance_by_part(placed, environment).distance
     distance[:, ~placed.window] = np.nan
@@ -189,6 +236,18 @@ def room(placed: Placed, environment: Environment, *, grid: bool | None = None) 
 
     Infinite for segments without spheres, NaN outside the logical window. grid: as of
     `clearance_of_groups`.
+
+    Examples
+    --------
+    >>> import workbench as wb
+    >>> trainer = wb.load_environment("trainer")
+    >>> body = wb.load_body("bubbleman")
+    >>> seated = {joint: {"flexion": 85} for joint in ("LH", "RH", "LK", "RK")}
+    >>> poses = wb.pose(body, seated, reference="LT", position=(0.17, 0.28, 0.38))
+    >>> placed = wb.place(body, poses)
+    >>> spare = wb.room(placed, trainer)[0]
+    >>> body.segments[int(spare.argmin())], bool(spare.min() < 0)
+    ('LUL', True)
     """
     groups, depth = allowed_groups(placed.body, environment)
     if pays(placed) if grid is None else grid:
@@ -281,7 +340,17 @@ def _plain(
 @by_person
 def body_clearance(one: Placed, other: Placed) -> Clearance:
     """Signed clearance (P, N, M) [m] of every segment of one body to every segment of another, with
-    the nearest spheres; `point` lies on the other's sphere."""
+    the nearest spheres; `point` lies on the other's sphere.
+
+    Examples
+    --------
+    >>> import workbench as wb
+    >>> body = wb.load_body("bubbleman")
+    >>> standing = wb.place(body, wb.pose(body, {}))
+    >>> beside = wb.place(body, wb.pose(body, {}, position=(0, -1, 0)))
+    >>> float(wb.body_clearance(standing, beside).distance.min().round(3))  # [m]
+    0.457
+    """
     return _pair_rows((one, other), _all_pairs(one, other))
 
 

@@ -11,16 +11,12 @@ import numpy as np
 
 from workbench.errors import InputError, one_of
 from workbench.files.catalogue import find, is_folder
-from workbench.files.environment_adjustments import (
-    adjustment_faults,
-    adjustments_of,
-)
 from workbench.files.environment_controls import gripped, with_controls
-from workbench.files.environment_cushions import cushion_front
 from workbench.files.environment_doubts import environment_doubts
 from workbench.files.environment_faces import with_faces
 from workbench.files.environment_parts import arranged_mesh, is_piece, matching_parts
 from workbench.files.environment_schema import (
+    AdjustmentFile,
     EnvironmentFile,
     MeshFile,
     PartFile,
@@ -45,14 +41,19 @@ from workbench.files.meshes.scene import mesh_of_scene
 from workbench.files.meshes.sizes import implausible_sizes
 from workbench.files.schema import fail, validate
 from workbench.files.yaml_text import Document, read_yaml
+from workbench.model.adjusting import seat_tilt
 from workbench.model.arrays import Floats
 from workbench.model.doubt import Doubt, open_doubts
-from workbench.model.environment import Allowance, Environment, Rest, Seat
+from workbench.model.environment import Adjustment, Allowance, CushionFront, Environment, Rest, Seat
 from workbench.model.posing import attitude_matrix
 
 __all__ = [
+    "MOST_ADJUSTMENTS",
     "MeshFrame",
+    "adjustment_faults",
+    "adjustments_of",
     "bare_environment",
+    "cushion_front",
     "environment_files",
     "environment_from_mesh",
     "load_environment",
@@ -131,6 +132,16 @@ def environment_from_mesh(
         cannot be solid.
     UsageError
         If `source` is something else, or the axes are no axes.
+
+    Examples
+    --------
+    >>> import trimesh
+    >>> import workbench as wb
+    >>> cab = wb.environment_from_mesh(
+    ...     trimesh.creation.box((1.2, 1.5, 1.4)), up="z", forward="x", length="m"
+    ... )
+    >>> len(cab.parts), cab.part(cab.parts[0]).solid
+    (1, True)
     """
     is_file = isinstance(source, str | Path)
     name = Path(source).stem if is_file else "scene"
@@ -445,4 +456,240 @@ def seat_of(name: str, seat: SeatFile, parts: Iterable[str]) -> Seat:
         seat.travel.forward,
         seat.travel.up,
         moves,
+    )
+
+
+# The front of a cushion, as thighs lie on it: a section of its part, from half its length to its
+# front edge.
+
+_THIGHS = {"LUL", "RUL", "all"}
+_ASIDE = 0.1
+"""How far [m] beside the middle of the seat the section is taken, on both sides: under the thighs,
+inside of side bolsters."""
+_FROM = 0.5
+"""Where the front begins, as a share of the cushion's length."""
+_FLAT = 1e-9
+
+
+def cushion_front(
+    environment: Environment, seat: Seat, allowances: Iterable[Allowance]
+) -> CushionFront | None:
+    """Return what thighs rest on in a seat: the convex upper side of the front of its cushion.
+
+    It gives as much as the cushion's part allows thighs to enter, and at least as much as hips sink
+    into it. None where the part does not reach under the thighs.
+
+    Parameters
+    ----------
+    environment
+        The parts.
+    seat
+        The seat where it stands at rest.
+    allowances
+        What is allowed to enter parts.
+    """
+    points = _section(environment, seat)
+    length = points[..., 0].max(initial=0.0)
+    chain = _upper_chain(_beyond(points, _FROM * length))
+    if len(chain) < 2:
+        return None
+    along, above = (chain[1:] - chain[:-1]).T
+    normal = np.stack([-above, along], axis=1)
+    normal = normal[along > _FLAT] / np.hypot(along, above)[along > _FLAT, None]
+    offset = np.sum(normal * chain[:-1][along > _FLAT], axis=1)
+    faces = [*np.column_stack([normal, offset]).tolist(), [1.0, 0.0, float(length)]]
+    part = environment.part_index(seat.cushion.part)
+    allowed = [a.depth for a in allowances if a.part == part and _THIGHS & set(a.segments)]
+    gives = max([seat.cushion.depth, *allowed])
+    return CushionFront(tuple((a, b, c) for a, b, c in faces), gives)
+
+
+def _section(environment: Environment, seat: Seat) -> Floats:
+    """(L, 2, 2) [m] lines in which upright planes under the thighs cut the cushion: end, along and
+    above from the seat reference point."""
+    heading = attitude_matrix(yaw=seat.yaw)
+    c = np.cos(seat.cushion_angle)
+    s = np.sin(seat.cushion_angle)
+    axes = heading @ np.array([[c, 0.0, -s], [0.0, 1.0, 0.0], [s, 0.0, c]])
+    part = environment.part_index(seat.cushion.part)
+    corners = (environment.triangle_corners(part) - np.array(seat.srp)) @ axes
+    lines = []
+    for aside in (-_ASIDE, _ASIDE):
+        side = corners[..., 1] - aside
+        cut = (side < 0.0) != (np.roll(side, -1, axis=1) < 0.0)
+        crossing = cut.any(axis=1)
+        share = side[crossing] / np.where(
+            cut[crossing], side[crossing] - np.roll(side[crossing], -1, axis=1), 1.0
+        )
+        first = corners[crossing]
+        met = first + share[..., None] * (np.roll(first, -1, axis=1) - first)
+        lines.append(met[cut[crossing]].reshape(-1, 2, 3)[..., [0, 2]])
+    return np.concatenate(lines)
+
+
+def _beyond(lines: Floats, least: float) -> Floats:
+    """(P, 2) ends of lines (L, 2, 2), of which all before `least` along is cut off."""
+    kept = lines[lines[..., 0].max(axis=1) > least]
+    way = kept[:, ::-1] - kept
+    short = kept[..., 0] < least
+    share = np.where(short, (least - kept[..., 0]) / np.where(short, way[..., 0], 1.0), 0.0)
+    met: Floats = kept + share[..., None] * way
+    return met.reshape(-1, 2)
+
+
+def _upper_chain(points: Floats) -> Floats:
+    """(C, 2) the upper side of the convex hull of points, from rear to front (Andrew's monotone
+    chain)."""
+    chain: list[Floats] = []
+    for point in points[np.lexsort((points[:, 1], points[:, 0]))]:
+        while len(chain) > 1 and _left_turn(chain[-2], chain[-1], point):
+            chain.pop()
+        chain.append(point)
+    return np.array(chain).reshape(-1, 2)
+
+
+def _left_turn(a: Floats, b: Floats, c: Floats) -> bool:
+    """Whether the way over three points turns left, or goes straight on."""
+    ahead = b - a
+    beyond = c - b
+    return bool(ahead[0] * beyond[1] - ahead[1] * beyond[0] >= -_FLAT * _FLAT)
+
+
+MOST_ADJUSTMENTS = 4
+"""Adjustments that the occupant of one seat may make, its tilt with them: settings are tried in
+combination, and four have 81 with three settings each."""
+Key = tuple[str | int, ...]
+
+
+def adjustment_faults(document: Document, file: EnvironmentFile, names: Sequence[str]) -> list[str]:
+    """A line for each thing that is wrong with the adjustments of a file.
+
+    names: the parts of the meshes.
+    """
+    every = (
+        *_unknown(file, names),
+        *_mounted_on_themselves(file),
+        *_without_parts(file),
+        *_moved_twice(file, names),
+        *_tilts_named(file),
+        *_too_many(file),
+    )
+    return [fail(document, key, what) for key, what in every]
+
+
+def _unknown(file: EnvironmentFile, names: Sequence[str]) -> Iterator[tuple[Key, str]]:
+    """Parts, points, seats and adjustments that are named and not there."""
+    for name, one in file.adjustments.items():
+        for k, part in enumerate(one.parts):
+            if not matching_parts(part, names):
+                key: Key = ("adjustments", name, "parts", k)
+                yield key, f"no part {part!r}; {one_of(part, names)}"
+        for k, point in enumerate(one.points):
+            if point not in file.points:
+                key = ("adjustments", name, "points", k)
+                yield key, f"no point {point!r}; {one_of(point, file.points)}"
+        for what, given, valid in (
+            ("adjustment", one.mounted_on, file.adjustments),
+            ("seat", one.seat, file.seats),
+        ):
+            if given is not None and given not in valid:
+                key = ("adjustments", name, "seat" if what == "seat" else "mounted_on")
+                yield key, f"no {what} {given!r}; {one_of(given, valid)}"
+
+
+def _mounted_on_themselves(file: EnvironmentFile) -> Iterator[tuple[Key, str]]:
+    """Adjustments that carry themselves."""
+    for name, one in file.adjustments.items():
+        seen = {name}
+        carrier = one.mounted_on
+        while carrier is not None and carrier in file.adjustments and carrier not in seen:
+            seen.add(carrier)
+            carrier = file.adjustments[carrier].mounted_on
+        if carrier == name:
+            what = "it is mounted on itself; name the adjustment that carries it, or leave it out"
+            yield ("adjustments", name, "mounted_on"), what
+
+
+def _without_parts(file: EnvironmentFile) -> Iterator[tuple[Key, str]]:
+    """Adjustments that move nothing."""
+    carriers = {one.mounted_on for one in file.adjustments.values()}
+    for name, one in file.adjustments.items():
+        if not (one.parts or one.points or name in carriers):
+            yield ("adjustments", name), "it moves nothing: name the 'parts' that it moves"
+
+
+def _moved_twice(file: EnvironmentFile, names: Sequence[str]) -> Iterator[tuple[Key, str]]:
+    """Parts and points that something else moves already."""
+    movers: dict[str, str] = {}
+    for seat, stated in file.seats.items():
+        for key in (stated.cushion.part, stated.back.part, *stated.moves):
+            movers |= dict.fromkeys(matching_parts(key, names), f"seat {seat!r}")
+    placers: dict[str, str] = {}
+    for name, one in file.adjustments.items():
+        advice = "; list it once, and say 'mounted_on' where one adjustment carries another"
+        for k, key in enumerate(one.parts):
+            for part in matching_parts(key, names):
+                other = movers.setdefault(part, f"adjustment {name!r}")
+                if other != f"adjustment {name!r}":
+                    what = f"part {part!r} is moved by {other} already{advice}"
+                    yield ("adjustments", name, "parts", k), what
+        for k, point in enumerate(one.points):
+            other = placers.setdefault(point, f"adjustment {name!r}")
+            if other != f"adjustment {name!r}":
+                what = f"point {point!r} is moved by {other} already{advice}"
+                yield ("adjustments", name, "points", k), what
+
+
+def _tilts_named(file: EnvironmentFile) -> Iterator[tuple[Key, str]]:
+    """Adjustments with the name that the tilt of a seat has."""
+    tilts = {f"{seat}_tilt": seat for seat, stated in file.seats.items() if any(stated.travel.tilt)}
+    for name in file.adjustments:
+        if name in tilts:
+            what = f"the tilt of seat {tilts[name]!r} has this name; take another"
+            yield ("adjustments", name), what
+
+
+def _too_many(file: EnvironmentFile) -> Iterator[tuple[Key, str]]:
+    """More adjustments than are tried in combination."""
+    for seat, stated in file.seats.items():
+        own = [name for name, one in file.adjustments.items() if one.seat in (None, seat)]
+        count = len(own) + any(stated.travel.tilt)
+        if count > MOST_ADJUSTMENTS:
+            what = (
+                f"the occupant of seat {seat!r} has {count} adjustments, and their settings are "
+                f"tried in combination; {MOST_ADJUSTMENTS} are possible, the seat's tilt with them "
+                f"('seat' says whose an adjustment is)"
+            )
+            yield ("adjustments",), what
+            return
+
+
+def adjustments_of(
+    file: EnvironmentFile, seats: Sequence[Seat], names: Sequence[str]
+) -> tuple[Adjustment, ...]:
+    """The adjustments of a file without faults, then the tilts of its seats.
+
+    names: the parts of the meshes.
+    """
+    stated = [_adjustment(name, one, names) for name, one in file.adjustments.items()]
+    tilts = [
+        seat_tilt(seat, file.seats[seat.name].travel.tilt)
+        for seat in seats
+        if any(file.seats[seat.name].travel.tilt)
+    ]
+    return (*stated, *tilts)
+
+
+def _adjustment(name: str, file: AdjustmentFile, names: Sequence[str]) -> Adjustment:
+    axis = file.along if file.about is None else file.about.axis
+    assert axis is not None
+    return Adjustment(
+        name=name,
+        axis=axis,
+        pivot=None if file.about is None else file.about.point,
+        travel=file.travel,
+        parts=tuple(dict.fromkeys(p for key in file.parts for p in matching_parts(key, names))),
+        points=tuple(dict.fromkeys(file.points)),
+        mounted_on=file.mounted_on or "",
+        seat=file.seat or "",
     )

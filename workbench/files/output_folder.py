@@ -24,11 +24,14 @@ folder, and is emptied.
 
 from __future__ import annotations
 
+import ctypes
+import errno
 import hashlib
 import math
 import os
 import shutil
 import stat
+import sys
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path, PurePosixPath
@@ -37,12 +40,11 @@ from typing import Literal
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from workbench.errors import InputError
-from workbench.files.exchange import exchange
 from workbench.files.inputs import is_input
 from workbench.files.lock import locked, planted
 from workbench.files.output_file import Content, probe, writable, write_errors
 
-__all__ = ["MANIFEST", "Holding", "Manifest", "check_folder", "write_folder"]
+__all__ = ["MANIFEST", "Holding", "Manifest", "check_folder", "exchange", "write_folder"]
 
 MANIFEST = "manifest.json"
 Holding = Literal["result", "comparison", "people", "region"]
@@ -397,3 +399,40 @@ def _name(path: Path, folder: Path) -> str:
 def _digest(path: Path) -> str:
     with path.open("rb") as file:
         return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+_RENAME_EXCHANGE = 2
+"""Flag of renameat2 in Linux, and, as RENAME_SWAP, of renamex_np in macOS."""
+_AT_FDCWD = -100
+_UNSUPPORTED = {errno.ENOSYS, errno.EINVAL, errno.ENOTSUP}
+
+
+def exchange(first: Path, second: Path) -> bool:
+    """Exchange two paths of one file system. False, and nothing is done, where the system cannot
+    exchange.
+
+    Raises
+    ------
+    OSError
+        If the system refuses.
+    """
+    paths = os.fsencode(first), os.fsencode(second)
+    try:
+        system = ctypes.CDLL(None, use_errno=True)
+        if sys.platform == "darwin":
+            result = system.renamex_np(paths[0], paths[1], ctypes.c_uint(_RENAME_EXCHANGE))
+        else:
+            result = system.renameat2(
+                _AT_FDCWD, paths[0], _AT_FDCWD, paths[1], ctypes.c_uint(_RENAME_EXCHANGE)
+            )
+    except (
+        AttributeError,
+        TypeError,
+    ):  # no such function in the system's library; Windows has no library by this name
+        return False
+    if result == 0:
+        return True
+    code = ctypes.get_errno()
+    if code in _UNSUPPORTED:
+        return False
+    raise OSError(code, os.strerror(code), str(second))

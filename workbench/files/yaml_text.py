@@ -87,6 +87,7 @@ def read_yaml(path: str | Path) -> Document:
 def parse_yaml(text: str, file: str) -> Document:
     """Parse YAML text; `file` is the name that messages show."""
     builder = _Builder(file)
+    text = text.removeprefix("\ufeff")  # a byte order mark
     try:
         for event in yaml.parse(text, Loader=yaml.CSafeLoader):
             builder.take(event)

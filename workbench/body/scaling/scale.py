@@ -20,14 +20,14 @@ from workbench.body.scaling.likely import check_likely
 from workbench.body.scaling.manikin import Length, Manikin
 from workbench.body.scaling.measure import lengths, measure
 from workbench.body.scaling.morph import morph
-from workbench.body.scaling.rebuilt import rebuilt
-from workbench.body.scaling.space import ShapeSpace, shape_space
+from workbench.body.scaling.space import ShapeSpace, shape_space, volumes
 from workbench.errors import InputError
 from workbench.model.arrays import Floats
 from workbench.model.body import SEATED_FACTORS, Body
 from workbench.model.measures import check_plausible
+from workbench.model.settled import settled
 
-__all__ = ["LONGER", "morph_to", "scale", "scale_many"]
+__all__ = ["LONGER", "morph_to", "rebuilt", "scale", "scale_many"]
 
 _DIRECT_STEPS = 2
 """Steps of the least change from the unchanged body."""
@@ -112,6 +112,13 @@ def scale(
     InputError
         If measures contradict each other, are no person's (see `model.measures`), or need a shape that
         no person has.
+
+    Examples
+    --------
+    >>> import workbench as wb
+    >>> small = wb.scale(wb.load_body("adult_female"), {"stature": 1.525, "sitting_height": 0.803})
+    >>> {name: round(1000 * wb.measure(small)[name], 1) for name in ("stature", "sitting_height")}
+    {'stature': 1525.0, 'sitting_height': 803.0}
     """
     return _person(_spaces(body, detail), measures, others or {})
 
@@ -386,3 +393,58 @@ def _solve(
         rows @ direction + np.diag(give), wanted
     )
     return solution
+
+
+_ENCLOSING_STEPS = 6
+"""Iterations of the sphere around each segment."""
+
+
+def rebuilt(space: ShapeSpace, values: Floats, manikin: Manikin) -> Body:
+    """Build the body with given parameters: on the floor, with its masses and allowance for flesh.
+
+    Parameters
+    ----------
+    space, values
+        The shapes of a body, and the parameters (K,) of one.
+    manikin
+        The body with this shape.
+
+    Returns
+    -------
+    Body
+        Masses are proportional to the volumes of the segments.
+    """
+    body = space.base.body
+    shape = manikin.shape
+    made = replace(
+        body,
+        centre=shape.centre[None],
+        radius=shape.radius[None],
+        joint_in_parent=_on_the_floor(body, manikin)[None],
+        joint_in_child=shape.in_child[None],
+        mass=body.mass * volumes(body, shape) / np.maximum(space.volume, 1e-12),
+        allowance=_flesh(space, manikin),
+        basis_at=values[None, : space.family],
+    )
+    return settled(made, steps=_ENCLOSING_STEPS)
+
+
+def _on_the_floor(body: Body, manikin: Manikin) -> Floats:
+    """(J, 3) [m] joint coordinates in the parents.
+
+    The first joints are raised so that the zero pose stands on the floor.
+    """
+    in_parent = manikin.shape.in_parent.copy()
+    in_parent[body.parent[1:] == 0, 2] -= manikin.lowest()
+    return in_parent
+
+
+def _flesh(space: ShapeSpace, manikin: Manikin) -> Floats:
+    """(1, N, N) [m] the allowance for soft flesh.
+
+    It grows by what standing and sitting overlap more than in the unchanged body: a stouter body
+    presses more flesh together in postures in which the unchanged one is not in contact.
+    """
+    body = space.base.body
+    more = np.maximum(manikin.overlaps() - space.overlaps, 0.0)
+    return np.where(body.adjacent, 0.0, body.allowance + more)

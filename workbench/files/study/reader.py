@@ -7,6 +7,7 @@ import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 from workbench.errors import InputError
@@ -24,7 +25,6 @@ from workbench.files.study.actions import (
 )
 from workbench.files.study.criteria import Known, criteria_of, visible_parts
 from workbench.files.study.doubts import length_doubts, study_doubts
-from workbench.files.study.limits import limit_faults
 from workbench.files.study.moves import change_of, move_faults, moves_of
 from workbench.files.study.parts import read_parts
 from workbench.files.study.roles import LoadedRole, load_roles, place_faults
@@ -53,7 +53,7 @@ from workbench.model.study import (
 )
 from workbench.model.workplace import Stand
 
-__all__ = ["load_study", "read_study"]
+__all__ = ["limit_faults", "load_study", "read_study"]
 
 OLD_FILE = (
     "a study has no kind now. `kind: accommodation` becomes `people` with a `population`, "
@@ -80,6 +80,13 @@ def load_study(source: str | Path) -> Study:
     ------
     InputError
         With a line for each fault of the file, and for those of the files that it names.
+
+    Examples
+    --------
+    >>> import workbench as wb
+    >>> study = wb.load_study("trainer_clearance")
+    >>> [criterion.name for criterion in study.criteria][:2]
+    ['nobody is in the structure', 'head to canopy']
     """
     _check_study(Path(source))
     path = find("studies", str(source))
@@ -91,7 +98,12 @@ def load_study(source: str | Path) -> Study:
     return read_study(document, path, {"study": path})
 
 
-def read_study(document: Document, path: Path, inputs: Mapping[str, Path]) -> Study:
+def read_study(
+    document: Document,
+    path: Path,
+    inputs: Mapping[str, Path],
+    loaded: Mapping[Path, Environment] = MappingProxyType({}),
+) -> Study:
     """Make the study that a document states, with all it names.
 
     Parameters
@@ -102,6 +114,8 @@ def read_study(document: Document, path: Path, inputs: Mapping[str, Path]) -> St
         A file in the folder from which names are looked for.
     inputs
         The files that the document itself is, by role.
+    loaded
+        Environments that are there already, by their files.
 
     Raises
     ------
@@ -109,7 +123,7 @@ def read_study(document: Document, path: Path, inputs: Mapping[str, Path]) -> St
         With a line for each fault of the document, and for those of the files that it names.
     """
     parts, faults = read_parts(document)
-    work = Work(path, document, parts, faults, dict(inputs))
+    work = Work(path, document, parts, faults, dict(inputs), dict(loaded))
     room = _environment(work)
     roles = load_roles(work)
     place_faults(work, roles, room)
@@ -174,7 +188,7 @@ def _environment(work: Work) -> Environment | None:
         work.errors(("environment",), error)
         return None
     try:
-        room = load_environment(source)
+        room = work.environments.get(source) or load_environment(source)
     except InputError as error:
         work.add(error.problems)
         return None
@@ -611,3 +625,41 @@ def _forces(file: StudyFile, known: Known) -> tuple[ContactForce, ...]:
         )
         for row in file.contact_forces
     )
+
+
+def limit_faults(work: Work) -> None:
+    """Report what cannot be run yet, and what can be asked instead."""
+    roles = {name: role for name, role in work.parts.roles.items() if role is not None}
+    crowd = work.parts.crowd
+    if crowd is not None:
+        _crowd_faults(work, crowd)
+    if work.parts.moves:
+        _motion_faults(work)
+    for row, task in work.parts.maps:
+        if task.people in roles and task.people != crowd:
+            what = "a reach map is of a population; ask for 'reach_envelopes' of one person"
+            work.fault(("reach_maps", row, "people"), what)
+
+
+def _crowd_faults(work: Work, name: str) -> None:
+    """A population takes a role in postures, and its answers are shares."""
+    if work.parts.moves:
+        what = "a population does not move yet: give one 'size' for a motion"
+        work.fault(("people", name, "population"), what)
+    for row, task in work.parts.envelopes:
+        if task.people == name:
+            what = "an envelope is of one person; ask for 'reach_maps' of a population"
+            work.fault(("reach_envelopes", row, "people"), what)
+
+
+def _motion_faults(work: Work) -> None:
+    """In one case all roles move, or none does."""
+    for row, case in work.parts.cases:
+        moving = {name for name, action in case.actions.items() if action and action.moves}
+        for name, action in case.actions.items():
+            if moving and action is not None and not action.moves:
+                what = (
+                    f"{sorted(moving)[0]!r} moves in this case, so this role needs a motion too; "
+                    "postures stand in cases of their own"
+                )
+                work.fault(("cases", row, "people", name), what)

@@ -156,6 +156,16 @@ def reach(
     UsageError
         If the numbers of rows do not match, the limb is of another body, or bystanders are given
         without an environment.
+
+    Examples
+    --------
+    >>> import workbench as wb
+    >>> body, trainer = wb.load_body("adult_male"), wb.load_environment("trainer")
+    >>> seated = wb.seat(body, wb.pose(body, {}, reference="LT"), trainer.seat("left")).poses
+    >>> arm = wb.limb(body, "right hand", zone=2)
+    >>> found = wb.reach(body, seated, [trainer.control("throttle").at], limb=arm)
+    >>> found.reached, found.miss.round(3)
+    (array([[ True]]), array([[0.]]))
     """
     if bystanders and environment is None:
         raise UsageError("bystanders: they are heeded beside an environment only, got none")

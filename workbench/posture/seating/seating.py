@@ -7,13 +7,51 @@ the cushion, the rearmost toward the back, the reference segment on the centre l
 
 from __future__ import annotations
 
+from dataclasses import dataclass, replace
+
 import numpy as np
 
 from workbench.model.arrays import Floats
 from workbench.model.environment import Seat
 from workbench.model.posing import attitude_matrix
+from workbench.posture.reaching.chains import apply
 
-__all__ = ["seat_attitude", "seat_planes", "seat_shift"]
+__all__ = ["SeatAxes", "own_axes", "seat_attitude", "seat_planes", "seat_shift"]
+
+GRID = 2.0**30
+"""[1/m] In a seat's own axes points are rounded to one over this, 9e-10 m. So the last digits, which
+are others once a cockpit is turned or moved, choose no step of a search, and no place."""
+
+
+@dataclass(frozen=True, eq=False)
+class SeatAxes:
+    """Axes at the reference point of a seat, x along its heading, z up.
+
+    seat: the seat as it is in them; world (3, 4) [m]: the transform from these axes to the world.
+    """
+
+    seat: Seat
+    world: Floats
+
+    def point(self, at: tuple[float, float, float]) -> tuple[float, float, float]:
+        """A point of the world [m] in these axes."""
+        own = self.world[:, :3].T @ (np.array(at) - self.world[:, 3])
+        x, y, z = (np.rint(own * GRID) / GRID).tolist()
+        return x, y, z
+
+    def height(self, z: float) -> float:
+        """A height in the world [m] in these axes."""
+        return float(np.rint((z - self.world[2, 3]) * GRID) / GRID)
+
+    def back(self, points: Floats) -> Floats:
+        """Points (B, 3) [m] in these axes as they are in the world."""
+        return apply(self.world[None, :, :3], points) + self.world[:, 3]
+
+
+def own_axes(seat: Seat) -> SeatAxes:
+    """The axes of a seat in its reference position."""
+    world = np.column_stack([attitude_matrix(yaw=seat.yaw), seat.srp])
+    return SeatAxes(replace(seat, srp=(0.0, 0.0, 0.0), yaw=0.0), world)
 
 
 def seat_planes(seat: Seat) -> tuple[Floats, Floats, Floats]:

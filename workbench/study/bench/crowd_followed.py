@@ -136,8 +136,8 @@ def _adjusted(opened: OpenStudy) -> set[str]:
 
 
 def _touched(question: Question, known: Settled, moved: Moved) -> list[int]:
-    """The requirements that a move bears on: reaches of the controls, what is about the parts, what is seen,
-    and what depends on a hand that holds a control."""
+    """The requirements that a move bears on: reaches and the sight of the controls, what is about the
+    parts, what is seen beyond them, and what depends on a hand that holds a control."""
     names = {question.place.environment.parts[k] for k in moved.parts}
     _, situations = known.places[0]
     found = []
@@ -145,9 +145,9 @@ def _touched(question: Question, known: Settled, moved: Moved) -> list[int]:
         if one.control is not None:
             touched = one.control.name in moved.controls
         else:
-            touched = bool(names & set(one.criterion.parts)) or (
-                one.requirement.of_sight and bool(names)
-            )
+            touched = bool(names & set(one.criterion.parts))
+            if one.requirement.of_sight:
+                touched |= bool(names) or one.requirement.target in moved.controls
             there = situations[one.case]
             touched |= needs_hands(there, one, hands_moved(there, moved.controls))
         if touched:
@@ -171,7 +171,8 @@ def _margins_there(
         held = [q for q in mine if needs_hands(situation, asked[q])]
         rest = [q for q in mine if q not in reaches and q not in held]
         reaching = _without_moved(situation, moved)
-        there = replace(situation, place=at) if moved.parts else situation
+        sight = any(asked[q].requirement.of_sight for q in mine)
+        there = replace(situation, place=at) if moved.parts or sight else situation
         for some, people in ((reaches, reaching), (rest, there)):
             if some:
                 every = [people] * len(situations)

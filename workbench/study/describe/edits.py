@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from workbench.errors import InputError, one_of
-from workbench.files.yaml_edits import Key
+from workbench.files.yaml_changes import Key
 from workbench.study.describe.state import Description
 
 __all__ = [

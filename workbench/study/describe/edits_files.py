@@ -20,7 +20,7 @@ from workbench.files.meshes.parts import RawMesh
 from workbench.files.meshes.reading import FORMATS, SMALLEST_OF_SEVERAL, implausible, read_mesh
 from workbench.files.names import unique_names
 from workbench.files.schema import metres_in
-from workbench.files.yaml_edits import Key
+from workbench.files.yaml_changes import Key
 from workbench.model.arrays import Floats
 from workbench.study.describe.edits import Edit, with_value
 from workbench.study.describe.edits_frame import check_row, on_meshes

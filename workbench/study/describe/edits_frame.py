@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from workbench.errors import InputError
-from workbench.files.yaml_edits import Key
+from workbench.files.yaml_changes import Key
 from workbench.study.describe.edits import Edit, with_value
 from workbench.study.describe.edits_parts import with_pieces_named
 from workbench.study.describe.edits_seats import with_picked, with_seat_figures

@@ -10,7 +10,7 @@ import numpy as np
 
 from workbench.errors import InputError, one_of
 from workbench.files.names import good_name
-from workbench.files.yaml_edits import Key
+from workbench.files.yaml_changes import Key
 from workbench.study.describe.edits import Edit, check_there, with_value
 from workbench.study.describe.meshes import Ray
 from workbench.study.describe.state import (

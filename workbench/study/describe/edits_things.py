@@ -12,7 +12,7 @@ from workbench.errors import InputError, one_of
 from workbench.files.environment_own import grippable
 from workbench.files.environment_parts import matching_parts
 from workbench.files.names import good_name
-from workbench.files.yaml_edits import Key
+from workbench.files.yaml_changes import Key
 from workbench.model.arrays import Floats
 from workbench.study.describe.edits import (
     SECTIONS,

@@ -1,9 +1,8 @@
-"""A description saved as an environment's file: written anew, or spliced into the text that is
+"""A description saved as an environment's file: written anew, or changed in the text that is
 there."""
 
 from __future__ import annotations
 
-import json
 import os
 import shlex
 from collections.abc import Mapping
@@ -12,14 +11,14 @@ from pathlib import Path
 from typing import Any
 
 from workbench.errors import InputError
+from workbench.files.catalogue import find
 from workbench.files.environments import load_environment
 from workbench.files.output_file import write_errors, write_file
 from workbench.files.saving import replaced, saving
-from workbench.files.study.reader import load_study
+from workbench.files.study.reader import read_study
 from workbench.files.study.saving import StudyText
-from workbench.files.yaml_changes import changed_text, yaml_text
-from workbench.files.yaml_edits import Key
-from workbench.files.yaml_text import parse_yaml
+from workbench.files.yaml_changes import Key, changed_text, yaml_text
+from workbench.files.yaml_text import read_yaml
 from workbench.model.environment import Environment
 from workbench.study.describe.first_study import first_study, guesses_of
 from workbench.study.describe.state import UNSURE, Description, OpenPlace
@@ -91,32 +90,12 @@ def description_text(description: Description, before: SavedPlace | None) -> str
     InputError
         If the text cannot be changed so that it says this.
     """
-    if before is None:
-        known = dict.fromkeys([*ORDER, *description.says])
-        says = {key: description.says[key] for key in known if description.says.get(key)}
-        text = yaml_text(says, description.why, _in_block)
-    else:
-        mark = "\ufeff" if before.text.text.startswith("\ufeff") else ""
-        body = before.text.text[len(mark) :]
-        says = description.says
-        text = mark + changed_text(body, before.says, says, notes=description.why, block=_in_block)
-    found = parse_yaml(text.removeprefix("\ufeff"), "environment").value
-    if json.dumps(found, sort_keys=True) != json.dumps(_plain(says), sort_keys=True):
-        raise InputError(
-            "the file's text cannot be changed so that its comments stay: save under another name"
-        )
-    return text
-
-
-def _plain(says: Any) -> Any:
-    """Values as they come back from a text: whole numbers without a point."""
-    if isinstance(says, Mapping):
-        return {key: _plain(value) for key, value in says.items()}
-    if isinstance(says, (list, tuple)):
-        return [_plain(value) for value in says]
-    if isinstance(says, float) and says.is_integer():
-        return int(says)
-    return says
+    says = description.says
+    if before is not None:
+        return changed_text(before.text.text, says, notes=description.why, block=_in_block)
+    known = dict.fromkeys([*ORDER, *says])
+    ordered = {key: says[key] for key in known if says.get(key)}
+    return yaml_text(ordered, description.why, _in_block)
 
 
 def _in_block(key: Key) -> bool:
@@ -221,9 +200,12 @@ def save_first_study(environment: str | Path, to: Path, *, people: int = 0) -> F
     source = str(environment)
     if Path(environment).exists():
         source = Path(os.path.relpath(Path(environment).resolve(), to.resolve().parent)).as_posix()
-    text = first_study(load_environment(environment), source, people=people)
+    room = load_environment(environment)
+    text = first_study(room, source, people=people)
     write_file(to, text)
-    return FirstStudy(tuple(guesses_of(text)), tuple(load_study(to).warnings))
+    place = find("environments", source, "environment.yaml", near=to.parent)
+    study = read_study(read_yaml(to), to, {"study": to}, {place: room})
+    return FirstStudy(tuple(guesses_of(text)), tuple(study.warnings))
 
 
 def next_commands(saved: Path) -> list[str]:

@@ -23,7 +23,7 @@ from workbench.files.meshes.taken_frame import taken_frame
 from workbench.files.schema import metres_in, validate
 from workbench.files.seat_doubts import another_seats, floor_doubts, rest_doubts
 from workbench.files.study.saving import StudyText, read_text
-from workbench.files.yaml_edits import Key
+from workbench.files.yaml_changes import Key
 from workbench.files.yaml_text import Document, parse_yaml
 from workbench.model.arrays import Floats
 from workbench.model.doubt import Doubt, open_doubts
@@ -222,7 +222,7 @@ def open_place(source: Path, out: Path | None = None) -> OpenPlace:
     if source.is_dir() or source.suffix.lower() in (".yaml", ".yml"):
         path = source / INNER if source.is_dir() else source
         text = read_text(path)
-        says = parse_yaml(text.text.removeprefix("\ufeff"), str(path))
+        says = parse_yaml(text.text, str(path))
         file = validate(says, EnvironmentFile)
         for mesh in file.meshes:
             if outside_folder(mesh.file):
