@@ -73,7 +73,7 @@ def test_everybody_sits_as_trying_all_places_slowly_finds(people, seat):
         assert found.pressed[b] == pytest.approx(max(one["pressed"], 0.0), abs=3e-4)
         for foot in TRAINER.at:
             assert found.miss[foot][b] == pytest.approx(one["miss"][foot], abs=1e-4)
-            assert found.limit[foot][b] == one["limit"][foot]
+            assert found.limit[foot][b].text == one["limit"][foot]
     np.testing.assert_allclose(found.spare_travel[:, 0] + found.spare_travel[:, 1], 0.18, atol=1e-9)
     np.testing.assert_allclose(found.eye_off, found.eye[:, 2] - EYE, atol=1e-12)
     np.testing.assert_allclose(found.shift[:, 0], found.forward, atol=1e-12)
@@ -268,7 +268,10 @@ def test_a_seat_without_travel_stays_and_says_by_how_much_pedals_are_missed(peop
     found = sit(people, poses_of(people), fixed, eye=EYE, pedals=far)
     assert np.all(found.forward == 0) and np.all(found.up == 0) and np.all(found.tried == 1)
     assert np.all(found.miss["right foot"] > 0.5)
-    assert set(found.limit["right foot"]) <= {"length of the limb", "right ankle (plantarflexion)"}
+    assert {one.text for one in found.limit["right foot"]} <= {
+        "length of the limb",
+        "right ankle (plantarflexion)",
+    }
 
 
 def test_pedals_beyond_everybody_bring_the_seat_to_its_front_end(people, seat):

@@ -20,6 +20,7 @@ from workbench.model.body import Body
 from workbench.model.environment import Adjustment, Environment
 from workbench.model.population import Population
 from workbench.model.poses import Placed, Poses
+from workbench.model.reason import Reason
 from workbench.model.short_repr import short_repr
 from workbench.model.study import Study
 from workbench.model.workplace import Workplace
@@ -178,7 +179,7 @@ class PopulationFound:
         outside and inside its spheres; the margin itself where it does not depend on the surface,
         NaN where the fit error of the body is not known.
     reason, reasons
-        (P, R) index into `reasons`, what limits in words; -1 where nothing does.
+        (P, R) index into `reasons`, what limits; -1 where nothing does.
     seat, comfortable
         (P, 2) [m] that position and the comfortable one, forward and up.
     window
@@ -222,7 +223,7 @@ class PopulationFound:
     low: Floats
     high: Floats
     reason: Ints
-    reasons: tuple[str, ...]
+    reasons: tuple[Reason, ...]
     seat: Floats
     comfortable: Floats
     window: Floats

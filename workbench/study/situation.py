@@ -26,6 +26,7 @@ from workbench.model.driving import DrivingAims, Package
 from workbench.model.environment import Control, Environment, Seat
 from workbench.model.population import Population
 from workbench.model.poses import Placed, Poses
+from workbench.model.reason import Reason
 from workbench.model.workplace import Aims, Stand, WorkCase, Workplace
 from workbench.posture.kernels.clear_reach import KEPT
 from workbench.posture.reaching.heeding import clear_fingers
@@ -200,7 +201,7 @@ class Situation:
         Other people, whom the hands keep clear of.
     hand_miss, hand_overlap, hand_limit
         (B,) by hand that holds a control: [m] how far it stays from it, [m] how deep the arm is in
-        an obstacle, and what limits it in words; empty while the hands are at rest.
+        an obstacle, and what limits it; empty while the hands are at rest.
     """
 
     place: Workplace
@@ -213,7 +214,7 @@ class Situation:
     bystanders: tuple[Bystander, ...] = ()
     hand_miss: Mapping[str, Floats] = field(default_factory=dict)
     hand_overlap: Mapping[str, Floats] = field(default_factory=dict)
-    hand_limit: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    hand_limit: Mapping[str, tuple[Reason, ...]] = field(default_factory=dict)
     unsure: Bools | None = None
     """(B,) whose hands were not searched for wherever they may be; None where all were."""
     remembered: Remembered | None = None
@@ -349,8 +350,8 @@ def _rows_of(by_hand: Mapping[str, Floats], keep: Ints) -> dict[str, Floats]:
     return {hand: values[keep] for hand, values in by_hand.items()}
 
 
-def _limit_of(situation: Situation, keep: Ints) -> dict[str, tuple[str, ...]]:
-    return {hand: tuple(words[k] for k in keep) for hand, words in situation.hand_limit.items()}
+def _limit_of(situation: Situation, keep: Ints) -> dict[str, tuple[Reason, ...]]:
+    return {hand: tuple(limits[k] for k in keep) for hand, limits in situation.hand_limit.items()}
 
 
 @dataclass(frozen=True, eq=False)
@@ -828,7 +829,7 @@ def _with_hand(
         rotations[left[got]] = there.rotations
         miss[left] = np.where(found.reached[:, 0], 0.0, found.miss[:, 0])
         overlap[left] = found.overlap[:, 0]
-        limit[left] = [found.limit(row, 0) for row in range(len(left))]
+        limit[left] = [found.reason(row, 0) for row in range(len(left))]
         unsure[left] |= brief & (found.doubt[:, 0] == KEPT)
         left = left[~found.reached[:, 0]]
         if not len(left):

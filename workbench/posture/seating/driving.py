@@ -22,6 +22,7 @@ from workbench.model.driving import Driver, Package
 from workbench.model.environment import Seat
 from workbench.model.poses import Poses, row_for_each
 from workbench.model.posing import angles_of, attitude_matrix, compose, join_poses, motion_of
+from workbench.model.reason import Reason
 from workbench.model.short_repr import short_repr
 from workbench.posture.reaching.chains import (
     REACHED,
@@ -279,7 +280,7 @@ class _Drivers:
     hips: Floats
     expected: Floats
     miss: dict[str, Floats]
-    limit: dict[str, tuple[str, ...]]
+    limit: dict[str, tuple[Reason, ...]]
     pressed: Floats
     pitches: dict[str, Floats]
 

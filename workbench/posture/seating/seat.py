@@ -21,6 +21,7 @@ from workbench.model.body import Body
 from workbench.model.environment import Seat
 from workbench.model.poses import Poses, check_rows, row_for_each
 from workbench.model.posing import join_poses
+from workbench.model.reason import Reason
 from workbench.model.short_repr import short_repr
 from workbench.posture.kernels.seat_search import SeatPlaces, seat_rows
 from workbench.posture.kernels.sitting import PRESSED, ROW, TOTAL_DISCOMFORT, VISITED, Sitting
@@ -65,8 +66,8 @@ class Seated:
     """(B,) [m] how much the eyes stay above (+) or below (-) the height asked for; 0 if none is."""
     miss: Mapping[str, Floats]
     """(B,) [m] by foot: its distance from its pedal."""
-    limit: Mapping[str, tuple[str, ...]]
-    """(B,) by foot: what limits it in words, "" where nothing does."""
+    limit: Mapping[str, tuple[Reason, ...]]
+    """(B,) by foot: what limits it."""
     spare_travel: Floats
     """(B, 4) [m] travel that is left to the rear, to the front, down and up."""
     discomfort: Floats

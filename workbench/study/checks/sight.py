@@ -16,11 +16,14 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from workbench.errors import InputError
 from workbench.model.accommodation import MET, Requirement
 from workbench.model.arrays import Bools, Floats, xyz
 from workbench.model.criterion import Criterion
 from workbench.model.environment import Environment
+from workbench.model.reason import NO_REASON, Reason, hider
 from workbench.model.result import Finding
+from workbench.model.rule_set import RuleSet
 from workbench.model.units import UNITS
 from workbench.posture.seating.sides import middle
 from workbench.sight.eyes import Eyes, eyes_of, gaze, head_of
@@ -38,6 +41,7 @@ from workbench.study.checks.margins import Asked, Margins, no_margins
 from workbench.study.situation import Situation
 
 __all__ = [
+    "BEYOND",
     "FACE",
     "READ_BY",
     "findings",
@@ -53,12 +57,12 @@ __all__ = [
 ROUNDING = 1e-9
 """[m] More than rounding makes of the same sum of what is seen."""
 
-BEYOND = "beyond the turn of head and eyes"
-BEHIND = "behind the eyes"
+BEYOND = Reason("beyond", "beyond the turn of head and eyes")
 """What keeps something from being seen that nothing stands before."""
 SEEN_BY = ("left", "right", "either", "both")
 """By which eyes a share is seen, in the order of `Seen.share`."""
 SIZE = "size of its characters"
+LARGEST = "largest size of its characters"
 FACE = "angle to its face"
 SIDE = "angle to the side of the line of sight"
 ABOVE = "angle above the line of sight"
@@ -73,7 +77,8 @@ _SHARE_OF = {
 }
 """What a share that is lacking is of."""
 READ_BY = ("character_least", "face_angle", "azimuth", "elevation", "line_down")
-"""The values of a rule set that reading is judged by."""
+"""The values of a rule set that reading is judged by, beside `_MOST` where it has that."""
+_MOST = "character_never_over"
 
 
 def targets_of(criterion: Criterion) -> tuple[str, ...]:
@@ -148,7 +153,7 @@ def findings(situation: Situation, criterion: Criterion) -> Iterator[Finding]:
             person=situation.place.role,
             other_person="",
             subject=name,
-            target=sees.words(0),
+            target=sees.told(0).text,
             value=float(sees.share[0]),
             limit=criterion.at_least,
             point=xyz(sees.at[0]),
@@ -162,7 +167,7 @@ def findings(situation: Situation, criterion: Criterion) -> Iterator[Finding]:
         assert criterion.rule_set is not None
         source = criterion.rule_set.told(*READ_BY)
         read = _reading(situation.environment, criterion, name, eyes_of(situation.placed))
-        for what, value in _measured(read).items():
+        for what, value in _measured(read, criterion.rule_set).items():
             if np.isfinite(value[0]):
                 limit, unit = limit_of_reading(criterion, what)
                 yield replace(
@@ -185,8 +190,8 @@ def line_to(situation: Situation, criterion: Criterion, name: str) -> tuple[Floa
 class _Sees:
     """How B people see one thing.
 
-    share: (B,) that is seen; why: (B,) what hides most of the rest, "" where nothing does, and blocked
-    (B,) how much that hides; at: (B, 3) [m] its middle.
+    share: (B,) that is seen; why: (B,) what hides most of the rest, and blocked (B,) how much that
+    hides; at: (B, 3) [m] its middle.
     """
 
     share: Floats
@@ -194,12 +199,12 @@ class _Sees:
     blocked: Floats
     at: Floats
 
-    def words(self, row: int) -> str:
-        """ "left_stick hides 30 %"; "" where all is seen."""
-        why = str(self.why[row])
-        if self.share[row] >= 1.0 - MET or not why:
-            return ""
-        return why if self.blocked[row] == 0.0 else f"{why} hides {100 * self.blocked[row]:.0f} %"
+    def told(self, row: int) -> Reason:
+        """What hides most of what is not seen, and how much that is."""
+        if self.share[row] >= 1.0 - MET:
+            return NO_REASON
+        why: Reason = self.why[row]
+        return replace(why, share=round(float(self.blocked[row]), 2))
 
 
 def _sees(
@@ -219,10 +224,14 @@ def _sees(
         clear = looked_through(scenery, [target.item]) if target.item >= 0 else scenery
         seen = seen_shares(clear, looks.eyes.rows(rows), [target])
         within = looks.within[rows]
+        why = [
+            hider(str(blocker), environment.parts) if ok else BEYOND
+            for blocker, ok in zip(seen.blocker[:, 0], within, strict=True)
+        ]
         share = seen.share[:, 0, SEEN_BY.index(criterion.eyes)]
         yield _Sees(
             share=np.where(within, share, 0.0),
-            why=np.where(within, seen.blocker[:, 0], BEYOND),
+            why=np.array(why, dtype=object),
             blocked=np.where(within, seen.blocked[:, 0], 0.0),
             at=middles[k],
         )
@@ -232,7 +241,11 @@ def _reading(environment: Environment, criterion: Criterion, name: str, eyes: Ey
     """How an instrument is seen by eyes before they, and the head, turn to it."""
     assert criterion.rule_set is not None
     one = environment.instrument(name)
-    return reading(eyes, one.at, one.face, one.characters, criterion.rule_set)
+    try:
+        return reading(eyes, one.at, one.face, one.characters, criterion.rule_set)
+    except InputError as error:
+        lead = f"criterion {criterion.name!r}, instrument {name!r}: {error}"
+        raise InputError(f"{lead}; leave it out of 'instruments'") from None
 
 
 def _middle(situation: Situation, target: Target) -> Floats:
@@ -275,6 +288,8 @@ def limit_of_reading(criterion: Criterion, what: str) -> tuple[float, str]:
     assert rules is not None
     if what == SIZE:
         return criterion.at_least or rules.number("character_least"), "arcmin"
+    if what == LARGEST:
+        return -rules.number(_MOST), "arcmin"
     if what == FACE:
         return rules.number("face_angle"), "rad"
     if what == SIDE:
@@ -284,14 +299,19 @@ def limit_of_reading(criterion: Criterion, what: str) -> tuple[float, str]:
 
 
 def shortfall_words(
-    requirement: Requirement, criterion: Criterion, size: float, reason: str, *, asked: bool = True
+    requirement: Requirement,
+    criterion: Criterion,
+    size: float,
+    reason: Reason,
+    *,
+    asked: bool = True,
 ) -> str:
     """How much of a requirement is lacking, by the size [m] that it counts: "41 mm", "38 % of its
     surface", of reading in the unit of what limits: "1.2 arc minutes (16.0 asked)", with what is asked
     for in brackets or without."""
     unit = requirement.unit
-    if requirement.check == "reads" and reason.startswith(("size ", "angle ")):
-        limit, key = limit_of_reading(criterion, reason)
+    if reason.kind == "reading":
+        limit, key = limit_of_reading(criterion, reason.thing)
         own = UNITS[key]
         much = own.short(abs(limit) * own.counts * size / unit.counts)
         if not asked:
@@ -301,16 +321,17 @@ def shortfall_words(
     return f"{unit.short(size)}{_SHARE_OF.get(requirement.check, '')}"
 
 
-def _measured(read: Reading) -> dict[str, Floats]:
+def _measured(read: Reading, rules: RuleSet) -> dict[str, Floats]:
     """(B,) [rad] what limits of reading are asked of, as `limit_of_reading` has them: NaN of what is
     above the line of sight where the instrument is below, and the other way."""
-    return {
+    found = {
         SIZE: read.character,
         FACE: read.face_angle,
         SIDE: -np.abs(read.azimuth),
         ABOVE: np.where(read.elevation > 0, -read.elevation, np.nan),
         BELOW: np.where(read.elevation > 0, np.nan, read.elevation),
     }
+    return found | ({LARGEST: -read.character} if _MOST in rules.values else {})
 
 
 def _reads(
@@ -318,11 +339,13 @@ def _reads(
 ) -> tuple[Floats, NDArray[np.object_]]:
     """(B,) the least of what is to spare of the limits of reading, as shares of the limits, and what
     it is."""
-    found = _measured(read)
+    assert criterion.rule_set is not None
+    found = _measured(read, criterion.rule_set)
     limits = np.array([limit_of_reading(criterion, what)[0] for what in found])[:, None]
     spare = (np.stack([*found.values()]) - limits) / np.abs(limits)
     spare = np.where(np.isnan(spare), np.inf, spare)
-    words = np.array([*found], dtype=object)[spare.argmin(axis=0)]
+    every = np.array([Reason("reading", what) for what in found], dtype=object)
+    words = every[spare.argmin(axis=0)]
     least = spare.min(axis=0)
     if sees is not None:
         hidden = sees.share - criterion.visible
