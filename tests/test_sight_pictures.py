@@ -166,6 +166,19 @@ def test_the_ground_is_seen_from_where_the_line_over_the_hood_meets_it():
     assert "3.0 m" in {words.text for words in chart.words}
 
 
+def test_the_far_border_of_what_is_hidden_is_a_straight_line_to_a_pixel():
+    """A hood 1.12 m high, 1 m ahead of eyes 1.2 m up: 1 x 1.2 / 0.08 = 15 m, where 0.1 degrees are 0.33 m
+    of ground and a pixel is 0.1 m."""
+    scene = seen(room({"hood": ((0.3, -3, 0.0), (1.0, 3, 1.12))}), at=(0, 0, 1.2))
+    chart = ground_plan(scene, 0.0, width=1200, height=1200)
+    sheet = Sheet(1200, 1200, (40.0, 40.0))
+    step = 2.0 / sheet.scale
+    across = np.linspace(-25.0, 25.0, 101)
+    near = {pixel(chart, sheet, (x, 15.0 - step)) == CLEAR for x in across}
+    far = {pixel(chart, sheet, (x, 15.0 + step)) == CLEAR for x in across}
+    assert (near, far) == ({False}, {True})
+
+
 def test_a_road_is_the_ground_and_hides_none_of_it():
     road = room({"road": ((-90, -90, -0.1), (90, 90, 0.0))})
     scene = seen(road, at=(0, 0, 1.2))
