@@ -225,6 +225,18 @@ def test_a_blended_body_is_written_and_read_again_as_it_was(blended, tmp_path):
     assert again.sphere_names == blended.sphere_names
 
 
+def test_a_body_file_in_metres_is_written_as_finely_as_one_in_millimetres(tmp_path):
+    ball = "name: ball, number: 1, mass: 1, directions: {front: +x, left: +y, top: +z}"
+    origin = tmp_path / "ball.yaml"
+    origin.write_text(
+        f"body: ball\nlength: m\nsegments: {{B: {{{ball}, spheres: [[0, 0, 0.0123456, 0.1002]]}}}}\n"
+    )
+    path = tmp_path / "again.yaml"
+    path.write_text(body_text(wb.load_body(origin), origin, name="again", description="in metres"))
+    again = wb.load_body(path)
+    assert again.centre[0, 0].tolist() == [0, 0, 0.012346] and again.radius[0, 0] == 0.1002
+
+
 @pytest.mark.parametrize(
     ("blend", "words"),
     [

@@ -9,10 +9,14 @@ import trimesh
 from hypothesis import given
 from hypothesis import strategies as st
 
-from workbench.files.meshes.enclosing_circles import enclosing_circles
 from workbench.files.meshes.parts import triangulate, weld
 from workbench.files.meshes.planes import degenerate_faces
-from workbench.files.meshes.polygons import PLANE_TOLERANCE, Polygons, merge_coplanar
+from workbench.files.meshes.polygons import (
+    PLANE_TOLERANCE,
+    Polygons,
+    enclosing_circles,
+    merge_coplanar,
+)
 
 
 def plate(ring, faces):

@@ -22,7 +22,6 @@ from workbench.contact.kernels.groups import (
     group_clearance,
     group_collides,
     group_room,
-    may_touch,
 )
 from workbench.contact.kernels.pairs import Balls, PairAnswers, pair_clearance
 from workbench.contact.kernels.parts import PartSpace, part_clearance
@@ -256,29 +255,14 @@ def _answers(memory: Floats, shape: tuple[int, ...]) -> PairAnswers:
     return PairAnswers(distance, next(whole), next(whole), point, next(whole))
 
 
-def touching(
-    placed: Placed, environment: Environment, margin: float, *, grid: bool | None = None
-) -> tuple[Ints, Floats]:
-    """Rows (C, 4) and numbers (C, 5) of `environment_contacts`, pose by pose: the grid tells most
-    spheres apart.
-
-    grid: whether there is one; where a batch is large enough for it if None."""
-    checked = ~environment.hidden
-    near: Bools = np.repeat(placed.window[placed.body.sphere_segment][None], len(placed), axis=0)
-    index = packed_parts(environment), checked.astype(np.int64)
-    fast = pays(placed) if grid is None else grid
+def touching(placed: Placed, environment: Environment, margin: float) -> tuple[Ints, Floats]:
+    """Rows (C, 4) and numbers (C, 5) of `environment_contacts`, pose by pose."""
     crowd = crowd_of(placed)
-    parts = tuple(np.flatnonzero(checked).tolist())
-    field = field_of(environment, (parts,)) if fast else None
+    index = packed_parts(environment), (~environment.hidden).astype(np.int64)
+    search = (placed.centres, placed.world_from_segment, crowd, *index, margin)
     found: dict[int, tuple[Ints, Floats]] = {}
 
     def work(begin: int, end: int) -> None:
-        if field is not None and field.trees.root[0] >= 0:
-            near[begin:end] = False
-            may_touch(
-                placed.centres, placed.world_from_segment, crowd, field, margin, near, begin, end
-            )
-        search = (placed.centres, placed.world_from_segment, crowd, near, *index, margin)
         count = CONTACTS * (end - begin)
         while True:
             rows = ContactRows(np.empty((count, 4), dtype=np.int64), np.empty((count, 5)))

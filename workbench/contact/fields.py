@@ -22,8 +22,7 @@ from workbench.contact.kernels.search import Parts, Trees
 from workbench.contact.kernels.wide import DEEP, EIGHT, widened
 from workbench.geometry.polygon import EDGES, RECORD, Faces
 from workbench.geometry.quads import FOUR
-from workbench.geometry.split import split_tree
-from workbench.geometry.tree import build_tree
+from workbench.geometry.tree import split_tree
 from workbench.model.arrays import Floats, Ints
 from workbench.model.content import content_key
 from workbench.model.environment import Environment
@@ -51,9 +50,7 @@ def packed_faces(environment: Environment) -> Faces:
 
 @lru_cache(maxsize=16)
 def _faces(environment: Environment) -> Faces:
-    low, high, child, first, last, item, root = build_tree(
-        *_boxes(environment), environment.part_start
-    )
+    box, link, item, root = _tree(environment)
     record, begin = _records(environment, item)
     rank = np.empty(len(item), dtype=np.int64)
     rank[item] = np.arange(len(item))
@@ -61,17 +58,23 @@ def _faces(environment: Environment) -> Faces:
         record=record,
         begin=begin,
         rank=rank,
-        low=low,
-        high=high,
-        child=child,
-        first=first,
-        last=last,
+        low=box[:, :3].copy(),
+        high=box[:, 3:].copy(),
+        child=link[:, 0].copy(),
+        first=link[:, 1].copy(),
+        last=link[:, 2].copy(),
         item=item,
         root=root,
         solid=environment.solid.astype(np.int64),
         corners=np.ascontiguousarray(environment.vertices[environment.triangles]).reshape(-1, 3, 3),
         corner_start=environment.triangle_start[environment.part_start],
     )
+
+
+@lru_cache(maxsize=16)
+def _tree(environment: Environment) -> tuple[Floats, Ints, Ints, Ints]:
+    """A tree over the polygons of each part, as `split_tree` gives it."""
+    return split_tree(np.concatenate(_boxes(environment), axis=1), environment.part_start)
 
 
 def _records(environment: Environment, order: Ints) -> tuple[Floats, Ints]:
@@ -128,9 +131,7 @@ def packed_parts(environment: Environment) -> Parts:
 @lru_cache(maxsize=16)
 def _parts(environment: Environment) -> Parts:
     faces = _faces(environment)
-    box, link, item, roots = split_tree(
-        np.concatenate(_boxes(environment), axis=1), environment.part_start
-    )
+    box, link, item, roots = _tree(environment)
     span = np.where(roots[:, None] >= 0, box[roots] if len(box) else np.zeros((len(roots), 6)), 0.0)
     boxes, child, many, bases = widened(box, link, faces.rank[item], roots)
     reach = float(np.abs(environment.vertices).max(initial=0.0))

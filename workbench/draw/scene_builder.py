@@ -18,7 +18,6 @@ from workbench.draw.source import (
     people_source,
     split_names,
 )
-from workbench.draw.study_scene import study_source
 from workbench.errors import InputError, UsageError, one_of
 from workbench.files.bare_mesh import read_bare
 from workbench.files.body.bodies import load_body
@@ -44,6 +43,8 @@ from workbench.model.study import Study
 from workbench.model.units import unit_in
 from workbench.posture.seating.seating import seat_shift
 from workbench.study.accommodation.accommodation import body_of_person
+from workbench.study.motion_cases import motion_cases
+from workbench.study.people import poses_of, present_people
 from workbench.study.provenance import hashes
 from workbench.study.workplaces import drawn_number, occupant
 
@@ -55,6 +56,7 @@ __all__ = [
     "scene_of",
     "source_kind",
     "source_of",
+    "study_source",
 ]
 
 MOST_BODIES = 40
@@ -528,3 +530,60 @@ def _with_findings(source: Source, result: ResultFile) -> Source:
 def _metres(point: tuple[float, float, float]) -> tuple[float, float, float]:
     x, y, z = (value / 1000.0 for value in point)
     return x, y, z
+
+
+def study_source(study: Study, case: str | None = None) -> Source:
+    """Build what is to be drawn of a study's cases, as a run evaluates them. See `build_source`.
+
+    Of several sizes the first is drawn; of postures and motions the postures, unless a motion is
+    named.
+    """
+    _, single = study.by_size()[0]
+    motions = {each.name for each in study.motions}
+    named = case is not None and bool(motions & set(split_names(case)))
+    if named or not study.postures:
+        return _motion_source(single, case)
+    return _posture_source(single, case)
+
+
+def _posture_source(study: Study, case: str | None) -> Source:
+    """Build cases of a study of people in postures: the first, or those that are named."""
+    there = present_people(study)
+    known = tuple(each.name for each in study.postures)
+    chosen = chosen_cases(study.name, known, case)
+    if case is None:
+        chosen = chosen[:1]
+    rows = np.array([known.index(name) for name in chosen])
+    persons = tuple(
+        Person(role.name, mine[0].body, poses_of(mine).rows(rows))
+        for role, mine in zip(there.roles, there.situations, strict=True)
+    )
+    return people_source(study.title, there.environment, persons, chosen)
+
+
+def _motion_source(study: Study, case: str | None) -> Source:
+    """Build a motion in its environment, over the other motions of the cases."""
+    chosen = chosen_cases(study.name, tuple(each.name for each in study.motions), case)
+    motions = [motion for motion in motion_cases(study) if motion.case in chosen]
+    first = motions[0]
+    people = [first.person, *(motion.name for motion in motions[1:])]
+    persons = tuple(
+        Person(name, motion.body, motion.motion)
+        for name, motion in zip(people, motions, strict=True)
+    )
+    coloured = [
+        (motion, PEOPLE_COLOURS[row % len(PEOPLE_COLOURS)]) for row, motion in enumerate(motions)
+    ]
+    bodies = tuple(
+        SceneBody(place(motion.body, motion.motion.rows(slice(1))), 0, colour)
+        for motion, colour in coloured
+    )
+    key = tuple((motion.name, colour) for motion, colour in coloured)
+    scene = Scene(
+        bodies[:1],
+        first.cabin,
+        title=study.title,
+        ghosts=bodies[1:],
+        key=key if len(motions) > 1 else (),
+    )
+    return Source(scene, (), (first.person,), persons[:1], True, under=persons[1:])

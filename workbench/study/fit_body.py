@@ -29,8 +29,8 @@ from workbench.body.skeleton import bones_of, named_rows, spheres_in_frames
 from workbench.body.surface import Surface, sealed
 from workbench.errors import UsageError
 from workbench.files.body.bodies import body_path, load_body
-from workbench.files.body.fitted import FittedSegment, SkeletonFile, fitted_text
 from workbench.files.body.outlines import load_outlines
+from workbench.files.body.writer import FittedSegment, SkeletonFile, fitted_text
 from workbench.files.meshes.reading import axes_rotation, read_mesh, to_world
 from workbench.files.meshes.sizes import implausible_sizes, person_size
 from workbench.files.postures import load_postures, posture_path, posture_pose

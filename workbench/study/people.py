@@ -329,11 +329,11 @@ def verdicts_of(
             continue
         if criterion.check == "reach":
             mine = reach.findings(reaches, criterion)
-            found: Iterator[Finding] = (finding for finding in mine if criterion.asks(finding.case))
+            found = [finding for finding in mine if criterion.asks(finding.case)]
         elif criterion.check == "between_people":
-            found = _between(criterion, there)
+            found = list(_between(criterion, there))
         else:
-            found = iter(findings_of(seeing if criterion.check in OF_SIGHT else alone, criterion))
+            found = findings_of(seeing if criterion.check in OF_SIGHT else alone, criterion)
         yield verdict(criterion, found, cases)
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.compiled import batch_loop, inlined, inner
-from workbench.contact.kernels.groups import carried
+from workbench.contact.kernels.groups import carried, cluster_hub
 from workbench.contact.kernels.heads import near_heads
 from workbench.contact.kernels.search import foot, polygon_number, signed_distance, span_gap
 from workbench.contact.kernels.wide import near_boxes, point_lanes
@@ -79,32 +79,47 @@ def _near_polygons(x, y, z, r, margin, trees, where, deep, found, used, space): 
     return used
 
 
+@inlined
+def _known(x, y, z, free):  # type: ignore[no-untyped-def]
+    """How far [m] a point surely is from any surface by a ball (centre, radius) that holds none; no
+    more than 0 where that does not say."""
+    u = x - free[0]
+    v = y - free[1]
+    w = z - free[2]
+    return max(free[3] - math.sqrt(u * u + v * v + w * w) - HAIR, 0.0)
+
+
 @inner
-def _segment_polygons(  # type: ignore[no-untyped-def]
-    centres, radius, p, first, last, near, k, parts, margin, found, used, space
-):
-    """Put down the polygons of part k nearer than margin [m] to the spheres first..last of pose p;
+def _segment_polygons(centres, world, p, n, crowd, k, parts, margin, found, used, space):  # type: ignore[no-untyped-def]
+    """Put down the polygons of part k nearer than margin [m] to the spheres of segment n in pose p;
     returns how many contacts there are then.
 
-    Around a centre outside of a solid, and in its box, the ball that holds no surface is found:
-    other centres in that ball are outside too.
+    A cluster is left out where nothing comes near enough to its hub. Around a hub or a centre outside
+    of a solid the ball is known that holds no surface: other centres in it are outside too.
     """
-    hub = first
-    clear = -1.0
-    for s in range(first, last):
-        if not near[p, s]:
+    free = 0.0, 0.0, 0.0, 0.0
+    for c in range(crowd.start[n], crowd.start[n + 1]):
+        x, y, z = cluster_hub(centres, world, p, crowd, n, c)
+        limit = max(crowd.reach[c] + margin, 0.0) + HAIR
+        known = _known(x, y, z, free)
+        _, rank, about = signed_distance(x, y, z, limit, known, parts, k, space.stack, space.gaps)
+        if rank < 0:
             continue
-        x = centres[p, s, 0]
-        y = centres[p, s, 1]
-        z = centres[p, s, 2]
-        r = radius[s]
-        deep = -1
-        if parts.faces.solid[k] == 1 and span_gap(x, y, z, parts.trees.span, k) == 0.0:
-            u = x - centres[p, hub, 0]
-            v = y - centres[p, hub, 1]
-            w = z - centres[p, hub, 2]
-            if math.sqrt(u * u + v * v + w * w) >= clear:
-                signed, rank, _ = signed_distance(
+        if about > 0.0:
+            free = x, y, z, about
+        for i in range(crowd.first[c], crowd.first[c + 1]):
+            s = crowd.member[i]
+            x = centres[p, s, 0]
+            y = centres[p, s, 1]
+            z = centres[p, s, 2]
+            r = crowd.radius[s]
+            reach = max(r + margin, 0.0)
+            known = max(_known(x, y, z, free), math.sqrt(span_gap(x, y, z, parts.trees.span, k)))
+            if known > reach + HAIR:
+                continue
+            deep = -1
+            if parts.faces.solid[k] == 1 and known == 0.0:
+                signed, rank, about = signed_distance(
                     x, y, z, np.inf, 0.0, parts, k, space.stack, space.gaps
                 )
                 if math.copysign(1.0, signed) < 0.0:
@@ -112,29 +127,28 @@ def _segment_polygons(  # type: ignore[no-untyped-def]
                     qx, qy, qz = foot(x, y, z, parts.trees, rank)
                     used = _put(found, used, (p, s, k, deep), (signed - r, qx, qy, qz, 1.0))
                 else:
-                    hub = s
-                    clear = signed - HAIR
-        used = _near_polygons(x, y, z, r, margin, parts.trees, (p, s, k), deep, found, used, space)
+                    free = x, y, z, about
+            used = _near_polygons(
+                x, y, z, r, margin, parts.trees, (p, s, k), deep, found, used, space
+            )
     return used
 
 
 @batch_loop
 def environment_contacts(  # type: ignore[no-untyped-def]
-    centres, world, crowd, near, parts, checked, margin, found, space, begin, end
+    centres, world, crowd, parts, checked, margin, found, space, begin, end
 ):
     """Fill found with all (sphere, polygon) pairs nearer than margin [m]; returns how many.
 
-    Of the spheres with near (P, S) 1, in the poses begin..end, and the parts with checked (K,) 1,
-    segment by segment and part by part. A centre inside a solid has a row with its nearest polygon.
-    centres (P, S, 3), world (P, N, 3, 4) [m]; found: ContactRows; where there are more than it
-    holds, the others are counted only. space: SearchSpace.
+    Of the spheres of segments that are shown, in the poses begin..end, and the parts with checked
+    (K,) 1, segment by segment and part by part. A centre inside a solid has a row with its nearest
+    polygon. centres (P, S, 3), world (P, N, 3, 4) [m]; found: ContactRows; where there are more than
+    it holds, the others are counted only. space: SearchSpace.
     """
     used = 0
     for p in range(begin, end):
         for n in range(len(crowd.shown)):
-            first = crowd.first[crowd.start[n]]
-            last = crowd.first[crowd.start[n + 1]]
-            if crowd.shown[n] == 0 or first == last:
+            if crowd.shown[n] == 0 or crowd.start[n] == crowd.start[n + 1]:
                 continue
             x, y, z = carried(
                 world, p, n, crowd.around[n, 0], crowd.around[n, 1], crowd.around[n, 2]
@@ -146,17 +160,6 @@ def environment_contacts(  # type: ignore[no-untyped-def]
                 if span_gap(x, y, z, parts.trees.span, k) > wider(reach * reach):
                     continue
                 used = _segment_polygons(
-                    centres,
-                    crowd.radius,
-                    p,
-                    first,
-                    last,
-                    near,
-                    k,
-                    parts,
-                    margin,
-                    found,
-                    used,
-                    space,
+                    centres, world, p, n, crowd, k, parts, margin, found, used, space
                 )
     return used

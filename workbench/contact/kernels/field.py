@@ -21,11 +21,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.compiled import batch_loop, inlined, inner
-from workbench.contact.kernels.heads import near_heads
 from workbench.contact.kernels.inside import inside_part
-from workbench.contact.kernels.search import Trees, nearest_in, record_gap
-from workbench.contact.kernels.wide import near_boxes, point_lanes
-from workbench.geometry.lanes import LANES, codes, corners, eight, first_bit, total
+from workbench.contact.kernels.search import Trees, nearest_in
+from workbench.geometry.lanes import LANES, codes, corners, eight, total
 from workbench.geometry.tree import wider
 
 __all__ = [
@@ -216,29 +214,9 @@ def reaches(x, y, z, r, field, g, allowed, stack, gaps):  # type: ignore[no-unty
     """True where a sphere of radius r overlaps a polygon of a group by more than allowed, which is
     less than r."""
     limit = wider((r - allowed) * (r - allowed))
-    if (
-        r - math.sqrt(record_gap(x, y, z, field.trees, near_polygon(x, y, z, field, g), limit))
-        > allowed
-    ):
-        return True
-    stack[0] = field.trees.root[g]
-    size = 1
-    point = point_lanes(x, y, z)
-    while size > 0:
-        size -= 1
-        m = stack[size]
-        bits = near_boxes(point, field.trees.box, m, field.trees.many[m], limit, gaps)
-        if bits != 0:
-            bits &= near_heads(x, y, z, field.trees.head, m, limit, gaps)
-        while bits != 0:
-            c = np.int64(field.trees.child[m, first_bit(bits)])
-            bits &= bits - np.uint64(1)
-            if c >= 0:
-                stack[size] = c
-                size += 1
-            elif r - math.sqrt(record_gap(x, y, z, field.trees, -1 - c, limit)) > allowed:
-                return True
-    return False
+    hint = near_polygon(x, y, z, field, g)
+    square, f = nearest_in(x, y, z, field.trees, field.trees.root[g], hint, limit, stack, gaps)
+    return f >= 0 and r - math.sqrt(square) > allowed
 
 
 @inlined

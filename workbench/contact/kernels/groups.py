@@ -34,7 +34,6 @@ __all__ = [
     "group_clearance",
     "group_collides",
     "group_room",
-    "may_touch",
 ]
 
 
@@ -425,26 +424,3 @@ def group_collides(centres, world, crowd, faces, shells, field, allowed, hit, sp
                 found = True
                 break
         hit[p] = found
-
-
-@batch_loop
-def may_touch(centres, world, crowd, field, margin, near, begin, end):  # type: ignore[no-untyped-def]
-    """Fill near (P, S) for the poses begin..end: 1 where a sphere may come nearer than margin [m]
-    to the only group."""
-    for p in range(begin, end):
-        for n in range(len(crowd.shown)):
-            for c in range(
-                crowd.start[n], crowd.start[n + 1] if crowd.shown[n] else crowd.start[n]
-            ):
-                x, y, z = cluster_hub(centres, world, p, crowd, n, c)
-                square, sure = square_bound(x, y, z, field, 0)
-                reach = max(crowd.reach[c] + margin, 0.0)
-                if sure and square > wider(reach * reach):
-                    continue
-                for i in range(crowd.first[c], crowd.first[c + 1]):
-                    s = crowd.member[i]
-                    square, sure = square_bound(
-                        centres[p, s, 0], centres[p, s, 1], centres[p, s, 2], field, 0
-                    )
-                    reach = max(crowd.radius[s] + margin, 0.0)
-                    near[p, s] = 0 if sure and square > wider(reach * reach) else 1

@@ -126,7 +126,7 @@ def cleared(
             limbs,
             task.who,
             task.held,
-            (task.base, task.goal),
+            (*task.own, task.base, task.goal),
             obstacles,
             task.seeds,
             out,

@@ -14,18 +14,15 @@ import numpy as np
 from workbench.model.arrays import Floats
 from workbench.model.environment import Seat
 from workbench.model.posing import attitude_matrix
-from workbench.posture.reaching.chains import apply
+from workbench.posture.reaching.chains import apply, on_grid
 
 __all__ = ["SeatAxes", "own_axes", "seat_attitude", "seat_planes", "seat_shift"]
-
-GRID = 2.0**30
-"""[1/m] In a seat's own axes points are rounded to one over this, 9e-10 m. So the last digits, which
-are others once a cockpit is turned or moved, choose no step of a search, and no place."""
 
 
 @dataclass(frozen=True, eq=False)
 class SeatAxes:
-    """Axes at the reference point of a seat, x along its heading, z up.
+    """Axes at the reference point of a seat, x along its heading, z up. Points in them are rounded to
+    a nanometre, so that the last digits choose no place.
 
     seat: the seat as it is in them; world (3, 4) [m]: the transform from these axes to the world.
     """
@@ -36,12 +33,12 @@ class SeatAxes:
     def point(self, at: tuple[float, float, float]) -> tuple[float, float, float]:
         """A point of the world [m] in these axes."""
         own = self.world[:, :3].T @ (np.array(at) - self.world[:, 3])
-        x, y, z = (np.rint(own * GRID) / GRID).tolist()
+        x, y, z = on_grid(own).tolist()
         return x, y, z
 
     def height(self, z: float) -> float:
         """A height in the world [m] in these axes."""
-        return float(np.rint((z - self.world[2, 3]) * GRID) / GRID)
+        return float(on_grid(np.array(z - self.world[2, 3])))
 
     def back(self, points: Floats) -> Floats:
         """Points (B, 3) [m] in these axes as they are in the world."""

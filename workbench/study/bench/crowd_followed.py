@@ -39,6 +39,7 @@ from workbench.study.checks.table import (
     AFTER_SEATING,
     CHECKS,
     IN_POSTURE,
+    margins_here,
     margins_of,
     needs_hands,
 )
@@ -180,7 +181,7 @@ def _margins_there(
         if held:
             hands = _known_hands(known, situation, at, moved)
             posed = replace(hands, place=there.place)
-            margin[:, held] = _marginsheld_controls(posed, [asked[q] for q in held])
+            margin[:, held] = margins_here(posed, [asked[q] for q in held]).margin
     return margin
 
 
@@ -191,16 +192,6 @@ def _without_moved(situation: Situation, moved: Moved) -> Situation:
     old = situation.place
     names = tuple(old.environment.parts[k] for k in sorted(moved.parts))
     return replace(situation, place=replace(old, environment=without_parts(old.environment, names)))
-
-
-def _marginsheld_controls(posed: Situation, asked: Sequence[Asked]) -> Floats:
-    """(B, Q) [m] what people have to spare with the hands where they are."""
-    margin = np.full((len(posed), len(asked)), np.nan)
-    for q, one in enumerate(asked):
-        check = CHECKS[one.requirement.check]
-        assert check.margins is not None
-        margin[:, q] = check.margins(posed, [one]).margin[:, 0]
-    return margin
 
 
 def _known_hands(known: Settled, situation: Situation, at: Workplace, moved: Moved) -> Situation:

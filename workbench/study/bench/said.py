@@ -20,7 +20,7 @@ from workbench.model.study import GivenPosture, PredictedPosture
 from workbench.study.bench.edits import adjuster_of
 from workbench.study.bench.state import Arrangement, OpenStudy, PersonState, given_angles
 
-__all__ = ["SAME_ANGLE", "SAME_LENGTH", "said", "with_joint", "with_moves", "with_position"]
+__all__ = ["said", "with_joint", "with_moves", "with_position"]
 
 SAME_ANGLE = 1e-6
 """[rad] Angles that differ by less are the same."""
@@ -37,7 +37,7 @@ def said(opened: OpenStudy, arrangement: Arrangement, says: Said, *, whole: bool
     Parameters
     ----------
     says
-        What it says of the state as it was opened. It is not changed.
+        What it says of the state as it was opened, or of this one already. It is not changed.
     whole
         Whether all angles of a joint are stated where one is another.
 
@@ -56,7 +56,8 @@ def said(opened: OpenStudy, arrangement: Arrangement, says: Said, *, whole: bool
             _put(_mapping(found, "criteria", k), "zone", zone)
     if arrangement.added:
         rows = [_criterion(criterion, scale) for criterion in arrangement.added]
-        found["criteria"] = [*(found.get("criteria") or []), *rows]
+        asked = found.get("criteria") or []
+        found["criteria"] = asked if asked[-len(rows) :] == rows else [*asked, *rows]
     for row, person in enumerate(arrangement.people):
         before = opened.start.people[row]
         if before.figure is not person.figure:

@@ -6,7 +6,7 @@ and shares with others what is the same in both, so that a history of states is 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
 from pathlib import Path
@@ -251,7 +251,7 @@ class OpenStudy:
         return tuple(found)
 
 
-def open_study(study: Study, size: str = "") -> OpenStudy:
+def open_study(study: Study, size: str = "", *, figures: Sequence[Figure] = ()) -> OpenStudy:
     """Open a study for changes.
 
     Parameters
@@ -260,6 +260,8 @@ def open_study(study: Study, size: str = "") -> OpenStudy:
         As `load_study` returns it.
     size
         Of a role that several sizes take one at a time, the one that is shown; the first if "".
+    figures
+        Of the roles, whose bodies are made already; their sizes and clothes are the study's.
 
     Raises
     ------
@@ -278,14 +280,15 @@ def open_study(study: Study, size: str = "") -> OpenStudy:
         reach_maps=(),
         compare=None,
     )
-    figures = tuple(figure_of(role, drawn_number(roles, role)) for role in roles)
+    made = figures or tuple(figure_of(role, drawn_number(roles, role)) for role in roles)
+    dressed = zip(made, roles, strict=True)
     sizes = {role.name: size or next(iter(role.sizes)) for role in study.roles if role.sizes}
     case_rows = tuple(row for row, case in enumerate(study.cases) if not case.moves)
     crowd = next((k for k, role in enumerate(study.roles) if role.population is not None), None)
     people = None if crowd is None else study.roles[crowd].population
     return OpenStudy(
         single,
-        figures,
+        tuple(replace(one, size=role.size, clothes=role.clothes) for one, role in dressed),
         case_rows,
         tuple(notes),
         crowd,

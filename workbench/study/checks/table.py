@@ -46,6 +46,7 @@ __all__ = [
     "between_verdict",
     "bounds_of",
     "findings_of",
+    "margins_here",
     "margins_of",
     "most_of",
     "motion_verdict",
@@ -192,11 +193,21 @@ def margins_of(situations: Sequence[Situation], asked: Sequence[Asked]) -> Margi
     for number, situation in enumerate(situations):
         rows = [r for r, one in enumerate(asked) if one.case == number and r not in bounded]
         for there, some in _posed(situation, asked, rows):
-            for margins, columns in _by_function(asked, some, lambda check: check.margins):
-                those = [asked[r] for r in columns]
-                found.put(everybody, np.array(columns), margins(there, those))
+            those = margins_here(there, [asked[r] for r in some])
+            found.put(everybody, np.array(some), those)
     if bounded:
         found.margin[:, bounded] = bounds_of(situations, [asked[r] for r in bounded]).low
+    return found
+
+
+def margins_here(situation: Situation, asked: Sequence[Asked]) -> Margins:
+    """What people have to spare in some requirements with the hands where they are: all requirements
+    of a check are asked together."""
+    found = no_margins(len(situation), asked)
+    everybody = np.arange(len(situation))
+    for margins, columns in _by_function(asked, range(len(asked)), lambda check: check.margins):
+        those = [asked[r] for r in columns]
+        found.put(everybody, np.array(columns), margins(situation, those))
     return found
 
 
