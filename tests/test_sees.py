@@ -102,6 +102,15 @@ def test_what_is_behind_is_beyond_the_turn_of_head_and_eyes(tmp_path):
     assert finding_words("sees", verdict.worst).endswith("; it is beyond the turn of head and eyes")
 
 
+@pytest.mark.parametrize(("trunk", "share"), [("", 0.0), (", trunk: 20", 1.0)])
+def test_the_trunk_turns_to_what_head_and_eyes_do_not_get_to(tmp_path, trunk, share):
+    """Straight to the side of the eyes and 15 degrees behind them: 105, of which head and eyes turn 95."""
+    criterion = f"name: a, check: sees, points: [aft], at_least: 1{trunk}"
+    point = "  aft: [-25780, -100000, 1100]"
+    ((verdict,), _) = found(tmp_path, criterion, points=point)
+    assert verdict.worst.value == share
+
+
 def test_the_own_hand_hides_the_knob_that_it_holds(tmp_path):
     path = tmp_path / "held.yaml"
     path.write_text(HELD)

@@ -217,7 +217,8 @@ def _sees(
     targets = [_target(environment, *thing, origin) for thing in things]
     middles = [_middle(situation, target) for target in targets]
     people = np.tile(np.arange(len(eyes)), len(targets))  # all turn to all at once
-    looks = gaze(eyes.rows(people), np.concatenate(middles))
+    trunk = np.repeat([criterion.trunk for criterion, _ in things], len(eyes))
+    looks = gaze(eyes.rows(people), np.concatenate(middles), trunk=trunk)
     for k, ((criterion, _), target) in enumerate(zip(things, targets, strict=True)):
         rows = slice(k * len(eyes), (k + 1) * len(eyes))
         # a thing's own shape is no news: what else hides it is asked
