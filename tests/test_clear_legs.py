@@ -174,6 +174,20 @@ def test_a_mirrored_post_is_left_by_the_mirrored_leg(tmp_path, alone):
         np.testing.assert_allclose(at(other, f"LLL/{name}")[0] * ASIDE, moved, atol=1e-3)
 
 
+def test_two_legs_between_boxes_are_not_brought_into_one_another_whichever_is_first(narrow):
+    body, poses = narrow[1].placed.body, narrow[1].poses
+    low, high = np.array([0.489, 0.116, 0.328]), np.array([0.516, 0.186, 0.401])
+    left = box_part("left", low, high)
+    right = box_part("right", (low[0], -high[1], low[2]), (high[0], -low[1], high[2]))
+    room = environment_of(left, right)
+    for foot in FEET:
+        assert clear_legs(body, poses, room, {foot: None}).overlap[foot][0] == 0.0
+    for feet in (FEET, FEET[::-1]):
+        found = clear_legs(body, poses, room, dict.fromkeys(feet))
+        assert in_other(found.poses, body)[0] == 0.0
+        assert min(found.overlap[foot][0] for foot in FEET) > 0.04
+
+
 def test_what_no_posture_of_the_legs_avoids_is_said(tmp_path, alone):
     shin = at(alone[1], "RLL/calf")[0]
     wall = [1e3 * shin[0] - 20.0, -400.0, 20.0], [1e3 * shin[0] + 20.0, 400.0, 1e3 * shin[2] + 60.0]

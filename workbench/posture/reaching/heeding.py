@@ -1,6 +1,6 @@
 """Limbs that are where they belong, brought clear of what was not looked at when they came there: legs
 of what stands around, the fingers of hands that hold a control of everything but this. No posture
-that enters the own body deeper than the one before, and than the body allows, counts as clear."""
+of a leg that enters the own body deeper than the one before, and than the body allows, counts as clear."""
 
 from __future__ import annotations
 
@@ -64,23 +64,22 @@ def _known(task: Task, angles: Floats) -> Found:
 
 
 def in_oneself(task: Task, angles: Floats) -> Floats:
-    """How much deeper (P,) [m] limbs at angles (P, K, 3) are in other segments of the own body than it
-    allows, below 0 where they are not. Of a leg the arms do not count."""
+    """How much deeper (P,) [m] legs at angles (P, K, 3) are in other segments of the own body than it
+    allows, below 0 where they are not. The arms do not count."""
     body = task.body
     poses = Poses(posed(task, angles), task.limb.base, task.base, person=task.who)
     found = self_contacts(place(body, poses))
     one, other = found.segment, found.other_segment
     moving = np.isin(one, task.limb.moving) | np.isin(other, task.limb.moving)
-    if "foot" in task.limb.name:
-        arms = np.array([name[1:] in ARMS for name in body.segments])
-        moving &= ~(arms[one] | arms[other])
+    arms = np.array([name[1:] in ARMS for name in body.segments])
+    moving &= ~(arms[one] | arms[other])
     deepest: Floats = np.full(len(task), -np.inf)
     np.maximum.at(deepest, found.pose[moving], found.excess[moving])
     return deepest
 
 
 def heeding(task: Task, angles: Floats, clear: Bools, before: Floats) -> Bools:
-    """(P,) which of the clear limbs at angles (P, K, 3) enter the own body no deeper than it allows, or
+    """(P,) which of the clear legs at angles (P, K, 3) enter the own body no deeper than it allows, or
     than before (P,) [m]."""
     rows = np.flatnonzero(clear)
     kept = np.zeros(len(clear), dtype=np.bool_)
@@ -110,7 +109,7 @@ def clear_fingers(body: Body, poses: Poses, hand: Limb, at: Sequence[float], roo
     deep = np.flatnonzero(deep_in(task, angles, room).overlap > 0.0)
     some = rows_of(task, deep)
     found, doubt = swung_clear(some, angles[deep], room)
-    clear = heeding(some, found.angles, doubt < KEPT, in_oneself(some, angles[deep]))
+    clear = doubt < KEPT
     rotations = np.array(poses.rotations)
     rotations[deep[clear]] = posed(some, found.angles)[clear]
     return replace(poses, rotations=rotations)

@@ -104,8 +104,8 @@ def clear_legs(
     rotations = np.array(poses.rotations)
     overlap: dict[str, Floats] = {}
     part: dict[str, Ints] = {}
-    moved: dict[str, Ints] = {}
-    for foot, other in pitches.items():
+    moved = np.zeros((len(pitches), len(body)), dtype=np.bool_)
+    for k, (foot, other) in enumerate(pitches.items()):
         task, angles = as_posed(body, poses, pointed_foot(body, foot))
         at = tips_of(task, angles)
         task = replace(task, goal=_goals(at[:, :3], at[:, 3:]))
@@ -117,26 +117,22 @@ def clear_legs(
             rows, best = _clear(task, angles, deep, other, room)
             own = replace(rows_of(task, rows), held=rotations[rows])
             rotations[rows] = posed(own, best)
-            moved[foot] = rows
-    back = _in_each_other(body, poses, replace(poses, rotations=rotations), moved)
-    rotations[back] = poses.rotations[back]
-    for foot, rows in moved.items():
-        clear = np.setdiff1d(rows, back)
-        overlap[foot][clear] = 0.0
-        part[foot][clear] = -1
+            moved[k, rows] = True
+    cleared_poses = replace(poses, rotations=rotations)
+    both = np.flatnonzero(moved.all(axis=0) & (len(moved) > 1))
+    if len(both):
+        # neither leg is the first: where each is clear of the other as it was, and not as it is now,
+        # both stay, so that mirrored people are mirrored
+        chain = pointed_foot(body, next(iter(pitches)))
+        (was, then), (task, now) = (as_posed(body, one, chain) for one in (poses, cleared_poses))
+        before = in_oneself(rows_of(was, both), then[both])
+        fine = heeding(rows_of(task, both), now[both], moved[0, both], before)
+        moved[:, both] = fine
+        rotations[both[~fine]] = poses.rotations[both[~fine]]
+    for k, foot in enumerate(pitches):
+        overlap[foot][moved[k]] = 0.0
+        part[foot][moved[k]] = -1
     return ClearLegs(replace(poses, rotations=rotations), overlap, part)
-
-
-def _in_each_other(body: Body, before: Poses, after: Poses, moved: Mapping[str, Ints]) -> Ints:
-    """The rows of which both legs have moved, by foot, and are now in each other or in the own body,
-    though each alone was not: neither leg is the first, so that mirrored people are mirrored."""
-    if len(moved) < 2:
-        return np.zeros(0, np.int64)
-    both = np.intersect1d(*moved.values())
-    chain = pointed_foot(body, next(iter(moved)))
-    (was, then), (task, now) = (as_posed(body, some, chain) for some in (before, after))
-    depth = in_oneself(rows_of(was, both), then[both])
-    return both[~heeding(rows_of(task, both), now[both], np.ones(len(both), np.bool_), depth)]
 
 
 def _goals(ball: Floats, sole: Floats) -> Floats:
