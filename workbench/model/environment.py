@@ -375,7 +375,7 @@ class Environment:
             If nothing is called so, something is moved twice or goes with a seat, or a displacement
             is none.
         """
-        found: Environment = above("files.moved", "moved_environment")(self, displacements)
+        found: Environment = above("files.study.stating", "moved_environment")(self, displacements)
         return found
 
     def to_trimesh(self) -> Any:
