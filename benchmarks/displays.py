@@ -67,16 +67,21 @@ def dense(count: int) -> Scene:
     order = np.argsort(owner, kind="stable")
     made_centre = np.concatenate([row[0] for row in rows])[:count][order]
     start = np.searchsorted(owner[order], np.arange(len(body.segments) + 1))
-    made = replace(
-        body,
-        centre=made_centre,
-        radius=np.concatenate([row[1] for row in rows])[:count][order],
+    radius = np.concatenate([row[1] for row in rows])[:count][order]
+    topology = replace(
+        body.topology,
         start=start,
         sphere_names=("",) * count,
         sphere_direction=np.full(count, -1),
-        twist_share=np.zeros(count),
         blend_joint=np.full(count, -1),
-        blend_share=np.zeros(count),
+    )
+    made = replace(
+        body,
+        topology=topology,
+        centre=made_centre[None],
+        radius=radius[None],
+        twist_share=np.zeros((1, count)),
+        blend_share=np.zeros((1, count)),
     )
     return Scene((SceneBody(wb.place(made, wb.pose(made, {}, position=(0.0, 0.0, 0.95)))),))
 

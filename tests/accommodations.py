@@ -22,6 +22,7 @@ from workbench.model.accommodation import (
 )
 from workbench.model.criterion import Criterion
 from workbench.model.population_found import PopulationFound, Shown, TriedChange
+from workbench.model.reason import TOO_SHORT, Reason
 from workbench.study.provenance import people_hash
 from workbench.study.workplaces import workplace_of
 
@@ -43,10 +44,10 @@ ACCOMMODATIONS = [
 """Names of the shipped accommodation studies."""
 
 REASONS = (
-    "length of the limb",
-    "right shoulder (flexion)",
-    "instrument_panel",
-    "the seat's travel",
+    TOO_SHORT,
+    Reason("stop", "right shoulder (flexion)"),
+    Reason("part", "instrument_panel"),
+    Reason("words", "the seat's travel"),
 )
 LEVELS = (1, 5, 50, 95, 99)
 

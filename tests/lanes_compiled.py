@@ -11,32 +11,24 @@ from workbench.geometry.lanes import (
     codes,
     corners,
     eight,
-    equal,
     first_bit,
     greatest,
     how_many,
     larger,
-    least,
     load,
     not_above,
-    pack,
     root,
-    smaller,
     store,
     total,
-    where_below,
 )
 from workbench.geometry.quads import (
     below,
     divided,
     first_of,
     four,
-    greatest_of,
     least_of,
     load_four,
-    load_triples,
     lower,
-    store_single,
     store_triples,
     upper,
     where_positive,
@@ -45,7 +37,7 @@ from workbench.geometry.quads import (
 
 @njit
 def every_lane_function(a, b, out):
-    """Rows of eight into out; bits of a <= b, of a == b, the first of those and how many."""
+    """Rows of eight into out; bits of a <= b, the first of those and how many."""
     u = load(a, 0)
     v = load(b, 0)
     zero = eight(0.0)
@@ -53,12 +45,9 @@ def every_lane_function(a, b, out):
         u + v,
         u - v,
         u * v,
-        smaller(u, v),
         larger(u, v),
         root(larger(u, zero - u)),
-        where_below(u, v, v, u),
         eight(a[3]),
-        eight(least(u)),
         eight(greatest(v)),
     )
     at = 0
@@ -66,22 +55,18 @@ def every_lane_function(a, b, out):
         store(out, at, row)
         at += 8
     below = not_above(u, v)
-    return below, equal(u, v), first_bit(below), how_many(below)
+    return below, first_bit(below), how_many(below)
 
 
 @njit
-def every_quad_function(a, b, out, single):
-    """Triples of fours of double precision into out, fours rounded into single; the greatest of a,
-    the first of b, and the bits of a < b."""
+def every_quad_function(a, b, out):
+    """Triples of fours of double precision into out; the first of b, and the bits of a < b."""
     u = load_four(a, np.uint64(0))
     v = load_four(b, np.uint64(0))
     store_triples(out, np.uint64(0), u + v, u - v, u * v)
     store_triples(out, np.uint64(12), lower(u, v), upper(u, v), four(a[2]))
-    x, y, z = load_triples(out, np.uint64(0))
-    store_triples(out, np.uint64(24), z, y, x)
-    store_triples(out, np.uint64(36), divided(u, v), where_positive(u, v), four(least_of(u)))
-    store_single(single, np.uint64(1), u)
-    return greatest_of(u), first_of(v), below(u, v)
+    store_triples(out, np.uint64(24), divided(u, v), where_positive(u, v), four(least_of(u)))
+    return first_of(v), below(u, v)
 
 
 @njit
@@ -93,12 +78,6 @@ def cell_mix(short, r, s, t, out):
     store(out, np.uint64(0), values)
     store(out, np.uint64(8), weights)
     return total(values * weights)
-
-
-@njit
-def packed(array, at, bits, base):
-    """`pack` called from Python."""
-    return pack(array, np.uint64(at), np.uint64(bits), np.float32(base))
 
 
 @njit

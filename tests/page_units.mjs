@@ -16,6 +16,7 @@ import { isOf, stateAt, stripes, wipeWords } from "./view/wipe.js";
 import { veilOf } from "./page/envelope.js";
 import { broken, fileName } from "./page/copying.js";
 import { across, fieldWords } from "./page/eye.js";
+import { freeWords, gazeWords, turnWords } from "./page/field.js";
 import { planeOf } from "./page/filming.js";
 import { farthest, movedWords, shiftOf, veilOfParts } from "./page/ghost.js";
 import { components, dimensionLines, thingOf } from "./page/measure.js";
@@ -24,7 +25,7 @@ import { band, bands, ticks } from "./page/reach_map.js";
 import { change, range, who } from "./page/people.js";
 import { isOfElement } from "./page/keys.js";
 import { stepWords } from "./page/progress.js";
-import { allowedWords, marginWords, signed } from "./page/rows.js";
+import { allowedWords, marginWords, resultWords, signed } from "./page/rows.js";
 import { rowsOf, wanted } from "./page/size.js";
 import { summary } from "./page/verdicts.js";
 import { alongAxis, fromLine, handleAt, inPlane } from "./page/ways.js";
@@ -345,6 +346,22 @@ test("a reach map's bands and ticks", () => {
   assert.deepEqual(bands(levels), ["under 50 %", "50 to 90 %", "90 to 95 %", "95 to 99 %", "99 % and more"]);
   assert.deepEqual(ticks(-230, 310), [-200, -100, 0, 100, 200, 300]);
   assert.deepEqual(ticks(0, 12), [0, 10]);
+});
+
+test("a verdict of a state that is being changed says so", () => {
+  assert.equal(resultWords({ passed: true, now: true }), "✓ passes now");
+  assert.equal(resultWords({ passed: false, now: true }), "✗ FAILS now");
+  assert.equal(resultWords({ passed: false, now: false }), "✗ FAILED");
+});
+
+test("turns of eyes and head are told by their sides", () => {
+  assert.equal(turnWords([15, -3.4]), "15° left, 3° down");
+  assert.equal(turnWords([-0.04, 0.01]), "straight ahead");
+  assert.equal(gazeWords({ eyes: [0, 5], head: [-25, 0], lack: 0 }), "Eyes 5° up in the head; head 25° right");
+  assert.ok(gazeWords({ eyes: [35, 0], head: [60, 0], lack: 21.6 }).endsWith("22° short of there, at the limit of both"));
+  const free = { free: [56, 51, 59, 48], error: 0.5 };
+  assert.ok(freeWords({ ...free, fine: true }).startsWith("Free: 48.0 % to both eyes, 59.0 % to one at least"));
+  assert.ok(freeWords({ ...free, fine: false }).endsWith("(± 0.5 points, while it turns at 0.5°)"));
 });
 
 test("verdicts are summed up: of whom, and not as passed where nothing was asked", () => {

@@ -12,7 +12,6 @@ import sys
 import numpy as np
 
 from tests.test_frames import cameras, lit, swarm
-from workbench.draw.kernels.arcs import arc_chains, ends_met, silhouette_arcs
 from workbench.draw.kernels.disk_painter import sphere_depths
 from workbench.draw.kernels.occlusion import (
     Occluders,
@@ -21,7 +20,6 @@ from workbench.draw.kernels.occlusion import (
     lines_among_balls,
     occluder_planes,
 )
-from workbench.draw.kernels.silhouettes import parallel_rims
 from workbench.draw.sphere_raster import (
     cast_rays,
     exact_item_buffer,
@@ -70,26 +68,12 @@ def hiding():
     return [np.round(array, 9) for array in found]
 
 
-def arcs():
-    """Rims of thirty spheres of five segments, chained."""
-    random = np.random.default_rng(5)
-    balls = np.column_stack([random.uniform(-3, 3, (30, 3)), random.uniform(0.1, 2, 30)])
-    segment = np.arange(30) // 6
-    rims = parallel_rims(balls, segment, segment // 3, np.eye(5) > 0, np.full(30, 0.4))
-    arc, of = silhouette_arcs(rims)
-    order, chain = arc_chains(np.arange(len(of)) - 1)
-    ellipses = np.column_stack([balls[:, [0, 1, 3]], np.ones(30), balls[:, 0]])
-    odd = np.arange(len(ellipses)) % 2 == 0
-    met = ends_met(balls[:, :2], segment, ellipses[of[:, 0]], arc, of[:, 0], odd, 0.1)
-    return [np.round(arc, 9), of, order, chain, met]
-
-
 def as_text(call):
     """What a call gives as JSON."""
     return json.dumps([array.tolist() for array in call()])
 
 
-CALLS = {"frames": frames, "raster": raster, "hiding": hiding, "arcs": arcs}
+CALLS = {"frames": frames, "raster": raster, "hiding": hiding}
 
 if __name__ == "__main__":
     sys.stdout.write(json.dumps({name: as_text(call) for name, call in CALLS.items()}))

@@ -26,6 +26,7 @@ from workbench.body.people.share import percent, percent_number
 from workbench.draw.contours import kernel_regression, level_loops, median_spacing
 from workbench.draw.reach_map import LEVELS, map_controls, reach_map_svg
 from workbench.model.accommodation import Gain, Requirement
+from workbench.model.reason import NO_REASON, TOO_SHORT, Reason
 from workbench.report.page import page
 from workbench.report.population.charts import (
     bar,
@@ -227,14 +228,29 @@ def test_a_difference_that_rounds_to_nothing_has_no_sign():
 
 
 def test_the_limb_that_is_too_short_is_an_arm_or_a_leg():
-    assert reason_words("length of the limb", "right hand") == "the length of the arm"
-    assert reason_words("length of the limb", "left foot") == "the length of the leg"
-    assert reason_words("instrument_panel") == "the instrument panel"
-    assert reason_words("the seat's travel") == "the seat's travel"
-    assert reason_words("left foot, length of the limb") == "the left foot, the length of the leg"
-    assert reason_words("left upper arm at left_sill") == "the left upper arm at the left sill"
-    assert reason_words("eyes too low") == "eyes too low"
-    assert reason_words("") == ""
+    assert reason_words(TOO_SHORT, "right hand") == "the length of the arm"
+    assert reason_words(TOO_SHORT, "left foot") == "the length of the leg"
+    foot = replace(TOO_SHORT, foot="left foot")
+    assert reason_words(foot) == "the left foot, the length of the leg"
+
+
+@pytest.mark.parametrize(
+    ("reason", "said"),
+    [
+        (Reason("part", "instrument_panel"), "the instrument panel"),
+        (Reason("words", "the seat's travel"), "the seat's travel"),
+        (Reason("near", "left upper arm", at="left_sill"), "the left upper arm at the left sill"),
+        (Reason("words", "eyes too low"), "eyes too low"),
+        (NO_REASON, ""),
+        (Reason("part", "left_stick", share=0.304), "the left stick hides 30.4 %"),
+        (Reason("own", "own left hand"), "the body's own left hand"),
+        (Reason("other", "pilot's left hand"), "pilot's left hand"),
+        (Reason("outside", "outside the mirror", share=0.3), "30 % is outside the mirror"),
+        (Reason("mirrored", "left_pane"), "mirrored by left pane"),
+    ],
+)
+def test_each_kind_of_reason_has_its_words(reason, said):
+    assert reason_words(reason) == said
 
 
 @pytest.mark.parametrize(
@@ -242,38 +258,38 @@ def test_the_limb_that_is_too_short_is_an_arm_or_a_leg():
     [
         (
             FLAPS,
-            "instrument_panel",
+            Reason("part", "instrument_panel"),
             "the reach stays 12 mm short of flaps in zone 2: the instrument panel is in the way",
         ),
         (
             FLAPS,
-            "right elbow (flexion)",
+            Reason("stop", "right elbow (flexion)"),
             "the reach stays 12 mm short of flaps in zone 2, limited by the right elbow (flexion)",
         ),
         (
             KNEE,
-            "right lower leg (knee cap) at instrument_panel",
+            Reason("near", "right lower leg (knee cap)", at="instrument_panel"),
             "her right lower leg (knee cap) is 12 mm too close to the instrument panel",
         ),
-        (KNEE, "", "her body is 12 mm too close to the instrument panel"),
+        (KNEE, NO_REASON, "her body is 12 mm too close to the instrument panel"),
         (
             Requirement("view over the nose", "v", "view_over", "coaming"),
-            "eyes too low",
+            Reason("words", "eyes too low"),
             "her eyes are 12 mm too low for “view over the nose”",
         ),
         (
             Requirement("pedals", "s", "pedals", "left"),
-            "left foot, length of the limb",
+            replace(TOO_SHORT, foot="left foot"),
             "her left foot stays 12 mm short of its pedal, limited by the length of the leg",
         ),
         (
             Requirement("pedals", "s", "pedals", "left"),
-            "the seat stops too far back",
+            Reason("words", "the seat stops too far back"),
             "“pedals” is missed by 12 mm (the seat stops too far back)",
         ),
         (
             Requirement("stops", "j", "stops", "joints"),
-            "neck pivot (flexion)",
+            Reason("stop", "neck pivot (flexion)"),
             "“stops” is missed by 3.4 degrees (the neck pivot (flexion))",
         ),
     ],
@@ -309,8 +325,8 @@ def test_the_page_is_whole_closed_and_the_same_each_time(usual):
 
 def test_criteria_are_shares_of_people_who_meet_all_their_requirements(ten):
     html = page_of(replace(ten, shown=()))
-    assert "engine and cabin: 40 % left out, 30 % by it alone" in html
-    assert "room: 30 % left out, 20 % by it alone" in html
+    assert "engine and cabin: missed by 40 %, only this by 30 %" in html
+    assert "room: missed by 30 %, only this by 20 %" in html
 
 
 @pytest.mark.parametrize(
@@ -355,7 +371,7 @@ def test_names_are_text_and_never_markup():
     result = made(trainer_people(6), [evil], np.full((6, 1), -0.02), warnings=["<i>w"])
     strange = replace(
         result,
-        reasons=("<u>why",) * 4,
+        reasons=(Reason("part", "<u>why"),) * 4,
         study=replace(result.study, title="<h1>t", description="a<b"),
     )
     html = page_of(strange, files=["a&b.csv"])
@@ -382,7 +398,7 @@ def test_forty_requirements_and_a_name_of_two_hundred_letters():
 def test_weights_count_in_every_share(ten):
     people = replace(ten.people, weight=np.array([7, 1, 1, 1, 1, 1, 1, 1, 1, 1.0]))
     result = made(people, ten.requirements, ten.margin)
-    assert "room: 56 % left out, 12 % by it alone" in page_of(result)  # (7 + 1 + 1) / 16
+    assert "room: missed by 56 %, only this by 12 %" in page_of(result)  # (7 + 1 + 1) / 16
 
 
 def test_a_part_of_the_people_gives_a_page_too(usual):

@@ -22,7 +22,7 @@ from workbench.study.accommodation.limiting import limiting_measures, odd_people
 from workbench.study.accommodation.proposals import shortest
 from workbench.study.accommodation.shares import (
     group_shares,
-    left_out_alone,
+    missed_only,
     mix_weights,
     share_single,
     share_without,
@@ -39,13 +39,12 @@ def people_of(sexes, weight=None):
     return Population(("stature",), np.array(sexes), weight, measures, "made up")
 
 
-def test_who_misses_one_is_left_out_by_it_alone():
+def test_who_misses_two_requirements_misses_neither_only():
     met = np.array([[True, True], [True, False], [False, False], [False, True]])
     weight = np.ones(4)
     assert share_single(met, weight).tolist() == [0.5, 0.5]
-    others = others_met(met)
-    assert left_out_alone(met, others, weight).tolist() == [0.25, 0.25]
-    assert share_without(others, weight).tolist() == [0.5, 0.5]
+    assert missed_only(met, weight).tolist() == [0.25, 0.25]
+    assert share_without(others_met(met), weight).tolist() == [0.5, 0.5]
 
 
 def test_a_weight_of_two_counts_as_two_people():
@@ -56,21 +55,32 @@ def test_a_weight_of_two_counts_as_two_people():
 
 
 @given(
-    st.lists(st.lists(st.booleans(), min_size=3, max_size=3), min_size=1, max_size=12),
+    st.lists(
+        st.lists(st.lists(st.booleans(), min_size=3, max_size=3), min_size=2, max_size=2),
+        min_size=1,
+        max_size=12,
+    ),
     st.lists(st.floats(0.1, 5), min_size=12, max_size=12),
 )
-def test_leaving_one_out_is_what_brute_force_says(rows, weights):
-    met = np.array(rows)
-    weight = np.array(weights[: len(rows)])
+def test_who_misses_only_one_misses_it_and_fits_without_it(places, weights):
+    """Each person in two positions: where the margins are taken, which meets everything if one does,
+    and another."""
+    there = np.array(places)
+    there = np.where(
+        there.all(axis=2).any(axis=1)[:, None, None], np.sort(there, axis=1)[:, ::-1], there
+    )
+    met = there[:, 0]
+    weight = np.array(weights[: len(met)])
+    others = others_met(met) | others_met(there[:, 1])
     joint = weight[met.all(axis=1)].sum() / weight.sum()
-    without = share_without(others_met(met), weight)
-    alone = left_out_alone(met, others_met(met), weight)
+    only = missed_only(met, weight)
+    missed = 1 - share_single(met, weight)
+    gained = share_without(others, weight) - joint
     for r in range(3):
-        others = np.delete(met, r, axis=1).all(axis=1)
-        assert without[r] == pytest.approx(weight[others].sum() / weight.sum())
-        only = others & ~met[:, r]
-        assert alone[r] == pytest.approx(weight[only].sum() / weight.sum())
-        assert without[r] == pytest.approx(joint + alone[r])
+        rest = np.delete(met, r, axis=1).all(axis=1)
+        assert only[r] == pytest.approx(weight[rest & ~met[:, r]].sum() / weight.sum())
+        assert only[r] <= missed[r] + 1e-12 <= 1 - joint + 2e-12
+        assert only[r] <= gained[r] + 1e-12
 
 
 def others_met(met):
@@ -78,12 +88,12 @@ def others_met(met):
     return np.stack([np.delete(met, r, axis=1).all(axis=1) for r in range(met.shape[1])], axis=1)
 
 
-def test_who_fits_elsewhere_without_a_requirement_is_left_out_by_it_alone():
+def test_who_misses_two_and_fits_elsewhere_without_one_misses_neither_only():
     """In the position of the margins two requirements are missed, in another one only the first."""
     met = np.array([[False, False], [True, True]])
     others = np.array([[True, False], [True, True]])
     assert share_without(others, np.ones(2)).tolist() == [1.0, 0.5]
-    assert left_out_alone(met, others, np.ones(2)).tolist() == [0.5, 0.0]
+    assert missed_only(met, np.ones(2)).tolist() == [0.0, 0.0]
 
 
 def test_a_mix_of_a_quarter_women_gives_women_a_quarter_of_the_weight():

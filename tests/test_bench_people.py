@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -120,6 +121,55 @@ def test_a_criterion_made_of_a_pair_is_asked_of_everybody_where_they_sit(opened,
     head, _ = unpacked(following.frame(2))
     new = [row for row in head["rows"] if row["was"] is None]
     assert [row["name"] for row in new] == [arrangement.added[0].name]
+
+
+VIEW = """
+  - {name: over the nose, check: over_nose, down: 12}
+  - {name: fuel selector in sight, check: sees, controls: [fuel_selector], at_least: 50}
+  - {name: tachometer in sight, check: sees, instruments: [tachometer], at_least: 80}
+"""
+
+
+@pytest.fixture(scope="module")
+def view(tmp_path_factory):
+    """Three people who are asked what they see, settled; the fuel selector is a point."""
+    path = tmp_path_factory.mktemp("view") / "view.yaml"
+    text = (ROOT / "studies" / "trainer_view.yaml").read_text()
+    path.write_text(
+        text.split("criteria:")[0].replace("people: 200", "people: 3") + "criteria:" + VIEW
+    )
+    study = wb.load_study(path)
+    controls = study.environment.controls
+    points = [replace(one, part="") if one.name == "fuel_selector" else one for one in controls]
+    opened = open_study(
+        replace(study, environment=replace(study.environment, controls=tuple(points)))
+    )
+    crowd = open_crowd(opened)
+    question = crowd_question(opened, crowd, opened.start)
+    return opened, crowd, settled(crowd, question, opened.start, np.sort(crowd.order))
+
+
+@pytest.mark.parametrize(
+    ("parts", "controls", "by", "changed"),
+    [
+        ((), ("fuel_selector",), (0.0, 0.0, 0.05), ["see fuel_selector"]),  # off its own lever
+        (("coaming",), (), (-0.1, 0.0, 0.15), ["over the nose"]),
+    ],
+)
+def test_what_people_see_while_a_part_or_control_is_dragged_is_what_they_see_where_it_rests(
+    view, parts, controls, by, changed
+):
+    opened, crowd, start = view
+    arrangement = moved(opened, parts, controls, by)
+    question = crowd_question(opened, crowd, arrangement)
+    names = [one.requirement.name for one in question.asked]
+    found = followed(opened, crowd, start, question, arrangement)
+    exact = settled(crowd, question, arrangement, start.rows)
+    stays = (exact.fitted.tried.seat == start.fitted.tried.seat).all(axis=1)
+    assert found.known.all() and stays.any()
+    assert found.margin[stays] == pytest.approx(exact.margin[stays], abs=1e-9)
+    differs = np.abs(found.margin - start.margin).max(axis=0) > 1e-6
+    assert [name for name, one in zip(names, differs, strict=True) if one] == changed
 
 
 def test_nobody_is_asked_again_where_nothing_has_moved(opened, crowd, start):

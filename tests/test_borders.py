@@ -54,7 +54,7 @@ def test_sides_lie_on_the_edges_that_they_stand_for():
 
 def test_clearance_is_the_oracle_s_beside_finely_cut_sides(one_arm, random_arm):
     environment = sheet(9)
-    placed = wb.place(one_arm, random_arm(80, 4))
+    placed = wb.place(one_arm, random_arm(24, 4))
     assert np.allclose(
         wb.clearance(placed, environment),
         oracles.clearance(placed, environment),

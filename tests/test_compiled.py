@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+import cProfile
 import importlib.util
 import os
 import pickle
 import re
 import subprocess
 import sys
+import zipfile
 
 import pytest
 from numba.core.config import reload_config
+from numba.core.registry import CPUDispatcher
 
-from tests.conftest import tracked
+from tests.conftest import ROOT, tracked
 from tests.test_index_cache import DAMAGE
 from workbench import compiled, compiled_linked
 from workbench.compiled import TESTED, why_plain
@@ -217,6 +220,50 @@ def test_another_compiler_or_another_file_of_vector_instructions_recompiles(
         assert compiled_anew(kernel)
     finally:
         compiled_linked._compiler_stamp.cache_clear()
+
+
+def test_what_runs_under_a_profiler_is_compiled_as_it_was(kernel):
+    doubled = kernel()
+    before = code_stamp(doubled)
+    assert cProfile.Profile().runcall(doubled, 21) == 42
+    assert code_stamp(doubled) == before
+
+
+def test_machine_code_of_a_wheel_is_used_where_nothing_is_kept(kernel, tmp_path, monkeypatch):
+    kernel()
+    elsewhere = tmp_path / "elsewhere"
+    level = {
+        "NUMBA_CACHE_DIR": str(elsewhere),
+        "NUMBA_CPU_NAME": compiled_linked.LEVEL,
+        "NUMBA_CPU_FEATURES": compiled_linked.LEVEL_FEATURES,
+        "PYTHONPATH": os.pathsep.join([str(ROOT), str(tmp_path)]),
+    }
+    call = "import small_kernel; small_kernel.doubled(21)"
+    subprocess.run([sys.executable, "-c", call], env=os.environ | level, check=True)
+    (made,) = elsewhere.rglob("*.nbc")
+    monkeypatch.setattr(compiled_linked, "SHIPPED", made.parent)
+    features = CPUDispatcher(lambda: 0).targetctx.codegen().magic_tuple()[2].split(",")
+    if not set(compiled_linked.LEVEL_FEATURES.split(",")) <= set(features):
+        pytest.skip("this processor is below the level that wheels are made for")
+    assert not compiled_anew(kernel) and not files(tmp_path, "nbc")
+    made.write_bytes(made.read_bytes()[:-1] + b"?")
+    assert compiled_anew(kernel) and files(tmp_path, "nbc")
+
+
+@pytest.mark.nightly
+def test_the_first_run_of_an_installed_wheel_with_machine_code_compiles_nothing(tmp_path):
+    build = [sys.executable, str(ROOT / "tools" / "build_wheel.py"), "--out", str(tmp_path)]
+    subprocess.run([*build, "wheelchair_counter"], check=True)
+    (wheel,) = tmp_path.glob("*.whl")
+    with zipfile.ZipFile(wheel) as archive:
+        archive.extractall(tmp_path / "installed")
+    fresh = {
+        "NUMBA_CACHE_DIR": str(tmp_path / "kept"),
+        "PYTHONPATH": str(tmp_path / "installed"),
+    }
+    run = [sys.executable, "-m", "workbench", "run", "wheelchair_counter", "--out", "result"]
+    subprocess.run(run, env=os.environ | fresh, cwd=tmp_path, check=True)
+    assert not list((tmp_path / "kept").rglob("*.nbc"))
 
 
 def test_what_cannot_be_described_is_refused():

@@ -20,9 +20,10 @@ from workbench.contact.batches import clearance_by_part, grouped_clearance
 from workbench.contact.collide import _plain, allowed_depth, clearance_of_groups, nearest
 from workbench.contact.crowd import crowd_of
 from workbench.contact.fields import field_of, packed_faces, packed_shells
-from workbench.contact.kernels.field import nearest_in, record_gap, square_bound
+from workbench.contact.kernels.field import square_bound
 from workbench.contact.kernels.groups import cluster_hub
 from workbench.contact.kernels.inside import inside_part
+from workbench.contact.kernels.search import nearest_in, record_gap
 from workbench.contact.kernels.wide import DEEP, EIGHT
 from workbench.files.meshes.parts import RawPart
 from workbench.geometry.polygon import point_polygon, point_winding

@@ -10,7 +10,7 @@ import pytest
 
 from tests.conftest import ROOT
 from tests.crowds import Crowd, crowd_of
-from workbench.study.checks.table import CHECKS, SAME_EVERYWHERE, margins_of
+from workbench.study.checks.table import CHECKS, margins_of, same_everywhere
 from workbench.study.positions import comfortable_situations, fitted_positions, in_positions
 from workbench.study.settings import at_setting, renewed, setting_axes
 
@@ -47,8 +47,7 @@ def where_fits(crowd: Crowd, row: int, comfortable, place, step=STEP) -> np.ndar
         asked = [
             one
             for one in renewed(place, question.asked)
-            if CHECKS[one.requirement.check].cost == cost
-            and one.requirement.check not in SAME_EVERYWHERE
+            if CHECKS[one.requirement.check].cost == cost and not same_everywhere(one)
         ]
         met = []
         for first in range(0, len(left) if asked else 0, BATCH):
@@ -81,7 +80,7 @@ def test_nobody_fits_in_a_dense_lattice_who_is_said_to_fit_nowhere(study, people
     comfortable = comfortable_situations(place, who)
     no_sets = np.zeros((len(question.asked), 0), dtype=np.bool_)
     found = fitted_positions(place, question.asked, no_sets, who, comfortable)
-    depends = [one.requirement.check not in SAME_EVERYWHERE for one in question.asked]
+    depends = [not same_everywhere(one) for one in question.asked]
     nowhere = np.flatnonzero((found.tried.margin[:, depends] < -MET).any(axis=1))
     assert len(nowhere) > 5
     refuted = {
@@ -117,7 +116,7 @@ def test_nobody_fits_at_a_finer_grid_of_settings_who_is_said_to_fit_at_none():
     nowhere = np.flatnonzero((found.tried.margin < -MET).any(axis=1))
     assert len(nowhere) > 5
     refuted = {}
-    anywhere = [one for one in question.asked if one.requirement.check in SAME_EVERYWHERE]
+    anywhere = [one for one in question.asked if same_everywhere(one)]
     for setting in finer_settings(question.place):
         place = at_setting(question.place, setting)
         left = np.array([row for row in nowhere.tolist() if row not in refuted])

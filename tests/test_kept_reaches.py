@@ -14,10 +14,11 @@ from workbench.cli import main
 from workbench.model.accommodation import Requirement
 from workbench.model.criterion import Criterion
 from workbench.model.environment import Control
+from workbench.model.reason import TOO_SHORT, Reason
 from workbench.model.result import ControlReach
 from workbench.study.kept_reaches import kept_by_parts, kept_of_people, kept_words
 
-REASONS = ("stalk", "wall", "length of the limb")
+REASONS = (Reason("part", "stalk"), Reason("part", "wall"), TOO_SHORT)
 STALK, WALL, SHORT, NOTHING = 0, 1, 2, -1
 
 
@@ -70,7 +71,7 @@ def test_a_person_who_is_asked_in_several_cases_is_told_the_best_and_the_worst()
                 False,
                 miss,
                 0.02,
-                "stalk",
+                Reason("part", "stalk"),
                 None,
                 0.0,
                 "",
@@ -128,7 +129,8 @@ def test_a_share_of_nobody_for_a_part_in_the_way_does_not_open_the_page(tmp_path
     main(["run", str(study), "--out", str(tmp_path / "out")])
     told = capsys.readouterr()
     first = "nobody reaches near: Cube 2 is in the way by "
-    assert told.err.splitlines()[0].removeprefix("warning: ").startswith(first)
+    warned = [line for line in told.err.splitlines() if line.startswith("warning: ")]
+    assert warned[0].startswith(f"warning: {first}")
     assert "nobody meets" not in told.err
     page = (tmp_path / "out" / "report.html").read_text()
     lead = page.split('<p class="lead">')[1]

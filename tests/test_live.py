@@ -76,6 +76,7 @@ FILES = (
     "elements.js",
     "envelope.js",
     "eye.js",
+    "field.js",
     "far_painting.js",
     "filming.js",
     "ghost.js",
@@ -492,22 +493,24 @@ def test_a_page_is_greeted_and_gets_the_state_and_the_verdicts(client):
 def test_a_finding_without_a_point_is_looked_at_at_its_control_or_joint(desk):
     there = judged(desk.opened, desk.live).there
     throttle = next(one for one in there.environment.controls if one.name == "throttle")
-    reach = Finding("cruise", "pilot", "", "the right hand", "throttle in zone 1", 0.1, 0.0)
+    reach = Finding(
+        "cruise", "pilot", "", "the right hand", "throttle in zone 1", 0.1, 0.0, about="throttle"
+    )
     assert place_of_finding(reach, there) == pytest.approx(tuple(throttle.at))
     missed = replace(reach, target="throttle, limited by right elbow flexion")
     assert place_of_finding(missed, there) == pytest.approx(tuple(throttle.at))
-    stop = replace(reach, subject="right elbow", target="flexion")
+    stop = replace(reach, subject="right elbow", target="flexion", about="")
     situation = there.situations[0][0]
     elbow = situation.body.joint_names.index("right elbow")
     segment = int(situation.body.parent[elbow + 1])
     parent = wb.place(situation.body, situation.poses).world_from_segment[0, segment]
     at = parent[:, :3] @ situation.body.joint_in_parent[0, elbow] + parent[:, 3]
     assert place_of_finding(stop, there) == pytest.approx(tuple(at), abs=1e-9)
-    over = replace(reach, subject="the eyes", target="canopy")
+    over = replace(stop, subject="the eyes", target="canopy")
     eyes = [situation.body.sphere_names.index(f"{side} eye") for side in ("left", "right")]
     middle = situation.placed.centres[0, eyes].mean(axis=0)
     assert place_of_finding(over, there) == pytest.approx(tuple(middle), abs=1e-9)
-    assert place_of_finding(replace(reach, target="the travel"), there) is None
+    assert place_of_finding(replace(reach, target="the travel", about=""), there) is None
 
 
 def test_a_turned_joint_is_answered_undone_and_judged(client):

@@ -440,13 +440,38 @@ def test_a_smaller_person_is_off_the_pedals_and_a_button_predicts_the_posture(pa
 
 
 def test_the_view_of_a_person_says_its_field_and_is_left_by_escape(page):
-    page.get_by_role("button", name="eye").click()
+    page.get_by_role("button", name="eye", exact=True).click()
     said = page.locator("#picture .said")
     page.wait_for_function(
         "() => document.querySelector('#picture .said').textContent.includes('75° high')"
     )
     assert said.text_content().startswith("pilot's view")
-    page.locator("#picture canvas").press("Escape")
+    free = "#field-free:text-matches('points[)]$')"  # counted finely, once it rests
+    page.wait_for_selector(free)
+    picture = page.locator("#field-picture")
+    assert "within 60° of the line of sight: " in picture.get_attribute("aria-label")
+    before = page.locator("#field-gaze").text_content()
+    assert before == "Eyes 5° up in the head; head straight ahead"
+    canvas = page.locator("#picture canvas")
+    for _ in range(6):
+        canvas.press("ArrowLeft")
+    page.wait_for_selector("#field-gaze:text-matches('^Eyes 15° left.*head 1[0-9]° left')")
+    row = page.locator("#field-rows tr", has_text="windscreen bow")
+    assert row.get_by_role("cell").count() == 4
+    page.locator("#field-within").select_option("30")
+    page.wait_for_selector("#field-picture[aria-label*='within 30°']")
+    page.wait_for_selector(free)
+    words = page.locator("#field-free").text_content()
+    page.locator("#thing-name").select_option("parts windscreen_bow")
+    page.locator("#thing-y").fill("150")
+    page.keyboard.press("Enter")
+    page.wait_for_function(
+        "(words) => document.querySelector('#field-free').textContent !== words", arg=words
+    )
+    undone(page)
+    page.locator("#field-within").select_option("60")
+    canvas.press("Escape")
+    assert page.locator("#field").is_hidden()
     assert page.get_by_role("button", name="eye").get_attribute("aria-pressed") == "false"
     assert "75°" not in said.text_content()
 

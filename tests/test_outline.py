@@ -16,12 +16,12 @@ from numpy.typing import ArrayLike
 from tests.test_draw import BOX, SVG, boxes, crowd, front, numbered, spheres_body
 from workbench import UsageError, scene_of
 from workbench.draw.camera import VIEWS, standard_view
-from workbench.draw.kernels.arcs import arc_chains, ends_met, silhouette_arcs
-from workbench.draw.kernels.silhouettes import parallel_rims
 from workbench.draw.lines.arcs import outline_arcs
-from workbench.draw.lines.outline import outline
+from workbench.draw.lines.outline import arc_chains, ends_met, outline
+from workbench.draw.lines.silhouettes import parallel_rims, silhouette_arcs
 from workbench.draw.scene import Mark, Scene
 from workbench.draw.views import four_views
+from workbench.geometry.box_pairs import box_pairs
 from workbench.model.arrays import Bools, Floats, Ints
 
 
@@ -207,6 +207,41 @@ def test_every_point_of_the_path_is_on_a_sphere_of_the_arc_s_radius() -> None:
             )
             < 0.35
         )
+
+
+def test_each_of_very_many_pairs_of_spheres_has_the_arcs_of_a_pair_alone() -> None:
+    pair = np.array([[-3.0, 0, 0, 5], [3, 0, 0, 5]])
+    count = 2400  # 4,800 spheres: more than are sought at a time
+    row = 16.0 * np.arange(count)
+    balls = np.tile(pair, (count, 1)) + np.repeat(row, 2)[:, None] * [1, 0, 0, 0]
+    arcs, keys = arcs_of(balls)
+    alone, alone_keys = arcs_of(pair)
+    first = 2 * np.repeat(np.arange(count), 2)[:, None]
+    assert np.array_equal(keys, np.tile(alone_keys, (count, 1)) + first * [1, 1, 1, 0])
+    assert arcs == pytest.approx(np.tile(alone, (count, 1)), abs=1e-9)
+
+
+def test_boxes_that_meet_or_touch_are_found_once() -> None:
+    one = np.array([[0, 0, 2, 2], [-np.inf, 1, np.inf, 1], [5, 5, 5, 5]])
+    other = np.array([[2, 2, 3, 3], [-4, 0.5, -3, 1.5], [4, 4, 6, 6], [0, 3, 2, 4]])
+    assert sorted(zip(*map(np.ndarray.tolist, box_pairs(one, other)), strict=True)) == [
+        (0, 0),
+        (1, 1),
+        (2, 2),
+    ]
+
+
+@given(st.integers(0, 2**32 - 1), st.integers(0, 12), st.integers(0, 12))
+def test_pairs_of_boxes_are_those_of_a_plain_comparison(seed: int, m: int, n: int) -> None:
+    random = np.random.default_rng(seed)
+    low = random.integers(0, 9, (m + n, 2))
+    boxes = np.column_stack([low, low + random.integers(0, 4, (m + n, 2))]).astype(float)
+    one = boxes[:m, None]
+    other = boxes[m:]
+    meets = np.all((one[..., :2] <= other[:, 2:]) & (other[:, :2] <= one[..., 2:]), axis=-1)
+    i, j = box_pairs(boxes[:m], other)
+    order = np.lexsort((j, i))
+    assert np.array_equal(np.column_stack([i, j])[order], np.argwhere(meets))
 
 
 def test_a_small_sphere_far_away_is_drawn_and_a_speck_on_a_body_is_not() -> None:

@@ -17,10 +17,9 @@ from tests.test_outline import bodies, covered
 from workbench import scene_of
 from workbench.draw.camera import Camera, look_at, project, standard_view, to_view
 from workbench.draw.eye_view import eye_view
-from workbench.draw.kernels.arcs import silhouette_arcs
-from workbench.draw.kernels.silhouettes import perspective_rims
 from workbench.draw.lines.arcs import arc_points, outline_arcs
 from workbench.draw.lines.outline import outline
+from workbench.draw.lines.silhouettes import perspective_rims, silhouette_arcs
 from workbench.draw.scene import Scene
 from workbench.model.arrays import Bools, Floats, Ints
 

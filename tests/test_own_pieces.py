@@ -11,7 +11,7 @@ from scipy.spatial import cKDTree
 
 from tests.conftest import BOX, BOX_FACES, SHARED, real_input
 from workbench import InputError, load_environment
-from workbench.geometry.touching import come_near
+from workbench.geometry.surfaces import come_near
 
 # name, least and greatest corner [mm]: two levers of knob and stalk in a base on a console
 LEVERS = {

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 import workbench as wb
 from tests.rows import changed, rows_of
 from tests.test_blend import random_blend
-from tests.test_fronts import crowded
+from tests.test_segment_pairs import crowded
 from workbench.body import forward
 from workbench.contact.batches import paired_clearance
 from workbench.contact.collide import self_clearance

@@ -147,4 +147,4 @@ def test_an_overlap_with_somebody_beside_is_a_shortfall_with_words(tmp_path):
     column = names(found).index("apart")
     worst = int(np.argmin(found.margin[:, column]))
     assert found.margin[worst, column] < 0
-    assert "other's" in found.reasons[int(found.reason[worst, column])]
+    assert "other's" in found.reasons[int(found.reason[worst, column])].at

@@ -67,4 +67,4 @@ def test_drawn_people_reach_its_wheel_and_pedals_from_the_bench(folder):
     share = dict(zip((r.name for r in result.requirements), result.single.tolist(), strict=True))
     assert share["the right foot on the gas"] == 1 and share["reach steering_wheel"] == 1
     assert min(share.values()) >= 0.75
-    assert all("Ranger" in words for words in result.reasons), result.reasons
+    assert all("Ranger" in reason.text for reason in result.reasons), result.reasons

@@ -362,5 +362,20 @@ def test_people_reach_alike_wherever_their_surroundings_stand(hard):
         turn = attitude_matrix(yaw=np.radians(degrees))
         other = reaches_into(bodies, poses, turn, np.array(offset))
         assert np.array_equal(one.part, other.part)
-        assert np.abs(one.angles - other.angles).max() < 1e-6
-        assert np.abs(one.miss - other.miss).max() < 1e-6
+        assert np.array_equal(one.angles, other.angles)
+        assert np.abs(one.miss - other.miss).max() < 1e-9
+
+
+def test_a_limb_reaches_and_misses_alike_to_the_bit_wherever_people_are(hard):
+    bodies, poses = hard
+    targets = np.array([(x, y, 0.7) for x in np.arange(0.3, 1.3, 0.1) for y in (-0.3, 0.1, 0.5)])
+    how = limb(bodies, **HOW)
+    turn, offset = attitude_matrix(yaw=0.6458), np.array([10.0, -10.0, 0.0])
+    frames = turn @ poses.world_from_reference
+    frames[:, :, 3] += offset
+    there = replace(poses, world_from_reference=frames)
+    one = reach(bodies, poses, targets, limb=how, max_extension=0.2)
+    two = reach(bodies, there, targets @ turn.T + offset, limb=how, max_extension=0.2)
+    assert 0.2 < one.reached.mean() < 0.8
+    assert np.array_equal(one.angles, two.angles)
+    assert np.array_equal(one.extension, two.extension)

@@ -19,6 +19,7 @@ ONE = HEAD.replace(", population: {people: PEOPLE, seed: 3}", "")
 SIDES = 720
 PILLAR = "check: pillar, rules: sight_un_r125, parts: [pillar], side: left, r_point: r"
 FIELD = "check: forward_field, rules: sight_un_r125, side: left, r_point: r, parts: [panel, back]"
+AT = r"toy_crew\.yaml:\d+:\d+: criteria\[0\]\."
 OUTLINE = "check: outline, rules: sight_ac_25_773_1, side: left, eye_point: eye"
 
 
@@ -107,6 +108,12 @@ def test_the_pillar_is_as_wide_in_the_forward_field_as_from_v2(tmp_path, most, p
     assert verdict.worst.target == "pillar" and verdict.passed == passed
 
 
+def test_what_is_seen_inside_a_low_wheel_is_exempt_from_the_forward_field(tmp_path):
+    wheel = "wheel: [pan], inside_wheel: [pillar]"  # the pan is 289 mm below V2, 518 mm ahead of it
+    verdict = verdict_of(tmp_path, f"{FIELD}, {wheel}, at_most: 0")
+    assert verdict.passed and verdict.worst.value == 0.0
+
+
 def test_what_is_seen_through_leaves_the_outline_clear_and_a_panel_does_not(tmp_path):
     every = (*BOXES, "pillar", "glass", "lamp", "screen")
     clear = verdict_of(tmp_path / "clear", f"{OUTLINE}, at_least: 100", glass=every)
@@ -178,9 +185,17 @@ def test_a_lamp_under_a_slanted_screen_is_mirrored_straight_ahead(tmp_path, most
 @pytest.mark.parametrize(
     ("criterion", "back", "said"),
     [
-        (PILLAR, 4, "criterion 'asked', seat 'pilot': seat back 4 degrees .* holds for 5 to 40"),
-        (FIELD, 41, "seat back 41 degrees"),
-        (PILLAR.replace("[pillar]", "[roof]"), 25, "criterion 'asked': the plane from Pm"),
+        (PILLAR, 4, rf"{AT}rules: criterion 'asked', seat 'pilot': seat back 4 degrees .* 5 to 40"),
+        (
+            FIELD,
+            41,
+            rf"{AT}rules: .* 41 degrees .*; set 'back_angle' .*, or leave the criterion out",
+        ),
+        (
+            PILLAR.replace("[pillar]", "[roof]"),
+            25,
+            rf"{AT}parts: .*: the plane from Pm.* the right; name",
+        ),
         (PILLAR.replace("r_point: r", "r_point: q"), 25, "has no point 'q'"),
         (PILLAR.replace("sight_un_r125", "sight_un_r12"), 25, "sight_un_r12"),
         (f"{MIRROR}, at_least: 5", 25, "mirror 'side' has no class; .* has I, II, III, IV, V, VI"),

@@ -85,6 +85,16 @@ def test_of_a_disc_across_the_line_half_is_seen(tmp_path, height):
     assert verdict.worst.value == pytest.approx(0.5, abs=0.1) and verdict.passed
 
 
+def test_characters_must_not_be_larger_than_the_rule_set_s_largest(tmp_path):
+    path = written(tmp_path, "name: a, check: reads, instruments: [dial], rules: sight_nureg_0700")
+    room = tmp_path / "environments/toy/environment.yaml"
+    room.write_text(room.read_text().replace("characters: 5", "characters: 35"))
+    verdict = wb.run(load_study(path)).postures[0].verdicts[-1]
+    assert verdict.worst.target == "largest size of its characters" and not verdict.passed
+    assert math.degrees(-60 * verdict.worst.limit) == pytest.approx(45)
+    assert "arc minutes (45.0 arc minutes allowed)" in finding_words("reads", verdict.worst)
+
+
 def test_what_is_behind_is_beyond_the_turn_of_head_and_eyes(tmp_path):
     criterion = "name: a, check: sees, points: [aft], at_least: 1"
     ((verdict,), _) = found(tmp_path, criterion, points="  aft: [-3000, 0, 1100]")

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 
 from tests.conftest import box_part, environment_of
 from workbench.sight.eyes import TURNS, Eyes, gaze, given_eyes
+from workbench.sight.kernels.sphere_rays import Lens, sphere_box
 from workbench.sight.obscuration import (
     lines_of_sight,
     obscuration,
@@ -212,3 +213,40 @@ def test_what_is_straight_overhead_is_looked_up_to_without_a_turn_to_the_side():
     found = gaze(given_eyes((0, 0, 0)), (0.05, 0.0, 1.0))
     assert found.head_turn[0] == pytest.approx((0.0, TURNS.head_up))
     assert found.eye_turn[0, 0] == 0.0 and found.within[0]
+
+
+FACE = 24
+"""Pixels along the edge of a face of a quarter turn, seen from the origin."""
+LENS = Lens(np.zeros((0, 3)), FACE / 2, 1.0, FACE / 2, FACE / 2, 1.0, 1.0)
+
+
+def box_on_face(x, y, along, radius):
+    """The pixels of a face that are asked whether they show a sphere."""
+    return sphere_box(np.array([[x, y, 1.0 - along, radius]]), 0, LENS, FACE, FACE)
+
+
+@given(st.tuples(*[st.floats(-2, 2)] * 3), st.floats(0.05, 1.5))
+def test_the_box_of_a_sphere_about_an_eye_holds_every_pixel_that_shows_it(centre, radius):
+    x, y, along = centre
+    assume(np.linalg.norm(centre) > 1.001 * radius)
+    box = box_on_face(x, y, along, radius)
+    at = (np.arange(FACE) + 0.5) / (FACE / 2) - 1.0
+    right, down = np.meshgrid(at, at)
+    ways = np.stack([right, -down, np.ones_like(right)], axis=-1)
+    ways /= np.linalg.norm(ways, axis=-1, keepdims=True)
+    before = ways @ np.array(centre)
+    shows = (before > 0) & (np.sum(np.square(centre)) - before**2 <= radius**2)
+    rows, columns = np.nonzero(shows)
+    assert np.all((rows >= box.top) & (rows < box.bottom))
+    assert np.all((columns >= box.left) & (columns < box.right))
+
+
+def test_a_sphere_beside_or_behind_an_eye_is_looked_for_where_it_can_be_alone():
+    # 2 m to the right and 1 m in radius: from 90 - 30 degrees on, beyond a face that ends at 45
+    beside = box_on_face(2.0, 0.0, 0.0, 1.0)
+    assert beside.left == beside.right == FACE
+    # from 63.43 - 32.45 degrees on, tan 30.98 = 0.600: column 12 + 7.2, less one for rounding
+    assert box_on_face(1.0, 0.0, 0.5, 0.6).left == 18
+    for across in (-2.0, 0.5, 2.0):
+        behind = box_on_face(across, 0.0, -1.5, 1.0)
+        assert behind.left == behind.right

@@ -25,11 +25,13 @@ from workbench.draw.directions import PROJECTIONS, Outlook, direction_chart, hid
 from workbench.draw.display_options import parse_display_options
 from workbench.draw.eye_view import eyes_camera, outlook
 from workbench.draw.ground_plan import blind_distances, ground_plan
+from workbench.draw.mirror_plan import mirror_plan
 from workbench.draw.render import choose_camera, picture, render
 from workbench.draw.scene import Scene
 from workbench.draw.scene_builder import build_source
 from workbench.draw.sheet import Sheet
 from workbench.draw.zones import CLEAR
+from workbench.model.environment import Mirror
 from workbench.report.sight import Beheld, sight_sections
 from workbench.sight.eyes import eyes_of, gaze, given_eyes
 from workbench.sight.regions import WHOLE, Region, cone, direction_of
@@ -164,12 +166,53 @@ def test_the_ground_is_seen_from_where_the_line_over_the_hood_meets_it():
     assert "3.0 m" in {words.text for words in chart.words}
 
 
+def test_the_far_border_of_what_is_hidden_is_a_straight_line_to_a_pixel():
+    """A hood 1.12 m high, 1 m ahead of eyes 1.2 m up: 1 x 1.2 / 0.08 = 15 m, where 0.1 degrees are 0.33 m
+    of ground and a pixel is 0.1 m."""
+    scene = seen(room({"hood": ((0.3, -3, 0.0), (1.0, 3, 1.12))}), at=(0, 0, 1.2))
+    chart = ground_plan(scene, 0.0, width=1200, height=1200)
+    sheet = Sheet(1200, 1200, (40.0, 40.0))
+    step = 2.0 / sheet.scale
+    across = np.linspace(-25.0, 25.0, 101)
+    near = {pixel(chart, sheet, (x, 15.0 - step)) == CLEAR for x in across}
+    far = {pixel(chart, sheet, (x, 15.0 + step)) == CLEAR for x in across}
+    assert (near, far) == ({False}, {True})
+
+
 def test_a_road_is_the_ground_and_hides_none_of_it():
     road = room({"road": ((-90, -90, -0.1), (90, 90, 0.0))})
     scene = seen(road, at=(0, 0, 1.2))
     assert blind_distances(scene, scene.look(), 0.0) == pytest.approx(0.3)
     with pytest.raises(UsageError, match="not below the eyes"):
         ground_plan(scene, 2.0, width=200, height=200)
+
+
+def test_ground_in_a_flat_mirror_begins_where_the_virtual_eye_sees_it_past_the_lower_edge():
+    """Eyes 1.2 m up, a mirror 0.5 m ahead from 1.0 to 1.4 m: from the virtual eye 1 m ahead the edge is
+    0.5 m away and 0.2 m lower, so the ground comes into sight 3 m away from it: 2 m behind the eyes."""
+    made = room({"glass": ((0.5, -0.5, 1.0), (0.51, 0.5, 1.4))})
+    glass = Mirror("glass", "glass", (0.5, 0.0, 1.2), (-1.0, 0.0, 0.0), field="I")
+    scene = seen(replace(made, mirrors=(glass,)), at=(0, 0, 1.2))
+    asked = np.array([[-2.5, 1.0, 0.0], [-2.5, -1.0, 0.0], [-10.0, -1.0, 0.0], [-10.0, 1.0, 0.0]])
+    chart = mirror_plan(
+        scene,
+        replace(made, mirrors=(glass,)),
+        0.0,
+        required={"glass": asked},
+        source="a rule",
+        width=600,
+        height=600,
+    )
+    # from 6 m ahead to 1.1 x 10 m behind the eyes, 12 m to each side
+    sheet = Sheet(600, 600, (0.5 * 27.0, 0.5 * 17.0))
+    before, behind, beside = (
+        pixel(chart, sheet, (x, y + 2.5)) for x, y in ((0, -1.8), (0, -2.2), (6.0, -4.0))
+    )
+    assert behind != before == beside == CLEAR  # at 4 m behind it is 5 m to each side
+    said = " ".join(words.text for words in chart.words)
+    assert "glass, flat: 100 % of the ground of class I is seen by one eye at least, 100 %" in said
+    with pytest.raises(UsageError, match="has no mirrors"):
+        mirror_plan(scene, made, 0.0, required={}, width=99, height=99)
 
 
 def bytes_of(tmp_path, source, name, **given):
@@ -320,6 +363,8 @@ def test_the_command_and_python_draw_from_eyes_at_a_point(tmp_path, capsys):
     assert (tmp_path / "a.png").read_bytes() == (tmp_path / "b.png").read_bytes()
     plan = ["--display", "ground", "--ground", "-0.3", "--view", "eye:design_eye", "--size", "200"]
     assert main(["render", "compact_car", "-o", str(tmp_path / "c.png"), *plan]) == 0
+    mirrors = [*plan, "--style", "mirrors", "--outline", "sight_un_r46"]
+    assert main(["render", "compact_car", "-o", str(tmp_path / "m.png"), *mirrors]) == 0
     assert main(["render", "compact_car", "-o", str(tmp_path / "d.png"), *given[:2]]) == 2
     assert "design_eye" in capsys.readouterr().err
 

@@ -180,7 +180,7 @@ def test_who_bends_stays_out_of_parts_with_trunk_and_legs(desk):
     _, rows = zone_three(desk, on="-100, 0, 0")
     assert rows[3].reached
     _, rows = zone_three(desk, on="-100, 0, 0", wall=(low, high))
-    assert not rows[3].reached and rows[3].limit in ("wall", "top")
+    assert not rows[3].reached and rows[3].limit.part in ("wall", "top")
 
 
 def bent(desk, *, area="", people="", text=BENT):

@@ -5,10 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from workbench.errors import InputError
 from workbench.geometry.surfaces import surface_gap
-
-SURFACES = surface_gap.__module__
 
 
 def test_cubes_are_apart_by_the_gap_between_their_faces():
@@ -30,9 +27,7 @@ def test_meshes_that_cross_are_not_apart():
 
 
 @pytest.mark.parametrize("seed", range(12))
-def test_no_points_of_two_meshes_are_nearer(seed, monkeypatch):
-    monkeypatch.setattr(f"{SURFACES}._CHUNK", 7)  # several chunks, which end early
-    monkeypatch.setattr(f"{SURFACES}._BLOCK", 20)
+def test_no_points_of_two_meshes_are_nearer(seed):
     rng = np.random.default_rng(seed)
     one = rng.normal(size=(6, 3, 3))
     other = rng.normal(size=(5, 3, 3)) + 2 * rng.normal(size=3)
@@ -43,10 +38,3 @@ def test_no_points_of_two_meshes_are_nearer(seed, monkeypatch):
     assert gap.distance <= least + 1e-12 and gap.distance > least - 0.15
     back = surface_gap(other, one)
     assert back.distance == pytest.approx(gap.distance, abs=1e-12)
-
-
-def test_meshes_that_are_too_fine_are_refused(monkeypatch):
-    monkeypatch.setattr(f"{SURFACES}.MOST_PAIRS", 3)
-    mesh = np.zeros((2, 3, 3))
-    with pytest.raises(InputError, match="2 and 2 triangles are too fine"):
-        surface_gap(mesh, mesh)

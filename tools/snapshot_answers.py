@@ -664,7 +664,7 @@ def _population(name: str, role: str) -> Named:
                 "limit": [result.reasons[k] if k >= 0 else "" for k in result.reason[:, r]],
                 "share": float(result.single[r]),
                 "share_without": float(result.without[r]),
-                "alone": float(result.alone[r]),
+                "only": float(result.only[r]),
                 "spread_mm": (1000 * result.spread[r]).tolist(),
             },
         )

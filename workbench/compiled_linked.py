@@ -22,6 +22,9 @@ code holds callees from other files. Here each file begins with a hash of its co
 versions of the compiler, and of the code of the function and of all it refers to (`code_stamp`).
 A file with another hash is not read: the function is compiled and kept again. A comment or a
 docstring is no code. Where nothing can be written, nothing is kept.
+
+A wheel can bring such files along (`tools/build_wheel.py`), compiled for the processors of the
+level x86-64-v3. What is not kept yet is looked for among them.
 """
 
 from __future__ import annotations
@@ -508,14 +511,15 @@ def code_stamp(function: Any) -> bytes:
 
 @lru_cache(maxsize=1)
 def _compiler_stamp() -> bytes:
-    digest = hashlib.sha256(" ".join([platform.python_version(), *_versions()]).encode())
+    digest = hashlib.sha256(" ".join([*platform.python_version_tuple()[:2], *_versions()]).encode())
     for name in WHOLE_FILES:
         digest.update(hashlib.sha256((PACKAGE / name).read_bytes()).digest())
     return digest.digest()
 
 
 def _versions() -> list[str]:
-    return [numba.__version__, llvmlite.__version__, np.__version__]
+    """Of numpy the layout of arrays counts alone, which no patch changes."""
+    return [numba.__version__, llvmlite.__version__, np.__version__.rpartition(".")[0]]
 
 
 def _describe(value: Any, lines: list[str], seen: dict[int, int]) -> None:
@@ -580,7 +584,10 @@ def _describe_function(function: FunctionType, lines: list[str], seen: dict[int,
 def _describe_code(code: CodeType, doc: str | None, lines: list[str]) -> set[str]:
     """Add byte code and constants to the lines; returns all names in it."""
     names = set(code.co_names)
-    shape = (code.co_argcount, code.co_posonlyargcount, code.co_kwonlyargcount, code.co_flags)
+    # Numba's dispatcher masks the flags of what it calls under a profiler by 0xFFFE, for good. The
+    # bits that this loses, CO_OPTIMIZED and the future statements, change no machine code.
+    flags = code.co_flags & 0xFFFE
+    shape = (code.co_argcount, code.co_posonlyargcount, code.co_kwonlyargcount, flags)
     variables = (code.co_varnames, code.co_cellvars, code.co_freevars)
     lines.append(f"{shape} {code.co_names} {variables} {code.co_code.hex()}")
     lines.append(getattr(code, "co_exceptiontable", b"").hex())
@@ -601,6 +608,13 @@ Key = tuple[Any, Any, Any]
 """What compiled code is for: the types of arguments, the machine, hashes of the byte code."""
 ADDRESS = re.compile(r" at 0x[0-9a-f]+")
 """Where an object of this process lies, which is elsewhere in the next."""
+
+
+SHIPPED = PACKAGE / "machine_code"
+"""Where a wheel has machine code, if it has any."""
+LEVEL = "x86-64-v3"
+LEVEL_FEATURES = "+avx2,+bmi,+bmi2,+f16c,+fma,+lzcnt,+movbe,+popcnt"
+"""What the machine code of a wheel may use of a processor, and what this must have at least."""
 
 
 class _Cache(FunctionCache):  # type: ignore[misc]
@@ -638,7 +652,16 @@ class _Files(IndexDataCacheFile):  # type: ignore[misc]
 
     def load(self, key: Key) -> Any:
         """The code for a key; None where there is none that can be believed."""
-        data = self._contents(self._path(key))
+        found = self._kept(self._path(key), key)
+        triple, _, features = key[1]
+        if found is None and set(LEVEL_FEATURES.split(",")) <= set(features.split(",")):
+            level = (key[0], (triple, LEVEL, LEVEL_FEATURES), *key[2:])
+            found = self._kept(str(SHIPPED / Path(self._path(level)).name), level)
+        return found
+
+    def _kept(self, path: str, key: Key) -> Any:
+        """The code for a key in a file; None where there is none that can be believed."""
+        data = self._contents(path)
         if data is None:
             return None
         kept, code = pickle.loads(data)

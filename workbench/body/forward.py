@@ -47,6 +47,15 @@ def place(
         If the poses are of another body, or a name is unknown.
     UsageError
         If it is not known which rows the poses are of.
+
+    Examples
+    --------
+    >>> import workbench as wb
+    >>> body = wb.load_body("bubbleman")
+    >>> standing = wb.place(body, wb.pose(body, {}))
+    >>> head = body.segments.index("H")
+    >>> standing.world_from_segment[0, head, :3, 3].round(3)  # [m] its centre of gravity
+    array([0.015, 0.   , 1.652])
     """
     person = people_of(body, poses)
     root = poses.reference if reference is None else body.segment(reference)
@@ -70,6 +79,16 @@ def update(placed: Placed, poses: Poses, *, first_changed: str) -> Placed:
         joints before this one must be as they were.
     first_changed
         Mnemonic of the joint.
+
+    Examples
+    --------
+    >>> import workbench as wb
+    >>> body = wb.load_body("bubbleman")
+    >>> standing = wb.place(body, wb.pose(body, {}))
+    >>> raised = wb.pose(body, {"RS": {"flexion": 90}})
+    >>> again = wb.update(standing, raised, first_changed="RS")
+    >>> bool((again.centres == wb.place(body, raised).centres).all())
+    True
     """
     body = placed.body
     check_joints(body, poses)
@@ -89,6 +108,15 @@ def rereference(placed: Placed, segment: str) -> Placed:
     ------
     InputError
         If the segment is unknown or outside the logical window.
+
+    Examples
+    --------
+    >>> import workbench as wb
+    >>> body = wb.load_body("bubbleman")
+    >>> standing = wb.place(body, wb.pose(body, {}))
+    >>> head = body.segments.index("H")
+    >>> wb.rereference(standing, "H").world_from_segment[0, head, :3, 3]
+    array([0., 0., 0.])
     """
     # one multiplication from the left: segment_from_world
     n = placed.body.segment(segment)

@@ -107,6 +107,14 @@ def sealed(vertices: ArrayLike, faces: ArrayLike, *, what: str = "mesh") -> Surf
     ------
     InputError
         If the mesh is open, wound inward, crosses itself, or has the size of no body.
+
+    Examples
+    --------
+    >>> import trimesh
+    >>> import workbench as wb
+    >>> cube = trimesh.creation.box((0.3, 0.3, 0.3))
+    >>> wb.sealed(cube.vertices, cube.faces)
+    Surface(12 triangles, 0.54 m2, 27 l)
     """
     points, corners = _checked(vertices, faces, what)
     given = _manifold(points, corners, what)

@@ -33,7 +33,7 @@ class Picture:
     style
         of disks: flat, shaded, hidden_line, depth or id; of scanline: surface or front; of outline
         and circles: veiled (pale behind walls) or hidden_line; pyvista; of directions: equal_area
-        or polar; plan of ground. Where no display is named, the style chooses it
+        or polar; of ground: plan, or mirrors (what is seen in each). Where no display is named, the style chooses it
     view
         front, back, left, right, top, bottom, corner; eye (between the eyes of the first body),
         left_eye, right_eye or both_eyes (one over the other); eye:NAME of a person, or of a point
@@ -53,7 +53,8 @@ class Picture:
         point of the environment, where not given
     outline
         a rule set and the seat, such as sight_ac_25_773_1:left: drawn over the display directions,
-        whose solid angles are then of the inside
+        whose solid angles are then of the inside; sight_un_r46: the ground that it asks for in
+        mirrors, drawn over the style mirrors
     marks
         axes, clearances, contacts, controls, segments, stops; with commas between
     fps

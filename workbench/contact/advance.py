@@ -8,10 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.contact.kernels.advance import LOOK, look_at_parts, possible_range
-from workbench.contact.kernels.inside import Shells
+from workbench.contact.kernels.search import Parts
+from workbench.contact.kernels.wide import search_space
 from workbench.contact.moving import Mover, centres_at, jumps, ways
-from workbench.geometry.polygon import Faces
-from workbench.geometry.tree import search_space
 from workbench.model.arrays import Bools, Floats, Ints
 
 __all__ = [
@@ -41,7 +40,7 @@ class Chase:
     """Who moves, and against what: the parts of an environment, or the spheres of another mover."""
 
     mover: Mover
-    against: Mover | tuple[Faces, Shells]
+    against: Mover | Parts
 
 
 @dataclass(frozen=True, eq=False)
@@ -233,5 +232,5 @@ def _looks(chase: Chase, who: Ints, time: Floats, far: Floats) -> Floats:
             looks[:, 1:4] -= centres_at(chase.against, pair, target, time)
         looks[:, 4] = np.linalg.norm(looks[:, 1:4], axis=1)
     else:
-        look_at_parts(*chase.against, target, far, looks, search_space())
+        look_at_parts(chase.against, target, far, looks, search_space())
     return looks

@@ -13,7 +13,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from workbench.contact.batches import grouped_room, witnesses
+from workbench.contact.batches import grouped_room
 from workbench.contact.collide import allowed_groups
 from workbench.contact.fields import Groups
 from workbench.model.arrays import Floats, Ints, frozen
@@ -164,9 +164,13 @@ def _room_in_frame(
     view: Placed, environment: Environment, frame: _Frame, shift: Floats
 ) -> SegmentRoom:
     """The room from the parts of one frame, for bodies placed in this frame."""
-    room, sphere, polygon = grouped_room(view, environment, frame.groups, frame.allowed)
-    point = witnesses(view, environment, (sphere, polygon))
-    return SegmentRoom(room[..., 0], sphere[..., 0], polygon[..., 0], point[:, :, 0] + shift)
+    found = grouped_room(view, environment, frame.groups, frame.allowed)
+    return SegmentRoom(
+        found.distance[:, :, 0],
+        found.sphere[:, :, 0],
+        found.polygon[:, :, 0],
+        found.point[:, :, 0] + shift,
+    )
 
 
 def _least(rooms: list[SegmentRoom], placed: Placed) -> SegmentRoom:

@@ -3,26 +3,30 @@ once and kept."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import Any
+
 import numpy as np
 
-from workbench.contact.crowd import blocks_of, crowd_of
-from workbench.contact.fields import Groups, field_of, packed_faces, packed_shells, part_trees
-from workbench.contact.kernels.clearance import ContactRows, environment_contacts
-from workbench.contact.kernels.fronts import Blocks, Room
+from workbench.contact.crowd import crowd_of
+from workbench.contact.fields import Groups, field_of, packed_faces, packed_parts, packed_shells
+from workbench.contact.kernels.clearance import (
+    ClearanceTask,
+    Leads,
+    min_clearances,
+)
+from workbench.contact.kernels.contacts import ContactRows, environment_contacts
 from workbench.contact.kernels.groups import (
     Crowd,
     GroupSpace,
-    SegmentAnswers,
     group_clearance,
     group_collides,
     group_room,
-    may_touch,
-    witness_points,
 )
-from workbench.contact.kernels.pairs import PairAnswers, PairBody, pair_clearance
-from workbench.contact.kernels.parts import Nearest, PartSpace, part_clearance
-from workbench.contact.kernels.wide import DEEP, EIGHT
-from workbench.geometry.tree import search_space
+from workbench.contact.kernels.pairs import Balls, PairAnswers, pair_clearance
+from workbench.contact.kernels.parts import PartSpace, part_clearance
+from workbench.contact.kernels.search import Nearest
+from workbench.contact.kernels.wide import DEEP, EIGHT, search_space
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.environment import Environment
 from workbench.model.poses import Placed, Poses
@@ -30,20 +34,23 @@ from workbench.threads import in_pieces
 
 __all__ = [
     "Groups",
+    "balls_of",
     "clearance_by_part",
     "grouped_clearance",
     "grouped_collides",
     "grouped_room",
+    "least_clearances",
     "paired_clearance",
     "pays",
     "touching",
-    "witnesses",
 ]
 
 FEWEST_POSES = 64
 """To read grids from disk costs about as much as 64 poses without them; below, none is read."""
 PIECE = 128
 """Poses a thread takes at a time."""
+PEOPLE = 16
+"""Poses of people, each of another body, that a thread takes at a time."""
 BALLS = 4
 """Balls without surface that a search remembers."""
 CONTACTS = 1024
@@ -69,6 +76,59 @@ def _space(crowd: Crowd, groups: Groups) -> GroupSpace:
     )
 
 
+def _nothing(shape: tuple[int, ...]) -> Nearest:
+    """Answers of a shape where nothing is near."""
+    none = np.full((*shape, 3), np.nan)
+    return Nearest(np.full(shape, np.inf), np.full(shape, -1), np.full(shape, -1), none)
+
+
+def least_clearances(
+    bodies: tuple[Floats, Floats, Floats],
+    task: ClearanceTask,
+    environment: Environment,
+    pairs: int,
+    *,
+    threads: int | None = None,
+) -> Nearest:
+    """Signed distance [m], the overlap that is allowed added, sphere, polygon (P, Q) and its nearest
+    point (P, Q, 3) of the Q pairs of a task.
+
+    bodies: centres (P, S, 3) and radii (P, S) of the spheres [m], and the displacement (P, 3) [m] of
+    the parts that move. Infinite, -1, -1 and NaN where there is nothing.
+    """
+    centres, radius, moved = bodies
+    out = _nothing((len(centres), pairs))
+    parts = packed_parts(environment)
+
+    def work(begin: int, end: int) -> None:
+        leads = Leads(np.empty((pairs, 3), dtype=np.int64), np.empty(pairs))
+        space = search_space()
+        min_clearances(centres, radius, moved, task, parts, out, leads, space, begin, end)
+
+    in_pieces(work, len(centres), PEOPLE, threads=threads)
+    return out
+
+
+def _by_groups(
+    kernel: Callable[..., None],
+    placed: Placed,
+    environment: Environment,
+    groups: Groups,
+    more: tuple[Any, ...],
+    threads: int | None,
+) -> None:
+    """Have a loop over groups of parts fill the last of `more`, in pieces of the poses."""
+    crowd = crowd_of(placed)
+    solids = packed_faces(environment), packed_shells(environment)
+    index = (crowd, *solids, field_of(environment, groups))
+    bodies = placed.centres, placed.world_from_segment
+
+    def work(begin: int, end: int) -> None:
+        kernel(*bodies, *index, *more, _space(crowd, groups), begin, end)
+
+    in_pieces(work, len(placed), PIECE, threads=threads)
+
+
 def grouped_collides(
     placed: Placed,
     environment: Environment,
@@ -79,43 +139,19 @@ def grouped_collides(
 ) -> Bools:
     """(P,) True where any sphere is deeper in a group of parts than allowed (N, G) [m] for its
     segment."""
-    crowd = crowd_of(placed)
-    field = field_of(environment, groups)
-    solids = packed_faces(environment), packed_shells(environment)
-    index = (crowd, *solids, field)
     hit = np.zeros(len(placed), dtype=np.bool_)
-    limits = np.ascontiguousarray(allowed)
-
-    def work(begin: int, end: int) -> None:
-        group_collides(*bodies, *index, limits, hit, _space(crowd, groups), begin, end)
-
-    bodies = placed.centres, placed.world_from_segment
-
-    in_pieces(work, len(placed), PIECE, threads=threads)
+    more = np.ascontiguousarray(allowed), hit
+    _by_groups(group_collides, placed, environment, groups, more, threads)
     return hit
 
 
 def grouped_clearance(
-    placed: Placed,
-    environment: Environment,
-    groups: Groups,
-    *,
-    threads: int | None = None,
-) -> SegmentAnswers:
-    """Signed distance [m], sphere and polygon (P, N, G) of every segment to every group of
-    parts."""
-    crowd = crowd_of(placed)
-    field = field_of(environment, groups)
-    solids = packed_faces(environment), packed_shells(environment)
-    index = (crowd, *solids, field)
-    shape = (len(placed), len(placed.window), len(groups))
-    out = SegmentAnswers(np.full(shape, np.inf), np.full(shape, -1), np.full(shape, -1))
-
-    def work(begin: int, end: int) -> None:
-        group_clearance(*bodies, *index, out, _space(crowd, groups), begin, end)
-
-    bodies = placed.centres, placed.world_from_segment
-    in_pieces(work, len(placed), PIECE, threads=threads)
+    placed: Placed, environment: Environment, groups: Groups, *, threads: int | None = None
+) -> Nearest:
+    """Signed distance [m], sphere, polygon (P, N, G) and its nearest point (P, N, G, 3) of every
+    segment to every group of parts."""
+    out = _nothing((len(placed), len(placed.window), len(groups)))
+    _by_groups(group_clearance, placed, environment, groups, (out,), threads)
     return out
 
 
@@ -126,21 +162,12 @@ def grouped_room(
     allowed: Floats,
     *,
     threads: int | None = None,
-) -> SegmentAnswers:
+) -> Nearest:
     """Least signed distance plus the overlap that is allowed (N, G) [m] of every segment over all
-    groups, with the sphere and the polygon (P, N, 1)."""
-    crowd = crowd_of(placed)
-    field = field_of(environment, groups)
-    solids = packed_faces(environment), packed_shells(environment)
-    index = (crowd, *solids, field, np.ascontiguousarray(allowed))
-    shape = (len(placed), len(placed.window), 1)
-    out = SegmentAnswers(np.full(shape, np.inf), np.full(shape, -1), np.full(shape, -1))
-
-    def work(begin: int, end: int) -> None:
-        group_room(*bodies, *index, out, _space(crowd, groups), begin, end)
-
-    bodies = placed.centres, placed.world_from_segment
-    in_pieces(work, len(placed), PIECE, threads=threads)
+    groups, with the sphere, the polygon (P, N, 1) and its nearest point (P, N, 1, 3)."""
+    out = _nothing((len(placed), len(placed.window), 1))
+    more = np.ascontiguousarray(allowed), out
+    _by_groups(group_room, placed, environment, groups, more, threads)
     return out
 
 
@@ -154,35 +181,22 @@ def clearance_by_part(
     window, and where the distance is not less than most (N, K) [m], if that is given.
     """
     crowd = crowd_of(placed)
-    blocks = blocks_of(placed.body)
-    index = part_trees(environment), packed_faces(environment), packed_shells(environment)
+    parts = packed_parts(environment)
+    root = np.where(environment.hidden, -1, parts.trees.root)
+    parts = parts._replace(trees=parts.trees._replace(root=root))
     pairs = len(placed.window), len(environment.parts)
     limit = np.full(pairs, np.inf) if most is None else np.ascontiguousarray(most)
     shape = len(placed), *pairs
-    out = Nearest(
-        np.full(shape, np.inf),
-        np.full(shape, -1),
-        np.full(shape, -1),
-        np.full((*shape, 3), np.nan),
-    )
-    bodies = placed.centres, placed.world_from_segment, crowd, blocks
+    out = _nothing(shape)
+    bodies = placed.centres, placed.world_from_segment
 
     def work(begin: int, end: int) -> None:
-        part_clearance(*bodies, *index, limit, out, _part_space(blocks), begin, end)
+        hubs = np.empty((len(crowd.middle), 3))
+        space = PartSpace(hubs, *search_space())
+        part_clearance(*bodies, crowd, parts, limit, out, space, begin, end)
 
     in_pieces(work, len(placed), PIECE)
     return out
-
-
-def _part_space(blocks: Blocks) -> PartSpace:
-    """Working space of one thread."""
-    return PartSpace(
-        ball=blocks.ball.copy(),
-        front=np.empty(len(blocks.ball) // 4 + EIGHT, dtype=np.float32),
-        spare=np.empty(EIGHT, dtype=np.float32),
-        stack=np.empty(DEEP, dtype=np.int64),
-        gaps=np.empty(DEEP + EIGHT, dtype=np.float32),
-    )
 
 
 def paired_clearance(
@@ -200,18 +214,16 @@ def paired_clearance(
     some = pairs[
         (np.diff(one.body.start)[pairs[:, 0]] > 0) & (np.diff(other.body.start)[pairs[:, 1]] > 0)
     ]
-    alike = one is other
     some = np.ascontiguousarray(some)
-    ends = [_pair_body(body) for body in (one, other)]
+    shown = one.window.astype(np.int64), other.window.astype(np.int64)
+    first = balls_of(one)
+    second = first if one is other else balls_of(other)
+    bodies = first, second, one.world_from_segment, shown, some, one.body.directions
 
     def work(begin: int, end: int) -> None:
-        first = _rooms(ends[0].blocks)
-        second = _rooms(ends[1].blocks)
-        if alike:
-            second = second._replace(ball=first.ball)
-        places = np.empty((2, len(some)), dtype=np.uint64)
-        rooms = first, second
-        pair_clearance(*ends, alike, some, one.body.directions, out, rooms, places, begin, end)
+        heights = np.empty(len(first.radius)), np.empty(len(second.radius))
+        front = np.empty(len(second.radius), dtype=np.int64)
+        pair_clearance(*bodies, out, heights, front, begin, end)
 
     in_pieces(work, len(one), PIECE, threads=threads)
     for values in (memory, *out):  # nobody else holds them: whoever takes them need not copy them
@@ -219,11 +231,17 @@ def paired_clearance(
     return out
 
 
-def _pair_body(placed: Placed) -> PairBody:
+def balls_of(placed: Placed) -> Balls:
+    """The spheres of a placed body of one row, and one around those of each segment."""
     body = placed.body
-    shown = placed.window.astype(np.int64)
-    return PairBody(
-        placed.centres, placed.world_from_segment, body.radius[0], shown, blocks_of(body)
+    world = placed.world_from_segment
+    around = np.einsum("pnij,nj->pni", world[..., :3], body.enclosing_centre[0]) + world[..., 3]
+    return Balls(
+        placed.centres,
+        body.radius[0],
+        body.start,
+        np.ascontiguousarray(around),
+        body.enclosing_radius[0],
     )
 
 
@@ -237,46 +255,14 @@ def _answers(memory: Floats, shape: tuple[int, ...]) -> PairAnswers:
     return PairAnswers(distance, next(whole), next(whole), point, next(whole))
 
 
-def _rooms(blocks: Blocks) -> Room:
-    balls = len(blocks.ball)
-    high, front, near = (
-        np.empty(n, dtype=np.float32) for n in (balls // 4, balls // 4 + 8, balls + 32)
-    )
-    return Room(blocks.ball.copy(), high, front, near)
-
-
-def witnesses(placed: Placed, environment: Environment, found: tuple[Ints, Ints]) -> Floats:
-    """(P, N, G, 3) [m] the point of each polygon (P, N, G) nearest to its sphere (P, N, G); NaN
-    where none."""
-    sphere, polygon = found
-    point = np.full((*sphere.shape, 3), np.nan)
-    witness_points(placed.centres, packed_faces(environment), sphere, polygon, point)
-    return point
-
-
-def touching(
-    placed: Placed, environment: Environment, margin: float, *, grid: bool | None = None
-) -> tuple[Ints, Floats]:
-    """Rows (C, 4) and numbers (C, 5) of `environment_contacts`, pose by pose: the grid tells most
-    spheres apart.
-
-    grid: whether there is one; where a batch is large enough for it if None."""
-    checked = ~environment.hidden
-    near: Bools = np.repeat(placed.window[placed.body.sphere_segment][None], len(placed), axis=0)
-    index = packed_faces(environment), packed_shells(environment), checked.astype(np.int64)
-    fast = pays(placed) if grid is None else grid
+def touching(placed: Placed, environment: Environment, margin: float) -> tuple[Ints, Floats]:
+    """Rows (C, 4) and numbers (C, 5) of `environment_contacts`, pose by pose."""
     crowd = crowd_of(placed)
-    parts = tuple(np.flatnonzero(checked).tolist())
-    field = field_of(environment, (parts,)) if fast else None
+    index = packed_parts(environment), (~environment.hidden).astype(np.int64)
+    search = (placed.centres, placed.world_from_segment, crowd, *index, margin)
     found: dict[int, tuple[Ints, Floats]] = {}
 
     def work(begin: int, end: int) -> None:
-        if field is not None and field.trees.root[0] >= 0:
-            near[begin:end] = False
-            may_touch(
-                placed.centres, placed.world_from_segment, crowd, field, margin, near, begin, end
-            )
-        search = (placed.centres, placed.world_from_segment, crowd, near, *index, margin)
         count = CONTACTS * (end - begin)
         while True:
             rows = ContactRows(np.empty((count, 4), dtype=np.int64), np.empty((count, 5)))

@@ -7,25 +7,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from workbench.contact.batches import least_clearances
 from workbench.contact.collide import allowed_depth
-from workbench.contact.fields import packed_faces, packed_shells
-from workbench.contact.kernels.clearance_people import (
-    ClearanceTask,
-    Leads,
-    LeastClearances,
-    min_clearances,
-)
-from workbench.geometry.tree import search_space
+from workbench.contact.kernels.clearance import ClearanceTask
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.body import Body
 from workbench.model.environment import Environment
 from workbench.model.poses import Placed
-from workbench.threads import in_pieces
 
 __all__ = ["ClearancePair", "PairClearance", "clearance_of_pairs"]
-
-PIECE = 16
-"""Poses that a thread takes at a time."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,27 +79,12 @@ def clearance_of_pairs(
     """
     count = len(placed)
     moved = np.zeros((count, 3)) if displacement is None else np.ascontiguousarray(displacement)
-    shape = (count, len(pairs))
-    found = PairClearance(
-        np.full(shape, np.inf),
-        np.full(shape, -1),
-        np.full(shape, -1),
-        np.full((*shape, 3), np.nan),
-    )
-    out = LeastClearances(found.distance, found.sphere, found.polygon, found.point)
     task = _packed(placed.body, environment, pairs, np.isin(environment.parts, list(moving_parts)))
-    index = packed_faces(environment), packed_shells(environment)
     radius = np.ascontiguousarray(placed.body.radius[placed.person])
     if growth is not None:
         radius = radius + growth[:, placed.body.sphere_segment]
-
-    def work(begin: int, end: int) -> None:
-        leads = Leads(np.empty((len(pairs), 3), dtype=np.int64), np.empty(len(pairs)))
-        placed_and_task = placed.centres, radius, moved, task
-        min_clearances(*placed_and_task, *index, out, leads, search_space(), begin, end)
-
-    in_pieces(work, count, PIECE, threads=threads)
-    return found
+    bodies = placed.centres, radius, moved
+    return PairClearance(*least_clearances(bodies, task, environment, len(pairs), threads=threads))
 
 
 def _packed(

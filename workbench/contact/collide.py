@@ -9,20 +9,21 @@ import numpy as np
 
 from workbench.contact.batches import (
     Groups,
+    balls_of,
     clearance_by_part,
     grouped_clearance,
     grouped_collides,
     grouped_room,
+    least_clearances,
     paired_clearance,
     pays,
     touching,
 )
 from workbench.contact.by_person import by_person
-from workbench.contact.fields import packed_faces, packed_shells
-from workbench.contact.kernels.clearance import near_sides, row_clearance
+from workbench.contact.fields import packed_faces
+from workbench.contact.kernels.clearance import ClearanceTask, near_sides
 from workbench.contact.kernels.pairs import Balls, sphere_contacts
 from workbench.errors import InputError
-from workbench.geometry.tree import search_space
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.body import Body, Topology, check_one
 from workbench.model.contacts import TANGENT_TOLERANCE, Clearance, Contacts
@@ -64,6 +65,17 @@ def collides(
 
     The same as asking it of all of `clearance`, but it stops at the first. Hidden parts and
     segments outside the logical window take no part. threads: all cores where None.
+
+    Examples
+    --------
+    >>> import workbench as wb
+    >>> trainer = wb.load_environment("trainer")
+    >>> body = wb.load_body("bubbleman")
+    >>> seated = {joint: {"flexion": 85} for joint in ("LH", "RH", "LK", "RK")}
+    >>> poses = wb.pose(body, seated, reference="LT", position=(0.17, 0.28, 0.38))
+    >>> placed = wb.place(body, poses)
+    >>> wb.collides(placed, trainer)
+    array([ True])
     """
     if not pays(placed):
         depth = allowed_depth(placed.body, environment) + tolerance
@@ -87,6 +99,18 @@ def contacts(
     contact. In a solid part a sphere whose centre is inside has one row with the nearest polygon
     and a distance that is negative all the way in. Rows are sorted by pose, sphere, part, polygon.
     Hidden parts are left out.
+
+    Examples
+    --------
+    >>> import workbench as wb
+    >>> trainer = wb.load_environment("trainer")
+    >>> body = wb.load_body("bubbleman")
+    >>> seated = {joint: {"flexion": 85} for joint in ("LH", "RH", "LK", "RK")}
+    >>> poses = wb.pose(body, seated, reference="LT", position=(0.17, 0.28, 0.38))
+    >>> placed = wb.place(body, poses)
+    >>> worst = wb.contacts(placed, trainer).deepest()
+    >>> print(worst.name(0), f"{1000 * worst.distance[0]:.0f} mm", worst.other_name(0))
+    lower torso, pubis (bottom) -50 mm left_seat_pan, polygon 2
     """
     body = placed.body
     rows, numbers = touching(placed, environment, margin - tolerance)
@@ -126,6 +150,17 @@ def self_contacts(
 
     Overlap about a common joint is legal and left to the joint stops; `allowed` carries the body's
     allowance for soft flesh, and a row is a fault where its excess is positive.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import workbench as wb
+    >>> body = wb.load_body("bubbleman")
+    >>> bowed = wb.place(body, wb.pose(body, {"RH": {"flexion": 150}}))
+    >>> found = wb.self_contacts(bowed).deepest()
+    >>> first = int(np.argmax(found.excess))
+    >>> found.name(first), found.other_name(first)
+    ('central torso (bottom)', 'right upper leg (front)')
     """
     body = placed.body
     one, other = np.nonzero(np.triu(~body.adjacent))
@@ -154,6 +189,19 @@ def clearance(placed: Placed, environment: Environment) -> Floats:
     depth.
 
     Infinite for hidden parts and segments without spheres, NaN outside the logical window.
+
+    Examples
+    --------
+    >>> import workbench as wb
+    >>> trainer = wb.load_environment("trainer")
+    >>> body = wb.load_body("bubbleman")
+    >>> seated = {joint: {"flexion": 85} for joint in ("LH", "RH", "LK", "RK")}
+    >>> poses = wb.pose(body, seated, reference="LT", position=(0.17, 0.28, 0.38))
+    >>> placed = wb.place(body, poses)
+    >>> gaps = wb.clearance(placed, trainer)
+    >>> gap = gaps[0, body.segments.index("H"), trainer.part_index("canopy")]
+    >>> f"head to canopy: {1000 * gap:.0f} mm"
+    'head to canopy: 76 mm'
     """
     distance = clearance_by_part(placed, environment).distance
     distance[:, ~placed.window] = np.nan
@@ -188,6 +236,18 @@ def room(placed: Placed, environment: Environment, *, grid: bool | None = None) 
 
     Infinite for segments without spheres, NaN outside the logical window. grid: as of
     `clearance_of_groups`.
+
+    Examples
+    --------
+    >>> import workbench as wb
+    >>> trainer = wb.load_environment("trainer")
+    >>> body = wb.load_body("bubbleman")
+    >>> seated = {joint: {"flexion": 85} for joint in ("LH", "RH", "LK", "RK")}
+    >>> poses = wb.pose(body, seated, reference="LT", position=(0.17, 0.28, 0.38))
+    >>> placed = wb.place(body, poses)
+    >>> spare = wb.room(placed, trainer)[0]
+    >>> body.segments[int(spare.argmin())], bool(spare.min() < 0)
+    ('LUL', True)
     """
     groups, depth = allowed_groups(placed.body, environment)
     if pays(placed) if grid is None else grid:
@@ -218,16 +278,18 @@ def clearance_of_rows(
         np.full(count, -1),
         np.full((count, 3), np.nan),
     )
-    index = _faces(environment), packed_shells(environment)
-    row_clearance(
-        placed.centres,
-        body.radius[0],
-        body.start,
-        np.ascontiguousarray(rows),
-        *index,
-        out,
-        search_space(),
-    )
+    pairs, which = np.unique(rows[:, 1:], axis=0, return_inverse=True)
+    for q, (n, k) in enumerate(pairs.tolist()):
+        own = np.flatnonzero(which.reshape(-1) == q)
+        centres = placed.centres[rows[own, 0]]
+        bodies = centres, np.repeat(body.radius, len(own), axis=0), np.zeros((len(own), 3))
+        spheres = np.arange(body.start[n], body.start[n + 1])
+        task = ClearanceTask(
+            spheres, np.array([0, len(spheres)]), np.array([[0, 0, k, 0]]), np.zeros(1)
+        )
+        found = least_clearances(bodies, task, environment, 1)
+        for values, some in zip(out, found, strict=True):
+            values[own] = some[:, 0]
     return out
 
 
@@ -278,7 +340,17 @@ def _plain(
 @by_person
 def body_clearance(one: Placed, other: Placed) -> Clearance:
     """Signed clearance (P, N, M) [m] of every segment of one body to every segment of another, with
-    the nearest spheres; `point` lies on the other's sphere."""
+    the nearest spheres; `point` lies on the other's sphere.
+
+    Examples
+    --------
+    >>> import workbench as wb
+    >>> body = wb.load_body("bubbleman")
+    >>> standing = wb.place(body, wb.pose(body, {}))
+    >>> beside = wb.place(body, wb.pose(body, {}, position=(0, -1, 0)))
+    >>> float(wb.body_clearance(standing, beside).distance.min().round(3))  # [m]
+    0.457
+    """
     return _pair_rows((one, other), _all_pairs(one, other))
 
 
@@ -336,7 +408,7 @@ def _sphere_rows(
     one: Placed, other: Placed, pairs: Ints, margin: float, allowance: Floats
 ) -> Contacts:
     """Sphere pairs of segment pairs (M, 2) nearer than margin [m]; allowance (N, N') [m]."""
-    rows, distance = _sphere_pairs(_spheres(one), _spheres(other), pairs, margin)
+    rows, distance = _sphere_pairs(balls_of(one), balls_of(other), pairs, margin)
     order = np.lexsort((rows[:, 2], rows[:, 1], rows[:, 0]))
     rows = rows[order]
     distance = distance[order]
@@ -373,19 +445,6 @@ def _sphere_pairs(one: Balls, other: Balls, pairs: Ints, margin: float) -> tuple
         if used <= count:
             return rows[:used], distance[:used]
         count = used
-
-
-def _spheres(placed: Placed) -> Balls:
-    body = placed.body
-    world = placed.world_from_segment
-    around = np.einsum("pnij,nj->pni", world[..., :3], body.enclosing_centre[0]) + world[..., 3]
-    return Balls(
-        placed.centres,
-        body.radius[0],
-        body.start,
-        np.ascontiguousarray(around),
-        body.enclosing_radius[0],
-    )
 
 
 def _facing(placed: Placed, where: tuple[Ints, Ints], direction: Floats) -> Ints:

@@ -7,7 +7,6 @@ from itertools import pairwise
 
 import numpy as np
 
-from workbench.contact.kernels.fronts import FAR, Blocks
 from workbench.contact.kernels.groups import Crowd
 from workbench.geometry.lanes import LANES
 from workbench.model.arrays import Bools, Floats, Ints
@@ -16,7 +15,7 @@ from workbench.model.body import Body
 from workbench.model.kept import kept_with_body
 from workbench.model.poses import Placed
 
-__all__ = ["blocks_of", "crowd_of"]
+__all__ = ["crowd_of"]
 
 CLUSTER = LANES
 
@@ -58,18 +57,6 @@ def _crowd(body: Body) -> Crowd:
         big=body.enclosing_radius[0] * (1 + 1e-9) + 1e-9,
         shown=np.ones(len(body.segments), dtype=np.int64),
     )
-
-
-@kept_with_body
-def blocks_of(body: Body) -> Blocks:
-    """The spheres of a body in blocks of eight lanes."""
-    first = np.concatenate([[0], np.cumsum(-(-np.diff(body.start) // LANES))]).astype(np.int64)
-    ball = np.full((int(first[-1]), 4, LANES), FAR, dtype=np.float32)
-    ball[:, 3] = -FAR * FAR
-    segment = body.sphere_segment
-    place = np.arange(len(segment)) + (LANES * first[:-1] - body.start[:-1])[segment]
-    ball[place // LANES, 3, place % LANES] = body.radius[0]
-    return Blocks(body.start, first, ball.reshape(-1))
 
 
 def _moves(body: Body, rows: Ints) -> Bools:

@@ -15,21 +15,20 @@ from numpy.typing import NDArray
 from workbench.contact.borders import straightened
 from workbench.contact.cells import pack_cells, with_solids
 from workbench.contact.index_cache import kept
-from workbench.contact.kernels.field import Field, Trees, fill_rows
+from workbench.contact.kernels.field import Field, fill_rows
 from workbench.contact.kernels.heads import heads_of
 from workbench.contact.kernels.inside import Shells, is_closed
-from workbench.contact.kernels.parts import PartTrees
+from workbench.contact.kernels.search import Parts, Trees
 from workbench.contact.kernels.wide import DEEP, EIGHT, widened
 from workbench.geometry.polygon import EDGES, RECORD, Faces
 from workbench.geometry.quads import FOUR
-from workbench.geometry.split import split_tree
-from workbench.geometry.tree import build_tree
+from workbench.geometry.tree import split_tree
 from workbench.model.arrays import Floats, Ints
 from workbench.model.content import content_key
 from workbench.model.environment import Environment
 from workbench.threads import in_pieces
 
-__all__ = ["Groups", "field_of", "packed_faces", "packed_shells", "part_trees"]
+__all__ = ["Groups", "field_of", "packed_faces", "packed_parts", "packed_shells"]
 
 CELL = 0.02
 """Edge of a cell [m]: at 1 cm the bounds are four times as tight, and the nodes no longer stay in
@@ -51,9 +50,7 @@ def packed_faces(environment: Environment) -> Faces:
 
 @lru_cache(maxsize=16)
 def _faces(environment: Environment) -> Faces:
-    low, high, child, first, last, item, root = build_tree(
-        *_boxes(environment), environment.part_start
-    )
+    box, link, item, root = _tree(environment)
     record, begin = _records(environment, item)
     rank = np.empty(len(item), dtype=np.int64)
     rank[item] = np.arange(len(item))
@@ -61,17 +58,23 @@ def _faces(environment: Environment) -> Faces:
         record=record,
         begin=begin,
         rank=rank,
-        low=low,
-        high=high,
-        child=child,
-        first=first,
-        last=last,
+        low=box[:, :3].copy(),
+        high=box[:, 3:].copy(),
+        child=link[:, 0].copy(),
+        first=link[:, 1].copy(),
+        last=link[:, 2].copy(),
         item=item,
         root=root,
         solid=environment.solid.astype(np.int64),
         corners=np.ascontiguousarray(environment.vertices[environment.triangles]).reshape(-1, 3, 3),
         corner_start=environment.triangle_start[environment.part_start],
     )
+
+
+@lru_cache(maxsize=16)
+def _tree(environment: Environment) -> tuple[Floats, Ints, Ints, Ints]:
+    """A tree over the polygons of each part, as `split_tree` gives it."""
+    return split_tree(np.concatenate(_boxes(environment), axis=1), environment.part_start)
 
 
 def _records(environment: Environment, order: Ints) -> tuple[Floats, Ints]:
@@ -120,26 +123,22 @@ def _shells(environment: Environment) -> Shells:
     return Shells(environment.triangle_start, np.array(closed, dtype=np.int64))
 
 
-def part_trees(environment: Environment) -> PartTrees:
-    """A tree over the polygons of each part, and its vertices; hidden parts have none."""
-    parts = _trees(_shape(environment))
-    root = np.where(environment.hidden, -1, parts.trees.root)
-    return parts._replace(trees=parts.trees._replace(root=root))
+def packed_parts(environment: Environment) -> Parts:
+    """The parts, hidden ones too, with a tree over the polygons of each, and its vertices."""
+    return _parts(_shape(environment))
 
 
 @lru_cache(maxsize=16)
-def _trees(environment: Environment) -> PartTrees:
+def _parts(environment: Environment) -> Parts:
     faces = _faces(environment)
-    box, link, item, roots = split_tree(
-        np.concatenate(_boxes(environment), axis=1), environment.part_start
-    )
+    box, link, item, roots = _tree(environment)
     span = np.where(roots[:, None] >= 0, box[roots] if len(box) else np.zeros((len(roots), 6)), 0.0)
     boxes, child, many, bases = widened(box, link, faces.rank[item], roots)
     reach = float(np.abs(environment.vertices).max(initial=0.0))
     corner, first = _corners(environment, 0.5 * (span[:, :3] + span[:, 3:]))
     heads = heads_of(child, many, faces.record, faces.begin, reach)
     trees = Trees(faces.record, faces.begin, boxes, child, many, heads, bases, span)
-    return PartTrees(trees, corner, first)
+    return Parts(faces, _shells(environment), trees, corner, first)
 
 
 def _corners(environment: Environment, middle: Floats) -> tuple[NDArray[np.float32], Ints]:

@@ -7,9 +7,8 @@ from collections.abc import Iterable
 import numpy as np
 
 from workbench.contact.advance import first_contacts, whole_way
-from workbench.contact.chases import Rule, body_chase, environment_chase, self_chase
+from workbench.contact.chases import Rule, body_chase, candidates, environment_chase, self_chase
 from workbench.contact.moving import frames_of, pack_motion
-from workbench.contact.nearby import candidates
 from workbench.errors import InputError, UsageError, one_of
 from workbench.model.arrays import Floats, Ints
 from workbench.model.body import Body
@@ -49,6 +48,18 @@ def sweep(
     bound proves it free (`kernels.contact.advance`, `kernels.contact.motion`). threads: all cores
     where None; no answer depends on it. UsageError for another `by`, InputError where the poses do
     not belong together.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import trimesh
+    >>> import workbench as wb
+    >>> body = wb.load_body("bubbleman")
+    >>> way = wb.pose(body, {}), wb.pose(body, {}, position=(1, 0, 0))
+    >>> board = trimesh.creation.box(bounds=[[0.85, -1, -2], [0.95, 1, 2]])
+    >>> wall = wb.environment_from_mesh(board, up="z", forward="x", length="m")
+    >>> float(np.nanmin(wb.sweep(body, way, wall)).round(3))  # share of the way
+    0.642
     """
     start, end = way
     check_pairs(start, end)

@@ -211,7 +211,7 @@ def _part_pairs(memory: ContactMemory, placed: Placed) -> Iterator[_TouchingPair
     """Pairs of a segment and a part of the surroundings, in the order of their numbers."""
     body = placed.body
     parts = len(memory.simulation.environment.parts)
-    rows, numbers = touching(placed, memory.simulation.environment, 0.0, grid=True)
+    rows, numbers = touching(placed, memory.simulation.environment, 0.0)
     if not len(rows):
         return
     sphere = rows[:, 1]

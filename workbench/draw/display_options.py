@@ -50,7 +50,7 @@ DISPLAYS: Mapping[str, Display] = {
     "outline": Display("vector", ("veiled", "hidden_line")),
     "circles": Display("vector", ("veiled", "hidden_line")),
     "directions": Display("chart", ("equal_area", "polar")),
-    "ground": Display("chart", ("plan",)),
+    "ground": Display("chart", ("plan", "mirrors")),
 }
 
 
@@ -222,9 +222,17 @@ def _check_eyes(options: DisplayOptions) -> None:
         )
     if options.ground is not None and options.display != "ground":
         raise UsageError("--ground: the height of the ground is for --display ground")
-    if options.outline and options.display != "directions":
-        raise UsageError("--outline: the outline of a rule is for --display directions")
-    if options.outline and options.outline.partition(":")[2] not in ("left", "right"):
+    mirrors = options.style == "mirrors"
+    if options.outline and options.display != "directions" and not mirrors:
+        raise UsageError(
+            "--outline: the outline of a rule is for --display directions, the ground that it asks "
+            "for in mirrors for --display ground --style mirrors"
+        )
+    if (
+        options.outline
+        and options.outline.partition(":")[2] not in ("left", "right")
+        and not mirrors
+    ):
         raise UsageError(
             f"--outline: a rule set and the seat are needed, such as sight_ac_25_773_1:left, got "
             f"{options.outline!r}"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
@@ -14,6 +15,7 @@ from workbench.draw.zones import Items, spread, zones
 from workbench.errors import UsageError
 from workbench.model.arrays import Bools, Floats
 from workbench.model.environment import Environment
+from workbench.sight.obscuration import lines_of_sight
 from workbench.sight.panorama import Panorama
 
 __all__ = ["blind_distances", "ground_level", "ground_plan"]
@@ -88,7 +90,7 @@ def ground_plan(outlook: Outlook, ground: float, *, width: int, height: int) -> 
     side = np.floor(np.arctan2(-places[..., 0], places[..., 1]) * (_SIDES / math.tau)).astype(int)
     painted = found.paint(items[0], items[1], np.zeros_like(items[0]))
     row, column = np.indices(inside.shape)
-    hatched = (far < near[side % _SIDES]) & ((row + column) % _HATCH == 0)
+    hatched = both & (far < near[side % _SIDES]) & ((row + column) % _HATCH == 0)
     painted[hatched] = np.round(_DARKER * painted[hatched])
     colours, words = sheet.coloured(found, inside, painted, unit="m2", places=1)
     strokes, labels = _grid(sheet, radius, near)
@@ -106,8 +108,21 @@ def _hidden(outlook: Outlook, eye: Panorama, places: Floats, ground: float) -> I
     offset = np.array([0.0, 0.0, ground - middle[2]]) + (middle - eye.eye)
     way = places[..., 1:] * outlook.axes[0] - places[..., :1] * outlook.axes[1] + offset
     item = eye.look(way)
+    unsure = _borders(eye).look(way) > 0
+    found = lines_of_sight(outlook.scenery, eye.eye[None], eye.eye + way[unsure][None])[0]
+    item[unsure] = found
     lies = np.append(_is_ground(outlook, ground), True)
     return np.where(lies[item], np.int32(-1), item)
+
+
+def _borders(eye: Panorama) -> Panorama:
+    """The same pixels, 1 where one beside or above holds another item: far ground is so flat before
+    the eyes that such a pixel is metres long, so what is in it is looked at exactly."""
+    near = np.pad(eye.item, ((0, 0), (1, 1), (1, 1)), constant_values=-2)
+    middle = near[:, 1:-1, 1:-1]
+    beside = (near[:, 1:-1, :-2], near[:, 1:-1, 2:], near[:, :-2, 1:-1], near[:, 2:, 1:-1])
+    differs = np.any([middle != other for other in beside], axis=0)
+    return replace(eye, item=differs.astype(np.int32))
 
 
 def _is_ground(outlook: Outlook, ground: float) -> Bools:

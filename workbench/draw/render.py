@@ -16,7 +16,7 @@ from workbench.body.solid import body_solid
 from workbench.draw.camera import Camera, orbit, standard_view
 from workbench.draw.chart import Chart, chart_image, chart_svg
 from workbench.draw.colours import FAMILIES
-from workbench.draw.directions import direction_chart
+from workbench.draw.directions import Outlook, direction_chart
 from workbench.draw.disks import disks
 from workbench.draw.display_options import DisplayOptions
 from workbench.draw.eye_view import (
@@ -43,6 +43,7 @@ from workbench.draw.lines.circles import circles
 from workbench.draw.lines.hidden_lines import HIDDEN
 from workbench.draw.lines.outline import outline
 from workbench.draw.marks.requested_marks import marks_for_scene
+from workbench.draw.mirror_plan import mirror_plan
 from workbench.draw.scanline import scanline
 from workbench.draw.scene import Scene
 from workbench.draw.section_planes import apply_section
@@ -60,6 +61,7 @@ from workbench.model.arrays import Floats
 from workbench.model.environment import Environment
 from workbench.model.poses import Placed
 from workbench.sight.eyes import gaze
+from workbench.sight.rules.mirrors import mirror_ground
 
 __all__ = [
     "TURN",
@@ -172,7 +174,7 @@ def sight_chart(scene: Scene, options: DisplayOptions, people: tuple[str, ...]) 
         If an eye is inside something.
     """
     seen = outlook(scene, people, options.onlooker)
-    if options.outline:
+    if options.outline and options.display == "directions":
         rules, _, side = options.outline.partition(":")
         seen = ruled(seen, load_rule_set(rules), side)
     if options.display == "directions":
@@ -182,7 +184,50 @@ def sight_chart(scene: Scene, options: DisplayOptions, people: tuple[str, ...]) 
         if scene.environment is None:
             raise UsageError("the display ground: there is no environment; say --ground HEIGHT")
         ground = ground_level(scene.environment)
-    return ground_plan(seen, ground, width=options.width, height=options.height)
+    if options.style == "plan":
+        return ground_plan(seen, ground, width=options.width, height=options.height)
+    if scene.environment is None:
+        raise UsageError("the style mirrors: there is no environment, so no mirror")
+    return _mirrors(seen, scene.environment, ground, options)
+
+
+def _mirrors(
+    seen: Outlook, environment: Environment, ground: float, options: DisplayOptions
+) -> Chart:
+    """Chart the ground in the mirrors, with what a rule set asks for where one is named: of a vehicle
+    that is as wide as all parts but the mirrors."""
+    required = {}
+    source = ""
+    if options.outline:
+        rules = load_rule_set(options.outline.partition(":")[0])
+        glasses = {mirror.part for mirror in environment.mirrors}
+        standing = [
+            environment.triangle_corners(k)[..., 2].max(initial=-math.inf) > ground + 0.01
+            for k in range(len(environment.parts))
+        ]
+        vehicle = [
+            name
+            for name, stands in zip(environment.parts, standing, strict=True)
+            if stands and name not in glasses
+        ]
+        asked = [one for one in environment.mirrors if f"field_{one.field}" in rules.values]
+        eye = seen.eyes.middle[0]
+        required = {
+            one.name: mirror_ground(
+                environment, one, rules, eye=eye, vehicle=vehicle, ground=ground
+            )
+            for one in asked
+        }
+        source = rules.told(*dict.fromkeys(f"field_{one.field}" for one in asked))
+    return mirror_plan(
+        seen,
+        environment,
+        ground,
+        required=required,
+        source=source,
+        width=options.width,
+        height=options.height,
+    )
 
 
 def drawing(scene: Scene, camera: Camera, options: DisplayOptions) -> str:

@@ -17,7 +17,7 @@ from itertools import takewhile
 import numpy as np
 
 from workbench.geometry.polygon import point_winding
-from workbench.geometry.touching import come_near
+from workbench.geometry.surfaces import come_near
 from workbench.model.arrays import Floats
 from workbench.model.environment import Environment, OwnPiece
 

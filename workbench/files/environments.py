@@ -132,6 +132,16 @@ def environment_from_mesh(
         cannot be solid.
     UsageError
         If `source` is something else, or the axes are no axes.
+
+    Examples
+    --------
+    >>> import trimesh
+    >>> import workbench as wb
+    >>> cab = wb.environment_from_mesh(
+    ...     trimesh.creation.box((1.2, 1.5, 1.4)), up="z", forward="x", length="m"
+    ... )
+    >>> len(cab.parts), cab.part(cab.parts[0]).solid
+    (1, True)
     """
     is_file = isinstance(source, str | Path)
     name = Path(source).stem if is_file else "scene"

@@ -57,6 +57,13 @@ def load_environment(
         With a line for each fault; those of a YAML file with file, line and column.
     UsageError
         If the axes are none, or what belongs to a mesh is given for something else.
+
+    Examples
+    --------
+    >>> import workbench as wb
+    >>> trainer = wb.load_environment("trainer")
+    >>> len(trainer.parts), trainer.seat("left").travel_forward  # [m]
+    (85, (-0.09, 0.09))
     """
     if _is_mesh(source):
         path = Path(source) if near is None else near / source

@@ -76,6 +76,13 @@ def load_population_model(source: str | Path, *, people: bool = True) -> Populat
     ------
     InputError
         With all faults of the file.
+
+    Examples
+    --------
+    >>> import workbench as wb
+    >>> people = wb.load_population_model("ansur2")
+    >>> len(wb.draw_people(people, 100, seed=1))
+    100
     """
     document = read_yaml(find("bodies/populations", str(source)))
     file = validate(document, PopulationFile)

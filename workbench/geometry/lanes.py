@@ -17,9 +17,6 @@ from numba import types
 from numba.core.typing.templates import AbstractTemplate, infer_global, signature
 from numba.extending import lower_builtin, models, register_model
 from numba.np.arrayobj import make_array
-from numpy.typing import NDArray
-
-from workbench.compiled import inlined
 
 __all__ = [
     "LANES",
@@ -28,20 +25,15 @@ __all__ = [
     "compiles",
     "corners",
     "eight",
-    "equal",
     "first_bit",
     "greatest",
     "how_many",
     "larger",
-    "least",
     "load",
     "not_above",
-    "pack",
     "root",
-    "smaller",
     "store",
     "total",
-    "where_below",
 ]
 
 LANES = 8
@@ -87,11 +79,6 @@ def eight(value):  # type: ignore[no-untyped-def]
     return np.full(LANES, value, dtype=np.float32)
 
 
-def smaller(a, b):  # type: ignore[no-untyped-def]
-    """The smaller of each lane."""
-    return np.minimum(a, b)
-
-
 def larger(a, b):  # type: ignore[no-untyped-def]
     """The larger of each lane."""
     return np.maximum(a, b)
@@ -102,24 +89,9 @@ def root(a):  # type: ignore[no-untyped-def]
     return np.sqrt(a)
 
 
-def where_below(a, b, one, other):  # type: ignore[no-untyped-def]
-    """The lanes of `one` where a < b, else those of `other`."""
-    return np.where(a < b, one, other)
-
-
 def not_above(a, b):  # type: ignore[no-untyped-def]
     """Bit k is set where a <= b in lane k."""
     return np.uint64(np.packbits(a <= b, bitorder="little")[0])
-
-
-def equal(a, b):  # type: ignore[no-untyped-def]
-    """Bit k is set where a == b in lane k."""
-    return np.uint64(np.packbits(a == b, bitorder="little")[0])
-
-
-def least(a):  # type: ignore[no-untyped-def]
-    """The least of all lanes; none of them may be NaN."""
-    return a.min()
 
 
 def greatest(a):  # type: ignore[no-untyped-def]
@@ -135,24 +107,6 @@ def first_bit(bits):  # type: ignore[no-untyped-def]
 def how_many(bits):  # type: ignore[no-untyped-def]
     """How many bits are set."""
     return np.uint64(int(bits).bit_count())
-
-
-def _places() -> NDArray[np.float32]:
-    """Row by row the numbers of the bits that are set in 0, 1, 2, ... 255, then zeros."""
-    rows = [[k for k in range(LANES) if bits >> k & 1] for bits in range(256)]
-    return np.array([row + [0] * (LANES - len(row)) for row in rows], dtype=np.float32).reshape(-1)
-
-
-_PLACES = _places()
-
-
-@inlined
-def pack(array, at, bits, base):  # type: ignore[no-untyped-def]
-    """Write base + k for every bit k < 8 that is set, in order, into a flat array from place `at`
-    on; returns the place behind the last. What stands in the seven places behind that is spoilt:
-    there is no branch to go wrong."""
-    store(array, at, load(_PLACES, bits * np.uint64(LANES)) + eight(base))
-    return at + how_many(bits)
 
 
 class LaneType(types.Type):  # type: ignore[misc]
@@ -227,10 +181,6 @@ def _call(name: str, result: Any) -> Build:
     return build
 
 
-def _smaller(builder: Any, x: Any, y: Any) -> Any:
-    return builder.select(builder.fcmp_ordered("<", x, y), x, y)
-
-
 def _larger(builder: Any, x: Any, y: Any) -> Any:
     return builder.select(builder.fcmp_ordered(">", x, y), x, y)
 
@@ -274,12 +224,9 @@ def _folded(join: Callable[[Any, Any, Any], Any]) -> Build:
     return build
 
 
-def _bits(order: str) -> Build:
-    def build(builder: Any, a: Any, b: Any) -> Any:
-        mask = builder.fcmp_ordered(order, a, b)
-        return builder.zext(builder.bitcast(mask, ir.IntType(LANES)), _WORD)
-
-    return build
+def _not_above(builder: Any, a: Any, b: Any) -> Any:
+    bits = builder.bitcast(builder.fcmp_ordered("<=", a, b), ir.IntType(LANES))
+    return builder.zext(bits, _WORD)
 
 
 def _first(builder: Any, bits: Any) -> Any:
@@ -306,15 +253,9 @@ compiles(eight, (types.float32,), _EIGHT, _spread)
 compiles(operator.add, _TWO, _EIGHT, lambda b, x, y: b.fadd(x, y))
 compiles(operator.sub, _TWO, _EIGHT, lambda b, x, y: b.fsub(x, y))
 compiles(operator.mul, _TWO, _EIGHT, lambda b, x, y: b.fmul(x, y))
-compiles(smaller, _TWO, _EIGHT, _smaller)
 compiles(larger, _TWO, _EIGHT, _larger)
 compiles(root, (_EIGHT,), _EIGHT, _call("llvm.sqrt.v8f32", _VECTOR))
-compiles(
-    where_below, _TWO * 2, _EIGHT, lambda b, x, y, u, v: b.select(b.fcmp_ordered("<", x, y), u, v)
-)
-compiles(not_above, _TWO, types.uint64, _bits("<="))
-compiles(equal, _TWO, types.uint64, _bits("=="))
-compiles(least, (_EIGHT,), types.float32, _folded(_smaller))
+compiles(not_above, _TWO, types.uint64, _not_above)
 compiles(greatest, (_EIGHT,), types.float32, _folded(_larger))
 compiles(how_many, (types.uint64,), types.uint64, lambda b, bits: b.ctpop(bits))
 compiles(first_bit, (types.uint64,), types.uint64, _first)

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.compiled import njit
-from workbench.geometry.tree import box_gap, build_tree
+from workbench.geometry.tree import box_gap, split_tree
 
 __all__ = [
     "Solid",
@@ -46,9 +46,8 @@ class Solid(NamedTuple):
 def build_solid(vertices: NDArray[np.float64], faces: NDArray[np.int64]) -> Solid:
     """Pack a closed mesh, vertices (V, 3) and outward faces (T, 3), for `mesh_distance`."""
     corner = vertices[faces]
-    low, high, child, first, last, item, _ = build_tree(
-        corner.min(axis=1), corner.max(axis=1), np.array([0, len(faces)], dtype=np.int64)
-    )
+    boxes = np.concatenate([corner.min(axis=1), corner.max(axis=1)], axis=1)
+    box, link, item, _ = split_tree(boxes, np.array([0, len(faces)], dtype=np.int64))
     side = np.roll(corner, -1, axis=1) - corner
     flat = np.cross(side[:, 0], side[:, 1])
     flat /= np.maximum(np.linalg.norm(flat, axis=1), 1e-300)[:, None]
@@ -72,6 +71,8 @@ def build_solid(vertices: NDArray[np.float64], faces: NDArray[np.int64]) -> Soli
     normal = np.concatenate(
         [flat[:, None], at_corner[faces], at_edge[edge].reshape(-1, 3, 3)], axis=1
     )
+    low, high = (np.ascontiguousarray(ends) for ends in (box[:, :3], box[:, 3:]))
+    child, first, last = np.ascontiguousarray(link.T)
     return Solid(corner[item], normal[item], item, low, high, child, first, last)
 
 

@@ -8,7 +8,6 @@ as everywhere: so the digits are those of a loop by ones, on every machine.
 from __future__ import annotations
 
 import operator
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -24,12 +23,9 @@ __all__ = [
     "divided",
     "first_of",
     "four",
-    "greatest_of",
     "least_of",
     "load_four",
-    "load_triples",
     "lower",
-    "store_single",
     "store_triples",
     "upper",
     "where_positive",
@@ -41,24 +37,6 @@ FOUR = 4
 def load_four(array, at):  # type: ignore[no-untyped-def]
     """The four numbers of an array, all its numbers in order, that begin at place `at`."""
     return array.reshape(-1)[at : at + FOUR].copy()
-
-
-def load_triples(array, at):  # type: ignore[no-untyped-def]
-    """x, y and z of four points that stand one after the other from place `at` on: twelve
-    numbers."""
-    x, y, z = array.reshape(-1)[at : at + 3 * FOUR].reshape(FOUR, 3).T.copy()
-    return x, y, z
-
-
-def store_single(array, at, values):  # type: ignore[no-untyped-def]
-    """Write four numbers, rounded to single precision, into a flat array of such from place `at`
-    on."""
-    array[at : at + FOUR] = values
-
-
-def greatest_of(a):  # type: ignore[no-untyped-def]
-    """The greatest of four numbers, none of them NaN."""
-    return a.max()
 
 
 def least_of(a):  # type: ignore[no-untyped-def]
@@ -116,7 +94,6 @@ class _FourType(LaneType):
 _KIND = _FourType()
 _VECTOR = ir.VectorType(ir.DoubleType(), FOUR)
 _INDEX = ir.IntType(32)
-Build = Callable[..., Any]
 
 
 @register_model(_FourType)
@@ -151,32 +128,11 @@ def _triples(builder: Any, array: Any, at: Any, *axes: Any) -> Any:
     return ir.Constant(ir.IntType(8).as_pointer(), None)
 
 
-def _points(builder: Any, array: Any, at: Any) -> Any:
-    whole = builder.load(_at(builder, array, at, 3 * FOUR), align=8)
-    axes = [_mixed(builder, whole, whole, list(range(axis, 3 * FOUR, 3))) for axis in range(3)]
-    made = ir.Constant(ir.ArrayType(_VECTOR, 3), ir.Undefined)
-    for axis in range(3):
-        made = builder.insert_value(made, axes[axis], axis)
-    return made
-
-
-def _rounded(builder: Any, array: Any, at: Any, value: Any) -> Any:
-    kind = ir.VectorType(ir.FloatType(), FOUR)
-    place = builder.bitcast(builder.gep(array.data, [at]), kind.as_pointer())
-    builder.store(builder.fptrunc(value, kind), place, align=4)
-    return ir.Constant(ir.IntType(8).as_pointer(), None)
-
-
-def _outermost(order: str) -> Build:
-    """The number that comes before all others in an order."""
-
-    def build(builder: Any, value: Any) -> Any:
-        for places in ([2, 3, 0, 1], [1, 0, 3, 2]):
-            other = _mixed(builder, value, value, places)
-            value = builder.select(builder.fcmp_ordered(order, value, other), value, other)
-        return builder.extract_element(value, ir.Constant(_INDEX, 0))
-
-    return build
+def _least(builder: Any, value: Any) -> Any:
+    for places in ([2, 3, 0, 1], [1, 0, 3, 2]):
+        other = _mixed(builder, value, value, places)
+        value = builder.select(builder.fcmp_ordered("<", value, other), value, other)
+    return builder.extract_element(value, ir.Constant(_INDEX, 0))
 
 
 def _below(builder: Any, a: Any, b: Any) -> Any:
@@ -190,13 +146,10 @@ def _where_positive(builder: Any, a: Any, one: Any) -> Any:
 
 
 _TWO = (_KIND, _KIND)
-compiles(greatest_of, (_KIND,), types.float64, _outermost(">"))
-compiles(least_of, (_KIND,), types.float64, _outermost("<"))
+compiles(least_of, (_KIND,), types.float64, _least)
 compiles(below, _TWO, types.uint64, _below)
 compiles(divided, _TWO, _KIND, lambda b, x, y: b.fdiv(x, y))
 compiles(where_positive, _TWO, _KIND, _where_positive)
-compiles(load_triples, (types.Array, types.uint64), types.UniTuple(_KIND, 3), _points)
-compiles(store_single, (types.Array, types.uint64, _KIND), types.none, _rounded)
 compiles(lower, _TWO, _KIND, lambda b, x, y: b.select(b.fcmp_ordered("<", x, y), x, y))
 compiles(upper, _TWO, _KIND, lambda b, x, y: b.select(b.fcmp_ordered(">", x, y), x, y))
 compiles(

@@ -1,29 +1,25 @@
-"""Exact distance between two triangle meshes, with the points that are nearest.
+"""Exact distance between two triangle meshes with the points that are nearest, through a tree.
 
-Pairs of triangles are taken in the order of the gaps between their boxes until no other pair can be
-nearer. Two triangles are nearest at a corner of one and the other's face, at two edges, or where an
-edge of one pierces the other (Ericson, Real-Time Collision Detection, 2005, 5.1.5, 5.1.9, 5.3.6).
+Two triangles are nearest to one another along two edges, or at a corner over the other's face, or
+an edge goes through the other's face (Ericson, Real-Time Collision Detection, 2005, 5.1.9, 5.1.10
+and 5.2.10).
 """
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 
-from workbench.errors import InputError
-from workbench.model.arrays import Bools, Floats
+from workbench.compiled import batch_loop, inlined, inner
+from workbench.geometry.tree import DEPTH, split_tree
+from workbench.model.arrays import Floats
 
-__all__ = ["MOST_PAIRS", "SurfaceGap", "surface_gap"]
+__all__ = ["SurfaceGap", "come_near", "surface_gap"]
 
-MOST_PAIRS = 200_000_000
-"""Pairs of triangles whose boxes are compared at most: some seconds."""
-_BLOCK = 2_000_000
-"""Pairs whose boxes are compared at a time: 50 MB."""
-_CHUNK = 512
-"""Pairs whose triangles are measured at a time."""
-_TINY = 1e-30
-"""[m²] Squares below are those of edges without length."""
+_ALONG = 1e-12
+"""Of edges whose squared sine is below this, an end is nearest to the other: they are parallel."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,124 +38,212 @@ def surface_gap(one: Floats, other: Floats) -> SurfaceGap:
     Parameters
     ----------
     one, other
-        (T, 3, 3) and (U, 3, 3) [m] the corners of their triangles, one of each at least.
-
-    Raises
-    ------
-    InputError
-        If there are more than MOST_PAIRS pairs of triangles.
+        (T, 3, 3) and (U, 3, 3) [m] the corners of their triangles, one of each at least; triangles
+        without area count as lines or points.
     """
-    if len(one) * len(other) > MOST_PAIRS:
-        raise InputError(
-            f"meshes of {len(one)} and {len(other)} triangles are too fine for this: "
-            "measure between two points"
-        )
-    best = SurfaceGap(one[0, 0], other[0, 0], float(np.linalg.norm(one[0, 0] - other[0, 0])))
-    rows = max(1, _BLOCK // len(other))
-    low, high = other.min(axis=1), other.max(axis=1)
-    for first in range(0, len(one), rows):
-        some = one[first : first + rows]
-        apart = np.maximum(low[None] - some.max(axis=1)[:, None], some.min(axis=1)[:, None] - high)
-        bound = np.sqrt((np.maximum(apart, 0.0) ** 2).sum(axis=2))
-        best = _nearer(some, other, bound, best)
-    return best
+    found = _least_gap(one, other, np.inf, 0.0)
+    return SurfaceGap(found[1:4], found[4:7], float(found[0]))
 
 
-def _nearer(one: Floats, other: Floats, bound: Floats, best: SurfaceGap) -> SurfaceGap:
-    """What is nearer than `best` among triangles whose boxes are `bound` (T, U) [m] apart."""
-    where = np.flatnonzero(bound.ravel() < best.distance)
-    where = where[np.argsort(bound.ravel()[where], kind="stable")]
-    for first in range(0, len(where), _CHUNK):
-        pairs = where[first : first + _CHUNK]
-        if bound.ravel()[pairs[0]] >= best.distance:
-            break
-        t, u = np.divmod(pairs, len(other))
-        start, end = _nearest_points(one[t], other[u])
-        distance = np.linalg.norm(end - start, axis=1)
-        k = int(distance.argmin())
-        if distance[k] < best.distance:
-            best = SurfaceGap(start[k], end[k], float(distance[k]))
-    return best
+def come_near(one: Floats, other: Floats, within: float) -> bool:
+    """Tell whether two surfaces cross, or come as near as a distance.
+
+    Parameters
+    ----------
+    one, other
+        (T, 3, 3) [m] corners of their triangles; triangles without area count as lines or points.
+    within
+        [m].
+
+    Returns
+    -------
+    bool
+        False where one of them has no triangle.
+    """
+    for _ in range(2):  # each to the box of the other, and that to what is left of the first
+        one = _beside(one, other, within)
+        other = _beside(other, one, within)
+    if not (len(one) and len(other)):
+        return False
+    most = within * (1.0 + 1e-12) + 1e-150
+    return bool(_least_gap(one, other, most, within)[0] <= within)
 
 
-def _nearest_points(one: Floats, other: Floats) -> tuple[Floats, Floats]:
-    """(P, 3) the nearest points of P pairs of triangles (P, 3, 3)."""
-    starts = []
-    ends = []
-    for k in range(3):
-        starts.append(one[:, k])
-        ends.append(_on_triangle(one[:, k], other))
-        starts.append(_on_triangle(other[:, k], one))
-        ends.append(other[:, k])
-        for m in range(3):
-            mine, yours = _on_edges(
-                one[:, k], one[:, (k + 1) % 3], other[:, m], other[:, (m + 1) % 3]
-            )
-            starts.append(mine)
-            ends.append(yours)
-        for edges, faces in ((one, other), (other, one)):
-            point, pierced = _piercing(edges[:, k], edges[:, (k + 1) % 3], faces)
-            starts.append(np.where(pierced[:, None], point, one[:, k]))
-            ends.append(np.where(pierced[:, None], point, other[:, k]))
-    start, end = np.stack(starts), np.stack(ends)
-    nearest = np.linalg.norm(end - start, axis=2).argmin(axis=0)
-    each = np.arange(len(one))
-    return start[nearest, each], end[nearest, each]
-
-
-def _dot(a: Floats, b: Floats) -> Floats:
-    found: Floats = np.einsum("pc,pc->p", a, b)
+def _beside(triangles: Floats, other: Floats, within: float) -> Floats:
+    """The triangles whose boxes are as near as that to the box of the others."""
+    if not (len(triangles) and len(other)):
+        return triangles[:0]
+    corners = other.reshape(-1, 3)
+    low = corners.min(axis=0) - within
+    high = corners.max(axis=0) + within
+    near = (triangles.max(axis=1) >= low) & (triangles.min(axis=1) <= high)
+    found: Floats = triangles[near.all(axis=1)]
     return found
 
 
-def _on_triangle(point: Floats, corner: Floats) -> Floats:
-    """(P, 3) the point of each triangle that is nearest to a point (P, 3): in the face where its
-    foot lies inside, else on one of the edges."""
-    a, b, c = corner[:, 0], corner[:, 1], corner[:, 2]
-    normal = np.cross(b - a, c - a)
-    square = np.maximum(_dot(normal, normal), _TINY)
-    away = point - a
-    # barycentric coordinates of the foot of the perpendicular
-    v = _dot(np.cross(away, c - a), normal) / square
-    w = _dot(np.cross(b - a, away), normal) / square
-    inside = (v >= 0) & (w >= 0) & (v + w <= 1) & (_dot(normal, normal) > _TINY)
-    best = np.where(inside[:, None], a + v[:, None] * (b - a) + w[:, None] * (c - a), np.inf)
-    for begin, end in ((a, b), (b, c), (c, a)):
-        along = end - begin
-        share = np.clip(_dot(point - begin, along) / np.maximum(_dot(along, along), _TINY), 0, 1)
-        foot = begin + share[:, None] * along
-        nearer = np.linalg.norm(foot - point, axis=1) < np.linalg.norm(best - point, axis=1)
-        best = np.where((nearer & ~inside)[:, None], foot, best)
+def _least_gap(one: Floats, other: Floats, most: float, enough: float) -> Floats:
+    """(7,) [m] the distance of two meshes and the nearest points, `most` and NaN where it is not
+    less; the first that is no more than `enough`, where there is one."""
+    groups = np.array([0, len(other)], dtype=np.int64)
+    boxes = np.concatenate([other.min(axis=1), other.max(axis=1)], axis=1)
+    box, link, item, _ = split_tree(boxes, groups)
+    found = np.full(7, np.nan)
+    found[0] = most
+    stack = np.empty(DEPTH, dtype=np.int64)
+    _search(np.ascontiguousarray(one), other[item], box, link, enough, stack, found)
+    return found
+
+
+@inlined
+def _dot(u, v):  # type: ignore[no-untyped-def]
+    return u[0] * v[0] + u[1] * v[1] + u[2] * v[2]
+
+
+@inlined
+def _less(u, v):  # type: ignore[no-untyped-def]
+    return u[0] - v[0], u[1] - v[1], u[2] - v[2]
+
+
+@inlined
+def _cross(u, v):  # type: ignore[no-untyped-def]
+    return u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]
+
+
+@inlined
+def _along(p, way, t):  # type: ignore[no-untyped-def]
+    """p + t way."""
+    return p[0] + t * way[0], p[1] + t * way[1], p[2] + t * way[2]
+
+
+@inlined
+def _corner(c, k):  # type: ignore[no-untyped-def]
+    return c[k, 0], c[k, 1], c[k, 2]
+
+
+@inner
+def _edge_points(p, q, r, s):  # type: ignore[no-untyped-def]
+    """The nearest points of the edges p-q and r-s (Ericson 5.1.9)."""
+    d = _less(q, p)
+    e = _less(s, r)
+    w = _less(p, r)
+    a = _dot(d, d)
+    b = _dot(e, e)
+    f = _dot(e, w)
+    c = _dot(d, w)
+    along = _dot(d, e)
+    flat = a * b - along * along
+    t = 0.0
+    if a > 0.0 and flat > _ALONG * a * b:
+        t = min(max((along * f - c * b) / flat, 0.0), 1.0)
+    u = (along * t + f) / b if b > 0.0 else 0.0
+    if u < 0.0 or u > 1.0 or flat <= _ALONG * a * b:
+        u = min(max(u, 0.0), 1.0)
+        t = min(max((along * u - c) / a, 0.0), 1.0) if a > 0.0 else 0.0
+    return _along(p, d, t), _along(r, e, u)
+
+
+@inner
+def _over(p, c, n):  # type: ignore[no-untyped-def]
+    """Whether a point is over the inside of a triangle c (3, 3) with normal n of any length."""
+    for k in range(3):
+        a = _corner(c, k)
+        side = _less(_corner(c, (k + 1) % 3), a)
+        if _dot(n, _cross(side, _less(p, a))) < 0.0:
+            return False
+    return True
+
+
+@inlined
+def _nearer(best, start, end, turned):  # type: ignore[no-untyped-def]
+    """The nearer of `best` (squared distance, start, end) and two points; turned: these stand the
+    other way round."""
+    away = _less(end, start)
+    square = _dot(away, away)
+    if not square < best[0]:
+        return best
+    return (square, end, start) if turned else (square, start, end)
+
+
+@inner
+def _face_points(one, other, best, turned):  # type: ignore[no-untyped-def]
+    """Improve `best` by the corners of a triangle over the face of another, and by where its edges
+    go through that; turned: what is `one` here has the ends."""
+    a = _corner(other, 0)
+    n = _cross(_less(_corner(other, 1), a), _less(_corner(other, 2), a))
+    square = _dot(n, n)
+    if square == 0.0:
+        return best
+    for k in range(3):
+        p = _corner(one, k)
+        q = _corner(one, (k + 1) % 3)
+        h = _dot(n, _less(p, a))
+        g = _dot(n, _less(q, a))
+        if _over(p, other, n):
+            best = _nearer(best, p, _along(p, n, -h / square), turned)
+        if h * g < 0.0:
+            x = _along(p, _less(q, p), h / (h - g))
+            if _over(x, other, n):
+                best = _nearer(best, x, x, turned)
     return best
 
 
-def _on_edges(a: Floats, b: Floats, c: Floats, d: Floats) -> tuple[Floats, Floats]:
-    """(P, 3) the nearest points of the edges a to b and c to d."""
-    first, second = b - a, d - c
-    away = a - c
-    aa = np.maximum(_dot(first, first), _TINY)
-    bb = np.maximum(_dot(second, second), _TINY)
-    ab, a0, b0 = _dot(first, second), _dot(first, away), _dot(second, away)
-    # the lines' nearest points, then each held on its edge; of parallel edges any will do
-    slope = aa * bb - ab * ab
-    s = np.where(slope > _TINY, np.clip((ab * b0 - a0 * bb) / np.maximum(slope, _TINY), 0, 1), 0.0)
-    t = np.clip((ab * s + b0) / bb, 0, 1)
-    s = np.clip((ab * t - a0) / aa, 0, 1)
-    return a + s[:, None] * first, c + t[:, None] * second
+@inner
+def _triangle_points(one, other, best):  # type: ignore[no-untyped-def]
+    """Improve `best` by two triangles (3, 3)."""
+    for k in range(3):
+        for m in range(3):
+            start, end = _edge_points(
+                _corner(one, k),
+                _corner(one, (k + 1) % 3),
+                _corner(other, m),
+                _corner(other, (m + 1) % 3),
+            )
+            best = _nearer(best, start, end, False)
+    best = _face_points(one, other, best, False)
+    return _face_points(other, one, best, True)
 
 
-def _piercing(a: Floats, b: Floats, corner: Floats) -> tuple[Floats, Bools]:
-    """(P, 3) where the edges a to b pass through triangles, and (P,) whether they do."""
-    first, second = corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]
-    way = b - a
-    cross = np.cross(way, second)
-    turn = _dot(first, cross)
-    sound = np.abs(turn) > _TINY
-    scale = np.where(sound, turn, 1.0)
-    away = a - corner[:, 0]
-    u = _dot(away, cross) / scale
-    over = np.cross(away, first)
-    v = _dot(way, over) / scale
-    t = _dot(second, over) / scale
-    hit = sound & (u >= 0) & (v >= 0) & (u + v <= 1) & (t >= 0) & (t <= 1)
-    return a + t[:, None] * way, hit
+@inner
+def _box_gap(one, box, m):  # type: ignore[no-untyped-def]
+    """Squared distance [m2] of the box of a triangle (3, 3) to box m (low, high)."""
+    square = 0.0
+    for i in range(3):
+        low = min(one[0, i], one[1, i], one[2, i])
+        high = max(one[0, i], one[1, i], one[2, i])
+        out = max(low - box[m, i + 3], 0.0, box[m, i] - high)
+        square += out * out
+    return square
+
+
+@batch_loop
+def _search(one, other, box, link, enough, stack, found):  # type: ignore[no-untyped-def]
+    """Improve found (7,): the least distance [m] of a triangle of one (T, 3, 3) and one of other
+    (T, 3, 3), which stand in the leaves of a tree, and the nearest points. Stops where it is no
+    more than `enough` [m]. stack (DEPTH,): working space."""
+    none = 0.0, 0.0, 0.0
+    for t in range(len(one)):
+        stack[0] = 0
+        size = 1
+        while size > 0:
+            size -= 1
+            m = stack[size]
+            best = (found[0] * found[0], none, none)
+            if _box_gap(one[t], box, m) >= best[0]:
+                continue
+            c = link[m, 0]
+            if c >= 0:  # the nearer child on top
+                near = 1 if _box_gap(one[t], box, c) > _box_gap(one[t], box, c + 1) else 0
+                stack[size] = c + 1 - near
+                stack[size + 1] = c + near
+                size += 2
+                continue
+            before = best[0]
+            for s in range(link[m, 1], link[m, 2]):
+                best = _triangle_points(one[t], other[s], best)
+            if best[0] < before:
+                found[0] = math.sqrt(best[0])
+                for i in range(3):
+                    found[1 + i] = best[1][i]
+                    found[4 + i] = best[2][i]
+                if found[0] <= enough:
+                    return

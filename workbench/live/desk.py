@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from itertools import chain, count, cycle
 from pathlib import Path
@@ -18,7 +19,13 @@ from workbench.files.study.reader import load_study
 from workbench.files.study.saving import ChangedFileError, read_text
 from workbench.files.yaml_changes import SharedValueError
 from workbench.live.following import Following
-from workbench.live.frames import answer_frame, hello_frame, verdict_frame, waiting_frame
+from workbench.live.frames import (
+    answer_frame,
+    hello_frame,
+    sight_frame,
+    verdict_frame,
+    waiting_frame,
+)
 from workbench.live.looking import looking_verbs
 from workbench.live.protocol import VERBS, Question, packed
 from workbench.live.replies import Made, Replies, Work
@@ -36,6 +43,7 @@ from workbench.study.bench.motions import (
 from workbench.study.bench.near import Tolerances
 from workbench.study.bench.placing import Placement, placed_people
 from workbench.study.bench.saving import save
+from workbench.study.bench.sights import people_here, sight_verdicts
 from workbench.study.bench.state import Arrangement, OpenStudy, arranged_study, open_study
 from workbench.study.people import Present, present_people
 
@@ -74,6 +82,18 @@ class Judgement:
     seat: tuple[float, float] | None = None
     """Where the seat of the one who stands for the population is, forward and up [m]."""
     motions_known: MotionsJudged | None = None
+    placement: Placement | None = None
+    """Where the people of the state are, where that is known."""
+
+    def sights(self) -> Iterator[bytes]:
+        """Judge what the people of the state see from where they are, in any thread: a frame for each
+        criterion. What cannot be judged is reported once the state rests."""
+        if self.placement is None or not self.opened.cases:
+            return
+        with suppress(WorkbenchError):
+            here = people_here(self.opened, self.placement)
+            for one in sight_verdicts(self.opened, self.arrangement, here):
+                yield sight_frame(one, here, self.generation)
 
     def made(self) -> Judged | str | None:
         """Judge the state, in any thread; why it cannot be judged, in words; None where the study
@@ -300,6 +320,9 @@ class Desk:
     def judgement(self) -> Judgement:
         """What is to be judged now."""
         seat = None
+        placement = self.shown.placement if self.shown is not None else None
+        if placement is not None and placement.arrangement is not self.live:
+            placement = None
         if self.opened.crowd is not None and self.shown is not None:
             person = self.shown.people[self.opened.crowd].person
             seat = person.forward, person.up
@@ -310,6 +333,7 @@ class Desk:
             following=self.following,
             seat=seat,
             motions_known=self.motions_judged,
+            placement=placement,
         )
 
     def take(self, judgement: Judgement, found: Judged | str | None) -> list[bytes]:

@@ -15,8 +15,8 @@ __all__ = ["place_of_finding"]
 def place_of_finding(finding: Finding, there: Present) -> tuple[float, float, float] | None:
     """Find the place [m] in the world that a finding about a posture is to be looked at.
 
-    Findings of reach and of pedals begin their target with the control, those of eye heights with
-    the point; those of joint stops name the joint as their subject, those of a view over parts the eyes.
+    Findings of reach and of pedals are about a control, those of eye heights about a point; those of
+    joint stops name the joint as their subject, those of a view over parts the eyes.
 
     Parameters
     ----------
@@ -30,12 +30,11 @@ def place_of_finding(finding: Finding, there: Present) -> tuple[float, float, fl
     """
     if finding.point is not None:
         return finding.point
-    lead = finding.target.partition(" in zone ")[0].partition(", limited by ")[0]
     for control in there.environment.controls:
-        if control.name == lead:
+        if control.name == finding.about:
             return _xyz(control.at)
-    if lead in there.environment.points:
-        return _xyz(there.environment.points[lead])
+    if finding.about in there.environment.points:
+        return _xyz(there.environment.points[finding.about])
     for situation in (one for cases in there.situations for one in cases):
         body = situation.body
         asked = (situation.work.name, situation.place.role) == (finding.case, finding.person)

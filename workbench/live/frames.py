@@ -44,6 +44,7 @@ __all__ = [
     "near_row",
     "part_shifts",
     "people_frame",
+    "sight_frame",
     "verdict_frame",
     "waiting_frame",
 ]
@@ -306,6 +307,12 @@ def verdict_frame(
     )
 
 
+def sight_frame(verdict: Verdict, here: Present, generation: int) -> bytes:
+    """Pack a verdict of what is seen from where the people of a state are now."""
+    row = _verdict(verdict, here)
+    return packed({"kind": "sight", "generation": generation, "row": row | {"now": True}})
+
+
 def _verdict(verdict: Verdict, there: Present | None) -> dict[str, Any]:
     """A verdict in words, its margin in mm or degrees, and where to look at it."""
     worst = verdict.worst
@@ -322,6 +329,7 @@ def _verdict(verdict: Verdict, there: Present | None) -> dict[str, Any]:
         "person": "",
         "point": None,
         "time": None,
+        "now": False,
     }
     if worst is None:
         return row

@@ -21,6 +21,7 @@ from workbench.live.playing import WINDOW, Frames, Gaps, MotionScene, Near
 from workbench.live.protocol import Question, packed
 from workbench.live.replies import Made, Replies, Work
 from workbench.live.saved_state import SavedState
+from workbench.live.seeing import Colours, FieldWork
 from workbench.model.envelope import ReachTask
 from workbench.model.moves import Move
 from workbench.study.bench.answers import Answer
@@ -65,6 +66,17 @@ def looking_verbs(desk: Desk, *, placement: Callable[[], Answer]) -> Mapping[str
         shown = placement().placement.parts.environment
         return _later(question, SavedState(desk.opened, saved, shown))
 
+    colours: Colours = {}
+
+    def field(question: Question) -> Replies:
+        given = question.given
+        shown = placement().placement
+        shown.arrangement.row(given["person"])  # a name that nobody has is refused at once
+        toward = _point(given["toward"])
+        number = desk.generation
+        what = given["person"], toward, given["within"], given["fine"], colours
+        return _later(question, FieldWork(desk.opened, shown, number, *what))
+
     def film(question: Question) -> Replies:
         return _film(desk, placement().placement, question)
 
@@ -80,7 +92,8 @@ def looking_verbs(desk: Desk, *, placement: Callable[[], Answer]) -> Mapping[str
         "ready": _ready,
     }
     work = {name: bound(verb) for name, verb in later.items()}
-    return {"measure": measure, "ghost": ghost, "film": film, "film_end": _film_end, **work}
+    own = {"measure": measure, "ghost": ghost, "field": field, "film": film}
+    return {**own, "film_end": _film_end, **work}
 
 
 def _measure(desk: Desk, placement: Placement, question: Question) -> Replies:

@@ -260,6 +260,12 @@ VERBS: Verbs = {
         "zone": Taken("1, 2 or 3", one_valid(*ZONES), 1, needed=False),
         "obstacles": Taken("true or false", is_flag, True, needed=False),
     },
+    "field": {
+        "person": _PERSON,
+        "toward": Taken("three numbers", is_point),
+        "within": Taken("30, 60, 90 or 180", one_valid(30, 60, 90, 180), 60, needed=False),
+        "fine": Taken("true or false", is_flag, False, needed=False),
+    },
     "motion": {"case": _MOTION},
     "frames": {"case": _MOTION, "from": _FRAME, "to": _FRAME},
     "gaps": {"case": _MOTION},

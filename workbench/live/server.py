@@ -3,7 +3,7 @@
 The loop of the server calls no engine. One thread does what is asked, in order; another makes bodies
 and predictions beforehand, a third judges the state once it rests, a fourth makes motions, envelopes
 and what else takes long to look at, a fifth waits for the process that makes films. Two more are for a population: it is followed while
-something is dragged, and settled once that rests. What fails in one of them is reported to the pages,
+something is dragged, and settled once that rests. One judges what is seen at each change. What fails in one of them is reported to the pages,
 and it goes on.
 """
 
@@ -91,6 +91,7 @@ PAGE = {
     "elements.js": "text/javascript; charset=utf-8",
     "envelope.js": "text/javascript; charset=utf-8",
     "eye.js": "text/javascript; charset=utf-8",
+    "field.js": "text/javascript; charset=utf-8",
     "far_painting.js": "text/javascript; charset=utf-8",
     "ghost.js": "text/javascript; charset=utf-8",
     "filming.js": "text/javascript; charset=utf-8",
@@ -177,6 +178,7 @@ class Hub:
         self.asked = asyncio.Event()
         self.changed = asyncio.Event()
         self.moved = asyncio.Event()
+        self.looked = asyncio.Event()
         self.rested = asyncio.Event()
         self.begun = asyncio.Event()
         self.works: list[tuple[Page, Work]] = []
@@ -191,6 +193,7 @@ class Hub:
         self.jobs = ThreadPoolExecutor(1, "jobs")
         self.following = ThreadPoolExecutor(cores(), "follow")
         self.settling = ThreadPoolExecutor(1, "settle")
+        self.seeing = ThreadPoolExecutor(1, "see")
         self.films = Films(lambda error: fault_frame(None, words_of(error)))
 
     @property
@@ -206,6 +209,7 @@ class Hub:
             self.films.make,
             self.follow,
             self.settle,
+            self.see,
             self.watch,
         )
 
@@ -238,6 +242,7 @@ class Hub:
             self.jobs,
             self.following,
             self.settling,
+            self.seeing,
         ):
             pool.shutdown(wait=False, cancel_futures=True)
         self.films.end()
@@ -439,6 +444,17 @@ class Hub:
                 sent = loop.time()
                 await self.send(Replies(everybody=self.people_frames(asked)))
 
+    async def see(self) -> None:
+        """Judge what is seen in each change, also while something is dragged; of a drag the newest
+        counts, once all criteria have had their turn."""
+        loop = asyncio.get_running_loop()
+        await self.looked.wait()
+        self.looked.clear()
+        asked = await self.at_desk(self.study.judgement)
+        sights = asked.sights()
+        while frame := await loop.run_in_executor(self.seeing, next, sights, None):
+            await self.send(Replies(everybody=[frame]))
+
     def people_frames(self, asked: Judgement) -> list[bytes]:
         """What is known of a population in a state; nothing where the state is another by now."""
         if asked.generation != self.study.generation:
@@ -457,8 +473,8 @@ class Hub:
             for frame in (*replies.everybody, *own):
                 page.put(frame)
         if replies.changed:
-            self.changed.set()
-            self.moved.set()
+            for one in (self.changed, self.moved, self.looked):
+                one.set()
 
     async def serve_socket(self, opened: WebSocket) -> None:
         """Serve one page as long as it is open."""

@@ -415,6 +415,14 @@ def stack_bodies(bodies: Sequence[Body]) -> Body:
 
     Its name, description and topology are those of the first. UsageError where there is no body, or
     where two have different topologies.
+
+    Examples
+    --------
+    >>> import workbench as wb
+    >>> woman = wb.load_body("adult_female")
+    >>> people = wb.stack_bodies([woman, wb.scale(woman, {"stature": 1.525})])
+    >>> people.radius.shape  # people, spheres
+    (2, 409)
     """
     if not bodies:
         raise UsageError("bodies: expected one at least, got none")

@@ -48,7 +48,8 @@ class Criterion:
     Of rules of sight besides: mirrors; parts: of an outline none, the pillar, what the forward field
     exempts, the sides of the vehicle of mirrors, what mirrors instruments; side: of the driver or of
     the seat, "left" or "right"; points of the environment: eye_point to look from instead of the
-    eyes, r_point of the seat, ground at its height; wheel: its parts.
+    eyes, r_point of the seat, ground at its height; wheel: its parts, and inside_wheel
+    what is seen inside its rim, exempt of a forward field where the wheel is low enough.
     """
 
     name: str
@@ -81,6 +82,7 @@ class Criterion:
     r_point: str = ""
     ground: str = ""
     wheel: tuple[str, ...] = ()
+    inside_wheel: tuple[str, ...] = ()
     of: tuple[str, ...] = ()
     cases: tuple[str, ...] = ()
 

@@ -1,9 +1,9 @@
-"""Figures as they are read: a tenth of a millimetre or a degree, and finer where a tenth hides a
+"""Figures and names as they are read: a tenth of a millimetre or a degree, and finer where a tenth hides a
 difference."""
 
 from __future__ import annotations
 
-__all__ = ["tenths"]
+__all__ = ["plain", "tenths"]
 
 FINEST = 6
 """Decimals at most: a nanometre in millimetres, below which nothing counts as a breach."""
@@ -21,3 +21,8 @@ def tenths(value: float, limit: float = 0.0) -> str:
             return text
     text = f"{value:.1f}"
     return text[1:] if text == "-0.0" else text
+
+
+def plain(name: str) -> str:
+    """A name from a file as words of a sentence."""
+    return " ".join(name.replace("_", " ").split())

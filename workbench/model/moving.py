@@ -24,6 +24,15 @@ def between(start: Poses, end: Poses, at: ArrayLike) -> Poses:
     exactly half a turn goes the way its end quaternion's sign says: the rotation conj(start) end as
     it stands; the reference segment's is the one whose largest component is positive. InputError
     where the poses do not belong together.
+
+    Examples
+    --------
+    >>> import workbench as wb
+    >>> body = wb.load_body("bubbleman")
+    >>> down, up = wb.pose(body, {}), wb.pose(body, {"RS": {"flexion": 90}})
+    >>> half = wb.between(down, up, 0.5)
+    >>> wb.place(body, half).centres.shape
+    (1, 399, 3)
     """
     check_pairs(start, end)
     fraction = _fractions(at, len(start))

@@ -20,6 +20,7 @@ from workbench.model.body import Body
 from workbench.model.environment import Adjustment, Environment
 from workbench.model.population import Population
 from workbench.model.poses import Placed, Poses
+from workbench.model.reason import Reason
 from workbench.model.short_repr import short_repr
 from workbench.model.study import Study
 from workbench.model.workplace import Workplace
@@ -178,7 +179,7 @@ class PopulationFound:
         outside and inside its spheres; the margin itself where it does not depend on the surface,
         NaN where the fit error of the body is not known.
     reason, reasons
-        (P, R) index into `reasons`, what limits in words; -1 where nothing does.
+        (P, R) index into `reasons`, what limits; -1 where nothing does.
     seat, comfortable
         (P, 2) [m] that position and the comfortable one, forward and up.
     window
@@ -194,9 +195,9 @@ class PopulationFound:
         whom all is met.
     shares
         Who fits, by group.
-    single, without, alone
-        (R,) the share that meets a requirement in the position of the margins; that would fit if it
-        were dropped; that is left out by nothing but it.
+    single, only, without
+        (R,) the share that meets a requirement in the position of the margins; that misses it there
+        and nothing else; that would fit, in whatever position, if it were dropped.
     spread
         (R, 5) [m] margins at 1, 5, 50, 95 and 99 % of the (weighted) people.
     tried
@@ -222,7 +223,7 @@ class PopulationFound:
     low: Floats
     high: Floats
     reason: Ints
-    reasons: tuple[str, ...]
+    reasons: tuple[Reason, ...]
     seat: Floats
     comfortable: Floats
     window: Floats
@@ -232,7 +233,7 @@ class PopulationFound:
     shares: tuple[GroupShare, ...]
     single: Floats
     without: Floats
-    alone: Floats
+    only: Floats
     spread: Floats
     hardest: tuple[int, ...]
     tried: tuple[TriedChange, ...]

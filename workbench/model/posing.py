@@ -46,6 +46,14 @@ def pose(
     placed segment (default: the stage); position [m] of its origin; attitude (3, 3): world from
     reference rotation, identity where None. rotation = exp(swing vector) exp(twist), the angles of
     an axis being its component of the swing vector. InputError for unknown joints and motions.
+
+    Examples
+    --------
+    >>> import workbench as wb
+    >>> body = wb.load_body("bubbleman")
+    >>> poses = wb.pose(body, {"RS": {"flexion": 90}}, position=(0, 0, 1))
+    >>> wb.place(body, poses).centres.shape  # poses, spheres, x y z
+    (1, 399, 3)
     """
     quaternion = compose(body, _swings(body, angles))
     for name, given in (rotations or {}).items():
@@ -94,7 +102,16 @@ def _position(given: Sequence[float]) -> Floats:
 
 
 def join_poses(rows: Sequence[Poses]) -> Poses:
-    """One batch from several; they must name the same reference segment."""
+    """One batch from several; they must name the same reference segment.
+
+    Examples
+    --------
+    >>> import workbench as wb
+    >>> body = wb.load_body("bubbleman")
+    >>> rows = [wb.pose(body, {"RS": {"flexion": angle}}) for angle in (0, 45, 90)]
+    >>> wb.place(body, wb.join_poses(rows)).centres.shape
+    (3, 399, 3)
+    """
     if not rows:
         raise InputError("no poses to join")
     if len({row.reference for row in rows}) > 1:

@@ -12,8 +12,9 @@ from workbench.model.arrays import Bools, Floats, Ints, frozen
 from workbench.model.body import Body
 from workbench.model.poses import Poses, people_of
 from workbench.model.posing import compose
+from workbench.model.reason import NO_REASON, TOO_SHORT, Reason
 
-__all__ = ["DOUBTS", "MOST_SPARE", "Reach", "join_reaches", "limit_words"]
+__all__ = ["DOUBTS", "MOST_SPARE", "Reach", "join_reaches", "stop_reason"]
 
 DOUBTS = (
     "not in doubt",
@@ -116,15 +117,20 @@ class Reach:
         world = self.held.world_from_reference[rows]
         return Poses(rotations, self.held.reference, world, person=person)
 
+    def reason(self, row: int, target: int) -> Reason:
+        """What limits a reach: a part, a stop, or the length of the limb; `NO_REASON` where the
+        target is reached."""
+        if self.reached[row, target]:
+            return NO_REASON
+        if self.part[row, target] >= 0:
+            return Reason("part", self.parts[int(self.part[row, target])])
+        stop = (int(values[row, target]) for values in (self.joint, self.axis, self.side))
+        return stop_reason(self.body, stop)
+
     def limit(self, row: int, target: int) -> str:
         """What limits a reach in words: "right elbow (flexion)", "instrument_panel", "length of the
         limb"; "" where the target is reached."""
-        if self.reached[row, target]:
-            return ""
-        if self.part[row, target] >= 0:
-            return self.parts[int(self.part[row, target])]
-        stop = (int(values[row, target]) for values in (self.joint, self.axis, self.side))
-        return limit_words(self.body, stop)
+        return self.reason(row, target).text
 
 
 _NUMBERS = ("miss", "overlap", "discomfort", "extension")
@@ -160,9 +166,10 @@ def join_reaches(parts: Sequence[Reach], body: Body, held: Poses) -> Reach:
     )
 
 
-def limit_words(body: Body, stop: Iterable[int]) -> str:
-    """A stop (joint, axis, side) in words, the length of the limb where the joint is -1."""
+def stop_reason(body: Body, stop: Iterable[int]) -> Reason:
+    """A stop (joint, axis, side) as what limits, the length of the limb where the joint is -1."""
     joint, axis, side = stop
     if joint < 0:
-        return "length of the limb"
-    return f"{body.joint_names[joint]} ({body.stops.motions[joint][axis][side].replace('_', ' ')})"
+        return TOO_SHORT
+    motion = body.stops.motions[joint][axis][side].replace("_", " ")
+    return Reason("stop", f"{body.joint_names[joint]} ({motion})")

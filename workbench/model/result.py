@@ -35,6 +35,7 @@ from workbench.model.motion_case import (
 )
 from workbench.model.population_found import PopulationFound
 from workbench.model.poses import Placed, Poses
+from workbench.model.reason import Reason
 from workbench.model.short_repr import short_repr
 from workbench.model.study import Role, Study
 
@@ -76,6 +77,8 @@ class Finding:
         When [s], NaN of a posture.
     source
         The rule set that a figure is made with, and which of its values are not sure; "" of others.
+    about
+        The control or point of the environment that the target is, "" of others.
     sphere, polygon, other_sphere
         The sphere of the body that is nearest or farthest, and what is nearest to it: the polygon
         of the part (by its number in the part), or the sphere of the other limb; -1 where there is
@@ -97,6 +100,7 @@ class Finding:
     polygon: int = -1
     other_sphere: int = -1
     source: str = ""
+    about: str = ""
 
     __repr__ = short_repr
 
@@ -118,7 +122,7 @@ class ControlReach:
     best.
 
     miss [m]: how far the grip stays from it, overlap [m]: how far obstacles are still entered
-    there; limit: what limits it, in words; spare [m]: how much farther out from the shoulder or hip
+    there; limit: what limits it; spare [m]: how much farther out from the shoulder or hip
     the limb would get, 0.2 at most and obstacles aside, None where it is missed or no criterion asks
     for it in this zone; discomfort as in `Reach`. doubt: one of DOUBTS, how a doubt ended that
     obstacles raised. case: the name of the case whose posture it begins from; hand: the one that was
@@ -133,7 +137,7 @@ class ControlReach:
     reached: bool
     miss: float
     overlap: float
-    limit: str
+    limit: Reason
     spare: float | None
     discomfort: float
     doubt: str

@@ -57,6 +57,14 @@ def balance(placed: Placed) -> Balance:
     ------
     InputError
         If the body has no mass, or no feet.
+
+    Examples
+    --------
+    >>> import workbench as wb
+    >>> body = wb.load_body("bubbleman")
+    >>> standing = wb.place(body, wb.pose(body, {}))
+    >>> float(wb.balance(standing).margin[0].round(3))  # [m] inside the soles
+    0.029
     """
     centre = centre_of_mass(placed)
     support = tuple(support_polygon(sole_points(placed, row)) for row in range(len(placed)))

@@ -88,6 +88,16 @@ def stops(body: Body, poses: Poses) -> StopMargins:
     StopMargins
         Margins (P, J) [rad], the motions that limit, and rotations (P, J, 4). A joint of a missing
         limb, beyond which no sphere is, has no stop.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import workbench as wb
+    >>> body = wb.load_body("bubbleman")
+    >>> kneeling = wb.pose(body, {"RK": {"flexion": 90}, "LK": {"flexion": 170}})
+    >>> margin = np.degrees(wb.stops(body, kneeling).margin[0])
+    >>> [round(margin[body.joints.index(knee)]) for knee in ("RK", "LK")]  # degrees to the stop
+    [45, -35]
     """
     angles = angles_of(body, poses)
     limits = stop_limits(body, angles)

@@ -49,12 +49,13 @@ def _shares(found: PopulationFound) -> Iterable[str]:
         (
             found.requirements[r].name,
             percent(float(found.single[r]), count),
-            percent(float(found.alone[r]), count),
+            percent(float(found.only[r]), count),
+            percent(float(found.without[r]), count),
         )
         for r in order
     )
     if order:
-        yield _table(("requirement", "met by", "alone leaves out"), rows)
+        yield _table(("requirement", "met by", "only this missed by", "fit without it"), rows)
     others = len(found.requirements) - len(order)
     yield f"<p>{others} of {len(found.requirements)} requirements are met by everybody.</p>"
 

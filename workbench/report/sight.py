@@ -11,11 +11,13 @@ from workbench.draw.chart import Chart, chart_svg
 from workbench.draw.directions import Outlook, direction_chart
 from workbench.draw.eye_view import outlook, ruled
 from workbench.draw.ground_plan import ground_level, ground_plan
+from workbench.draw.mirror_plan import mirror_plan
 from workbench.draw.scene import Scene
 from workbench.errors import InputError, UsageError
 from workbench.model.criterion import Criterion
 from workbench.report.section import Section
 from workbench.report.templates import template
+from workbench.study.checks.sight_rules import asked_ground
 
 __all__ = ["Beheld", "sight_sections"]
 
@@ -82,8 +84,35 @@ def _figures(one: Beheld, asked: Sequence[Criterion]) -> Iterator[dict[str, obje
         if environment is not None and "ground" in environment.points:
             plan = ground_plan(seen, ground_level(environment), width=_WIDTH, height=_HEIGHT)
             yield _figure(one.words, plan)
+        for criterion in asked:
+            if criterion.check == "mirror" and environment is not None:
+                yield _figure(f"{one.words}: {criterion.name}", _mirrors(one, seen, criterion))
     except (InputError, UsageError) as error:
         yield {"svg": "", "caption": f"{one.words}: {error}"}
+
+
+def _mirrors(one: Beheld, seen: Outlook, criterion: Criterion) -> Chart:
+    """The ground in the mirrors of a criterion, from the eyes that it is about."""
+    environment = one.scene.environment
+    assert environment is not None
+    assert criterion.rule_set is not None
+    if criterion.eye_point:
+        seen = outlook(Scene((), environment), (), criterion.eye_point)
+    eye = seen.eyes.middle[0]
+    mirrors = [environment.mirror(name) for name in criterion.mirrors]
+    return mirror_plan(
+        seen,
+        environment,
+        environment.points[criterion.ground][2],
+        required={
+            mirror.name: asked_ground(environment, criterion, mirror, eye) for mirror in mirrors
+        },
+        source=criterion.rule_set.told(
+            *dict.fromkeys(f"field_{mirror.field}" for mirror in mirrors)
+        ),
+        width=_WIDTH,
+        height=_HEIGHT,
+    )
 
 
 def _outline(one: Beheld, seen: Outlook, criterion: Criterion) -> Chart:

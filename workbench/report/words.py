@@ -21,7 +21,7 @@ from workbench.model.reach import MOST_SPARE
 from workbench.model.result import Finding, PersonFound, Verdict
 from workbench.model.stops import motion_words
 from workbench.model.units import UNITS
-from workbench.study.checks.sight import FACE
+from workbench.study.checks.sight import BEYOND, FACE
 from workbench.study.settings import setting_text
 
 __all__ = [
@@ -191,8 +191,8 @@ def _nose_words(finding: Finding) -> str:
 def _pillar_words(finding: Finding) -> str:
     """Of the angle that a pillar hides from both eyes."""
     hides = degrees(-finding.value, -finding.limit)
-    cuts = f"; its upper and its lower cut alone {finding.target}"
-    return f"{finding.subject} hides {hides} from both eyes{_against(finding, degrees)}{cuts}"
+    against = _against(finding, degrees)
+    return f"{finding.subject} hides {hides} from both eyes{against}; {finding.target}"
 
 
 def _field_words(finding: Finding) -> str:
@@ -207,9 +207,8 @@ def _field_words(finding: Finding) -> str:
 def _reflection_words(finding: Finding) -> str:
     """Of the share of an instrument that is mirrored where the view must be clear."""
     share = f"{-100 * finding.value + 0.0:.0f} % of {finding.subject}"
-    where = f" by {finding.target}" if finding.target else ""
     allowed = f" ({-100 * finding.limit:g} % allowed)" if finding.limit else ""
-    return f"{share} is mirrored{where} inside the outline{allowed}"
+    return f"{share} is {finding.target or 'mirrored'} inside the outline{allowed}"
 
 
 def _share_words(finding: Finding, what: str) -> str:
@@ -236,7 +235,7 @@ def _share_against(finding: Finding) -> str:
 
 def _kept_words(why: str) -> str:
     """ "; left_stick hides 30 %", "" where nothing hides anything."""
-    return f"; it is {why}" if why.startswith(("turned", "beyond")) else f"; {why}" if why else ""
+    return f"; it is {why}" if why == BEYOND.text else f"; {why}" if why else ""
 
 
 def _reads_words(finding: Finding) -> str:
@@ -245,7 +244,8 @@ def _reads_words(finding: Finding) -> str:
         return _sees_words(finding)
     if finding.unit == "arcmin":
         lead = f"the characters of {finding.subject} are seen at"
-        return f"{lead} {minutes(finding.value, finding.limit)}{_against(finding, minutes)}"
+        size = minutes(abs(finding.value), abs(finding.limit))
+        return f"{lead} {size}{_against(finding, minutes)}"
     if finding.target == FACE:
         lead = f"{finding.subject} is looked at, from its face, at"
         return f"{lead} {degrees(finding.value, finding.limit)}{_against(finding, degrees)}"

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from workbench.errors import InputError
-from workbench.model.arrays import Floats, freeze_fields, frozen
+from workbench.model.arrays import Floats, Ints, freeze_fields, frozen
 from workbench.model.body import Body
 from workbench.model.poses import Placed
 from workbench.model.quaternions import exponential, rotate
@@ -36,6 +36,8 @@ from it, 65 mm apart."""
 _ROUNDS = 60
 """Steps of `gaze`. Each leaves a part of the error that is the distance of the eyes from the pivot
 over that of the target."""
+_STILL = 1e-12
+"""[rad] A head that turns by less from round to round has found its place."""
 _TOLERANCE = 1e-6
 """Angle [rad] by which a turn may miss its limit and count as within it."""
 
@@ -68,6 +70,10 @@ class Eyes:
 
     def __len__(self) -> int:
         return len(self.left)
+
+    def rows(self, keep: Ints | slice) -> Eyes:
+        """Return the eyes of some people, in their order."""
+        return Eyes(self.left[keep], self.right[keep], self.axes[keep], self.pivot[keep])
 
     @property
     def middle(self) -> Floats:
@@ -118,6 +124,15 @@ def eyes_of(placed: Placed) -> Eyes:
     ------
     InputError
         If the body has no eyes.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import workbench as wb
+    >>> body = wb.load_body("bubbleman")
+    >>> eyes = wb.eyes_of(wb.place(body, wb.pose(body, {})))
+    >>> round(1000 * float(np.linalg.norm(eyes.left - eyes.right)))  # [mm] from pupil to pupil
+    64
     """
     body = placed.body
     head = head_of(body)
@@ -154,6 +169,13 @@ def given_eyes(
     ------
     InputError
         If points, direction or spacing are not finite, or the direction is straight up or down.
+
+    Examples
+    --------
+    >>> import workbench as wb
+    >>> eyes = wb.given_eyes([0, 0, 1.2])
+    >>> eyes.left, eyes.right  # 65 mm apart
+    (array([[0.    , 0.0325, 1.2   ]]), array([[ 0.    , -0.0325,  1.2   ]]))
     """
     points = np.atleast_2d(np.asarray(middle, dtype=np.float64))
     forward = np.asarray(ahead, dtype=np.float64)
@@ -261,6 +283,14 @@ def gaze(eyes: Eyes, target: ArrayLike, limits: Limits = TURNS) -> Gaze:
     ------
     InputError
         If a target is not finite, or at the eyes themselves.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import workbench as wb
+    >>> found = wb.gaze(wb.given_eyes([0, 0, 1.2]), [1, 1, 1.2])  # 45 degrees to the left
+    >>> np.degrees(found.eye_turn).round(1), np.degrees(found.head_turn).round(1)
+    (array([[15. , 14.7]]), array([[28.4,  0. ]]))
     """
     shape = (3,) if np.ndim(target) < 2 else (len(eyes), 3)
     goal = np.broadcast_to(frozen(target, np.float64, shape, "gaze: target"), (len(eyes), 3))
@@ -270,9 +300,15 @@ def gaze(eyes: Eyes, target: ArrayLike, limits: Limits = TURNS) -> Gaze:
     low = np.array([-limits.head_side, -limits.head_down])
     high = np.array([limits.head_side, limits.head_up])
     head = np.zeros((len(eyes), 2))
+    turning = np.arange(len(eyes))
     for _ in range(_ROUNDS):
-        whole = head + _eye_turn(_turned(eyes, head), goal, limits.line_down)
-        head = np.clip(whole - np.clip(whole, -limits.easy, limits.easy), low, high)
+        before = head[turning]
+        turned = _turned(eyes.rows(turning), before)
+        whole = before + _eye_turn(turned, goal[turning], limits.line_down)
+        head[turning] = np.clip(whole - np.clip(whole, -limits.easy, limits.easy), low, high)
+        turning = turning[(np.abs(head[turning] - before) > _STILL).any(axis=1)]
+        if not len(turning):
+            break
     found = _turned(eyes, head)
     turn = _eye_turn(found, goal, limits.line_down)
     least = np.array([-limits.eye_side, -limits.eye_down])

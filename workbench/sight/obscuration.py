@@ -127,15 +127,27 @@ def obscuration(
     ------
     InputError
         If an eye is inside a solid part or a sphere, or the step is not 0.02 to 45 degrees.
+
+    Examples
+    --------
+    >>> import workbench as wb
+    >>> trainer = wb.load_environment("trainer")
+    >>> eyes = wb.given_eyes(trainer.points["left_design_eye"])
+    >>> hidden = wb.obscuration(wb.scenery_of(trainer), eyes, step=0.02)
+    >>> frame = hidden.names.index("canopy_frame")
+    >>> f"{hidden.either[frame]:.2f} sr"
+    '0.73 sr'
     """
     row = check_index("row", row, len(eyes))
     region = WHOLE if within is None else within
     n = pixels_of(step)
+    pieces = _pieces(region, n)
+    faces = sorted({one.face for one in pieces})
     left, right = (
-        shapes_before(scenery, eye[row], row, n, FACES) for eye in (eyes.left, eyes.right)
+        dict(zip(faces, shapes_before(scenery, eye[row], row, n, FACES[faces]), strict=True))
+        for eye in (eyes.left, eyes.right)
     )
     weight, before = pixel_weights(n)
-    pieces = _pieces(region, n)
     count = len(scenery.names) + 2
     opaque = np.zeros((len(pieces), count, 3))
     clear = np.zeros((len(pieces), count, 3))

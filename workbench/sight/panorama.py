@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 
 from workbench.errors import InputError
 from workbench.geometry.clipping import clip_triangles
-from workbench.model.arrays import Floats, Ints
+from workbench.model.arrays import Bools, Floats, Ints
 from workbench.sight.kernels.bands import FaceShapes, Items, fill_bands
 from workbench.sight.scenery import Scenery, check_eye
 from workbench.threads import in_pieces
@@ -26,7 +26,9 @@ __all__ = [
     "PIECES",
     "STEP",
     "Panorama",
+    "bands_of",
     "face_directions",
+    "face_pixels",
     "panorama",
     "pixel_weights",
     "pixels_of",
@@ -103,15 +105,27 @@ class Panorama:
     def pixels(self, directions: ArrayLike) -> tuple[Ints, Ints, Ints]:
         """Return face, row and column (...) of the pixels in directions (..., 3)."""
         way = np.asarray(directions, dtype=np.float64) @ self.axes.T
-        ahead = np.stack([way @ face[2] for face in FACES], axis=-1)
-        face = np.argmax(ahead, axis=-1)
-        depth = np.take_along_axis(ahead, face[..., None], axis=-1)[..., 0]
-        n = self.item.shape[1]
-        right = np.sum(way * FACES[face, 0], axis=-1) / depth
-        above = np.sum(way * FACES[face, 1], axis=-1) / depth
-        column = np.clip(((1.0 + right) * (n / 2.0)).astype(np.int64), 0, n - 1)
-        row = np.clip(((1.0 - above) * (n / 2.0)).astype(np.int64), 0, n - 1)
-        return face, row, column
+        return face_pixels(way, self.item.shape[1])
+
+
+def face_pixels(way: Floats, n: int) -> tuple[Ints, Ints, Ints]:
+    """Return face, row and column (...) of the pixels, n along a face, in directions (..., 3) in the
+    axes of the faces."""
+    ahead = np.stack([way @ face[2] for face in FACES], axis=-1)
+    face = np.argmax(ahead, axis=-1)
+    depth = np.take_along_axis(ahead, face[..., None], axis=-1)[..., 0]
+    right = np.sum(way * FACES[face, 0], axis=-1) / depth
+    above = np.sum(way * FACES[face, 1], axis=-1) / depth
+    column = np.clip(((1.0 + right) * (n / 2.0)).astype(np.int64), 0, n - 1)
+    row = np.clip(((1.0 - above) * (n / 2.0)).astype(np.int64), 0, n - 1)
+    return face, row, column
+
+
+def bands_of(face: Ints, row: Ints, n: int) -> Bools:
+    """Return which bands (6, N) of rows of faces hold some pixels, given by face and row (...)."""
+    bands = np.zeros((6, -(-n // BAND)), dtype=np.bool_)
+    bands[face, row // BAND] = True
+    return bands
 
 
 @lru_cache(maxsize=4)
@@ -155,8 +169,9 @@ def panorama(
     row: int = 0,
     step: float = STEP,
     axes: ArrayLike | None = None,
+    bands: Bools | None = None,
 ) -> Panorama:
-    """Look in every direction from one eye.
+    """Look in every direction from one eye, or in some.
 
     Parameters
     ----------
@@ -170,6 +185,8 @@ def panorama(
         Largest width [rad] of a pixel. What is thinner may be missed.
     axes
         (3, 3) forward, left, up of the faces as rows; the world's if None.
+    bands
+        (6, N) of `bands_of`: which rows of the faces are filled; all if None. The others have -1.
 
     Raises
     ------
@@ -178,19 +195,21 @@ def panorama(
     """
     frame = np.eye(3) if axes is None else np.asarray(axes, dtype=np.float64)
     n = pixels_of(step)
-    shapes = shapes_before(scenery, eye, row, n, FACES @ frame)
-    item = np.empty((6, n, n), dtype=np.int32)
-    glass = np.empty((6, n, n), dtype=np.int32)
-    rows = -(-n // PIECES)
+    wanted = np.ones((6, -(-n // BAND)), dtype=np.bool_) if bands is None else bands
+    faces = np.flatnonzero(wanted.any(axis=1))
+    shapes = shapes_before(scenery, eye, row, n, FACES[faces] @ frame)
+    item = np.full((6, n, n), -1, dtype=np.int32)
+    glass = np.full((6, n, n), -1, dtype=np.int32)
+    face_of, band = np.nonzero(wanted[faces])
 
     def work(begin: int, end: int) -> None:
         for k in range(begin, end):
-            face, piece = divmod(k, PIECES)
-            first = min(piece * rows, n)
-            last = min(first + rows, n)
-            fill_bands(shapes[face], first, last, BAND, item[face], glass[face])
+            face = faces[face_of[k]]
+            first = BAND * int(band[k])
+            last = min(first + BAND, n)
+            fill_bands(shapes[face_of[k]], first, last, BAND, item[face], glass[face])
 
-    in_pieces(work, 6 * PIECES, 1)
+    in_pieces(work, len(band), -(-len(band) // (6 * PIECES)))
     return Panorama(scenery.names, np.asarray(eye, dtype=np.float64), frame, item, glass)
 
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 
@@ -149,6 +151,7 @@ def scenery_of(
     *,
     moving: tuple[str, ...] = (),
     displacement: Floats | None = None,
+    without: Bools | None = None,
 ) -> Scenery:
     """Collect what may hide something from the eyes of B people.
 
@@ -165,6 +168,8 @@ def scenery_of(
         Other people by name, in one pose or in B; their segments are "co-pilot's left hand".
     moving, displacement
         Names of the parts that go along with each person's seat, and by how much, (B, 3) [m].
+    without
+        (S,) spheres of the own body that hide nothing; none if None.
 
     Raises
     ------
@@ -173,7 +178,7 @@ def scenery_of(
     UsageError
         If numbers of poses differ.
     """
-    people = [] if placed is None else [_own(placed)]
+    people = [] if placed is None else [_own(placed, without)]
     people += [_spheres_of(other, f"{name}'s") for name, other in (others or {}).items()]
     if displacement is not None:
         displacement = frozen(displacement, np.float64, (None, 3), "scenery: displacement")
@@ -196,9 +201,13 @@ def scenery_of(
         flags[0, :count] = environment.see_through
         flags[1, :count] = environment.solid & ~environment.hidden
         flags[2, [environment.part_index(name) for name in moving]] = True
+    shown = _shown_triangles(environment)
+    item_ball = np.zeros((len(names), 4))
+    item_ball[:count] = shown.item_ball
     return Scenery(
         names,
-        *_shown_triangles(environment),
+        shown.corners,
+        shown.item,
         flags[0],
         flags[1],
         np.concatenate(centre, axis=1),
@@ -206,17 +215,35 @@ def scenery_of(
         np.concatenate(sphere_item),
         flags[2],
         np.broadcast_to(np.zeros(3) if displacement is None else displacement, (rows, 3)),
+        shown.ball,
+        item_ball,
     )
 
 
-def _shown_triangles(environment: Environment | None) -> tuple[Floats, Ints]:
-    """Corners (T, 3, 3) [m] of the triangles of parts that are not hidden, and the part (T,) of each."""
+class _Shown(NamedTuple):
+    """Corners (T, 3, 3) [m] of the triangles of the K parts that are not hidden, the part (T,) of
+    each, and the spheres (T, 4), (K, 4) [m] about triangles and parts."""
+
+    corners: Floats
+    item: Ints
+    ball: Floats
+    item_ball: Floats
+
+
+@lru_cache(maxsize=8)
+def _shown_triangles(environment: Environment | None) -> _Shown:
+    """What an environment shows: once for all who look, since only what moves depends on them."""
     if environment is None:
-        return np.zeros((0, 3, 3)), np.zeros(0, dtype=np.int64)
+        none = np.zeros(0, dtype=np.int64)
+        return _Shown(np.zeros((0, 3, 3)), none, np.zeros((0, 4)), np.zeros((0, 4)))
     counts = np.diff(environment.triangle_start[environment.part_start])
-    part = np.repeat(np.arange(len(environment.parts)), counts)
+    part = np.repeat(np.arange(len(counts)), counts)
     shown = ~environment.hidden[part]
-    return environment.vertices[environment.triangles[shown]], part[shown]
+    corners = environment.vertices[environment.triangles[shown]]
+    item = part[shown]
+    start = np.searchsorted(item, np.arange(len(environment.parts) + 1))
+    each = np.arange(len(item) + 1)
+    return _Shown(corners, item, _balls(corners, each), _balls(corners, start))
 
 
 @dataclass(frozen=True, eq=False)
@@ -240,8 +267,9 @@ def _spheres_of(placed: Placed, whose: str) -> _Spheres:
     return _Spheres(names, placed.centres, radius, body.sphere_segment)
 
 
-def _own(placed: Placed) -> _Spheres:
-    """The segments of who looks, without the head; and what is worn on it."""
+def _own(placed: Placed, without: Bools | None) -> _Spheres:
+    """The segments of who looks, without the head; and what is worn on it. without (S,): see
+    `scenery_of`."""
     body = placed.body
     found = _spheres_of(placed, "own")
     on_head = body.sphere_segment == head_of(body)
@@ -258,6 +286,8 @@ def _own(placed: Placed) -> _Spheres:
         holds |= np.linalg.norm(found.centre - eye[:, None], axis=2) <= found.radius
     radius = np.where(holds & on_head, np.nan, found.radius)
     kept = ~on_head | worn
+    if without is not None:
+        kept &= ~without
     return _Spheres(tuple(names), found.centre[:, kept], radius[:, kept], item[kept])
 
 

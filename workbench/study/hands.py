@@ -30,6 +30,8 @@ ROOM_MADE = (0.003, 0.006, 0.012, 0.024)
 """[m] How far hands keep off people who are themselves kept off their controls."""
 ROOMS = 2
 """Ways of those that were tried first, from which room is made."""
+AGAIN = 2
+"""How often those who still stay off come as near as they can beside the others as they then are."""
 SAME = 1e-4
 """[m] A hand that stays off its control by less more than alone does not for the sake of others."""
 
@@ -75,7 +77,12 @@ def _by_name(resting: Sequence[Situation], standing: Sequence[Bystander]) -> lis
     for room in ROOM_MADE:
         if min(sum(one.off) for one in tried) > 0.0:
             tried += [_tried(_with_room(resting, standing, one, room)) for one in tried[:ROOMS]]
-    return min(tried, key=lambda one: sum(one.off)).people
+    best = min(tried, key=lambda one: sum(one.off))
+    for _ in range(AGAIN):
+        if sum(best.off) > 0.0:
+            again = _tried(_with_room(resting, standing, best, 0.0))
+            best = min(best, again, key=lambda one: sum(one.off))
+    return best.people
 
 
 def _tried(people: list[Situation]) -> _Tried:

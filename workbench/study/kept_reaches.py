@@ -17,6 +17,7 @@ from workbench.model.arrays import Floats, Ints
 from workbench.model.criterion import Criterion
 from workbench.model.environment import Control, Environment
 from workbench.model.population_found import PopulationFound
+from workbench.model.reason import Reason
 from workbench.model.result import ControlReach
 
 __all__ = ["KeptReach", "kept_by_parts", "kept_of_people", "kept_of_population", "kept_words"]
@@ -76,7 +77,7 @@ def kept_by_parts(
     *,
     margin: Floats,
     reason: Ints,
-    reasons: Sequence[str],
+    reasons: Sequence[Reason],
     weight: Floats,
 ) -> list[KeptReach]:
     """Find the controls that one part keeps everybody from.
@@ -96,7 +97,7 @@ def kept_by_parts(
     for r, one in enumerate(requirements):
         if one.check != "reach" or one.target not in controls:
             continue
-        limits = np.array([reasons[code] if code >= 0 else "" for code in reason[:, r]])
+        limits = np.array([reasons[code].part if code >= 0 else "" for code in reason[:, r]])
         missed = ~met_of(margin[:, r])
         kept = missed & np.isin(limits, environment.parts)
         counted = np.where(~np.isnan(margin[:, r]), weight, 0.0)
@@ -137,15 +138,15 @@ def kept_of_people(
     kept: dict[tuple[str, str, str], KeptReach] = {}
     for row in reaches:
         wanted = any(_is_asked(criterion, row) for criterion in asked)
-        if row.reached or row.limit not in environment.parts or not wanted:
+        if row.reached or not row.limit.part or not wanted:
             continue
         control = controls[row.control]
-        beside = _touched(touching, control, row.limit)
+        beside = _touched(touching, control, row.limit.part)
         short = row.miss + row.overlap
         if beside:
             who = f"{row.person} does not reach"
-            key = who, row.control, row.limit
-            one = kept.get(key, KeptReach(who, "", control, row.limit, beside, short, short))
+            key = who, row.control, row.limit.part
+            one = kept.get(key, KeptReach(who, "", control, row.limit.part, beside, short, short))
             # in another case, zone or with the other hand it is another distance
             kept[key] = replace(one, least=min(one.least, short), most=max(one.most, short))
     return list(kept.values())

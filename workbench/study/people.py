@@ -54,7 +54,14 @@ from workbench.study.unasked import overlap_warnings, unasked_overlaps
 from workbench.study.warnings import result_warnings, seat_verdicts
 from workbench.study.workplaces import drawn_number, occupant, workplace_of
 
-__all__ = ["Present", "people_found", "person_found", "present_people"]
+__all__ = [
+    "Present",
+    "among_others",
+    "people_found",
+    "person_found",
+    "present_people",
+    "verdicts_of",
+]
 
 
 @dataclass(frozen=True, eq=False)
@@ -225,7 +232,7 @@ def people_found(study: Study, there: Present) -> PosturesFound:
         environment=environment,
         verdicts=(
             *seat_verdicts(environment, cases, people),
-            *_verdicts(study, there, reaches, cases),
+            *verdicts_of(study.criteria, there, reaches, cases),
         ),
         people=people,
         between=between,
@@ -294,41 +301,54 @@ def _joined(parts: Sequence[Clearance]) -> Clearance:
     )
 
 
-def _verdicts(
-    study: Study, there: Present, reaches: Sequence[ControlReach], cases: tuple[str, ...]
+def verdicts_of(
+    criteria: Sequence[Criterion],
+    there: Present,
+    reaches: Sequence[ControlReach],
+    cases: tuple[str, ...],
 ) -> Iterator[Verdict]:
-    """The verdicts of the criteria that are asked of single people in postures."""
+    """Judge criteria that are asked of single people in postures.
+
+    Parameters
+    ----------
+    criteria
+        Those that nobody is asked about are passed over.
+    reaches
+        What the people reach in these cases.
+    cases
+        The names of the cases that `there` has, in their order.
+    """
     names = {role.name for role in there.roles}
-    for criterion in study.criteria:
+    alone = [situation for mine in there.situations for situation in mine]
+    seeing = among_others(there) if any(one.check in OF_SIGHT for one in criteria) else []
+    for criterion in criteria:
         people = names.intersection(criterion.people)
         enough = len(names) > 1 if criterion.check == "between_people" else True
         asked = bool(people) and enough and any(criterion.asks(case) for case in cases)
-        if asked and criterion.check not in ("share", "injury"):
-            yield verdict(criterion, _findings(criterion, there, reaches), cases)
+        if not asked or criterion.check in ("share", "injury"):
+            continue
+        if criterion.check == "reach":
+            mine = reach.findings(reaches, criterion)
+            found = [finding for finding in mine if criterion.asks(finding.case)]
+        elif criterion.check == "between_people":
+            found = list(_between(criterion, there))
+        else:
+            found = findings_of(seeing if criterion.check in OF_SIGHT else alone, criterion)
+        yield verdict(criterion, found, cases)
 
 
-def _findings(
-    criterion: Criterion, there: Present, reaches: Sequence[ControlReach]
-) -> Iterator[Finding]:
-    """Everything that a criterion finds, case by case."""
-    if criterion.check == "reach":
-        found = reach.findings(reaches, criterion)
-        yield from (finding for finding in found if criterion.asks(finding.case))
-    elif criterion.check == "between_people":
-        for one, other in combinations(there.situations, 2):
-            if {one[0].place.role, other[0].place.role}.intersection(criterion.people):
-                for mine, yours in zip(one, other, strict=True):
-                    if criterion.asks(mine.work.name):
-                        yield from between_people.findings(mine, yours, criterion)
-    else:
-        every = [situation for mine in there.situations for situation in mine]
-        if criterion.check in OF_SIGHT:
-            every = _among_others(there)
-        yield from findings_of(every, criterion)
+def _between(criterion: Criterion, there: Present) -> Iterator[Finding]:
+    """What a criterion finds between each two people, case by case."""
+    for one, other in combinations(there.situations, 2):
+        if {one[0].place.role, other[0].place.role}.intersection(criterion.people):
+            for mine, yours in zip(one, other, strict=True):
+                if criterion.asks(mine.work.name):
+                    yield from between_people.findings(mine, yours, criterion)
 
 
-def _among_others(there: Present) -> list[Situation]:
-    """Everybody in every case, with the others as they are there."""
+def among_others(there: Present) -> list[Situation]:
+    """Everybody in every case, with the others as they are there: what may stand before the eyes is
+    collected once for all criteria."""
     return [
         replace(one, bystanders=tuple(as_bystander(other) for other in case if other is not one))
         for case in zip(*there.situations, strict=True)

@@ -45,12 +45,13 @@ from workbench.study.checks.table import (
     CHECKS,
     IN_POSTURE,
     REACHING,
-    SAME_EVERYWHERE,
     margins_of,
     most_of,
     needs_hands,
     needs_legs,
     never_met,
+    same_everywhere,
+    takes_looks,
 )
 from workbench.study.settings import (
     at_setting,
@@ -576,10 +577,7 @@ def _axis(low: float, high: float, spacing: float) -> Floats:
 def _movable(place: Workplace, asked: Sequence[Asked]) -> Bools:
     """(R,) the requirements whose margins depend on the position."""
     return np.array(
-        [
-            one.requirement.check not in SAME_EVERYWHERE and not same_in_the_area(place, one)
-            for one in asked
-        ],
+        [not same_everywhere(one) and not same_in_the_area(place, one) for one in asked],
         dtype=np.bool_,
     )
 
@@ -670,9 +668,8 @@ def _judge(search: _Search, people: Ints, positions: Floats) -> None:
             known[left] |= wants
             told[left] |= stage.columns[left]
         margin = np.where(told[left], found.margin[left], np.nan)
-        if stage.at_most:
-            columns = np.flatnonzero(wants.any(axis=0))
-            margin[:, columns] = most_of(situations, [search.asked[r] for r in columns.tolist()])
+        if stage.at_most and wants.any():
+            _put_most(situations, search.asked, wants, margin)
         hopeful = _hopeful(search, people[left], margin)
         given_up = np.setdiff1d(np.arange(len(left)), hopeful)
         at = positions[left[given_up]]
@@ -686,6 +683,21 @@ def _judge(search: _Search, people: Ints, positions: Floats) -> None:
     best = Tried(found.margin[left], found.words[left], found.toward[left], at)
     _note(search, people[left], positions[left], best.margin)
     _keep(search, people[left], best)
+
+
+def _put_most(
+    situations: Sequence[Situation], asked: Sequence[Asked], wants: Bools, margin: Floats
+) -> None:
+    """Put what people (N,) have to spare at most into their margins (N, R), where it is wanted (N,
+    R)."""
+    rows = np.flatnonzero(wants.any(axis=1))
+    columns = np.flatnonzero(wants.any(axis=0))
+    some = situations
+    if len(rows) < len(wants):
+        some = [situation.rows(rows) for situation in situations]
+    where = np.ix_(rows, columns)
+    most = most_of(some, [asked[r] for r in columns.tolist()])
+    margin[where] = np.where(wants[where], most, margin[where])
 
 
 def _worth_a_call(wants: Bools, more: Bools) -> Bools:
@@ -759,10 +771,12 @@ def _stages(search: _Search, people: Ints) -> list[_Stage]:
     """
     cost = np.array([CHECKS[one.requirement.check].cost for one in search.asked])
     held = np.array([needs_hands(search.wanted[one.case], one) for one in search.asked])
+    looks = np.array([takes_looks(one) for one in search.asked])
+    seen = np.array([one.requirement.of_sight for one in search.asked])
     missed = search.best.tried.margin[people] < -MET
     legs = np.array([needs_legs(search.wanted[one.case], one) for one in search.asked])
-    dear = held | (cost == REACHING)
-    cheap = (cost == IN_POSTURE) & ~dear
+    dear = (held | (cost == REACHING)) & ~looks
+    cheap = (cost == IN_POSTURE) & ~dear & ~looks
     movable = _movable(search.place, search.asked)
 
     def stage(columns: Bools, *, at_most: bool = False, legs: bool = True) -> _Stage:
@@ -771,12 +785,16 @@ def _stages(search: _Search, people: Ints) -> list[_Stage]:
     return [
         stage(cost == AFTER_SEATING, legs=False),
         stage(cheap & ~legs, legs=False),
+        stage(dear & seen, at_most=True, legs=False),
+        stage(looks & missed, at_most=True, legs=False),
         stage(cheap & legs),
-        stage(held, at_most=True),
+        stage(held & ~seen, at_most=True),
         stage(dear & missed & ~held),
         stage(dear & missed & held),
         stage(dear & held),
         stage(dear & ~held),
+        stage(looks & ~missed, at_most=True),
+        stage(looks),
     ]
 
 

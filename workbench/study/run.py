@@ -13,6 +13,7 @@ from workbench.model.moves import displaced
 from workbench.model.population_found import PopulationFound
 from workbench.model.result import MotionFound, PosturesFound, Result, Verdict
 from workbench.model.study import Study
+from workbench.study.checks.sight_rules import check_rules
 from workbench.study.checks.table import between_verdict
 from workbench.study.people import people_found, present_people
 from workbench.study.provenance import hashes, people_hash, versions
@@ -57,6 +58,13 @@ def run(
         Where Dask or MuJoCo is needed and not installed.
     UsageError
         For a cluster without a population.
+
+    Examples
+    --------
+    >>> import workbench as wb
+    >>> result = wb.run(wb.load_study("wheelchair_counter"))
+    >>> print(result)
+    Result(wheelchair_counter: 5 of 5 criteria hold)
     """
     check_run(study, cluster=cluster)
     if study.crowd is not None:
@@ -187,8 +195,9 @@ def _provenance(
 
 def check_run(study: Study, *, cluster: str | None = None, film: bool = False) -> None:
     """Raise UsageError for what a run of this study cannot be asked for, InputError for a study
-    whose fields were changed by hand."""
+    whose fields were changed by hand, or with rules that cannot be judged from its seats."""
     study.check_derived()
+    check_rules(study)
     if cluster is not None and study.crowd is None:
         raise UsageError(f"--cluster is for studies of a population; {study.name} has none")
     if film and not study.motions:

@@ -9,13 +9,15 @@ import numpy as np
 
 from workbench.model.accommodation import MET
 from workbench.model.arrays import Floats
+from workbench.model.figures import plain
+from workbench.model.reason import NO_REASON, Reason
 from workbench.model.result import Shortfall
 from workbench.model.workplace import Workplace
 from workbench.posture.seating.driving import DrivingPosture
 from workbench.posture.seating.seat import Seated
 from workbench.study.checks.margins import Asked
 from workbench.study.checks.sight import shortfall_words
-from workbench.study.checks.table import SAME_EVERYWHERE
+from workbench.study.checks.table import same_everywhere
 from workbench.study.hands import kept_off_by_others
 from workbench.study.positions import Fitted, Tried
 from workbench.study.settings import adjustments_of, setting_text
@@ -154,7 +156,7 @@ def _limb_off(
     limb: str,
     control: str,
     miss: Floats,
-    limit: tuple[str, ...],
+    limit: tuple[Reason, ...],
     overlap: float = 0.0,
 ) -> Shortfall | None:
     """How far a hand or foot stays from its control, and how deep [m] it is in an obstacle."""
@@ -163,14 +165,14 @@ def _limb_off(
         return None
     if overlap > 0.0 and short <= REPORTED:
         words = f"the {limb} gets to {control} only {_mm(overlap)} inside "
-        return _shortfall(situation, limb, words + (limit[0] or "an obstacle"), size=overlap)
+        return _shortfall(situation, limb, words + (limit[0].text or "an obstacle"), size=overlap)
     depth = f", {1000 * overlap:.0f} mm inside an obstacle" if overlap > 0.0 else ""
     return _shortfall(
         situation,
         limb,
         f"the {limb} stays {_mm(short)} from {control}{depth}",
         size=short,
-        why=f"limited by {limit[0]}" if limit[0] else "",
+        why=f"limited by {limit[0].text}" if limit[0] else "",
     )
 
 
@@ -256,18 +258,16 @@ def _lacks(margin: Floats, asked: Sequence[Asked]) -> str:
     """What is missed most of the requirements (R,) that depend on the position, by how much, and how
     many more; "" where nothing is."""
     missed = [
-        r
-        for r in np.argsort(margin).tolist()
-        if margin[r] < -MET and asked[r].requirement.check not in SAME_EVERYWHERE
+        r for r in np.argsort(margin).tolist() if margin[r] < -MET and not same_everywhere(asked[r])
     ]
     if not missed:
         return ""
     first = asked[missed[0]]
     size = -float(margin[missed[0]])
-    much = shortfall_words(first.requirement, first.criterion, size, "")
+    much = shortfall_words(first.requirement, first.criterion, size, NO_REASON)
     more = len(missed) - 1
     others = f", and {more} more requirement{'s' if more > 1 else ''} missed" if more else ""
-    return f"{first.requirement.name!r} is missed by {much}{others}"
+    return f"{plain(first.requirement.name)!r} is missed by {much}{others}"
 
 
 def _mm(size: float) -> str:

@@ -26,6 +26,7 @@ from workbench.model.driving import DrivingAims, Package
 from workbench.model.environment import Control, Environment, Seat
 from workbench.model.population import Population
 from workbench.model.poses import Placed, Poses
+from workbench.model.reason import Reason
 from workbench.model.workplace import Aims, Stand, WorkCase, Workplace
 from workbench.posture.kernels.clear_reach import KEPT
 from workbench.posture.reaching.heeding import clear_fingers
@@ -39,6 +40,7 @@ from workbench.posture.seating.driving_legs import accelerator_foot
 from workbench.posture.seating.posture import Pedals
 from workbench.posture.seating.seat import Seated, seat
 from workbench.posture.standing import standing_posture
+from workbench.sight.eyes import head_of
 from workbench.sight.scenery import Scenery, scenery_of
 from workbench.study.drivers import drivers_among
 from workbench.study.seat_memory import SeatMemory
@@ -199,7 +201,7 @@ class Situation:
         Other people, whom the hands keep clear of.
     hand_miss, hand_overlap, hand_limit
         (B,) by hand that holds a control: [m] how far it stays from it, [m] how deep the arm is in
-        an obstacle, and what limits it in words; empty while the hands are at rest.
+        an obstacle, and what limits it; empty while the hands are at rest.
     """
 
     place: Workplace
@@ -212,7 +214,7 @@ class Situation:
     bystanders: tuple[Bystander, ...] = ()
     hand_miss: Mapping[str, Floats] = field(default_factory=dict)
     hand_overlap: Mapping[str, Floats] = field(default_factory=dict)
-    hand_limit: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    hand_limit: Mapping[str, tuple[Reason, ...]] = field(default_factory=dict)
     unsure: Bools | None = None
     """(B,) whose hands were not searched for wherever they may be; None where all were."""
     remembered: Remembered | None = None
@@ -261,6 +263,21 @@ class Situation:
             {one.name: one.placed for one in self.bystanders},
             moving=self.place.moving_parts,
             displacement=self.displacement,
+        )
+
+    @cached_property
+    def still_scenery(self) -> Scenery | None:
+        """What stands before the eyes wherever the hands are that hold something, and the legs: all
+        parts, and of the people what these do not move. None where they move the head."""
+        moved = moved_by_hands(self) | moved_by_legs(self)
+        if moved[self.body.sphere_segment == head_of(self.body)].any():
+            return None
+        return scenery_of(
+            self.environment,
+            self.placed,
+            moving=self.place.moving_parts,
+            displacement=self.displacement,
+            without=moved,
         )
 
     @cached_property
@@ -333,8 +350,8 @@ def _rows_of(by_hand: Mapping[str, Floats], keep: Ints) -> dict[str, Floats]:
     return {hand: values[keep] for hand, values in by_hand.items()}
 
 
-def _limit_of(situation: Situation, keep: Ints) -> dict[str, tuple[str, ...]]:
-    return {hand: tuple(words[k] for k in keep) for hand, words in situation.hand_limit.items()}
+def _limit_of(situation: Situation, keep: Ints) -> dict[str, tuple[Reason, ...]]:
+    return {hand: tuple(limits[k] for k in keep) for hand, limits in situation.hand_limit.items()}
 
 
 @dataclass(frozen=True, eq=False)
@@ -812,7 +829,7 @@ def _with_hand(
         rotations[left[got]] = there.rotations
         miss[left] = np.where(found.reached[:, 0], 0.0, found.miss[:, 0])
         overlap[left] = found.overlap[:, 0]
-        limit[left] = [found.limit(row, 0) for row in range(len(left))]
+        limit[left] = [found.reason(row, 0) for row in range(len(left))]
         unsure[left] |= brief & (found.doubt[:, 0] == KEPT)
         left = left[~found.reached[:, 0]]
         if not len(left):

@@ -92,6 +92,14 @@ def boundary_cases(
     ------
     InputError
         If the share or the measures are not valid, or all measures follow from one.
+
+    Examples
+    --------
+    >>> import workbench as wb
+    >>> people = wb.load_population_model("ansur2")
+    >>> cases = wb.boundary_cases(people, "female", share=0.9)
+    >>> cases.people
+    Population(ansur2, boundary of 90 %: 0 men, 8 women, 57 measures)
     """
     if not 0 < share < 1:
         raise InputError(f"the share of people inside lies between 0 and 1, got {share:g}")

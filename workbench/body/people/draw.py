@@ -87,6 +87,14 @@ def draw_people(
         If a number is out of its range, or fewer people of a sex were measured than are wanted.
     InputError
         If a given measure is unknown or no person's, or a model cannot be fitted to the people.
+
+    Examples
+    --------
+    >>> import workbench as wb
+    >>> people = wb.load_population_model("ansur2")
+    >>> drawn = wb.draw_people(people, 100, seed=1, men=0.5)
+    >>> drawn
+    Population(ansur2, drawn with seed 1: 50 men, 50 women, 57 measures)
     """
     _check_request(count, seed, men)
     number_of_men = round(count * men)

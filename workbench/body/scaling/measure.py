@@ -484,6 +484,13 @@ def measure(body: Body, names: Iterable[str] | None = None) -> dict[str, float]:
     ------
     InputError
         If a name is unknown, or the body lacks a landmark.
+
+    Examples
+    --------
+    >>> import workbench as wb
+    >>> found = wb.measure(wb.load_body("adult_female"), ["stature", "sitting_height"])
+    >>> {name: round(1000 * length) for name, length in found.items()}  # [mm]
+    {'stature': 1625, 'sitting_height': 858}
     """
     manikin = Manikin(body)
     return {name: manikin.value(length) for name, length in lengths(manikin, names).items()}

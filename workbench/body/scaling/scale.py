@@ -112,6 +112,13 @@ def scale(
     InputError
         If measures contradict each other, are no person's (see `model.measures`), or need a shape that
         no person has.
+
+    Examples
+    --------
+    >>> import workbench as wb
+    >>> small = wb.scale(wb.load_body("adult_female"), {"stature": 1.525, "sitting_height": 0.803})
+    >>> {name: round(1000 * wb.measure(small)[name], 1) for name in ("stature", "sitting_height")}
+    {'stature': 1525.0, 'sitting_height': 803.0}
     """
     return _person(_spaces(body, detail), measures, others or {})
 

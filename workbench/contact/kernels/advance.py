@@ -22,9 +22,8 @@ import math
 import numpy as np
 
 from workbench.compiled import batch_loop, inner, njit
-from workbench.contact.kernels.inside import inside_part
-from workbench.geometry.polygon import point_polygon
-from workbench.geometry.tree import DEPTH, box_gap, nearest_polygon
+from workbench.contact.kernels.search import foot, signed_distance
+from workbench.contact.kernels.wide import DEEP, EIGHT
 
 __all__ = ["LOOK", "look_at_parts", "near_pairs", "near_parts", "possible_range"]
 
@@ -65,62 +64,40 @@ def possible_range(one, two, way, least, most):  # type: ignore[no-untyped-def]
 
 
 @batch_loop
-def look_at_parts(faces, shells, part, far, looks, space):  # type: ignore[no-untyped-def]
+def look_at_parts(parts, part, far, looks, space):  # type: ignore[no-untyped-def]
     """Fill distance and nearest point of looks (M, 8) at parts (M,): exact up to far (M,) [m], no
-    less beyond. space: SearchSpace."""
+    less beyond. parts: Parts; space: SearchSpace."""
     for i in range(len(part)):
         row = looks[i]
-        k = part[i]
-        inside = inside_part(row[1], row[2], row[3], faces, shells, k, space.stack)
-        limit = np.inf if inside else far[i] * far[i]
-        square, f, x, y, z = nearest_polygon(row[1], row[2], row[3], faces, k, limit, space)
-        if f < 0:
-            row[4] = far[i]
-            row[5] = _FAR
-            row[6] = _FAR
-            row[7] = _FAR
-        else:
-            row[4] = -math.sqrt(square) if inside else math.sqrt(square)
-            row[5] = x
-            row[6] = y
-            row[7] = z
+        x = row[1]
+        y = row[2]
+        z = row[3]
+        signed, rank, _ = signed_distance(
+            x, y, z, far[i], 0.0, parts, part[i], space.stack, space.gaps
+        )
+        row[4] = far[i]
+        row[5] = _FAR
+        row[6] = _FAR
+        row[7] = _FAR
+        if rank >= 0:
+            row[4] = signed
+            row[5], row[6], row[7] = foot(x, y, z, parts.trees, rank)
 
 
 @inner
-def _ball_near(start, end, size, faces, shells, k, stack):  # type: ignore[no-untyped-def]
+def _ball_near(start, end, size, parts, k, stack, gaps):  # type: ignore[no-untyped-def]
     """True where part k may come within `size` of a chord: within a ball around it, or around the
     ball."""
     x = 0.5 * (start[0] + end[0])
     y = 0.5 * (start[1] + end[1])
     z = 0.5 * (start[2] + end[2])
     half = math.sqrt((x - start[0]) ** 2 + (y - start[1]) ** 2 + (z - start[2]) ** 2)
-    limit = (half + max(size, 0.0)) ** 2
-    low = faces.low
-    high = faces.high
-    root = faces.root[k]
-    gap = box_gap(x, y, z, low, high, root)
-    if gap > limit:
-        return False
-    stack[0] = root
-    depth = 1
-    while depth > 0:
-        depth -= 1
-        m = stack[depth]
-        if box_gap(x, y, z, low, high, m) > limit:
-            continue
-        if faces.child[m] >= 0:
-            stack[depth] = faces.child[m]
-            stack[depth + 1] = faces.child[m] + 1
-            depth += 2
-            continue
-        for i in range(faces.first[m], faces.last[m]):
-            if point_polygon(x, y, z, faces, faces.item[i], limit)[0] <= limit:
-                return True
-    return gap == 0.0 and inside_part(x, y, z, faces, shells, k, stack)
+    most = half + max(size, 0.0)
+    return signed_distance(x, y, z, most, 0.0, parts, k, stack, gaps)[1] >= 0
 
 
 @njit(cache=True, nogil=True)
-def near_parts(balls, spheres, start, faces, shells, allowed, checked, margin):  # type: ignore[no-untyped-def]
+def near_parts(balls, spheres, start, parts, allowed, checked, margin):  # type: ignore[no-untyped-def]
     """All (pair, sphere, part) (M, 3) that may touch: the segment's enclosing sphere may, and so
     may the sphere.
 
@@ -133,23 +110,24 @@ def near_parts(balls, spheres, start, faces, shells, allowed, checked, margin): 
     from_sphere, to_sphere, sphere_size = spheres
     rows = np.empty((1024, 3), np.int64)
     used = 0
-    stack = np.empty(DEPTH, np.int64)
+    stack = np.empty(DEEP, np.int64)
+    gaps = np.empty(DEEP + EIGHT, np.float32)
     for p in range(len(from_ball)):
         for n in range(len(start) - 1):
             if start[n] == start[n + 1] or not ball_size[p, n] >= 0.0:
                 continue
             for k in range(allowed.shape[1]):
-                if checked[k] == 0 or faces.root[k] < 0:
+                if checked[k] == 0 or parts.trees.root[k] < 0:
                     continue
                 room = margin - allowed[n, k]
                 if not _ball_near(
-                    from_ball[p, n], to_ball[p, n], ball_size[p, n] + room, faces, shells, k, stack
+                    from_ball[p, n], to_ball[p, n], ball_size[p, n] + room, parts, k, stack, gaps
                 ):
                     continue
                 for s in range(start[n], start[n + 1]):
                     size = sphere_size[p, s] + room
                     if not _ball_near(
-                        from_sphere[p, s], to_sphere[p, s], size, faces, shells, k, stack
+                        from_sphere[p, s], to_sphere[p, s], size, parts, k, stack, gaps
                     ):
                         continue
                     if used == len(rows):

@@ -21,16 +21,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.compiled import batch_loop, inlined, inner
-from workbench.contact.kernels.heads import near_heads
 from workbench.contact.kernels.inside import inside_part
-from workbench.contact.kernels.wide import DEEP, near_boxes, point_lanes, widest
-from workbench.geometry.lanes import LANES, codes, corners, eight, first_bit, total
-from workbench.geometry.polygon import nearest_of_record
+from workbench.contact.kernels.search import Trees, nearest_in
+from workbench.geometry.lanes import LANES, codes, corners, eight, total
 from workbench.geometry.tree import wider
 
 __all__ = [
     "Field",
-    "Trees",
     "deepest",
     "deepest_may_be",
     "depth_in",
@@ -38,32 +35,10 @@ __all__ = [
     "near_polygon",
     "nearest_in",
     "reaches",
-    "record_gap",
     "solids_at",
     "span_bound",
     "square_bound",
 ]
-
-
-class Trees(NamedTuple):
-    """The polygons of all parts, and a tree of boxes over those of each of G groups of parts."""
-
-    record: NDArray[np.float64]
-    """The polygons of all parts, as `geometry.polygon.Faces` has them."""
-    begin: NDArray[np.int64]
-    """(F + 1,) where the record of each rank begins."""
-    box: NDArray[np.float32]
-    """(M, 6, 8) low and high coordinates [m] of the boxes of each tree node's children."""
-    child: NDArray[np.int32]
-    """(M, 8) those children: a node, or -1 less the rank of a polygon."""
-    many: NDArray[np.int64]
-    """(M,) how many children a node has."""
-    head: NDArray[np.float32]
-    """(M, 8, 8) a cylinder around each child, for `near_heads`."""
-    root: NDArray[np.int64]
-    """(G,) the tree of each group, -1 where it is empty or hidden."""
-    span: NDArray[np.float64]
-    """(G, 6) low and high of each group [m]."""
 
 
 class Field(NamedTuple):
@@ -235,103 +210,13 @@ def near_polygon(x, y, z, field, g):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def record_gap(x, y, z, trees, rank, limit):  # type: ignore[no-untyped-def]
-    """Squared distance [m2] of a point to the polygon of a rank, infinite beyond `limit`."""
-    at = trees.begin[rank]
-    return nearest_of_record(x, y, z, trees.record, at, trees.begin[rank + 1], limit)[0]
-
-
-@inlined
-def _before(trees, f, g):  # type: ignore[no-untyped-def]
-    """True where the polygon of rank f has a lower number than that of rank g, or g is none."""
-    return g < 0 or trees.record[trees.begin[f] + 8] < trees.record[trees.begin[g] + 8]
-
-
-@inlined
-def nearest_in(x, y, z, trees, root, hint, limit, stack, gaps):  # type: ignore[no-untyped-def]
-    """Nearest polygon under a tree node: squared distance and rank, -1 where none is within
-    sqrt(limit).
-
-    hint: a rank to try first, or -1. Equal distances go to the lower polygon: neither the tree nor
-    the hint shows.
-    """
-    best = limit
-    found = np.int64(-1)
-    if hint >= 0:
-        gap = record_gap(x, y, z, trees, hint, wider(best))
-        if gap <= best:
-            best = gap
-            found = hint
-    stack[0] = root
-    gaps[0] = 0.0
-    size = 1
-    point = point_lanes(x, y, z)
-    most = widest(wider(best))
-    while size > 0:
-        size -= 1
-        if gaps[size] > most:
-            continue
-        m = stack[size]
-        low = size
-        bits = near_boxes(point, trees.box, m, trees.many[m], wider(best), gaps)
-        if bits != 0:
-            bits &= near_heads(x, y, z, trees.head, m, wider(best), gaps)
-        while bits != 0:
-            k = first_bit(bits)
-            bits &= bits - np.uint64(1)
-            near = gaps[DEEP + k]
-            if near > most:
-                continue
-            c = np.int64(trees.child[m, k])
-            if c >= 0:
-                at = size
-                while at > low and gaps[at - 1] < near:  # the nearest child on top
-                    stack[at] = stack[at - 1]
-                    gaps[at] = gaps[at - 1]
-                    at -= 1
-                stack[at] = c
-                gaps[at] = near
-                size += 1
-                continue
-            f = -1 - c
-            if f == hint:
-                continue
-            gap = record_gap(x, y, z, trees, f, wider(best))
-            if gap < best or (gap == best and gap < np.inf and _before(trees, f, found)):
-                best = gap
-                found = f
-                most = widest(wider(gap))
-    return best, found
-
-
-@inlined
 def reaches(x, y, z, r, field, g, allowed, stack, gaps):  # type: ignore[no-untyped-def]
     """True where a sphere of radius r overlaps a polygon of a group by more than allowed, which is
     less than r."""
     limit = wider((r - allowed) * (r - allowed))
-    if (
-        r - math.sqrt(record_gap(x, y, z, field.trees, near_polygon(x, y, z, field, g), limit))
-        > allowed
-    ):
-        return True
-    stack[0] = field.trees.root[g]
-    size = 1
-    point = point_lanes(x, y, z)
-    while size > 0:
-        size -= 1
-        m = stack[size]
-        bits = near_boxes(point, field.trees.box, m, field.trees.many[m], limit, gaps)
-        if bits != 0:
-            bits &= near_heads(x, y, z, field.trees.head, m, limit, gaps)
-        while bits != 0:
-            c = np.int64(field.trees.child[m, first_bit(bits)])
-            bits &= bits - np.uint64(1)
-            if c >= 0:
-                stack[size] = c
-                size += 1
-            elif r - math.sqrt(record_gap(x, y, z, field.trees, -1 - c, limit)) > allowed:
-                return True
-    return False
+    hint = near_polygon(x, y, z, field, g)
+    square, f = nearest_in(x, y, z, field.trees, field.trees.root[g], hint, limit, stack, gaps)
+    return f >= 0 and r - math.sqrt(square) > allowed
 
 
 @inlined

@@ -14,31 +14,26 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.compiled import batch_loop, inlined, inner, njit
+from workbench.compiled import batch_loop, inlined, inner
 from workbench.contact.kernels.field import (
     deepest,
     deepest_may_be,
     near_polygon,
-    nearest_in,
     reaches,
-    record_gap,
     span_bound,
     square_bound,
 )
-from workbench.geometry.polygon import point_polygon
+from workbench.contact.kernels.search import foot, nearest_in, polygon_number, record_gap
 from workbench.geometry.tree import wider
 
 __all__ = [
     "Crowd",
     "GroupSpace",
-    "SegmentAnswers",
     "carried",
     "cluster_hub",
     "group_clearance",
     "group_collides",
     "group_room",
-    "may_touch",
-    "witness_points",
 ]
 
 
@@ -70,17 +65,6 @@ class Crowd(NamedTuple):
     around: NDArray[np.float64]
     big: NDArray[np.float64]
     shown: NDArray[np.int64]
-
-
-class SegmentAnswers(NamedTuple):
-    """What is filled for each pose, segment and group."""
-
-    distance: NDArray[np.float64]
-    """(P, N, G) least signed distance [m]."""
-    sphere: NDArray[np.int64]
-    """(P, N, G) the sphere that has it."""
-    polygon: NDArray[np.int64]
-    """(P, N, G) the polygon nearest to that."""
 
 
 class GroupSpace(NamedTuple):
@@ -291,12 +275,23 @@ def _segment(centres, world, p, crowd, n, faces, shells, field, g, most, space):
     return best
 
 
+@inlined
+def _write(centres, trees, p, n, g, distance, s, rank, out):  # type: ignore[no-untyped-def]
+    """Write what is nearest to segment n in pose p into column g of out."""
+    x, y, z = foot(centres[p, s, 0], centres[p, s, 1], centres[p, s, 2], trees, rank)
+    out.distance[p, n, g] = distance
+    out.sphere[p, n, g] = s
+    out.polygon[p, n, g] = polygon_number(trees, rank)
+    out.point[p, n, g, 0] = x
+    out.point[p, n, g, 1] = y
+    out.point[p, n, g, 2] = z
+
+
 @batch_loop
 def group_clearance(centres, world, crowd, faces, shells, field, out, space, begin, end):  # type: ignore[no-untyped-def]
     """Signed clearance of every segment to every group, for the poses begin..end.
 
-    centres (P, S, 3), world (P, N, 3, 4) [m]; out: SegmentAnswers, filled where shown; space:
-    GroupSpace.
+    centres (P, S, 3), world (P, N, 3, 4) [m]; out: Nearest, filled where shown; space: GroupSpace.
     """
     for p in range(begin, end):
         for n in range(len(crowd.shown)):
@@ -308,9 +303,7 @@ def group_clearance(centres, world, crowd, faces, shells, field, out, space, beg
                 d, s, f = _segment(
                     centres, world, p, crowd, n, faces, shells, field, g, np.inf, space
                 )
-                out.distance[p, n, g] = d
-                out.sphere[p, n, g] = s
-                out.polygon[p, n, g] = int(field.trees.record[field.trees.begin[f] + 8])
+                _write(centres, field.trees, p, n, g, d, s, f, out)
 
 
 @inlined
@@ -329,7 +322,7 @@ def group_room(centres, world, crowd, faces, shells, field, allowed, out, space,
     """Least signed clearance of every segment, the overlap that is allowed added, over all groups,
     for the poses begin..end.
 
-    centres (P, S, 3), world (P, N, 3, 4), allowed (N, G) [m]; out: SegmentAnswers of one group,
+    centres (P, S, 3), world (P, N, 3, 4), allowed (N, G) [m]; out: Nearest of one group,
     filled where shown; space: GroupSpace. Groups are asked from the least bound on, each for what
     is nearer than the nearest so far.
     """
@@ -350,26 +343,7 @@ def group_room(centres, world, crowd, faces, shells, field, allowed, out, space,
                 )
                 if s >= 0 and d + allowed[n, g] < best:
                     best = d + allowed[n, g]
-                    out.distance[p, n, 0] = best
-                    out.sphere[p, n, 0] = s
-                    out.polygon[p, n, 0] = int(field.trees.record[field.trees.begin[f] + 8])
-
-
-@njit(cache=True, nogil=True)
-def witness_points(centres, faces, sphere, polygon, point):  # type: ignore[no-untyped-def]
-    """Fill point (P, N, G, 3): of polygon (P, N, G) nearest to the centre of sphere (P, N, G)."""
-    for p in range(sphere.shape[0]):
-        for n in range(sphere.shape[1]):
-            for g in range(sphere.shape[2]):
-                s = sphere[p, n, g]
-                if s >= 0:
-                    x = centres[p, s, 0]
-                    y = centres[p, s, 1]
-                    z = centres[p, s, 2]
-                    _, u, v, w = point_polygon(x, y, z, faces, polygon[p, n, g], np.inf)
-                    point[p, n, g, 0] = u
-                    point[p, n, g, 1] = v
-                    point[p, n, g, 2] = w
+                    _write(centres, field.trees, p, n, 0, best, s, f, out)
 
 
 @inlined
@@ -450,26 +424,3 @@ def group_collides(centres, world, crowd, faces, shells, field, allowed, hit, sp
                 found = True
                 break
         hit[p] = found
-
-
-@batch_loop
-def may_touch(centres, world, crowd, field, margin, near, begin, end):  # type: ignore[no-untyped-def]
-    """Fill near (P, S) for the poses begin..end: 1 where a sphere may come nearer than margin [m]
-    to the only group."""
-    for p in range(begin, end):
-        for n in range(len(crowd.shown)):
-            for c in range(
-                crowd.start[n], crowd.start[n + 1] if crowd.shown[n] else crowd.start[n]
-            ):
-                x, y, z = cluster_hub(centres, world, p, crowd, n, c)
-                square, sure = square_bound(x, y, z, field, 0)
-                reach = max(crowd.reach[c] + margin, 0.0)
-                if sure and square > wider(reach * reach):
-                    continue
-                for i in range(crowd.first[c], crowd.first[c + 1]):
-                    s = crowd.member[i]
-                    square, sure = square_bound(
-                        centres[p, s, 0], centres[p, s, 1], centres[p, s, 2], field, 0
-                    )
-                    reach = max(crowd.radius[s] + margin, 0.0)
-                    near[p, s] = 0 if sure and square > wider(reach * reach) else 1

@@ -10,15 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.compiled import batch_loop, inlined, inner
-from workbench.contact.kernels.fronts import (
-    SPARE,
-    Blocks,
-    first_pairs,
-    foremost_pair,
-    place_blocks,
-)
 
-__all__ = ["Balls", "PairAnswers", "PairBody", "facing_side", "pair_clearance", "sphere_contacts"]
+__all__ = ["Balls", "PairAnswers", "facing_side", "pair_clearance", "sphere_contacts"]
+
+HAIR = 1e-12
+"""More than the rounding of a height, as a part of a metre and of the greatest height."""
 
 
 class Balls(NamedTuple):
@@ -104,20 +100,6 @@ class PairAnswers(NamedTuple):
     """(P, N, N') the side of the one's segment that faces the other's sphere, -1 where none."""
 
 
-class PairBody(NamedTuple):
-    """One of two placed bodies, or both."""
-
-    centres: NDArray[np.float64]
-    """(P, S, 3) [m]."""
-    world: NDArray[np.float64]
-    """(P, N, 3, 4) world_from_segment."""
-    radius: NDArray[np.float64]
-    """(S,) [m]."""
-    shown: NDArray[np.int64]
-    """(N,) 1 for a segment in the logical window."""
-    blocks: Blocks
-
-
 @inlined
 def facing_side(world, p, a, x, y, z, directions):  # type: ignore[no-untyped-def]
     """Which of the directions (N, 6, 3) of segment a is nearest to a direction of the world."""
@@ -134,7 +116,7 @@ def facing_side(world, p, a, x, y, z, directions):  # type: ignore[no-untyped-de
 
 
 @inlined
-def _write_witness(one, other, p, a, b, directions, out):  # type: ignore[no-untyped-def]
+def _write_witness(one, other, world, p, a, b, directions, out):  # type: ignore[no-untyped-def]
     """Write where the nearest spheres of segments a and b face each other: point and facing."""
     u = out.sphere[p, a, b]
     v = out.target[p, a, b]
@@ -148,7 +130,7 @@ def _write_witness(one, other, p, a, b, directions, out):  # type: ignore[no-unt
     out.point[p, a, b, 1] = other.centres[p, v, 1] - part * y
     height = other.centres[p, v, 2]
     out.point[p, a, b, 2] = height - part * z if apart else height + other.radius[v]
-    out.facing[p, a, b] = facing_side(one.world, p, a, x, y, z, directions)
+    out.facing[p, a, b] = facing_side(world, p, a, x, y, z, directions)
 
 
 @inner
@@ -167,67 +149,101 @@ def _nothing(p, shown1, shown2, out):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def _largest(radius, most):  # type: ignore[no-untyped-def]
-    """The largest radius, or `most`."""
-    for s in range(len(radius)):
-        most = max(most, radius[s])
-    return most
+def _gap(one, other, p, s, t):  # type: ignore[no-untyped-def]
+    """I = |cs - ct| - (rs + rt) [m] of sphere s of the one and t of the other in pose p."""
+    return _apart(one.centres, s, other.centres, t, p) - (one.radius[s] + other.radius[t])
 
 
 @inlined
-def _place(one, other, p, alike, first, rooms):  # type: ignore[no-untyped-def]
-    """Bring the spheres of both into blocks of single precision, seen from sphere `first`; returns
-    the greatest coordinate [m]."""
-    x = one.centres[p, first, 0]
-    y = one.centres[p, first, 1]
-    z = one.centres[p, first, 2]
-    most = place_blocks(one.centres, p, one.shown, one.blocks, rooms[0].ball, x, y, z)
-    if not alike:
-        other_most = place_blocks(
-            other.centres, p, other.shown, other.blocks, rooms[1].ball, x, y, z
-        )
-        most = max(most, other_most)
-    return most
+def _nearest_sphere(one, s, other, b, p):  # type: ignore[no-untyped-def]
+    """The sphere of segment b of the other that is nearest to sphere s of the one."""
+    near = other.start[b]
+    least = np.inf
+    for t in range(other.start[b], other.start[b + 1]):
+        gap = _gap(one, other, p, s, t)
+        if gap < least:
+            least = gap
+            near = t
+    return near
+
+
+@inlined
+def _heights(body, p, n, way, turn, height):  # type: ignore[no-untyped-def]
+    """Fill height with how far the spheres of segment n reach along turn times a direction; returns
+    the greatest."""
+    top = -np.inf
+    for s in range(body.start[n], body.start[n + 1]):
+        along = way[0] * body.centres[p, s, 0] + way[1] * body.centres[p, s, 1]
+        along += way[2] * body.centres[p, s, 2]
+        height[s] = turn * along + body.radius[s]
+        top = max(top, height[s])
+    return top
+
+
+@inner
+def _nearest_pair(one, other, p, a, b, begun, heights, front):  # type: ignore[no-untyped-def]
+    """Least I of segments a and b in pose p with its spheres, of equal ones the lowest.
+
+    For a unit direction n I is no less than (n.ct - rt) - (n.cs + rs). So along the direction from
+    one to the other of a pair that is nearly the nearest, few spheres of either segment are far
+    enough forward to be of a pair that is nearer still. `begun` is the pair to begin with.
+    """
+    height1, height2 = heights
+    s, t = begun
+    x = other.centres[p, t, 0] - one.centres[p, s, 0]
+    y = other.centres[p, t, 1] - one.centres[p, s, 1]
+    z = other.centres[p, t, 2] - one.centres[p, s, 2]
+    far = math.sqrt(x * x + y * y + z * z)
+    # shorter than a unit where the centres are one: all the safer
+    per = 1.0 / max(far, 1e-12)
+    way = x * per, y * per, z * per
+    top1 = _heights(one, p, a, way, 1.0, height1)
+    top2 = _heights(other, p, b, way, -1.0, height2)
+    best = _gap(one, other, p, s, t)
+    spare = HAIR * (1.0 + abs(top1) + abs(top2))
+    count = 0
+    for v in range(other.start[b], other.start[b + 1]):
+        if -height2[v] - top1 <= best + spare:
+            front[count] = v
+            count += 1
+    for u in range(one.start[a], one.start[a + 1]):
+        if -height1[u] - top2 > best + spare:
+            continue
+        for i in range(count):
+            gap = _gap(one, other, p, u, front[i])
+            better = gap < best or (gap == best and (u < s or (u == s and front[i] < t)))
+            if better:
+                best = gap
+                s = u
+                t = front[i]
+    return best, s, t
 
 
 @batch_loop
-def pair_clearance(one, other, alike, pairs, directions, out, rooms, places, begin, end):  # type: ignore[no-untyped-def]
+def pair_clearance(  # type: ignore[no-untyped-def]
+    one, other, world, shown, pairs, directions, out, heights, front, begin, end
+):
     """Fill out with the least I of the segment pairs (M, 2), all with spheres, and what has it;
     poses begin..end.
 
-    one, other: PairBody, alike where they are the same; directions (N, 6, 3) of the one's segments;
-    out: PairAnswers; rooms: Room of both (with the same ball where alike), places (2, M): working
-    space. The search begins at what was nearest in the pose before, which no answer shows.
+    one, other: Balls; world (P, N, 3, 4) and directions (N, 6, 3) of the one's segments; shown: the
+    segments (N,) and (N',) in the logical windows; out: PairAnswers; heights (S,) and (S',), front
+    (S',): working space. The search begins at what was nearest in the pose before, which no answer
+    shows.
     """
-    for m in range(len(pairs)):
-        places[0, m] = one.blocks.first[pairs[m, 0]] * 8
-    big = _largest(other.radius, _largest(one.radius, 0.0))
-    ends = (one.centres, one.radius, one.blocks), (other.centres, other.radius, other.blocks)
-    begun1 = places[0]
-    begun2 = places[1]
     for p in range(begin, end):
-        _nothing(p, one.shown, other.shown, out)
-        if len(pairs) == 0:
-            continue
-        most = _place(one, other, p, alike, one.blocks.start[pairs[0, 0]], rooms)
-        first_pairs(
-            pairs,
-            one.blocks.first,
-            other.blocks.first,
-            rooms[0].ball,
-            rooms[1].ball,
-            rooms[0].high,
-            begun1,
-            begun2,
-        )
-        spare = np.float32(SPARE * (most + big))
+        _nothing(p, shown[0], shown[1], out)
         for m in range(len(pairs)):
             a = pairs[m, 0]
             b = pairs[m, 1]
-            gap, s, t = foremost_pair(
-                ends[0], ends[1], p, (a, b), rooms, (begun1[m], begun2[m]), spare
-            )
+            if p > begin:
+                s = out.sphere[p - 1, a, b]
+                t = out.target[p - 1, a, b]
+            else:  # to the nearest of the other segment and back
+                t = _nearest_sphere(one, one.start[a], other, b, p)
+                s = _nearest_sphere(other, t, one, a, p)
+            gap, s, t = _nearest_pair(one, other, p, a, b, (s, t), heights, front)
             out.distance[p, a, b] = gap
             out.sphere[p, a, b] = s
             out.target[p, a, b] = t
-            _write_witness(one, other, p, a, b, directions, out)
+            _write_witness(one, other, world, p, a, b, directions, out)

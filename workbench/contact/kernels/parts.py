@@ -9,10 +9,9 @@ sphere s outside the part is at least as far from it as each of these says:
    vertices v, where n is the unit vector from the point found to the centre found.
 3. The ball around a centre h that holds no surface: its radius less |c - h|.
 
-A centre inside a solid is no deeper than the way to the point found. The spheres of a segment are
-bounded by eight lanes in single precision, with a margin for rounding; what is left is measured in
-double precision. Equal distances go to the lowest sphere and the lowest polygon, so that no answer
-shows what was tried first.
+A centre inside a solid is no deeper than the way to the point found. The same bounds the spheres of
+a cluster from its hub. Equal distances go to the lowest sphere and the lowest polygon, so that no
+answer shows what was tried first.
 """
 
 from __future__ import annotations
@@ -24,64 +23,38 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.compiled import batch_loop, inlined, inner
-from workbench.contact.kernels.field import Trees, nearest_in
-from workbench.contact.kernels.fronts import FAR, NODE, SPARE, near_place, place_blocks
-from workbench.contact.kernels.groups import carried
-from workbench.contact.kernels.inside import Shells, inside_part
-from workbench.geometry.lanes import (
-    eight,
-    greatest,
-    larger,
-    load,
-    not_above,
-    pack,
-    root,
-    where_below,
+from workbench.contact.kernels.groups import carried, cluster_hub
+from workbench.contact.kernels.inside import inside_part
+from workbench.contact.kernels.search import (
+    Parts,
+    foot,
+    nearest_in,
+    polygon_number,
+    signed_distance,
+    span_gap,
 )
-from workbench.geometry.polygon import Faces, nearest_of_record
+from workbench.geometry.lanes import eight, greatest, larger, load
 from workbench.geometry.tree import wider
 
-__all__ = ["Nearest", "PartSpace", "PartTrees", "part_clearance"]
+__all__ = ["PartSpace", "part_clearance"]
 
 _L = np.uint64(8)
 CORNERS = np.uint64(24)
 """Numbers of eight vertices: x of all, y, z."""
+FAR = np.float32(1e15)
+"""Farther [m] than any vertex."""
 HAIR = 1e-9
 """More [m] than the rounding of a distance between two points of the body."""
-
-
-class PartTrees(NamedTuple):
-    """The trees of K parts, each a group by itself, and their vertices."""
-
-    trees: Trees
-    corner: NDArray[np.float32]
-    """(24 B,) vertices in blocks of eight, seen from the middle of their part's box [m]."""
-    first: NDArray[np.int64]
-    """(K + 1,) where the blocks of each part begin."""
-
-
-class Nearest(NamedTuple):
-    """What is filled for each pose, segment and part."""
-
-    distance: NDArray[np.float64]
-    """(P, N, K) least signed distance [m]."""
-    sphere: NDArray[np.int64]
-    """(P, N, K) the sphere that has it."""
-    polygon: NDArray[np.int64]
-    """(P, N, K) the polygon nearest to that."""
-    point: NDArray[np.float64]
-    """(P, N, K, 3) the point of the polygon that is nearest [m]."""
+SPARE = 1e-6
+"""More than the rounding of a height of a vertex in single precision, as a part of the sides of the
+part's box: four roundings of 6e-8."""
 
 
 class PartSpace(NamedTuple):
     """Working space of a thread."""
 
-    ball: NDArray[np.float32]
-    """The spheres in blocks, as in `Blocks`."""
-    front: NDArray[np.float32]
-    """(8 B + 8,) places picked out."""
-    spare: NDArray[np.float32]
-    """(8,)."""
+    hub: NDArray[np.float64]
+    """(C, 3) the hubs of all clusters in the world [m]."""
     stack: NDArray[np.int64]
     """(DEEP,)."""
     gaps: NDArray[np.float32]
@@ -98,13 +71,7 @@ class Pair(NamedTuple):
     p: int
     k: int
     """Numbers of the pose and the part."""
-    parts: PartTrees
-    faces: Faces
-    shells: Shells
-    origin: tuple[float, float, float]
-    """Where the blocks of spheres are seen from [m]."""
-    spare: float
-    """More [m] than the rounding of single precision."""
+    parts: Parts
 
 
 @inlined
@@ -122,92 +89,6 @@ def _top(n0, n1, n2, parts, k):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def _beyond(value, low, high):  # type: ignore[no-untyped-def]
-    """How far eight coordinates lie outside an interval, negative inside."""
-    return larger(eight(np.float32(low)) - value, value - eight(np.float32(high)))
-
-
-@inlined
-def _candidates(ball, a, b, origin, plane, free, parts, k, solid, most, spare, front):  # type: ignore[no-untyped-def]
-    """Write the places in the blocks a..b whose spheres may come as near as `most` into front; how
-    many.
-
-    plane: unit normal and height, free: centre of the ball without surface, its radius and its
-    distance from a point of the part; both as seen from the origin.
-    """
-    n0 = eight(np.float32(plane[0]))
-    n1 = eight(np.float32(plane[1]))
-    n2 = eight(np.float32(plane[2]))
-    height = eight(np.float32(plane[3]))
-    h0 = eight(np.float32(free[0]))
-    h1 = eight(np.float32(free[1]))
-    h2 = eight(np.float32(free[2]))
-    clear = eight(np.float32(free[3]))
-    way = eight(np.float32(free[4]))
-    none = eight(np.float32(0.0))
-    margin = eight(np.float32(spare))
-    limit = eight(np.float32(most + spare))
-    s = parts.trees.span
-    used = np.uint64(0)
-    for g in range(np.uint64(a), np.uint64(b)):
-        e = g * NODE
-        x = load(ball, e)
-        y = load(ball, e + _L)
-        z = load(ball, e + _L + _L)
-        u = larger(_beyond(x, s[k, 0] - origin[0], s[k, 3] - origin[0]), none)
-        v = larger(_beyond(y, s[k, 1] - origin[1], s[k, 4] - origin[1]), none)
-        w = larger(_beyond(z, s[k, 2] - origin[2], s[k, 5] - origin[2]), none)
-        out = larger(root(u * u + v * v + w * w), n0 * x + n1 * y + n2 * z - height)
-        u = x - h0
-        v = y - h1
-        w = z - h2
-        arm = root(u * u + v * v + w * w)
-        low = larger(out, clear - arm)
-        if solid:
-            low = where_below(margin, low, low, none - way - arm)
-        bits = not_above(low - load(ball, e + _L + _L + _L), limit)
-        used = pack(front, used, bits, np.float32(np.int64(g * _L)))
-    return used
-
-
-@inlined
-def _box_gap(x, y, z, span, k):  # type: ignore[no-untyped-def]
-    """Squared distance [m2] of a point to the box of part k, 0 inside."""
-    u = max(span[k, 0] - x, 0.0, x - span[k, 3])
-    v = max(span[k, 1] - y, 0.0, y - span[k, 4])
-    w = max(span[k, 2] - z, 0.0, z - span[k, 5])
-    return u * u + v * v + w * w
-
-
-@inlined
-def _foot(centres, p, s, parts, rank):  # type: ignore[no-untyped-def]
-    """The point of the polygon of a rank that is nearest to sphere s of pose p."""
-    x = centres[p, s, 0]
-    y = centres[p, s, 1]
-    z = centres[p, s, 2]
-    at = parts.trees.begin[rank]
-    _, u, v, w = nearest_of_record(
-        x, y, z, parts.trees.record, at, parts.trees.begin[rank + 1], np.inf
-    )
-    return u, v, w
-
-
-@inlined
-def _plane(centres, p, sphere, rank, point, best, radius, parts, k, middle):  # type: ignore[no-untyped-def]
-    """The plane that touches part k from the side of the nearest sphere so far: unit normal and
-    height, as seen from where `middle` of the part's box is."""
-    u = centres[p, sphere, 0] - point[0]
-    v = centres[p, sphere, 1] - point[1]
-    w = centres[p, sphere, 2] - point[2]
-    way = -1.0 if best < -radius[sphere] else 1.0
-    per = way / max(math.sqrt(u * u + v * v + w * w), 1e-12)
-    u = u * per
-    v = v * per
-    w = w * per
-    return u, v, w, _top(u, v, w, parts, k) + u * middle[0] + v * middle[1] + w * middle[2]
-
-
-@inlined
 def _apart(x, y, z, point):  # type: ignore[no-untyped-def]
     """Distance [m] of two points."""
     u = x - point[0]
@@ -216,29 +97,71 @@ def _apart(x, y, z, point):  # type: ignore[no-untyped-def]
     return math.sqrt(u * u + v * v + w * w)
 
 
+@inlined
+def _beyond(x, y, z, limit, plane, free, way, parts, k):  # type: ignore[no-untyped-def]
+    """True where the signed distance of a point to part k surely is more than a limit [m].
+
+    plane: unit normal and height; free: centre and radius of the ball without surface; way: how far
+    that centre is from a point of the part.
+    """
+    over = plane[0] * x + plane[1] * y + plane[2] * z - plane[3]
+    if over > 0.0 and over > limit:
+        return True
+    square = span_gap(x, y, z, parts.trees.span, k)
+    if square > 0.0 and (limit < 0.0 or square > limit * limit):
+        return True
+    arm = _apart(x, y, z, free)
+    low = max(over, free[3] - arm)
+    if parts.faces.solid[k] > 0 and low <= 0.0 and square == 0.0:
+        return -way - arm > limit
+    return max(low, 0.0) > limit
+
+
+@inlined
+def _foot_of(centres, p, s, parts, rank):  # type: ignore[no-untyped-def]
+    """The point of the polygon of a rank that is nearest to sphere s of pose p."""
+    return foot(centres[p, s, 0], centres[p, s, 1], centres[p, s, 2], parts.trees, rank)
+
+
+@inlined
+def _plane(centres, p, sphere, point, best, radius, parts, k):  # type: ignore[no-untyped-def]
+    """The plane that touches part k from the side of the nearest sphere so far: unit normal and
+    height."""
+    u = centres[p, sphere, 0] - point[0]
+    v = centres[p, sphere, 1] - point[1]
+    w = centres[p, sphere, 2] - point[2]
+    way = -1.0 if best < -radius[sphere] else 1.0
+    per = way / max(math.sqrt(u * u + v * v + w * w), 1e-12)
+    u = u * per
+    v = v * per
+    w = w * per
+    s = parts.trees.span
+    middle = u * (s[k, 0] + s[k, 3]) + v * (s[k, 1] + s[k, 4]) + w * (s[k, 2] + s[k, 5])
+    sides = s[k, 3] - s[k, 0] + s[k, 4] - s[k, 1] + s[k, 5] - s[k, 2]
+    return u, v, w, _top(u, v, w, parts, k) + 0.5 * middle + SPARE * sides + HAIR
+
+
 @inner
 def _measure(pair, s, plane, near, found, free, space):  # type: ignore[no-untyped-def]
     """Improve what was found by sphere s.
 
-    plane: which touches the part, unit normal and height as seen from the origin; zeros where none
-    is known. near: whether the polygon found is likely to be nearest to this sphere too. found: the
-    least signed distance [m], its sphere and the rank of its polygon. free: centre and radius of
-    the ball without surface. Returns both anew.
+    plane: which touches the part, unit normal and height; zeros where none is known. near: whether
+    the polygon found is likely to be nearest to this sphere too. found: the least signed distance
+    [m], its sphere and the rank of its polygon. free: centre and radius of the ball without
+    surface. Returns both anew.
     """
-    centres, radius, p, k, parts, faces, shells, origin, spare = pair
+    centres, radius, p, k, parts = pair
     best, sphere, rank = found
-    hub = free[0], free[1], free[2]
     clear = free[3]
     x = centres[p, s, 0]
     y = centres[p, s, 1]
     z = centres[p, s, 2]
     r = radius[s]
     inside = False
-    boxed = faces.solid[k] > 0 and _box_gap(x, y, z, parts.trees.span, k) == 0.0
-    if boxed and _apart(x, y, z, hub) + HAIR >= clear:
-        over = plane[0] * (x - origin[0]) + plane[1] * (y - origin[1])
-        over += plane[2] * (z - origin[2]) - plane[3]
-        inside = over <= spare and inside_part(x, y, z, faces, shells, k, space.stack)
+    boxed = parts.faces.solid[k] > 0 and span_gap(x, y, z, parts.trees.span, k) == 0.0
+    if boxed and _apart(x, y, z, free) + HAIR >= clear:
+        over = plane[0] * x + plane[1] * y + plane[2] * z - plane[3]
+        inside = over <= 0.0 and inside_part(x, y, z, parts.faces, parts.shells, k, space.stack)
     # the sum's rounding counts where a centre lies on a surface
     reach = best + r + (1e-15 * (abs(best) + r) if best < np.inf else 0.0)
     if not inside and reach < 0.0:
@@ -258,104 +181,96 @@ def _measure(pair, s, plane, near, found, free, space):  # type: ignore[no-untyp
 
 
 @inlined
-def _sphere_near(point, origin, blocks, n, space):  # type: ignore[no-untyped-def]
+def _sphere_near(point, centres, p, n, crowd, hub):  # type: ignore[no-untyped-def]
     """The sphere of segment n that is nearest to a point."""
-    first = blocks.first[n]
-    place = near_place(
-        np.float32(point[0] - origin[0]),
-        np.float32(point[1] - origin[1]),
-        np.float32(point[2] - origin[2]),
-        space.ball,
-        first,
-        blocks.first[n + 1],
-        space.spare,
-    )
-    return np.int64(place) + blocks.start[n] - 8 * first
+    near = np.int64(-1)
+    least = np.inf
+    for c in range(crowd.start[n], crowd.start[n + 1]):
+        if _apart(hub[c, 0], hub[c, 1], hub[c, 2], point) - crowd.reach[c] >= least:
+            continue
+        for i in range(crowd.first[c], crowd.first[c + 1]):
+            s = crowd.member[i]
+            apart = _apart(centres[p, s, 0], centres[p, s, 1], centres[p, s, 2], point)
+            if apart - crowd.radius[s] < least:
+                least = apart - crowd.radius[s]
+                near = s
+    return near
 
 
 @inlined
-def _segment_part(  # type: ignore[no-untyped-def]
-    centres, p, n, k, crowd, blocks, parts, faces, shells, origin, most_at, most, begun, space
-):
+def _segment_part(centres, p, n, k, crowd, parts, most, begun, space):  # type: ignore[no-untyped-def]
     """Least signed distance [m] of segment n to part k in pose p, its sphere, the rank of its
     polygon, and the point; a sphere of -1 where it is not less than `most`.
 
-    begun: a place of the blocks and a rank, -1 for none, that may be nearest; most_at: the greatest
-    coordinate and radius as seen from the origin.
+    begun: a sphere and a rank, -1 for none, that may be nearest.
 
-    First the sphere at the place begun with is measured, then the one nearest to the point found,
-    then all that may be nearer. Where `most` is finite there is only the last.
+    First the sphere begun with is measured, then the one nearest to the point found, then all that
+    may be nearer. Where `most` is finite there is only the last.
     """
     radius = crowd.radius
-    first = blocks.first[n]
-    last = blocks.first[n + 1]
-    base = blocks.start[n] - 8 * first
-    span = parts.trees.span
-    middle = (
-        0.5 * (span[k, 0] + span[k, 3]) - origin[0],
-        0.5 * (span[k, 1] + span[k, 4]) - origin[1],
-        0.5 * (span[k, 2] + span[k, 5]) - origin[2],
-    )
-    reach = abs(middle[0]) + abs(middle[1]) + abs(middle[2])
-    reach += span[k, 3] - span[k, 0] + span[k, 4] - span[k, 1] + span[k, 5] - span[k, 2]
-    spare = SPARE * (most_at + reach)
-    pair = Pair(centres, radius, p, k, parts, faces, shells, origin, spare)
+    hub = space.hub
+    pair = Pair(centres, radius, p, k, parts)
     plane = 0.0, 0.0, 0.0, 0.0
     found = most, np.int64(-1), np.int64(begun[1])
-    free = origin[0], origin[1], origin[2], -np.inf
-    point = origin
+    free = 0.0, 0.0, 0.0, -np.inf
+    point = 0.0, 0.0, 0.0
     one = np.int64(-1)
     other = np.int64(-1)
     if most == np.inf:
-        one = np.int64(begun[0]) + base
+        one = np.int64(begun[0])
         found, free = _measure(pair, one, plane, True, found, free, space)
-        point = _foot(centres, p, one, parts, found[2])
-        other = _sphere_near(point, origin, blocks, n, space)
+        point = _foot_of(centres, p, one, parts, found[2])
+        other = _sphere_near(point, centres, p, n, crowd, hub)
     if other != one:
         found, free = _measure(pair, other, plane, True, found, free, space)
         if found[1] == other:
-            point = _foot(centres, p, other, parts, found[2])
+            point = _foot_of(centres, p, other, parts, found[2])
     way = np.inf
     seen = found[1]
     if seen >= 0:
-        plane = _plane(centres, p, seen, found[2], point, found[0], radius, parts, k, middle)
+        plane = _plane(centres, p, seen, point, found[0], radius, parts, k)
         way = _apart(free[0], free[1], free[2], point)
-    hub = free[0] - origin[0], free[1] - origin[1], free[2] - origin[2], free[3], way
-    front = space.front
-    count = _candidates(
-        space.ball,
-        first,
-        last,
-        origin,
-        plane,
-        hub,
-        parts,
-        k,
-        faces.solid[k] > 0,
-        found[0],
-        spare,
-        front,
-    )
-    for i in range(np.int64(count)):
-        s = np.int64(front[i]) + base
-        if s not in (one, other):
+    for c in range(crowd.start[n], crowd.start[n + 1]):
+        limit = found[0] + crowd.reach[c] + HAIR
+        x = hub[c, 0]
+        y = hub[c, 1]
+        z = hub[c, 2]
+        if _beyond(x, y, z, limit, plane, free, way, parts, k):
+            continue
+        if seen < 0:  # nothing bounds the spheres yet: does anything come near enough to the hub?
+            known = max(free[3] - _apart(x, y, z, free) - HAIR, 0.0)
+            _, rank, about = signed_distance(
+                x, y, z, limit, known, parts, k, space.stack, space.gaps
+            )
+            if rank < 0:
+                continue
+            free = x, y, z, about
+        for i in range(crowd.first[c], crowd.first[c + 1]):
+            s = crowd.member[i]
+            x = centres[p, s, 0]
+            y = centres[p, s, 1]
+            z = centres[p, s, 2]
+            limit = found[0] + radius[s] + HAIR
+            if s in (one, other) or _beyond(x, y, z, limit, plane, free, way, parts, k):
+                continue
             found, free = _measure(pair, s, plane, False, found, free, space)
+            if seen >= 0:
+                way = _apart(free[0], free[1], free[2], point)
     if found[1] != seen:
-        point = _foot(centres, p, found[1], parts, found[2])
+        point = _foot_of(centres, p, found[1], parts, found[2])
     return found[0], found[1], found[2], point
 
 
 @inlined
-def _begun(p, n, k, begin, blocks, faces, out, before):  # type: ignore[no-untyped-def]
-    """Where the search for segment n and part k begins: a place of the blocks and a rank.
+def _begun(p, n, k, begin, crowd, rank, out, before):  # type: ignore[no-untyped-def]
+    """Where the search for segment n and part k begins: a sphere and a rank.
 
     before: the segment before that was measured against this part, -1 for none.
     """
-    place = 8 * blocks.first[n]
     if p > begin and out.sphere[p - 1, n, k] >= 0:
-        place += out.sphere[p - 1, n, k] - blocks.start[n]
-        return place, faces.rank[out.polygon[p - 1, n, k]]
-    return place, faces.rank[out.polygon[p, before, k]] if before >= 0 else np.int64(-1)
+        return out.sphere[p - 1, n, k], rank[out.polygon[p - 1, n, k]]
+    sphere = crowd.member[crowd.first[crowd.start[n]]]
+    return sphere, rank[out.polygon[p, before, k]] if before >= 0 else np.int64(-1)
 
 
 @inlined
@@ -366,65 +281,48 @@ def _far(world, p, n, k, crowd, parts, most):  # type: ignore[no-untyped-def]
         return False
     x, y, z = carried(world, p, n, crowd.around[n, 0], crowd.around[n, 1], crowd.around[n, 2])
     reach = max(crowd.big[n] + most, 0.0)
-    return _box_gap(x, y, z, parts.trees.span, k) > wider(reach * reach)
+    return span_gap(x, y, z, parts.trees.span, k) > wider(reach * reach)
+
+
+@inlined
+def _place_hubs(centres, world, p, crowd, hub):  # type: ignore[no-untyped-def]
+    """Fill hub (C, 3) with where the hubs of the segments shown are in pose p."""
+    for n in range(len(crowd.shown)):
+        for c in range(crowd.start[n], crowd.start[n + 1] if crowd.shown[n] else crowd.start[n]):
+            x, y, z = cluster_hub(centres, world, p, crowd, n, c)
+            hub[c, 0] = x
+            hub[c, 1] = y
+            hub[c, 2] = z
 
 
 @batch_loop
-def part_clearance(  # type: ignore[no-untyped-def]
-    centres, world, crowd, blocks, parts, faces, shells, most, out, space, begin, end
-):
+def part_clearance(centres, world, crowd, parts, most, out, space, begin, end):  # type: ignore[no-untyped-def]
     """Fill out with the least signed distance of each segment to each part, where it is less than
     most (N, K) [m], for the poses begin..end.
 
-    centres (P, S, 3), world (P, N, 3, 4) [m]; parts: PartTrees; out: Nearest, left as it is for
+    centres (P, S, 3), world (P, N, 3, 4) [m]; parts: Parts; out: Nearest, left as it is for
     hidden parts and for segments without spheres; space: PartSpace.
     """
-    shown = crowd.shown
-    lead = -1
-    big = 0.0
-    for n in range(len(shown)):
-        if shown[n] == 1 and blocks.start[n] < blocks.start[n + 1]:
-            lead = n if lead < 0 else lead
-            for s in range(blocks.start[n], blocks.start[n + 1]):
-                big = max(big, crowd.radius[s])
-    if lead < 0:
-        return
     for p in range(begin, end):
-        s = blocks.start[lead]
-        origin = centres[p, s, 0], centres[p, s, 1], centres[p, s, 2]
-        size = big + place_blocks(
-            centres, p, shown, blocks, space.ball, origin[0], origin[1], origin[2]
-        )
+        _place_hubs(centres, world, p, crowd, space.hub)
         for k in range(len(parts.trees.root)):
             if parts.trees.root[k] < 0:
                 continue
             before = -1
-            for n in range(lead, len(shown)):
-                if shown[n] == 0 or blocks.start[n] == blocks.start[n + 1]:
+            for n in range(len(crowd.shown)):
+                if crowd.shown[n] == 0 or crowd.start[n] == crowd.start[n + 1]:
                     continue
                 if _far(world, p, n, k, crowd, parts, most[n, k]):
                     continue
+                begun = _begun(p, n, k, begin, crowd, parts.faces.rank, out, before)
                 d, s, f, point = _segment_part(
-                    centres,
-                    p,
-                    n,
-                    k,
-                    crowd,
-                    blocks,
-                    parts,
-                    faces,
-                    shells,
-                    origin,
-                    size,
-                    most[n, k],
-                    _begun(p, n, k, begin, blocks, faces, out, before),
-                    space,
+                    centres, p, n, k, crowd, parts, most[n, k], begun, space
                 )
                 if s < 0:
                     continue
                 out.distance[p, n, k] = d
                 out.sphere[p, n, k] = s
-                out.polygon[p, n, k] = int(parts.trees.record[parts.trees.begin[f] + 8])
+                out.polygon[p, n, k] = polygon_number(parts.trees, f)
                 for axis in range(3):
                     out.point[p, n, k, axis] = point[axis]
                 before = n

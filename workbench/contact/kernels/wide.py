@@ -7,18 +7,43 @@ lanes.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
 from workbench.compiled import batch_loop, inlined, inner
 from workbench.geometry.lanes import LANES, eight, larger, load, not_above, store
 
-__all__ = ["DEEP", "EIGHT", "near_boxes", "point_lanes", "widened", "widest"]
+__all__ = [
+    "DEEP",
+    "EIGHT",
+    "SearchSpace",
+    "near_boxes",
+    "point_lanes",
+    "search_space",
+    "widened",
+    "widest",
+]
 
 EIGHT = LANES
 DEEP = 512
 """Places on a search's stack: seven a level, on 70 levels of the tree of pairs that it was made
 from."""
+
+
+class SearchSpace(NamedTuple):
+    """Working space of a search, one for each thread."""
+
+    stack: NDArray[np.int64]
+    """(DEEP,) nodes to visit."""
+    gaps: NDArray[np.float32]
+    """(DEEP + EIGHT,) their squared distances [m2], and those of one node's children."""
+
+
+def search_space() -> SearchSpace:
+    """New working space."""
+    return SearchSpace(np.empty(DEEP, dtype=np.int64), np.empty(DEEP + EIGHT, dtype=np.float32))
 
 
 @inlined

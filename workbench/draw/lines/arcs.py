@@ -18,8 +18,12 @@ from typing import NamedTuple
 import numpy as np
 
 from workbench.draw.camera import Camera, to_view
-from workbench.draw.kernels.arcs import silhouette_arcs
-from workbench.draw.kernels.silhouettes import Rims, parallel_rims, perspective_rims
+from workbench.draw.lines.silhouettes import (
+    Rims,
+    parallel_rims,
+    perspective_rims,
+    silhouette_arcs,
+)
 from workbench.draw.scene import Scene, Spheres
 from workbench.draw.sphere_raster import project_disks
 from workbench.errors import UsageError
@@ -116,7 +120,7 @@ def outline_arcs(
 
 
 def _parallel_arcs(scene: Scene, camera: Camera, step: float, share: float) -> Arcs:
-    """Find arcs of circles; the kernels work in pixels."""
+    """Find arcs of circles; the rims are cut in pixels."""
     spheres = scene.spheres
     flat = project_disks(spheres, camera)
     shown = np.sort(flat.order)
@@ -133,7 +137,7 @@ def _parallel_arcs(scene: Scene, camera: Camera, step: float, share: float) -> A
 
 
 def _perspective_arcs(scene: Scene, camera: Camera, step: float, share: float) -> Arcs:
-    """Find arcs of ellipses; the kernels work in metres, with angles on the tangent cone."""
+    """Find arcs of ellipses; the rims are cut in metres, with angles on the tangent cone."""
     spheres = scene.spheres
     near = camera.distance - camera.nearest
     seen = to_view(camera, spheres.centre) * [1.0, -1.0, -1.0] + [0.0, 0.0, camera.distance]
@@ -316,7 +320,7 @@ def _scene_arcs(
     Parameters
     ----------
     spheres, shown
-        The scene's spheres, and those (S,) that the kernels were given.
+        The scene's spheres, and those (S,) whose rims were cut.
     keys, angle
         Arcs as `silhouette_arcs` returns them.
     shapes

@@ -1,6 +1,6 @@
 """Draw the paper's line drawing as SVG: the visible outline of the bodies as exact arcs.
 
-Each rim is cut in closed form where other spheres hide it (see `kernels.arcs`); nothing is traced.
+Each rim is cut in closed form where other spheres hide it (see `lines.silhouettes`); nothing is traced.
 
 - Between spheres of one segment, or of segments that a joint joins, only steps of depth above
   `JOINT_STEP` and above `JOINT_SHARE` of the rim's radius are drawn. Creases vanish and a limb
@@ -14,6 +14,7 @@ Each rim is cut in closed form where other spheres hide it (see `kernels.arcs`);
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -21,15 +22,15 @@ import numpy as np
 from workbench.draw.camera import Camera
 from workbench.draw.colours import INKS, PAPER, hexadecimal
 from workbench.draw.ghosts import ghost_strengths
-from workbench.draw.kernels.arcs import arc_chains, ends_met
 from workbench.draw.lines.arcs import Arcs, arc_lengths, arc_points, outline_arcs
 from workbench.draw.lines.hidden_lines import split_hidden_arcs, surroundings
 from workbench.draw.lines.svg import environment_paths, number_rows, page, section_paths
 from workbench.draw.scene import Scene
 from workbench.draw.visibility import projected_disks
+from workbench.geometry.box_pairs import box_pairs
 from workbench.model.arrays import Bools, Floats, Ints
 
-__all__ = ["body_paths", "ghost_paths", "outline"]
+__all__ = ["arc_chains", "body_paths", "ends_met", "ghost_paths", "outline"]
 
 _MIN_LINE = 9.0
 """Length [pixels] below which a line that connects nothing is a speck."""
@@ -160,6 +161,37 @@ def _following_arc(arcs: Arcs) -> Ints:
     return np.where((start[candidate] == end) & (arcs.lead[:, 1] >= 0), candidate, -1)
 
 
+def arc_chains(following: Ints) -> tuple[Ints, Ints]:
+    """Chain arcs in the order in which a pen draws them.
+
+    Parameters
+    ----------
+    following
+        (A,) the arc that goes on where one ends, -1 for none. No two have the same.
+
+    Returns
+    -------
+    tuple[Ints, Ints]
+        The arcs (A,) in order, and where (C,) each chain starts in it. Chains with a beginning come
+        first, closed ones after them, each by the number of its first arc.
+    """
+    after = following.tolist()
+    begins = np.ones(len(after), dtype=np.bool_)
+    begins[following[following >= 0]] = False
+    is_drawn = [False] * len(after)
+    order: list[int] = []
+    start = []
+    for first in np.concatenate([np.flatnonzero(begins), np.flatnonzero(~begins)]).tolist():
+        arc = first
+        if not is_drawn[arc]:
+            start.append(len(order))
+        while arc >= 0 and not is_drawn[arc]:
+            order.append(arc)
+            is_drawn[arc] = True
+            arc = after[arc]
+    return np.array(order, dtype=np.int64), np.array(start, dtype=np.int64)
+
+
 def _long_enough(chains: _Chains) -> Bools:
     """Return which (C,) of the chains are no specks.
 
@@ -205,8 +237,64 @@ def _is_bridge(chains: _Chains, short: Ints, begin: Floats, end: Floats, drawn: 
     meets = ends_met(
         points, np.tile(short, 2), rims, arcs.angle, chain, drawn, _MEETING_DISTANCE
     ).reshape(2, -1, 2)
-    bridges: Bools = meets[:, :, 0].all(axis=0) & meets[:, :, 1].any(axis=0)
-    return bridges
+    return np.asarray(meets[:, :, 0].all(axis=0) & meets[:, :, 1].any(axis=0))
+
+
+def ends_met(
+    points: Floats,
+    own: Ints,
+    disk: Floats,
+    angle: Floats,
+    chain: Ints,
+    is_long: Bools,
+    distance: float,
+) -> Bools:
+    """Test whether ends of chains lie close to an arc of another chain.
+
+    Parameters
+    ----------
+    points, own
+        (M, 2) ends [pixels], and (M,) the chain of each.
+    disk, angle, chain
+        The arcs of ellipses. (A, 5) x, y, longer half axis, the shorter as a share of it, and the
+        direction of the longer [rad]; (A, 2) angles from and to; (A,) the chain of each.
+    is_long
+        (C,) whether a chain is long.
+    distance
+        [pixels]. Distances from an ellipse are measured as if it were stretched to a circle.
+
+    Returns
+    -------
+    Bools
+        (M, 2) whether an end meets any other chain, and whether it meets a long one.
+    """
+    reach = disk[:, 2] + distance
+    x, y = disk[:, :2].T
+    boxes = np.column_stack([x - reach, y - reach, x + reach, y + reach])
+    end, arc = box_pairs(np.tile(points, 2), boxes)
+    apart = chain[arc] != own[end]
+    end = end[apart]
+    arc = arc[apart]
+    meets = _are_on_arcs(points[end], disk[arc], angle[arc], distance)
+    met = np.zeros((len(points), 2), dtype=np.bool_)
+    met[end[meets], 0] = True
+    met[end[meets & is_long[chain[arc]]], 1] = True
+    return met
+
+
+def _are_on_arcs(points: Floats, disk: Floats, angle: Floats, distance: float) -> Bools:
+    """Return whether points (M, 2) lie within `distance` of arcs, of disk (M, 5), angle (M, 2)."""
+    x, y, radius, ratio, turn = disk.T
+    dx = points[:, 0] - x
+    dy = points[:, 1] - y
+    # turn the longer axis to x, and stretch the shorter one
+    along = dx * np.cos(turn) + dy * np.sin(turn)
+    across = (dy * np.cos(turn) - dx * np.sin(turn)) / ratio
+    slack = distance / radius
+    beyond = (np.arctan2(across, along) - angle[:, 0] + slack) % math.tau
+    is_between = beyond <= angle[:, 1] - angle[:, 0] + 2.0 * slack
+    is_on_rim = np.abs(np.hypot(along, across) - radius) <= distance
+    return np.asarray(is_on_rim & is_between)
 
 
 def _chain_texts(chains: _Chains, drawn: Bools) -> list[str]:

@@ -87,9 +87,10 @@ export class Touch {
   acts(step) {
     const { panel } = this;
     const { viewer } = panel;
+    const left = viewer.camera.orbit ? -step : step; // an eye looks to the left, a picture is turned so
     const acts = {
-      arrowleft: () => viewer.camera.turn(step, 0),
-      arrowright: () => viewer.camera.turn(-step, 0),
+      arrowleft: () => viewer.camera.turn(left, 0),
+      arrowright: () => viewer.camera.turn(-left, 0),
       arrowup: () => viewer.camera.turn(0, step),
       arrowdown: () => viewer.camera.turn(0, -step),
       "+": () => viewer.camera.zoom(0.9),

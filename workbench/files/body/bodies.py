@@ -44,6 +44,13 @@ def load_body(source: str | Path, *, near: Path | None = None) -> Body:
     ------
     InputError
         With every fault of the file and its line.
+
+    Examples
+    --------
+    >>> import workbench as wb
+    >>> body = wb.load_body("bubbleman")
+    >>> len(body.segments), len(body.joints), body.radius.shape[1]  # spheres
+    (20, 19, 399)
     """
     document = read_yaml(body_path(source, near=near))
     file = validate(document, BodyFile)

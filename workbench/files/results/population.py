@@ -37,8 +37,8 @@ class GroupRow(Row):
 
 
 class RequirementRow(Row):
-    """One requirement: share: of those who meet it; without: who would be served if it were
-    dropped; alone: who are left out by nothing else; spread_mm: margins at 1, 5, 50, 95 and 99 % of
+    """One requirement: share: of those who meet it where their margins are taken; only: who miss it
+    there and nothing else; without: who would be served, wherever, if it were dropped; spread_mm: margins at 1, 5, 50, 95 and 99 % of
     the people, null where it applies to nobody; unit: in which people read the margins, and unit_mm:
     the millimetres that one of it counts, as in all margins here: an angle or a share is compared with
     lengths; certain, possible: as of `GroupRow`, of those who
@@ -50,8 +50,8 @@ class RequirementRow(Row):
     target: str
     zone: int
     share: float
+    only: float
     without: float
-    alone: float
     certain: float | None
     possible: float | None
     spread_mm: list[float | None]

@@ -169,7 +169,8 @@ def _patterns(known: Known) -> dict[str, list[str]]:
         instruments = [one.name for one in known.room.instruments]
         found |= {"controls": controls, "parts": list(known.parts)}
         found |= {"instruments": instruments, "points": list(known.room.points)}
-        found |= {"mirrors": [one.name for one in known.room.mirrors], "wheel": list(known.parts)}
+        found |= {"mirrors": [one.name for one in known.room.mirrors]}
+        found |= {"wheel": list(known.parts), "inside_wheel": list(known.parts)}
     return found
 
 
@@ -359,6 +360,7 @@ def _criterion(
         r_point=file.r_point or "",
         ground=file.ground or "",
         wheel=matching(file.wheel or [], known.parts),
+        inside_wheel=matching(file.inside_wheel or [], known.parts),
         limits=limits,
         of=tuple(file.of or ()),
         cases=tuple(dict.fromkeys(case for _, case in pairs)),

@@ -7,6 +7,7 @@ import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 from workbench.errors import InputError
@@ -79,6 +80,13 @@ def load_study(source: str | Path) -> Study:
     ------
     InputError
         With a line for each fault of the file, and for those of the files that it names.
+
+    Examples
+    --------
+    >>> import workbench as wb
+    >>> study = wb.load_study("trainer_clearance")
+    >>> [criterion.name for criterion in study.criteria][:2]
+    ['nobody is in the structure', 'head to canopy']
     """
     _check_study(Path(source))
     path = find("studies", str(source))
@@ -90,7 +98,12 @@ def load_study(source: str | Path) -> Study:
     return read_study(document, path, {"study": path})
 
 
-def read_study(document: Document, path: Path, inputs: Mapping[str, Path]) -> Study:
+def read_study(
+    document: Document,
+    path: Path,
+    inputs: Mapping[str, Path],
+    loaded: Mapping[Path, Environment] = MappingProxyType({}),
+) -> Study:
     """Make the study that a document states, with all it names.
 
     Parameters
@@ -101,6 +114,8 @@ def read_study(document: Document, path: Path, inputs: Mapping[str, Path]) -> St
         A file in the folder from which names are looked for.
     inputs
         The files that the document itself is, by role.
+    loaded
+        Environments that are there already, by their files.
 
     Raises
     ------
@@ -108,7 +123,7 @@ def read_study(document: Document, path: Path, inputs: Mapping[str, Path]) -> St
         With a line for each fault of the document, and for those of the files that it names.
     """
     parts, faults = read_parts(document)
-    work = Work(path, document, parts, faults, dict(inputs))
+    work = Work(path, document, parts, faults, dict(inputs), dict(loaded))
     room = _environment(work)
     roles = load_roles(work)
     place_faults(work, roles, room)
@@ -173,7 +188,7 @@ def _environment(work: Work) -> Environment | None:
         work.errors(("environment",), error)
         return None
     try:
-        room = load_environment(source)
+        room = work.environments.get(source) or load_environment(source)
     except InputError as error:
         work.add(error.problems)
         return None

@@ -456,7 +456,7 @@ CHECK_KEYS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
     "sees": (("at_least",), ("parts", "controls", "instruments", "points", "size", "eyes")),
     "outline": (("rules", "side", "at_least"), ("eye_point",)),
     "pillar": (("rules", "parts", "side", "r_point"), ("at_most",)),
-    "forward_field": (("rules", "side", "r_point"), ("parts", "wheel", "at_most")),
+    "forward_field": (("rules", "side", "r_point"), ("parts", "wheel", "inside_wheel", "at_most")),
     "mirror": (("rules", "mirrors", "parts", "ground", "at_least"), ("eye_point",)),
     "reflection": (("rules", "instruments", "parts", "side"), ("at_most", "eye_point")),
     "reads": (("instruments", "rules"), ("at_least", "visible", "eyes")),
@@ -525,6 +525,7 @@ class CriterionFile(FileModel):
     r_point: Name | None = None
     ground: Name | None = None
     wheel: Names | None = None
+    inside_wheel: Names | None = None
     of: Names | None = None
 
     @model_validator(mode="after")

@@ -34,7 +34,7 @@ const verdicts = new Verdicts(visit, showCase, (one) => person.mend(one));
 
 function take(found) {
   const { head } = found;
-  const what = { hello: takeHello, answer: takeAnswer, verdicts: (one) => verdicts.judged(one), fault: takeFault };
+  const what = { hello: takeHello, answer: takeAnswer, verdicts: (one) => verdicts.judged(one), sight: (one) => verdicts.sight(one), fault: takeFault };
   if (what[head.kind]) what[head.kind](head);
   if (head.kind === "busy") busy(head.what);
   if (head.kind === "people") people.show(head);

@@ -18,7 +18,7 @@ export class Eye {
   // source: gives where the person who is chosen looks from, { role, at, sight, up, head, body }, or
   // null; repaint: paints the people anew; say: is told why there is no view.
   constructor(source, repaint, say) {
-    Object.assign(this, { source, repaint, say, panel: null, set: null, body: null, veiled: false, field: 0 });
+    Object.assign(this, { source, repaint, say, panel: null, set: null, body: null, veiled: false, field: 0, shown: () => {} });
     document.addEventListener("left", () => this.left());
   }
 
@@ -59,6 +59,14 @@ export class Eye {
     this.repaint();
   }
 
+  // The eyes go with the head that turns.
+  moveTo(at) {
+    const { viewer } = this.panel;
+    if (!this.set || viewer.camera.at.every((value, k) => value === at[k])) return;
+    viewer.camera.at = at;
+    viewer.draw();
+  }
+
   // The people have moved: the view goes along, turned as it was.
   follow() {
     if (this.set) this.look(this.panel.viewer.camera.angle);
@@ -74,13 +82,15 @@ export class Eye {
     this.button.setAttribute("aria-pressed", "false");
     this.panel.say(this.panel.words);
     this.repaint();
+    this.shown();
   }
 
-  // Say the field once the picture has its size.
+  // Say the field once the picture has its size; shown: is called at each picture, and once the view is left.
   tell() {
     if (!this.set) return;
     const { angle, aspect } = this.panel.viewer.camera;
     const words = fieldWords(this.set.role, angle, aspect);
     if (this.panel.said.textContent !== words) this.panel.say(words);
+    this.shown();
   }
 }

@@ -5,6 +5,7 @@ import { at } from "./elements.js";
 import { Copying } from "./copying.js";
 import { Envelope } from "./envelope.js";
 import { Eye } from "./eye.js";
+import { Field } from "./field.js";
 import { Filming } from "./filming.js";
 import { Ghost } from "./ghost.js";
 import { Measure } from "./measure.js";
@@ -17,6 +18,7 @@ export class Looks {
     Object.assign(this, { state, picture });
     this.motion = state.motion = new Motion(picture, say, () => this.eye.follow());
     this.eye = new Eye(() => this.eyes(), () => this.repaint(), say);
+    this.field = new Field(this.eye, state);
     this.measure = new Measure(say);
     this.envelope = new Envelope(() => this.hand(), say);
     this.copying = new Copying(() => this.names(), say);
@@ -33,6 +35,7 @@ export class Looks {
   take(found) {
     const { head } = found;
     if (head.kind === "measured") this.measure.take(head);
+    if (head.kind === "field") this.field.take(found);
     if (head.kind === "film") this.filming.take(head);
     if (head.kind === "fault" && head.where === "film") this.filming.forget();
     if (head.kind === "ghost") this.ghost.take(found);
@@ -56,6 +59,7 @@ export class Looks {
     for (const one of [this.motion, this.measure, this.envelope]) one.answered(found.head);
     this.ghost.answered(found);
     this.eye.follow();
+    this.field.answered(found.head);
   }
 
   // Look at a case; at a motion from a time [s] on.

@@ -48,6 +48,14 @@ export function nearRow(pair, look, fill) {
   return row;
 }
 
+const NOW = "from where everybody is now; once all rests, a run may find another place for the seat";
+
+// What a verdict comes to, in words; now: of a state that may still be changed.
+export function resultWords({ passed, now }) {
+  if (now) return passed ? "✓ passes now" : "✗ FAILS now";
+  return passed ? "✓ passed" : "✗ FAILED";
+}
+
 // A verdict; look: is given its place, its words and itself; show: the case and the time [s] of one of a motion.
 export function verdictRow(verdict, look, show) {
   const row = element("tr");
@@ -62,7 +70,7 @@ export function verdictRow(verdict, look, show) {
     place.replaceChildren(element("button", `${where} at ${verdict.time.toFixed(3)} s`, { type: "button", className: "look", onclick: moment }));
   }
   row.append(
-    element("td", verdict.passed ? "✓ passed" : "✗ FAILED", { className: `short ${verdict.passed ? "passed" : "failed"}` }),
+    element("td", resultWords(verdict), { className: `short ${verdict.passed ? "passed" : "failed"}`, title: verdict.now ? NOW : "" }),
     element("td", verdict.name),
     element("td", margin, { className: "number" }),
     place,

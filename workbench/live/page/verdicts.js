@@ -40,6 +40,8 @@ export class Verdicts {
   // A state is answered: what is known of the one before is grey until it is judged.
   answered({ people, generation }) {
     at("verdicts").classList.toggle("waiting", generation !== this.head?.generation);
+    this.generation = generation;
+    for (const row of at("verdicts").children) this.mark(row);
     const wrong = people.filter(({ trouble }) => trouble.length);
     this.troubled = wrong.length > 0;
     at("trouble").hidden = !this.troubled;
@@ -66,6 +68,22 @@ export class Verdicts {
     at("warnings").hidden = !warnings.length;
     at("warnings").querySelector("ul").replaceChildren(...warnings.map((words) => element("li", words)));
     this.title();
+  }
+
+  // What is seen in a state, from where everybody is: this row alone is of that state until it is judged.
+  sight({ generation, row }) {
+    if (generation <= (this.head?.generation ?? -1)) return;
+    const k = this.head?.rows.findIndex((one) => one.name === row.name && !one.time) ?? -1;
+    if (k < 0) return;
+    const made = verdictRow(row, this.visit, this.show);
+    made.dataset.generation = generation;
+    this.mark(made);
+    at("verdicts").children[k].replaceWith(made);
+  }
+
+  // What is of the state that is shown is not grey.
+  mark(row) {
+    row.classList.toggle("now", Number(row.dataset.generation) === this.generation);
   }
 
   title() {

@@ -36,7 +36,13 @@ from numpy.typing import NDArray
 
 from workbench.compiled import inlined, inner, njit
 from workbench.contact.kernels.field import deepest, square_bound
-from workbench.geometry.vectors import subtract, vector
+from workbench.geometry.vectors import (
+    rotation_part,
+    store,
+    subtract,
+    transpose_matvec,
+    vector,
+)
 from workbench.posture.kernels.contacts import (
     Limbs,
     Obstacles,
@@ -94,6 +100,9 @@ touch them."""
 HINT = 2e-3
 NEAR = 0.03
 """How near [m] parts are minded: where a posture is sought, and where it is made comfortable."""
+PLANE_GRID = 2.0**20
+"""[1/m] Planes of contacts are rounded to one over this, a micrometre, in the axes of the segment that
+the limb hangs on: the last digits, which are others once a cockpit is turned, choose no step."""
 MOST_PLANES = 16
 ALIKE = 0.95
 """Cosine between the normals of two contacts of one sphere above which only the deeper counts."""
@@ -216,7 +225,8 @@ class Looked(NamedTuple):
 
 class Case(NamedTuple):
     """One row: the limb `limbs` of row `body` of a body, with its chain `link`, among the parts of
-    `room`; row `row` of held (P, J, 4), base (P, 3, 4) and goal (P, 12)."""
+    `room`; row `row` of held (P, J, 4), of base (P, 3, 4) and goal (P, 12) in the axes of the held
+    segment, and of these in the `world` and as a `target` there."""
 
     link: Linkage
     limbs: Limbs
@@ -224,6 +234,8 @@ class Case(NamedTuple):
     held: NDArray[np.float64]
     base: NDArray[np.float64]
     goal: NDArray[np.float64]
+    world: NDArray[np.float64]
+    target: NDArray[np.float64]
     body: int
     row: int
 
@@ -313,7 +325,7 @@ def _contacts(case, near, desk):  # type: ignore[no-untyped-def]
         case.limbs,
         case.body,
         case.held,
-        case.base,
+        case.world,
         case.row,
         desk.trial,
         none,
@@ -321,6 +333,24 @@ def _contacts(case, near, desk):  # type: ignore[no-untyped-def]
         near,
         desk.space,
     )
+
+
+@inlined
+def _turn_plane(frame, planes, m):  # type: ignore[no-untyped-def]
+    """Turn plane m of the world into the axes of the held segment, and round it."""
+    n = vector(planes.normal[m])
+    height = planes.offset[m] - n[0] * frame[0, 3] - n[1] * frame[1, 3] - n[2] * frame[2, 3]
+    planes.offset[m] = _rounded(height)
+    x, y, z = transpose_matvec(rotation_part(frame), n)
+    store((_rounded(x), _rounded(y), _rounded(z)), planes.normal[m])
+    x, y, z = vector(planes.point[m])
+    store((_rounded(x), _rounded(y), _rounded(z)), planes.point[m])
+
+
+@inlined
+def _rounded(number):  # type: ignore[no-untyped-def]
+    """A number of a plane on its grid."""
+    return np.rint(number * PLANE_GRID) / PLANE_GRID
 
 
 @inner
@@ -332,6 +362,7 @@ def _make_planes(case, count, desk):  # type: ignore[no-untyped-def]
     many = 0
     for i in range(count):
         plane_of_contact(case.limbs, case.body, case.room, i, CLEAR, desk.space, planes, many)
+        _turn_plane(case.world[case.row], planes, many)
         sphere[many] = int(desk.space.found[0, i, 1])
         same = False
         for m in range(many):
@@ -626,7 +657,7 @@ def _search_on(case, seeds, lots, desk, out):  # type: ignore[no-untyped-def]
     then a reach from the other lots, about the best that failed, and from known postures; True
     where one is found."""
     first = min(lots, LOTS_BEFORE_PROOF)
-    target = vector(case.goal[case.row])
+    target = vector(case.target[case.row])
     if lots > FEW_LOTS and has_no_room(
         case.limbs, case.body, case.room, target, REACHED, desk.turns, desk.space
     ):
@@ -699,7 +730,7 @@ def _buried_in(case, desk):  # type: ignore[no-untyped-def]
         if room.field.trees.root[g] < 0:
             continue
         shift = vector(room.shift[case.body]) if g == 1 else (0.0, 0.0, 0.0)
-        point = subtract(vector(case.goal[case.row]), shift)
+        point = subtract(vector(case.target[case.row]), shift)
         x, y, z = point
         if square_bound(x, y, z, room.field, g)[1]:
             continue
@@ -832,7 +863,7 @@ def clear_reaches(link, limbs, who, held, problem, room, seeds, out, begin, end)
     """Keep reaches clear of obstacles, rows begin..end of P, each by itself.
 
     link, limbs: of B bodies; who (P,): the body of each row; held (P, J, 4); problem: base (P, 3,
-    4) and goal (P, 12); room: the parts; seeds: postures to begin at; out: the Outcome.
+    4) and goal (P, 12) in the axes of the held segments, and in the world; room: the parts; seeds: postures to begin at; out: the Outcome.
     """
     desk = _new_desk(link, limbs, held.shape[1], len(seeds.angles))
     _clear_rows(link, limbs, who, held, problem, room, seeds, out, (begin, end), desk)
@@ -841,14 +872,14 @@ def clear_reaches(link, limbs, who, held, problem, room, seeds, out, begin, end)
 @inner
 def _clear_rows(link, limbs, who, held, problem, room, seeds, out, rows, desk):  # type: ignore[no-untyped-def]
     """Keep the rows rows[0]..rows[1] of P clear, each by itself."""
-    base, goal = problem
+    base, goal, world, target = problem
     begin, end = rows
     last = np.int64(-1)
     for p in range(begin, end):
         if who[p] != last:
             forget(desk.space)
             last = who[p]
-        case = Case(link, limbs, room, held, base, goal, who[p], p)
+        case = Case(link, limbs, room, held, base, goal, world, target, who[p], p)
         take_row(out.angles, p, desk.state.angles)
         if out.effort[p] >= NEARER:
             many = out.effort[p] == NEARER
@@ -950,13 +981,13 @@ def _copy_looked(last, gap, to_last, to_gap):  # type: ignore[no-untyped-def]
 @inner
 def _look_again(link, limbs, who, held, problem, room, looked, out, rows, desk):  # type: ignore[no-untyped-def]
     """Look at the rows rows[0]..rows[1] of P again, each by itself."""
-    base, goal = problem
+    base, goal, world, target = problem
     begin, end = rows
     space = desk.space
     for p in range(begin, end):
         if out.doubt[p] == KEPT:
             continue
-        case = Case(link, limbs, room, held, base, goal, who[p], p)
+        case = Case(link, limbs, room, held, base, goal, world, target, who[p], p)
         _copy_looked(looked.last[p], looked.gap[p], space.last, space.gap)
         take_row(out.angles, p, desk.state.angles)
         desk.least[0] = np.inf

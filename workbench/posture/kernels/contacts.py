@@ -22,13 +22,13 @@ from workbench.contact.kernels.field import (
     Field,
     depth_in,
     near_polygon,
-    record_gap,
     solids_at,
     square_bound,
 )
 from workbench.contact.kernels.heads import near_heads
 from workbench.contact.kernels.inside import Shells
 from workbench.contact.kernels.pairs import Balls
+from workbench.contact.kernels.search import record_gap
 from workbench.contact.kernels.wide import DEEP, EIGHT, near_boxes, point_lanes
 from workbench.geometry.lanes import first_bit
 from workbench.geometry.polygon import Faces, point_polygon

@@ -47,7 +47,7 @@ class Guides(NamedTuple):
     angles: Floats
     """(P, K, 3) [rad] their postures."""
     held: Floats
-    """(P, 6 + R) multipliers of the ray, in the world, and of the R stops."""
+    """(P, 6 + R) multipliers of the ray, in the axes of base and rays, and of the R stops."""
     ways: Floats
     """(P,) [m] how far they came beyond the point, minus infinity for a row without a guide."""
 
@@ -58,7 +58,7 @@ class Extents(NamedTuple):
     angles: Floats
     """(P, K, 3) [rad] starts that reach the points in, the postures at the far ends out."""
     held: Floats
-    """(P, 6 + R) multipliers of the ray, in the world, and of the R stops."""
+    """(P, 6 + R) multipliers of the ray, in the axes of base and rays, and of the R stops."""
     ways: Floats
     """(P,) [m] how far beyond the point: the most that was asked for if that is reached, minus
     infinity if nothing on the ray was."""
@@ -70,7 +70,7 @@ class _Ray(NamedTuple):
     """One ray as the x axis of a frame of its own."""
 
     turn: Floats
-    """(3, 3) frame-from-world rotation: its rows are the axes of the frame."""
+    """(3, 3) rotation from the axes of base and rays to the frame: its rows are the axes of the frame."""
     base: Floats
     """(1, 3, 4) [m] frame-from-base transform."""
     goal: Floats
@@ -234,7 +234,7 @@ def reach_outward(link, who, base, rays, planes, far, most, near, out, begin, en
     who : (P,)
         Row of the body of each chain.
     base : (P, 3, 4)
-        World-from-base transforms [m].
+        Transforms [m] from the held links to the axes of the rays.
     rays : (P, 6)
         A point [m] and a unit direction each.
     planes : Planes

@@ -130,7 +130,7 @@ def still_reached(
     limbs = packed_limbs(body, limb)
 
     def work(begin: int, end: int) -> None:
-        problem = task.base, task.goal
+        problem = *task.own, task.base, task.goal
         still_reaches(
             task.link, limbs, task.who, task.held, problem, room, kept.looked, out, begin, end
         )

@@ -4,6 +4,8 @@ of obstacles."""
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
@@ -34,6 +36,7 @@ __all__ = [
     "REACHED",
     "TURN_LEVER",
     "Found",
+    "Problem",
     "Task",
     "Walls",
     "apply",
@@ -42,6 +45,7 @@ __all__ = [
     "goals_of",
     "legal",
     "limb_task",
+    "on_grid",
     "posed",
     "rows_of",
     "solved",
@@ -57,6 +61,18 @@ SLACK = 0.03
 """A stop that gives less than this [m/rad] is not what limits a reach."""
 PIECE = 128
 """Rows that a thread takes at a time."""
+GRID = 2.0**30
+"""[1/m] Where axes are people's own, points in them are rounded to one over this, 9e-10 m. So the last
+digits, which are others once a cockpit is turned or moved, choose no step of a search."""
+
+
+class Problem(NamedTuple):
+    """What is asked of P limbs, in the axes of the segments that they hang on, for the kernels."""
+
+    base: Floats
+    """(P, 3, 4) the held segment at the origin of these axes."""
+    goal: Floats
+    """(P, 12) as of `Task`."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,15 +94,26 @@ class Task:
     base: Floats
     """(P, 3, 4) [m] where the held segment stands in the world."""
     goal: Floats
-    """(P, 12) the target [m], the direction, and the weights of their six numbers."""
+    """(P, 12) the target [m], the direction, and the weights of their six numbers: one weight of the
+    target and one of the direction, along all axes."""
 
     def __len__(self) -> int:
         return len(self.who)
 
+    @cached_property
+    def own(self) -> Problem:
+        """The same in the axes of the held segment."""
+        goal = self.goal.copy()
+        back = self.base[:, :, :3].transpose(0, 2, 1)
+        goal[:, :3] = on_grid(apply(back, goal[:, :3] - self.base[:, :, 3]))
+        goal[:, 3:6] = on_grid(apply(back, goal[:, 3:6]))
+        return Problem(np.repeat(np.eye(3, 4)[None], len(self), axis=0), goal)
+
 
 @dataclass(frozen=True, eq=False)
 class Found:
-    """Angles (P, K, 3), numbers (P, 8) and multipliers held (P, 6 + R) as the kernel gives them,
+    """Angles (P, K, 3), numbers (P, 8) and multipliers held (P, 6 + R) as the kernel gives them, in the
+    axes of the held segment,
     overlap (P,) [m], part (P,) that is entered deepest or holds the limb, -1 where none."""
 
     angles: Floats
@@ -118,8 +145,8 @@ class Found:
 
 @dataclass(frozen=True, eq=False)
 class Walls:
-    """Planes (Q, 8) (link, point, normal, offset) with their parts (Q,); those of row p are
-    start[p]:start[p + 1]."""
+    """Planes (Q, 8) (link, point, normal, offset) in the world with their parts (Q,); those of row p
+    are start[p]:start[p + 1]."""
 
     planes: Floats
     part: Ints
@@ -142,6 +169,12 @@ def goals_of(targets: Floats) -> Floats:
     goal[:, :3] = targets
     goal[:, 6:9] = 1.0
     return goal
+
+
+def on_grid(points: Floats) -> Floats:
+    """Points [m] or directions in somebody's own axes, rounded."""
+    found: Floats = np.rint(points * GRID) / GRID
+    return found
 
 
 def apply(matrices: Floats, vectors: Floats) -> Floats:
@@ -204,13 +237,15 @@ def solved(
     planes = NO_PLANES
     first = np.zeros(count + 1, dtype=np.int64)
     if walls is not None:
-        at, normal, offset = (
-            np.ascontiguousarray(walls.planes[:, c]) for c in (slice(1, 4), slice(4, 7), 7)
-        )
+        base = np.repeat(task.base, np.diff(walls.start), axis=0)
+        at = np.ascontiguousarray(walls.planes[:, 1:4])
+        normal = walls.planes[:, 4:7]
+        offset = walls.planes[:, 7] - np.einsum("qi,qi->q", normal, base[:, :, 3])
+        normal = apply(base[:, :, :3].transpose(0, 2, 1), normal)
         planes = Planes(walls.planes[:, 0].astype(np.int64), at, normal, offset)
         first = walls.start
     search = Search(DESCENT_STEPS, task.seeds, again)
-    problem = (task.base, task.goal)
+    problem = (task.own.base, task.own.goal)
     if near is not None:
         out = Solutions(np.array(near.angles), np.array(near.numbers), np.array(near.held))
     known = np.full(count, int(near is not None))

@@ -105,6 +105,13 @@ def limb(body: Body, name: str, *, grip: str | None = None, zone: int = 1) -> Li
     ------
     InputError
         If a name is unknown, or the body lacks the landmark.
+
+    Examples
+    --------
+    >>> import workbench as wb
+    >>> arm = wb.limb(wb.load_body("adult_male"), "right hand", grip="push", zone=2)
+    >>> arm.name, len(arm.free)
+    ('right hand, push', 4)
     """
     return _limb(body, name, grip, zone)
 

@@ -18,9 +18,10 @@ from numpy.typing import NDArray
 
 from workbench.contact.collide import allowed_depth
 from workbench.contact.fields import field_of, packed_faces, packed_shells
-from workbench.contact.kernels.field import Field, Trees
+from workbench.contact.kernels.field import Field
 from workbench.contact.kernels.inside import Shells
 from workbench.contact.kernels.pairs import Balls
+from workbench.contact.kernels.search import Trees
 from workbench.geometry.polygon import Faces
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.body import Body, Topology
@@ -125,7 +126,7 @@ def cleared(
             limbs,
             task.who,
             task.held,
-            (task.base, task.goal),
+            (*task.own, task.base, task.goal),
             obstacles,
             task.seeds,
             out,

@@ -25,7 +25,7 @@ class Lead:
     angles: Floats
     """(P, K, 3) [rad] their postures."""
     held: Floats
-    """(P, 6 + R) multipliers of the ray, in the world, and of the stops."""
+    """(P, 6 + R) multipliers of the ray, in the axes of the held segments, and of the stops."""
     ways: Floats
     """(P,) [m] how far beyond the target, minus infinity where nothing on the ray was reached."""
 
@@ -68,7 +68,7 @@ def outward(
     found
         The solutions of the task.
     ways
-        (P, 3) the directions of the rays, of any length.
+        (P, 3) the directions of the rays in the axes of the held segments, of any length.
     lead
         How far a guide of each row came.
     most
@@ -76,7 +76,7 @@ def outward(
     """
     count = len(task)
     size = np.sqrt(ways[:, :1] ** 2 + ways[:, 1:2] ** 2 + ways[:, 2:] ** 2)
-    rays = np.concatenate([task.goal[:, :3], ways / np.maximum(size, 1e-9)], axis=1)
+    rays = np.concatenate([task.own.goal[:, :3], ways / np.maximum(size, 1e-9)], axis=1)
     known = Guides(lead.angles, lead.held, lead.ways)
     held = np.zeros((count, 6 + len(task.link.rows)))
     out = Extents(np.array(found.angles), held, np.zeros(count), np.zeros(count, dtype=np.int64))
@@ -85,7 +85,7 @@ def outward(
         reach_outward(
             task.link,
             task.who,
-            task.base,
+            task.own.base,
             rays,
             NO_PLANES,
             most,

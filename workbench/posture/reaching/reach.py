@@ -156,6 +156,16 @@ def reach(
     UsageError
         If the numbers of rows do not match, the limb is of another body, or bystanders are given
         without an environment.
+
+    Examples
+    --------
+    >>> import workbench as wb
+    >>> body, trainer = wb.load_body("adult_male"), wb.load_environment("trainer")
+    >>> seated = wb.seat(body, wb.pose(body, {}, reference="LT"), trainer.seat("left")).poses
+    >>> arm = wb.limb(body, "right hand", zone=2)
+    >>> found = wb.reach(body, seated, [trainer.control("throttle").at], limb=arm)
+    >>> found.reached, found.miss.round(3)
+    (array([[ True]]), array([[0.]]))
     """
     if bystanders and environment is None:
         raise UsageError("bystanders: they are heeded beside an environment only, got none")
@@ -323,7 +333,7 @@ def _solved_crowd(crowd: _Crowd, ask: _Ask) -> _Solved:
     rows = np.flatnonzero(reached)
     if ask.most > 0 and len(rows):
         some = rows_of(task, rows)
-        root = _roots(task, crowd.held)[whose[rows]]
+        root = _roots(task, _at_origin(crowd.held))[whose[rows]]
         lead = no_lead(some) if guided is None else guided.beyond(rows, start[rows], ask.most)
         beyond = _extension(some, found.rows(rows), root, lead, ask)
         extension[rows] = np.maximum(extension[rows], beyond)
@@ -395,8 +405,9 @@ def _of_rows(ask: _Ask, whose: Ints, rows: Ints) -> _Ask:
 
 
 def _extension(task: Task, found: Found, root: Floats, lead: Lead, ask: _Ask) -> Floats:
-    """(P,) [m] how much farther out limbs reach than their targets, on rays from root (P, 3) [m]."""
-    ways = task.goal[:, :3] - root
+    """(P,) [m] how much farther out limbs reach than their targets, on rays from root (P, 3) [m], in
+    the axes of the held segments."""
+    ways = task.own.goal[:, :3] - root
     led = outward(task, found, ways, lead, most=ask.most, threads=ask.threads)
     beyond: Floats = np.clip(led.ways, 0.0, ask.most)
     return beyond
@@ -451,8 +462,13 @@ def _guided(task: Task, crowd: _Crowd, ask: _Ask, whose: Ints) -> _Guided | None
     guides = guides_of(task.body, task.limb)
     if guides is None:
         return None
-    how = guides.guiding(task, crowd.held, whose)
-    return _Guided(guides, how, guides.cubes(task.goal[:, :3], how))
+    how = guides.guiding(task, _at_origin(crowd.held), whose)
+    return _Guided(guides, how, guides.cubes(task.own.goal[:, :3], how))
+
+
+def _at_origin(held: Poses) -> Poses:
+    """Postures in the axes of the segments that they are placed by."""
+    return replace(held, world_from_reference=np.repeat(np.eye(3, 4)[None], len(held), axis=0))
 
 
 def _roots(task: Task, held: Poses) -> Floats:

@@ -21,7 +21,8 @@ from workbench.model.body import Body
 from workbench.model.driving import Driver, Package
 from workbench.model.environment import Seat
 from workbench.model.poses import Poses, row_for_each
-from workbench.model.posing import angles_of, attitude_matrix, compose, join_poses, motion_of
+from workbench.model.posing import angles_of, compose, join_poses, motion_of
+from workbench.model.reason import Reason
 from workbench.model.short_repr import short_repr
 from workbench.posture.reaching.chains import (
     REACHED,
@@ -44,7 +45,8 @@ from workbench.posture.seating.driving_legs import (
     pitches_at,
     soles_on,
 )
-from workbench.posture.seating.seat import PEOPLE_PER_SEAT_BATCH, Seated
+from workbench.posture.seating.seat import PEOPLE_PER_SEAT_BATCH, Seated, in_world
+from workbench.posture.seating.seating import own_axes
 from workbench.posture.seating.spine import SPINE, Spine, spine_of, spine_tilts
 from workbench.posture.seating.stepping import limits_of
 from workbench.posture.seating.thighs import pressed_thighs
@@ -97,7 +99,7 @@ def driving_posture(
 ) -> DrivingPosture:
     """Find the driving postures of B drivers.
 
-    They are found as if the seat faced along +x, and turned with it. The foot that is nearest to the
+    They are found in the seat's own axes. The foot that is nearest to the
     ball of foot reference point is on the accelerator; of two alike the right one. The seat's hip point comes to where the body wants it by `h_point_offset`, as far as the travel
     goes. A driver gets the same posture alone and in any company.
 
@@ -138,73 +140,26 @@ def driving_posture(
     if not len(who) == len(drawn) == count:
         got = f"{len(who)} and {len(drawn)}"
         raise UsageError(f"drivers, numbers: expected {count} of each for {count} poses, got {got}")
-    if seat.yaw != 0.0:
-        ahead = _headed(poses, seat, package, feet)
-        return _turned(
-            driving_posture(
-                body,
-                ahead.poses,
-                ahead.seat,
-                drivers=drivers,
-                package=ahead.package,
-                feet=ahead.feet,
-                eye=eye,
-                seed=seed,
-                numbers=numbers,
-                positions=positions,
-            ),
-            attitude_matrix(yaw=seat.yaw),
-        )
+    axes = own_axes(seat)
     travel = np.array([seat.travel_forward, seat.travel_up])
     ends = np.tile(travel, (count, 1, 1)) if positions is None else np.stack([positions] * 2, -1)
-    every = _Case(seat, package, feet, eye, seed, ends, positions is not None)
+    every = _Case(
+        axes.seat,
+        Package(*(axes.point(getattr(package, one.name)) for one in fields(package))),
+        {foot: axes.point(at) for foot, at in feet.items()},
+        None if eye is None else axes.height(eye),
+        seed,
+        ends,
+        positions is not None,
+    )
     parts = []
     for first in range(0, count, PEOPLE_PER_SEAT_BATCH):
         some = slice(first, first + PEOPLE_PER_SEAT_BATCH)
         own = Poses(poses.rotations[some], poses.reference, poses.world_from_reference[some])
         case = replace(every, travel=ends[some])
         parts.append(_at_wheel(people[some], own, case, who[some], drawn[some]))
-    return _driving(parts, every, poses.person)
-
-
-@dataclass(frozen=True, eq=False)
-class _Headed:
-    """What a driver has around, seen in axes whose x is the heading of the seat."""
-
-    poses: Poses
-    seat: Seat
-    package: Package
-    feet: Mapping[str, tuple[float, float, float]]
-
-
-def _headed(
-    poses: Poses, seat: Seat, package: Package, feet: Mapping[str, tuple[float, float, float]]
-) -> _Headed:
-    back = attitude_matrix(yaw=-seat.yaw)
-
-    def seen(point: tuple[float, float, float]) -> tuple[float, float, float]:
-        x, y, z = (back @ np.array(point)).tolist()
-        return x, y, z
-
-    return _Headed(
-        replace(poses, world_from_reference=back @ poses.world_from_reference),
-        replace(seat, srp=seen(seat.srp), yaw=0.0),
-        Package(*(seen(getattr(package, one.name)) for one in fields(package))),
-        {foot: seen(at) for foot, at in feet.items()},
-    )
-
-
-def _turned(found: DrivingPosture, heading: Floats) -> DrivingPosture:
-    """Drivers who face along +x, turned about the vertical axis through the origin."""
-    poses = found.poses
-    return replace(
-        found,
-        poses=replace(poses, world_from_reference=heading @ poses.world_from_reference),
-        shift=found.shift @ heading.T,
-        eye=found.eye @ heading.T,
-        hips=found.hips @ heading.T,
-        h_point=found.h_point @ heading.T,
-    )
+    found = in_world(_driving(parts, every, poses.person), axes)
+    return replace(found, hips=axes.back(found.hips), h_point=axes.back(found.h_point))
 
 
 def _driving(parts: Sequence[_Drivers], case: _Case, person: Ints | None) -> DrivingPosture:
@@ -279,7 +234,7 @@ class _Drivers:
     hips: Floats
     expected: Floats
     miss: dict[str, Floats]
-    limit: dict[str, tuple[str, ...]]
+    limit: dict[str, tuple[Reason, ...]]
     pressed: Floats
     pitches: dict[str, Floats]
 

@@ -21,13 +21,14 @@ from workbench.model.body import Body
 from workbench.model.environment import Seat
 from workbench.model.poses import Poses, check_rows, row_for_each
 from workbench.model.posing import join_poses
+from workbench.model.reason import Reason
 from workbench.model.short_repr import short_repr
 from workbench.posture.kernels.seat_search import SeatPlaces, seat_rows
 from workbench.posture.kernels.sitting import PRESSED, ROW, TOTAL_DISCOMFORT, VISITED, Sitting
-from workbench.posture.reaching.chains import Task
+from workbench.posture.reaching.chains import Task, apply
 from workbench.posture.seating.posture import DECIMALS, Pedals, positions
 from workbench.posture.seating.resting import at_rest, lap_of, sitting_of
-from workbench.posture.seating.seating import seat_attitude
+from workbench.posture.seating.seating import SeatAxes, own_axes, seat_attitude
 from workbench.posture.seating.stepping import (
     comfortable,
     first_places,
@@ -37,9 +38,10 @@ from workbench.posture.seating.stepping import (
 )
 from workbench.threads import in_pieces
 
-__all__ = ["PEOPLE_PER_SEAT_BATCH", "Seated", "join_seated", "seat"]
+__all__ = ["PEOPLE_PER_SEAT_BATCH", "Seated", "in_world", "join_seated", "seat"]
 
 _Number = TypeVar("_Number", np.float64, np.int64)
+_People = TypeVar("_People", bound="Seated")
 
 PEOPLE_PER_SEAT_BATCH = 256
 """Rows of a body that are packed at a time, which bounds the memory."""
@@ -65,8 +67,8 @@ class Seated:
     """(B,) [m] how much the eyes stay above (+) or below (-) the height asked for; 0 if none is."""
     miss: Mapping[str, Floats]
     """(B,) [m] by foot: its distance from its pedal."""
-    limit: Mapping[str, tuple[str, ...]]
-    """(B,) by foot: what limits it in words, "" where nothing does."""
+    limit: Mapping[str, tuple[Reason, ...]]
+    """(B,) by foot: what limits it."""
     spare_travel: Floats
     """(B, 4) [m] travel that is left to the rear, to the front, down and up."""
     discomfort: Floats
@@ -165,7 +167,8 @@ def seat(
     With pedals, the seat stands at one of the places 10 mm apart along its travel: where the feet
     miss least, then where the thighs press no deeper into the front of the cushion than it gives,
     then most comfortably, then nearest to where it stands at rest. These are looked for downhill
-    from a guess. The same person is seated alike alone and in any company.
+    from a guess. The same person is seated alike alone and in any company, and wherever the seat stands
+    and faces: all is looked for in the seat's own axes.
 
     Parameters
     ----------
@@ -192,18 +195,56 @@ def seat(
         If there are not as many poses as rows.
     InputError
         If nothing of a body rests on the seat, or if the eyes are asked for and it has none.
+
+    Examples
+    --------
+    >>> import workbench as wb
+    >>> body, trainer = wb.load_body("adult_male"), wb.load_environment("trainer")
+    >>> sitting = wb.pose(body, {"LH": {"flexion": 85}, "RH": {"flexion": 85}}, reference="LT")
+    >>> found = wb.seat(body, sitting, trainer.seat("left"))
+    >>> found.poses.reference, found.poses.world_from_reference[0, :3, 3].round(3)  # [m]
+    (1, array([0.087, 0.28 , 0.435]))
     """
     check_rows(poses, len(poses), "people")
     people = row_for_each(body, poses)
-    ask = _Ask(seat, eye, Pedals({}) if pedals is None else pedals, every, threads)
+    axes = own_axes(seat)
+    ask = _Ask(
+        axes.seat,
+        None if eye is None else axes.height(eye),
+        Pedals({}) if pedals is None else _pedals_in(axes, pedals),
+        every,
+        threads,
+    )
     found = []
     for first in range(0, len(poses), PEOPLE_PER_SEAT_BATCH):
         some = slice(first, first + PEOPLE_PER_SEAT_BATCH)
         own = Poses(poses.rotations[some], poses.reference, poses.world_from_reference[some])
         travel = _travel_of(seat, len(own), None if held is None else held[some])
         found.append(_some_people(people[some], own, ask, travel))
-    seated = found[0] if len(found) == 1 else join_seated(found)
+    seated = in_world(found[0] if len(found) == 1 else join_seated(found), axes)
     return replace(seated, poses=replace(seated.poses, time=poses.time, person=poses.person))
+
+
+def _pedals_in(axes: SeatAxes, pedals: Pedals) -> Pedals:
+    """Pedals in the axes of a seat."""
+    floor = pedals.floor
+    return Pedals(
+        {foot: axes.point(at) for foot, at in pedals.at.items()},
+        None if floor is None else axes.height(floor),
+    )
+
+
+def in_world(found: _People, axes: SeatAxes) -> _People:
+    """People who sit in the axes of a seat, in the world."""
+    heading = axes.world[:, :3]
+    world = heading @ found.poses.world_from_reference
+    world[:, :, 3] += axes.world[:, 3]
+    return replace(
+        found,
+        poses=replace(found.poses, world_from_reference=world),
+        shift=apply(heading[None], found.shift),
+        eye=axes.back(found.eye),
+    )
 
 
 def _travel_of(seat: Seat, people: int, held: Floats | None) -> _Travel:

@@ -7,13 +7,48 @@ the cushion, the rearmost toward the back, the reference segment on the centre l
 
 from __future__ import annotations
 
+from dataclasses import dataclass, replace
+
 import numpy as np
 
 from workbench.model.arrays import Floats
 from workbench.model.environment import Seat
 from workbench.model.posing import attitude_matrix
+from workbench.posture.reaching.chains import apply, on_grid
 
-__all__ = ["seat_attitude", "seat_planes", "seat_shift"]
+__all__ = ["SeatAxes", "own_axes", "seat_attitude", "seat_planes", "seat_shift"]
+
+
+@dataclass(frozen=True, eq=False)
+class SeatAxes:
+    """Axes at the reference point of a seat, x along its heading, z up. Points in them are rounded to
+    a nanometre, so that the last digits choose no place.
+
+    seat: the seat as it is in them; world (3, 4) [m]: the transform from these axes to the world.
+    """
+
+    seat: Seat
+    world: Floats
+
+    def point(self, at: tuple[float, float, float]) -> tuple[float, float, float]:
+        """A point of the world [m] in these axes."""
+        own = self.world[:, :3].T @ (np.array(at) - self.world[:, 3])
+        x, y, z = on_grid(own).tolist()
+        return x, y, z
+
+    def height(self, z: float) -> float:
+        """A height in the world [m] in these axes."""
+        return float(on_grid(np.array(z - self.world[2, 3])))
+
+    def back(self, points: Floats) -> Floats:
+        """Points (B, 3) [m] in these axes as they are in the world."""
+        return apply(self.world[None, :, :3], points) + self.world[:, 3]
+
+
+def own_axes(seat: Seat) -> SeatAxes:
+    """The axes of a seat in its reference position."""
+    world = np.column_stack([attitude_matrix(yaw=seat.yaw), seat.srp])
+    return SeatAxes(replace(seat, srp=(0.0, 0.0, 0.0), yaw=0.0), world)
 
 
 def seat_planes(seat: Seat) -> tuple[Floats, Floats, Floats]:

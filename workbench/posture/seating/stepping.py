@@ -9,7 +9,8 @@ from workbench.model.body import Body
 from workbench.model.poses import Poses
 from workbench.model.posing import motion_of
 from workbench.model.quaternions import cross, exponential, multiply, swing_twist
-from workbench.model.reach import limit_words
+from workbench.model.reach import stop_reason
+from workbench.model.reason import NO_REASON, Reason
 from workbench.posture.kernels.sitting import Legs
 from workbench.posture.reaching.chains import (
     AGAIN,
@@ -207,8 +208,8 @@ def _comfort(body: Body, joint: int, motion: str) -> tuple[float, float]:
     return sign * float(mode[axis]), float(half[axis])
 
 
-def limits_of(task: Task, numbers: Floats) -> tuple[str, ...]:
-    """Name what limits a foot that misses its pedal, for each person; "" where it does not miss.
+def limits_of(task: Task, numbers: Floats) -> tuple[Reason, ...]:
+    """Tell what limits a foot that misses its pedal, for each person; `NO_REASON` where it does not.
 
     Parameters
     ----------
@@ -220,7 +221,7 @@ def limits_of(task: Task, numbers: Floats) -> tuple[str, ...]:
     Returns
     -------
     tuple
-        B texts.
+        B reasons.
     """
     reached = numbers[:, 0] <= REACHED
     count = len(numbers)
@@ -228,4 +229,6 @@ def limits_of(task: Task, numbers: Floats) -> tuple[str, ...]:
         np.zeros((count, 0, 3)), numbers, np.zeros((count, 0)), np.zeros(count), np.full(count, -1)
     )
     stop = np.stack(stopped_by(task, found, reached))
-    return tuple("" if reached[b] else limit_words(task.body, stop[:, b]) for b in range(count))
+    return tuple(
+        NO_REASON if reached[b] else stop_reason(task.body, stop[:, b]) for b in range(count)
+    )

@@ -8,11 +8,11 @@ from workbench.draw.scene import Mark, Scene, SceneBody
 from workbench.draw.web.packing import Packing
 from workbench.draw.web.views import scene_view
 from workbench.model.comparison import Comparison, Judged
+from workbench.model.figures import plain
 from workbench.model.population_found import ChangedPerson, Shown
 from workbench.report.comparison.words import change_sentence, worst_missed
 from workbench.report.population.words import (
     person_name,
-    plain,
     spare_words,
 )
 from workbench.report.states import TwoStates, two_states

@@ -7,9 +7,9 @@ import numpy as np
 from workbench.body.people.share import percent, percent_number
 from workbench.model.accommodation import MET
 from workbench.model.comparison import Comparison, Judged, PairedShare
+from workbench.model.figures import plain
 from workbench.report.population.words import (
     person_name,
-    plain,
     spare_words,
 )
 

@@ -21,9 +21,11 @@ from workbench.files.results.population import (
 )
 from workbench.model.accommodation import Gain, GroupShare, ReachMap
 from workbench.model.arrays import Floats
+from workbench.model.figures import plain
 from workbench.model.measures import MASS
 from workbench.model.population import SEXES
 from workbench.model.population_found import PeopleOverlap, PopulationFound
+from workbench.model.reason import NO_REASON
 from workbench.model.study import PeopleDrawn, Study
 from workbench.report.population.words import (
     certain_shares,
@@ -43,8 +45,9 @@ def population_lines(result: PopulationFound) -> list[str]:
     order = [r for r in np.argsort(result.single, kind="stable") if result.single[r] < 1.0]
     count = len(result.served)
     lines = [
-        f"{percent(float(result.single[r]), count):>7}  {result.requirements[r].name}"
-        f" (alone leaves out {percent(float(result.alone[r]), count)})"
+        f"{percent(float(result.single[r]), count):>7}  {plain(result.requirements[r].name)}"
+        f" ({percent(float(result.only[r]), count)} miss only this; without it"
+        f" {percent(float(result.without[r]), count)} fit)"
         for r in order
     ]
     lines += [gain_sentence(gain, count) for gain in result.gains] or no_gain_words(result)
@@ -73,7 +76,7 @@ def population_rows(result: PopulationFound, people_hash: str) -> PopulationRows
         maps=[_map(found) for found in result.maps],
         overlaps=[_overlap(found) for found in result.overlaps],
         design=design_of(result.study),
-        reasons=list(result.reasons),
+        reasons=[one.text for one in result.reasons],
         people=_people(result),
     )
 
@@ -148,8 +151,8 @@ def _requirement(result: PopulationFound, r: int) -> RequirementRow:
         target=row.target,
         zone=row.zone,
         share=_share(float(result.single[r])),
+        only=_share(float(result.only[r])),
         without=_share(float(result.without[r])),
-        alone=_share(float(result.alone[r])),
         certain=_share_or_none(certain),
         possible=_share_or_none(possible),
         unit=row.unit.column,
@@ -203,7 +206,7 @@ def _hard(result: PopulationFound, row: int) -> HardRow:
         sex=SEXES[int(result.people.sex[row])],
         requirement=result.requirements[r].name,
         margin_mm=_mm(float(result.margin[row, r])),
-        reason=result.reasons[reason] if reason >= 0 else "",
+        reason=result.reasons[reason].text if reason >= 0 else "",
         limiting=result.limiting[row],
         row=row,
         posture=None
@@ -228,8 +231,8 @@ _REQUIREMENTS = (
     "target",
     "zone",
     "share",
+    "only",
     "without",
-    "alone",
     "certain",
     "possible",
     "unit",
@@ -328,7 +331,8 @@ def _people_lines(result: PopulationFound) -> Iterator[list[object]]:
     factor = np.array([1.0 if name == MASS else 1000.0 for name in people.names])
     sizes = np.round(people.measures * factor, 1).tolist()
     # a reason of -1 is the last of these words: none
-    words = np.array([*result.reasons, ""], dtype=object)[result.reason].tolist()
+    every = [one.text for one in (*result.reasons, NO_REASON)]
+    words = np.array(every, dtype=object)[result.reason].tolist()
     seat = _cells(np.hstack([result.seat, result.comfortable, result.window]))
     settings = _settings(result).tolist()
     # as they are read; `_cells` makes millimetres of metres

@@ -6,21 +6,23 @@ from __future__ import annotations
 import math
 import re
 from collections import Counter
-from collections.abc import Container
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from workbench.body.people.share import TENTHS_FROM, percent, percent_number, percent_parts
 from workbench.model.accommodation import MET, OF_RULES, Gain, GroupShare, Requirement
 from workbench.model.arrays import Bools, Floats
+from workbench.model.figures import plain
 from workbench.model.measures import MASS
 from workbench.model.population import SEXES
 from workbench.model.population_found import PopulationFound
 from workbench.model.reach import MOST_SPARE
+from workbench.model.reason import NO_REASON, Reason
 from workbench.model.units import UNITS, Unit
 from workbench.study.accommodation.grips import grip_words
 from workbench.study.checks.sight import shortfall_words
+from workbench.study.checks.view import TOO_HIGH, TOO_LOW
 from workbench.study.kept_reaches import kept_of_population, kept_words
 from workbench.study.settings import setting_text
 
@@ -38,7 +40,6 @@ __all__ = [
     "no_gain_words",
     "person_name",
     "person_sentence",
-    "plain",
     "population_headline",
     "reason_words",
     "requirement_sentence",
@@ -52,11 +53,6 @@ _MOST_SETTINGS = 4
 _MOST_KEPT = 3
 """Controls that nobody reaches that open the headline."""
 _FEW = 20  # people of one sex: below, shares among them say little
-
-
-def plain(name: str) -> str:
-    """A name from a file as words."""
-    return " ".join(name.replace("_", " ").split())
 
 
 def interval_words(group: GroupShare, confidence: float) -> str:
@@ -244,7 +240,7 @@ def _worst(result: PopulationFound) -> str:
     if len(out) == 1 or len(result.served) == 1:
         return f"; {name} is not met"
     count = len(result.served)
-    alone = float(result.alone[worst])
+    alone = float(result.only[worst])
     only = f"{percent(alone, count)} miss only this" if alone > 0 else "nobody misses only this"
     share = percent(float(out[worst]), count)
     return f"; missed most often is {name}, by {share} of the people ({only})"
@@ -331,8 +327,8 @@ def requirement_sentence(result: PopulationFound) -> str:
 
 def _dropping(result: PopulationFound, most: int) -> str:
     """What would be gained if one requirement were dropped. most: the one that leaves out most."""
-    gain = int(np.argmax(result.alone))
-    if result.alone[gain] <= 0:
+    gain = int(np.argmax(result.without))
+    if result.without[gain] <= result.shares[0].share + 1e-12:
         return (
             "Everybody who is left out misses two requirements or more: dropping a single one "
             "would gain nothing."
@@ -415,14 +411,14 @@ class _Lack:
     """What one requirement lacks of one person.
 
     whose: "her" or "his"; by: how much, with its unit; limb: the one that is shown, "" where none
-    is; reason: what limits, "" where nothing is known.
+    is; reason: what limits.
     """
 
     requirement: Requirement
     whose: str
     by: str
     limb: str
-    reason: str
+    reason: Reason
 
     @property
     def why(self) -> str:
@@ -440,15 +436,15 @@ def _lacks(result: PopulationFound, row: int, index: int, whose: str) -> str:
         whose,
         lack_words(result, row, index, asked=True),
         found.limb if found is not None else "",
-        result.reasons[code] if code >= 0 else "",
+        result.reasons[code] if code >= 0 else NO_REASON,
     )
     name = f"“{plain(requirement.name)}”"
     if requirement.check == "reach":
-        return _reach_lacks(lack, result.place.environment.parts)
+        return _reach_lacks(lack)
     if requirement.check in ("clearance", "contact"):
         return _clearance_lacks(lack)
-    if requirement.check in ("eye_height", "view_over") and lack.reason.startswith("eyes too "):
-        return f"{whose} eyes are {lack.by} {lack.reason.removeprefix('eyes ')} for {name}"
+    if lack.reason in (TOO_LOW, TOO_HIGH):
+        return f"{whose} eyes are {lack.by} {lack.reason.text.removeprefix('eyes ')} for {name}"
     if requirement.check == "sees":
         least = next(
             one.at_least for one in result.study.criteria if one.name == requirement.criterion
@@ -459,13 +455,12 @@ def _lacks(result: PopulationFound, row: int, index: int, whose: str) -> str:
         rest = "most of the rest" if 100 * share >= 0.5 else "most of it"
         return f"{seen}, {100 * least:g} % asked{_hides_words(lack.reason, whose, rest)}"
     if requirement.check in OF_RULES or requirement.check == "reads":
-        return f"{name} is missed by {lack.by}{_hides_words(lack.reason, whose)}"
+        return f"{name} is missed by {lack.by}{_hides_words(lack.reason, whose, 'most of it')}"
     if requirement.check == "over_nose":
         kept = f": {reason_words(lack.reason)} is in the way" if lack.reason else ""
         return f"{whose} eyes look down {lack.by} less than “{plain(requirement.name)}” asks{kept}"
-    if requirement.check == "pedals" and ", " in lack.reason:
-        foot, limit = lack.reason.split(", ", 1)
-        limited = reason_words(limit, foot)
+    if foot := lack.reason.foot:
+        limited = reason_words(replace(lack.reason, foot=""), foot)
         return f"{whose} {foot} stays {lack.by} short of its pedal, limited by {limited}"
     return f"{name} is missed by {lack.by}{lack.why}"
 
@@ -476,42 +471,42 @@ def lack_words(result: PopulationFound, row: int, index: int, *, asked: bool = F
     requirement = result.requirements[index]
     criterion = next(c for c in result.study.criteria if c.name == requirement.criterion)
     code = int(result.reason[row, index])
-    reason = result.reasons[code] if code >= 0 else ""
+    reason = result.reasons[code] if code >= 0 else NO_REASON
     size = -float(result.margin[row, index])
     return shortfall_words(requirement, criterion, size, reason, asked=asked)
 
 
-def _reach_lacks(lack: _Lack, parts: Container[str]) -> str:
+def _reach_lacks(lack: _Lack) -> str:
     """How far a limb stays short of its target, by its length or by a part of the environment."""
     requirement = lack.requirement
     who = f"{lack.whose} {lack.limb}" if lack.limb else "the reach"
     target = plain(requirement.target)
     if requirement.zone:
         target += f" in zone {requirement.zone}"
-    if lack.reason in parts:
-        return f"{who} stays {lack.by} short of {target}: the {plain(lack.reason)} is in the way"
+    if lack.reason.part:
+        return f"{who} stays {lack.by} short of {target}: {reason_words(lack.reason)} is in the way"
     by = ""
     if lack.reason:
         by = f", limited by {reason_words(lack.reason, lack.limb or requirement.target)}"
     return f"{who} stays {lack.by} short of {target}{by}"
 
 
-def _hides_words(reason: str, whose: str, rest: str = "most of the rest") -> str:
+def _hides_words(reason: Reason, whose: str, rest: str) -> str:
     """ ": the left stick hides most of the rest", "" where nothing is known."""
-    if not reason or reason.startswith(("size", "angle")) or " hides " in reason or "%" in reason:
-        return f": {reason_words(reason)}" if reason else ""
-    if reason.startswith(("turned", "beyond")):
-        return f": it is {reason}"
-    if reason.startswith("own "):
-        return f": {whose} {plain(reason)} hides {rest}"
-    return f": {reason_words(reason)} hides {rest}"
+    if not reason:
+        return ""
+    if reason.share or reason.kind in ("reading", "cuts", "mirrored"):
+        return f": {reason_words(reason)}"
+    if reason.kind == "beyond":
+        return f": it is {reason.text}"
+    who = f"{whose} {plain(reason.text)}" if reason.kind == "own" else reason_words(reason)
+    return f": {who} hides {rest}"
 
 
 def _clearance_lacks(lack: _Lack) -> str:
     """How much nearer than allowed a limb, or the segment of the reason, is to a part."""
-    if " at " in lack.reason:
-        who, part = lack.reason.split(" at ", 1)
-        who = plain(lack.limb or who)
+    if part := lack.reason.at:
+        who = plain(lack.limb or lack.reason.thing)
         why = ""
     else:
         who = lack.limb or "body"
@@ -520,22 +515,19 @@ def _clearance_lacks(lack: _Lack) -> str:
     return f"{lack.whose} {who} is {lack.by} too close to the {plain(part)}{why}"
 
 
-def reason_words(reason: str, limb: str = "") -> str:
+def reason_words(reason: Reason, limb: str = "") -> str:
     """What limits, as it stands in a sentence: "the length of the arm", "the right elbow
     (flexion)"."""
-    words = plain(reason)
-    if words == "length of the limb":
+    if reason.foot:
+        return f"the {reason.foot}, {reason_words(replace(reason, foot=''), reason.foot)}"
+    if reason.kind == "limb":
         legs = not {"foot", "leg", "pedal", "heel"}.isdisjoint(re.split(r"[^a-z]+", limb.lower()))
         return f"the length of the {'leg' if legs else 'arm'}"
-    if ", " in words:  # a foot, and what limits it
-        foot, limit = words.split(", ", 1)
-        return f"{reason_words(foot)}, {reason_words(limit, foot)}"
-    if " at " in words and " at the " not in words:  # a segment at a part
-        words = words.replace(" at ", " at the ", 1)
-    known = ("the ", "a ", "eyes ", "turned ", "beyond ")
-    if words.startswith("own "):
+    words = plain(replace(reason, at=f"the {reason.at}" if reason.at else "").text)
+    if reason.kind == "own":
         return f"the body's {words}"
-    return words if not words or words.startswith(known) or "'s " in words else f"the {words}"
+    named = reason.kind in ("stop", "segment", "near", "part", "reading")
+    return f"the {words}" if named and not words.startswith("the ") else words
 
 
 def limiting_words(result: PopulationFound, row: int) -> str:

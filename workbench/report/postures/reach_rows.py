@@ -24,7 +24,7 @@ def reach_rows(result: PosturesFound) -> list[ReachRow]:
             reached=row.reached,
             miss_mm=0.0 if row.reached else round(1000 * row.miss, 3),
             overlap_mm=round(1000 * row.overlap, 3),
-            limit=row.limit,
+            limit=row.limit.text,
             spare_mm=None if row.spare is None else round(1000 * row.spare, 3),
             discomfort=round(row.discomfort, 4),
             doubt=row.doubt,
@@ -39,9 +39,8 @@ def _sentence(row: ControlReach) -> str:
     if row.reached:
         return f"{lead} reaches {row.control}."
     entered = f", {millimetres(row.overlap)} into it" if row.overlap > 0 else ""
-    return (
-        f"{lead} stays {millimetres(row.miss)} from {row.control}, limited by {row.limit}{entered}."
-    )
+    by = f", limited by {row.limit.text}"
+    return f"{lead} stays {millimetres(row.miss)} from {row.control}{by}{entered}."
 
 
 def doubt_sentence(ends: Sequence[str]) -> str:

@@ -80,13 +80,28 @@ class Ray(NamedTuple):
 
 
 @njit(cache=True)
-def _extent(across: float, along: float, radius: float) -> tuple[float, float]:
-    """Return the least and greatest across / along of a sphere seen from the origin.
+def _tangent(angle: float) -> float:
+    """Return the tangent of an angle [rad] from straight ahead, infinite from the side on."""
+    if abs(angle) < math.pi / 2.0:
+        return math.tan(angle)
+    return math.inf if angle > 0.0 else -math.inf
 
-    They are infinite where it reaches beside the eye.
+
+@njit(cache=True)
+def _extent(across: float, along: float, radius: float) -> tuple[float, float]:
+    """Return the least and greatest across / along, before the eye, of a sphere seen from the origin.
+
+    One is infinite where the sphere reaches beside the eye on that side; both where the eye is
+    inside in this plane. Where the sphere is behind the eye both are the same infinity.
     """
     if along <= radius:
-        return -math.inf, math.inf
+        distance = math.hypot(across, along)
+        if distance <= radius:
+            return -math.inf, math.inf
+        # tangents at atan2(across, along) -+ asin(radius / distance) from straight ahead
+        middle = math.atan2(across, along)
+        half = math.asin(radius / distance)
+        return _tangent(middle - half), _tangent(middle + half)
     square = along * along - radius * radius
     root = radius * math.sqrt(max(across * across + square, 0.0))
     return (across * along - root) / square, (across * along + root) / square

@@ -20,16 +20,28 @@ from workbench.errors import InputError
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.rule_set import RuleSet
 from workbench.sight.eyes import Eyes
+from workbench.sight.kernels.bands import Items
 from workbench.sight.obscuration import lines_of_sight
-from workbench.sight.panorama import Panorama, panorama
+from workbench.sight.panorama import bands_of, face_pixels, panorama, pixels_of
 from workbench.sight.regions import Region, azimuth_elevation, direction_of, outline
 from workbench.sight.rules.eye_points import SIGN, Side
 from workbench.sight.scenery import Scenery
 
-__all__ = ["CockpitView", "Hidden", "cockpit_outline", "cockpit_view", "elevation_limits"]
+__all__ = [
+    "COARSE",
+    "ClearView",
+    "CockpitView",
+    "Hidden",
+    "clear_view",
+    "cockpit_outline",
+    "cockpit_view",
+    "elevation_limits",
+]
 
-_STEP = np.radians(0.25)
+STEP = np.radians(0.25)
 """Spacing [rad] of the directions that are asked about."""
+COARSE = np.radians(0.75)
+"""The same where it is only asked whether more may be clear than asked for: a ninth of the pixels."""
 _FAR = 1e4
 """Distance [m] of what is looked for: eyes 65 mm apart look at it in one direction within 0.0004
 degrees."""
@@ -100,7 +112,7 @@ def elevation_limits(region: Region, azimuth: float) -> tuple[float, float]:
 
 
 def cockpit_view(
-    scenery: Scenery, eyes: Eyes, region: Region, *, row: int = 0, step: float = _STEP
+    scenery: Scenery, eyes: Eyes, region: Region, *, row: int = 0, step: float = STEP
 ) -> CockpitView:
     """Measure what the eyes of one person, or of a design eye point, see of an outline.
 
@@ -123,13 +135,8 @@ def cockpit_view(
     InputError
         If an eye is inside a solid part or a sphere, or the region has no outline.
     """
+    view = clear_view(scenery, eyes, region, row=row, step=step)
     lattice = _lattice(region, step)
-    pair = [panorama(scenery, eye[row], row=row, step=step) for eye in (eyes.left, eyes.right)]
-    pixels = pair[0].pixels(lattice.ways[lattice.inside])
-    items = np.stack([one.item[pixels] for one in pair])
-    hides: Bools = np.all(items >= 0, axis=0)
-    halves = np.tile(0.5 * lattice.weight[hides], 2)
-    by_item = np.bincount(items[:, hides].ravel(), halves, len(scenery.names))
     own = scenery.of_row(row)
 
     def blocker(azimuth: Floats, elevation: Floats) -> Ints:
@@ -149,14 +156,66 @@ def cockpit_view(
     upward = _runs(lambda at: blocker(0.0 * at, at), -np.pi / 2, np.pi / 2)
     top = max((run.end for run in upward if run.begin <= 0.0), default=-np.pi / 2)
     return CockpitView(
-        clear=1.0 - float(lattice.weight[hides].sum()) / region.solid_angle,
-        hidden={scenery.names[k]: float(by_item[k]) for k in np.flatnonzero(by_item)},
-        hole=_hole(pair, lattice, hides, region=region),
+        clear=view.clear,
+        hidden=view.hidden,
+        hole=_hole(view.items, lattice, scenery.names, region=region),
         posts=tuple(
             Hidden(run.end - run.begin, -(run.begin + run.end) / 2, 0.0, scenery.names[run.item])
             for run in across
         ),
         over_nose=None if top >= np.pi / 2 else -top,
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class ClearView:
+    """What of an outline is clear.
+
+    clear: share of its solid angle that one eye at least sees. most: the same at a fine step at most,
+    as far as patches are not thinner than a step: as if all that is hidden beside a border were clear.
+    hidden [sr]: by what hides it. items (2, M, N): what each eye meets in the directions of the
+    lattice, -1 for nothing.
+    """
+
+    clear: float
+    most: float
+    hidden: dict[str, float]
+    items: Items
+
+
+def clear_view(
+    scenery: Scenery, eyes: Eyes, region: Region, *, row: int = 0, step: float = STEP
+) -> ClearView:
+    """Measure how much of an outline is clear, as `cockpit_view` does, and nothing else."""
+    lattice = _lattice(region, step)
+    items = np.stack(
+        [
+            panorama(scenery, eye[row], row=row, step=step, bands=lattice.bands).item[
+                lattice.pixels
+            ]
+            for eye in (eyes.left, eyes.right)
+        ]
+    )
+    hidden = np.all(items >= 0, axis=0)
+    border = np.zeros_like(hidden)
+    for axis in (1, 2):
+        changes = np.diff(items, axis=axis).any(axis=0)
+        before = [slice(None)] * 2
+        after = [slice(None)] * 2
+        before[axis - 1] = slice(None, -1)
+        after[axis - 1] = slice(1, None)
+        border[tuple(before)] |= changes
+        border[tuple(after)] |= changes
+    hides: Bools = hidden[lattice.inside]
+    inner: Bools = hides & ~border[lattice.inside]
+    halves = np.tile(0.5 * lattice.weight[hides], 2)
+    met = items[:, lattice.inside][:, hides]
+    by_item = np.bincount(met.ravel(), halves, len(scenery.names))
+    return ClearView(
+        clear=1.0 - float(lattice.weight[hides].sum()) / region.solid_angle,
+        most=1.0 - float(lattice.weight[inner].sum()) / region.solid_angle,
+        hidden={scenery.names[k]: float(by_item[k]) for k in np.flatnonzero(by_item)},
+        items=items,
     )
 
 
@@ -169,20 +228,35 @@ class _Lattice(NamedTuple):
     """(M, N) whether they are in the outline, K of them."""
     weight: Floats
     """(K,) [sr]: with cos(elevation), and the outline's own solid angle in all."""
+    pixels: tuple[Ints, Ints, Ints]
+    """(M, N) face, row and column of each direction, and the bands that hold these."""
+    bands: Bools
 
 
-@lru_cache(maxsize=4)
+@lru_cache(maxsize=8)
 def _lattice(region: Region, step: float) -> _Lattice:
     """The lattice of an outline; InputError where the region has none."""
     if not len(region.corners):
         raise InputError(f"{region.name}: an outline of azimuths and elevations is needed")
+    return _known_lattice(region.corners.tobytes(), region.axes.tobytes(), step)
+
+
+@lru_cache(maxsize=4)
+def _known_lattice(corners: bytes, axes: bytes, step: float) -> _Lattice:
+    """The lattice of an outline, once for all that are alike."""
+    region = outline(
+        "outline", np.frombuffer(corners).reshape(-1, 2), np.frombuffer(axes).reshape(3, 3)
+    )
     low = region.corners.min(axis=0) - 1.5 * step
     high = region.corners.max(axis=0) + 1.5 * step
     azimuth, elevation = np.meshgrid(*(np.arange(low[k], high[k], step) for k in range(2)))
     ways = direction_of(azimuth, elevation) @ region.axes
     inside = region.contains(ways)
     weight = np.cos(elevation[inside])
-    return _Lattice(ways, inside, weight * (region.solid_angle / weight.sum()))
+    n = pixels_of(step)
+    pixels = face_pixels(ways, n)
+    bands = bands_of(pixels[0], pixels[1], n)
+    return _Lattice(ways, inside, weight * (region.solid_angle / weight.sum()), pixels, bands)
 
 
 class _Run(NamedTuple):
@@ -195,7 +269,7 @@ class _Run(NamedTuple):
 
 def _runs(blocker: Callable[[Floats], Ints], low: float, high: float) -> list[_Run]:
     """The strips hidden between two angles, their edges found by halving."""
-    at = np.linspace(low, high, math.ceil((high - low) / _STEP) + 1)
+    at = np.linspace(low, high, math.ceil((high - low) / STEP) + 1)
     item = blocker(at)
     hides = item[0] >= 0
     change = np.flatnonzero(hides[1:] != hides[:-1])
@@ -215,22 +289,25 @@ def _runs(blocker: Callable[[Floats], Ints], low: float, high: float) -> list[_R
 
 
 def _hole(
-    pair: list[Panorama], lattice: _Lattice, hides: Bools, *, region: Region
+    items: Items, lattice: _Lattice, names: tuple[str, ...], *, region: Region
 ) -> Hidden | None:
-    """The widest cone about a hidden direction inside an outline that holds no other."""
-    if not hides.any():
+    """The widest cone about a hidden direction inside an outline that holds no other.
+
+    items (2, M, N): of `ClearView`.
+    """
+    hidden = lattice.inside & np.all(items >= 0, axis=0)
+    if not hidden.any():
         return None
-    hidden = np.zeros_like(lattice.inside)
-    hidden[lattice.inside] = hides
     # the nearest direction that is seen or outside is beside a hidden one
     beside = np.zeros_like(hidden)
     for axis in (0, 1):
         beside |= np.roll(hidden, 1, axis) | np.roll(hidden, -1, axis)
     tree = cKDTree(lattice.ways[beside & ~hidden])
     chord = np.asarray(tree.query(lattice.ways[hidden])[0])
-    way = lattice.ways[hidden][np.argmax(chord)]
+    widest = np.argmax(chord)
+    way = lattice.ways[hidden][widest]
     angles = azimuth_elevation(way, region.axes)
-    names = sorted({one.names[int(one.look(way))] for one in pair})
+    met = sorted({names[int(one[hidden][widest])] for one in items})
     # a chord c is the angle 2 asin(c / 2)
     size = 4.0 * math.asin(0.5 * float(chord.max()))
-    return Hidden(size, float(angles[0]), float(angles[1]), " and ".join(names))
+    return Hidden(size, float(angles[0]), float(angles[1]), " and ".join(met))

@@ -96,7 +96,7 @@ def seat_back_shift(seat_back: float, rules: RuleSet) -> Floats:
         low, high = np.degrees(angles[[0, -1]])
         raise InputError(
             f"seat back {np.degrees(seat_back):g} degrees from the vertical: the table of "
-            f"{rules.name} holds for {low:g} to {high:g} degrees; give the eye points themselves"
+            f"{rules.name} holds for {low:g} to {high:g} degrees and does not go on"
         )
     rows = rules.shaped("seat_back_shift", len(angles), 3)
     return np.array([np.interp(seat_back, angles, column) for column in rows.T])

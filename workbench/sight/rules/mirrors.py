@@ -40,6 +40,7 @@ __all__ = [
     "ground_points",
     "looked_through",
     "mirror_field",
+    "mirror_ground",
     "reflected",
     "reflections",
     "required_ground",
@@ -182,13 +183,11 @@ def _on_sphere(centre: Floats, radius: float, eye: Floats, points: Floats) -> Fl
 
 def _within(glass: Glass, places: Floats) -> Bools:
     """(N,) whether places are in one of the triangles of a glass, seen along its normal."""
-    inside = np.zeros(len(places), dtype=np.bool_)
-    for triangle in glass.corners:
-        sides = np.roll(triangle, -1, axis=0) - triangle
-        inward = np.cross(glass.normal, sides)
-        height = np.einsum("ki,nki->nk", inward, places[:, None] - triangle)
-        inside |= np.all(height >= 0.0, axis=1) | np.all(height <= 0.0, axis=1)
-    return inside
+    sides = np.roll(glass.corners, -1, axis=1) - glass.corners
+    inward = np.cross(glass.normal, sides)
+    height = np.einsum("tki,ntki->ntk", inward, places[:, None, None] - glass.corners)
+    within = np.all(height >= 0.0, axis=2) | np.all(height <= 0.0, axis=2)
+    return np.asarray(within.any(axis=1))
 
 
 def required_ground(
@@ -223,6 +222,28 @@ def required_ground(
     edge = high[1] if side == "left" else low[1]
     y = {"side": edge, "middle": 0.5 * (low[1] + high[1]), "eyes": eye[1]}[origin[1]]
     return np.stack([x - behind, y + SIGN[side] * out, np.full(len(out), ground)], axis=1)
+
+
+def mirror_ground(
+    environment: Environment,
+    mirror: Mirror,
+    rules: RuleSet,
+    *,
+    eye: Floats,
+    vehicle: Sequence[str],
+    ground: float,
+) -> Floats:
+    """The corners (K, 3) [m] of the ground that a rule set asks for in a mirror, by its class.
+
+    vehicle: the parts that its sides are of; the mirror is on the side of them where its middle is.
+    Other arguments and errors as of `required_ground`.
+    """
+    parts = [environment.triangle_corners(environment.part_index(name)) for name in vehicle]
+    corners = np.concatenate(parts)
+    bounds = np.stack([corners.min(axis=(0, 1)), corners.max(axis=(0, 1))])
+    side: Side = "left" if mirror.at[1] > bounds[:, 1].mean() else "right"
+    name = f"field_{mirror.field}"
+    return required_ground(rules, name, eye=eye, bounds=bounds, ground=ground, side=side)
 
 
 def ground_points(polygon: Floats, *, count: int = 2500) -> Floats:

@@ -142,7 +142,7 @@ def _level_cut(corners: Floats, pm: Floats, rise: float, side: Side) -> Floats:
     if not len(met):
         raise InputError(
             f"the plane from Pm, {abs(np.degrees(rise)):g} degrees {'up' if rise > 0 else 'down'}, "
-            f"meets nothing of the pillar ahead on the {side}; name the part of the A-pillar there"
+            f"meets nothing of the pillar ahead on the {side}"
         )
     level = met[np.argmax(met[:, 0])]
     cut = _crossing(corners, np.array([0.0, 0.0, 1.0]), level)

@@ -16,8 +16,10 @@ from workbench.errors import InputError
 from workbench.model.accommodation import MET, GroupShare, certainty_of, met_of
 from workbench.model.arrays import Floats
 from workbench.model.body import Body
+from workbench.model.figures import plain
 from workbench.model.population import Population
 from workbench.model.population_found import GripFinding, PopulationFound, Shown
+from workbench.model.reason import NO_REASON, Reason
 from workbench.model.study import Role, Study
 from workbench.study.accommodation.chunks import Chunk, Question, joined_chunks, result_chunks
 from workbench.study.accommodation.gains import gains_of
@@ -32,7 +34,7 @@ from workbench.study.accommodation.population_bodies import (
 )
 from workbench.study.accommodation.shares import (
     group_shares,
-    left_out_alone,
+    missed_only,
     share_single,
     share_without,
     spread_of,
@@ -122,7 +124,7 @@ def accommodation(
         shares=_shares(study, people, found),
         single=share_single(met, people.weight),
         without=share_without(found.sets[:, : len(asked)], people.weight),
-        alone=left_out_alone(met, found.sets[:, : len(asked)], people.weight),
+        only=missed_only(met, people.weight),
         spread=spread_of(found.margin, people.weight),
         hardest=hardest,
         tried=tuple(gains),
@@ -253,7 +255,7 @@ def _limiting(question: Question, body: Body, found: Chunk) -> tuple[str, ...]:
     rows = np.flatnonzero(worst.min(axis=1) < -MET)
     at = worst[rows].argmin(axis=1)
     words = [
-        found.words[int(found.reason[row, r])] if found.reason[row, r] >= 0 else ""
+        found.words[int(found.reason[row, r])] if found.reason[row, r] >= 0 else NO_REASON
         for row, r in zip(rows, at, strict=True)
     ]
     sits = question.place.seat is not None
@@ -289,11 +291,11 @@ def _warnings(
     told = {one.requirement for one in kept} | flat
     where = "place" if question.place.seat is None else "position of the seat"
 
-    def limits(person: int, r: int) -> str:
+    def limits(person: int, r: int) -> Reason:
         one = question.asked[r]
         if found.reason[person, r] < 0 or not (one.control or one.requirement.of_sight):
-            return ""
-        return str(found.words[found.reason[person, r]])
+            return NO_REASON
+        return found.words[int(found.reason[person, r])]
 
     return (
         *grip_words(grips),
@@ -355,7 +357,7 @@ def _hopeless(
     margin: Floats,
     told: Container[str] = (),
     *,
-    reasons: Callable[[int, int], str] = lambda person, r: "",
+    reasons: Callable[[int, int], Reason] = lambda person, r: NO_REASON,
     where: str = "position of the seat",
 ) -> list[str]:
     """Requirements that nobody meets, with what is missing to whom it is least, and pairs that nobody
@@ -371,18 +373,18 @@ def _hopeless(
         size = -float(margin[person, r])
         limit = reasons(person, r)
         much = shortfall_words(asked[r].requirement, asked[r].criterion, size, limit)
-        by = f", limited by {limit}" if limit else ""
         if asked[r].requirement.name not in told:
             words.append(
-                f"nobody meets {asked[r].requirement.name!r}: at least {much} are missing{by}: check "
+                f"nobody meets {plain(asked[r].requirement.name)!r}: at least {much} are missing{limit.clause}: check "
                 f"where it is and what is asked for"
             )
     count = met.sum(axis=0)
     both = met.T.astype(np.float64) @ met.astype(np.float64)
     expected = np.outer(count, count) / len(met)
-    for a, b in np.argwhere(np.triu((both == 0) & (expected >= EXPECTED), 1)):
+    for pair in np.argwhere(np.triu((both == 0) & (expected >= EXPECTED), 1)):
+        one, other = (plain(asked[r].requirement.name) for r in pair)
         words.append(
-            f"nobody meets both {asked[a].requirement.name!r} and {asked[b].requirement.name!r} in the "
+            f"nobody meets both {one!r} and {other!r} in the "
             f"{where} found for them: the two may contradict each other"
         )
     return words

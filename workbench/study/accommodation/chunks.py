@@ -7,10 +7,11 @@ for nothing else. The numbers are the same for every executor.
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Generator, Sequence
 from concurrent.futures import Executor
 from contextlib import closing, suppress
-from dataclasses import dataclass, fields, replace
+from dataclasses import astuple, dataclass, fields, replace
 from pathlib import Path
 from time import monotonic
 from typing import Any
@@ -23,6 +24,7 @@ from workbench.errors import InputError
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.content import content_key
 from workbench.model.population import Population
+from workbench.model.reason import NO_REASON, Reason
 from workbench.model.workplace import Workplace
 from workbench.study.accommodation.overlaps import Overlaps, join_overlaps, people_overlaps
 from workbench.study.accommodation.population_bodies import BareRows, Family, PopulationBodies
@@ -83,7 +85,7 @@ class Chunk:
     depth: Floats
     judged_person: Ints
     judged: Floats
-    words: tuple[str, ...]
+    words: tuple[Reason, ...]
 
     @property
     def judged_where(self) -> Floats:
@@ -211,7 +213,7 @@ class _Files:
         for number, key in enumerate(self.keys):
             arrays = read_arrays(self._path(number), key)
             if arrays is not None:
-                words = tuple(arrays.pop("words").tolist())
+                words = tuple(Reason(*json.loads(one)) for one in arrays.pop("words").tolist())
                 found[number] = Chunk(words=words, **arrays)
         return found
 
@@ -222,7 +224,7 @@ class _Files:
         arrays: dict[str, NDArray[Any]] = {
             one.name: getattr(chunk, one.name) for one in fields(chunk)
         }
-        arrays["words"] = np.array(chunk.words, dtype=str)
+        arrays["words"] = np.array([json.dumps(astuple(one)) for one in chunk.words], dtype=str)
         try:
             write_arrays(self._path(number), self.keys[number], arrays)
         except OSError as error:
@@ -394,7 +396,7 @@ def _as_numbers(fitted: Fitted, bounds: Bounds, overlaps: Overlaps, elsewhere: B
     rows = fitted.judged.tolist()
     every = found.words.ravel().tolist()
     words = tuple(word for word in dict.fromkeys(every) if word)
-    number = {word: k for k, word in enumerate(words)} | {"": -1}
+    number = {word: k for k, word in enumerate(words)} | {NO_REASON: -1}
     reason = np.array([number[word] for word in every], dtype=np.int64)
     return Chunk(
         margin=found.margin,

@@ -14,6 +14,7 @@ from workbench.model.accommodation import MET, Change, Gain, met_of
 from workbench.model.arrays import Bools, Floats
 from workbench.model.moves import moved_controls
 from workbench.model.population_found import ChangedPerson, TriedChange
+from workbench.model.reason import NO_REASON
 from workbench.study.accommodation.changes import borne_by, changed, moved_parts
 from workbench.study.accommodation.chunks import Chunk, Question, joined_chunks, result_chunks
 from workbench.study.accommodation.hardest import shown_people
@@ -211,7 +212,7 @@ def _where_it_may_fit(found: Chunk, person: int, most: Floats, parts: frozenset[
     everything once margins have grown by `most` (R,) and nothing is in the way that some parts were;
     see `_left_as_they_are`."""
     mine = found.judged_person == person
-    blamed = np.array([k in parts for k in (*found.words, "")])[found.reason[person]]
+    blamed = np.array([k.part in parts for k in (*found.words, NO_REASON)])[found.reason[person]]
     grown = found.judged_margin[mine] + np.where(blamed, np.inf, most)
     places: Floats = found.judged_where[mine][~(grown < -MET).any(axis=1)]
     return places

@@ -11,7 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from workbench.geometry.touching import come_near
+from workbench.geometry.surfaces import come_near
 from workbench.model.accommodation import met_of
 from workbench.model.environment import Control, Environment
 from workbench.model.population_found import GripFinding

@@ -22,6 +22,7 @@ from workbench.model.arrays import Ints
 from workbench.model.body import Body
 from workbench.model.measures import COCKPIT, MASS
 from workbench.model.population import SEXES, Population
+from workbench.model.reason import Reason
 from workbench.study.checks.margins import Asked
 from workbench.study.checks.seat_travel import SEAT_FORWARD
 from workbench.study.checks.view import TOO_HIGH
@@ -103,32 +104,32 @@ _SEGMENTS = {
 
 
 def bearing_on(
-    one: Asked, words: str, body: Body, *, sits: bool = True
+    one: Asked, reason: Reason, body: Body, *, sits: bool = True
 ) -> tuple[tuple[str, ...], int]:
     """The measures that bear on a requirement and the direction in which they hurt (-1: too small,
     1: too large).
 
-    words: what limits, as `Margins` says it; sits: whether people sit.
+    reason: what limits, as of `Margins`; sits: whether people sit.
     """
-    names, sign = _bearing_on(one, words, body)
+    names, sign = _bearing_on(one, reason, body)
     if sits:
         return names, sign
     return tuple(dict.fromkeys(STANDING.get(name, name) for name in names)), sign
 
 
-def _bearing_on(one: Asked, words: str, body: Body) -> tuple[tuple[str, ...], int]:
+def _bearing_on(one: Asked, reason: Reason, body: Body) -> tuple[tuple[str, ...], int]:
     """The same of people who sit."""
     check = one.requirement.check
     if check in ("pedals", "preferred_seat"):
-        return BEARING["foot"], 1 if words == SEAT_FORWARD else -1
+        return BEARING["foot"], 1 if reason == SEAT_FORWARD else -1
     if check == "reach":
         by_foot = one.control is not None and one.control.for_feet
         return BEARING["foot" if by_foot else "hand"], -1
     if check in ("eye_height", "view_over", "over_nose"):
-        return BEARING["eyes"], 1 if words == TOO_HIGH else -1
+        return BEARING["eyes"], 1 if reason == TOO_HIGH else -1
     if check in ("stops", "self_contact", "excursion", *OF_SIGHT):
         return (), 1
-    named = [n for n, name in enumerate(body.segment_names) if words.startswith(name)]
+    named = [n for n, name in enumerate(body.segment_names) if reason.thing.startswith(name)]
     segment = body.segments[max(named, key=lambda n: len(body.segment_names[n]))] if named else ""
     return BEARING[_SEGMENTS.get(segment) or _SEGMENTS.get(segment[1:], "trunk")], 1
 

@@ -27,7 +27,7 @@ from workbench.model.moves import Move, moved_controls, parts_along
 from workbench.model.workplace import Workplace
 from workbench.posture.seating.sides import leftward
 from workbench.study.accommodation.chunks import Chunk, Question
-from workbench.study.accommodation.shares import left_out_alone, share_single
+from workbench.study.accommodation.shares import share_single, share_without
 from workbench.study.checks.view import TOO_LOW
 
 __all__ = ["MOST_MOVE", "growth", "proposals", "shortest"]
@@ -106,9 +106,9 @@ def proposals(question: Question, found: Chunk) -> Iterator[tuple[Change, int]]:
     met = met_of(found.margin)
     weight = question.people.weight
     now = float(weight @ met.all(axis=1) / weight.sum())
-    alone = left_out_alone(met, found.sets[:, : len(question.asked)], weight)
+    without = share_without(found.sets[:, : len(question.asked)], weight)
     single = share_single(met, weight)
-    missed = [r for r in np.lexsort((single, -alone)).tolist() if single[r] < 1.0]
+    missed = [r for r in np.lexsort((single, -without)).tolist() if single[r] < 1.0]
     things = [_moved_ways(question, found, r) for r in missed]
     seat = _seat_ways(question, found)
     best = [

@@ -17,7 +17,7 @@ from workbench.model.population import SEXES, Population
 __all__ = [
     "LEVELS",
     "group_shares",
-    "left_out_alone",
+    "missed_only",
     "mix_weights",
     "share_single",
     "share_without",
@@ -131,12 +131,12 @@ def share_without(others: Bools, weight: Floats) -> Floats:
     return share
 
 
-def left_out_alone(met: Bools, others: Bools, weight: Floats) -> Floats:
-    """(R,) the share left out by nothing but one requirement: who does not meet all (P, R) and
-    would fit without it."""
-    out: Bools = np.logical_not(met.all(axis=1))
-    alone = out[:, None] & others
-    share: Floats = weight @ alone / weight.sum()
+def missed_only(met: Bools, weight: Floats) -> Floats:
+    """(R,) the share that misses one requirement (P, R) and no other, each person in one position:
+    no more than misses it, and no more than would fit without it beside those who fit."""
+    missed = ~met
+    only = missed & (missed.sum(axis=1) == 1)[:, None]
+    share: Floats = weight @ only / weight.sum()
     return share
 
 

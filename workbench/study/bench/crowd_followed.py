@@ -39,6 +39,7 @@ from workbench.study.checks.table import (
     AFTER_SEATING,
     CHECKS,
     IN_POSTURE,
+    margins_here,
     margins_of,
     needs_hands,
 )
@@ -136,8 +137,8 @@ def _adjusted(opened: OpenStudy) -> set[str]:
 
 
 def _touched(question: Question, known: Settled, moved: Moved) -> list[int]:
-    """The requirements that a move bears on: reaches of the controls, what is about the parts, what is seen,
-    and what depends on a hand that holds a control."""
+    """The requirements that a move bears on: reaches and the sight of the controls, what is about the
+    parts, what is seen beyond them, and what depends on a hand that holds a control."""
     names = {question.place.environment.parts[k] for k in moved.parts}
     _, situations = known.places[0]
     found = []
@@ -145,9 +146,9 @@ def _touched(question: Question, known: Settled, moved: Moved) -> list[int]:
         if one.control is not None:
             touched = one.control.name in moved.controls
         else:
-            touched = bool(names & set(one.criterion.parts)) or (
-                one.requirement.of_sight and bool(names)
-            )
+            touched = bool(names & set(one.criterion.parts))
+            if one.requirement.of_sight:
+                touched |= bool(names) or one.requirement.target in moved.controls
             there = situations[one.case]
             touched |= needs_hands(there, one, hands_moved(there, moved.controls))
         if touched:
@@ -171,7 +172,8 @@ def _margins_there(
         held = [q for q in mine if needs_hands(situation, asked[q])]
         rest = [q for q in mine if q not in reaches and q not in held]
         reaching = _without_moved(situation, moved)
-        there = replace(situation, place=at) if moved.parts else situation
+        sight = any(asked[q].requirement.of_sight for q in mine)
+        there = replace(situation, place=at) if moved.parts or sight else situation
         for some, people in ((reaches, reaching), (rest, there)):
             if some:
                 every = [people] * len(situations)
@@ -179,7 +181,7 @@ def _margins_there(
         if held:
             hands = _known_hands(known, situation, at, moved)
             posed = replace(hands, place=there.place)
-            margin[:, held] = _marginsheld_controls(posed, [asked[q] for q in held])
+            margin[:, held] = margins_here(posed, [asked[q] for q in held]).margin
     return margin
 
 
@@ -190,16 +192,6 @@ def _without_moved(situation: Situation, moved: Moved) -> Situation:
     old = situation.place
     names = tuple(old.environment.parts[k] for k in sorted(moved.parts))
     return replace(situation, place=replace(old, environment=without_parts(old.environment, names)))
-
-
-def _marginsheld_controls(posed: Situation, asked: Sequence[Asked]) -> Floats:
-    """(B, Q) [m] what people have to spare with the hands where they are."""
-    margin = np.full((len(posed), len(asked)), np.nan)
-    for q, one in enumerate(asked):
-        check = CHECKS[one.requirement.check]
-        assert check.margins is not None
-        margin[:, q] = check.margins(posed, [one]).margin[:, 0]
-    return margin
 
 
 def _known_hands(known: Settled, situation: Situation, at: Workplace, moved: Moved) -> Situation:

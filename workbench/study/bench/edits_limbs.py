@@ -160,9 +160,7 @@ def _reach_words(found: Reach, wanted: LimbTarget) -> str:
     """By how much a limb misses its target and why, or what it holds."""
     if found.reached[0, 0]:
         return f"{wanted.limb} on {wanted.control}" if wanted.control else ""
-    limit = found.limit(0, 0)
-    why = f", limited by {limit}" if limit else ""
     overlap = float(found.overlap[0, 0])
     depth = f", {1e3 * overlap:.0f} mm in an obstacle" if overlap > 0 else ""
     goal = wanted.control or "the target"
-    return f"the {wanted.limb} stays {1e3 * float(found.miss[0, 0]):.0f} mm from {goal}{depth}{why}"
+    return f"the {wanted.limb} stays {1e3 * float(found.miss[0, 0]):.0f} mm from {goal}{depth}{found.reason(0, 0).clause}"

@@ -59,8 +59,7 @@ def measured(opened: OpenStudy, placement: Placement, one: Thing, other: Thing) 
     Raises
     ------
     InputError
-        If either is not there or has no surface, two meshes are too fine, or two segments are next
-        to each other.
+        If either is not there or has no surface, or two segments are next to each other.
     """
     if one == other:
         raise InputError("two different things are needed to measure between them")

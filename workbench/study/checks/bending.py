@@ -17,6 +17,7 @@ from workbench.contact.collide import contacts
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.environment import Control
 from workbench.model.poses import Poses
+from workbench.model.reason import NO_REASON, Reason
 from workbench.posture.reaching.limbs import limb
 from workbench.posture.reaching.reach import reach
 from workbench.posture.standing import standing_posture
@@ -153,16 +154,19 @@ def _bent(question: _Question, area: Floats) -> tuple[Bent, Floats, Bools]:
     depth, part = _in_parts(question, posture.poses, arm.moving)
     clear = depth <= 0.0
     reached = found.reached[:, 0] & clear & posture.stands
-    limits = [found.limit(row, 0) for row in range(len(question.who))]
+    limits = [found.reason(row, 0) for row in range(len(question.who))]
     names = situation.environment.parts
-    words = [limit if ok else names[k] for limit, ok, k in zip(limits, clear, part, strict=True)]
+    why = [
+        NO_REASON if there else limit if ok else Reason("part", names[k])
+        for limit, ok, k, there in zip(limits, clear, part, reached, strict=True)
+    ]
     bent = Bent(
         reached=reached,
         miss=found.miss[:, 0],
         overlap=np.where(reached, 0.0, np.maximum(found.overlap[:, 0], depth)),
         spare=found.extension[:, 0],
         discomfort=found.discomfort[:, 0],
-        limit=np.where(reached, "", np.array(words, dtype=object)),
+        limit=np.array(why, dtype=object),
     )
     came = posture.miss[question.name] < LEAST
     return bent, posture.stepped[:, 0].copy(), came

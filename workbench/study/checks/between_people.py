@@ -19,6 +19,7 @@ from workbench.model.criterion import Criterion
 from workbench.model.motion_case import MotionCase
 from workbench.model.moving import poses_at
 from workbench.model.poses import Placed
+from workbench.model.reason import NO_REASON, Reason
 from workbench.model.result import Finding
 from workbench.model.spool import pieces
 from workbench.model.workplace import Beside
@@ -44,11 +45,11 @@ def margins(situation: Situation, asked: Sequence[Asked]) -> Margins:
             for b in np.flatnonzero(margin < before).tolist():
                 found.margin[b, r] = margin[b]
                 row, other = np.unravel_index(int(flat[b].argmin()), keep.shape)
-                found.words[b, r] = ""
+                found.words[b, r] = NO_REASON
                 if margin[b] < -MET:
                     name = situation.body.segment_names[int(row)]
                     theirs = near.other_name((b, int(row), int(other)))
-                    found.words[b, r] = f"{name} at {beside.role}'s {theirs}"
+                    found.words[b, r] = Reason("near", name, at=f"{beside.role}'s {theirs}")
     return found
 
 

@@ -16,6 +16,7 @@ from workbench.model.arrays import Floats, Ints
 from workbench.model.contacts import subpart_words
 from workbench.model.criterion import Criterion
 from workbench.model.environment import Environment
+from workbench.model.reason import Reason
 from workbench.model.result import Finding, MotionFound
 from workbench.study.checks.margins import Asked, Bounds, Margins, no_bounds, no_margins
 from workbench.study.situation import Situation
@@ -32,7 +33,8 @@ def margins(situation: Situation, asked: Sequence[Asked]) -> Margins:
         found.margin[:, r] = one.criterion.at_most - ahead.max(axis=1)
         farthest = spheres[ahead.argmax(axis=1)]
         for b in np.flatnonzero(found.margin[:, r] < -MET):
-            found.words[b, r] = body.segment_names[int(body.sphere_segment[farthest[b]])]
+            name = body.segment_names[int(body.sphere_segment[farthest[b]])]
+            found.words[b, r] = Reason("segment", name)
     return found
 
 

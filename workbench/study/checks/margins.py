@@ -18,6 +18,7 @@ from workbench.model.accommodation import Requirement
 from workbench.model.arrays import Floats, Ints
 from workbench.model.criterion import Criterion
 from workbench.model.environment import Control
+from workbench.model.reason import NO_REASON
 
 __all__ = ["Asked", "Bounds", "Margins", "no_bounds", "no_margins"]
 
@@ -103,5 +104,5 @@ def no_bounds(people: int, asked: Sequence[Asked]) -> Bounds:
 def no_margins(people: int, asked: Sequence[Asked]) -> Margins:
     """Margins that nothing is known of yet."""
     shape = (people, len(asked))
-    words = np.full(shape, "", dtype=object)
+    words = np.full(shape, NO_REASON, dtype=object)
     return Margins(np.full(shape, np.nan), words, np.full((*shape, 3), np.nan))

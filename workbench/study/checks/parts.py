@@ -25,6 +25,7 @@ from workbench.model.criterion import Criterion
 from workbench.model.environment import Environment
 from workbench.model.motion_case import Meeting
 from workbench.model.poses import Placed
+from workbench.model.reason import Reason
 from workbench.model.result import Finding, MotionFound
 from workbench.model.spool import pieces
 from workbench.study.checks.margins import Asked, Bounds, Margins, no_margins
@@ -63,7 +64,7 @@ def margins(situation: Situation, asked: Sequence[Asked]) -> Margins:
         found.margin[:, q] = np.where(np.isfinite(room), room, np.nan)
         for b in np.flatnonzero(room < -MET):
             pair = int(near.sphere[b, q]), int(near.polygon[b, q])
-            found.words[b, q] = _words(body, environment, *pair)
+            found.words[b, q] = _reason(body, environment, *pair)
     return found
 
 
@@ -152,12 +153,12 @@ def limit_of(criterion: Criterion) -> float:
     return -criterion.at_most if criterion.check == "contact" else criterion.at_least
 
 
-def _words(body: Body, environment: Environment, sphere: int, polygon: int) -> str:
+def _reason(body: Body, environment: Environment, sphere: int, polygon: int) -> Reason:
     """ "right lower leg (knee cap) at instrument_panel"."""
     segment = body.segment_names[int(body.sphere_segment[sphere])]
     name = subpart_words(body, sphere)
     part = environment.parts[int(environment.polygon_part[polygon])]
-    return f"{segment} ({name}) at {part}" if name else f"{segment} at {part}"
+    return Reason("near", f"{segment} ({name})" if name else segment, at=part)
 
 
 def _toward(placed: Placed, found: PairClearance) -> Floats:

@@ -22,6 +22,7 @@ from workbench.model.criterion import Criterion
 from workbench.model.environment import Control, Environment
 from workbench.model.poses import Poses
 from workbench.model.reach import DOUBTS, MOST_SPARE, Reach
+from workbench.model.reason import NO_REASON, Reason
 from workbench.model.result import ControlReach, Finding
 from workbench.model.workplace import Workplace
 from workbench.posture.balance import balance
@@ -98,7 +99,7 @@ class _Reached:
     reached, miss, overlap, discomfort, doubt
         (B, T) as of `Reach`.
     limb, limit
-        (B, T) which limb, and what limits it in words.
+        (B, T) which limb, and what limits it.
     toward
         (B, T, 3) from the control to the root of the limb.
     """
@@ -146,7 +147,7 @@ def _nothing_reached(people: int, controls: int) -> _Reached:
         discomfort=np.zeros(shape),
         doubt=np.zeros(shape, dtype=np.int64),
         limb=np.full(shape, "", dtype=object),
-        limit=np.full(shape, "", dtype=object),
+        limit=np.full(shape, NO_REASON, dtype=object),
         toward=np.full((*shape, 3), np.nan),
     )
 
@@ -349,15 +350,15 @@ def _reached_with(
         thorough=thorough,
     )
     short = np.maximum(found.miss + found.overlap, LEAST_MISS)
-    limit = np.full(found.reached.shape, "", dtype=object)
+    limit = np.full(found.reached.shape, NO_REASON, dtype=object)
     for row, target in np.argwhere(~found.reached).tolist():
-        limit[row, target] = found.limit(row, target)
+        limit[row, target] = found.reason(row, target)
     reached = found.reached
     if _bends(situation.place, group.grip, group.zone):
         falls = _falls(found)
         reached = reached & (falls <= 0.0)
         short = np.where(falls > 0.0, np.maximum(falls, LEAST_MISS), short)
-        limit[falls > 0.0] = "balance"
+        limit[falls > 0.0] = Reason("words", "balance")
     way = _root(body, situation.taken.poses, name)[:, None] - targets
     return _Reached(
         margin=np.where(reached, found.extension, -short),
@@ -648,7 +649,8 @@ def findings(reaches: Iterable[ControlReach], criterion: Criterion) -> Iterator[
                 person=row.person,
                 other_person="",
                 subject=f"the {row.limb}",
-                target=target + (f", limited by {row.limit}" if row.limit else ""),
+                target=target + row.limit.clause,
                 value=(row.spare or 0.0) if row.reached else -short,
                 limit=0.0,
+                about=row.control,
             )

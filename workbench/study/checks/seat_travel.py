@@ -9,11 +9,13 @@ where the seat is wanted, less what is asked for.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from workbench.model.accommodation import MET
 from workbench.model.criterion import Criterion
+from workbench.model.reason import NO_REASON, Reason
 from workbench.model.result import Finding
 from workbench.posture.seating.seat import Seated
 from workbench.study.checks.margins import Asked, Margins, no_margins
@@ -28,9 +30,9 @@ __all__ = [
     "worse_foot",
 ]
 
-SEAT_BACK = "the seat stops too far back"
-SEAT_FORWARD = "the seat stops too far forward"
-THIGHS = "thighs on the front of the cushion"
+SEAT_BACK = Reason("words", "the seat stops too far back")
+SEAT_FORWARD = Reason("words", "the seat stops too far forward")
+THIGHS = Reason("words", "the thighs on the front of the cushion")
 
 
 def pedal_margins(situation: Situation, asked: Sequence[Asked]) -> Margins:
@@ -48,7 +50,7 @@ def pedal_margins(situation: Situation, asked: Sequence[Asked]) -> Margins:
         for b in np.flatnonzero(found.margin[:, r] < -MET):
             foot = feet[int(worst[b])]
             limit = seat.limit[foot][b] or THIGHS
-            found.words[b, r] = f"{foot}, {limit}"
+            found.words[b, r] = replace(limit, foot=foot)
     return found
 
 
@@ -66,15 +68,16 @@ def pedal_findings(situation: Situation, criterion: Criterion) -> Iterator[Findi
         return
     foot = worse_foot(seat)
     pressed = float(seat.pressed[0])
-    limit = seat.limit[foot][0] or (THIGHS if pressed > MET else "")
+    limit = seat.limit[foot][0] or (THIGHS if pressed > MET else NO_REASON)
     yield Finding(
         case=situation.work.name,
         person=situation.place.role,
         other_person="",
         subject=f"the {foot}",
-        target=aims.controls[foot] + (f", limited by {limit}" if limit else ""),
+        target=aims.controls[foot] + limit.clause,
         value=-(float(seat.miss[foot][0]) + pressed),
         limit=-criterion.at_most,
+        about=aims.controls[foot],
     )
 
 

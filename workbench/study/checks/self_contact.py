@@ -13,6 +13,7 @@ import numpy as np
 from workbench.model.arrays import Bools
 from workbench.model.body import Body
 from workbench.model.criterion import Criterion
+from workbench.model.reason import Reason
 from workbench.model.result import Finding, MotionFound
 from workbench.study.checks.margins import Asked, Bounds, Margins, no_bounds, no_margins
 from workbench.study.checks.pairs import NearPairs, pair_findings
@@ -35,7 +36,7 @@ def margins(situation: Situation, asked: Sequence[Asked]) -> Margins:
             found.margin[b, r] = room[b, row, other]
             if room[b, row, other] < 0:
                 names = body.segment_names
-                found.words[b, r] = f"{names[row]} at {names[other]}"
+                found.words[b, r] = Reason("near", names[row], at=names[other])
     return found
 
 

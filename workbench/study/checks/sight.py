@@ -16,14 +16,17 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from workbench.errors import InputError
 from workbench.model.accommodation import MET, Requirement
-from workbench.model.arrays import Floats, Ints, xyz
+from workbench.model.arrays import Bools, Floats, xyz
 from workbench.model.criterion import Criterion
 from workbench.model.environment import Environment
+from workbench.model.reason import NO_REASON, Reason, hider
 from workbench.model.result import Finding
+from workbench.model.rule_set import RuleSet
 from workbench.model.units import UNITS
 from workbench.posture.seating.sides import middle
-from workbench.sight.eyes import Eyes, eyes_of, gaze
+from workbench.sight.eyes import Eyes, eyes_of, gaze, head_of
 from workbench.sight.obscuration import (
     Target,
     seen_shares,
@@ -33,26 +36,33 @@ from workbench.sight.obscuration import (
 )
 from workbench.sight.rules.mirrors import looked_through
 from workbench.sight.rules.reading import Reading, reading
+from workbench.sight.scenery import Scenery
 from workbench.study.checks.margins import Asked, Margins, no_margins
 from workbench.study.situation import Situation
 
 __all__ = [
+    "BEYOND",
     "FACE",
     "READ_BY",
     "findings",
     "limit_of_reading",
     "line_to",
     "margins",
+    "most",
     "shortfall_words",
+    "spheres_asked",
     "targets_of",
 ]
 
-BEYOND = "beyond the turn of head and eyes"
-BEHIND = "behind the eyes"
+ROUNDING = 1e-9
+"""[m] More than rounding makes of the same sum of what is seen."""
+
+BEYOND = Reason("beyond", "beyond the turn of head and eyes")
 """What keeps something from being seen that nothing stands before."""
 SEEN_BY = ("left", "right", "either", "both")
 """By which eyes a share is seen, in the order of `Seen.share`."""
 SIZE = "size of its characters"
+LARGEST = "largest size of its characters"
 FACE = "angle to its face"
 SIDE = "angle to the side of the line of sight"
 ABOVE = "angle above the line of sight"
@@ -67,7 +77,8 @@ _SHARE_OF = {
 }
 """What a share that is lacking is of."""
 READ_BY = ("character_least", "face_angle", "azimuth", "elevation", "line_down")
-"""The values of a rule set that reading is judged by."""
+"""The values of a rule set that reading is judged by, beside `_MOST` where it has that."""
+_MOST = "character_never_over"
 
 
 def targets_of(criterion: Criterion) -> tuple[str, ...]:
@@ -79,29 +90,70 @@ def margins(situation: Situation, asked: Sequence[Asked]) -> Margins:
     """How much more of each thing than asked everybody sees, or how much better an instrument can be
     read."""
     found = no_margins(len(situation), asked)
-    every = _sees(situation, [(one.criterion, one.requirement.target) for one in asked])
-    for r, (one, sees) in enumerate(zip(asked, every, strict=True)):
-        margin, words = sees.share - one.criterion.at_least, sees.why
-        if one.requirement.check == "reads":
-            margin, words = _reads(sees, one.criterion)
+    for r, margin, words in _spare(situation, asked):
         found.margin[:, r] = UNITS["share"].counted(margin)
         short = found.margin[:, r] < -MET
         found.words[short, r] = words[short]
     return found
 
 
+def most(situation: Situation, asked: Sequence[Asked]) -> Floats:
+    """(B, Q) what everybody has to spare at most, wherever the hands are that hold something, and
+    the legs: that before what these do not move. Infinite where they move the head."""
+    found = np.full((len(situation), len(asked)), np.inf)
+    scenery = situation.still_scenery
+    if scenery is not None:
+        for r, margin, _ in _spare(situation, asked, scenery):
+            found[:, r] = UNITS["share"].counted(margin) + ROUNDING
+    return found
+
+
+def spheres_asked(situation: Situation, criterion: Criterion) -> Bools:
+    """(S,) the spheres that a criterion depends on: of the size and angle of an instrument the head,
+    of what is seen all that may stand before it."""
+    head = situation.body.sphere_segment == head_of(situation.body)
+    return np.asarray(head | _of_shares(criterion))
+
+
+def _of_shares(criterion: Criterion) -> bool:
+    """Whether a criterion asks for a share that is seen."""
+    return criterion.check == "sees" or bool(criterion.visible)
+
+
+def _spare(
+    situation: Situation, asked: Sequence[Asked], scenery: Scenery | None = None
+) -> Iterator[tuple[int, Floats, NDArray[np.object_]]]:
+    """The number of each requirement, and (B,) what people have to spare of it, and what limits.
+
+    scenery: what stands before the eyes, that of the situation if None.
+    """
+    of_shares = [r for r, one in enumerate(asked) if _of_shares(one.criterion)]
+    things = [(asked[r].criterion, asked[r].requirement.target) for r in of_shares]
+    seen = {}
+    if things:
+        before = situation.scenery if scenery is None else scenery
+        seen = dict(zip(of_shares, _sees(situation, things, before), strict=True))
+    eyes = eyes_of(situation.placed)
+    for r, one in enumerate(asked):
+        if one.requirement.check == "reads":
+            read = _reading(situation.environment, one.criterion, one.requirement.target, eyes)
+            yield r, *_reads(read, seen.get(r), one.criterion)
+        else:
+            yield r, seen[r].share - one.criterion.at_least, seen[r].why
+
+
 def findings(situation: Situation, criterion: Criterion) -> Iterator[Finding]:
     """Of each thing how much of it is seen, and what hides it; of an instrument that is read each
     limit."""
     names = targets_of(criterion)
-    every = _sees(situation, [(criterion, name) for name in names])
+    every = _sees(situation, [(criterion, name) for name in names], situation.scenery)
     for name, sees in zip(names, every, strict=True):
         about = Finding(
             case=situation.work.name,
             person=situation.place.role,
             other_person="",
             subject=name,
-            target=sees.words(0),
+            target=sees.told(0).text,
             value=float(sees.share[0]),
             limit=criterion.at_least,
             point=xyz(sees.at[0]),
@@ -112,10 +164,10 @@ def findings(situation: Situation, criterion: Criterion) -> Iterator[Finding]:
             continue
         if criterion.visible:
             yield replace(about, limit=criterion.visible)
-        assert sees.read is not None
         assert criterion.rule_set is not None
         source = criterion.rule_set.told(*READ_BY)
-        for what, value in _measured(sees.read).items():
+        read = _reading(situation.environment, criterion, name, eyes_of(situation.placed))
+        for what, value in _measured(read, criterion.rule_set).items():
             if np.isfinite(value[0]):
                 limit, unit = limit_of_reading(criterion, what)
                 yield replace(
@@ -138,59 +190,62 @@ def line_to(situation: Situation, criterion: Criterion, name: str) -> tuple[Floa
 class _Sees:
     """How B people see one thing.
 
-    share: (B,) that is seen; why: (B,) what hides most of the rest, "" where nothing does, and blocked
-    (B,) how much that hides; at: (B, 3) [m] its middle; read: of an instrument that is to be read, how
-    it is seen by the eyes before head and eyes turn to it.
+    share: (B,) that is seen; why: (B,) what hides most of the rest, and blocked (B,) how much that
+    hides; at: (B, 3) [m] its middle.
     """
 
     share: Floats
     why: NDArray[np.object_]
     blocked: Floats
     at: Floats
-    read: Reading | None
 
-    def words(self, row: int) -> str:
-        """ "left_stick hides 30 %"; "" where all is seen."""
-        why = str(self.why[row])
-        if self.share[row] >= 1.0 - MET or not why:
-            return ""
-        return why if self.blocked[row] == 0.0 else f"{why} hides {100 * self.blocked[row]:.0f} %"
+    def told(self, row: int) -> Reason:
+        """What hides most of what is not seen, and how much that is."""
+        if self.share[row] >= 1.0 - MET:
+            return NO_REASON
+        why: Reason = self.why[row]
+        return replace(why, share=round(float(self.blocked[row]), 2))
 
 
-def _sees(situation: Situation, things: Sequence[tuple[Criterion, str]]) -> Iterator[_Sees]:
+def _sees(
+    situation: Situation, things: Sequence[tuple[Criterion, str]], scenery: Scenery
+) -> Iterator[_Sees]:
     """How people see things that criteria name, with eyes and head turned to each."""
     environment = situation.environment
-    scenery = situation.scenery
     eyes = eyes_of(situation.placed)
     origin = xyz(middle(situation.place))
     targets = [_target(environment, *thing, origin) for thing in things]
     middles = [_middle(situation, target) for target in targets]
     people = np.tile(np.arange(len(eyes)), len(targets))  # all turn to all at once
-    looks = gaze(_of_rows(eyes, people), np.concatenate(middles))
-    for k, ((criterion, name), target) in enumerate(zip(things, targets, strict=True)):
+    looks = gaze(eyes.rows(people), np.concatenate(middles))
+    for k, ((criterion, _), target) in enumerate(zip(things, targets, strict=True)):
         rows = slice(k * len(eyes), (k + 1) * len(eyes))
         # a thing's own shape is no news: what else hides it is asked
         clear = looked_through(scenery, [target.item]) if target.item >= 0 else scenery
-        seen = seen_shares(clear, _of_rows(looks.eyes, rows), [target])
+        seen = seen_shares(clear, looks.eyes.rows(rows), [target])
         within = looks.within[rows]
+        why = [
+            hider(str(blocker), environment.parts) if ok else BEYOND
+            for blocker, ok in zip(seen.blocker[:, 0], within, strict=True)
+        ]
         share = seen.share[:, 0, SEEN_BY.index(criterion.eyes)]
-        read = None
-        if criterion.check == "reads":
-            assert criterion.rule_set is not None
-            one = environment.instrument(name)
-            read = reading(eyes, one.at, one.face, one.characters, criterion.rule_set)
         yield _Sees(
             share=np.where(within, share, 0.0),
-            why=np.where(within, seen.blocker[:, 0], BEYOND),
+            why=np.array(why, dtype=object),
             blocked=np.where(within, seen.blocked[:, 0], 0.0),
             at=middles[k],
-            read=read,
         )
 
 
-def _of_rows(eyes: Eyes, rows: Ints | slice) -> Eyes:
-    """The eyes of some people."""
-    return Eyes(eyes.left[rows], eyes.right[rows], eyes.axes[rows], eyes.pivot[rows])
+def _reading(environment: Environment, criterion: Criterion, name: str, eyes: Eyes) -> Reading:
+    """How an instrument is seen by eyes before they, and the head, turn to it."""
+    assert criterion.rule_set is not None
+    one = environment.instrument(name)
+    try:
+        return reading(eyes, one.at, one.face, one.characters, criterion.rule_set)
+    except InputError as error:
+        lead = f"criterion {criterion.name!r}, instrument {name!r}: {error}"
+        raise InputError(f"{lead}; leave it out of 'instruments'") from None
 
 
 def _middle(situation: Situation, target: Target) -> Floats:
@@ -233,6 +288,8 @@ def limit_of_reading(criterion: Criterion, what: str) -> tuple[float, str]:
     assert rules is not None
     if what == SIZE:
         return criterion.at_least or rules.number("character_least"), "arcmin"
+    if what == LARGEST:
+        return -rules.number(_MOST), "arcmin"
     if what == FACE:
         return rules.number("face_angle"), "rad"
     if what == SIDE:
@@ -242,14 +299,19 @@ def limit_of_reading(criterion: Criterion, what: str) -> tuple[float, str]:
 
 
 def shortfall_words(
-    requirement: Requirement, criterion: Criterion, size: float, reason: str, *, asked: bool = True
+    requirement: Requirement,
+    criterion: Criterion,
+    size: float,
+    reason: Reason,
+    *,
+    asked: bool = True,
 ) -> str:
     """How much of a requirement is lacking, by the size [m] that it counts: "41 mm", "38 % of its
     surface", of reading in the unit of what limits: "1.2 arc minutes (16.0 asked)", with what is asked
     for in brackets or without."""
     unit = requirement.unit
-    if requirement.check == "reads" and reason.startswith(("size ", "angle ")):
-        limit, key = limit_of_reading(criterion, reason)
+    if reason.kind == "reading":
+        limit, key = limit_of_reading(criterion, reason.thing)
         own = UNITS[key]
         much = own.short(abs(limit) * own.counts * size / unit.counts)
         if not asked:
@@ -259,29 +321,33 @@ def shortfall_words(
     return f"{unit.short(size)}{_SHARE_OF.get(requirement.check, '')}"
 
 
-def _measured(read: Reading) -> dict[str, Floats]:
+def _measured(read: Reading, rules: RuleSet) -> dict[str, Floats]:
     """(B,) [rad] what limits of reading are asked of, as `limit_of_reading` has them: NaN of what is
     above the line of sight where the instrument is below, and the other way."""
-    return {
+    found = {
         SIZE: read.character,
         FACE: read.face_angle,
         SIDE: -np.abs(read.azimuth),
         ABOVE: np.where(read.elevation > 0, -read.elevation, np.nan),
         BELOW: np.where(read.elevation > 0, np.nan, read.elevation),
     }
+    return found | ({LARGEST: -read.character} if _MOST in rules.values else {})
 
 
-def _reads(sees: _Sees, criterion: Criterion) -> tuple[Floats, NDArray[np.object_]]:
+def _reads(
+    read: Reading, sees: _Sees | None, criterion: Criterion
+) -> tuple[Floats, NDArray[np.object_]]:
     """(B,) the least of what is to spare of the limits of reading, as shares of the limits, and what
     it is."""
-    assert sees.read is not None
-    found = _measured(sees.read)
+    assert criterion.rule_set is not None
+    found = _measured(read, criterion.rule_set)
     limits = np.array([limit_of_reading(criterion, what)[0] for what in found])[:, None]
     spare = (np.stack([*found.values()]) - limits) / np.abs(limits)
     spare = np.where(np.isnan(spare), np.inf, spare)
-    words = np.array([*found], dtype=object)[spare.argmin(axis=0)]
+    every = np.array([Reason("reading", what) for what in found], dtype=object)
+    words = every[spare.argmin(axis=0)]
     least = spare.min(axis=0)
-    if criterion.visible:
+    if sees is not None:
         hidden = sees.share - criterion.visible
         words = np.where(hidden < least, sees.why, words)
         least = np.minimum(least, hidden)

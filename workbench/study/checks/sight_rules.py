@@ -15,35 +15,54 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.errors import InputError
+from workbench.files.schema import fail
+from workbench.files.yaml_text import read_yaml
 from workbench.model.accommodation import MET
 from workbench.model.arrays import Floats
 from workbench.model.criterion import Criterion
-from workbench.model.environment import Environment
+from workbench.model.environment import Environment, Mirror
+from workbench.model.reason import NO_REASON, Reason, hider
 from workbench.model.result import Finding
 from workbench.model.rule_set import RuleSet
+from workbench.model.study import Study
 from workbench.model.units import UNITS, unit_of
 from workbench.model.workplace import Workplace
 from workbench.posture.seating.sides import leftward
 from workbench.sight.eyes import Eyes, eyes_of, given_eyes
 from workbench.sight.obscuration import target_of_part
 from workbench.sight.regions import Region
-from workbench.sight.rules.cockpit_view import CockpitView, cockpit_outline, cockpit_view
+from workbench.sight.rules.cockpit_view import COARSE, ClearView, clear_view, cockpit_outline
 from workbench.sight.rules.eye_points import EyePoints, Side, car_eye_points
 from workbench.sight.rules.forward_field import forward_field
-from workbench.sight.rules.mirrors import glass_of, ground_points, mirror_field, required_ground
+from workbench.sight.rules.mirrors import (
+    AWAY,
+    OUTSIDE,
+    glass_of,
+    ground_points,
+    mirror_field,
+    mirror_ground,
+)
 from workbench.sight.rules.pillar import pillar_angle
 from workbench.sight.rules.reflection import windscreen_reflection
 from workbench.sight.scenery import Scenery, enclosing_items, scenery_of
 from workbench.study.checks.margins import Asked, Margins, no_margins
 from workbench.study.situation import Situation
 
-__all__ = ["eye_points_of", "findings", "margins", "things_of"]
+__all__ = [
+    "asked_ground",
+    "check_rules",
+    "eye_points_of",
+    "findings",
+    "margins",
+    "most",
+    "things_of",
+]
 
 
 @dataclass(frozen=True, eq=False)
 class _Judged:
-    """What a rule finds of B people, in SI: value (B,), which must not be below the limit, and what
-    makes it so (B,), "" where nothing is to be named; source: the rule and how sure it is."""
+    """What a rule finds of B people, in SI: value (B,), which must not be below the limit, and the
+    `Reason` of each (B,); source: the rule and how sure it is."""
 
     value: Floats
     limit: float
@@ -80,6 +99,29 @@ def margins(situation: Situation, asked: Sequence[Asked]) -> Margins:
     return found
 
 
+def most(situation: Situation, asked: Sequence[Asked]) -> Floats:
+    """(B, Q) what everybody has to spare at most, wherever the hands are that hold something, and
+    the legs; infinite where that costs as much as to ask.
+
+    Of outlines: what a coarse look leaves clear before what these do not move, with all that is
+    hidden beside a border. Who has less than asked by more than that need not be asked.
+    """
+    found = np.full((len(situation), len(asked)), np.inf)
+    scenery = situation.still_scenery
+    if scenery is None:
+        return found
+    eyes = eyes_of(situation.placed)
+    inside = np.maximum(enclosing_items(scenery, eyes.left), enclosing_items(scenery, eyes.right))
+    for q, one in enumerate(asked):
+        if one.requirement.check != "outline" or one.criterion.eye_point:
+            continue
+        region = _region(situation.place, one.criterion)
+        for row in np.flatnonzero(inside < 0).tolist():
+            view = clear_view(scenery, eyes, region, row=row, step=COARSE)
+            found[row, q] = unit_of("outline").counts * (view.most - one.criterion.at_least)
+    return found
+
+
 def findings(situation: Situation, criterion: Criterion) -> Iterator[Finding]:
     """What a rule finds of each thing."""
     for name in things_of(criterion):
@@ -89,7 +131,7 @@ def findings(situation: Situation, criterion: Criterion) -> Iterator[Finding]:
             person=situation.place.role,
             other_person="",
             subject=name,
-            target=str(judged.why[0]),
+            target=judged.why[0].text,
             value=float(judged.value[0]),
             limit=judged.limit,
             unit=next(key for key, unit in UNITS.items() if unit is unit_of(criterion.check)),
@@ -117,6 +159,36 @@ def eye_points_of(environment: Environment, criterion: Criterion, seat: str) -> 
         raise InputError(f"criterion {criterion.name!r}, seat {seat!r}: {error}") from None
 
 
+def check_rules(study: Study) -> None:
+    """Raise InputError for criteria that are judged from a seat and cannot be, all at once: where they
+    stand in the study's file, and what would be right."""
+    faults = []
+    for criterion in study.criteria:
+        found = _FROM_SEAT.get(criterion.check)
+        asked = [role.seat for role in study.roles if found and role.name in criterion.people]
+        for seat in dict.fromkeys(filter(None, asked)):
+            key, right = "rules", "set 'back_angle' of the seat within it"
+            try:
+                eye_points_of(study.environment, criterion, seat)
+                key, right = _NAMED[criterion.check]
+                _FROM_SEAT[criterion.check](study.environment, criterion, seat)
+            except InputError as error:
+                words = f"{error}; {right}, or leave the criterion out"
+                faults.append(_placed(study, criterion, key, words))
+    if faults:
+        raise InputError(faults)
+
+
+def _placed(study: Study, criterion: Criterion, key: str, words: str) -> str:
+    """A fault of a key of a criterion, with its place where the study is from a file."""
+    if "study" not in study.inputs:
+        return f"{key}: {words}"
+    document = read_yaml(study.inputs["study"])
+    names = [one.get("name") for one in document.value["criteria"]]
+    row = names.index(criterion.name) if criterion.name in names else 0
+    return fail(document, ("criteria", row, key), words)
+
+
 def _rules(criterion: Criterion) -> RuleSet:
     assert criterion.rule_set is not None
     return criterion.rule_set
@@ -131,13 +203,13 @@ class _OfSeat:
     """What a rule finds of a seat [rad], whoever sits there, and what there is to say of it."""
 
     angle: float
-    words: str
+    why: Reason
 
 
 def _judged(situation: Situation, found: _OfSeat, most: float, source: str) -> _Judged:
     """What must not exceed a limit, the same for everybody."""
     count = len(situation)
-    why = np.full(count, found.words, dtype=object)
+    why = np.full(count, found.why, dtype=object)
     return _Judged(np.full(count, -found.angle), -most, why, source)
 
 
@@ -175,22 +247,21 @@ def _outline(look: _Look, criterion: Criterion, _: str) -> _Judged:
     region = _region(look.place, criterion)
     inside = np.maximum(enclosing_items(scenery, eyes.left), enclosing_items(scenery, eyes.right))
     clear = np.zeros(len(eyes))
-    why = np.full(len(eyes), "", dtype=object)
+    why = np.full(len(eyes), NO_REASON, dtype=object)
     for row in range(len(eyes)):
         if inside[row] >= 0:
-            why[row] = scenery.names[inside[row]]
+            why[row] = hider(scenery.names[inside[row]], look.place.environment.parts)
             continue
-        view = cockpit_view(scenery, eyes, region, row=row)
-        clear[row], why[row] = view.clear, _view_words(view, region)
+        view = clear_view(scenery, eyes, region, row=row)
+        clear[row] = view.clear
+        why[row] = _hides_most(view, region, look.place.environment.parts)
     return _Judged(clear, criterion.at_least, why, _rules(criterion).told("outline_left_seat"))
 
 
-def _view_words(view: CockpitView, region: Region) -> str:
-    """ "windscreen_bow hides 3.1 %": what hides most of the outline, "" where nothing does."""
-    if not view.hidden:
-        return ""
-    chief = max(view.hidden, key=lambda name: view.hidden[name])
-    return f"{chief} hides {100 * view.hidden[chief] / region.solid_angle:.1f} %"
+def _hides_most(view: ClearView, region: Region, parts: tuple[str, ...]) -> Reason:
+    """What hides most of the outline, and its share of it."""
+    chief = max(view.hidden, key=lambda name: view.hidden[name], default="")
+    return hider(chief, parts, view.hidden.get(chief, 0.0) / region.solid_angle)
 
 
 def _pillar(situation: Situation, criterion: Criterion, _: str) -> _Judged:
@@ -218,7 +289,7 @@ def _pillar_angle(environment: Environment, criterion: Criterion, seat: str) -> 
     except InputError as error:
         raise InputError(f"criterion {criterion.name!r}: {error}") from None
     upper, lower = np.degrees((found.of_upper, found.of_lower)).tolist()
-    return _OfSeat(found.angle, f"{upper:.1f} and {lower:.1f} degrees")
+    return _OfSeat(found.angle, Reason("cuts", f"{upper:.1f} and {lower:.1f} degrees"))
 
 
 def _field(situation: Situation, criterion: Criterion, _: str) -> _Judged:
@@ -238,9 +309,10 @@ def _field_width(environment: Environment, criterion: Criterion, seat: str) -> _
         _rules(criterion),
         exempt=criterion.parts,
         wheel=criterion.wheel,
+        inside_wheel=criterion.inside_wheel,
     )
     chief = max(found.blocked, key=lambda name: found.blocked[name].width, default="")
-    return _OfSeat(found.width, chief)
+    return _OfSeat(found.width, hider(chief, environment.parts))
 
 
 def _mirror(look: _Look, criterion: Criterion, name: str) -> _Judged:
@@ -248,17 +320,11 @@ def _mirror(look: _Look, criterion: Criterion, name: str) -> _Judged:
     environment = look.place.environment
     rules = _rules(criterion)
     mirror = environment.mirror(name)
-    field = f"field_{mirror.field}"
     scenery, eyes = look.scenery, look.eyes
-    parts = [environment.triangle_corners(environment.part_index(n)) for n in criterion.parts]
-    corners = np.concatenate(parts)
-    bounds = np.stack([corners.min(axis=(0, 1)), corners.max(axis=(0, 1))])
-    side: Side = "left" if mirror.at[1] > bounds[:, 1].mean() else "right"
-    ground = environment.points[criterion.ground][2]
     seen = np.zeros(len(eyes))
-    why = np.full(len(eyes), "", dtype=object)
+    why = np.full(len(eyes), NO_REASON, dtype=object)
     for row, middle in enumerate(eyes.middle):
-        polygon = required_ground(rules, field, eye=middle, bounds=bounds, ground=ground, side=side)
+        polygon = asked_ground(environment, criterion, mirror, middle)
         found = mirror_field(
             scenery,
             eyes,
@@ -270,10 +336,22 @@ def _mirror(look: _Look, criterion: Criterion, name: str) -> _Judged:
         seen[row] = found.share
         if found.hidden:
             chief = max(found.hidden, key=lambda item: found.hidden[item])
-            why[row] = f"{100 * found.hidden[chief]:.0f} % is hidden by {chief}"
-            if chief.startswith("outside"):
-                why[row] = f"{100 * found.hidden[chief]:.0f} % is {chief}"
-    return _Judged(seen, criterion.at_least, why, rules.told(field))
+            why[row] = hider(chief, environment.parts, found.hidden[chief])
+            if chief in (OUTSIDE, AWAY):
+                why[row] = Reason("outside", chief, share=round(found.hidden[chief], 3))
+    return _Judged(seen, criterion.at_least, why, rules.told(f"field_{mirror.field}"))
+
+
+def asked_ground(
+    environment: Environment, criterion: Criterion, mirror: Mirror, eye: Floats
+) -> Floats:
+    """The corners (K, 3) [m] of the ground that a criterion asks for in a mirror, for eyes with their
+    middle (3,) [m]."""
+    ground = environment.points[criterion.ground][2]
+    rules = _rules(criterion)
+    return mirror_ground(
+        environment, mirror, rules, eye=eye, vehicle=criterion.parts, ground=ground
+    )
 
 
 def _reflection(look: _Look, criterion: Criterion, name: str) -> _Judged:
@@ -284,7 +362,7 @@ def _reflection(look: _Look, criterion: Criterion, name: str) -> _Judged:
     one = environment.instrument(name)
     target = target_of_part(environment, one.part, facing=one.face)
     share = np.zeros(len(eyes))
-    why = np.full(len(eyes), "", dtype=object)
+    why = np.full(len(eyes), NO_REASON, dtype=object)
     for row in range(len(eyes)):
         found = windscreen_reflection(
             scenery,
@@ -295,7 +373,9 @@ def _reflection(look: _Look, criterion: Criterion, name: str) -> _Judged:
             region=region,
             row=row,
         )
-        share[row], why[row] = found.share, ", ".join(found.parts)
+        share[row] = found.share
+        if found.parts:
+            why[row] = Reason("mirrored", ", ".join(found.parts))
     source = _rules(criterion).told("outline_left_seat")
     return _Judged(-share, -criterion.at_most, why, source)
 
@@ -306,6 +386,15 @@ _OF_SEATS: dict[str, Callable[[Situation, Criterion, str], _Judged]] = {
     "pillar": _pillar,
     "forward_field": _field,
 }
+_FROM_SEAT: dict[str, Callable[[Environment, Criterion, str], _OfSeat]] = {
+    "pillar": _pillar_angle,
+    "forward_field": _field_width,
+}
+_NAMED = {
+    "pillar": ("parts", "name the parts of the A-pillar there"),
+    "forward_field": ("wheel", "name the parts of the steering wheel"),
+}
+"""The key that says which parts these rules are about, and what would be right."""
 _OF_EYES: dict[str, Callable[[_Look, Criterion, str], _Judged]] = {
     "outline": _outline,
     "mirror": _mirror,

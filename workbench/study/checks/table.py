@@ -43,16 +43,18 @@ __all__ = [
     "IN_POSTURE",
     "LENGTH_TOLERANCE",
     "REACHING",
-    "SAME_EVERYWHERE",
     "between_verdict",
     "bounds_of",
     "findings_of",
+    "margins_here",
     "margins_of",
     "most_of",
     "motion_verdict",
     "needs_hands",
     "needs_legs",
     "never_met",
+    "same_everywhere",
+    "takes_looks",
     "verdict",
 ]
 
@@ -64,8 +66,7 @@ IN_POSTURE = 1
 """The cost of what is asked of the whole posture, with the hands on their controls."""
 REACHING = 2
 """The cost of what searches for postures."""
-SAME_EVERYWHERE = ("preferred_seat",)
-"""Checks whose margin is the same in every position of the seat."""
+_SAME_EVERYWHERE = ("preferred_seat", "pillar", "forward_field")
 Answer = TypeVar("Answer")
 
 
@@ -115,9 +116,20 @@ CHECKS = {
     "eye_height": Check(AFTER_SEATING, view.margins, view.findings),
     "view_over": Check(AFTER_SEATING, view.margins, view.findings),
     "over_nose": Check(AFTER_SEATING, view.nose_margins, view.nose_findings),
-    "sees": Check(IN_POSTURE, sight.margins, sight.findings),
-    **{check: Check(IN_POSTURE, sight_rules.margins, sight_rules.findings) for check in OF_RULES},
-    "reads": Check(IN_POSTURE, sight.margins, sight.findings),
+    **{
+        check: Check(
+            IN_POSTURE,
+            sight.margins,
+            sight.findings,
+            spheres=sight.spheres_asked,
+            most=sight.most,
+        )
+        for check in ("sees", "reads")
+    },
+    **{
+        check: Check(IN_POSTURE, sight_rules.margins, sight_rules.findings, most=sight_rules.most)
+        for check in OF_RULES
+    },
     "pedals": Check(AFTER_SEATING, seat_travel.pedal_margins, seat_travel.pedal_findings),
     "preferred_seat": Check(AFTER_SEATING, seat_travel.seat_margins, seat_travel.seat_findings),
     "clearance": Check(
@@ -181,11 +193,21 @@ def margins_of(situations: Sequence[Situation], asked: Sequence[Asked]) -> Margi
     for number, situation in enumerate(situations):
         rows = [r for r, one in enumerate(asked) if one.case == number and r not in bounded]
         for there, some in _posed(situation, asked, rows):
-            for margins, columns in _by_function(asked, some, lambda check: check.margins):
-                those = [asked[r] for r in columns]
-                found.put(everybody, np.array(columns), margins(there, those))
+            those = margins_here(there, [asked[r] for r in some])
+            found.put(everybody, np.array(some), those)
     if bounded:
         found.margin[:, bounded] = bounds_of(situations, [asked[r] for r in bounded]).low
+    return found
+
+
+def margins_here(situation: Situation, asked: Sequence[Asked]) -> Margins:
+    """What people have to spare in some requirements with the hands where they are: all requirements
+    of a check are asked together."""
+    found = no_margins(len(situation), asked)
+    everybody = np.arange(len(situation))
+    for margins, columns in _by_function(asked, range(len(asked)), lambda check: check.margins):
+        those = [asked[r] for r in columns]
+        found.put(everybody, np.array(columns), margins(situation, those))
     return found
 
 
@@ -200,6 +222,18 @@ def _posed(
         yield situation, rest
     if held:
         yield with_hands(situation), held
+
+
+def same_everywhere(one: Asked) -> bool:
+    """Whether the margin of a requirement is the same in every position of the seat: that of a seat,
+    or of a point of the environment from which is looked."""
+    return one.requirement.check in _SAME_EVERYWHERE or bool(one.criterion.eye_point)
+
+
+def takes_looks(one: Asked) -> bool:
+    """Whether a requirement is of what each person sees in thousands of directions: it takes longer
+    than a reach."""
+    return one.requirement.check in OF_RULES and not same_everywhere(one)
 
 
 def needs_hands(situation: Situation, one: Asked, hands: Collection[str] = HANDS) -> bool:

@@ -23,6 +23,7 @@ from workbench.model.accommodation import MET
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.criterion import Criterion
 from workbench.model.environment import Environment
+from workbench.model.reason import Reason
 from workbench.model.result import Finding
 from workbench.model.units import UNITS
 from workbench.posture.seating.seating import seat_planes
@@ -42,8 +43,8 @@ __all__ = [
     "nose_margins",
 ]
 
-TOO_LOW = "eyes too low"
-TOO_HIGH = "eyes too high"
+TOO_LOW = Reason("words", "eyes too low")
+TOO_HIGH = Reason("words", "eyes too high")
 THE_EYES = "the eyes"
 """What a finding about a view is about."""
 EYES = ("left eye", "right eye")
@@ -67,7 +68,7 @@ def margins(situation: Situation, asked: Sequence[Asked]) -> Margins:
         if one.criterion.check == "view_over":
             found.toward[:, r] = _gives_way(situation, one.criterion)
         for b in np.flatnonzero(found.margin[:, r] < -MET):
-            found.words[b, r] = _words(situation, one.criterion, eye[b])
+            found.words[b, r] = _reason(situation, one.criterion, eye[b])
     return found
 
 
@@ -87,6 +88,7 @@ def findings(situation: Situation, criterion: Criterion) -> Iterator[Finding]:
             target=target,
             value=margin,
             limit=0.0,
+            about=situation.eyes or "" if criterion.check == "eye_height" else "",
         )
 
 
@@ -98,7 +100,7 @@ def nose_margins(situation: Situation, asked: Sequence[Asked]) -> Margins:
         found.margin[:, r] = UNITS["rad"].counted(nose.down - one.criterion.down)
         found.toward[:, r] = nose.gives_way
         for b in np.flatnonzero(found.margin[:, r] < -MET):
-            found.words[b, r] = situation.environment.parts[nose.part[b]]
+            found.words[b, r] = Reason("part", situation.environment.parts[nose.part[b]])
     return found
 
 
@@ -157,7 +159,7 @@ def _margin(situation: Situation, criterion: Criterion, eyes: Floats) -> Floats:
     return margin
 
 
-def _words(situation: Situation, criterion: Criterion, eye: Floats) -> str:
+def _reason(situation: Situation, criterion: Criterion, eye: Floats) -> Reason:
     """What is wrong with an eye (3,) that misses a view."""
     if criterion.check == "view_over" or situation.eyes is None:
         return TOO_LOW

@@ -11,12 +11,14 @@ from pathlib import Path
 from typing import Any
 
 from workbench.errors import InputError
+from workbench.files.catalogue import find
 from workbench.files.environments import load_environment
 from workbench.files.output_file import write_errors, write_file
 from workbench.files.saving import replaced, saving
-from workbench.files.study.reader import load_study
+from workbench.files.study.reader import read_study
 from workbench.files.study.saving import StudyText
 from workbench.files.yaml_changes import Key, changed_text, yaml_text
+from workbench.files.yaml_text import read_yaml
 from workbench.model.environment import Environment
 from workbench.study.describe.first_study import first_study, guesses_of
 from workbench.study.describe.state import UNSURE, Description, OpenPlace
@@ -198,9 +200,12 @@ def save_first_study(environment: str | Path, to: Path, *, people: int = 0) -> F
     source = str(environment)
     if Path(environment).exists():
         source = Path(os.path.relpath(Path(environment).resolve(), to.resolve().parent)).as_posix()
-    text = first_study(load_environment(environment), source, people=people)
+    room = load_environment(environment)
+    text = first_study(room, source, people=people)
     write_file(to, text)
-    return FirstStudy(tuple(guesses_of(text)), tuple(load_study(to).warnings))
+    place = find("environments", source, "environment.yaml", near=to.parent)
+    study = read_study(read_yaml(to), to, {"study": to}, {place: room})
+    return FirstStudy(tuple(guesses_of(text)), tuple(study.warnings))
 
 
 def next_commands(saved: Path) -> list[str]:

@@ -1,10 +1,8 @@
-"""Least distances of segment pairs against all pairs of spheres, and the eight lanes they are found
-with."""
+"""Least distances of segment pairs against all pairs of spheres; eight lanes compiled and not."""
 
 from __future__ import annotations
 
 import numpy as np
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -12,7 +10,6 @@ import workbench as wb
 from tests.rows import changed
 from tests.test_blend import random_blend
 from workbench.contact.collide import self_clearance
-from workbench.contact.crowd import blocks_of
 from workbench.geometry import lanes
 from workbench.model.blend import enclosing_spheres
 
@@ -133,25 +130,6 @@ def test_the_one_answers_what_the_other_does_in_batches_of_any_size(one_arm, ran
             assert np.array_equal(getattr(mine, name)[0], getattr(whole, name)[p], equal_nan=True)
 
 
-@given(st.integers(0, 10**6))
-def test_every_sphere_has_its_place_in_the_blocks(one_arm, seed):
-    body = crowded(one_arm, seed, most=40)
-    blocks = blocks_of(body)
-    radius = blocks.ball.reshape(-1, 4, 8)[:, 3].reshape(-1)
-    place = (
-        8 * blocks.first[body.sphere_segment]
-        + np.arange(len(body.sphere_names))
-        - body.start[body.sphere_segment]
-    )
-    assert np.array_equal(radius[place], body.radius[0].astype(np.float32))
-    assert np.sum(radius > 0) == len(body.sphere_names)
-
-
-def test_nine_spheres_take_two_blocks_and_eight_take_one(one_arm):
-    body = changed(crowded(one_arm, 1, most=2), start=np.array([0, 0, 8, 17, 17]), **spheres(17))
-    assert blocks_of(body).first.tolist() == [0, 0, 1, 3, 3]
-
-
 numbers = st.lists(st.floats(-1e6, 1e6, width=32), min_size=8, max_size=8)
 
 
@@ -167,26 +145,12 @@ def test_the_lanes_do_compiled_what_their_definitions_say(a, b):
         a + b,
         a - b,
         a * b,
-        lanes.smaller(a, b),
         lanes.larger(a, b),
         lanes.root(np.abs(a)),
-        lanes.where_below(a, b, b, a),
         lanes.eight(a[3]),
-        lanes.eight(lanes.least(a)),
         lanes.eight(lanes.greatest(b)),
     ]
     for row, values in enumerate(wanted):
         assert np.array_equal(out[8 * row : 8 * row + 8], values)
     below = lanes.not_above(a, b)
-    same = lanes.equal(a, b)
-    assert bits == (below, same, lanes.first_bit(below), lanes.how_many(below))
-
-
-@pytest.mark.parametrize("bits", [0, 1, 0b10110001, 255])
-def test_places_are_packed_in_order(bits):
-    from tests.lanes_compiled import packed
-
-    array = np.zeros(24, dtype=np.float32)
-    end = packed(array, 3, bits, 40)
-    wanted = [40 + k for k in range(8) if bits >> k & 1]
-    assert array[3:end].tolist() == wanted
+    assert bits == (below, lanes.first_bit(below), lanes.how_many(below))
