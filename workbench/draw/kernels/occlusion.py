@@ -56,7 +56,20 @@ class Occluders(NamedTuple):
 @njit(cache=True)
 def _cell(position: float, size: float, count: int) -> int:
     """Return the row or column that holds a position, the first or last one beside the picture."""
-    return int(min(max(position // size, 0.0), count - 1.0))
+    return int(min(max(position / size, 0.0), count - 1.0))
+
+
+@njit(cache=True)
+def _put_cut(root: float, cuts: Floats, count: int) -> int:
+    """Sort a number between 0 and 1 into the first `count` of `cuts`; returns the new count."""
+    if not 0.0 < root < 1.0:
+        return count
+    place = count
+    while cuts[place - 1] > root:
+        cuts[place] = cuts[place - 1]
+        place -= 1
+    cuts[place] = root
+    return count + 1
 
 
 @njit(cache=True)
@@ -70,16 +83,8 @@ def _put_roots(f0: float, f1: float, f2: float, cuts: Floats, count: int) -> int
     if square < 0.0:
         return count
     far = -slope - math.copysign(math.sqrt(square), slope)
-    for root in (far / curvature, f0 / far):
-        if not 0.0 < root < 1.0:
-            continue
-        place = count
-        while cuts[place - 1] > root:
-            cuts[place] = cuts[place - 1]
-            place -= 1
-        cuts[place] = root
-        count += 1
-    return count
+    count = _put_cut(far / curvature, cuts, count)
+    return _put_cut(f0 / far, cuts, count)
 
 
 @njit(cache=True)
@@ -122,15 +127,15 @@ def _hidden_parts(values: Floats, cuts: Floats, spans: Floats, row: int) -> int:
 
 
 @njit(cache=True)
-def _may_hide(plane: Floats, curve: Floats, values: Floats) -> bool:
-    """Fill values (4, 3) with the functions (4, 4) at control points (3, 4); False as soon as one
-    is below 0 at all of them, since the curve lies within their hull."""
+def _may_hide(planes: Floats, t: int, curves: Floats, i: int, values: Floats) -> bool:
+    """Fill values (4, 3) with the functions of triangle t at the control points of curve i; False
+    as soon as one is below 0 at all of them, since the curve lies within their hull."""
     for side in range(4):
         greatest = -math.inf
         for k in range(3):
             value = 0.0
             for axis in range(4):
-                value += plane[side, axis] * curve[k, axis]
+                value += planes[t, side, axis] * curves[i, k, axis]
             value = 0.0 if abs(value) < _ROUNDING else value
             values[side, k] = value
             greatest = max(greatest, value)
@@ -158,7 +163,10 @@ def hidden_spans(curves: Floats, boxes: Floats, occluders: Occluders) -> Floats:
         (R, 3) the curve, and s from and to, in any order and with overlaps.
     """
     size = occluders.cell_size
-    last_query = np.full(len(occluders.planes), -1)
+    planes = occluders.planes
+    start = occluders.start
+    members = occluders.members
+    last_query = np.full(len(planes), -1)
     values = np.empty((4, 3))
     cuts = np.empty(10)
     spans = np.empty((4 * len(curves) + 64, 3))
@@ -171,18 +179,20 @@ def hidden_spans(curves: Floats, boxes: Floats, occluders: Occluders) -> Floats:
         top = _cell(boxes[i, 1] - _HAIR, size, occluders.rows)
         bottom = _cell(boxes[i, 3] + _HAIR, size, occluders.rows)
         for row in range(top, bottom + 1):
-            begin = occluders.start[row * occluders.columns + left]
-            end = occluders.start[row * occluders.columns + right + 1]
+            begin = start[row * occluders.columns + left]
+            end = start[row * occluders.columns + right + 1]
             for n in range(begin, end):
-                t = occluders.members[n]
+                t = members[n]
                 if last_query[t] == i:
                     continue
                 last_query[t] = i
-                if not _may_hide(occluders.planes[t], curves[i], values):
+                if not _may_hide(planes, t, curves, i, values):
                     continue
                 if found + 5 > len(spans):
                     larger = np.empty((2 * len(spans), 3))
-                    larger[:found] = spans[:found]
+                    for k in range(found):
+                        for column in range(3):
+                            larger[k, column] = spans[k, column]
                     spans = larger
                 count = _hidden_parts(values, cuts, spans, found)
                 for k in range(found, found + count):
