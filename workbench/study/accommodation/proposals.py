@@ -219,8 +219,7 @@ def _sight_ways(question: Question, moves: SightMoves, found: Chunk) -> Iterator
     each end of its travel, as far as somebody sees by them what he missed."""
     rows = tuple(range(found.margin.shape[1]))
     axes = _axes(question.place)
-    for thing in moves.things() if len(moves.people) else ():
-        name = ", ".join(thing.parts or thing.controls)
+    for name, thing in moves.things() if len(moves.people) else ():
         ways = []
         for word, axis in axes.items():
             move = replace(thing, by=xyz(axis))

@@ -33,7 +33,7 @@ TRIALS = (0.005, 0.01, 0.015, 0.02, 0.025, 0.03, 0.04, 0.05, 0.06, 0.08, 0.1)
 """[m] How far things are moved."""
 _FIRST = (0.025, 0.1)
 """The same of few people, to find the ways that help."""
-_MOST_THINGS = 3
+_MOST_THINGS = 5
 """Things that are tried, at most: those that hide something from most people."""
 _MOST_PEOPLE = 48
 """People who are asked, at most: evenly of all who miss nothing but what is seen."""
@@ -68,22 +68,26 @@ class SightMoves:
         found = found_situations(self.question, self.bodies, people, self.found)
         return [(rows, [with_hands(one) for one in there]) for rows, there in found]
 
-    def things(self) -> list[Move]:
-        """What may be moved, as moves by nothing: the parts that hide most, and what is looked at."""
+    def things(self) -> list[tuple[str, Move]]:
+        """What may be moved, by name, as moves by nothing: the parts that hide most, and what is looked
+        at."""
         environment = self.question.place.environment
         stay = {part for seat in environment.seats for part in (*seat.moves, *seat.parts)}
-        count: Counter[tuple[tuple[str, ...], tuple[str, ...]]] = Counter()
+        count: Counter[tuple[str, tuple[str, ...], tuple[str, ...]]] = Counter()
         for r in self.columns.tolist():
-            for row in self.people[self.found.margin[self.people, r] < -MET].tolist():
-                part = self.found.words[self.found.reason[row, r]].part
-                for parts in {(part,), _own_parts(self.question, self.question.asked[r])}:
-                    if parts and parts != ("",) and not stay & set(parts):
-                        count[parts, ()] += 1
             one = self.question.asked[r]
-            if one.criterion.controls:
-                parts = parts_along(environment, (one.requirement.target,))
-                count[parts, () if parts else (one.requirement.target,)] += 1
-        return [Move(*key, (0.0, 0.0, 0.0)) for key, _ in count.most_common(_MOST_THINGS)]
+            short = self.people[self.found.margin[self.people, r] < -MET]
+            own = _looked_at(self.question, one)
+            if own is not None and not stay & set(own[1]):
+                count[own] += len(short)
+            for reason in self.found.reason[short, r].tolist():
+                part = self.found.words[reason].part
+                if part and part not in stay and (own is None or part not in own[1]):
+                    count[part, (part,), ()] += 1
+        most = count.most_common(_MOST_THINGS)
+        return [
+            (name, Move(parts, controls, (0.0, 0.0, 0.0))) for (name, parts, controls), _ in most
+        ]
 
     def slope(self, move: Move) -> Floats:
         """(P, R) by how much margins grow with a metre of a move, 0 where it does not do."""
@@ -146,12 +150,20 @@ class SightMoves:
         return found
 
 
-def _own_parts(question: Question, one: Asked) -> tuple[str, ...]:
-    """The parts of what is looked at: of an instrument, a mirror, a pillar."""
+def _looked_at(
+    question: Question, one: Asked
+) -> tuple[str, tuple[str, ...], tuple[str, ...]] | None:
+    """The name of what is looked at, or of a pillar, and its parts, or the control that goes without
+    its part; None of what is no thing."""
     environment = question.place.environment
     name = one.requirement.target
+    if one.criterion.controls:
+        parts = parts_along(environment, (name,))
+        return name, parts, () if parts else (name,)
     if one.criterion.instruments:
-        return (environment.instrument(name).part,)
+        return name, (environment.instrument(name).part,), ()
     if one.criterion.mirrors:
-        return (environment.mirror(name).part,)
-    return one.criterion.parts if one.requirement.check in ("pillar", "sees") else ()
+        return name, (environment.mirror(name).part,), ()
+    if one.requirement.check == "sees" and one.criterion.parts:
+        return name, (name,), ()
+    return (name, one.criterion.parts, ()) if one.requirement.check == "pillar" else None
