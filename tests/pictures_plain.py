@@ -13,7 +13,7 @@ import numpy as np
 
 from tests.test_frames import cameras, lit, swarm
 from workbench.draw.kernels.disk_painter import sphere_depths
-from workbench.draw.kernels.occlusion import (
+from workbench.draw.lines.occlusion import (
     Occluders,
     hidden_arcs,
     hidden_lines,
@@ -64,8 +64,8 @@ def hiding():
     lines = random.uniform(0, 3, (15, 2, 3))
     balls = random.uniform(0.2, 1, (9, 4))
     among = [lines_among_balls(lines, balls, away) for away in (7.0, np.inf)]
-    found = [*arcs, *hidden_lines(lines, hiders), *among]
-    return [np.round(array, 9) for array in found]
+    found = [*arcs, *hidden_lines(lines, hiders), *among[0], *among[1]]
+    return [np.round(array.astype(float), 9) for array in found]
 
 
 def as_text(call):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import sys
 
 import numpy as np
 import pytest
@@ -110,6 +111,43 @@ def alone(tmp_path_factory):
     return sat(tmp_path_factory.mktemp("alone"))
 
 
+@pytest.fixture(scope="module")
+def narrow(tmp_path_factory):
+    """The same with the pedals 150 mm from one another."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(
+            sys.modules[__name__], "ENVIRONMENT", ENVIRONMENT.replace("150, 120", "75, 120")
+        )
+        return sat(tmp_path_factory.mktemp("narrow"))
+
+
+def in_other(poses, body):
+    """(P,) [m] How deep the legs are in one another, beyond what is allowed; 0 where they are not."""
+    found = wb.self_contacts(wb.place(body, poses))
+    legs = [body.segment(side + name) for side in "LR" for name in ("UL", "LL", "F")]
+    both = np.isin(found.segment, legs) & np.isin(found.other_segment, legs)
+    deepest = np.zeros(len(poses))
+    np.maximum.at(deepest, found.pose[both], found.excess[both])
+    return deepest
+
+
+def test_a_leg_leaves_a_box_for_no_place_in_the_other_leg(narrow):
+    body, poses = narrow[1].placed.body, narrow[1].poses
+    for low, high, clear in (
+        ((0.553, 0.103, 0.304), (0.599, 0.215, 0.324), True),
+        ((0.588, 0.085, 0.128), (0.670, 0.159, 0.246), False),
+        ((0.240, 0.151, 0.382), (0.360, 0.196, 0.412), False),
+    ):
+        room = environment_of(box_part("box", low, high))
+        before = leg_overlap(body, poses, "left foot", room)[0]
+        found = clear_legs(body, poses, room, {"left foot": None})
+        assert before > 0.0 and in_other(found.poses, body) == 0.0
+        assert (found.overlap["left foot"][0] == 0.0) == clear
+        if not clear:
+            assert found.overlap["left foot"][0] == pytest.approx(before, abs=1e-6)
+            np.testing.assert_array_equal(found.poses.rotations, poses.rotations)
+
+
 @pytest.mark.parametrize("beside", [0.002, -0.06])
 def test_a_leg_leaves_a_post_beside_its_knee_and_stays_on_its_pedal(tmp_path, alone, beside):
     knee, _ = at(alone[1], "RLL/knee cap")
@@ -136,6 +174,20 @@ def test_a_mirrored_post_is_left_by_the_mirrored_leg(tmp_path, alone):
         np.testing.assert_allclose(at(other, f"LLL/{name}")[0] * ASIDE, moved, atol=1e-3)
 
 
+def test_two_legs_between_boxes_are_not_brought_into_one_another_whichever_is_first(narrow):
+    body, poses = narrow[1].placed.body, narrow[1].poses
+    low, high = np.array([0.489, 0.116, 0.328]), np.array([0.516, 0.186, 0.401])
+    left = box_part("left", low, high)
+    right = box_part("right", (low[0], -high[1], low[2]), (high[0], -low[1], high[2]))
+    room = environment_of(left, right)
+    for foot in FEET:
+        assert clear_legs(body, poses, room, {foot: None}).overlap[foot][0] == 0.0
+    for feet in (FEET, FEET[::-1]):
+        found = clear_legs(body, poses, room, dict.fromkeys(feet))
+        assert in_other(found.poses, body)[0] == 0.0
+        assert min(found.overlap[foot][0] for foot in FEET) > 0.04
+
+
 def test_what_no_posture_of_the_legs_avoids_is_said(tmp_path, alone):
     shin = at(alone[1], "RLL/calf")[0]
     wall = [1e3 * shin[0] - 20.0, -400.0, 20.0], [1e3 * shin[0] + 20.0, 400.0, 1e3 * shin[2] + 60.0]
@@ -148,12 +200,13 @@ def test_what_no_posture_of_the_legs_avoids_is_said(tmp_path, alone):
 
 
 @pytest.mark.nightly
-def test_no_posture_of_a_grid_is_clear_where_the_search_found_none(alone):
+@pytest.mark.parametrize("name", ["alone", "narrow"])
+def test_no_posture_of_a_grid_is_clear_where_the_search_found_none(request, name):
     """Boxes of all sizes at random places of the legs: of 200 legs in one, at most 2 are left in it
-    although a posture of the grid is clear."""
-    body, poses = alone[1].placed.body, alone[1].poses
+    although a posture of the grid is clear of it and of the other leg."""
+    sitter = request.getfixturevalue(name)[1]
+    body, poses, placed = sitter.placed.body, sitter.poses, sitter.placed
     rng = np.random.default_rng(4)
-    placed = alone[1].placed
     pitches = np.radians([0.0, -3.0, -6.0])
     grids = {foot: legs_of_grid(body, poses, foot, pitches) for foot in FEET}
     asked = missed = clear = 0
@@ -173,7 +226,9 @@ def test_no_posture_of_a_grid_is_clear_where_the_search_found_none(alone):
         found = clear_legs(body, poses, room, {foot: None})
         deep = leg_overlap(body, found.poses, foot, room)[0]
         assert (deep <= 0.0) == (found.overlap[foot][0] == 0.0)
+        assert in_other(found.poses, body)[0] == 0.0
         clear += deep <= 0.0
         if deep > 0.0:
-            missed += leg_overlap(body, grids[foot], foot, room).min() < -SPARE
+            free = np.flatnonzero(leg_overlap(body, grids[foot], foot, room) < -SPARE)
+            missed += len(free) > 0 and in_other(grids[foot].rows(free), body).min() == 0.0
     assert missed <= 2 and clear > 80

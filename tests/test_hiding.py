@@ -17,7 +17,6 @@ from workbench import Placed, UsageError
 from workbench.draw.camera import look_at, projective_depth, standard_view, to_view, view_to_pixels
 from workbench.draw.disks import disks
 from workbench.draw.films.motion import every_pose
-from workbench.draw.kernels.occlusion import hidden_arcs, hidden_lines, occluder_planes
 from workbench.draw.lines.arcs import arc_points, outline_arcs
 from workbench.draw.lines.circles import circles, max_outline_difference
 from workbench.draw.lines.edges import drawn_edges
@@ -27,6 +26,12 @@ from workbench.draw.lines.hidden_lines import (
     split_hidden_arcs,
     surroundings,
     visible_edge_lines,
+)
+from workbench.draw.lines.occlusion import (
+    Occluders,
+    hidden_arcs,
+    hidden_lines,
+    occluder_planes,
 )
 from workbench.draw.lines.outline import outline
 from workbench.draw.scene import Scene
@@ -183,8 +188,6 @@ def test_a_square_before_a_circle_hides_the_arc_inside_it_and_nothing_else():
 
 
 def hiders_by_hand(corners):
-    from workbench.draw.kernels.occlusion import Occluders
-
     inside = np.arange(len(corners))
     return Occluders(occluder_planes(corners, 0.0), 1e3, 1, 1, np.array([0, len(corners)]), inside)
 
@@ -197,6 +200,29 @@ def test_a_slanting_plane_hides_what_is_behind_it_and_not_what_is_before_it():
         hiders_by_hand(plane),
     )
     assert angle[hidden == 1].tolist() == [pytest.approx([-math.pi / 2, math.pi / 2])]
+
+
+@pytest.mark.parametrize("turn", [0.0, 0.3, 1.0])
+def test_a_line_along_the_side_of_a_nearer_triangle_is_hidden_however_it_is_rounded(turn):
+    turned = np.array([[math.cos(turn), -math.sin(turn)], [math.sin(turn), math.cos(turn)]])
+    corners = np.array([[[0.0, 0, 1], [300, 0, 1], [0, 300, 1]]])
+    corners[..., :2] = corners[..., :2] @ turned.T + 100.0
+    hiders = hiders_by_hand(corners)
+    side = np.array([[[30.0, 0], [270, 0]], [[0, 300], [300, 0]], [[0, -150], [0, 450]]])
+    lines = np.concatenate([side @ turned.T + 100.0, np.zeros((3, 2, 1))], axis=2)
+    of, share, hidden = hidden_lines(lines, hiders)
+    assert of.tolist() == [0, 1, 2, 2, 2] and hidden.tolist() == [True, True, False, True, False]
+    assert share[3] == pytest.approx([0.25, 0.75], abs=1e-9)
+
+
+def test_lines_far_beside_the_picture_and_very_long_ones_are_cut_at_the_same_places():
+    hiders = hiders_by_hand(np.array([[[0.0, -9, 1], [9, 0, 1], [0, 9, 1]]]))
+    ends = np.array([[-1.0, 0, 0], [1.0, 0, 0]])
+    lines = np.array([ends * [size, 1, 1] for size in (20.0, 1e4, 1e7)])
+    of, share, hidden = hidden_lines(lines, hiders)
+    assert of.tolist() == [0, 0, 0, 1, 1, 1, 2, 2, 2]
+    cuts = (share[hidden] - 0.5) * 2.0 * np.array([[20.0], [1e4], [1e7]])
+    assert cuts == pytest.approx(np.tile([0.0, 9.0], (3, 1)), abs=1e-6)
 
 
 def drawn(svg, name):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import subprocess
 import sys
+from importlib import import_module
 from types import SimpleNamespace
 
 import pytest
@@ -13,6 +14,7 @@ from tests.conftest import (
     ABSENT,
     CORE,
     FIRST,
+    ROOT,
     pytest_terminal_summary,
     real_input,
     repository_files,
@@ -116,6 +118,18 @@ def test_every_public_name_is_where_the_package_looks_for_it():
 
     for name in workbench.__all__:
         assert getattr(workbench, name) is not None, name
+
+
+def test_what_nouns_look_up_by_name_is_there():
+    found = [
+        (call.args[0].value, call.args[1].value)
+        for path in (ROOT / "workbench" / "model").glob("*.py")
+        for call in ast.walk(ast.parse(path.read_text()))
+        if isinstance(call, ast.Call) and getattr(call.func, "id", "") == "above"
+    ]
+    assert len(found) > 5
+    for module, name in found:
+        assert hasattr(import_module(f"workbench.{module}"), name), (module, name)
 
 
 def test_the_tiers_name_modules_that_are_there():

@@ -124,6 +124,21 @@ def test_what_is_seen_through_leaves_the_outline_clear_and_a_panel_does_not(tmp_
     assert panel.worst.target == f"panel hides {100 * hidden:.1f} %"
 
 
+def test_what_is_judged_once_from_a_point_is_judged_anew_where_things_stand_elsewhere(tmp_path):
+    """Of a point all is kept by where it is asked; a study that is loaded again has nothing kept."""
+
+    def value(study):
+        return wb.run(study).postures[0].verdicts[-1].worst.value
+
+    study = study_of(tmp_path, f"{OUTLINE}, at_least: 90", glass=("screen",))
+    near = [{"parts": ["panel"], "by": [-0.6, 0, 0.15]}]
+    kept = [value(one) for one in (study, study.with_(moved=near), study)]
+    path = tmp_path / "studies/toy_crew.yaml"
+    path.write_text(path.read_text() + "moved:\n  - {parts: [panel], by: [-600, 0, 150]}\n")
+    anew = value(load_study(path))
+    assert kept[0] == kept[2] and kept[1] == anew != kept[0]
+
+
 def test_a_person_s_own_eyes_see_another_share_than_the_design_eye(tmp_path):
     own = OUTLINE.replace(", eye_point: eye", "")
     values = [

@@ -102,6 +102,15 @@ def test_what_is_behind_is_beyond_the_turn_of_head_and_eyes(tmp_path):
     assert finding_words("sees", verdict.worst).endswith("; it is beyond the turn of head and eyes")
 
 
+@pytest.mark.parametrize(("trunk", "share"), [("", 0.0), (", trunk: 20", 1.0)])
+def test_the_trunk_turns_to_what_head_and_eyes_do_not_get_to(tmp_path, trunk, share):
+    """Straight to the side of the eyes and 15 degrees behind them: 105, of which head and eyes turn 95."""
+    criterion = f"name: a, check: sees, points: [aft], at_least: 1{trunk}"
+    point = "  aft: [-25780, -100000, 1100]"
+    ((verdict,), _) = found(tmp_path, criterion, points=point)
+    assert verdict.worst.value == share
+
+
 def test_the_own_hand_hides_the_knob_that_it_holds(tmp_path):
     path = tmp_path / "held.yaml"
     path.write_text(HELD)
@@ -171,6 +180,34 @@ def test_what_is_lacking_of_reading_is_told_in_the_unit_of_what_limits_it(tmp_pa
     told = " ".join(result.warnings)
     assert "nobody meets 'read dial': at least " in told and "arc minutes (16.0 asked)" in told
     assert "criterion 'dials' is judged by NUREG-0700" in told and "line_down: from memory" in told
+
+
+@pytest.fixture(scope="module")
+def low(tmp_path_factory, height):
+    """Six people who are to see a point that the panel's rear upper edge hides from most."""
+    path = written(
+        tmp_path_factory.mktemp("low"),
+        "name: points, check: sees, points: [low], at_least: 100",
+        points=f"  low: [3000, 0, {1000 * height - 60:.1f}]",
+        head=HEAD,
+    )
+    return wb.run(load_study(path)).population
+
+
+def test_the_part_that_hides_is_proposed_to_go_as_far_as_lets_people_see(low, height):
+    """The line from the eyes, turned to the point, passes the panel's edge so much lower."""
+    needed = []
+    for row in np.flatnonzero(low.margin[:, 0] < 0).tolist():
+        shown = next(one for one in low.shown if one.row == row) if row in low.hardest else None
+        if shown is not None:
+            looks = gaze(eyes_of(shown.placed), [3.0, 0.0, height - 0.06])
+            eye = looks.eyes.middle[0]
+            share = (EDGE[0] - eye[0]) / (3.0 - eye[0])
+            needed.append(EDGE[1] - (eye[2] + share * (height - 0.06 - eye[2])))
+    gain = next(one for one in low.gains if one.words.endswith("mm down"))
+    assert gain.words.startswith("moving panel ") and gain.requirement == "see low"
+    assert gain.before < gain.joint_after == 1.0 and len(needed) == sum(low.margin[:, 0] < 0)
+    assert max(needed) <= gain.move < max(needed) + 0.011
 
 
 def test_a_change_of_the_panel_lets_people_see_what_it_hid(tmp_path, height):

@@ -141,8 +141,9 @@ def test_given_eyes_stand_104_mm_from_their_pivot():
     assert eyes.right[0] == pytest.approx((0.0325, 0, 1))
 
 
-LEVEL = replace(TURNS, line_down=0.0)
-"""Limits with a normal line of sight that is level, as the directions of these tests are."""
+LEVEL = replace(TURNS, line_down=0.0, eye_centre=0.0)
+"""Limits with a normal line of sight that is level, as the directions of these tests are, and eyes that
+turn about their pupils."""
 
 
 @pytest.mark.parametrize(
@@ -168,6 +169,30 @@ def test_a_target_behind_is_out_of_limits_by_the_angle_that_the_eyes_lack():
     assert not found.within[0]
     assert np.degrees(found.lack[0]) == pytest.approx(120 - 60 - 35, abs=1e-4)
     assert TURNS.status
+
+
+def test_what_is_exactly_behind_is_beyond_the_limits():
+    found = gaze(given_eyes((0, 0, 0)), (-1e6, 0.0, 0.0), LEVEL)
+    assert np.degrees(found.lack[0]) == pytest.approx(180 - 60 - 35, abs=1e-3)
+
+
+@pytest.mark.parametrize(("azimuth", "trunk", "eye"), [(70, 0, 10), (90, 15, 15), (130, 30, 40)])
+def test_the_trunk_turns_after_the_head_where_asked_and_the_eyes_go_on(azimuth, trunk, eye):
+    goal = 1e6 * direction_of(azimuth * DEGREE, 0.0)
+    found = gaze(given_eyes((0, 0, 0)), goal, LEVEL, trunk=30 * DEGREE)
+    head = min(azimuth - 15, 60)
+    assert np.degrees(found.head_turn[0, 0]) == pytest.approx(head, abs=1e-4)
+    assert np.degrees(found.trunk_turn[0]) == pytest.approx(trunk, abs=1e-4)
+    assert np.degrees(found.eye_turn[0, 0]) == pytest.approx(azimuth - head - trunk, abs=1e-4)
+    assert found.within[0] == (eye <= 35)
+
+
+def test_pupils_move_round_the_centres_of_the_eyes():
+    """An eye turned by 15 degrees about a point 13 mm behind its pupil: 13 sin 15 = 3.36 mm aside."""
+    limits = replace(TURNS, line_down=0.0, head_side=0.0)
+    found = gaze(given_eyes((0, 0, 0)), 1e6 * direction_of(15 * DEGREE, 0.0), limits)
+    wanted = 0.013 * np.array([math.cos(15 * DEGREE) - 1, math.sin(15 * DEGREE), 0.0])
+    assert found.eyes.middle[0] == pytest.approx(wanted, abs=1e-8)
 
 
 def test_a_box_hides_its_solid_angle_and_the_rest_is_free():

@@ -209,6 +209,27 @@ def test_eyes_turn_beyond_what_is_easy_only_where_the_head_is_at_its_limit(seed)
     assert np.all(at_ease | ~(moves & turned))
 
 
+@given(SEEDS, st.floats(0.0, 0.5))
+def test_a_gaze_in_a_mirrored_and_turned_world_is_mirrored_and_turned(seed, trunk):
+    random = np.random.default_rng(seed)
+    goals = random.normal(size=(20, 3)) * [2, 2, 0.5] + [0.5, 0, 0]
+    turn = random.uniform(-3, 3)
+    c, s = np.cos(turn), np.sin(turn)
+    about = np.array([[c, s, 0], [-s, c, 0], [0, 0, 1]])  # of rows
+    mirror = np.diag([1.0, -1.0, 1.0])
+    here = given_eyes(np.zeros_like(goals))
+    one = gaze(here, goals, trunk=trunk)
+    other = gaze(
+        given_eyes(np.zeros_like(goals), ahead=(c, s, 0.0)), goals @ mirror @ about, trunk=trunk
+    )
+    assert other.eyes.left == pytest.approx(one.eyes.right @ mirror @ about, abs=1e-6)
+    assert other.trunk_turn == pytest.approx(-one.trunk_turn, abs=1e-6)
+    assert other.lack == pytest.approx(one.lack, abs=1e-6)
+    within = one.within & (one.trunk_turn == 0.0)  # who needs no trunk looks as if none were there
+    plain = gaze(here, goals)
+    assert plain.eyes.left[within] == pytest.approx(one.eyes.left[within], abs=1e-6)
+
+
 def test_what_is_straight_overhead_is_looked_up_to_without_a_turn_to_the_side():
     found = gaze(given_eyes((0, 0, 0)), (0.05, 0.0, 1.0))
     assert found.head_turn[0] == pytest.approx((0.0, TURNS.head_up))

@@ -401,6 +401,14 @@ def test_a_page_has_the_charts_where_a_criterion_asks_what_people_see(tmp_path):
     assert 100 * (1 - clear) == pytest.approx(hidden, abs=0.15)
 
 
+def test_what_is_asked_from_a_point_is_drawn_once_for_all_people(trainer):
+    asked = [one for one in wb.load_study("trainer_view").criteria if one.check == "outline"][:1]
+    beheld = [Beheld(trainer.scene, trainer.people, "pilot", f"pilot {k}") for k in (1, 2)]
+    (section,) = sight_sections(asked, beheld)
+    assert section.html.count("left design eye: outline") == 1
+    assert section.html.count("<figcaption>pilot ") == 2
+
+
 def test_a_page_without_such_a_criterion_has_no_charts(trainer):
     beheld = Beheld(trainer.scene, trainer.people, "pilot", "pilot, cruise")
     criteria = wb.load_study("trainer_clearance").criteria

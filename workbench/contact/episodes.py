@@ -59,7 +59,7 @@ def episodes(
     who = found[1]
     allowed = allowed_depth(body, environment)[body.sphere_segment[who[:, 1]], who[:, 2]]
     none = np.full(len(who), -1)
-    return _named(body, environment, time, found, _Entered(allowed, who[:, 2], none, none))
+    return _named(body, environment, time, found, allowed, (who[:, 2], none, none))
 
 
 def self_episodes(
@@ -221,19 +221,8 @@ def _between_bodies(
     who = found[1]
     mine = body.sphere_segment[who[:, 1]]
     theirs = other.sphere_segment[who[:, 2]]
-    no_part = np.full(len(who), -1)
-    entered = _Entered(allowed[mine, theirs], no_part, theirs, who[:, 2])
-    return _named(body, other, time, found, entered)
-
-
-class _Entered(NamedTuple):
-    """What E spells of contact are with: the depth (E,) [m] that is allowed there; the part (E,) of
-    an environment, or the segment (E,) and sphere (E,) of a body, -1 where it is not that."""
-
-    allowed: Floats
-    part: Ints
-    segment: Ints
-    sphere: Ints
+    none = np.full(len(who), -1)
+    return _named(body, other, time, found, allowed[mine, theirs], (none, theirs, who[:, 2]))
 
 
 def _named(
@@ -241,9 +230,14 @@ def _named(
     other: Body | Environment,
     time: Floats,
     found: Found,
-    entered: _Entered,
+    allowed: Floats,
+    entered: tuple[Ints, Ints, Ints],
 ) -> Episodes:
+    """The episodes of E spells of contact; allowed (E,) [m] is the depth that is no contact, entered
+    the part (E,) of an environment, or the segment (E,) and sphere (E,) of a body, -1 where it is not
+    that."""
     when, who, distance = found
+    part, segment, sphere = entered
     at = np.interp(when, np.arange(len(time)), time)
     return Episodes(
         body=body,
@@ -253,11 +247,11 @@ def _named(
         deepest=at[:, 1],
         leave=at[:, 2],
         distance=distance,
-        allowed=entered.allowed,
+        allowed=allowed,
         segment=body.sphere_segment[who[:, 1]],
         sphere=who[:, 1],
-        part=entered.part,
-        other_segment=entered.segment,
-        other_sphere=entered.sphere,
+        part=part,
+        other_segment=segment,
+        other_sphere=sphere,
         frame=np.floor(when[:, 1]).astype(np.int64),
     )

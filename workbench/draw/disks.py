@@ -20,7 +20,7 @@ from workbench.draw.kernels.compositing import (
     compose_solids,
     darken_rims,
 )
-from workbench.draw.kernels.edge_lines import paint_lines
+from workbench.draw.lines.edge_lines import paint_lines
 from workbench.draw.lines.edges import Lines, drawn_edges, visible_lines
 from workbench.draw.marks.pictures import paint_mark_shapes, paint_mark_texts
 from workbench.draw.scene import Scene

@@ -41,7 +41,7 @@ class Criterion:
 
     Of what is seen: instruments, points, beside parts and controls the things that it is about; size:
     the diameter [m] of what is at the points, 0 of mere points; eyes: by which they are seen, "left",
-    "right", "either" or "both"; visible: the share of instruments that are read that is seen, at
+    "right", "either" or "both"; trunk: how far [rad] it may turn for that; visible: the share of instruments that are read that is seen, at
     least, 0 to 1; rule_set: how they are read, with `at_least` [rad] as the size of characters where
     that is not 0.
 
@@ -74,6 +74,7 @@ class Criterion:
     points: tuple[str, ...] = ()
     size: float = 0.0
     eyes: str = "either"
+    trunk: float = 0.0
     visible: float = 0.0
     rule_set: RuleSet | None = None
     mirrors: tuple[str, ...] = ()

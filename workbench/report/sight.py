@@ -15,6 +15,7 @@ from workbench.draw.mirror_plan import mirror_plan
 from workbench.draw.scene import Scene
 from workbench.errors import InputError, UsageError
 from workbench.model.criterion import Criterion
+from workbench.model.figures import plain
 from workbench.report.section import Section
 from workbench.report.templates import template
 from workbench.study.checks.sight_rules import asked_ground
@@ -65,7 +66,13 @@ def sight_sections(
         The end of the anchor.
     """
     asked = [one for one in criteria if one.check in _CHECKS]
-    figures = [figure for one in beheld[: _MOST if asked else 0] for figure in _figures(one, asked)]
+    # what is asked from a point is the same whoever sits there: once
+    own = [one for one in asked if not one.eye_point]
+    figures = [
+        figure
+        for k, one in enumerate(beheld[: _MOST if asked else 0])
+        for figure in _figures(one, own if k else asked)
+    ]
     if not figures:
         return []
     html = template("sight.html.j2").render(figures=figures, more=max(len(beheld) - _MOST, 0))
@@ -79,16 +86,22 @@ def _figures(one: Beheld, asked: Sequence[Criterion]) -> Iterator[dict[str, obje
         yield _figure(one.words, direction_chart(seen, "equal_area", width=_WIDTH, height=_HEIGHT))
         for criterion in asked:
             if criterion.check == "outline":
-                yield _figure(f"{one.words}: {criterion.name}", _outline(one, seen, criterion))
+                yield _figure(_about(one, criterion), _outline(one, seen, criterion))
         environment = one.scene.environment
         if environment is not None and "ground" in environment.points:
             plan = ground_plan(seen, ground_level(environment), width=_WIDTH, height=_HEIGHT)
             yield _figure(one.words, plan)
         for criterion in asked:
             if criterion.check == "mirror" and environment is not None:
-                yield _figure(f"{one.words}: {criterion.name}", _mirrors(one, seen, criterion))
+                yield _figure(_about(one, criterion), _mirrors(one, seen, criterion))
     except (InputError, UsageError) as error:
         yield {"svg": "", "caption": f"{one.words}: {error}"}
+
+
+def _about(one: Beheld, criterion: Criterion) -> str:
+    """From where a criterion is drawn, and its name: "pilot, flying: outline"."""
+    lead = f"from {plain(criterion.eye_point)}" if criterion.eye_point else one.words
+    return f"{lead}: {criterion.name}"
 
 
 def _mirrors(one: Beheld, seen: Outlook, criterion: Criterion) -> Chart:

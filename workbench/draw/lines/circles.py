@@ -9,9 +9,9 @@ import numpy as np
 
 from workbench.draw.camera import Camera, projective_depth
 from workbench.draw.colours import INKS, PAPER, hexadecimal
-from workbench.draw.kernels.occlusion import hidden_arcs
 from workbench.draw.lines.arcs import rim_ellipses, rim_planes
 from workbench.draw.lines.hidden_lines import Surroundings, ellipse_frames, surroundings
+from workbench.draw.lines.occlusion import hidden_arcs
 from workbench.draw.lines.outline import ghost_paths
 from workbench.draw.lines.svg import environment_paths, number_rows, page, section_paths
 from workbench.draw.scene import Scene
@@ -179,7 +179,7 @@ def _partly_hidden_rims(rims: _Rims, walls: Surroundings) -> dict[int, str]:
     whole_turn = np.tile([0.0, 2.0 * math.pi], (len(frames), 1))
     source, angle, hidden = hidden_arcs(frames, whole_turn, walls.occluders)
     paths: dict[int, str] = {}
-    for row in np.flatnonzero(np.isin(source, source[hidden == 1])):
+    for row in np.flatnonzero(np.isin(source, source[hidden])):
         number = int(source[row])
         visible = "" if hidden[row] else _arc_path(frames[number], rims, number, angle[row])
         paths[number] = paths.get(number, "") + visible

@@ -23,7 +23,7 @@ from workbench.draw.camera import (
     to_view,
     view_to_pixels,
 )
-from workbench.draw.kernels.edge_lines import SurfaceLayers, edge_pieces
+from workbench.draw.lines.edge_lines import SurfaceLayers, edge_pieces
 from workbench.draw.visibility import DepthBuffers, triangle_polygons, triangles_shown
 from workbench.geometry.clipping import clip_segments, plane_intersections
 from workbench.model.arrays import Bools, Floats, Ints

@@ -19,15 +19,16 @@ from workbench.draw.camera import (
     to_view,
     view_to_pixels,
 )
-from workbench.draw.kernels.occlusion import (
+from workbench.draw.lines.arcs import Arcs
+from workbench.draw.lines.edges import Lines, drawn_edges
+from workbench.draw.lines.occlusion import (
     Occluders,
+    build_grid,
     hidden_arcs,
     hidden_lines,
     lines_among_balls,
     occluder_planes,
 )
-from workbench.draw.lines.arcs import Arcs
-from workbench.draw.lines.edges import Lines, drawn_edges
 from workbench.draw.scene import Scene
 from workbench.draw.visibility import (
     cut_depth,
@@ -61,8 +62,6 @@ HIDDEN = ("veiled", "hidden_line")
 _DEPTH_BIAS = 1e-3
 """Depth [m] by which a polygon must lie in front of a rim or an edge to hide it, so that one that
 touches it does not."""
-_CELL_SIZE = 6.0
-"""Width [pixels] of the cells of the grid in which occluders are found."""
 
 
 class Surroundings(NamedTuple):
@@ -156,34 +155,9 @@ def build_occluders(environment: Environment, camera: Camera, cut: float) -> Occ
     # the nearest first: what they hide as a whole asks no other
     corners = corners[np.argsort(-corners[:, :, 2].max(axis=1), kind="stable")]
     boxes = _picture_boxes(camera, corners)
-    columns = math.ceil(camera.width / _CELL_SIZE)
-    rows = math.ceil(camera.height / _CELL_SIZE)
-    start, members = _cell_lists(boxes.low[boxes.inside], boxes.high[boxes.inside], columns, rows)
-    planes = occluder_planes(np.ascontiguousarray(corners[boxes.inside]), _DEPTH_BIAS)
-    return Occluders(planes, _CELL_SIZE, columns, rows, start, members)
-
-
-def _cell_lists(low: Floats, high: Floats, columns: int, rows: int) -> tuple[Ints, Ints]:
-    """List the boxes from `low` to `high` (M, 2) [pixels] that meet each cell of a grid.
-
-    Returns
-    -------
-    tuple[Ints, Ints]
-        Where (columns rows + 1,) the list of each cell starts, row by row, and the boxes (K,).
-    """
-    most = np.array([columns - 1, rows - 1])
-    first = np.clip(np.floor(low / _CELL_SIZE).astype(np.int64), 0, most)
-    last = np.clip(np.floor(high / _CELL_SIZE).astype(np.int64), 0, most)
-    span = last - first + 1
-    count = span[:, 0] * span[:, 1]
-    box = np.repeat(np.arange(len(count)), count)
-    number = np.arange(len(box)) - np.repeat(np.cumsum(count) - count, count)  # within its box
-    column = first[box, 0] + number % span[box, 0]
-    row = first[box, 1] + number // span[box, 0]
-    cell = row * columns + column
-    order = np.argsort(cell, kind="stable")
-    start = np.searchsorted(cell[order], np.arange(columns * rows + 1))
-    return start.astype(np.int64), box[order]
+    planes = occluder_planes(corners[boxes.inside], _DEPTH_BIAS)
+    sides = np.column_stack([boxes.low, boxes.high])[boxes.inside]
+    return build_grid(planes, sides, camera.width, camera.height)
 
 
 def ellipse_frames(disk: Floats, squeeze: Floats, depth: Floats, tilt: Floats) -> Floats:
@@ -218,7 +192,7 @@ def split_hidden_arcs(arcs: Arcs, occluders: Occluders) -> Arcs:
     lead[angle[:, 0] > arcs.angle[source, 0], 0] = -1
     lead[angle[:, 1] < arcs.angle[source, 1], 1] = -1
     pieces = Arcs._make(column[source] for column in arcs)
-    return pieces._replace(angle=angle, lead=lead, veiled=hidden == 1)
+    return pieces._replace(angle=angle, lead=lead, veiled=hidden)
 
 
 def visible_edge_lines(
@@ -248,17 +222,15 @@ def visible_edge_lines(
     inside = _picture_boxes(camera, ends).inside
     ends = ends[inside]
     source = source[inside]
-    piece, share, hidden = hidden_lines(np.ascontiguousarray(ends), occluders)
-    piece = piece[hidden == 0]
-    share = share[hidden == 0]
+    piece, share, hidden = hidden_lines(ends, occluders)
+    piece = piece[~hidden]
+    share = share[~hidden]
     visible = _from_projective(camera, _subsegments(ends[piece], share))
     spheres = scene.spheres
     balls = np.column_stack([to_view(camera, spheres.centre), spheres.radius])
-    # rows: segment, share from, share to, whether it is in front of a body
-    rows = lines_among_balls(np.ascontiguousarray(visible), balls, camera.distance)
-    segment = rows[:, 0].astype(np.int64)
-    drawn = view_to_pixels(camera, _subsegments(visible[segment], rows[:, 1:3]))
-    faint = see_through[source[piece[segment]]] | (rows[:, 3] == 1.0)
+    segment, share, is_before = lines_among_balls(visible, balls, camera.distance)
+    drawn = view_to_pixels(camera, _subsegments(visible[segment], share))
+    faint = see_through[source[piece[segment]]] | is_before
     return Lines(drawn[:, :, :2], drawn[:, :, 2].mean(axis=1), faint)
 
 

@@ -10,8 +10,10 @@ from workbench.model.arrays import Floats, Ints
 
 __all__ = ["Gaps", "gaps_along", "gaps_round"]
 
-MIN_GAP = 1e-12
-"""A gap between two intervals no wider than this is rounding."""
+_LEAST_ROUND = 1e-12
+"""[rad] A gap of a rim no wider than this is rounding."""
+_LEAST_ALONG = 1e-9
+"""[rad] or share of a line: the same of a line, whose ends lie hundreds of pixels off."""
 
 
 class Gaps(NamedTuple):
@@ -43,7 +45,7 @@ def gaps_round(item: Ints, start: Floats, end: Floats, turn: float) -> Gaps:
         Their beginnings are within a turn of the rim's first interval.
     """
     low = start % turn
-    return _gaps(item, low, low + (end - start), turn)
+    return _gaps(item, low, low + (end - start), turn, _LEAST_ROUND)
 
 
 def gaps_along(item: Ints, start: Floats, end: Floats, length: Floats) -> Gaps:
@@ -67,10 +69,11 @@ def gaps_along(item: Ints, start: Floats, end: Floats, length: Floats) -> Gaps:
         np.concatenate([start, length]),
         np.concatenate([end, length]),
         None,
+        _LEAST_ALONG,
     )
 
 
-def _gaps(item: Ints, start: Floats, end: Floats, turn: float | None) -> Gaps:
+def _gaps(item: Ints, start: Floats, end: Floats, turn: float | None, least: float) -> Gaps:
     """Find the gaps before intervals: on a line (`turn` is None) from 0 on, on a rim from the end
     of the interval that reaches farthest into the next turn."""
     if not len(item):
@@ -96,5 +99,5 @@ def _gaps(item: Ints, start: Floats, end: Floats, turn: float | None) -> Gaps:
     before = np.where(reach >= floor, before, floor_of)
     reach = np.maximum(reach, floor)
     high = start[order]
-    gap = np.flatnonzero(high > reach + MIN_GAP)
+    gap = np.flatnonzero(high > reach + least)
     return Gaps(sorted_item[gap], reach[gap], high[gap], before[gap], order[gap])

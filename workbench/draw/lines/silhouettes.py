@@ -31,7 +31,7 @@ from workbench.draw.lines.intervals import gaps_round
 from workbench.geometry.box_pairs import box_pairs
 from workbench.model.arrays import Bools, Floats, Ints
 
-__all__ = ["Rims", "parallel_rims", "perspective_rims", "silhouette_arcs"]
+__all__ = ["Rims", "ball_extent", "parallel_rims", "perspective_rims", "silhouette_arcs"]
 
 _COINCIDENCE = 1e-7
 """Distance [unit of x, y], and a hundredth of it [rad], below which two rims are one."""
@@ -100,7 +100,9 @@ def perspective_rims(balls: Floats, segment: Ints, body: Ints, joined: Bools, st
     distance = np.sqrt(np.sum(balls[:, :3] ** 2, axis=1))
     tangent = np.sqrt(np.maximum(distance * distance - radius * radius, 0.0))
     packed = np.column_stack([balls, distance, tangent, *_rim_axes(x, y, along, distance)])
-    box = np.column_stack([*_extent(x, along, radius), *_extent(y, along, radius)])[:, [0, 2, 1, 3]]
+    box = np.column_stack([*ball_extent(x, along, radius), *ball_extent(y, along, radius)])[
+        :, [0, 2, 1, 3]
+    ]
     return Rims(np.ascontiguousarray(packed), -tangent, box, segment, body, joined, step, True)
 
 
@@ -119,7 +121,7 @@ def _rim_axes(x: Floats, y: Floats, along: Floats, distance: Floats) -> list[Flo
     return [*axis, *outward, -hy, hx, np.zeros(len(x))]
 
 
-def _extent(across: Floats, along: Floats, radius: Floats) -> tuple[Floats, Floats]:
+def ball_extent(across: Floats, along: Floats, radius: Floats) -> tuple[Floats, Floats]:
     """Return the least and greatest across / along of spheres; infinite beside the eye."""
     ahead = along > radius
     square = np.where(ahead, along * along - radius * radius, 1.0)

@@ -352,6 +352,7 @@ def _criterion(
         points=matching(file.points or [], list(room.points)),
         size=file.size or 0.0,
         eyes=file.eyes or "either",
+        trunk=math.radians(file.trunk or 0.0),
         visible=(file.visible or 0.0) / 100,
         rule_set=rules,
         mirrors=matching(file.mirrors or [], [one.name for one in room.mirrors]),

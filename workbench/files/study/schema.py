@@ -453,13 +453,16 @@ CHECK_KEYS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
     "eye_height": ((), ("below", "above")),
     "view_over": (("parts", "down"), ()),
     "over_nose": (("down",), ("parts",)),
-    "sees": (("at_least",), ("parts", "controls", "instruments", "points", "size", "eyes")),
+    "sees": (
+        ("at_least",),
+        ("parts", "controls", "instruments", "points", "size", "eyes", "trunk"),
+    ),
     "outline": (("rules", "side", "at_least"), ("eye_point",)),
     "pillar": (("rules", "parts", "side", "r_point"), ("at_most",)),
     "forward_field": (("rules", "side", "r_point"), ("parts", "wheel", "inside_wheel", "at_most")),
     "mirror": (("rules", "mirrors", "parts", "ground", "at_least"), ("eye_point",)),
     "reflection": (("rules", "instruments", "parts", "side"), ("at_most", "eye_point")),
-    "reads": (("instruments", "rules"), ("at_least", "visible", "eyes")),
+    "reads": (("instruments", "rules"), ("at_least", "visible", "eyes", "trunk")),
     "excursion": (("segments", "direction", "origin", "at_most"), ()),
     "injury": (("rules",), ()),
     "share": (("at_least",), ("of",)),
@@ -518,6 +521,7 @@ class CriterionFile(FileModel):
     points: Names | None = None
     size: Annotated[Length, Field(gt=0)] | None = None
     eyes: Literal["left", "right", "either", "both"] | None = None
+    trunk: Annotated[float, Field(ge=0, le=60)] | None = None
     visible: Percent | None = None
     mirrors: Names | None = None
     side: Literal["left", "right"] | None = None

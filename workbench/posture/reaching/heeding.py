@@ -1,5 +1,6 @@
 """Limbs that are where they belong, brought clear of what was not looked at when they came there: legs
-of what stands around, the fingers of hands that hold a control of everything but this."""
+of what stands around, the fingers of hands that hold a control of everything but this. No posture
+of a leg that enters the own body deeper than the one before, and than the body allows, counts as clear."""
 
 from __future__ import annotations
 
@@ -8,8 +9,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from workbench.body.forward import segment_frames
-from workbench.model.arrays import Floats, Ints
+from workbench.body.forward import place, segment_frames
+from workbench.contact.collide import self_contacts
+from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.body import Body
 from workbench.model.poses import Poses, people_of
 from workbench.model.posing import angles_of
@@ -18,7 +20,11 @@ from workbench.posture.reaching.chains import Found, Task, goals_of, limb_task, 
 from workbench.posture.reaching.limbs import Limb, with_fingers
 from workbench.posture.reaching.obstacles import Room, cleared
 
-__all__ = ["as_posed", "clear_fingers", "deep_in", "swung_clear"]
+__all__ = ["as_posed", "clear_fingers", "deep_in", "heeding", "in_oneself", "swung_clear"]
+
+ARMS = ("UA", "LA", "HN")
+"""The segments of an arm, without their side: where legs are brought clear they are still to go
+elsewhere."""
 
 
 def as_posed(body: Body, poses: Poses, limb: Limb) -> tuple[Task, Floats]:
@@ -55,6 +61,32 @@ def _known(task: Task, angles: Floats) -> Found:
         np.zeros(count),
         np.full(count, -1),
     )
+
+
+def in_oneself(task: Task, angles: Floats) -> Floats:
+    """How much deeper (P,) [m] legs at angles (P, K, 3) are in other segments of the own body than it
+    allows, below 0 where they are not. The arms do not count."""
+    body = task.body
+    poses = Poses(posed(task, angles), task.limb.base, task.base, person=task.who)
+    found = self_contacts(place(body, poses))
+    one, other = found.segment, found.other_segment
+    moving = np.isin(one, task.limb.moving) | np.isin(other, task.limb.moving)
+    arms = np.array([name[1:] in ARMS for name in body.segments])
+    moving &= ~(arms[one] | arms[other])
+    deepest: Floats = np.full(len(task), -np.inf)
+    np.maximum.at(deepest, found.pose[moving], found.excess[moving])
+    return deepest
+
+
+def heeding(task: Task, angles: Floats, clear: Bools, before: Floats) -> Bools:
+    """(P,) which of the clear legs at angles (P, K, 3) enter the own body no deeper than it allows, or
+    than before (P,) [m]."""
+    rows = np.flatnonzero(clear)
+    kept = np.zeros(len(clear), dtype=np.bool_)
+    if len(rows):
+        now = in_oneself(rows_of(task, rows), angles[rows])
+        kept[rows] = now <= np.maximum(before[rows], 0.0)
+    return kept
 
 
 def clear_fingers(body: Body, poses: Poses, hand: Limb, at: Sequence[float], room: Room) -> Poses:

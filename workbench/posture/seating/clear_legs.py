@@ -31,7 +31,7 @@ from workbench.posture.reaching.chains import (
     solved,
     tips_of,
 )
-from workbench.posture.reaching.heeding import as_posed, deep_in, swung_clear
+from workbench.posture.reaching.heeding import as_posed, deep_in, heeding, in_oneself, swung_clear
 from workbench.posture.reaching.limbs import limb
 from workbench.posture.reaching.obstacles import Room, cleared
 from workbench.posture.seating.driving_legs import HEEL_LIFT
@@ -84,7 +84,8 @@ def clear_legs(
     """Keep the legs of people with their feet on pedals clear of an environment.
 
     A leg that overlaps nothing by more than is allowed stays as it is, bit for bit. So does one of
-    which no clear posture is found.
+    which no clear posture is found. Nor is a posture clear that enters the other leg, or another
+    segment of the own body but the arms, deeper than the one before.
 
     Parameters
     ----------
@@ -103,7 +104,8 @@ def clear_legs(
     rotations = np.array(poses.rotations)
     overlap: dict[str, Floats] = {}
     part: dict[str, Ints] = {}
-    for foot, other in pitches.items():
+    moved = np.zeros((len(pitches), len(body)), dtype=np.bool_)
+    for k, (foot, other) in enumerate(pitches.items()):
         task, angles = as_posed(body, poses, pointed_foot(body, foot))
         at = tips_of(task, angles)
         task = replace(task, goal=_goals(at[:, :3], at[:, 3:]))
@@ -115,8 +117,21 @@ def clear_legs(
             rows, best = _clear(task, angles, deep, other, room)
             own = replace(rows_of(task, rows), held=rotations[rows])
             rotations[rows] = posed(own, best)
-            overlap[foot][rows] = 0.0
-            part[foot][rows] = -1
+            moved[k, rows] = True
+    cleared_poses = replace(poses, rotations=rotations)
+    both = np.flatnonzero(moved.all(axis=0) & (len(moved) > 1))
+    if len(both):
+        # neither leg is the first: where each is clear of the other as it was, and not as it is now,
+        # both stay, so that mirrored people are mirrored
+        chain = pointed_foot(body, next(iter(pitches)))
+        (was, then), (task, now) = (as_posed(body, one, chain) for one in (poses, cleared_poses))
+        before = in_oneself(rows_of(was, both), then[both])
+        fine = heeding(rows_of(task, both), now[both], moved[0, both], before)
+        moved[:, both] = fine
+        rotations[both[~fine]] = poses.rotations[both[~fine]]
+    for k, foot in enumerate(pitches):
+        overlap[foot][moved[k]] = 0.0
+        part[foot][moved[k]] = -1
     return ClearLegs(replace(poses, rotations=rotations), overlap, part)
 
 
@@ -154,16 +169,20 @@ def _clear(
     """Of some rows (N,) of a task, whose soles may have other pitches (B, Q), those that a clear
     posture was found of, and its angles (M, K, 3)."""
     own = rows_of(task, rows)
+    before = in_oneself(own, angles[rows])
     found, doubt = swung_clear(own, angles[rows], room)
     best = found.angles
-    clear = doubt < KEPT
+    clear = heeding(own, best, doubt < KEPT, before)
     # of those that are BURIED it is proved that there is none
-    left = np.flatnonzero((doubt == KEPT) & (found.numbers[:, 1] <= HOPELESS))
+    hopeful = (doubt < KEPT) | ((doubt == KEPT) & (found.numbers[:, 1] <= HOPELESS))
+    left = np.flatnonzero(~clear & hopeful)
     if len(left):
         soles = _soles(task, other)[rows[left]]
         turned, level = _turned(own, angles[rows], left, soles, room)
         lack = level.overlap + np.where(level.numbers[:, 0] > REACHED, level.numbers[:, 0], 0.0)
-        clear[left] = _take(best, left, turned, level.angles, lack <= 0.0)
+        each = np.repeat(before[left], soles.shape[1])
+        good = heeding(turned, level.angles, lack <= 0.0, each)
+        clear[left] = _take(best, left, turned, level.angles, good)
         lack = lack.reshape(len(left), -1)[~clear[left]]
         least = np.argsort(lack, axis=1, kind="stable")[:, :SOLES]
         at = (soles.shape[1] * np.flatnonzero(~clear[left])[:, None] + least).ravel()
@@ -175,7 +194,8 @@ def _clear(
         starts = level.angles[at]
         starts[:, 0, axis] += sign * np.tile(SWINGS, len(at) // len(SWINGS))
         found, doubt = swung_clear(swung, starts, room)
-        clear[left] = _take(best, left, swung, found.angles, doubt < KEPT)
+        good = heeding(swung, found.angles, doubt < KEPT, each[at])
+        clear[left] = _take(best, left, swung, found.angles, good)
     return rows[clear], best[clear]
 
 

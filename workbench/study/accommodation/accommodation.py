@@ -342,7 +342,7 @@ def _around(
     if not question.place.environment.undecided and role.seat is None:
         return []
     row = hardest[0] if hardest else 0
-    situations = found_situations(question, bodies[row], row, found)
+    _, situations = next(found_situations(question, bodies, np.array([row]), found))
     environment = seats_moved(situations[0].place, situations[0])
     cases = tuple(situation.work.name for situation in situations)
     one = person_found(replace(role, name=f"person {row + 1}"), situations)

@@ -56,7 +56,7 @@ def borne_by(place: Workplace, asked: Sequence[Asked], change: Change) -> list[i
         for r, one in enumerate(asked)
         if (one.control is not None and one.control.name in controls)
         or (one.control is None and parts & set(one.criterion.parts))
-        or (one.requirement.of_sight and parts)
+        or one.requirement.of_sight
     ]
     return rows if rows else every
 

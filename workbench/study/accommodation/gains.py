@@ -66,7 +66,7 @@ def gains_of(
         yield from (tried(change, None) for change in changes)
         return
     good = 0
-    for count, (change, at) in enumerate(proposals(question, found), 1):
+    for count, (change, at) in enumerate(proposals(question, bodies, found), 1):
         one = tried(change, at)
         if one.gain.joint_after > one.gain.joint_before + 1e-12:
             good += 1
@@ -138,6 +138,8 @@ def _compared(
     then = share_single(after, weight)
     r = at if isinstance(at, int) else at[int(np.argmax(np.abs(then - single)[at]))]
     grows = growth(question, found, change, r)
+    if question.asked[r].requirement.of_sight and not grows.any() and change.size:
+        grows = np.nan_to_num(margin[:, r] - found.margin[:, r]) / change.size
     return Gain(
         words=change.words,
         requirement=question.asked[r].requirement.name,
@@ -196,9 +198,7 @@ def _left_as_they_are(question: Question, change: Change) -> tuple[Floats, froze
     parts = moved_parts(change)
     most = np.zeros(len(question.asked))
     for r, one in enumerate(question.asked):
-        if (one.control is not None and one.control.name in controls) or (
-            one.requirement.of_sight and parts
-        ):
+        if (one.control is not None and one.control.name in controls) or one.requirement.of_sight:
             most[r] = np.inf
         elif parts & set(one.criterion.parts):
             segments = one.criterion.segments

@@ -9,8 +9,7 @@ import numpy as np
 
 from workbench.body.forward import place as place_body
 from workbench.model.accommodation import MET
-from workbench.model.arrays import Floats, xyz
-from workbench.model.body import Body
+from workbench.model.arrays import Floats, Ints, xyz
 from workbench.model.population_found import Shown
 from workbench.model.poses import Placed, Poses
 from workbench.posture.reaching.limbs import FEET, HANDS, Limb, limb, limbs_there
@@ -32,8 +31,10 @@ from workbench.study.situation import (
     without_seat,
 )
 
-__all__ = ["found_situations", "hardest_rows", "shown_people"]
+__all__ = ["Found", "found_situations", "hardest_rows", "shown_people"]
 
+Found = tuple[Ints, list[Situation]]
+"""Rows of people, and these people in each case."""
 MOST = 5
 
 
@@ -51,15 +52,21 @@ def hardest_rows(margin: Floats) -> tuple[int, ...]:
     return tuple(sorted(chosen, key=order.index))
 
 
-def found_situations(question: Question, body: Body, row: int, found: Chunk) -> list[Situation]:
-    """A person in each case, in the position of the seat and the setting that the margins are of."""
-    place = at_setting(question.place, found.setting[row])
-    who = Occupants(body, question.people, np.array([row]))
-    comfortable = comfortable_situations(place, who)
-    stays = np.array_equal(found.seat[row], found.comfortable[row])
-    if stays and place is question.place:
-        return comfortable
-    return in_positions(place, who, found.seat[row : row + 1], comfortable)
+def found_situations(
+    question: Question, bodies: PopulationBodies, people: Ints, found: Chunk
+) -> Iterator[Found]:
+    """People (N,) in each case, in the positions of the seat and the settings that their margins are
+    of: those of one setting together."""
+    for setting in np.unique(found.setting[people], axis=0):
+        rows = people[(found.setting[people] == setting).all(axis=1)]
+        place = at_setting(question.place, setting)
+        who = Occupants(bodies[rows], question.people, rows)
+        comfortable = comfortable_situations(place, who)
+        stays = np.array_equal(found.seat[rows], found.comfortable[rows])
+        if stays and place is question.place:
+            yield rows, comfortable
+        else:
+            yield rows, in_positions(place, who, found.seat[rows], comfortable)
 
 
 def shown_people(
@@ -69,9 +76,10 @@ def shown_people(
     for row in rows:
         r = int(np.nanargmin(found.margin[row]))
         one = question.asked[r]
-        situation = found_situations(question, bodies[row], row, found)[one.case]
-        (there,) = renewed(situation.place, [one])
-        look = _look(situation, there)
+        _, there = next(found_situations(question, bodies, np.array([row]), found))
+        situation = there[one.case]
+        (again,) = renewed(situation.place, [one])
+        look = _look(situation, again)
         environment = seats_moved(situation.place, situation)
         yield Shown(
             row=row,

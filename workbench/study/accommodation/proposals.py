@@ -16,18 +16,21 @@ really gains is what a run with it says (see gains).
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
 
 import numpy as np
 
 from workbench.model.accommodation import Change, met_of
 from workbench.model.arrays import Bools, Floats, Ints, xyz
+from workbench.model.environment import Seat
 from workbench.model.moves import Move, moved_controls, parts_along
 from workbench.model.workplace import Workplace
 from workbench.posture.seating.sides import leftward
 from workbench.study.accommodation.chunks import Chunk, Question
+from workbench.study.accommodation.population_bodies import PopulationBodies
 from workbench.study.accommodation.shares import share_single, share_without
+from workbench.study.accommodation.sight_moves import SightMoves
 from workbench.study.checks.view import TOO_LOW
 
 __all__ = ["MOST_MOVE", "growth", "proposals", "shortest"]
@@ -100,7 +103,9 @@ class _Candidate:
     share: float
 
 
-def proposals(question: Question, found: Chunk) -> Iterator[tuple[Change, int]]:
+def proposals(
+    question: Question, bodies: PopulationBodies, found: Chunk
+) -> Iterator[tuple[Change, int]]:
     """Changes that let more people meet everything, as far as the margins say, with the number of
     the requirement each is for: first those that let most people meet everything."""
     met = met_of(found.margin)
@@ -111,9 +116,10 @@ def proposals(question: Question, found: Chunk) -> Iterator[tuple[Change, int]]:
     missed = [r for r in np.lexsort((single, -without)).tolist() if single[r] < 1.0]
     things = [_moved_ways(question, found, r) for r in missed]
     seat = _seat_ways(question, found)
+    seen = _sight_ways(question, SightMoves(question, bodies, found), found)
     best = [
         one
-        for ways in (*things, *([way] for way in seat))
+        for ways in (*things, *seen, *([way] for way in seat))
         if (one := _single(found, ways, weight, now)) is not None
     ]
     helpful = [
@@ -208,6 +214,28 @@ def _moved_ways(question: Question, found: Chunk, r: int) -> list[_Way]:
     ]
 
 
+def _sight_ways(question: Question, moves: SightMoves, found: Chunk) -> Iterator[list[_Way]]:
+    """The straight ways of what hides things from people, of what they look at, and of the seat beyond
+    each end of its travel, as far as somebody sees by them what he missed."""
+    rows = tuple(range(found.margin.shape[1]))
+    axes = _axes(question.place)
+    for name, thing in moves.things() if len(moves.people) else ():
+        ways = []
+        for word, axis in axes.items():
+            move = replace(thing, by=xyz(axis))
+            slope = moves.slope(move)
+            words = f"moving {name} {{}} {word}"
+            ways += [_Way(name, words, rows, slope, Change("", (move,)))] if slope.any() else []
+        yield ways
+    seat = question.place.own_seat
+    for travel, outward, words in _ENDS if seat is not None and len(moves.people) else ():
+        assert seat is not None
+        along = travel == "travel_forward"
+        at_end = np.flatnonzero(_at_end(seat, found.seat, travel, outward))
+        slope = moves.of_seat(outward * np.array([along, not along], dtype=np.float64), at_end)
+        yield [_seat_way(travel, outward, words, slope)] if slope.any() else []
+
+
 def _axes(place: Workplace) -> dict[str, Floats]:
     """(3,) the unit vectors along which something may be moved, by what they are called."""
     side = leftward(place)
@@ -234,12 +262,23 @@ def _seat_ways(question: Question, found: Chunk) -> list[_Way]:
         slope = _seat_slope(question, found, travel, outward)
         if not (missed & (slope > 0)).any():
             continue
-        ends = (0.0, 1.0) if outward > 0 else (-1.0, 0.0)
-        along = travel == "travel_forward"
-        change = Change("", travel_forward=ends) if along else Change("", travel_up=ends)
-        rows = tuple(range(slope.shape[1]))
-        ways.append(_Way("seat", f"{_SEAT_WORDS}{{}} {words}", rows, slope, change, True))
+        ways.append(_seat_way(travel, outward, words, slope))
     return ways
+
+
+def _seat_way(travel: str, outward: int, words: str, slope: Floats) -> _Way:
+    """Going on beyond an end of the seat's travel."""
+    ends = (0.0, 1.0) if outward > 0 else (-1.0, 0.0)
+    along = travel == "travel_forward"
+    change = Change("", travel_forward=ends) if along else Change("", travel_up=ends)
+    rows = tuple(range(slope.shape[1]))
+    return _Way("seat", f"{_SEAT_WORDS}{{}} {words}", rows, slope, change, True)
+
+
+def _at_end(seat: Seat, positions: Floats, travel: str, outward: int) -> Bools:
+    """(P,) who sits at an end of a seat's travel, by positions (P, 2) [m]."""
+    end = getattr(seat, travel)[int(outward > 0)]
+    return np.asarray(np.abs(positions[:, int(travel != "travel_forward")] - end) < STEP)
 
 
 def _seat_slope(question: Question, found: Chunk, travel: str, outward: int) -> Floats:
@@ -249,9 +288,8 @@ def _seat_slope(question: Question, found: Chunk, travel: str, outward: int) -> 
     if seat is None:
         return np.zeros(found.margin.shape)
     along = travel == "travel_forward"
-    end = getattr(seat, travel)[int(outward > 0)]
-    at_end = np.abs(found.seat[:, 0 if along else 1] - end) < STEP
-    wanted = np.abs(found.comfortable[:, 0 if along else 1] - end) < STEP
+    at_end = _at_end(seat, found.seat, travel, outward)
+    wanted = _at_end(seat, found.comfortable, travel, outward)
     way = outward * _axes(question.place)["forward" if along else "up"]
     missed = ~met_of(found.margin)
     slope = np.zeros(found.margin.shape)

@@ -217,11 +217,14 @@ def _sees(
     targets = [_target(environment, *thing, origin) for thing in things]
     middles = [_middle(situation, target) for target in targets]
     people = np.tile(np.arange(len(eyes)), len(targets))  # all turn to all at once
-    looks = gaze(eyes.rows(people), np.concatenate(middles))
-    for k, ((criterion, _), target) in enumerate(zip(things, targets, strict=True)):
+    trunk = np.repeat([criterion.trunk for criterion, _ in things], len(eyes))
+    looks = gaze(eyes.rows(people), np.concatenate(middles), trunk=trunk)
+    for k, ((criterion, name), target) in enumerate(zip(things, targets, strict=True)):
         rows = slice(k * len(eyes), (k + 1) * len(eyes))
         # a thing's own shape is no news: what else hides it is asked
-        clear = looked_through(scenery, [target.item]) if target.item >= 0 else scenery
+        pieces = environment.control(name).pieces if criterion.controls else ()
+        own = [target.item, *(environment.part_index(piece.part) for piece in pieces)]
+        clear = looked_through(scenery, own) if max(own) >= 0 else scenery
         seen = seen_shares(clear, looks.eyes.rows(rows), [target])
         within = looks.within[rows]
         why = [
