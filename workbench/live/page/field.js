@@ -17,7 +17,7 @@ export function turnWords([left, up]) {
 // Where somebody looks, in words.
 export function gazeWords({ eyes, head, lack }) {
   const words = `Eyes ${turnWords(eyes)} in the head; head ${turnWords(head)}`;
-  return lack ? `${words}: ${lack.toFixed(0)}° short of there, at the limit of both` : words;
+  return lack ? `${words}: ${lack.toFixed(0)}° beyond the turn of eyes and head` : words;
 }
 
 // What is free of a field, in words.
