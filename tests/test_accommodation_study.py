@@ -592,6 +592,17 @@ def test_a_population_is_told_that_the_seat_s_part_is_not_where_its_plane_is(tmp
     assert any(line.startswith("person ") for line in told)
 
 
+def test_a_seat_that_people_have_moved_is_looked_for_where_they_have_it(tmp_path):
+    """The eyes come to 1,250 mm in a seat that rises by up to 300 mm."""
+    path = write_toy(tmp_path, people=3)
+    room = tmp_path / "environments/toy/environment.yaml"
+    text = room.read_text().replace("up: [0, 0]", "up: [0, 300]")
+    room.write_text(text.replace("eye: [100, 0, 1050]", "eye: [100, 0, 1250]"))
+    result = wb.run(load_study(path))
+    assert result.population.seat[:, 1].min() > 0.05
+    assert "seat reference point" not in " ".join(result.warnings)
+
+
 def test_nothing_is_proposed_where_the_control_is_farther_than_two_moves_go(tmp_path):
     path = write_toy(tmp_path, knob=1250, people=PEOPLE, swap=of_figures(tmp_path))
     result = wb.run(load_study(path)).population

@@ -25,6 +25,11 @@ def sex_index(sex: str, sexes: tuple[str, ...] = SEXES) -> int:
     return sexes.index(sex)
 
 
+def person_name(label: str) -> str:
+    """What somebody is called in a sentence: "female 31", "person 31" of a mere number."""
+    return f"person {label}" if label.isdecimal() else label
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class Population:
     """P people and M measures of each.
@@ -40,6 +45,10 @@ class Population:
     measures: Floats
     source: str
     labels: tuple[str, ...] = ()
+
+    def called(self, row: int) -> str:
+        """What one of the people is called: "female 31", "person 31" where there are no labels."""
+        return person_name(self.labels[row] if self.labels else str(row + 1))
 
     def __repr__(self) -> str:
         men = int((self.sex == 0).sum())

@@ -302,7 +302,7 @@ def gaze(eyes: Eyes, target: ArrayLike, limits: Limits = TURNS, *, trunk: ArrayL
     >>> import workbench as wb
     >>> found = wb.gaze(wb.given_eyes([0, 0, 1.2]), [1, 1, 1.2])  # 45 degrees to the left
     >>> np.degrees(found.eye_turn).round(1), np.degrees(found.head_turn).round(1)
-    (array([[15. , 14.7]]), array([[28.4,  0. ]]))
+    (array([[15. , 14.7]]), array([[28.3,  0. ]]))
     """
     shape = (3,) if np.ndim(target) < 2 else (len(eyes), 3)
     goal = np.broadcast_to(frozen(target, np.float64, shape, "gaze: target"), (len(eyes), 3))

@@ -50,8 +50,9 @@ def drivers_among(
                 _driver(sex, stature, values["sitting_height"], mass / stature**2, aims.age)
             )
         except InputError as error:
-            label = people.labels[row] if people.labels else f"person {row + 1}"
-            raise InputError([f"{label}: {problem}" for problem in error.problems]) from None
+            raise InputError(
+                [f"{people.called(row)}: {problem}" for problem in error.problems]
+            ) from None
     return found
 
 

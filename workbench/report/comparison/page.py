@@ -19,7 +19,7 @@ from workbench.files.results.comparison import MARK, ChangedPersonRow, Compariso
 from workbench.files.results.result import dump_json
 from workbench.model.comparison import Comparison, PairedShare
 from workbench.model.figures import plain
-from workbench.model.population import SEXES
+from workbench.model.population import SEXES, person_name
 from workbench.model.population_found import ChangedPerson
 from workbench.report.comparison.picture import changed_picture
 from workbench.report.comparison.words import (
@@ -30,7 +30,6 @@ from workbench.report.comparison.words import (
 )
 from workbench.report.page_script import page_script, page_script_html
 from workbench.report.population.charts import change_whisker, changes_axis
-from workbench.report.population.words import person_name
 from workbench.report.section import (
     Section,
     SectionWriter,

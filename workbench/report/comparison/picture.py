@@ -9,10 +9,10 @@ from workbench.draw.web.packing import Packing
 from workbench.draw.web.views import scene_view
 from workbench.model.comparison import Comparison, Judged
 from workbench.model.figures import plain
+from workbench.model.population import person_name
 from workbench.model.population_found import ChangedPerson, Shown
 from workbench.report.comparison.words import change_sentence, worst_missed
 from workbench.report.population.words import (
-    person_name,
     spare_words,
 )
 from workbench.report.states import TwoStates, two_states

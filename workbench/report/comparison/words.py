@@ -8,8 +8,8 @@ from workbench.body.people.share import percent, percent_number
 from workbench.model.accommodation import MET
 from workbench.model.comparison import Comparison, Judged, PairedShare
 from workbench.model.figures import plain
+from workbench.model.population import person_name
 from workbench.report.population.words import (
-    person_name,
     spare_words,
 )
 

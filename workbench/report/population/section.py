@@ -46,7 +46,6 @@ from workbench.report.population.words import (
     gain_sentence,
     lack_words,
     no_gain_words,
-    person_label,
     person_sentence,
     reason_words,
     requirement_sentence,
@@ -115,7 +114,7 @@ def _beheld(result: PopulationFound) -> list[Beheld]:
     role = result.place.role
     scenes = [Scene((SceneBody(one.placed),), one.environment) for one in result.shown]
     return [
-        Beheld(scene, (role,), role, f"{person_label(result, one.row)}, {one.case}")
+        Beheld(scene, (role,), role, f"{result.people.called(one.row)}, {one.case}")
         for scene, one in zip(scenes, result.shown, strict=True)
     ]
 
@@ -514,15 +513,15 @@ def _picture(result: PopulationFound, found: Shown, views: PageViews) -> dict[st
     """The body in the cockpit as found, from where the line of what is lacking shows longest."""
     lack = lack_words(result, found.row, found.requirement)
     name = plain(result.requirements[found.requirement].name)
-    label = person_label(result, found.row)
+    label = result.people.called(found.row)
     mark = _lacking(result, found, lack)
     scene = _scene(found, mark, name, label)
     cameras = four_views(scene, width=_PICTURE, height=_PICTURE)
     view, camera = max(cameras, key=lambda pair: (_length(pair[1], mark), pair[0] == "left"))
-    alt = f"{name}: {lack} are lacking, seen {_FROM[view]}"
+    alt = f"{name}: {lack} lacking, seen {_FROM[view]}"
     index = views.add(_view(scene, mark, alt))
     still = still_picture(scene, camera)
-    caption = f"{label}, {name}: {lack} are lacking; lines are to scale"
+    caption = f"{label}, {name}: {lack} lacking; lines are to scale"
     drawn = "" if found is not result.shown[0] else circle_figure(scene, label)
     place = views.place(index, still=still, alt=alt, caption=caption)
     return {"turnable": place, "circles": drawn}
@@ -550,7 +549,7 @@ def _tried_picture(result: PopulationFound, change: TriedChange, views: PageView
         return Markup("")
     after = change.margins[1]
     name = plain(change.gain.requirement)
-    label = person_label(result, person.row)
+    label = result.people.called(person.row)
     unit = result.requirements[person.before.requirement].unit
     lack = lack_words(result, person.row, person.before.requirement)
     point = person.after.tip or person.after.target
@@ -569,7 +568,7 @@ def _tried_picture(result: PopulationFound, change: TriedChange, views: PageView
             title=title,
             said=title,
             caption=(
-                f"{label}: {lack} are lacking for “{name}” as it is, "
+                f"{label}: {lack} lacking for “{name}” as it is, "
                 f"{spare_words(after, unit)} after {plain(change.gain.words)}"
             ),
         ),

@@ -38,7 +38,6 @@ __all__ = [
     "lack_words",
     "limiting_words",
     "no_gain_words",
-    "person_name",
     "person_sentence",
     "population_headline",
     "reason_words",
@@ -382,7 +381,7 @@ def person_sentence(result: PopulationFound, row: int) -> str:
     tall = ""
     if "stature" in people.names:
         tall = f" of {1000 * people.column('stature')[row]:,.0f} mm"
-    text = f"A {noun}{tall} ({person_label(result, row)}): "
+    text = f"A {noun}{tall} ({result.people.called(row)}): "
     short = np.flatnonzero(~result.met[row])
     if not len(short):
         return text + "every requirement is met."
@@ -393,17 +392,6 @@ def person_sentence(result: PopulationFound, row: int) -> str:
         text += f" {more} more requirement{'s are' if more > 1 else ' is'} not met."
     setting = setting_words(result, row)
     return text + (f" The setting with the smallest shortfall: {setting}." if setting else "")
-
-
-def person_label(result: PopulationFound, row: int) -> str:
-    """What one of the people is called: "female 31", "person 31" where there are no labels."""
-    labels = result.people.labels
-    return person_name(labels[row] if labels else str(row + 1))
-
-
-def person_name(label: str) -> str:
-    """What somebody is called in a sentence: "female 31", "person 31" of a mere number."""
-    return f"person {label}" if label.isdecimal() else label
 
 
 @dataclass(frozen=True)

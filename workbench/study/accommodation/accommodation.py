@@ -345,7 +345,9 @@ def _around(
     _, situations = next(found_situations(question, bodies, np.array([row]), found))
     environment = seats_moved(situations[0].place, situations[0])
     cases = tuple(situation.work.name for situation in situations)
-    one = person_found(replace(role, name=f"person {row + 1}"), situations)
+    place = replace(situations[0].place, environment=environment)
+    there = [replace(situation, place=place) for situation in situations]
+    one = person_found(replace(role, name=question.people.called(row)), there)
     return [
         *enclosure_warnings(one.name, situations[0].placed, environment),
         *seat_warnings(environment, cases, one),

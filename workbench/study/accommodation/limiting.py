@@ -174,8 +174,7 @@ def odd_people(people: Population) -> list[str]:
             name = names[int(np.abs(surprise[k]).argmax())]
             value = given[name][k] if name == MASS else 1000 * given[name][k]
             unit = "kg" if name == MASS else "mm"
-            who = people.labels[rows[k]] if people.labels else f"person {rows[k] + 1}"
-            words.append(f"{who} ({name} {value:.4g} {unit})")
+            words.append(f"{people.called(rows[k])} ({name} {value:.4g} {unit})")
     if not words:
         return []
     more = f" and {len(words) - NAMED} more" if len(words) > NAMED else ""

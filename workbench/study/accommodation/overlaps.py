@@ -23,6 +23,7 @@ from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.body import Body
 from workbench.model.criterion import Criterion
 from workbench.model.environment import Environment
+from workbench.model.population import person_name
 from workbench.model.population_found import PeopleOverlap
 from workbench.study.situation import Situation, with_hands
 
@@ -242,10 +243,9 @@ def overlap_warnings(
     for one in found[:MOST_WORDS]:
         where = one.part or f"their own {one.other_segment}"
         label = labels[one.person] if labels else str(one.person + 1)
-        who = f"person {label}" if label.isdecimal() else label
         yield (
             f"{one.people} of {count} people: {one.segment} in {where}, by up to "
-            f"{1000 * one.deepest:.0f} mm more than is allowed ({who}), about which "
+            f"{1000 * one.deepest:.0f} mm more than is allowed ({person_name(label)}), about which "
             "no criterion asks"
         )
     if len(found) > MOST_WORDS:
