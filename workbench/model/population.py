@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from workbench.errors import InputError, one_of
-from workbench.model.arguments import checked, chosen_rows
+from workbench.model.arguments import check_index, checked, chosen_rows
 from workbench.model.arrays import ArrayKind, Bools, Floats, Ints, freeze_fields
 from workbench.model.measures import check_measures
 
@@ -48,6 +48,7 @@ class Population:
 
     def called(self, row: int) -> str:
         """What one of the people is called: "female 31", "person 31" where there are no labels."""
+        row = check_index("row", row, len(self))
         return person_name(self.labels[row] if self.labels else str(row + 1))
 
     def __repr__(self) -> str:
