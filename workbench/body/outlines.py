@@ -3,7 +3,7 @@
 1. The field of a slice is the distance to its curves, negative inside.
 2. Between slices, each point of the plane follows a monotone cubic through its distances [1]_, so
    that nothing overshoots. The first and last slice close the part flat.
-3. The surface is where the field is zero, see `marching`.
+3. The surface is where the field is zero, see `level_surface`.
 
 Measured on a body: slices every 20 mm give back the surface to 0.8 mm in the mean. Toes, chin and
 fingers need closer ones.

@@ -40,10 +40,10 @@ _LEADS = {
 class Reason:
     """What limits somebody in a requirement.
 
-    kind: in which way. thing: the joint, part or segment by its name, else fixed words; the
-    angles of cuts. at: of a
-    segment that is too near, what it is too near to. foot: the foot that is limited, "" of none.
-    share: of what is to be seen that the thing hides, 0 to 1; 0 where it is not known or not told.
+    kind: in which way. thing: the joint, part or segment by its name, else fixed words; of the cuts
+    of a pillar their angles. at: of a segment that is too near, what it is too near to. foot: the
+    foot that is limited, "" of none. share: of what is to be seen that the thing hides, 0 to 1; 0
+    where it is not known or not told.
     """
 
     kind: Kind = ""

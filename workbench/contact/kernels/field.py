@@ -1,5 +1,5 @@
 """Distances to groups of parts: rigorous lower bounds and near polygons from a grid of nodes, and
-the exact search.
+exact depths where these leave it open (by `search`).
 
 For any closed set d(x)^2 - |x|^2 is the least of the linear functions |p|^2 - 2 x.p, so it is
 concave: in a cell of edge h the trilinear mix of the nodes' d^2 less h^2 sum t (1 - t) is never

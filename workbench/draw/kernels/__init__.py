@@ -1,1 +1,1 @@
-"""Compiled loops of pictures: rims, arcs, depth buffers, and what hides what."""
+"""Compiled loops of pictures: disks, depth buffers, light, and what triangles hide of lines and arcs."""

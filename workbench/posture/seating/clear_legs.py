@@ -85,7 +85,7 @@ def clear_legs(
 
     A leg that overlaps nothing by more than is allowed stays as it is, bit for bit. So does one of
     which no clear posture is found. Nor is a posture clear that enters the other leg, or another
-    segment of the own body but the arms, deeper than the one before.
+    segment of the own body but the arms, deeper than the one before and than the body allows.
 
     Parameters
     ----------

@@ -1,5 +1,5 @@
-"""Shares of people: jointly, by group, by requirement alone and without it, and how margins are
-spread."""
+"""Shares of people: jointly, by group, and of each requirement who misses it only and who would meet
+all without it; and how margins are spread."""
 
 from __future__ import annotations
 
