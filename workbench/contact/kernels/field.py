@@ -33,7 +33,6 @@ __all__ = [
     "depth_in",
     "fill_rows",
     "near_polygon",
-    "nearest_in",
     "reaches",
     "solids_at",
     "span_bound",
