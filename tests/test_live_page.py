@@ -265,9 +265,14 @@ def test_the_study_is_saved_from_the_page(page, study):
 def grip(page):
     """Where the middle and the arrows are in the window."""
     page.get_by_role("button", name="corner").click()
-    page.wait_for_function("() => document.querySelector('#picture .stage').dataset.grip")
-    page.wait_for_timeout(300)
-    places = json.loads(page.locator("#picture .stage").get_attribute("data-grip"))
+    stage = page.locator("#picture .stage")
+    seen = now = None
+    for _ in range(50):  # until the picture stands still, however busy the machine is
+        page.wait_for_timeout(300)
+        seen, now = now, stage.get_attribute("data-grip")
+        if now and now == seen:
+            break
+    places = json.loads(now)
     box = page.locator("#picture canvas").bounding_box()
     return [(box["x"] + x, box["y"] + y) for x, y in places]
 
