@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from workbench.compiled import batch_loop, inlined, inner
 
-__all__ = ["DEPTH", "box_gap", "split_tree", "wider"]
+__all__ = ["DEPTH", "box_gap", "half_area", "split_tree", "wider"]
 
 LEAF = 1
 """Boxes in a leaf."""
@@ -44,7 +44,7 @@ class SplitSpace(NamedTuple):
 
 
 @inlined
-def _area(box, m):  # type: ignore[no-untyped-def]
+def half_area(box, m):  # type: ignore[no-untyped-def]
     """Half the surface area of box m."""
     u = box[m, 3] - box[m, 0]
     v = box[m, 4] - box[m, 1]
@@ -120,7 +120,7 @@ def _cut(boxes, item, a, b, space):  # type: ignore[no-untyped-def]
             below += space.held[k - 1]
             if below == 0 or below == b - a:
                 continue
-            cost = below * _area(space.left, k) + (b - a - below) * _area(space.right, k)
+            cost = below * half_area(space.left, k) + (b - a - below) * half_area(space.right, k)
             if cost < best:
                 best = cost
                 axis = i

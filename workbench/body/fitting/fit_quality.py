@@ -12,6 +12,7 @@ from workbench.body.fitting.sampling import Samples, random_samples
 from workbench.body.fitting.verify import deepest_hollow, gap_bound, split_triangles
 from workbench.body.kernels.scanlines import shared_volume
 from workbench.body.surface import Surface
+from workbench.geometry.box_pairs import in_ranges
 from workbench.geometry.nearest import morton_order
 from workbench.model.arrays import Floats
 
@@ -172,8 +173,7 @@ def exposed_points(centre: Floats, radius: Floats, count: int) -> Floats:
     share = radius**2 / (radius**2).sum()
     # about a third of the spheres' area is exposed in a fitted body
     each = np.maximum(12, np.ceil(3 * count * share)).astype(np.int64)
-    owner = np.repeat(np.arange(len(radius)), each)
-    step = np.arange(len(owner)) - np.repeat(np.cumsum(each) - each, each)
+    step, owner = in_ranges(np.zeros_like(each), each)
     height = 1 - (2 * step + 1) / each[owner]
     turn = step * (np.pi * (3 - np.sqrt(5))) + owner
     flat = np.sqrt(1 - height**2)

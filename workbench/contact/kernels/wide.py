@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from workbench.compiled import batch_loop, inlined, inner
 from workbench.geometry.lanes import LANES, eight, larger, load, not_above, store
+from workbench.geometry.tree import half_area
 
 __all__ = [
     "DEEP",
@@ -85,15 +86,6 @@ def near_boxes(point, box, m, many, limit, gaps):  # type: ignore[no-untyped-def
     return bits & ((np.uint64(1) << np.uint64(many)) - np.uint64(1))
 
 
-@inlined
-def _area(box, m):  # type: ignore[no-untyped-def]
-    """Half the surface area of box m."""
-    u = box[m, 3] - box[m, 0]
-    v = box[m, 4] - box[m, 1]
-    w = box[m, 5] - box[m, 2]
-    return u * v + v * w + w * u
-
-
 @inner
 def _open_largest(box, link, m, some):  # type: ignore[no-untyped-def]
     """Write up to EIGHT nodes that stand for node m into some: the largest is replaced by its two
@@ -104,7 +96,7 @@ def _open_largest(box, link, m, some):  # type: ignore[no-untyped-def]
         largest = -1
         best = -1.0
         for k in range(count):
-            area = _area(box, some[k])
+            area = half_area(box, some[k])
             if link[some[k], 0] >= 0 and area > best:
                 largest = k
                 best = area

@@ -27,7 +27,7 @@ from workbench.draw.lines.hidden_lines import split_hidden_arcs, surroundings
 from workbench.draw.lines.svg import environment_paths, number_rows, page, section_paths
 from workbench.draw.scene import Scene
 from workbench.draw.visibility import projected_disks
-from workbench.geometry.box_pairs import box_pairs
+from workbench.geometry.box_pairs import box_pairs, in_ranges
 from workbench.model.arrays import Bools, Floats, Ints
 
 __all__ = ["arc_chains", "body_paths", "ends_met", "ghost_paths", "outline"]
@@ -329,8 +329,7 @@ def _pieces(chains: _Chains) -> tuple[Ints, Floats]:
     run = end - (end - length)[chains.start][chain]  # from the beginning of the chain [pixels]
     kept = np.floor(run / _MIN_ARC) > np.floor((run - length) / _MIN_ARC)
     count = np.where(kept, np.ceil(width / _MAX_ARC_ANGLE).astype(np.int64), 0)
-    arc = np.repeat(np.arange(len(width)), count)
-    number = np.arange(len(arc)) - np.repeat(np.cumsum(count) - count, count) + 1
+    number, arc = in_ranges(np.ones_like(count), count + 1)
     angle = arcs.angle[arc, 0] + width[arc] * number / count[arc]
     return arc, arc_points(arcs, arc, angle)
 

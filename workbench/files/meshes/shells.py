@@ -24,6 +24,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.files.meshes.winding import HalfEdges
+from workbench.geometry.box_pairs import in_ranges
 from workbench.geometry.components import component_labels
 from workbench.geometry.sampling import even_places
 from workbench.model.arrays import Bools, Floats, Ints
@@ -305,7 +306,7 @@ def _sample_points(corner: Floats, shell: Ints) -> _Samples:
     total = len(shell)
     order = np.argsort(shell, kind="stable")
     size = np.bincount(shell)
-    rank = np.arange(total) - np.repeat(np.cumsum(size) - size, size)  # within its shell
+    rank, _ = in_ranges(np.zeros_like(size), size)  # within its shell
     wanted = np.clip(_SAMPLES * size // total, _MIN_SAMPLES, size)
     step = np.maximum(size // np.maximum(wanted, 1), 1)
     chosen = order[rank % np.repeat(step, size) == 0]
@@ -429,14 +430,12 @@ def _ray_candidates(corner: Floats, samples: _Samples) -> _Candidates:
     strips = _strips_of(point[:, 0], low[:, 1].min(), high[:, 1].max())
     key = strips.key(strips.of(point[:, 0]), point[:, 1])
     order = np.argsort(key, kind="stable")
-    begin = strips.of(low[:, 0])
-    face, number = _repeat_counted(np.arange(len(corner)), strips.of(high[:, 0]) - begin + 1)
-    strip = begin[face] + number
+    strip, face = in_ranges(strips.of(low[:, 0]), strips.of(high[:, 0]) + 1)
     first = np.searchsorted(key[order], strips.key(strip, low[face, 1]))
     last = np.searchsorted(key[order], strips.key(strip, high[face, 1]), side="right")
-    run, number = _repeat_counted(np.arange(len(face)), last - first)
+    place, run = in_ranges(first, last)
     face = face[run]
-    sample = order[first[run] + number]
+    sample = order[place]
     x = point[sample, 0]
     meets = (x >= low[face, 0]) & (x <= high[face, 0])
     meets &= (point[sample, 2] <= high[face, 2]) & (face != samples.face[sample])
@@ -471,12 +470,6 @@ class _Strips:
     def key(self, strip: Ints, y: Floats) -> Floats:
         """Return numbers (N,) that rise with the strip, and with y within a strip."""
         return strip * self.height + (y - self.bottom)
-
-
-def _repeat_counted(values: Ints, count: Ints) -> tuple[Ints, Ints]:
-    """Repeat each value (N,) `count` (N,) times; also returns the number of each repetition."""
-    repeated = np.repeat(values, count)
-    return repeated, np.arange(len(repeated)) - np.repeat(np.cumsum(count) - count, count)
 
 
 def _crossings(corner: Floats, point: Floats, candidates: _Candidates) -> _Crossings:
