@@ -25,7 +25,7 @@ from workbench.draw.web.compared_view import compared_view
 from workbench.draw.web.packing import FINE, TENTH, Packing
 from workbench.draw.web.snippet import PAGE, WIDGET, policy, script, standalone, style
 from workbench.draw.web.views import WebBody, WebView, body_view, scene_view
-from workbench.model.moves import Move, displaced
+from workbench.model.surroundings import Move, displaced
 
 WEB = ROOT / "workbench" / "draw" / "web"
 MOST_BYTES = 25_000

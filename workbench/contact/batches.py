@@ -40,6 +40,7 @@ __all__ = [
     "grouped_collides",
     "grouped_room",
     "least_clearances",
+    "nothing_near",
     "paired_clearance",
     "pays",
     "touching",
@@ -76,7 +77,7 @@ def _space(crowd: Crowd, groups: Groups) -> GroupSpace:
     )
 
 
-def _nothing(shape: tuple[int, ...]) -> Nearest:
+def nothing_near(shape: tuple[int, ...]) -> Nearest:
     """Answers of a shape where nothing is near."""
     none = np.full((*shape, 3), np.nan)
     return Nearest(np.full(shape, np.inf), np.full(shape, -1), np.full(shape, -1), none)
@@ -97,7 +98,7 @@ def least_clearances(
     the parts that move. Infinite, -1, -1 and NaN where there is nothing.
     """
     centres, radius, moved = bodies
-    out = _nothing((len(centres), pairs))
+    out = nothing_near((len(centres), pairs))
     parts = packed_parts(environment)
 
     def work(begin: int, end: int) -> None:
@@ -150,7 +151,7 @@ def grouped_clearance(
 ) -> Nearest:
     """Signed distance [m], sphere, polygon (P, N, G) and its nearest point (P, N, G, 3) of every
     segment to every group of parts."""
-    out = _nothing((len(placed), len(placed.window), len(groups)))
+    out = nothing_near((len(placed), len(placed.window), len(groups)))
     _by_groups(group_clearance, placed, environment, groups, (out,), threads)
     return out
 
@@ -165,7 +166,7 @@ def grouped_room(
 ) -> Nearest:
     """Least signed distance plus the overlap that is allowed (N, G) [m] of every segment over all
     groups, with the sphere, the polygon (P, N, 1) and its nearest point (P, N, 1, 3)."""
-    out = _nothing((len(placed), len(placed.window), 1))
+    out = nothing_near((len(placed), len(placed.window), 1))
     more = np.ascontiguousarray(allowed), out
     _by_groups(group_room, placed, environment, groups, more, threads)
     return out
@@ -187,7 +188,7 @@ def clearance_by_part(
     pairs = len(placed.window), len(environment.parts)
     limit = np.full(pairs, np.inf) if most is None else np.ascontiguousarray(most)
     shape = len(placed), *pairs
-    out = _nothing(shape)
+    out = nothing_near(shape)
     bodies = placed.centres, placed.world_from_segment
 
     def work(begin: int, end: int) -> None:

@@ -23,7 +23,7 @@ from workbench.live.replies import Made, Replies, Work
 from workbench.live.saved_state import SavedState
 from workbench.live.seeing import Colours, FieldWork
 from workbench.model.envelope import ReachTask
-from workbench.model.moves import Move
+from workbench.model.surroundings import Move
 from workbench.study.bench.answers import Answer
 from workbench.study.bench.measuring import Thing, measured
 from workbench.study.bench.motions import check_motion

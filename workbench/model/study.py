@@ -18,12 +18,12 @@ from workbench.model.envelope import ReachTask
 from workbench.model.environment import Environment
 from workbench.model.force import ForceLaw
 from workbench.model.motion_case import SignalPoint
-from workbench.model.moves import Move
 from workbench.model.person import Size
 from workbench.model.population import Population, PopulationModel
 from workbench.model.poses import Poses
 from workbench.model.short_repr import short_repr
 from workbench.model.simulation import Restraints
+from workbench.model.surroundings import Move
 from workbench.model.workplace import Aims, Stand
 
 __all__ = [

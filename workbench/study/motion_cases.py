@@ -7,7 +7,6 @@ from dataclasses import replace
 import numpy as np
 
 from workbench.body.forward import place
-from workbench.body.parts import moved
 from workbench.errors import InputError, UsageError
 from workbench.files.crash.simulations import load_simulation, with_airbags
 from workbench.files.motions.number_rows import FrameRange
@@ -19,7 +18,7 @@ from workbench.model.moving import poses_at
 from workbench.model.poses import Poses
 from workbench.model.simulation import ContactRule, Restraints
 from workbench.model.study import Case, RecordedMotion, Role, SimulatedMotion, Study
-from workbench.posture.seating.seating import seat_shift
+from workbench.posture.seating.seating import seat_at
 from workbench.study.crash.belts import with_belts
 from workbench.study.motions import MotionOptions, load_motion
 from workbench.study.persons import role_body
@@ -162,9 +161,7 @@ def _simulated(action: SimulatedMotion) -> tuple[Poses, tuple[str, ...]]:
 def _cabin(environment: Environment, restraints: Restraints) -> Environment:
     """The environment with the seat where its occupant has put it, and with airbags."""
     if restraints.seat:
-        seat = environment.seat(restraints.seat)
-        shift = seat_shift(seat, restraints.forward, restraints.up)
-        environment = moved(environment, seat.moves, shift)
+        environment = seat_at(environment, restraints.seat, restraints.forward, restraints.up)
     return with_airbags(environment, restraints.airbags)
 
 

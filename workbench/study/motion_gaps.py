@@ -7,12 +7,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from workbench.contact.arranged import Arranged, SegmentRoom, room_of_segments, rooms_by_mover
 from workbench.contact.clearance_pairs import clearance_of_pairs
+from workbench.contact.kernels.search import Nearest
+from workbench.contact.movers import room_of_segments, rooms_by_mover
 from workbench.model.arrays import Floats
 from workbench.model.criterion import Criterion
 from workbench.model.motion_case import MotionCase
 from workbench.model.poses import Placed
+from workbench.model.surroundings import Surroundings
 from workbench.study.checks.parts import asked_pair, limit_of
 
 __all__ = ["AskedGap", "asked_gaps", "distance_criteria", "frame_rooms", "nearest_criterion"]
@@ -48,7 +50,7 @@ def distance_criteria(motion: MotionCase) -> tuple[Criterion, ...]:
     return tuple(one for one in motion.criteria if one.check in ("clearance", "contact"))
 
 
-def frame_rooms(motion: MotionCase, placed: Placed) -> SegmentRoom:
+def frame_rooms(motion: MotionCase, placed: Placed) -> Nearest:
     """Find what comes nearest to each segment at P frames, with the overlap that parts allow added.
 
     Parameters
@@ -56,7 +58,7 @@ def frame_rooms(motion: MotionCase, placed: Placed) -> SegmentRoom:
     placed
         The body of the motion in P of its frames.
     """
-    still = Arranged(motion.environment, (), np.zeros((0, 3)))
+    still = Surroundings(motion.environment, (), np.zeros((0, 3)))
     return room_of_segments(rooms_by_mover(placed, still))
 
 

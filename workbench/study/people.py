@@ -48,7 +48,6 @@ from workbench.study.situation import (
     Situation,
     as_bystander,
     position_of,
-    seats_moved,
 )
 from workbench.study.unasked import overlap_warnings, unasked_overlaps
 from workbench.study.warnings import result_warnings, seat_verdicts
@@ -130,7 +129,7 @@ def present_people(
         who, notes = known[role.name] if role.name in known else occupant(role, number)
         workplace = workplace_of(study, row, environment, beside)
         found, moves = _take_place(workplace, who, role)
-        environment = seats_moved(found[0].place, found[0])
+        environment = found[0].environment_moved
         seated[row] = found
         words[row] = [*notes, *moves]
     by_case = [

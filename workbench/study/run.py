@@ -9,10 +9,10 @@ from pathlib import Path
 from workbench.errors import UsageError
 from workbench.model.content import content_hash
 from workbench.model.motion_case import Agreement, MotionCase
-from workbench.model.moves import displaced
 from workbench.model.population_found import PopulationFound
 from workbench.model.result import MotionFound, PosturesFound, Result, Verdict
 from workbench.model.study import Study
+from workbench.model.surroundings import displaced
 from workbench.study.checks.sight_rules import check_rules
 from workbench.study.checks.table import between_verdict
 from workbench.study.people import people_found, present_people

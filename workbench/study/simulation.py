@@ -7,7 +7,6 @@ from pathlib import Path
 
 import numpy as np
 
-from workbench.body.parts import moved
 from workbench.crash.simulated import simulate
 from workbench.files.crash.restraints import law_in_si
 from workbench.files.crash.simulations import SimulationPlan, load_simulation
@@ -15,7 +14,7 @@ from workbench.model.arrays import Bools
 from workbench.model.environment import Environment
 from workbench.model.simulation import Simulated, Simulation
 from workbench.posture.seating.seat import seat
-from workbench.posture.seating.seating import seat_shift
+from workbench.posture.seating.seating import seat_at
 
 __all__ = ["bearing", "prepared", "run_simulation"]
 
@@ -36,12 +35,11 @@ def prepared(plan: SimulationPlan) -> Simulation:
     poses = plan.poses
     environment = plan.environment
     if file.seat is not None:
-        seat_of_file = environment.seat(file.seat)
         at = file.adjust
         forward, up = (at.forward, at.up) if at is not None else (0.0, 0.0)
-        poses = seat(plan.body, poses, seat_of_file.held(forward, up)).poses
-        shift = seat_shift(seat_of_file, forward, up)
-        environment = moved(environment, seat_of_file.moves, shift)
+        held = environment.seat(file.seat).held(forward, up)
+        poses = seat(plan.body, poses, held).poses
+        environment = seat_at(environment, file.seat, forward, up)
     return Simulation(
         name=file.simulation,
         body=plan.body,
