@@ -89,7 +89,7 @@ FORWARDS = {
     "model/kept.py",
     "compiled.py",
     "compiled_linked.py",
-    "contact/by_person.py",
+    "contact/collide.py",
 }
 """Files whose functions may take `**kwargs`: one option for each measure, and decorators."""
 CATCHES = {"cli/application.py", "live/describe_desk.py", "live/desk.py", "live/server.py"}

@@ -49,7 +49,7 @@ from workbench.model.posing import angles_of
 from workbench.model.result import MotionFound, PosturesFound, Verdict
 from workbench.model.study import PeopleDrawn
 from workbench.motion.recorded.marker_names import marker_site
-from workbench.motion.recorded.marker_places import marker_places
+from workbench.motion.recorded.subject import marker_places
 from workbench.motion.signals import cfc_filter, held_level, hic
 from workbench.study.motions import MotionOptions, load_motion
 from workbench.study.run import run

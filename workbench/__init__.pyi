@@ -35,9 +35,9 @@ from .errors import MissingPartError as MissingPartError
 from .errors import UsageError as UsageError
 from .errors import WorkbenchError as WorkbenchError
 from .files.ansur import read_ansur as read_ansur
+from .files.bare_mesh import load_environment as load_environment
 from .files.body.bodies import load_body as load_body
 from .files.environments import environment_from_mesh as environment_from_mesh
-from .files.mesh_environments import load_environment as load_environment
 from .files.populations import load_population_model as load_population_model
 from .files.study.reader import load_study as load_study
 from .files.study.stating import study as study
@@ -48,10 +48,10 @@ from .model.bystander import Bystander as Bystander
 from .model.comparison import Comparison as Comparison
 from .model.contacts import Clearance as Clearance
 from .model.contacts import Contacts as Contacts
+from .model.contacts import Episodes as Episodes
 from .model.driving import Driver as Driver
 from .model.driving import Package as Package
 from .model.environment import Environment as Environment
-from .model.episodes import Episodes as Episodes
 from .model.moving import between as between
 from .model.poses import Placed as Placed
 from .model.poses import Poses as Poses

@@ -12,7 +12,7 @@ from workbench.cli.progress import emit, tell
 from workbench.errors import UsageError, one_of
 
 if TYPE_CHECKING:
-    from workbench.model.growth import Growth
+    from workbench.model.person import Growth
     from workbench.model.population import PopulationModel
 
 __all__ = ["body_app"]

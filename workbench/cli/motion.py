@@ -227,7 +227,7 @@ def motion_options(
     *, up: str | None, unit: str | None, names: Path | None, frames: FrameRange
 ) -> MotionOptions:
     """How a motion file is read, by the options of a command."""
-    from workbench.files.motions.names import load_names
+    from workbench.files.motions.reading import load_names
     from workbench.study.motions import MotionOptions
 
     return MotionOptions(
@@ -254,8 +254,7 @@ def _ranges(who: Body, poses: Poses) -> dict[str, dict[str, list[float]]]:
     """Least and greatest angle [degrees] of each motion of each joint."""
     import numpy as np
 
-    from workbench.model.continuous_angles import ContinuousAngles
-    from workbench.model.posing import angles_of
+    from workbench.model.posing import ContinuousAngles, angles_of
     from workbench.model.spool import pieces
 
     low = np.full((len(who.joints), 3), np.inf)

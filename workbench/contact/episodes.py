@@ -14,9 +14,8 @@ from workbench.contact.moving import Mover, check_times, pack_motion
 from workbench.errors import InputError, UsageError, one_of
 from workbench.model.arrays import Floats, Ints
 from workbench.model.body import Body
-from workbench.model.contacts import TANGENT_TOLERANCE
+from workbench.model.contacts import TANGENT_TOLERANCE, Episodes
 from workbench.model.environment import Environment
-from workbench.model.episodes import Episodes
 from workbench.model.poses import Poses
 from workbench.threads import in_pieces
 

@@ -112,8 +112,8 @@ def room_of_segments(found: FrameRooms) -> Nearest:
 def _room_in_frame(view: Placed, environment: Environment, frame: _Frame, shift: Floats) -> Nearest:
     """The room from the parts of one frame, for bodies placed in this frame."""
     found = grouped_room(view, environment, frame.groups, frame.allowed)
-    distance, sphere, polygon, point = (every[:, :, 0] for every in found)
-    return Nearest(distance, sphere, polygon, point + shift)
+    near = Nearest._make(every[:, :, 0] for every in found)
+    return near._replace(point=near.point + shift)
 
 
 def _least(rooms: list[Nearest], placed: Placed) -> Nearest:

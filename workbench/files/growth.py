@@ -14,8 +14,8 @@ from workbench.errors import InputError
 from workbench.files.catalogue import find
 from workbench.files.schema import FileModel, LengthUnit, fail, metres_in, validate
 from workbench.files.yaml_text import Document, read_yaml
-from workbench.model.growth import Growth
 from workbench.model.measures import MASS
+from workbench.model.person import Growth
 from workbench.model.population import SEXES
 
 __all__ = ["GrowthFile", "load_growth"]

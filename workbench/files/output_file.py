@@ -17,8 +17,8 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from workbench.errors import InputError
-from workbench.files.inputs import is_input
 from workbench.files.lock import locked
+from workbench.files.opening import is_input
 
 __all__ = ["Content", "check_file", "probe", "staged", "writable", "write_errors", "write_file"]
 

@@ -14,16 +14,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.errors import InputError, one_of
-from workbench.model.above import above
 from workbench.model.accommodation import GroupShare
-from workbench.model.arguments import checked
+from workbench.model.arguments import above, checked
 from workbench.model.arrays import Floats
 from workbench.model.body import Body
-from workbench.model.contacts import Clearance, Contacts
+from workbench.model.contacts import Clearance, Contacts, Episodes
 from workbench.model.criterion import Criterion
 from workbench.model.envelope import Envelope
 from workbench.model.environment import Environment
-from workbench.model.episodes import Episodes
 from workbench.model.motion_case import (
     Agreement,
     Excursion,

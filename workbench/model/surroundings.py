@@ -5,12 +5,13 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from workbench.errors import UsageError
-from workbench.model.arrays import Floats, frozen, xyz
+from workbench.errors import InputError, UsageError
+from workbench.model.arrays import Floats, Ints, frozen, xyz
 from workbench.model.environment import Adjustment, Environment, Instrument, Mirror, Seat
 from workbench.model.posing import attitude_matrix
 from workbench.model.quaternions import exponential, matrices
@@ -22,6 +23,7 @@ __all__ = [
     "carried_by",
     "control_moves",
     "displaced",
+    "joined",
     "move_parts",
     "moved_controls",
     "part_moves",
@@ -357,3 +359,50 @@ class Surroundings:
             parts = [environment.parts[k] for k in group]
             environment = move_parts(environment, parts, shift)
         return environment
+
+
+_STACKED = (
+    "vertices",
+    "normal",
+    "offset",
+    "circle_centre",
+    "circle_radius",
+    "solid",
+    "hidden",
+    "see_through",
+)
+"""Arrays of an environment whose rows follow one another."""
+
+
+def joined(environment: Environment, more: Environment) -> Environment:
+    """The environment with the parts of another behind its own; seats, points and controls are its
+    own.
+
+    InputError where a part's name is in both.
+    """
+    twice = sorted(set(environment.parts) & set(more.parts))
+    if twice:
+        raise InputError(f"a part {twice[0]!r} is in environment {environment.name} already")
+    behind = len(environment.parts)
+    allowances = tuple(replace(rule, part=rule.part + behind) for rule in more.allowances)
+    arrays: dict[str, Any] = {
+        name: np.concatenate([getattr(environment, name), getattr(more, name)]) for name in _STACKED
+    }
+    for name in ("edges", "triangles"):
+        behind_them = getattr(more, name) + len(environment.vertices)
+        arrays[name] = np.concatenate([getattr(environment, name), behind_them])
+    for name in ("part_start", "edge_start", "triangle_start"):
+        arrays[name] = _continued(getattr(environment, name), getattr(more, name))
+    return replace(
+        environment,
+        parts=(*environment.parts, *more.parts),
+        allowances=(*environment.allowances, *allowances),
+        quality=(*environment.quality, *more.quality),
+        warnings=(*environment.warnings, *more.warnings),
+        **arrays,
+    )
+
+
+def _continued(start: Ints, more: Ints) -> Ints:
+    """Starts of groups, then those of others behind them."""
+    return np.concatenate([start, more[1:] + start[-1]])

@@ -21,8 +21,7 @@ from workbench.model.spool import pieces
 from workbench.motion.laban.laban import score_poses
 from workbench.motion.recorded.doubts import motion_doubts
 from workbench.motion.recorded.markers import bridged, poses_from_markers
-from workbench.motion.recorded.retarget import retarget
-from workbench.motion.recorded.tracks import poses_from_track
+from workbench.motion.recorded.retarget import poses_from_track, retarget
 
 __all__ = ["MotionOptions", "load_motion"]
 

@@ -29,7 +29,6 @@ from workbench.model.result import (
 from workbench.model.study import PredictedPosture, Role, Study
 from workbench.model.workplace import Beside, Workplace
 from workbench.posture.stops import stops
-from workbench.study.buried import buried_controls
 from workbench.study.checks import between_people, reach
 from workbench.study.checks.table import findings_of, verdict
 from workbench.study.envelope.envelope import envelopes
@@ -50,7 +49,7 @@ from workbench.study.situation import (
     position_of,
 )
 from workbench.study.unasked import overlap_warnings, unasked_overlaps
-from workbench.study.warnings import result_warnings, seat_verdicts
+from workbench.study.warnings import buried_controls, result_warnings, seat_verdicts
 from workbench.study.workplaces import drawn_number, occupant, workplace_of
 
 __all__ = [

@@ -16,9 +16,8 @@ from workbench.body.scaling.seated import seated
 from workbench.body.wear import wear
 from workbench.errors import InputError, one_of
 from workbench.model.body import Body
-from workbench.model.growth import Growth
 from workbench.model.measures import GIRTHS, WORDS, check_plausible
-from workbench.model.person import Size
+from workbench.model.person import Growth, Size
 from workbench.model.population import PopulationModel
 from workbench.model.short_repr import short_repr
 from workbench.model.study import Role

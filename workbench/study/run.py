@@ -159,7 +159,7 @@ def _population(study: Study, keep: Path | None, say: Say, cluster: str | None) 
     """A population, by this machine or by a cluster; and who is beside it."""
     # not loaded for other studies
     from workbench.study.accommodation.accommodation import accommodation
-    from workbench.study.accommodation.share_verdicts import share_verdicts
+    from workbench.study.accommodation.shares import share_verdicts
     from workbench.study.executors import dask_executor
 
     there = present_people(study) if len(study.roles) > 1 else None

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from workbench.body.scaling.lengthen import lengthened
+from workbench.body.scaling.morph import lengthened
 from workbench.errors import InputError
 from workbench.files.motions.reading import read_motion
 from workbench.model.body import Body

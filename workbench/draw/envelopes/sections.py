@@ -16,9 +16,8 @@ import numpy as np
 from workbench.draw.marks.layout import FONT
 from workbench.draw.visibility import triangles_shown
 from workbench.model.arrays import Bools, Floats, Ints
-from workbench.model.envelope import Envelope
+from workbench.model.envelope import GRADES, Envelope, RayReach
 from workbench.model.environment import Environment
-from workbench.model.ray_reach import GRADES, RayReach
 
 __all__ = ["LEGEND", "envelope_sections", "section_lines"]
 

@@ -16,7 +16,7 @@ from workbench.files.crash.restraints import contact_faults, law_in_si
 from workbench.files.environments import environment_files, load_environment
 from workbench.files.meshes.reading import FORMATS
 from workbench.files.names import matching
-from workbench.files.places import AreaFile, StandFile
+from workbench.files.postures import AreaFile, StandFile
 from workbench.files.study.actions import (
     CaseActions,
     library_of,

@@ -22,10 +22,9 @@ from workbench.files.study.settings import setting_faults
 from workbench.files.study.sizes import measure_fault, people_of_size
 from workbench.files.study.work import Key, Work
 from workbench.model.body import Body, segment_words
-from workbench.model.encumbrance import Encumbrance
 from workbench.model.environment import Environment, Seat
 from workbench.model.measures import COCKPIT
-from workbench.model.person import Size
+from workbench.model.person import Encumbrance, Size
 from workbench.model.population import SEXES, Population, PopulationModel
 from workbench.model.range_of_motion import reduced
 from workbench.model.study import PeopleDrawn

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from workbench.errors import InputError, UsageError, has_controls, one_of
-from workbench.files.mesh_environments import (
+from workbench.files.bare_mesh import (
     environment_of_scene,
     is_place,
     load_environment,

@@ -15,9 +15,19 @@ from workbench.model.arrays import Floats
 from workbench.model.environment import Environment, Seat
 from workbench.model.posing import attitude_matrix
 from workbench.model.surroundings import move_parts
+from workbench.model.workplace import Workplace
 from workbench.posture.reaching.chains import apply, on_grid
 
-__all__ = ["SeatAxes", "own_axes", "seat_at", "seat_attitude", "seat_planes", "seat_shift"]
+__all__ = [
+    "SeatAxes",
+    "leftward",
+    "middle",
+    "own_axes",
+    "seat_at",
+    "seat_attitude",
+    "seat_planes",
+    "seat_shift",
+]
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,3 +90,21 @@ def seat_at(environment: Environment, name: str, forward: float, up: float) -> E
     """Move what goes with a seat so far [m] ahead and up of where it stands at rest."""
     seat = environment.seat(name)
     return move_parts(environment, seat.moves, seat_shift(seat, forward, up))
+
+
+def middle(place: Workplace) -> Floats:
+    """(3,) [m] a point in the middle between left and right of whoever takes a workplace."""
+    if place.own_seat is not None:
+        return np.array(place.own_seat.srp)
+    if place.stand is not None:
+        return np.array(place.stand.on)
+    return np.array(place.cases[0].pose.world_from_reference[0, :, 3])
+
+
+def leftward(place: Workplace) -> Floats:
+    """(3,) the horizontal unit vector to the left of whoever takes a workplace."""
+    if place.own_seat is not None:
+        return seat_planes(place.own_seat)[2]
+    side = place.cases[0].pose.world_from_reference[0, :, 1] * np.array([1.0, 1.0, 0.0])
+    left: Floats = side / np.linalg.norm(side)
+    return left

@@ -41,8 +41,7 @@ from workbench.model.study import Study
 from workbench.model.surroundings import move_parts, parts_along
 from workbench.model.workplace import Workplace
 from workbench.posture.reaching.limbs import FEET, HANDS, limbs_there
-from workbench.posture.seating.seating import seat_planes
-from workbench.posture.seating.sides import leftward
+from workbench.posture.seating.seating import leftward, seat_planes
 from workbench.study.accommodation.accommodation import population_question
 from workbench.study.accommodation.chunks import Question, taken_places
 from workbench.study.accommodation.population_bodies import fit_population

@@ -19,9 +19,8 @@ from workbench.model.accommodation import MapTask
 from workbench.model.arrays import Floats
 from workbench.model.body import Body
 from workbench.model.criterion import Criterion
-from workbench.model.encumbrance import Encumbrance
 from workbench.model.environment import Environment, Seat
-from workbench.model.person import Size
+from workbench.model.person import Encumbrance, Size
 from workbench.model.population import Population
 from workbench.model.poses import Poses
 from workbench.model.posing import angles_of

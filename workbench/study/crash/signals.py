@@ -10,7 +10,7 @@ from workbench.errors import UsageError
 from workbench.model.arrays import Floats
 from workbench.model.criterion import Limit
 from workbench.model.motion_case import MotionCase, Signal, SignalPoint
-from workbench.model.pulse import gained, level_at
+from workbench.model.simulation import gained, level_at
 from workbench.motion.signals import (
     GRAVITY,
     acceleration,

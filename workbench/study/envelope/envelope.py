@@ -12,10 +12,9 @@ from numpy.typing import ArrayLike
 from workbench.errors import UsageError
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.body import Body, check_one
-from workbench.model.envelope import Envelope, ReachTask
+from workbench.model.envelope import GRADES, Envelope, Losses, RayReach, ReachTask
 from workbench.model.environment import Environment
 from workbench.model.poses import Poses, check_rows
-from workbench.model.ray_reach import GRADES, Losses, RayReach
 from workbench.model.study import Study
 from workbench.posture.reaching.chains import Task
 from workbench.posture.reaching.limbs import limb

@@ -11,8 +11,7 @@ import numpy as np
 from workbench.files.exports.solids import stl_bytes
 from workbench.files.output_file import Content
 from workbench.files.results.postures import EnvelopeRayRow, EnvelopeRow, PosturesRows
-from workbench.model.envelope import Envelope
-from workbench.model.ray_reach import RayReach
+from workbench.model.envelope import Envelope, RayReach
 from workbench.model.result import PosturesFound
 from workbench.report.tables import Table
 
