@@ -19,8 +19,7 @@ from tests.accommodations import made, result_of, shown_of, trainer_people
 from tests.conftest import ROOT
 from tests.test_accommodation_page import FLAPS, KNEE, parsed, text_of
 from workbench import InputError, compare
-from workbench.body.people.paired import paired_share
-from workbench.body.people.share import share_of
+from workbench.body.people.share import paired_share, share_of
 from workbench.cli import main
 from workbench.draw.web.packing import Packing
 from workbench.model.comparison import Judged

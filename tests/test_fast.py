@@ -16,9 +16,8 @@ from tests.conftest import BOX, BOX_FACES, box_part, environment_of
 from tests.test_blend import random_blend
 from workbench import collides
 from workbench.contact import many_poses
-from workbench.contact.batches import clearance_by_part, grouped_clearance
+from workbench.contact.batches import clearance_by_part, crowd_of, grouped_clearance
 from workbench.contact.collide import _plain, allowed_depth, clearance_of_groups, nearest
-from workbench.contact.crowd import crowd_of
 from workbench.contact.fields import field_of, packed_faces, packed_shells
 from workbench.contact.kernels.field import square_bound
 from workbench.contact.kernels.groups import cluster_hub

@@ -22,8 +22,7 @@ from workbench.model.quaternions import conjugate, exponential, multiply, rotate
 from workbench.motion.recorded.doubts import motion_doubts
 from workbench.motion.recorded.retarget import retarget
 from workbench.motion.recorded.skeleton import AXIS_JOINTS, body_lengths
-from workbench.study.motions import MotionOptions, load_motion
-from workbench.study.subject import subject_body
+from workbench.study.motions import MotionOptions, load_motion, subject_body
 
 BODY = load_body("bubbleman")
 FRAMES = 21

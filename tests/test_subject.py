@@ -24,8 +24,7 @@ from workbench.motion.recorded.subject import (
     marker_places,
 )
 from workbench.study.motion_cases import motion_cases
-from workbench.study.motions import MotionOptions, load_motion
-from workbench.study.subject import subject_body
+from workbench.study.motions import MotionOptions, load_motion, subject_body
 
 __all__ = ["drop"]
 

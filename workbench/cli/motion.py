@@ -211,8 +211,7 @@ def _read(
 ) -> tuple[Body, Poses, tuple[str, ...]]:
     """The body, sized as its subject where that is wanted, its motion, and notes on both."""
     from workbench.files.body.bodies import load_body
-    from workbench.study.motions import load_motion
-    from workbench.study.subject import subject_body
+    from workbench.study.motions import load_motion, subject_body
 
     who = load_body(body)
     options = motion_options(up=up, unit=unit, names=names, frames=frames)

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 
-from workbench.body.solid import body_solid
+from workbench.body.surface import body_solid
 from workbench.draw.camera import Camera, orbit, standard_view
 from workbench.draw.chart import Chart, chart_image, chart_svg
 from workbench.draw.colours import FAMILIES

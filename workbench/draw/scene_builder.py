@@ -44,7 +44,7 @@ from workbench.posture.seating.seating import seat_at
 from workbench.study.accommodation.accommodation import body_of_person
 from workbench.study.motion_cases import motion_cases
 from workbench.study.people import poses_of, present_people
-from workbench.study.provenance import hashes
+from workbench.study.run import hashes
 from workbench.study.workplaces import drawn_number, occupant
 
 __all__ = [

@@ -31,7 +31,7 @@ from workbench.sight.eyes import eyes_of, has_eyes, head_of
 from workbench.study.bench.answers import TOUCHES
 from workbench.study.bench.motions import Playing, near_in_frame, playing
 from workbench.study.bench.state import Arrangement, OpenStudy
-from workbench.study.motion_gaps import asked_gaps, distance_criteria, frame_rooms
+from workbench.study.motions import asked_gaps, distance_criteria, frame_rooms
 
 __all__ = ["WINDOW", "Frames", "Gaps", "MotionScene", "Near"]
 

@@ -26,9 +26,8 @@ from workbench.model.study import Case, RecordedMotion, Role, SimulatedMotion, S
 from workbench.posture.seating.seat import seat
 from workbench.posture.seating.seating import seat_at
 from workbench.study.crash.belts import with_belts
-from workbench.study.motions import MotionOptions, load_motion
+from workbench.study.motions import MotionOptions, load_motion, subject_body
 from workbench.study.persons import role_body
-from workbench.study.subject import subject_body
 
 __all__ = ["bearing", "motion_cases", "moved_case", "prepared", "run_simulation"]
 

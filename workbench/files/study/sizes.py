@@ -7,8 +7,7 @@ from pathlib import Path
 
 from workbench.errors import InputError, one_of
 from workbench.files.catalogue import find
-from workbench.files.growth import load_growth
-from workbench.files.populations import load_population_model
+from workbench.files.populations import load_growth, load_population_model
 from workbench.model.measures import MASS, MEASURES, ON_THE_BODY, WORDS
 from workbench.model.person import Growth, Size
 from workbench.model.population import PopulationModel, sex_index

@@ -32,7 +32,7 @@ from workbench.study.bench.near import (
 from workbench.study.bench.state import Arrangement, OpenStudy, Settings, arranged_environment
 from workbench.study.crash.crash import motion_found
 from workbench.study.motion_cases import motion_cases, moved_case
-from workbench.study.motion_gaps import frame_rooms
+from workbench.study.motions import frame_rooms
 from workbench.study.run import between_motions
 
 __all__ = [

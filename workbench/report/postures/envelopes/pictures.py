@@ -9,7 +9,7 @@ from markupsafe import Markup
 
 from workbench.draw.envelopes.sections import envelope_sections
 from workbench.draw.envelopes.solid import envelope_image, turnable_envelope
-from workbench.draw.lines.compact import compacted
+from workbench.draw.lines.svg import compacted
 from workbench.draw.scene import Scene, SceneBody
 from workbench.draw.web.snippet import picture_address
 from workbench.model.envelope import Envelope
