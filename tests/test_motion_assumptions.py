@@ -14,7 +14,7 @@ from tests.test_markers import FULL, marked, trc_text
 from tests.whole_motions import read_bvh, read_coordinates
 from workbench import InputError, Poses, UsageError, load_body, place
 from workbench.cli import main
-from workbench.files.motions.bvh_writer import bvh_text
+from workbench.files.motions.bvh import bvh_text
 from workbench.files.motions.markers import read_trc
 from workbench.files.motions.opensim import coordinate_poses
 from workbench.model.posing import angles_of, compose

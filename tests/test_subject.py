@@ -12,7 +12,7 @@ from tests.test_markers import BODY, FULL, marked, walk
 from workbench import InputError, load_study, place
 from workbench.body.scaling.morph import lengthened
 from workbench.cli import main
-from workbench.files.motions.bvh_writer import bvh_text
+from workbench.files.motions.bvh import bvh_text
 from workbench.files.motions.number_rows import FrameRange
 from workbench.model.motion import Markers, SegmentTrack
 from workbench.model.posing import compose

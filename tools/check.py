@@ -69,7 +69,7 @@ HOMES = {
     "cyclopts": {"cli"},
     "rich": {"cli/progress.py"},
     "pyvista": {"draw/window.py"},
-    "imageio_ffmpeg": {"draw/films/mp4.py"},
+    "imageio_ffmpeg": {"draw/films/film.py"},
     "manifold3d": {"body", "files/meshes/parts.py", "files/meshes/mesh_validation.py"},
     "mujoco": {"crash/simulated.py"},
     "distributed": {"study/executors.py"},

@@ -18,11 +18,11 @@ from .contact.collide import clearance as clearance
 from .contact.collide import collides as collides
 from .contact.collide import contacts as contacts
 from .contact.collide import room as room
+from .contact.collide import room_of_poses as room_of_poses
 from .contact.collide import self_contacts as self_contacts
 from .contact.episodes import body_episodes as body_episodes
 from .contact.episodes import episodes as episodes
 from .contact.episodes import self_episodes as self_episodes
-from .contact.many_poses import room_of_poses as room_of_poses
 from .contact.sweep import body_sweep as body_sweep
 from .contact.sweep import self_sweep as self_sweep
 from .contact.sweep import sweep as sweep

@@ -302,7 +302,7 @@ def _resampled(poses: Poses, step: float) -> Poses:
 def _written(body: Body, poses: Poses, ending: str, tempo: float | None) -> Content:
     from workbench.body.forward import place
     from workbench.files.exports.gltf import Figure, glb_bytes
-    from workbench.files.motions.bvh_writer import bvh_text
+    from workbench.files.motions.bvh import bvh_text
     from workbench.files.motions.laban import score_text
     from workbench.files.motions.tables import angle_table_text
     from workbench.model.spool import pieces

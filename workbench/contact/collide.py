@@ -10,6 +10,7 @@ from typing import Any, ParamSpec, TypeVar
 
 import numpy as np
 
+from workbench.body.forward import place
 from workbench.contact.batches import (
     Groups,
     balls_of,
@@ -30,9 +31,11 @@ from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.body import Body, Topology, check_one
 from workbench.model.contacts import TANGENT_TOLERANCE, Clearance, Contacts
 from workbench.model.environment import Environment
-from workbench.model.poses import Placed
+from workbench.model.poses import Placed, Poses
+from workbench.model.spool import pieces
 
 __all__ = [
+    "BLOCK",
     "allowed_depth",
     "allowed_groups",
     "body_clearance",
@@ -45,6 +48,7 @@ __all__ = [
     "contacts",
     "nearest",
     "room",
+    "room_of_poses",
     "self_clearance",
     "self_contacts",
 ]
@@ -536,3 +540,35 @@ def _unit(vector: Floats, spare: Floats) -> Floats:
     """Unit vectors; `spare` where a vector has no length to speak of."""
     length = np.linalg.norm(vector, axis=-1, keepdims=True)
     return np.where(length > 1e-12, vector / np.maximum(length, 1e-300), spare)
+
+
+# Questions of any number of poses: they are placed and asked block by block, so that memory holds
+# the answers and one block.
+
+BLOCK = 4096
+"""Poses that are placed at a time."""
+
+
+def room_of_poses(body: Body, poses: Poses, environment: Environment) -> Floats:
+    """Compute the `room` of any number of poses, a million and more.
+
+    Parameters
+    ----------
+    body
+        The body.
+    poses
+        P poses.
+    environment
+        The environment.
+
+    Returns
+    -------
+    Floats
+        (P, N) [m], as `room` gives it for poses that are placed. Beside poses and answers it takes
+        memory for 4,096 poses.
+    """
+    found = np.empty((len(poses), len(body.segments)))
+    grid = pays(poses)
+    for rows in pieces(len(poses), size=BLOCK):
+        found[rows] = room(place(body, poses.rows(rows)), environment, grid=grid)
+    return found

@@ -13,7 +13,7 @@ import numpy as np
 from workbench.body.forward import place
 from workbench.draw.camera import Camera, look_at
 from workbench.draw.display_options import DisplayOptions, parse_display_options
-from workbench.draw.films.mp4 import has_encoder
+from workbench.draw.films.film import has_encoder
 from workbench.draw.render import render
 from workbench.draw.scene import Scene, SceneBody
 from workbench.draw.section_planes import SectionPlane

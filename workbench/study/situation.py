@@ -38,12 +38,11 @@ from workbench.posture.seating.clear_legs import clear_legs
 from workbench.posture.seating.driving import driving_posture
 from workbench.posture.seating.driving_legs import accelerator_foot
 from workbench.posture.seating.posture import Pedals
-from workbench.posture.seating.seat import Seated, seat
+from workbench.posture.seating.seat import Seated, SeatMemory, seat
 from workbench.posture.standing import standing_posture
 from workbench.sight.eyes import head_of
 from workbench.sight.scenery import Scenery, scenery_of
-from workbench.study.drivers import drivers_among
-from workbench.study.seat_memory import SeatMemory
+from workbench.study.persons import drivers_among
 
 __all__ = [
     "Occupants",

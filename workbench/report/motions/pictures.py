@@ -13,8 +13,7 @@ import numpy as np
 from workbench.body.forward import place
 from workbench.draw.camera import Camera, standard_view
 from workbench.draw.disks import disks
-from workbench.draw.films.film import stamp_text, write_film
-from workbench.draw.films.motion import frame_times
+from workbench.draw.films.film import frame_times, stamp_text, write_film
 from workbench.draw.films.strip import strip_image
 from workbench.draw.lines.outline import outline
 from workbench.draw.lines.svg import compacted

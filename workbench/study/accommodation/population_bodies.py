@@ -31,9 +31,9 @@ from workbench.model.content import content_key
 from workbench.model.measures import MASS
 from workbench.model.person import Encumbrance
 from workbench.model.population import SEXES, Population
+from workbench.posture.seating.seat import SeatMemory
 from workbench.study.executors import Shared, completed
 from workbench.study.persons import APART
-from workbench.study.seat_memory import SeatMemory
 from workbench.study.situation import Taken
 from workbench.threads import cores
 

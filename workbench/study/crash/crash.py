@@ -28,10 +28,10 @@ from workbench.study.crash.frames import (
     force_curves,
     frames_of,
     ruled_pairs,
+    signal_of,
     stop_breaches,
     with_forces,
 )
-from workbench.study.crash.signals import signal_of
 from workbench.study.unasked import meeting_warnings, unasked_meetings
 from workbench.study.warnings import enclosure_warnings
 

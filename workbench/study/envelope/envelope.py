@@ -18,17 +18,21 @@ from workbench.model.poses import Poses, check_rows
 from workbench.model.study import Study
 from workbench.posture.reaching.chains import Task
 from workbench.posture.reaching.limbs import limb
-from workbench.study.envelope.asking import Drawn, anchors, asked, drawn, rows_toward
-from workbench.study.envelope.clearing import Room, cleared_from
-from workbench.study.envelope.ends import Ends, ray_ends
-from workbench.study.envelope.rays import (
+from workbench.study.envelope.asking import (
+    Drawn,
     Rays,
+    anchors,
+    asked,
     check_step,
+    drawn,
     level_rays,
     point_rays,
     ray_grid,
+    rows_toward,
     solid_angles,
 )
+from workbench.study.envelope.clearing import Room, cleared_from
+from workbench.study.envelope.ends import Ends, ray_ends
 from workbench.study.envelope.stations import Stations, cleared_stations, stations
 from workbench.study.situation import Situation
 
