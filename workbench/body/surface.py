@@ -1,4 +1,5 @@
-"""Check a closed surface and prepare it for distances: spheres are fitted to it."""
+"""Surfaces: a closed one, checked and prepared for distances, that spheres are fitted to; the union of
+a body's spheres as one; flat regions from their outlines."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Write one file, in one step: a reader finds the old file or the new one, never a part of it.
+"""Write one file, alone and in one step: a reader finds the old file or the new one, never a part of it.
 
 The content goes into a hidden file beside the output, which then replaces the output by one rename.
 A process that is killed leaves this hidden file behind; the next write of the same output uses it

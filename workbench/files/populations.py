@@ -1,4 +1,4 @@
-"""Population files: quantile tables and correlations of each sex, checked row by row, and the
+"""Growth charts, and population files: quantile tables and correlations of each sex, checked row by row, and the
 measured people where a file names them."""
 
 from __future__ import annotations

@@ -1,5 +1,5 @@
 """Contacts: one row for each touching or near pair, named on both sides. Clearance: the nearest
-pairs."""
+pairs. Episodes: the spells in which something touched during a motion."""
 
 from __future__ import annotations
 

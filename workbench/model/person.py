@@ -1,4 +1,4 @@
-"""One person: the size of somebody, and a body in its poses."""
+"""One person: the size of somebody, how children grow, what is worn, and a body in its poses."""
 
 from __future__ import annotations
 

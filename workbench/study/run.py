@@ -1,4 +1,4 @@
-"""Run a study: people in postures, motions, a population."""
+"""Run a study: people in postures, motions, a population; and what a result was made from and by."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""Estimate the share of people who are accommodated, with its confidence interval."""
+"""Estimate the share of people who are accommodated, and the difference of two shares of the same
+people, each with its confidence interval."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Write films: MP4, animated GIF or animated WebP files.
+"""Choose the frames of a film, and write it: MP4, animated GIF or animated WebP files.
 
 A film appears whole or not at all, with one exception. Ctrl-C finishes the frame that is being
 drawn, and then the file, which holds the finished part. A second Ctrl-C ends at once, without a

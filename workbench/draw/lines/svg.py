@@ -1,4 +1,5 @@
-"""Write what all vector displays have in common as SVG: the page and the environment's lines."""
+"""Write what all vector displays have in common as SVG: the page and the environment's lines; and make
+a picture smaller."""
 
 from __future__ import annotations
 

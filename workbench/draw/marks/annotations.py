@@ -1,4 +1,4 @@
-"""Make marks of what was measured: contacts, clearances, joint stops, controls, segments, axes.
+"""Choose and make marks of what was measured: contacts, clearances, joint stops, controls, segments, axes.
 
 Every function returns marks to be put into a scene; none depends on the camera. Lengths in labels
 are millimetres.

@@ -1,4 +1,4 @@
-"""Read BVH (Biovision hierarchy): a tree of bones, then one line of channel values per frame."""
+"""Read and write BVH (Biovision hierarchy): a tree of bones, then one line of channel values per frame."""
 
 from __future__ import annotations
 
