@@ -121,7 +121,11 @@ def sealed(vertices: ArrayLike, faces: ArrayLike, *, what: str = "mesh") -> Surf
     Surface(12 triangles, 0.54 m2, 27 l)
     """
     points, corners = _checked(vertices, faces, what)
-    given = _manifold(points, corners, what)
+    given = manifold3d.Manifold(manifold3d.Mesh64(points.copy(), corners.astype(np.uint64)))
+    if given.status() != manifold3d.Error.NoError:
+        raise InputError(
+            f"{what}: is not the surface of a solid ({str(given.status()).removeprefix('Error.')})"
+        )
     if given.volume() <= 0:
         raise InputError(
             f"{what}: is inside out (its volume is {given.volume() * 1e3:.4g} l): turn its faces round"
@@ -195,15 +199,6 @@ def _check_edges(points: Floats, corners: Ints, what: str) -> None:
             f"{what}: is open: {len(lone)} edges have a face on one side only, one at ({spot}) m; "
             "close the holes first"
         )
-
-
-def _manifold(points: Floats, corners: Ints, what: str) -> manifold3d.Manifold:
-    made = manifold3d.Manifold(manifold3d.Mesh64(points.copy(), corners.astype(np.uint64)))
-    if made.status() != manifold3d.Error.NoError:
-        raise InputError(
-            f"{what}: is not the surface of a solid ({str(made.status()).removeprefix('Error.')})"
-        )
-    return made
 
 
 def _refuse_crossing(surface: Surface, what: str) -> None:

@@ -75,7 +75,8 @@ def sweep(
     start, end = way
     check_pairs(start, end)
     rows = _sphere_rows(body, by)
-    columns = _part_columns(environment, by)
+    parts = len(environment.parts)
+    columns = np.arange(parts) if by.endswith("part") else np.zeros(parts, dtype=np.int64)
     frames, pairs = frames_of(start, end)
     rule = environment_chase(
         pack_motion(body, frames, pairs, window=window), environment, tolerance
@@ -163,12 +164,6 @@ def _pair_by(by: str) -> str:
     if by not in ("segment", "sphere"):
         raise UsageError(f"by={by!r}: {one_of(by, ('segment', 'sphere'))}")
     return by
-
-
-def _part_columns(environment: Environment, by: str) -> Ints:
-    """(K,) the column of the answer each part goes to."""
-    parts = len(environment.parts)
-    return np.arange(parts) if by.endswith("part") else np.zeros(parts, dtype=np.int64)
 
 
 # The three kinds of continuous contact: a moving body against an environment, another body, or

@@ -102,7 +102,9 @@ def _body(work: Work, name: str, file: RoleFile) -> Body | None:
     key = ("people", name, "body")
     given: str | Body = file.body
     if isinstance(given, Body):
-        return _one_body(work, key, given)
+        if len(given) != 1:
+            work.fault(key, f"one body is needed, got {len(given)} rows: choose one, as body[0]")
+        return given
     try:
         source = body_path(given, near=work.path.parent)
     except InputError as error:
@@ -114,13 +116,6 @@ def _body(work: Work, name: str, file: RoleFile) -> Body | None:
     except InputError as error:
         work.add(error.problems)
         return None
-
-
-def _one_body(work: Work, key: Key, body: Body) -> Body:
-    """A body that was made in Python; reports one of several people."""
-    if len(body) != 1:
-        work.fault(key, f"one body is needed, got {len(body)} rows: choose one, as body[0]")
-    return body
 
 
 def _own_file(work: Work, name: str, body: Body) -> Path | None:

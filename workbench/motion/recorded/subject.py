@@ -100,7 +100,8 @@ def factors_from_bones(
 
 def _trunk_factor(body: Body, length: float) -> float:
     """Factor on the trunk that makes it `length` [m] from the hips to the shoulders."""
-    joint = _joint_positions(body)
+    origin = body.zero_origins[0]
+    joint = {name: origin[j + 1] + body.joint_in_child[0, j] for j, name in enumerate(body.joints)}
     own = _between_middles(joint["LS"], joint["RS"], joint["LH"], joint["RH"])
     pelvis = float(joint["W"][2] - 0.5 * (joint["LH"][2] + joint["RH"][2]))
     return (length - pelvis) / (own - pelvis)
@@ -133,7 +134,12 @@ def factors_from_markers(
     sites = named_sites(markers, names or {})
     if not sites:
         return {}
-    places = _zero_places(body, sites)
+    local, _ = marker_places(body, sites)
+    origin = body.zero_origins[0]
+    places = {
+        name: origin[body.segment(site.segment)] + place
+        for (name, site), place in zip(sites.items(), local, strict=True)
+    }
     factors: dict[str, float] = {}
     for segment, one, other in _SPANS:
         spans = [_span(markers, sites, places, side, (one, other)) for side in "LR"]
@@ -145,16 +151,6 @@ def factors_from_markers(
         factors.setdefault("LUL", factors["LLL"])
         factors.setdefault("RUL", factors["RLL"])
     return factors
-
-
-def _zero_places(body: Body, sites: Mapping[str, Site]) -> dict[str, Floats]:
-    """(3,) [m] usual place of each marker in the zero pose."""
-    local, _ = marker_places(body, sites)
-    origin = body.zero_origins[0]
-    return {
-        name: origin[body.segment(site.segment)] + place
-        for (name, site), place in zip(sites.items(), local, strict=True)
-    }
 
 
 class _Span(NamedTuple):
@@ -271,12 +267,6 @@ def _rotation_centre(parent: Floats, child: Floats) -> _RotationCentre | None:
     if residual >= _MAX_JOINT_RESIDUAL:
         return None
     return _RotationCentre(solution[:3], solution[3:])
-
-
-def _joint_positions(body: Body) -> dict[str, Floats]:
-    """(3,) [m] of each joint in the zero pose."""
-    origin = body.zero_origins[0]
-    return {name: origin[j + 1] + body.joint_in_child[0, j] for j, name in enumerate(body.joints)}
 
 
 _MARKER_RADIUS = 0.007
