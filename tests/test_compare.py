@@ -24,9 +24,14 @@ from workbench.cli import main
 from workbench.draw.web.packing import Packing
 from workbench.model.comparison import Judged
 from workbench.model.population_found import ChangedPerson
-from workbench.report.comparison.page import comparison_tables, write_comparison
-from workbench.report.comparison.picture import changed_picture, person_to_show
-from workbench.report.comparison.words import change_sentence, comparison_headline
+from workbench.report.comparison.page import (
+    change_sentence,
+    changed_picture,
+    comparison_headline,
+    comparison_tables,
+    person_to_show,
+    write_comparison,
+)
 from workbench.report.folder import write_report
 from workbench.study.accommodation.compare import judged
 

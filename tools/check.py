@@ -75,7 +75,7 @@ HOMES = {
     "distributed": {"study/executors.py"},
     "threadpoolctl": {"study/accommodation/population_bodies.py"},
     "duckdb": {"files/parquet.py"},
-    "pandas": {"report/result_tables.py"},
+    "pandas": {"report/result_rows.py"},
     "starlette": {"live"},
     "uvicorn": {"live"},
     "anywidget": {"draw/web/widget.py"},

@@ -11,8 +11,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.draw.envelopes.sections import envelope_sections, section_lines
-from workbench.draw.envelopes.solid import outer_faces
+from workbench.draw.envelopes import envelope_sections, outer_faces, section_lines
 from workbench.draw.section_planes import SectionPlane
 from workbench.errors import InputError
 from workbench.live.filming import FPS, Film, FilmView

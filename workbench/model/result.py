@@ -410,7 +410,7 @@ class Result:
             is none, truth values, or texts. Lengths are in millimetres, as the names say.
         """
         tables: dict[str, dict[str, NDArray[np.generic]]]
-        tables = above("report.result_tables", "result_columns")(self)
+        tables = above("report.result_rows", "result_columns")(self)
         return tables
 
     @checked
@@ -430,7 +430,7 @@ class Result:
         UsageError
             If the result has no such table.
         """
-        return above("report.result_tables", "result_frame")(self, table)
+        return above("report.result_rows", "result_frame")(self, table)
 
     @property
     def passed(self) -> bool:
