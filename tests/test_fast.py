@@ -15,10 +15,9 @@ from tests import oracles
 from tests.conftest import BOX, BOX_FACES, box_part, environment_of
 from tests.test_blend import random_blend
 from workbench import collides
-from workbench.contact import many_poses
-from workbench.contact.batches import clearance_by_part, grouped_clearance
+from workbench.contact import collide
+from workbench.contact.batches import clearance_by_part, crowd_of, grouped_clearance
 from workbench.contact.collide import _plain, allowed_depth, clearance_of_groups, nearest
-from workbench.contact.crowd import crowd_of
 from workbench.contact.fields import field_of, packed_faces, packed_shells
 from workbench.contact.kernels.field import square_bound
 from workbench.contact.kernels.groups import cluster_hub
@@ -124,7 +123,7 @@ def test_room_of_many_poses_is_that_of_each(one_arm, random_arm, monkeypatch):
     soft = with_rules(ZOO["pierced"](5))
     poses = random_arm(300, 9)
     wanted = wb.room(wb.place(one_arm, poses), soft)
-    monkeypatch.setattr(many_poses, "BLOCK", 70)
+    monkeypatch.setattr(collide, "BLOCK", 70)
     assert np.array_equal(wb.room_of_poses(one_arm, poses, soft), wanted, equal_nan=True)
 
 

@@ -69,13 +69,13 @@ HOMES = {
     "cyclopts": {"cli"},
     "rich": {"cli/progress.py"},
     "pyvista": {"draw/window.py"},
-    "imageio_ffmpeg": {"draw/films/mp4.py"},
+    "imageio_ffmpeg": {"draw/films/film.py"},
     "manifold3d": {"body", "files/meshes/parts.py", "files/meshes/mesh_validation.py"},
     "mujoco": {"crash/simulated.py"},
     "distributed": {"study/executors.py"},
     "threadpoolctl": {"study/accommodation/population_bodies.py"},
     "duckdb": {"files/parquet.py"},
-    "pandas": {"report/result_tables.py"},
+    "pandas": {"report/result_rows.py"},
     "starlette": {"live"},
     "uvicorn": {"live"},
     "anywidget": {"draw/web/widget.py"},
@@ -89,7 +89,7 @@ FORWARDS = {
     "model/kept.py",
     "compiled.py",
     "compiled_linked.py",
-    "contact/by_person.py",
+    "contact/collide.py",
 }
 """Files whose functions may take `**kwargs`: one option for each measure, and decorators."""
 CATCHES = {"cli/application.py", "live/describe_desk.py", "live/desk.py", "live/server.py"}

@@ -34,22 +34,21 @@ from PIL import Image
 
 import workbench as wb
 from workbench.body.people.growth import growth_people
-from workbench.body.people.paired import paired_share
 from workbench.body.people.percentile import percentile_people
-from workbench.body.people.share import bootstrap_share, share_of
+from workbench.body.people.share import bootstrap_share, paired_share, share_of
 from workbench.body.wear import wear
 from workbench.cli import main as command
 from workbench.errors import InputError
 from workbench.files.body.encumbrances import worn
 from workbench.files.catalogue import names
-from workbench.files.growth import load_growth
 from workbench.files.motions.number_rows import FrameRange
+from workbench.files.populations import load_growth
 from workbench.files.postures import load_postures, posture_path, posture_pose
 from workbench.model.posing import angles_of
 from workbench.model.result import MotionFound, PosturesFound, Verdict
 from workbench.model.study import PeopleDrawn
 from workbench.motion.recorded.marker_names import marker_site
-from workbench.motion.recorded.marker_places import marker_places
+from workbench.motion.recorded.subject import marker_places
 from workbench.motion.signals import cfc_filter, held_level, hic
 from workbench.study.motions import MotionOptions, load_motion
 from workbench.study.run import run

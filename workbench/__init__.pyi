@@ -18,11 +18,11 @@ from .contact.collide import clearance as clearance
 from .contact.collide import collides as collides
 from .contact.collide import contacts as contacts
 from .contact.collide import room as room
+from .contact.collide import room_of_poses as room_of_poses
 from .contact.collide import self_contacts as self_contacts
 from .contact.episodes import body_episodes as body_episodes
 from .contact.episodes import episodes as episodes
 from .contact.episodes import self_episodes as self_episodes
-from .contact.many_poses import room_of_poses as room_of_poses
 from .contact.sweep import body_sweep as body_sweep
 from .contact.sweep import self_sweep as self_sweep
 from .contact.sweep import sweep as sweep
@@ -35,9 +35,9 @@ from .errors import MissingPartError as MissingPartError
 from .errors import UsageError as UsageError
 from .errors import WorkbenchError as WorkbenchError
 from .files.ansur import read_ansur as read_ansur
+from .files.bare_mesh import load_environment as load_environment
 from .files.body.bodies import load_body as load_body
 from .files.environments import environment_from_mesh as environment_from_mesh
-from .files.mesh_environments import load_environment as load_environment
 from .files.populations import load_population_model as load_population_model
 from .files.study.reader import load_study as load_study
 from .files.study.stating import study as study
@@ -48,10 +48,10 @@ from .model.bystander import Bystander as Bystander
 from .model.comparison import Comparison as Comparison
 from .model.contacts import Clearance as Clearance
 from .model.contacts import Contacts as Contacts
+from .model.contacts import Episodes as Episodes
 from .model.driving import Driver as Driver
 from .model.driving import Package as Package
 from .model.environment import Environment as Environment
-from .model.episodes import Episodes as Episodes
 from .model.moving import between as between
 from .model.poses import Placed as Placed
 from .model.poses import Poses as Poses

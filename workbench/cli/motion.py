@@ -211,8 +211,7 @@ def _read(
 ) -> tuple[Body, Poses, tuple[str, ...]]:
     """The body, sized as its subject where that is wanted, its motion, and notes on both."""
     from workbench.files.body.bodies import load_body
-    from workbench.study.motions import load_motion
-    from workbench.study.subject import subject_body
+    from workbench.study.motions import load_motion, subject_body
 
     who = load_body(body)
     options = motion_options(up=up, unit=unit, names=names, frames=frames)
@@ -227,7 +226,7 @@ def motion_options(
     *, up: str | None, unit: str | None, names: Path | None, frames: FrameRange
 ) -> MotionOptions:
     """How a motion file is read, by the options of a command."""
-    from workbench.files.motions.names import load_names
+    from workbench.files.motions.reading import load_names
     from workbench.study.motions import MotionOptions
 
     return MotionOptions(
@@ -254,8 +253,7 @@ def _ranges(who: Body, poses: Poses) -> dict[str, dict[str, list[float]]]:
     """Least and greatest angle [degrees] of each motion of each joint."""
     import numpy as np
 
-    from workbench.model.continuous_angles import ContinuousAngles
-    from workbench.model.posing import angles_of
+    from workbench.model.posing import ContinuousAngles, angles_of
     from workbench.model.spool import pieces
 
     low = np.full((len(who.joints), 3), np.inf)
@@ -304,7 +302,7 @@ def _resampled(poses: Poses, step: float) -> Poses:
 def _written(body: Body, poses: Poses, ending: str, tempo: float | None) -> Content:
     from workbench.body.forward import place
     from workbench.files.exports.gltf import Figure, glb_bytes
-    from workbench.files.motions.bvh_writer import bvh_text
+    from workbench.files.motions.bvh import bvh_text
     from workbench.files.motions.laban import score_text
     from workbench.files.motions.tables import angle_table_text
     from workbench.model.spool import pieces

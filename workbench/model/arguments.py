@@ -14,6 +14,7 @@ import types
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import fields
 from functools import lru_cache, wraps
+from importlib import import_module
 from inspect import Parameter, Signature, currentframe, signature
 from numbers import Integral, Real
 from pathlib import Path
@@ -22,9 +23,9 @@ from typing import Any, Literal, TypeVar, Union, get_args, get_origin, get_type_
 import numpy as np
 
 from workbench.errors import InputError, UsageError, one_of
-from workbench.model.above import above
 
 __all__ = [
+    "above",
     "argument_fault",
     "caller_level",
     "check_fields",
@@ -81,9 +82,7 @@ def _taken(value: Any, kind: Any) -> Any:
         return value
     kinds = [getattr(one, "__name__", "") for one in (kind, *get_args(kind))]
     return (
-        above("files.mesh_environments", "environment_of_scene")(value)
-        if "Environment" in kinds
-        else value
+        above("files.bare_mesh", "environment_of_scene")(value) if "Environment" in kinds else value
     )
 
 
@@ -376,3 +375,14 @@ def given_words(value: object) -> str:
         return text
     size = f" of {len(value)}" if isinstance(value, Collection) else ""
     return f"a {type(value).__name__}{size}"
+
+
+# Functions of the rooms above the nouns, for the methods by which nouns offer them.
+#
+# Reading and drawing lie above the nouns, so no noun may import them. They are looked up by name, and
+# only when somebody calls such a method.
+
+
+def above(module: str, function: str) -> Any:
+    """Return a function by its module (below `workbench`) and its name."""
+    return getattr(import_module(f"workbench.{module}"), function)

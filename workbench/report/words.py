@@ -15,11 +15,11 @@ from workbench.model.contacts import Contacts
 from workbench.model.criterion import Criterion
 from workbench.model.environment import Environment
 from workbench.model.figures import tenths
-from workbench.model.moves import Move
 from workbench.model.person import Size
 from workbench.model.reach import MOST_SPARE
 from workbench.model.result import Finding, PersonFound, Verdict
 from workbench.model.stops import motion_words
+from workbench.model.surroundings import Move
 from workbench.model.units import UNITS
 from workbench.study.checks.sight import BEYOND, FACE
 from workbench.study.settings import setting_text

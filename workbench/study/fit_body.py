@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from workbench.body.fitting.candidates import Limits
-from workbench.body.fitting.fewest import fewest_spheres
+from workbench.body.fitting.decompose import fewest_spheres
 from workbench.body.fitting.problem import Joints, packed
 from workbench.body.fitting.regions import Regions
 from workbench.body.fitting.registration import register

@@ -9,9 +9,9 @@ from itertools import product
 
 import numpy as np
 
-from workbench.model.adjusting import adjusted
 from workbench.model.arrays import Floats
 from workbench.model.environment import Adjustment
+from workbench.model.surroundings import adjusted
 from workbench.model.workplace import Workplace
 from workbench.posture.seating.posture import DECIMALS
 from workbench.study.checks.margins import Asked

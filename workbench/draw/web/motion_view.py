@@ -18,7 +18,7 @@ from workbench.model.result import MotionFound
 from workbench.model.spool import pieces
 from workbench.study.crash.belts import belt_line
 from workbench.study.crash.frames import BLOCK
-from workbench.study.motion_gaps import (
+from workbench.study.motions import (
     AskedGap,
     asked_gaps,
     distance_criteria,

@@ -18,8 +18,7 @@ from pydantic import (
 )
 
 from workbench.files.crash.simulation_schema import AirbagFile, BeltFile, ContactFile, PulseFile
-from workbench.files.places import AtFile, StandFile
-from workbench.files.postures import AnglesFile
+from workbench.files.postures import AnglesFile, AtFile, StandFile
 from workbench.files.schema import (
     LENGTH_SCHEMA,
     Degrees,

@@ -11,10 +11,9 @@ import numpy as np
 from workbench.body.forward import place
 from workbench.model.arrays import Floats
 from workbench.model.body import Body
-from workbench.model.continuous_angles import ContinuousAngles
 from workbench.model.laban import nearest_sign, sign_words
 from workbench.model.poses import Poses
-from workbench.model.posing import angles_of
+from workbench.model.posing import ContinuousAngles, angles_of
 from workbench.model.spool import pieces
 from workbench.report.motions.turning import Turning
 

@@ -9,8 +9,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from workbench.model.motion_case import Agreement, Meeting, StopBreach
-from workbench.model.pulse import STANDARD_GRAVITY, Pulse, gained
 from workbench.model.result import MotionFound, Verdict
+from workbench.model.simulation import STANDARD_GRAVITY, Pulse, gained
 from workbench.model.stops import motion_words
 from workbench.report.words import milliseconds
 

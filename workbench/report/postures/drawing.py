@@ -9,8 +9,8 @@ import numpy as np
 from markupsafe import Markup
 
 from workbench.draw.camera import Camera, project
-from workbench.draw.lines.compact import compacted
 from workbench.draw.lines.outline import outline
+from workbench.draw.lines.svg import compacted
 from workbench.draw.marks.annotations import clearance_marks
 from workbench.draw.scene import Mark, Scene
 from workbench.draw.views import four_views

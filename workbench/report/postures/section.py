@@ -11,7 +11,7 @@ import numpy as np
 from markupsafe import Markup
 
 from workbench.contact.collide import allowed_depth
-from workbench.draw.envelopes.sections import LEGEND
+from workbench.draw.envelopes import LEGEND
 from workbench.draw.scene import Mark, Scene, SceneBody
 from workbench.draw.source import PEOPLE_COLOURS
 from workbench.draw.views import four_views
@@ -23,10 +23,10 @@ from workbench.model.figures import tenths
 from workbench.model.result import Finding, PersonFound, PosturesFound
 from workbench.report.circles import circle_figure
 from workbench.report.postures.drawing import clearance_drawing
-from workbench.report.postures.envelopes.pictures import envelope_pictures
+from workbench.report.postures.envelopes import envelope_pictures
 from workbench.report.postures.held import posture_words
 from workbench.report.postures.people import people_sections
-from workbench.report.postures.reach_rows import doubt_sentence
+from workbench.report.postures.rows import doubt_sentence
 from workbench.report.section import Making, Section, SectionWriter
 from workbench.report.sight import Beheld, sight_sections
 from workbench.report.states import TwoStates, two_states

@@ -14,7 +14,7 @@ import numpy as np
 
 from workbench.errors import InputError, one_of
 from workbench.model.environment import Adjustment
-from workbench.model.moves import Move
+from workbench.model.surroundings import Move
 from workbench.study.bench.placing import Placement
 from workbench.study.bench.state import Arrangement, OpenStudy, PersonState
 

@@ -25,7 +25,7 @@ from workbench.model.reason import NO_REASON, Reason, hider
 from workbench.model.result import Finding
 from workbench.model.rule_set import RuleSet
 from workbench.model.units import UNITS
-from workbench.posture.seating.sides import middle
+from workbench.posture.seating.seating import middle
 from workbench.sight.eyes import Eyes, eyes_of, gaze, head_of
 from workbench.sight.obscuration import (
     Target,

@@ -27,7 +27,7 @@ from workbench.model.rule_set import RuleSet
 from workbench.model.study import Study
 from workbench.model.units import UNITS, unit_of
 from workbench.model.workplace import Workplace
-from workbench.posture.seating.sides import leftward
+from workbench.posture.seating.seating import leftward
 from workbench.sight.eyes import Eyes, eyes_of, given_eyes
 from workbench.sight.obscuration import target_of_part
 from workbench.sight.regions import Region

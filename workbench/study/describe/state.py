@@ -26,8 +26,7 @@ from workbench.files.study.saving import StudyText, read_text
 from workbench.files.yaml_changes import Key
 from workbench.files.yaml_text import Document, parse_yaml
 from workbench.model.arrays import Floats
-from workbench.model.doubt import Doubt, open_doubts
-from workbench.model.environment import Rest, Seat
+from workbench.model.environment import Doubt, Rest, Seat, open_doubts
 from workbench.study.describe.meshes import Hit, Meshes, Standing
 from workbench.study.describe.piece_names import named_pieces
 from workbench.study.describe.seats import SeatFigures, seat_figures

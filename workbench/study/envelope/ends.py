@@ -19,8 +19,7 @@ import numpy as np
 
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.posture.reaching.chains import Found, Task, rows_of, solved, tips_of
-from workbench.study.envelope.asking import Drawn, anchors, merged, rows_toward
-from workbench.study.envelope.rays import Rays
+from workbench.study.envelope.asking import Drawn, Rays, anchors, merged, rows_toward
 
 __all__ = ["NEAR", "Ends", "ray_ends"]
 

@@ -14,10 +14,9 @@ import numpy as np
 
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.posture.reaching.chains import Found, Task, rows_of, solved
-from workbench.study.envelope.asking import Drawn, comfort_start, held_at, merged, rows_toward
+from workbench.study.envelope.asking import Drawn, Rays, comfort_start, held_at, merged, rows_toward
 from workbench.study.envelope.clearing import CLEAR, REACHED, Room, cleared_from, touched
 from workbench.study.envelope.ends import NEAR, Ends
-from workbench.study.envelope.rays import Rays
 
 __all__ = ["SPACING", "Stations", "cleared_stations", "stations"]
 
