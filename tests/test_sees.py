@@ -95,13 +95,6 @@ def test_characters_must_not_be_larger_than_the_rule_set_s_largest(tmp_path):
     assert "arc minutes (45.0 arc minutes allowed)" in finding_words("reads", verdict.worst)
 
 
-def test_what_is_behind_is_beyond_the_turn_of_head_and_eyes(tmp_path):
-    criterion = "name: a, check: sees, points: [aft], at_least: 1"
-    ((verdict,), _) = found(tmp_path, criterion, points="  aft: [-3000, 0, 1100]")
-    assert not verdict.passed
-    assert finding_words("sees", verdict.worst).endswith("; it is beyond the turn of head and eyes")
-
-
 @pytest.mark.parametrize(("trunk", "share"), [("", 0.0), (", trunk: 20", 1.0)])
 def test_the_trunk_turns_to_what_head_and_eyes_do_not_get_to(tmp_path, trunk, share):
     """Straight to the side of the eyes and 15 degrees behind them: 105, of which head and eyes turn 95."""
@@ -109,6 +102,14 @@ def test_the_trunk_turns_to_what_head_and_eyes_do_not_get_to(tmp_path, trunk, sh
     point = "  aft: [-25780, -100000, 1100]"
     ((verdict,), _) = found(tmp_path, criterion, points=point)
     assert verdict.worst.value == share
+
+
+@pytest.mark.parametrize(("trunk", "what"), [("", "head"), (", trunk: 20", "trunk, head")])
+def test_what_is_beyond_the_turn_is_told_with_the_trunk_where_it_turns(tmp_path, trunk, what):
+    criterion = f"name: a, check: sees, points: [aft], at_least: 1{trunk}"
+    ((verdict,), _) = found(tmp_path, criterion, points="  aft: [-3000, 0, 1100]")
+    words = finding_words("sees", verdict.worst)
+    assert words.endswith(f"; it is beyond the turn of {what} and eyes")
 
 
 def test_the_own_hand_hides_the_knob_that_it_holds(tmp_path):
