@@ -21,18 +21,22 @@ class RuleValue:
 
     source: where it was seen, or what is known of it; seen: whether it was read there. origin: of a
     field on the ground, from what it counts behind ("eyes" or "front" of the vehicle), and out
-    ("side", "middle" or "eyes").
+    ("side", "middle" or "eyes"). doubt: what was settled without the source, "" of nothing.
     """
 
     value: Floats
     source: str
     seen: bool
     origin: tuple[str, str] | None = None
+    doubt: str = ""
 
     @property
     def words(self) -> str:
         """How sure it is."""
-        return f"seen in {self.source}" if self.seen else f"{REMEMBERED} ({self.source})"
+        doubt = f", {self.doubt}" if self.doubt else ""
+        return (
+            f"seen in {self.source}{doubt}" if self.seen else f"{REMEMBERED} ({self.source}{doubt})"
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,11 +72,11 @@ class RuleSet:
         return f"{self.name}: " + "; ".join(told)
 
     def told(self, *names: str) -> str:
-        """Name the rule set for a sentence, with which of some values are not sure."""
+        """Name the rule set for a sentence, with which of some values are not sure, and their doubts."""
         unsure = [name for name in names if not self._found(name).seen]
-        if not unsure:
-            return self.description
-        return f"{self.description}; {', '.join(unsure)}: {REMEMBERED}"
+        told = [self.description, *([f"{', '.join(unsure)}: {REMEMBERED}"] if unsure else [])]
+        told += [f"{name}: {doubt}" for name in names if (doubt := self._found(name).doubt)]
+        return "; ".join(told)
 
     @property
     def sure(self) -> bool:

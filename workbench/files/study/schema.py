@@ -751,7 +751,8 @@ Rows = list[float] | list[list[float]]
 class RuleValueFile(FileModel):
     """A value of a rule: a number, a list of numbers or of points in `axes`, and its `unit`.
     status: seen where it was read in the `source`, remembered where that was not at hand. origin: of
-    a field on the ground, from what it counts behind, and from what out."""
+    a field on the ground, from what it counts behind, and from what out. doubt: what was settled
+    without the source, told with each figure."""
 
     value: float | Rows
     unit: Literal["mm", "m", "m2", "deg", "arcmin", "1"]
@@ -761,6 +762,7 @@ class RuleValueFile(FileModel):
     )
     status: Literal["seen", "remembered"]
     source: Annotated[str, Field(min_length=1)]
+    doubt: str = ""
 
 
 class RulesFile(FileModel):
