@@ -18,7 +18,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.compiled import inlined, inner, njit
+from workbench.compiled import batch_loop, inlined, inner, shared
 from workbench.geometry.vectors import (
     rotation_part,
     subtract,
@@ -130,8 +130,7 @@ class ChainWorkspace(NamedTuple):
     """(K, 3) [rad] the best angles of the row."""
 
 
-@njit(cache=True)
-def new_chain_workspace(joints, free, rows, seeds):  # type: ignore[no-untyped-def]
+def new_chain_workspace(joints: int, free: int, rows: int, seeds: int) -> ChainWorkspace:
     """Make working arrays for so many joints, free angles, rows of room, and seeds."""
     return ChainWorkspace(
         new_state(joints, free, rows),
@@ -331,7 +330,7 @@ def _take_seed(link, b, problem, p, seeds, out, workspace):  # type: ignore[no-u
     return True
 
 
-@inner
+@shared
 def solve_chain(link, b, problem, p, planes, span, search, near, out, workspace):  # type: ignore[no-untyped-def]
     """Solve row p: from the solution near by that out holds, from its own start, from seeds.
 
@@ -372,8 +371,8 @@ def solve_chain(link, b, problem, p, planes, span, search, near, out, workspace)
     put_row(workspace.best, out.angles, p)
 
 
-@njit(cache=True, nogil=True)
-def solve_chains(link, who, problem, planes, start, search, near, out, begin, end):  # type: ignore[no-untyped-def]
+@batch_loop
+def solve_chains(link, who, problem, planes, start, search, near, out, begin, end, workspace):  # type: ignore[no-untyped-def]
     """Solve the rows begin..end - 1 of P, each by itself.
 
     Parameters
@@ -389,23 +388,16 @@ def solve_chains(link, who, problem, planes, start, search, near, out, begin, en
         its guide. Few seeds are tried then, and none if that solution is far from its own target.
     begin, end : int
         Rows to solve.
+    workspace : ChainWorkspace
+        Working arrays, with rows of room for all stops and the planes of any row.
     """
-    most_planes = 0
-    for p in range(begin, end):
-        most_planes = max(most_planes, start[p + 1] - start[p])
-    workspace = new_chain_workspace(
-        link.axes.shape[0],
-        link.mode.shape[0],
-        link.rows.shape[0] + most_planes,
-        search.seeds.angles.shape[0],
-    )
     for p in range(begin, end):
         span = (start[p], start[p + 1])
         solve_chain(link, who[p], problem, p, planes, span, search, near[p] == 1, out, workspace)
 
 
-@njit(cache=True, nogil=True)
-def tips(link, who, base, angles, out):  # type: ignore[no-untyped-def]
+@batch_loop
+def tips(link, who, base, angles, out, state):  # type: ignore[no-untyped-def]
     """Place the tips of P chains.
 
     Parameters
@@ -420,8 +412,9 @@ def tips(link, who, base, angles, out):  # type: ignore[no-untyped-def]
         Joint angles [rad].
     out : (P, 6)
         Filled with tips [m] and directions.
+    state : State
+        Working arrays.
     """
-    state = new_state(link.axes.shape[0], link.mode.shape[0], 1)
     for p in range(len(angles)):
         take_row(angles, p, state.angles)
         move(link, who[p], base, p, state)
@@ -429,25 +422,25 @@ def tips(link, who, base, angles, out):  # type: ignore[no-untyped-def]
             out[p, i] = state.at[i]
 
 
-@njit(cache=True)
-def breaches(link, planes, angles, out):  # type: ignore[no-untyped-def]
+@batch_loop
+def breaches(link, base, planes, angles, out, state):  # type: ignore[no-untyped-def]
     """Bring angles inside what can be clamped, and measure the breach that is left.
 
     Parameters
     ----------
     link : Linkage
         The chain.
+    base : (1, 3, 4)
+        Transform of the held link; no stop depends on it.
     planes : Planes
         No planes.
     angles : (P, K, 3)
         Joint angles [rad], clamped in place.
     out : (P,)
         Filled with the greatest breach [rad] of a stop, 0 where all have room.
+    state : State
+        Working arrays.
     """
-    state = new_state(link.axes.shape[0], link.mode.shape[0], len(link.rows))
-    base = np.zeros((1, 3, 4))
-    for i in range(3):
-        base[0, i, i] = 1.0
     for p in range(len(angles)):
         take_row(angles, p, state.angles)
         within(link, state.angles)

@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.compiled import inlined, inner, njit
+from workbench.compiled import inlined, inner, shared
 from workbench.geometry.vectors import cross, dot, scale, subtract, vector
 from workbench.posture.kernels.cholesky import factorise, substitute
 from workbench.posture.kernels.limits import WHOLE_CONE, WHOLE_POLYGON
@@ -71,8 +71,7 @@ class Work(NamedTuple):
     """(6,) force on the tip and its direction, in the Hessian."""
 
 
-@njit(cache=True)
-def new_work(joints, free, rows):  # type: ignore[no-untyped-def]
+def new_work(joints: int, free: int, rows: int) -> Work:
     """Make empty working arrays for so many joints, free angles, and rows of room."""
     return Work(
         np.zeros((free, free)),
@@ -89,7 +88,7 @@ def new_work(joints, free, rows):  # type: ignore[no-untyped-def]
     )
 
 
-@njit(cache=True, error_model="numpy", _nrt=False)
+@shared
 def equations(link, goal, p, state, work, pull, ease, bent):  # type: ignore[no-untyped-def]
     """Fill gradient and Hessian of the sum that is made least, without its stops.
 
@@ -296,7 +295,7 @@ def _update_active_set(link, state, work):  # type: ignore[no-untyped-def]
     return changed
 
 
-@inner
+@shared
 def newton(link, state, work, damping):  # type: ignore[no-untyped-def]
     """Solve for the damped step; False if its system is not positive definite.
 

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.body.kernels.rotation import swing_twist_quaternion
-from workbench.compiled import inlined, inner, njit
+from workbench.compiled import inlined, inner
 from workbench.posture.kernels.contacts import (
     Limbs,
     Space,
@@ -217,8 +217,7 @@ class SeatWorkspace(NamedTuple):
     """(F,) [m] heights of the faces of the cushion's front where the seat stands."""
 
 
-@inner
-def _leg_sizes(legs):  # type: ignore[no-untyped-def]
+def _leg_sizes(legs: Legs) -> tuple[int, int, int, int]:
     """Return how many joints a leg has, and the most free angles, stops and seeds of either."""
     left, right = legs.links
     free = max(left.mode.shape[0], right.mode.shape[0])
@@ -227,8 +226,7 @@ def _leg_sizes(legs):  # type: ignore[no-untyped-def]
     return left.axes.shape[0], free, stops, seeds
 
 
-@njit(cache=True)
-def new_sitter(legs, joints):  # type: ignore[no-untyped-def]
+def new_sitter(legs: Legs, joints: int) -> Sitter:
     """Make an empty sitter for bodies of so many joints."""
     links = legs.start.shape[2]
     _, _, stops, _ = _leg_sizes(legs)
@@ -248,8 +246,7 @@ def new_sitter(legs, joints):  # type: ignore[no-untyped-def]
     )
 
 
-@njit(cache=True)
-def new_seat_workspace(sit, legs, joints):  # type: ignore[no-untyped-def]
+def new_seat_workspace(sit: Sitting, legs: Legs, joints: int) -> SeatWorkspace:
     """Make working arrays for bodies of so many joints."""
     links, free, stops, seeds = _leg_sizes(legs)
     chain = new_chain_workspace(links, free, stops, seeds)

@@ -9,6 +9,7 @@ from workbench.model.body import Body
 from workbench.model.kept import kept_by_row, kept_with_topology
 from workbench.posture.kernels.inverse import Seeds, breaches
 from workbench.posture.kernels.limits import Planes
+from workbench.posture.kernels.linkage import new_state
 from workbench.posture.reaching.limbs import Limb
 from workbench.posture.reaching.linkage import joints_between, linkage
 
@@ -50,7 +51,8 @@ def seed_angles(body: Body, base: int, end: int, free: tuple[int, ...]) -> Float
     swing = np.linalg.norm(angles[..., :2], axis=-1, keepdims=True)
     angles[..., :2] *= np.minimum(1.0, 3.0 / np.maximum(swing, 1e-9))
     breach = np.zeros(len(angles))
-    breaches(link, NO_PLANES, angles, breach)
+    state = new_state(len(link.axes), len(link.mode), len(link.rows))
+    breaches(link, np.eye(3, 4)[None], NO_PLANES, angles, breach, state)
     # the legal ones first, then the least wrong: a start need not be legal
     order = np.argsort(breach, kind="stable")[:SEEDS]
     return np.ascontiguousarray(angles[order])
