@@ -57,6 +57,7 @@ from workbench.posture.kernels.descent import (
     REACHED,
     approach,
     descend,
+    discomfort,
     look,
     put_row,
     take,
@@ -493,16 +494,6 @@ def _attempt(case, desk, out):  # type: ignore[no-untyped-def]
     return False
 
 
-@inlined
-def _discomfort(link, angles):  # type: ignore[no-untyped-def]
-    """The weighted square of the distance of angles (K, 3) from the comfort modes."""
-    total = 0.0
-    for i in range(link.mode.shape[0]):
-        off = angles[link.free_joint[i], link.free_axis[i]] - link.mode[i]
-        total += link.weight[i] * off * off
-    return total
-
-
 @inner
 def _make_comfortable(case, desk, out):  # type: ignore[no-untyped-def]
     """Keep a reach, and descend from it in comfort, within planes of all that is near; the most
@@ -512,7 +503,7 @@ def _make_comfortable(case, desk, out):  # type: ignore[no-untyped-def]
     none = np.int64(0)
     cold = np.bool_(False)
     _keep(case, _witness(case, desk), desk, out)
-    best = _discomfort(case.link, state.angles)
+    best = discomfort(case.link, state.angles, 0.0)
     for _ in range(EASY_TURNS):
         _make_planes(case, _contacts(case, NEAR, desk), desk)
         steps, _ = descend(
@@ -529,7 +520,7 @@ def _make_comfortable(case, desk, out):  # type: ignore[no-untyped-def]
         )
         out.numbers[case.row, 2] += steps
         witness = _witness(case, desk)
-        value = _discomfort(case.link, state.angles)
+        value = discomfort(case.link, state.angles, 0.0)
         if _is_reach(witness, 0.0):
             if value < best:
                 _keep(case, witness, desk, out)

@@ -45,6 +45,7 @@ __all__ = [
     "REACHED",
     "approach",
     "descend",
+    "discomfort",
     "extend",
     "look",
     "put_row",
@@ -135,6 +136,16 @@ def put_row(values, angles, p):  # type: ignore[no-untyped-def]
     for k in range(values.shape[0]):
         for axis in range(3):
             angles[p, k, axis] = values[k, axis]
+
+
+@inlined
+def discomfort(link, angles, base):  # type: ignore[no-untyped-def]
+    """Add to base the weighted squares of the distances of angles (K, 3) from the comfort modes."""
+    total = base
+    for i in range(link.mode.shape[0]):
+        off = angles[link.free_joint[i], link.free_axis[i]] - link.mode[i]
+        total += link.weight[i] * off * off
+    return total
 
 
 @inner

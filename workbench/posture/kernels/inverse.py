@@ -49,15 +49,14 @@ __all__ = [
     "Search",
     "Seeds",
     "Solutions",
-    "breaches",
     "greatest_breach",
     "holder",
     "new_chain_workspace",
     "next_seed",
+    "place_chains",
     "place_seeds",
     "solve_chain",
     "solve_chains",
-    "tips",
     "worth",
 ]
 
@@ -397,8 +396,8 @@ def solve_chains(link, who, problem, planes, start, search, near, out, begin, en
 
 
 @batch_loop
-def tips(link, who, base, angles, out, state):  # type: ignore[no-untyped-def]
-    """Place the tips of P chains.
+def place_chains(link, who, base, angles, inside, planes, tip, breach, state):  # type: ignore[no-untyped-def]
+    """Place P chains, and measure their breach of the stops.
 
     Parameters
     ----------
@@ -410,40 +409,23 @@ def tips(link, who, base, angles, out, state):  # type: ignore[no-untyped-def]
         World-from-base transforms [m].
     angles : (P, K, 3)
         Joint angles [rad].
-    out : (P, 6)
-        Filled with tips [m] and directions.
-    state : State
-        Working arrays.
-    """
-    for p in range(len(angles)):
-        take_row(angles, p, state.angles)
-        move(link, who[p], base, p, state)
-        for i in range(6):
-            out[p, i] = state.at[i]
-
-
-@batch_loop
-def breaches(link, base, planes, angles, out, state):  # type: ignore[no-untyped-def]
-    """Bring angles inside what can be clamped, and measure the breach that is left.
-
-    Parameters
-    ----------
-    link : Linkage
-        The chain.
-    base : (1, 3, 4)
-        Transform of the held link; no stop depends on it.
+    inside : bool
+        Whether the angles are brought inside what can be clamped first, in place.
     planes : Planes
         No planes.
-    angles : (P, K, 3)
-        Joint angles [rad], clamped in place.
-    out : (P,)
+    tip : (P, 6)
+        Filled with tips [m] and directions.
+    breach : (P,)
         Filled with the greatest breach [rad] of a stop, 0 where all have room.
     state : State
         Working arrays.
     """
     for p in range(len(angles)):
         take_row(angles, p, state.angles)
-        within(link, state.angles)
-        look(link, 0, base, 0, planes, (0, 0), state)
-        put_row(state.angles, angles, p)
-        out[p] = greatest_breach(state)
+        if inside:
+            within(link, state.angles)
+            put_row(state.angles, angles, p)
+        look(link, who[p], base, p, planes, (0, 0), state)
+        for i in range(6):
+            tip[p, i] = state.at[i]
+        breach[p] = greatest_breach(state)

@@ -22,7 +22,7 @@ from workbench.posture.kernels.contacts import (
     new_space,
     row_heights,
 )
-from workbench.posture.kernels.descent import REACHED
+from workbench.posture.kernels.descent import REACHED, discomfort
 from workbench.posture.kernels.inverse import (
     DESCENT_STEPS,
     ChainWorkspace,
@@ -406,16 +406,6 @@ def _heel_down(legs, b, foot, sitter, workspace):  # type: ignore[no-untyped-def
 
 
 @inlined
-def _leg_discomfort(link, angles, base):  # type: ignore[no-untyped-def]
-    """Add to base the weighted squares of the distances of angles (K, 3) from the comfort modes."""
-    total = base
-    for d in range(link.mode.shape[0]):
-        off = angles[link.free_joint[d], link.free_axis[d]] - link.mode[d]
-        total += link.weight[d] * off * off
-    return total
-
-
-@inlined
 def _turn_leg(legs, foot, angles, rotations):  # type: ignore[no-untyped-def]
     """Write the rotations of a leg's joints at angles (K, 3) [rad]."""
     for k in range(angles.shape[0]):
@@ -444,9 +434,9 @@ def _step_on(legs, b, foot, heels_down, sitter, workspace):  # type: ignore[no-u
     sitter.chosen[foot] = r
     base = legs.in_air if legs.floor > 0 and not down else 0.0
     link = legs.links[0] if foot == 0 else legs.links[1]
-    discomfort = _leg_discomfort(link, sitter.angles[r], base)
+    cost = discomfort(link, sitter.angles[r], base)
     _turn_leg(legs, foot, sitter.angles[r], sitter.rotations)
-    return sitter.numbers[r, 0], discomfort, down
+    return sitter.numbers[r, 0], cost, down
 
 
 @inner

@@ -18,17 +18,15 @@ from workbench.posture.kernels.inverse import (
     Search,
     Seeds,
     Solutions,
-    breaches,
     new_chain_workspace,
     solve_chains,
-    tips,
 )
 from workbench.posture.kernels.limits import Planes
-from workbench.posture.kernels.linkage import Linkage, new_state
+from workbench.posture.kernels.linkage import Linkage
 from workbench.posture.reaching.limbs import Limb
 from workbench.posture.reaching.linkage import joints_between
 from workbench.posture.reaching.packing import packed_links
-from workbench.posture.reaching.seeds import NO_PLANES, packed_seeds
+from workbench.posture.reaching.seeds import NO_PLANES, chains_placed, packed_seeds
 from workbench.threads import in_pieces
 
 __all__ = [
@@ -263,17 +261,13 @@ def solved(
 
 def legal(task: Task, angles: Floats) -> Bools:
     """(P,) whether angles (P, K, 3) are within the stops, but for rounding."""
-    breach = np.zeros(len(angles))
-    state = new_state(len(task.link.axes), len(task.link.mode), len(task.link.rows))
-    breaches(task.link, np.eye(3, 4)[None], NO_PLANES, np.array(angles), breach, state)
+    _, breach = chains_placed(task.link, task.who, task.base, np.array(angles), inside=True)
     return breach < 1e-3
 
 
 def tips_of(task: Task, angles: Floats) -> Floats:
     """(P, 6) where angles (P, K, 3) bring tip and direction."""
-    at = np.zeros((len(angles), 6))
-    state = new_state(len(task.link.axes), len(task.link.mode), 1)
-    tips(task.link, task.who, task.base, angles, at, state)
+    at, _ = chains_placed(task.link, task.who, task.base, angles, inside=False)
     return at
 
 
