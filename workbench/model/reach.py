@@ -13,7 +13,7 @@ from workbench.model.body import Body
 from workbench.model.figures import plain
 from workbench.model.poses import Poses, people_of
 from workbench.model.posing import compose
-from workbench.model.reason import NO_REASON, TOO_SHORT, Reason
+from workbench.model.reason import NO_REASON, TOO_SHORT, Reason, hider
 
 __all__ = ["DOUBTS", "MOST_SPARE", "Reach", "join_reaches", "stop_reason"]
 
@@ -76,7 +76,10 @@ class Reach:
     doubt: Ints
     """(B, T) how a reach ended that obstacles put in doubt, as an index into DOUBTS."""
     parts: tuple[str, ...] = ()
-    """Names of the obstacles."""
+    """Names of the parts that are obstacles."""
+    bodies: tuple[str, ...] = ()
+    """Names of the segments of people that are, numbered after the parts: "pilot's left lower arm",
+    "own left upper leg"."""
 
     def __repr__(self) -> str:
         rows, columns = self.reached.shape
@@ -124,7 +127,7 @@ class Reach:
         if self.reached[row, target]:
             return NO_REASON
         if self.part[row, target] >= 0:
-            return Reason("part", self.parts[int(self.part[row, target])])
+            return hider((*self.parts, *self.bodies)[int(self.part[row, target])], self.parts)
         stop = (int(values[row, target]) for values in (self.joint, self.axis, self.side))
         return stop_reason(self.body, stop)
 

@@ -51,6 +51,7 @@ from workbench.posture.kernels.contacts import (
     new_space,
     plane_of_contact,
     touch,
+    way_of_people,
 )
 from workbench.posture.kernels.descent import (
     DISTANT_EASE,
@@ -858,11 +859,12 @@ def clear_reaches(link, limbs, who, held, problem, room, seeds, out, begin, end,
     out: the Outcome; desk: working space.
     """
     base, goal, world, target = problem
-    last = np.int64(-1)
+    last = np.int64(-1), np.int64(-1)
     for p in range(begin, end):
-        if who[p] != last:
+        here = np.int64(who[p]), way_of_people(room, p)
+        if here != last:
             forget(desk.space)
-            last = who[p]
+            last = here
         case = Case(link, limbs, room, held, base, goal, world, target, who[p], p)
         take_row(out.angles, p, desk.state.angles)
         if out.effort[p] >= NEARER:

@@ -46,6 +46,7 @@ __all__ = [
     "limb_task",
     "on_grid",
     "posed",
+    "reaches",
     "rows_of",
     "solved",
     "stopped_by",
@@ -88,6 +89,8 @@ class Task:
     """The K joints of the chain, from the held segment out."""
     who: Ints
     """(P,) the row of the body that reaches."""
+    pose: Ints
+    """(P,) the pose that it reaches from, by number."""
     held: Floats
     """(P, J, 4) the rotations that the joints stand at."""
     base: Floats
@@ -131,6 +134,14 @@ class Found:
             self.part[rows],
         )
 
+    def put(self, rows: Ints, other: Found) -> None:
+        """Put others in the place of some rows."""
+        self.angles[rows] = other.angles
+        self.numbers[rows] = other.numbers
+        self.held[rows] = other.held
+        self.overlap[rows] = other.overlap
+        self.part[rows] = other.part
+
     def joined(self, other: Found) -> Found:
         """The rows of both."""
         return Found(
@@ -153,13 +164,22 @@ class Walls:
 
 
 def limb_task(
-    body: Body, limb: Limb, who: Ints, *, held: Floats, base: Floats, goal: Floats
+    body: Body,
+    limb: Limb,
+    who: Ints,
+    *,
+    held: Floats,
+    base: Floats,
+    goal: Floats,
+    pose: Ints | None = None,
 ) -> Task:
-    """A task of a limb; arguments as the fields of `Task`."""
+    """A task of a limb; arguments as the fields of `Task`. pose: each has its own if None."""
     link = packed_links(body, limb)
     joints = joints_between(body, limb.base, limb.end)
     # arrays of one kind only: each new kind would have the kernels compiled again
-    return Task(body, limb, link, packed_seeds(body, limb), joints, who, np.array(held), base, goal)
+    seeds = packed_seeds(body, limb)
+    pose = np.arange(len(who)) if pose is None else pose
+    return Task(body, limb, link, seeds, joints, who, pose, np.array(held), base, goal)
 
 
 def goals_of(targets: Floats) -> Floats:
@@ -188,10 +208,20 @@ def root_joint(body: Body, limb: Limb) -> int:
     return body.joint(body.segments[limb.end][0] + ("H" if "foot" in limb.name else "S"))
 
 
+def reaches(found: Found) -> Bools:
+    """(P,) which reaches have the tip on its target and enter nothing."""
+    return np.asarray((found.numbers[:, 0] <= REACHED) & (found.overlap <= 0))
+
+
 def rows_of(task: Task, rows: Ints | Bools) -> Task:
     """Some rows of a task."""
     return replace(
-        task, who=task.who[rows], held=task.held[rows], base=task.base[rows], goal=task.goal[rows]
+        task,
+        who=task.who[rows],
+        pose=task.pose[rows],
+        held=task.held[rows],
+        base=task.base[rows],
+        goal=task.goal[rows],
     )
 
 
