@@ -264,6 +264,18 @@ def sight_cases():
     }
 
 
+def strain_cases():
+    """The functions that are about what a posture costs."""
+    placed = wb.place(man(), wb.pose(man(), {"RS": {"flexion": 60}}))
+    return {
+        **{
+            method: {"placed": placed, "work": wb.Work(load=1.0), "rules": f"strain_{method}"}
+            for method in ("rula", "reba", "owas")
+        },
+        "working_angles": {"placed": placed},
+    }
+
+
 def human_cases(tmp_path):
     """The functions that are about people."""
     body = man()
@@ -478,6 +490,10 @@ def test_hostile_arguments_about_sight_are_refused_in_our_own_words():
     assert failures(sight_cases()) == []
 
 
+def test_hostile_arguments_about_strain_are_refused_in_our_own_words():
+    assert failures(strain_cases()) == []
+
+
 def made_by_hand(one_arm):
     """The nouns that people make themselves."""
     poses = wb.pose(one_arm, {})
@@ -490,6 +506,7 @@ def made_by_hand(one_arm):
         wb.Bones(("A", "B"), corners, corners + 0.01),
         wb.Driver("male", 1.75, 0.92, 25.0),
         wb.Package((0.8, 0.0, 0.0), (0.9, 0.0, 0.2), (0.4, 0.0, 0.7), (0.0, 0.0, 0.3)),
+        wb.Work(load=1.0),
     ]
 
 
@@ -679,6 +696,7 @@ def test_every_public_function_is_tried(one_arm, tmp_path):
         *arm_cases(one_arm),
         *human_cases(tmp_path),
         *slow_cases(),
+        *strain_cases(),
         *sight_cases(),
         *FILES,
         "run",

@@ -78,6 +78,11 @@ from .sight.obscuration import obscuration as obscuration
 from .sight.rules.mirrors import glass_of as glass_of
 from .sight.rules.mirrors import mirror_field as mirror_field
 from .sight.scenery import scenery_of as scenery_of
+from .strain.owas import owas as owas
+from .strain.posture_score import Work as Work
+from .strain.reba import reba as reba
+from .strain.rula import rula as rula
+from .strain.working_angles import working_angles as working_angles
 from .study.accommodation.compare import compare as compare
 from .study.envelope.envelope import reach_envelope as reach_envelope
 from .study.envelope.people import people_envelope as people_envelope
