@@ -273,7 +273,24 @@ def strain_cases():
             for method in ("rula", "reba", "owas")
         },
         "working_angles": {"placed": placed},
+        "grip_place": {"placed": placed, "floor": 0.0},
+        "lifting": {"lifts": a_lift(), "rules": "strain_niosh_metric"},
     }
+
+
+def a_lift():
+    """A task for the lifting equation."""
+    return wb.Lifts(
+        load=[10.0],
+        horizontal=0.4,
+        vertical=0.5,
+        travel=0.5,
+        asymmetry=0.0,
+        per_minute=1.0,
+        hours=1.0,
+        stance="standing",
+        hands=2,
+    )
 
 
 def human_cases(tmp_path):
@@ -507,6 +524,7 @@ def made_by_hand(one_arm):
         wb.Driver("male", 1.75, 0.92, 25.0),
         wb.Package((0.8, 0.0, 0.0), (0.9, 0.0, 0.2), (0.4, 0.0, 0.7), (0.0, 0.0, 0.3)),
         wb.Work(load=1.0),
+        a_lift(),
     ]
 
 

@@ -78,6 +78,9 @@ from .sight.obscuration import obscuration as obscuration
 from .sight.rules.mirrors import glass_of as glass_of
 from .sight.rules.mirrors import mirror_field as mirror_field
 from .sight.scenery import scenery_of as scenery_of
+from .strain.lifting import Lifts as Lifts
+from .strain.lifting import grip_place as grip_place
+from .strain.lifting import lifting as lifting
 from .strain.owas import owas as owas
 from .strain.posture_score import Work as Work
 from .strain.reba import reba as reba
