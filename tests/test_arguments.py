@@ -275,6 +275,13 @@ def strain_cases():
         "working_angles": {"placed": placed},
         "grip_place": {"placed": placed, "floor": 0.0},
         "lifting": {"lifts": a_lift(), "rules": "strain_niosh_metric"},
+        "supports_of": {"placed": placed, "segments": ["LF", "RF"], "toward": (0.0, 0.0, -1.0)},
+        "static_load": {
+            "placed": placed,
+            "supports": wb.supports_of(placed, ["LF", "RF"]),
+            "pushes": [wb.Push("RHN", (1.0, 0.0, 0.0))],
+            "held": {"RHN": 1.0},
+        },
     }
 
 
@@ -525,6 +532,8 @@ def made_by_hand(one_arm):
         wb.Package((0.8, 0.0, 0.0), (0.9, 0.0, 0.2), (0.4, 0.0, 0.7), (0.0, 0.0, 0.3)),
         wb.Work(load=1.0),
         a_lift(),
+        wb.Push("RHN", (1.0, 0.0, 0.0), (0.0, 0.0, 1.0)),
+        wb.supports_of(wb.place(man(), wb.pose(man(), {})), ["LF", "RF"]),
     ]
 
 

@@ -85,6 +85,10 @@ from .strain.owas import owas as owas
 from .strain.posture_score import Work as Work
 from .strain.reba import reba as reba
 from .strain.rula import rula as rula
+from .strain.static_load import Push as Push
+from .strain.static_load import Supports as Supports
+from .strain.static_load import static_load as static_load
+from .strain.static_load import supports_of as supports_of
 from .strain.working_angles import working_angles as working_angles
 from .study.accommodation.compare import compare as compare
 from .study.envelope.envelope import reach_envelope as reach_envelope
