@@ -282,6 +282,24 @@ def strain_cases():
             "pushes": [wb.Push("RHN", (1.0, 0.0, 0.0))],
             "held": {"RHN": 1.0},
         },
+        "arms_of": {"placed": placed, "side": "left", "hand": [0.4, 0.2, 1.2]},
+        "hand_strength": {
+            "arms": wb.arms_of(placed, "right"),
+            "direction": [1.0, 0.0, 0.0],
+            "male": True,
+            "rules": "strain_arm_force_field",
+        },
+        "foot_strength": {
+            "placed": placed,
+            "side": "left",
+            "direction": [1.0, 0.0, 0.0],
+            "male": True,
+            "stature": 1.7,
+            "ages": "18-25",
+            "foot": [0.4, 0.1, 0.1],
+            "rules": "strain_leg_strength",
+        },
+        "grip_strength": {"age": 30.0, "male": True, "rules": "strain_grip"},
     }
 
 
@@ -532,6 +550,7 @@ def made_by_hand(one_arm):
         wb.Package((0.8, 0.0, 0.0), (0.9, 0.0, 0.2), (0.4, 0.0, 0.7), (0.0, 0.0, 0.3)),
         wb.Work(load=1.0),
         a_lift(),
+        wb.arms_of(wb.place(man(), wb.pose(man(), {})), "right"),
         wb.Push("RHN", (1.0, 0.0, 0.0), (0.0, 0.0, 1.0)),
         wb.supports_of(wb.place(man(), wb.pose(man(), {})), ["LF", "RF"]),
     ]

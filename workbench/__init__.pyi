@@ -78,6 +78,11 @@ from .sight.obscuration import obscuration as obscuration
 from .sight.rules.mirrors import glass_of as glass_of
 from .sight.rules.mirrors import mirror_field as mirror_field
 from .sight.scenery import scenery_of as scenery_of
+from .strain.arm_strength import Arms as Arms
+from .strain.arm_strength import arms_of as arms_of
+from .strain.arm_strength import hand_strength as hand_strength
+from .strain.grip_strength import grip_strength as grip_strength
+from .strain.leg_strength import foot_strength as foot_strength
 from .strain.lifting import Lifts as Lifts
 from .strain.lifting import grip_place as grip_place
 from .strain.lifting import lifting as lifting

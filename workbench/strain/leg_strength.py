@@ -1,0 +1,216 @@
+"""Leg strength: how hard people push with a foot before hip, knee or ankle gives way.
+
+A force at the foot loads each joint with its moment, J^T F = T. The isometric moments that joints
+exert are curves of the joint's angle [1]_:
+
+    T = c1 m g h cos(c2 (q - c3))
+
+with the body's mass m and stature h. The joint that bears the least force decides. The curve passes
+zero within the range of motion; beyond that it is 0 here and told.
+
+References
+----------
+.. [1] D. E. Anderson, M. L. Madigan and M. A. Nussbaum (2007), Maximum voluntary joint torque as a
+   function of joint angle and angular velocity, Journal of Biomechanics 40, 3105-3113.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.special import ndtr
+
+from workbench.errors import InputError
+from workbench.files.study.rules import rule_set
+from workbench.model.arrays import Bools, Floats, Ints, frozen
+from workbench.model.poses import Placed
+from workbench.model.quaternions import cross
+from workbench.model.rule_set import RuleSet
+from workbench.strain.arm_strength import given_directions
+from workbench.strain.working_angles import check_segments, joint_points
+
+__all__ = ["AGES", "FootStrength", "foot_strength", "joint_moments"]
+
+AGES = ("18-25", "55-65", "65+")
+JOINTS = ("hip", "knee", "ankle")
+_SENSE = (-1.0, 1.0, -1.0)
+"""Flexion of hip, knee and ankle turns about minus, plus and minus the left axis of the parent."""
+_UNLOADED = 1e-9
+"""[m] Lever below which a force does not load a joint."""
+
+
+@dataclass(frozen=True, eq=False)
+class FootStrength:
+    """The strength of one foot of P people in a direction.
+
+    Parameters
+    ----------
+    mean
+        (P,) [N] the force at which the first joint has its mean moment.
+    limits
+        The joint and its direction that decide, of each person: "knee extension".
+    by_joint
+        (P, 3) [N] the forces that hip, knee and ankle bear; infinite where they are not loaded.
+    deviation
+        (P, 3) the standard deviations as shares of these.
+    beyond
+        (P,) True where the angle of the joint that decides is beyond what its curve holds for.
+    version, status
+        The model; where its numbers are from, and how sure each is.
+    assumed
+        What was not stated, in words.
+    """
+
+    mean: Floats
+    limits: tuple[str, ...]
+    by_joint: Floats
+    deviation: Floats
+    beyond: Bools
+    version: str
+    status: str
+    assumed: tuple[str, ...] = (
+        "leg: its weight neither helps nor hinders (assumed)",
+        "seat: it gives the reaction (assumed)",
+    )
+
+    def capable(self, force: ArrayLike) -> Floats:
+        """(P,) the share of such people that exert a force [N], one or (P,).
+
+        That of the weakest joint: who is strong in one is taken to be strong in all.
+        """
+        given = frozen(force, np.float64, () if np.ndim(force) == 0 else self.mean.shape, "force")
+        ratio = given[..., None] / np.maximum(self.by_joint, 1e-9)
+        share: Floats = ndtr((1.0 - ratio) / self.deviation).min(axis=1)
+        return share
+
+
+def foot_strength(
+    placed: Placed,
+    side: Literal["left", "right"],
+    direction: ArrayLike,
+    *,
+    male: ArrayLike,
+    stature: ArrayLike,
+    ages: Literal["18-25", "55-65", "65+"],
+    foot: ArrayLike | None = None,
+    rules: RuleSet | str = "strain_leg_strength",
+) -> FootStrength:
+    """Predict the strength of one foot in a direction.
+
+    Parameters
+    ----------
+    placed
+        P postures in the world.
+    side
+        Which leg.
+    direction
+        (3,) or (P, 3) in the world, of the force that the foot exerts.
+    male
+        Whether people are men, one truth value or (P,).
+    stature
+        [m], one or (P,).
+    ages
+        The people's ages in years. Those between were not measured.
+    foot
+        (3,) or (P, 3) [m] where it pushes; the foot's centre of gravity where None.
+    rules
+        The curves; a rule set, or the name or path of one.
+
+    Raises
+    ------
+    InputError
+        If the body lacks pelvis or legs, a direction is zero, a stature is not above 0, or a value
+        of the rule set has another shape.
+
+    Examples
+    --------
+    >>> import workbench as wb
+    >>> body = wb.load_body("bubbleman")
+    >>> posed = wb.pose(body, {"RH": {"flexion": 80}, "RK": {"flexion": 40}})
+    >>> found = wb.foot_strength(wb.place(body, posed), "right", (0.85, 0, -0.53),
+    ...     male=True, stature=1.75, ages="18-25")
+    >>> found.mean.round(0), found.limits, found.capable(1500.0).round(2)
+    (array([2304.]), ('knee extension',), array([0.92]))
+    """
+    values = rule_set(rules)
+    legs = "L" if side == "left" else "R"
+    names = (legs + "UL", legs + "LL", legs + "F")
+    check_segments(placed, ("LT", *names), "leg strength")
+    count, body = len(placed), placed.body
+    way = given_directions(direction, count, "leg strength")
+    tall = frozen(stature, np.float64, () if np.ndim(stature) == 0 else (count,), "stature")
+    man = frozen(male, np.bool_, () if np.ndim(male) == 0 else (count,), "male")
+    if not np.all(tall > 0.0):
+        raise InputError("stature: expected more than 0 m")
+    size = body.mass[placed.person].sum(axis=1) * tall
+    held = placed.world_from_segment[:, body.segment(names[2]), :, 3] if foot is None else foot
+    shape = (3,) if np.ndim(held) < 2 else (count, 3)
+    point = np.broadcast_to(frozen(held, np.float64, shape, "leg strength: foot"), (count, 3))
+    centres = joint_points(placed, [body.joint(legs + name) for name in "HKA"])
+    parents = [body.segment(name) for name in ("LT", *names[:2])]
+    axes = placed.world_from_segment[..., 1][:, parents] * np.array(_SENSE)[:, None]
+    levers = np.einsum("pji,pji->pj", axes, cross(point[:, None] - centres, way[:, None]))
+    rows = np.broadcast_to(3 * man.astype(np.int64) + AGES.index(ages), (count,))
+    moment, share = joint_moments(_angles(placed, ("LT", *names)), rows, size, rules=values)
+    extends = (levers < 0.0).astype(np.int64)
+    pick = (np.arange(count)[:, None], np.arange(3)[None], extends)
+    endless = np.full((count, 3), np.inf)
+    loaded = np.abs(levers) > _UNLOADED
+    by_joint = np.divide(moment[pick], np.abs(levers), out=endless, where=loaded)
+    least = by_joint.argmin(axis=1)
+    each = np.arange(count)
+    senses = np.array(["flexion", "extension"])[extends[each, least]]
+    return FootStrength(
+        mean=by_joint[each, least],
+        limits=tuple(f"{JOINTS[j]} {sense}" for j, sense in zip(least, senses, strict=True)),
+        by_joint=by_joint,
+        deviation=share[pick],
+        beyond=moment[pick][each, least] <= 0.0,
+        version=values.description,
+        status=values.status(*values.values),
+    )
+
+
+def joint_moments(
+    angles: Floats, rows: Ints, size: Floats, *, rules: RuleSet
+) -> tuple[Floats, Floats]:
+    """The moments of hip, knee and ankle, and their standard deviations as shares of them.
+
+    Parameters
+    ----------
+    angles
+        (P, 3) [rad] flexion, of the ankle dorsiflexion.
+    rows
+        (P,) of the tables: three age groups of women, then of men.
+    size
+        (P,) [kg m] mass times stature.
+
+    Returns
+    -------
+    moments, shares
+        (P, 3, 2) [Nm] in flexion and extension, 0 where the curve is below; (P, 3, 2).
+    """
+    moments = np.empty((*angles.shape, 2))
+    shares = np.empty_like(moments)
+    force = rules.number("gravity") * size
+    for j, joint in enumerate(JOINTS):
+        for way, sense in enumerate(("flexion", "extension")):
+            c1, c2, c3, spread = rules.shaped(f"{joint}_{sense}", 6, 4)[rows].T
+            curve = np.cos(c2 * (angles[:, j] - c3))
+            moments[:, j, way] = c1 * force * np.maximum(curve, 0.0)
+            shares[:, j, way] = spread / c1
+    return moments, shares
+
+
+def _angles(placed: Placed, names: tuple[str, ...]) -> Floats:
+    """(P, 3) [rad] flexion of hip and knee, dorsiflexion of the ankle, in the parents' middle plane."""
+    body = placed.body
+    frames = [placed.world_from_segment[:, body.segment(name), :, :3] for name in names]
+    found = np.empty((len(placed), 3))
+    for j, sense in enumerate(_SENSE):
+        between = frames[j].transpose(0, 2, 1) @ frames[j + 1]
+        found[:, j] = sense * np.arctan2(between[:, 0, 2], between[:, 2, 2])
+    return found
