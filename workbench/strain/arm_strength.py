@@ -25,7 +25,7 @@ from scipy.special import ndtr, ndtri
 from workbench.errors import InputError
 from workbench.files.study.rules import rule_set
 from workbench.model.arguments import check_fields
-from workbench.model.arrays import ArrayKind, Bools, Floats, freeze_fields, frozen
+from workbench.model.arrays import ArrayKind, Bools, Floats, for_rows, freeze_fields
 from workbench.model.poses import Placed
 from workbench.model.quaternions import cross
 from workbench.model.rule_set import RuleSet
@@ -33,7 +33,7 @@ from workbench.strain.working_angles import check_segments, joint_points
 
 __all__ = ["Arms", "HandStrength", "arm_net", "arms_of", "given_directions", "hand_strength"]
 
-_STRAIGHT = 1e-9
+_ALONG = 1e-9
 """Part of a unit direction below which it counts as none, so that rounding gives no sign."""
 
 
@@ -95,7 +95,7 @@ class HandStrength:
 
     def capable(self, force: ArrayLike) -> Floats:
         """(P,) the share of such people that exert a force [N], one or (P,): 1 - Phi((F - g - m) / s)."""
-        given = frozen(force, np.float64, () if np.ndim(force) == 0 else self.mean.shape, "force")
+        given = for_rows(force, np.float64, (), rows=len(self.mean), what="force")
         share: Floats = ndtr((self.mean + self.gravity - given) / self.deviation)
         return share
 
@@ -146,8 +146,7 @@ def arms_of(
     if not np.all(mass > 0.0):
         raise InputError(f"body {body.name} has no mass, so the weight of its arms is not known")
     held = placed.world_from_segment[:, body.segment(own + "HN"), :, 3] if hand is None else hand
-    shape = (3,) if np.ndim(held) < 2 else (len(placed), 3)
-    point = np.broadcast_to(frozen(held, np.float64, shape, "arms: hand"), (len(placed), 3))
+    point = for_rows(held, np.float64, (3,), rows=len(placed), what="arms: hand")
     return Arms(side, shoulder, elbow, wrist, point, opposite, neck, back, mass)
 
 
@@ -188,11 +187,11 @@ def hand_strength(
     """
     values = rule_set(rules)
     way = given_directions(direction, len(arms), "hand strength")
-    man = frozen(male, np.bool_, () if np.ndim(male) == 0 else (len(arms),), "male")
+    man = for_rows(male, np.bool_, (), rows=len(arms), what="male")
     frame = _shoulder_frame(arms)
     place = np.einsum("pij,pj->pi", frame, arms.hand - arms.shoulder)
     local = np.einsum("pij,pj->pi", frame, way)
-    local = np.where(np.abs(local) < _STRAIGHT, 0.0, local)
+    local = np.where(np.abs(local) < _ALONG, 0.0, local)
     mean = arm_net(place, local, values) * np.where(man, values.number("men"), 1.0)
     box = values.shaped("trained_least", 3), values.shaped("trained_most", 3)
     return HandStrength(
@@ -207,8 +206,7 @@ def hand_strength(
 
 def given_directions(direction: ArrayLike, count: int, what: str) -> Floats:
     """(P, 3) unit vectors of one direction or of (P, 3); InputError for one that is zero."""
-    shape = (3,) if np.ndim(direction) < 2 else (count, 3)
-    way = np.broadcast_to(frozen(direction, np.float64, shape, f"{what}: direction"), (count, 3))
+    way = for_rows(direction, np.float64, (3,), rows=count, what=f"{what}: direction")
     length = np.linalg.norm(way, axis=1, keepdims=True)
     if not np.all(length > 0.0):
         raise InputError(f"{what}: a force needs a direction, got (0, 0, 0)")

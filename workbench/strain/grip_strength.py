@@ -19,7 +19,7 @@ from scipy.special import ndtr, ndtri
 
 from workbench.errors import InputError
 from workbench.files.study.rules import rule_set
-from workbench.model.arrays import Floats, frozen
+from workbench.model.arrays import Floats, for_rows
 from workbench.model.rule_set import RuleSet
 
 __all__ = ["GripStrength", "grip_strength"]
@@ -46,8 +46,7 @@ class GripStrength:
 
     def capable(self, force: ArrayLike) -> Floats:
         """(P,) the share of such people that close a hand with a force [N], one or (P,)."""
-        shape = () if np.ndim(force) == 0 else (len(self.forces),)
-        given = np.broadcast_to(frozen(force, np.float64, shape, "force"), (len(self.forces),))
+        given = for_rows(force, np.float64, (), rows=len(self.forces), what="force")
         k = (given[:, None] >= self.forces[:, 1:-1]).sum(axis=1)
         rows = np.arange(len(k))
         low, high = self.forces[rows, k], self.forces[rows, k + 1]
@@ -95,12 +94,8 @@ def grip_strength(
     """
     values = rule_set(rules)
     count = max(np.size(age), np.size(male))
-    years, man = (
-        np.broadcast_to(
-            frozen(given, kind, () if np.ndim(given) == 0 else (count,), name), (count,)
-        )
-        for given, kind, name in ((age, np.float64, "age"), (male, np.bool_, "male"))
-    )
+    years = for_rows(age, np.float64, (), rows=count, what="age")
+    man = for_rows(male, np.bool_, (), rows=count, what="male")
     ages = values.shaped("ages", None)
     last = 2.0 * ages[-1] - ages[-2]
     out = years[(years < ages[0]) | (years >= last)]

@@ -25,7 +25,7 @@ from scipy.special import ndtr
 
 from workbench.errors import InputError
 from workbench.files.study.rules import rule_set
-from workbench.model.arrays import Bools, Floats, Ints, frozen
+from workbench.model.arrays import Bools, Floats, Ints, for_rows
 from workbench.model.poses import Placed
 from workbench.model.quaternions import cross
 from workbench.model.rule_set import RuleSet
@@ -81,7 +81,7 @@ class FootStrength:
 
         That of the weakest joint: who is strong in one is taken to be strong in all.
         """
-        given = frozen(force, np.float64, () if np.ndim(force) == 0 else self.mean.shape, "force")
+        given = for_rows(force, np.float64, (), rows=len(self.mean), what="force")
         ratio = given[..., None] / np.maximum(self.by_joint, 1e-9)
         share: Floats = ndtr((1.0 - ratio) / self.deviation).min(axis=1)
         return share
@@ -136,42 +136,58 @@ def foot_strength(
     (array([2304.]), ('knee extension',), array([0.92]))
     """
     values = rule_set(rules)
-    legs = "L" if side == "left" else "R"
-    names = (legs + "UL", legs + "LL", legs + "F")
-    check_segments(placed, ("LT", *names), "leg strength")
-    count, body = len(placed), placed.body
-    way = given_directions(direction, count, "leg strength")
-    tall = frozen(stature, np.float64, () if np.ndim(stature) == 0 else (count,), "stature")
-    man = frozen(male, np.bool_, () if np.ndim(male) == 0 else (count,), "male")
+    count = len(placed)
+    tall = for_rows(stature, np.float64, (), rows=count, what="stature")
+    man = for_rows(male, np.bool_, (), rows=count, what="male")
     if not np.all(tall > 0.0):
         raise InputError("stature: expected more than 0 m")
-    size = body.mass[placed.person].sum(axis=1) * tall
-    held = placed.world_from_segment[:, body.segment(names[2]), :, 3] if foot is None else foot
-    shape = (3,) if np.ndim(held) < 2 else (count, 3)
-    point = np.broadcast_to(frozen(held, np.float64, shape, "leg strength: foot"), (count, 3))
-    centres = joint_points(placed, [body.joint(legs + name) for name in "HKA"])
-    parents = [body.segment(name) for name in ("LT", *names[:2])]
-    axes = placed.world_from_segment[..., 1][:, parents] * np.array(_SENSE)[:, None]
-    levers = np.einsum("pji,pji->pj", axes, cross(point[:, None] - centres, way[:, None]))
-    rows = np.broadcast_to(3 * man.astype(np.int64) + AGES.index(ages), (count,))
-    moment, share = joint_moments(_angles(placed, ("LT", *names)), rows, size, rules=values)
-    extends = (levers < 0.0).astype(np.int64)
-    pick = (np.arange(count)[:, None], np.arange(3)[None], extends)
-    endless = np.full((count, 3), np.inf)
-    loaded = np.abs(levers) > _UNLOADED
-    by_joint = np.divide(moment[pick], np.abs(levers), out=endless, where=loaded)
+    legs = "L" if side == "left" else "R"
+    names = ("LT", legs + "UL", legs + "LL", legs + "F")
+    check_segments(placed, names, "leg strength")
+    size = placed.body.mass[placed.person].sum(axis=1) * tall
+    rows = 3 * man.astype(np.int64) + AGES.index(ages)
+    moment, share = joint_moments(_angles(placed, names), rows, size, rules=values)
+    point = _foot_points(placed, names[3]) if foot is None else foot
+    at = for_rows(point, np.float64, (3,), rows=count, what="leg strength: foot")
+    levers = _levers(placed, names, at, given_directions(direction, count, "leg strength"))
+    extends = (levers < 0.0).astype(np.int64)[..., None]
+    borne = np.take_along_axis(moment, extends, axis=2)[..., 0]
+    by_joint = np.divide(
+        borne,
+        np.abs(levers),
+        out=np.full((count, 3), np.inf),
+        where=np.abs(levers) > _UNLOADED,
+    )
     least = by_joint.argmin(axis=1)
     each = np.arange(count)
-    senses = np.array(["flexion", "extension"])[extends[each, least]]
+    senses = np.array(["flexion", "extension"])[extends[each, least, 0]]
     return FootStrength(
         mean=by_joint[each, least],
         limits=tuple(f"{JOINTS[j]} {sense}" for j, sense in zip(least, senses, strict=True)),
         by_joint=by_joint,
-        deviation=share[pick],
-        beyond=moment[pick][each, least] <= 0.0,
+        deviation=np.take_along_axis(share, extends, axis=2)[..., 0],
+        beyond=borne[each, least] <= 0.0,
         version=values.description,
         status=values.status(*values.values),
     )
+
+
+def _foot_points(placed: Placed, foot: str) -> Floats:
+    """(P, 3) [m] the centres of gravity of feet."""
+    points: Floats = placed.world_from_segment[:, placed.body.segment(foot), :, 3]
+    return points
+
+
+def _levers(placed: Placed, names: tuple[str, ...], point: Floats, way: Floats) -> Floats:
+    """(P, 3) [m] the levers of forces at points (P, 3) in unit directions (P, 3) that the foot exerts
+    about hip, knee and ankle: axis . ((p - c) x d), positive where it takes their flexors."""
+    body = placed.body
+    joints = [body.joint(names[1][0] + name) for name in "HKA"]
+    parents = [body.segment(name) for name in names[:3]]
+    axes = placed.world_from_segment[..., 1][:, parents] * np.array(_SENSE)[:, None]
+    arms = point[:, None] - joint_points(placed, joints)
+    levers: Floats = np.einsum("pji,pji->pj", axes, cross(arms, way[:, None]))
+    return levers
 
 
 def joint_moments(

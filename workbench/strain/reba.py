@@ -34,7 +34,7 @@ from workbench.strain.working_angles import WorkingAngles, working_angles
 
 __all__ = ["reba", "reba_tables"]
 
-_ASKED = (
+_UNSAID = (
     "load",
     "shock",
     "repeated",
@@ -100,7 +100,7 @@ def reba(
     )
     found = posture_score("REBA", values, tables["score"], parts={**parts, **tables}, lowest=0)
     version = cell_sums(values, ("table_a", "table_b", "table_c"))
-    return replace(found, version=version, assumed=work.assumed(_ASKED))
+    return replace(found, version=version, assumed=work.assumed(_UNSAID))
 
 
 def reba_tables(

@@ -35,7 +35,7 @@ from workbench.strain.working_angles import WorkingAngles, working_angles
 
 __all__ = ["rula", "rula_tables"]
 
-_ASKED = (
+_UNSAID = (
     "load",
     "shock",
     "repeated",
@@ -98,7 +98,7 @@ def rula(
     version = cell_sums(values, ("table_a", "table_b", "table_c"))
     if np.array_equal(values["table_a"], values["table_a_worksheet"]):
         version += "; table A of an early worksheet, not the published one"
-    return replace(found, version=version, assumed=work.assumed(_ASKED))
+    return replace(found, version=version, assumed=work.assumed(_UNSAID))
 
 
 def rula_tables(

@@ -25,7 +25,7 @@ from numpy.typing import ArrayLike
 
 from workbench.errors import InputError
 from workbench.model.arguments import check_fields
-from workbench.model.arrays import Bools, Floats, Ints, frozen
+from workbench.model.arrays import Bools, Floats, Ints, for_rows, frozen
 from workbench.model.body import Body
 from workbench.model.poses import Placed
 from workbench.model.pulse import STANDARD_GRAVITY
@@ -285,9 +285,8 @@ def _add_push(placed: Placed, push: Push, force: Floats, moment: Floats) -> None
     point = placed.world_from_segment[:, n, :, 3] if push.point is None else push.point
     vectors = []
     for what, given in (("force", push.force), ("point", point)):
-        shape = (3,) if np.ndim(given) < 2 else (len(placed), 3)
-        array = frozen(given, np.float64, shape, f"push on {push.segment}: {what}")
-        vectors.append(np.broadcast_to(array, (len(placed), 3)))
+        called = f"push on {push.segment}: {what}"
+        vectors.append(for_rows(given, np.float64, (3,), rows=len(placed), what=called))
     force[:, n] += vectors[0]
     moment[:, n] += cross(vectors[1], vectors[0])
 

@@ -25,7 +25,7 @@ from workbench.model.poses import Placed
 
 __all__ = ["WorkingAngles", "check_segments", "joint_points", "working_angles"]
 
-_SEGMENTS = (
+_MEASURED = (
     "LT",
     "UT",
     "H",
@@ -104,15 +104,18 @@ def working_angles(placed: Placed) -> WorkingAngles:
     >>> np.degrees(angles.arm_raise[0]).round(1), np.degrees(angles.elbow[0]).round(1)
     (array([ 0., 50.]), array([ 0., 80.]))
     """
-    check_segments(placed, _SEGMENTS, "posture scores")
-    frames = {name: _axes(placed, name) for name in _SEGMENTS}
+    check_segments(placed, _MEASURED, "posture scores")
+    frames = {name: _axes(placed, name) for name in _MEASURED}
     trunk = _trunk_line(placed)
     left, up = frames["LT"][..., 1], np.array([0.0, 0.0, 1.0])
     level = np.maximum(np.hypot(left[:, 0], left[:, 1]), 1e-300)
     ahead = (trunk[:, 0] * left[:, 1] - trunk[:, 1] * left[:, 0]) / level
     aside = (trunk[:, 0] * left[:, 0] + trunk[:, 1] * left[:, 1]) / level
     neck = _between(frames["UT"], frames["H"])
-    sides = [_arm(placed, frames, side) | _leg(frames, trunk, side) for side in "LR"]
+    sides = [
+        _upper_arm(frames, side) | _forearm(placed, frames, side) | _leg(frames, trunk, side)
+        for side in "LR"
+    ]
     both: dict[str, Any] = {
         name: np.stack([one[name] for one in sides], axis=1) for name in sides[0]
     }
@@ -189,33 +192,38 @@ def _upright(placed: Placed) -> Floats:
     return lean
 
 
-def _arm(placed: Placed, frames: dict[str, Floats], side: str) -> dict[str, Floats]:
-    """The angles of one arm."""
+def _upper_arm(frames: dict[str, Floats], side: str) -> dict[str, Floats]:
+    """The angles of one upper arm and its shoulder."""
     out = 1.0 if side == "L" else -1.0
-    trunk = frames["UT"]
-    upper, lower, hand = (frames[side + name] for name in ("UA", "LA", "HN"))
-    hanging = -_between(trunk, upper)[..., 2]
+    hanging = -_between(frames["UT"], frames[side + "UA"])[..., 2]
     raised = np.arctan2(np.hypot(hanging[:, 0], hanging[:, 1]), -hanging[:, 2])
     behind = (-hanging[:, 0] > np.abs(hanging[:, 1])) & (hanging[:, 2] < 0.0)
-    collar = _between(trunk, frames[side + "SM"])
-    elbow = _between(upper, lower)
-    wrist = _between(lower, hand)
+    collar = _between(frames["UT"], frames[side + "SM"])
+    return {
+        "arm_raise": np.where(behind, -raised, raised),
+        "arm_out": np.arcsin(np.clip(out * hanging[:, 1], -1.0, 1.0)),
+        "arm_level": np.arccos(np.clip(frames[side + "UA"][:, 2, 2], -1.0, 1.0)),
+        "shoulder_raise": np.arcsin(np.clip(out * collar[:, 2, 1], -1.0, 1.0)),
+    }
+
+
+def _forearm(placed: Placed, frames: dict[str, Floats], side: str) -> dict[str, Floats]:
+    """The angles of one elbow, forearm and wrist."""
+    out = 1.0 if side == "L" else -1.0
+    lower = frames[side + "LA"]
+    left = frames["UT"][..., 1]
+    elbow = _between(frames[side + "UA"], lower)
+    wrist = _between(lower, frames[side + "HN"])
     # the forearm's direction to the fingers in the hand's axes: palm inward, thumb forward
     forearm = -wrist[:, 2]
     point = joint_points(placed, [placed.body.joint(side + "W")])[:, 0]
     origin = placed.world_from_segment[:, placed.body.segment("UT"), :, 3]
-    beside = np.einsum("pi,pi->p", point - origin, trunk[..., 1])
+    outward = -out * np.einsum("pi,pi->p", left, lower[..., 2])
     return {
-        "arm_raise": np.where(behind, -raised, raised),
-        "arm_out": np.arcsin(np.clip(out * hanging[:, 1], -1.0, 1.0)),
-        "arm_level": np.arccos(np.clip(upper[:, 2, 2], -1.0, 1.0)),
-        "shoulder_raise": np.arcsin(np.clip(out * collar[:, 2, 1], -1.0, 1.0)),
         "elbow": np.arctan2(np.hypot(elbow[:, 0, 2], elbow[:, 1, 2]), elbow[:, 2, 2]),
-        "forearm_out": np.arcsin(
-            np.clip(-out * np.einsum("pi,pi->p", trunk[..., 1], lower[..., 2]), -1.0, 1.0)
-        ),
+        "forearm_out": np.arcsin(np.clip(outward, -1.0, 1.0)),
         "forearm_twist": -out * (_twist(elbow) + _twist(wrist)),
-        "across": out * beside < 0.0,
+        "across": out * np.einsum("pi,pi->p", point - origin, left) < 0.0,
         "wrist_bend": np.arctan2(out * forearm[:, 1], -forearm[:, 2]),
         "wrist_deviation": np.arctan2(-forearm[:, 0], -forearm[:, 2]),
     }
