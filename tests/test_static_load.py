@@ -243,6 +243,11 @@ def test_wrong_supports_are_refused(man):
         wb.supports_of(stood, ["STG"])
     with pytest.raises(InputError, match="expected a direction toward the surface"):
         wb.supports_of(stood, FEET, toward=(0, 0, 0))
+    arm = wb.place(man, wb.pose(man, {}), window=["RHN"])
+    with pytest.raises(InputError, match="outside the logical window: LF, RF"):
+        wb.supports_of(arm, FEET)
+    with pytest.raises(InputError, match="static loads need all segments"):
+        wb.static_load(arm, None)
     with pytest.raises(InputError, match="expected those of 6 postures, got 1"):
         wb.static_load(leaning(man, 6, seed=5), wb.supports_of(stood, FEET))
 

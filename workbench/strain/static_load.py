@@ -31,6 +31,7 @@ from workbench.model.poses import Placed
 from workbench.model.pulse import STANDARD_GRAVITY
 from workbench.model.quaternions import cross
 from workbench.posture.balance import bearing, hull_margins
+from workbench.strain.working_angles import check_segments
 
 __all__ = ["Push", "StaticLoad", "Supports", "static_load", "supports_of"]
 
@@ -159,7 +160,8 @@ def supports_of(
     Raises
     ------
     InputError
-        If there is no such segment, it has no spheres, or the direction is none.
+        If there is no such segment, it has no spheres or is outside the logical window, or the
+        direction is none.
 
     Examples
     --------
@@ -177,6 +179,7 @@ def supports_of(
         raise InputError("supports: expected a direction toward the surface, got (0, 0, 0)")
     way = way / length
     numbers = [body.segment(name) for name in segments]
+    check_segments(placed, tuple(segments), "supports")
     spheres = np.flatnonzero(np.isin(body.sphere_segment, numbers))
     if not len(spheres):
         raise InputError(f"supports: the segments {', '.join(segments)} have no spheres")
