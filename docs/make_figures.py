@@ -11,8 +11,7 @@ from PIL import Image
 import workbench as wb
 from workbench.draw.camera import Camera
 from workbench.draw.disks import disks
-from workbench.draw.films.film import film_frames, write_film
-from workbench.draw.films.motion import every_pose, frame_times, scene_at
+from workbench.draw.films.film import every_pose, film_frames, frame_times, scene_at, write_film
 from workbench.draw.films.strip import strip_image
 from workbench.draw.lines.circles import circles
 from workbench.draw.lines.outline import outline

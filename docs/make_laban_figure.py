@@ -9,7 +9,7 @@ import numpy as np
 
 import workbench as wb
 from workbench.draw.disks import disks
-from workbench.draw.films.motion import every_pose, scene_at
+from workbench.draw.films.film import every_pose, scene_at
 from workbench.draw.films.strip import strip_image
 from workbench.draw.scene import Scene, SceneBody
 from workbench.draw.views import framed_views
