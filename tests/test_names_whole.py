@@ -66,7 +66,8 @@ def told(folder, capsys, study, *, strange):
             )
         )
     code = main(["run", str(path), "--out", str(folder / "out")])
-    texts = [f"exit {code}", *capsys.readouterr()]
+    streams = [stream.replace(str(folder), "") for stream in capsys.readouterr()]
+    texts = [f"exit {code}", *streams]
     for one in sorted(folder.glob("out/*.html")):
         words = re.sub(r"<(script|style)\b.*?</\1>|<[^>]+>", " ", one.read_text(), flags=re.DOTALL)
         texts.append(re.sub(r"\s+", " ", html.unescape(words)))

@@ -25,7 +25,7 @@ from workbench.sight.obscuration import (
     target_of_part,
     target_of_point,
 )
-from workbench.sight.panorama import panorama
+from workbench.sight.panorama import look_out, lookout, panorama
 from workbench.sight.rays import first_hits
 from workbench.sight.regions import (
     WHOLE,
@@ -218,6 +218,23 @@ def test_what_is_hidden_neither_hides_nor_is_seen_and_glass_is_looked_through():
     assert panorama(scenery_of(behind), (0, 0, 0), step=0.1).look_through((1, 0, 0)) == -1
 
 
+def test_some_directions_show_what_they_do_in_a_panorama():
+    cab = room(
+        ("glass", (1, -0.5, -0.5), (1.1, 0.5, 0.5)),
+        ("wall", (2, -1, -1), (2.1, 1, 1)),
+        ("floor", (-1, -3, -1.3), (3, 3, -1.2)),
+    )
+    scenery = scenery_of(replace(cab, see_through=np.array([True, False, False])))
+    ways = np.random.default_rng(1).normal(size=(40, 50, 3))
+    ways[0] = (1.0, 0.1, 0.05)
+    whole = panorama(scenery, (0, 0, 0), step=2 * DEGREE)
+    item, glass = look_out(scenery, (0, 0, 0), lookout(ways, 2 * DEGREE), through=True)
+    assert np.array_equal(item, whole.look(ways)) and len(np.unique(item)) == 3
+    assert np.array_equal(glass, whole.look_through(ways)) and (glass == 0).any()
+    few = lookout(ways[0], 2 * DEGREE)
+    assert np.array_equal(look_out(scenery, (0, 0, 0), few)[0], item[0])
+
+
 def test_lines_of_sight_name_the_first_thing_in_the_way():
     scenery = scenery_of(
         room(("near", (1, -0.5, -0.5), (1.1, 0.5, 0.5)), ("far", (2, -2, -2), (2.1, 2, 2)))
@@ -238,6 +255,23 @@ def test_a_post_hides_half_a_disc_from_one_eye_and_the_other_half_from_the_other
     seen = seen_shares(scenery, given_eyes((0, 0, 0)), [near, away])
     assert seen.share[0, 0].tolist() == [0, 0, 0, 0]
     assert seen.blocker[0].tolist() == ["post", TURNED_AWAY]
+
+
+def test_people_together_see_what_each_sees_alone_beside_what_goes_along_with_the_seat():
+    cab = room(("post", (0.59, -0.01, -1), (0.6, 0.01, 1)), ("seat", (-0.3, -0.3, -1), (0, 0.3, 0)))
+    shift = np.array([(0.0, 0.0, 0.0), (0.0, 0.05, 0.0), (0.0, 0.0, 0.6)])
+    eyes = given_eyes([(0.1, 0, 0.1), (0.2, 0.02, 0.1), (-0.1, 0, 0.2)])
+    disc = target_of_disc("lamp", (1.5, 0, 0), 0.2, normal=(-1, 0, 0))
+    moving = ("post", "seat")
+    every = seen_shares(scenery_of(cab, moving=moving, displacement=shift), eyes, [disc])
+    for row in range(3):
+        own = scenery_of(cab, moving=moving, displacement=shift[[row]])
+        alone = seen_shares(own, eyes.rows(slice(row, row + 1)), [disc])
+        assert np.array_equal(alone.share[0], every.share[row])
+        assert alone.blocker[0].tolist() == every.blocker[row].tolist()
+        assert alone.inside[0] == every.inside[row]
+    assert every.inside.tolist() == [-1, -1, 1]  # the seat has risen about the eyes of the third
+    assert len(np.unique(every.share[:, 0], axis=0)) == 3
 
 
 def test_an_eye_inside_a_part_is_reported_by_its_name():

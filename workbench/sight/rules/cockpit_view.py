@@ -22,7 +22,7 @@ from workbench.model.rule_set import RuleSet
 from workbench.sight.eyes import Eyes
 from workbench.sight.kernels.bands import Items
 from workbench.sight.obscuration import lines_of_sight
-from workbench.sight.panorama import bands_of, face_pixels, panorama, pixels_of
+from workbench.sight.panorama import Lookout, look_out, lookout
 from workbench.sight.regions import Region, azimuth_elevation, direction_of, outline
 from workbench.sight.rules.eye_points import SIGN, Side
 from workbench.sight.scenery import Scenery
@@ -189,12 +189,7 @@ def clear_view(
     """Measure how much of an outline is clear, as `cockpit_view` does, and nothing else."""
     lattice = _lattice(region, step)
     items = np.stack(
-        [
-            panorama(scenery, eye[row], row=row, step=step, bands=lattice.bands).item[
-                lattice.pixels
-            ]
-            for eye in (eyes.left, eyes.right)
-        ]
+        [look_out(scenery, eye[row], lattice.view, row=row)[0] for eye in (eyes.left, eyes.right)]
     )
     hidden = np.all(items >= 0, axis=0)
     border = np.zeros_like(hidden)
@@ -228,9 +223,7 @@ class _Lattice(NamedTuple):
     """(M, N) whether they are in the outline, K of them."""
     weight: Floats
     """(K,) [sr]: with cos(elevation), and the outline's own solid angle in all."""
-    pixels: tuple[Ints, Ints, Ints]
-    """(M, N) face, row and column of each direction, and the bands that hold these."""
-    bands: Bools
+    view: Lookout
 
 
 @lru_cache(maxsize=8)
@@ -253,10 +246,8 @@ def _known_lattice(corners: bytes, axes: bytes, step: float) -> _Lattice:
     ways = direction_of(azimuth, elevation) @ region.axes
     inside = region.contains(ways)
     weight = np.cos(elevation[inside])
-    n = pixels_of(step)
-    pixels = face_pixels(ways, n)
-    bands = bands_of(pixels[0], pixels[1], n)
-    return _Lattice(ways, inside, weight * (region.solid_angle / weight.sum()), pixels, bands)
+    share = region.solid_angle / weight.sum()
+    return _Lattice(ways, inside, weight * share, lookout(ways, step))
 
 
 class _Run(NamedTuple):
