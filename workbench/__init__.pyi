@@ -52,9 +52,9 @@ from .model.contacts import Episodes as Episodes
 from .model.driving import Driver as Driver
 from .model.driving import Package as Package
 from .model.environment import Environment as Environment
-from .model.moving import between as between
 from .model.poses import Placed as Placed
 from .model.poses import Poses as Poses
+from .model.posing import between as between
 from .model.posing import join_poses as join_poses
 from .model.posing import pose as pose
 from .model.reach import Reach as Reach

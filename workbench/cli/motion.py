@@ -290,8 +290,8 @@ def _resampled(poses: Poses, step: float) -> Poses:
     """The motion at times `step` [s] apart."""
     import numpy as np
 
-    from workbench.model.moving import poses_at
     from workbench.model.poses import stacked
+    from workbench.model.posing import poses_at
     from workbench.model.spool import pieces
 
     start = poses.clock[0]

@@ -16,8 +16,8 @@ from workbench.model.arrays import Floats, Ints
 from workbench.model.body import Body
 from workbench.model.contacts import TANGENT_TOLERANCE
 from workbench.model.environment import Environment
-from workbench.model.moving import check_pairs
 from workbench.model.poses import Poses
+from workbench.model.posing import check_pairs
 from workbench.threads import in_pieces
 
 __all__ = [

@@ -32,6 +32,7 @@ __all__ = [
     "project",
     "projective_depth",
     "standard_view",
+    "to_projective",
     "to_view",
     "view_to_pixels",
 ]
@@ -370,6 +371,13 @@ def view_to_pixels(camera: Camera, seen: Floats) -> Floats:
     x = camera.width / 2.0 + size * seen[..., 0]
     y = camera.height / 2.0 - size * seen[..., 1]
     return np.stack([x, y, depth], axis=-1)
+
+
+def to_projective(camera: Camera, seen: Floats) -> Floats:
+    """Return x, y [pixels] and projective depth (..., 3) of view coordinates (..., 3)."""
+    points = view_to_pixels(camera, seen)
+    points[..., 2] = projective_depth(camera, points[..., 2])
+    return points
 
 
 def project(camera: Camera, points: ArrayLike) -> Floats:

@@ -17,7 +17,7 @@ from workbench.errors import InputError, printable
 from workbench.files.opening import note_input, read_whole
 from workbench.model.arrays import Floats, Ints
 from workbench.model.basis import Detail, ShapeBasis
-from workbench.model.vocabulary import DIRECTIONS
+from workbench.model.body import DIRECTIONS
 
 __all__ = ["LEVELS", "load_basis"]
 

@@ -7,7 +7,6 @@ from typing import Any
 
 from workbench.errors import InputError
 from workbench.model.figures import plain
-from workbench.study.describe.edits import Edit
 from workbench.study.describe.edits_files import met_file, moved_file, removed_file
 from workbench.study.describe.edits_frame import agreed, floored, framed, scaled
 from workbench.study.describe.edits_parts import dropped, joined, put_back, ruled, split_part
@@ -23,7 +22,7 @@ from workbench.study.describe.edits_things import (
 )
 from workbench.study.describe.meshes import Ray
 from workbench.study.describe.people import PERSON, seated_eye
-from workbench.study.describe.state import Description, OpenPlace
+from workbench.study.describe.state import Description, Edit, OpenPlace
 
 __all__ = ["DESCRIBE_EDITS"]
 

@@ -13,10 +13,11 @@ from workbench.model.arguments import check_fields, check_index, chosen_rows
 from workbench.model.arrays import ArrayKind, Bools, Floats, Ints, freeze_fields
 from workbench.model.basis import ShapeBasis
 from workbench.model.stops import Stops
-from workbench.model.vocabulary import DIRECTIONS
 
 __all__ = [
+    "DIRECTIONS",
     "KEPT",
+    "OPPOSITE",
     "ROW_FIELDS",
     "SEATED_FACTORS",
     "Body",
@@ -28,6 +29,17 @@ __all__ = [
     "stack_bodies",
     "walk",
 ]
+
+
+DIRECTIONS: tuple[str, ...] = ("front", "back", "left", "right", "top", "bottom")
+OPPOSITE: dict[str, str] = {
+    "front": "back",
+    "back": "front",
+    "left": "right",
+    "right": "left",
+    "top": "bottom",
+    "bottom": "top",
+}
 
 KEPT = "_kept"
 """Where a body or a topology holds what is kept with it, see model.kept."""

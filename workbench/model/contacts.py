@@ -11,9 +11,8 @@ import numpy as np
 from workbench.errors import UsageError
 from workbench.model.arguments import check_index, chosen_rows, given_words
 from workbench.model.arrays import Bools, Floats, Ints, frozen
-from workbench.model.body import Body
+from workbench.model.body import DIRECTIONS, Body
 from workbench.model.environment import Environment
-from workbench.model.vocabulary import DIRECTIONS
 
 __all__ = ["TANGENT_TOLERANCE", "Clearance", "Contacts", "Episodes", "subpart_words"]
 

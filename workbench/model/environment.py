@@ -12,9 +12,8 @@ from typing import Any, SupportsIndex, overload
 import numpy as np
 
 from workbench.errors import InputError, one_of
-from workbench.model.arguments import above, check_fields, check_index, checked
+from workbench.model.arguments import above, check_fields, check_index, checked, short_repr
 from workbench.model.arrays import ArrayKind, Bools, Floats, Ints, freeze_fields
-from workbench.model.short_repr import short_repr
 
 __all__ = [
     "Adjustment",

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from workbench.errors import InputError, one_of
 from workbench.model.accommodation import GroupShare
-from workbench.model.arguments import above, checked
+from workbench.model.arguments import above, checked, short_repr
 from workbench.model.arrays import Floats
 from workbench.model.body import Body
 from workbench.model.contacts import Clearance, Contacts, Episodes
@@ -34,7 +34,6 @@ from workbench.model.motion_case import (
 from workbench.model.population_found import PopulationFound
 from workbench.model.poses import Placed, Poses
 from workbench.model.reason import Reason
-from workbench.model.short_repr import short_repr
 from workbench.model.study import Role, Study
 
 __all__ = [

@@ -7,9 +7,9 @@ from enum import IntEnum
 
 import numpy as np
 
+from workbench.model.arguments import short_repr
 from workbench.model.arrays import Bools, Floats, Ints, frozen
 from workbench.model.figures import plain
-from workbench.model.short_repr import short_repr
 
 __all__ = ["Coupling", "StopKind", "Stops", "motion_words"]
 

@@ -9,7 +9,7 @@ from typing import Any, Literal
 
 from workbench.errors import InputError
 from workbench.model.accommodation import Change, IntervalRule, MapTask
-from workbench.model.arguments import above, checked
+from workbench.model.arguments import above, checked, short_repr
 from workbench.model.body import Body
 from workbench.model.criterion import Criterion
 from workbench.model.envelope import ReachTask
@@ -18,7 +18,6 @@ from workbench.model.motion_case import SignalPoint
 from workbench.model.person import Encumbrance, Size
 from workbench.model.population import Population, PopulationModel
 from workbench.model.poses import Poses
-from workbench.model.short_repr import short_repr
 from workbench.model.simulation import ForceLaw, Restraints
 from workbench.model.surroundings import Move
 from workbench.model.workplace import Aims, Stand

@@ -20,12 +20,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from workbench.model.arguments import short_repr
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.body import Body
 from workbench.model.poses import Poses
 from workbench.model.posing import angles_of, compose
 from workbench.model.quaternions import conjugate, multiply, rotate, shortest
-from workbench.model.short_repr import short_repr
 from workbench.model.stops import StopKind
 from workbench.posture.kernels.stop_law import (
     SMALLEST_LIMIT,

@@ -36,9 +36,8 @@ from workbench.files.meshes.sizes import implausible_sizes, person_size
 from workbench.files.postures import load_postures, posture_path, posture_pose
 from workbench.files.schema import metres_in
 from workbench.model.arrays import Floats
-from workbench.model.body import Body
+from workbench.model.body import DIRECTIONS, Body
 from workbench.model.posing import angles_of, pose
-from workbench.model.vocabulary import DIRECTIONS
 
 __all__ = [
     "DENSITY",

@@ -19,8 +19,8 @@ from workbench.model.body import Body
 from workbench.model.criterion import Criterion
 from workbench.model.environment import Environment
 from workbench.model.motion_case import MotionCase, SignalPoint
-from workbench.model.moving import poses_at
 from workbench.model.poses import Poses
+from workbench.model.posing import poses_at
 from workbench.model.simulation import ContactRule, Restraints, Simulated, Simulation
 from workbench.model.study import Case, RecordedMotion, Role, SimulatedMotion, Study
 from workbench.posture.seating.seat import seat

@@ -35,6 +35,7 @@ from workbench.motion.recorded.subject import (
     factors_from_bones,
     factors_from_markers,
     factors_from_track,
+    height_of,
 )
 from workbench.study.checks.parts import asked_pair, limit_of
 
@@ -278,11 +279,5 @@ def _changes(body: Body, made: Body, factors: dict[str, float], file: str) -> li
         alike = len(same) == 2 and abs(factors[same[0]] - factors[same[1]]) < _TOLD
         parts[f"{twin}s" if alike else name] = factor
     said = ", ".join(f"{name} {100 * (f - 1):+.0f} %" for name, f in parts.items())
-    tall = f"{1000 * _stature(body):.0f} mm tall before, {1000 * _stature(made):.0f} mm now"
+    tall = f"{1000 * height_of(body):.0f} mm tall before, {1000 * height_of(made):.0f} mm now"
     return [f"{file}: the lengths of {body.name} are scaled to the subject: {said}; {tall}"]
-
-
-def _stature(body: Body) -> float:
-    """[m] from the soles to the top in the zero pose."""
-    z = body.zero_origins[0, body.sphere_segment, 2] + body.centre[0, :, 2]
-    return float((z + body.radius[0]).max() - (z - body.radius[0]).min())

@@ -16,13 +16,13 @@ from workbench.body.scaling.scale import morph_to, scale
 from workbench.body.scaling.seated import seated
 from workbench.body.wear import wear
 from workbench.errors import InputError, one_of
+from workbench.model.arguments import short_repr
 from workbench.model.body import Body
 from workbench.model.driving import Driver, DrivingAims
 from workbench.model.figures import plain
 from workbench.model.measures import GIRTHS, WORDS, check_plausible
 from workbench.model.person import Growth, Size
 from workbench.model.population import SEXES, Population, PopulationModel
-from workbench.model.short_repr import short_repr
 from workbench.model.study import Role
 
 __all__ = ["RARE", "SizedBody", "drivers_among", "person_body", "role_body"]

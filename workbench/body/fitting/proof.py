@@ -10,11 +10,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from workbench.body.fitting.candidates import Limits
+from workbench.body.fitting.candidates import Limits, Samples
 from workbench.body.fitting.cover import cover
 from workbench.body.fitting.polish import polished_parts, union_field, within_bounds
 from workbench.body.fitting.problem import Bare, Problem, refuse_bare, with_more
-from workbench.body.fitting.sampling import Samples
 from workbench.body.kernels.balls import widest_gap
 from workbench.body.kernels.hollows import deep_patches
 from workbench.body.kernels.spacing import thin_points

@@ -14,7 +14,7 @@ from workbench.contact.collide import allowed_depth, contacts, nearest
 from workbench.draw.scene import Mark, Scene, SceneBody
 from workbench.draw.source import Source
 from workbench.errors import UsageError, one_of
-from workbench.model.arrays import Bools, Floats
+from workbench.model.arrays import Bools, Floats, xyz
 from workbench.model.contacts import Clearance, Contacts
 from workbench.model.environment import Environment
 from workbench.model.figures import plain
@@ -56,9 +56,9 @@ def contact_marks(contacts: Contacts, pose: int = 0, *, most: int = 20) -> tuple
     order = np.argsort(-deepest.excess, kind="stable")
     chosen = order[deepest.pose[order] == pose]
     is_allowed = deepest.excess[chosen] <= 0
-    allowed = tuple(Mark(_point(deepest.point[row]), "", "allowed") for row in chosen[is_allowed])
+    allowed = tuple(Mark(xyz(deepest.point[row]), "", "allowed") for row in chosen[is_allowed])
     return allowed + tuple(
-        Mark(_point(deepest.point[row]), _millimetres(deepest.excess[row]), "contact")
+        Mark(xyz(deepest.point[row]), _millimetres(deepest.excess[row]), "contact")
         for row in chosen[~is_allowed][:most]
     )
 
@@ -137,7 +137,7 @@ def dimension(
         other = near.other
         names = other.parts if isinstance(other, Environment) else other.segment_names
         label = f"{plain(names[pair[2]])} {label}"
-    return Mark(_point(on_body), label, "clearance", _point(point))
+    return Mark(xyz(on_body), label, "clearance", xyz(point))
 
 
 def stop_marks(
@@ -163,7 +163,7 @@ def stop_marks(
         if np.all(np.isfinite(world)):
             excess = np.degrees(-margin[pose, joint])
             centre = body.joint_in_parent[placed.person[pose], joint]
-            point = _point(world[:, :3] @ centre + world[:, 3])
+            point = xyz(world[:, :3] @ centre + world[:, 3])
             marks.append(Mark(point, f"{body.joint_names[joint]} +{excess:.1f}°", "stop"))
     return tuple(marks)
 
@@ -199,7 +199,7 @@ def segment_marks(placed: Placed, pose: int = 0) -> tuple[Mark, ...]:
         centres = placed.centres[pose, body.spheres(segment)]
         if len(centres) and np.all(np.isfinite(centres)):
             middle = (centres.min(axis=0) + centres.max(axis=0)) / 2.0
-            marks.append(Mark(_point(middle), name, "segment"))
+            marks.append(Mark(xyz(middle), name, "segment"))
     return tuple(marks)
 
 
@@ -222,14 +222,8 @@ def axes_marks(origin: _Point = (0.0, 0.0, 0.0), *, length: float = 0.2) -> tupl
         raise UsageError(f"axes: a length above 0 m is needed, got {length}")
     tips = np.asarray(origin, dtype=np.float64) + length * np.eye(3)
     return tuple(
-        Mark(origin, name, f"axis_{name}", _point(tip))
-        for name, tip in zip("xyz", tips, strict=True)
+        Mark(origin, name, f"axis_{name}", xyz(tip)) for name, tip in zip("xyz", tips, strict=True)
     )
-
-
-def _point(point: Floats) -> _Point:
-    x, y, z = (float(value) for value in point)
-    return x, y, z
 
 
 def _millimetres(metres: float) -> str:

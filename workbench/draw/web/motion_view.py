@@ -13,8 +13,8 @@ from workbench.draw.web.views import WebBody, WebGaps, WebMark, WebView, body_vi
 from workbench.model.arrays import Floats
 from workbench.model.figures import plain
 from workbench.model.motion_case import MotionCase
-from workbench.model.moving import poses_at
 from workbench.model.poses import Placed
+from workbench.model.posing import poses_at
 from workbench.model.result import MotionFound
 from workbench.model.spool import pieces
 from workbench.study.crash.belts import belt_line

@@ -24,6 +24,7 @@ __all__ = [
     "factors_from_bones",
     "factors_from_markers",
     "factors_from_track",
+    "height_of",
     "marker_places",
 ]
 
@@ -283,12 +284,12 @@ def marker_places(body: Body, sites: Mapping[str, Site]) -> tuple[Floats, Floats
     tuple of Floats
         Centres (M, 3) [m] in the segments' frames, and the spread (M,) [m] of real markers.
     """
-    scale = _height(body) / _SITE_STATURE
+    scale = height_of(body) / _SITE_STATURE
     places = [_place(body, site, scale) for site in sites.values()]
     return np.array(places), np.array([site.spread for site in sites.values()])
 
 
-def _height(body: Body) -> float:
+def height_of(body: Body) -> float:
     """Height [m] of a body in the zero pose, from the lowest to the highest sphere."""
     z = body.zero_origins[0, body.sphere_segment, 2] + body.centre[0, :, 2]
     return float((z + body.radius[0]).max() - (z - body.radius[0]).min())

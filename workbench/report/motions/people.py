@@ -14,8 +14,7 @@ from workbench.draw.scene import SceneBody
 from workbench.model.arrays import Floats
 from workbench.model.figures import plain
 from workbench.model.motion_case import MotionCase
-from workbench.model.moving import poses_at
-from workbench.model.posing import angles_of, named_angles
+from workbench.model.posing import angles_of, named_angles, poses_at
 from workbench.model.result import MotionFound
 from workbench.report.joint_angles import angle_rows
 from workbench.report.section import Section

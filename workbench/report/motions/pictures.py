@@ -23,8 +23,8 @@ from workbench.errors import MissingPartError
 from workbench.model.arrays import Floats
 from workbench.model.environment import Environment
 from workbench.model.motion_case import MotionCase
-from workbench.model.moving import poses_at
 from workbench.model.poses import Placed
+from workbench.model.posing import poses_at
 from workbench.report.words import milliseconds
 from workbench.study.crash.belts import with_belts
 

@@ -16,7 +16,7 @@ from workbench.files.results.postures import (
     ReachRow,
     StopRow,
 )
-from workbench.model.body import Body
+from workbench.model.body import DIRECTIONS, Body
 from workbench.model.contacts import Contacts
 from workbench.model.environment import Environment
 from workbench.model.poses import Poses
@@ -24,7 +24,6 @@ from workbench.model.posing import angles_of, named_angles
 from workbench.model.quaternions import from_matrices
 from workbench.model.reach import DOUBTS
 from workbench.model.result import ControlReach, PersonFound, PosturesFound
-from workbench.model.vocabulary import DIRECTIONS
 from workbench.report.postures.envelopes import envelope_rows, envelope_tables
 from workbench.report.tables import Table, micro, row_table
 from workbench.report.words import contact_sentence, millimetres, person_words

@@ -17,8 +17,8 @@ from workbench.model.arrays import Floats, Ints
 from workbench.model.body import Body
 from workbench.model.contacts import Clearance, Episodes
 from workbench.model.motion_case import Agreement, Meeting, MotionCase
-from workbench.model.moving import poses_at
 from workbench.model.poses import Placed, Poses
+from workbench.model.posing import poses_at
 from workbench.model.result import MotionFound
 from workbench.model.spool import pieces
 from workbench.study.checks.table import motion_verdict

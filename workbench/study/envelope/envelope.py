@@ -32,8 +32,7 @@ from workbench.study.envelope.asking import (
     solid_angles,
 )
 from workbench.study.envelope.clearing import Room, cleared_from
-from workbench.study.envelope.ends import Ends, ray_ends
-from workbench.study.envelope.stations import Stations, cleared_stations, stations
+from workbench.study.envelope.ends import Ends, Stations, cleared_stations, ray_ends, stations
 from workbench.study.situation import Situation
 
 __all__ = [
