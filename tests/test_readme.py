@@ -39,11 +39,12 @@ def test_the_python_block_runs_and_prints_contacts(capsys):
 )
 def test_every_command_line_parses(line):
     command, bound, _ = app.parse_args(
-        shlex.split(line)[1:], exit_on_error=False, print_error=False
+        shlex.split(line, comments=True)[1:], exit_on_error=False, print_error=False
     )
     assert command.__name__ in {
         "run",
         "check",
+        "new",
         "inspect",
         "render",
         "body_scale",

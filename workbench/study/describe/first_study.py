@@ -40,7 +40,8 @@ GIVES = 10
 """Limits that are assumed: [mm], degrees, percent."""
 SHORT_TRAVEL = 0.06
 """Of less travel [m] nothing is asked to be left."""
-LIMBS = ["LLA", "RLA", "LHN", "RHN", "LLL", "RLL", "LF", "RF"]
+SHANKS = ["LLL", "RLL", "LF", "RF"]
+LIMBS = ["LLA", "RLA", "LHN", "RHN", *SHANKS]
 """Segments that are asked not to be in the rest of the body: folds of trunk, shoulders and hips are
 no fault."""
 LEGS = ["LUL", "RUL", "LLL", "RLL"]
@@ -264,7 +265,11 @@ def _asked(
     else:
         yield _Row(contact)
     note = "forearms, hands, shanks and feet: folds of trunk, shoulders and hips are no fault"
-    own = {"name": "no one overlaps himself", "check": "self_contact", "segments": LIMBS}
+    limbs = LIMBS
+    if not sitters:  # arms hang as the posture has them, beside hips of any breadth
+        note = "shanks and feet: arms that hang at rest give way, folds are no fault"
+        limbs = SHANKS
+    own = {"name": "no one overlaps himself", "check": "self_contact", "segments": limbs}
     yield _Row(own, note)
     several = len(sitters) + len(stands) > 1
     for role, sitter in sitters.items():
@@ -370,6 +375,9 @@ KNEES = ((0.50, 0.16, 0.22), (0.50, -0.16, 0.22), (0.62, 0.14, 0.0), (0.62, -0.1
 """Knees and shins, ahead, to the left and above the seat reference point [m]."""
 PANEL = 0.4
 """What is farther [m] from knees and shins is not asked about."""
+LAP = ((0.1, 0.15), (0.1, -0.15), (0.25, 0.12), (0.25, -0.12), (0.4, 0.1), (0.4, -0.1))
+"""Buttocks and thighs, ahead and to the left [m]: what is below them bears the cushion, and a thigh
+that sinks into the cushion comes near to it, whoever sits there."""
 FEET = ((0.50, 0.1), (0.50, -0.1), (0.65, 0.1), (0.65, -0.1), (0.80, 0.1), (0.80, -0.1))
 """Where feet may stand, ahead and to the left [m]."""
 DROP = 0.8
@@ -407,7 +415,8 @@ class Around:
     """What is about an occupant.
 
     above, before, over: the parts above the head, before the knees, and that one looks out over.
-    rests: those parts of `above` and `before` that the occupant also sits or stands on. floor:
+    rests: those parts of `above` and `before` that the occupant also sits, or stands on, or that are
+    below the lap. floor:
     height [m], None where nothing is under the feet.
     """
 
@@ -427,7 +436,9 @@ def around(environment: Environment, sitter: Sitter) -> Around:
     touched = {one.part for one in environment.controls if one.name in held or one.for_feet}
     fixed = _visible(environment, seat.moves)
     stood_on, floor = floor_below(environment, frame, fixed)
-    rests = {*seat.parts, *stood_on}
+    lap = np.array([frame.world(ahead, left, 0.1) for ahead, left in LAP])
+    below = _met(environment, lap, np.array([[0.0, 0.0, -1.0]]), DROP / 2, fixed)
+    rests = {*seat.parts, *stood_on, *below}
     head = eye + HEAD[0] * frame.ahead + np.array([0.0, 0.0, HEAD[1]])
     steep = _upright_fan(frame.ahead, np.radians([35.0, 55.0, 75.0, 90.0]), _turns(180.0))
     low = _upright_fan(frame.ahead, np.radians([15.0]), _turns(90.0))

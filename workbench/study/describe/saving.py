@@ -209,11 +209,13 @@ def save_first_study(environment: str | Path, to: Path, *, people: int = 0) -> F
 
 
 def next_commands(saved: Path) -> list[str]:
-    """The commands that lead from an environment that was saved to a study."""
+    """The commands that lead from an environment that was saved to studies of one and of many."""
     path = Path(os.path.relpath(saved))
     shown = path if ".." not in path.parts else saved
     study = shown.with_name("study.yaml")
-    rows = [["new", str(shown)], ["run", str(study)], ["live", str(study)]]
+    people = study.with_stem(f"{study.stem}_people")
+    run = people if people.exists() or not study.exists() else study
+    rows = [["new", str(shown), "--people", "100"], ["run", str(run)], ["live", str(study)]]
     if study.exists():
         del rows[0]
     return [shlex.join(["workbench", *row]) for row in rows]
