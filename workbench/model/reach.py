@@ -10,6 +10,7 @@ import numpy as np
 
 from workbench.model.arrays import Bools, Floats, Ints, frozen
 from workbench.model.body import Body
+from workbench.model.figures import plain
 from workbench.model.poses import Poses, people_of
 from workbench.model.posing import compose
 from workbench.model.reason import NO_REASON, TOO_SHORT, Reason, hider
@@ -174,5 +175,5 @@ def stop_reason(body: Body, stop: Iterable[int]) -> Reason:
     joint, axis, side = stop
     if joint < 0:
         return TOO_SHORT
-    motion = body.stops.motions[joint][axis][side].replace("_", " ")
+    motion = plain(body.stops.motions[joint][axis][side])
     return Reason("stop", f"{body.joint_names[joint]} ({motion})")

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from workbench.errors import InputError
-from workbench.model.arrays import Floats, Ints, freeze_fields, frozen
+from workbench.model.arrays import Floats, Ints, for_rows, freeze_fields
 from workbench.model.body import Body
+from workbench.model.kept import kept_with_topology
 from workbench.model.poses import Placed
 from workbench.model.quaternions import exponential, rotate
 
@@ -90,6 +92,7 @@ class Eyes:
         return np.asarray(math.cos(down) * level - math.sin(down) * up)
 
 
+@kept_with_topology
 def _eye_spheres(body: Body) -> list[int]:
     return [k for k, name in enumerate(body.sphere_names) if name.endswith("eye")]
 
@@ -304,12 +307,23 @@ def gaze(eyes: Eyes, target: ArrayLike, limits: Limits = TURNS, *, trunk: ArrayL
     >>> np.degrees(found.eye_turn).round(1), np.degrees(found.head_turn).round(1)
     (array([[15. , 14.7]]), array([[28.3,  0. ]]))
     """
-    shape = (3,) if np.ndim(target) < 2 else (len(eyes), 3)
-    goal = np.broadcast_to(frozen(target, np.float64, shape, "gaze: target"), (len(eyes), 3))
+    goal = for_rows(target, np.float64, (3,), rows=len(eyes), what="gaze: target")
     distance = np.linalg.norm(goal - eyes.middle, axis=1)
     if not np.isfinite(goal).all() or np.any(distance == 0.0):
         raise InputError("gaze: expected finite targets (B, 3) [m] away from the eyes")
-    side = limits.head_side + np.broadcast_to(np.asarray(trunk, np.float64), len(eyes))
+    most = np.broadcast_to(np.asarray(trunk, np.float64), len(eyes))
+    arrays = eyes.left, eyes.right, eyes.axes, eyes.pivot, goal, most
+    return _known_gaze(limits, *(one.tobytes() for one in arrays))
+
+
+@lru_cache(maxsize=16)
+def _known_gaze(limits: Limits, *arrays: bytes) -> Gaze:
+    """What `gaze` finds, once for the same eyes and goals: while a part is dragged, both stay."""
+    shapes = [(-1, 3), (-1, 3), (-1, 3, 3), (-1, 3), (-1, 3), (-1,)]
+    given = zip(arrays, shapes, strict=True)
+    left, right, axes, pivot, goal, most = (np.frombuffer(a).reshape(shape) for a, shape in given)
+    eyes = Eyes(left, right, axes, pivot)
+    side = limits.head_side + most
     low = np.stack([-side, np.full(len(eyes), -limits.head_down)], axis=1)
     high = np.stack([side, np.full(len(eyes), limits.head_up)], axis=1)
     head = np.zeros((len(eyes), 2))

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from workbench.body.kernels.forward import Chain, Skin, chain_transforms, place_spheres
 from workbench.body.kernels.rotation import swing_twist_quaternion
-from workbench.compiled import inlined, inner, njit
+from workbench.compiled import batch_loop, inlined, inner, shared
 from workbench.contact.kernels.field import (
     Field,
     depth_in,
@@ -150,8 +150,7 @@ class Space(NamedTuple):
     is not known, or the centre is inside."""
 
 
-@njit(cache=True)
-def new_space(limbs, joints):  # type: ignore[no-untyped-def]
+def new_space(limbs: Limbs, joints: int) -> Space:
     """Make working arrays for bodies of so many joints."""
     spheres = limbs.centre.shape[2]
     segments = limbs.skin.shown.shape[0]
@@ -449,7 +448,7 @@ def _sphere(x, y, z, r, s, n, g, room, clear, outside, count, space):  # type: i
     return count
 
 
-@inner
+@shared
 def contact_of_sphere(limbs, b, room, g, s, point, space):  # type: ignore[no-untyped-def]
     """Find what sphere s of body b, with its centre at a point (3) [m] in the frame of group g,
     enters of the group beyond what is allowed; space.found is filled, deepest first. Returns the
@@ -511,7 +510,7 @@ def _touch_people(limbs, b, q, room, near, count, space):  # type: ignore[no-unt
     return count
 
 
-@inner
+@shared
 def touch(limbs, b, held, base, p, angles, q, room, near, space):  # type: ignore[no-untyped-def]
     """Place a limb and find what it enters by more than -near [m] beyond what is allowed.
 
@@ -616,8 +615,8 @@ def plane_of_contact(limbs, b, room, i, clear, space, planes, m):  # type: ignor
     planes.offset[m] = height + limbs.radius[b, s] - allowed + 2.0 * clear
 
 
-@njit(cache=True, nogil=True)
-def limb_contacts(limbs, who, held, base, angles, room, reach, out, begin, end):  # type: ignore[no-untyped-def]
+@batch_loop
+def limb_contacts(limbs, who, held, base, angles, room, reach, out, begin, end, space):  # type: ignore[no-untyped-def]
     """Find what the limbs of rows begin..end - 1 of P enter, and planes that keep them out of it.
 
     Parameters
@@ -641,17 +640,11 @@ def limb_contacts(limbs, who, held, base, angles, room, reach, out, begin, end):
         DEEPEST); the greatest depth (P,) [m] beyond what is allowed.
     begin, end : int
         Rows to look at.
+    space : Space
+        Working arrays.
     """
-    space = new_space(limbs, held.shape[1])
-    _row_contacts(limbs, who, held, base, angles, room, reach, out, (begin, end), space)
-
-
-@inner
-def _row_contacts(limbs, who, held, base, angles, room, reach, out, rows, space):  # type: ignore[no-untyped-def]
-    """Find contacts and planes of the rows rows[0]..rows[1] - 1 of P."""
     planes, many, part, overlap = out
     near, clear = reach
-    begin, end = rows
     for p in range(begin, end):
         b = who[p]
         forget(space)

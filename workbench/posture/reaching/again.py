@@ -19,7 +19,7 @@ from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.body import Body
 from workbench.model.environment import Environment
 from workbench.model.poses import Poses
-from workbench.posture.kernels.clear_reach import KEPT, Looked, Outcome, still_reaches
+from workbench.posture.kernels.clear_reach import KEPT, Looked, Outcome, new_desk, still_reaches
 from workbench.posture.kernels.contacts import GROUPS
 from workbench.posture.reaching.chains import goals_of, limb_task, rows_of
 from workbench.posture.reaching.heeding import in_own_body
@@ -132,8 +132,9 @@ def still_reached(
 
     def work(begin: int, end: int) -> None:
         problem = *task.own, task.base, task.goal
+        desk = new_desk(task.link, limbs, task.held.shape[1], 1)
         still_reaches(
-            task.link, limbs, task.who, task.held, problem, room, kept.looked, out, begin, end
+            task.link, limbs, task.who, task.held, problem, room, kept.looked, out, begin, end, desk
         )
 
     in_pieces(work, rows, PIECE)

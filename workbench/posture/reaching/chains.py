@@ -18,16 +18,15 @@ from workbench.posture.kernels.inverse import (
     Search,
     Seeds,
     Solutions,
-    breaches,
+    new_chain_workspace,
     solve_chains,
-    tips,
 )
 from workbench.posture.kernels.limits import Planes
 from workbench.posture.kernels.linkage import Linkage
 from workbench.posture.reaching.limbs import Limb
 from workbench.posture.reaching.linkage import joints_between
 from workbench.posture.reaching.packing import packed_links
-from workbench.posture.reaching.seeds import NO_PLANES, packed_seeds
+from workbench.posture.reaching.seeds import NO_PLANES, chains_placed, packed_seeds
 from workbench.threads import in_pieces
 
 __all__ = [
@@ -280,8 +279,11 @@ def solved(
         out = Solutions(np.array(near.angles), np.array(near.numbers), np.array(near.held))
     known = np.full(count, int(near is not None))
 
+    rows = len(link.rows) + int(np.diff(first).max(initial=0))
+
     def work(begin: int, end: int) -> None:
-        solve_chains(link, task.who, problem, planes, first, search, known, out, begin, end)
+        space = new_chain_workspace(len(link.axes), len(link.mode), rows, len(task.seeds.angles))
+        solve_chains(link, task.who, problem, planes, first, search, known, out, begin, end, space)
 
     in_pieces(work, count, PIECE, threads=threads)
     return Found(*out, np.zeros(count), np.full(count, -1))
@@ -289,15 +291,13 @@ def solved(
 
 def legal(task: Task, angles: Floats) -> Bools:
     """(P,) whether angles (P, K, 3) are within the stops, but for rounding."""
-    breach = np.zeros(len(angles))
-    breaches(task.link, NO_PLANES, np.array(angles), breach)
+    _, breach = chains_placed(task.link, task.who, task.base, np.array(angles), inside=True)
     return breach < 1e-3
 
 
 def tips_of(task: Task, angles: Floats) -> Floats:
     """(P, 6) where angles (P, K, 3) bring tip and direction."""
-    at = np.zeros((len(angles), 6))
-    tips(task.link, task.who, task.base, angles, at)
+    at, _ = chains_placed(task.link, task.who, task.base, angles, inside=False)
     return at
 
 

@@ -16,11 +16,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from workbench.errors import InputError, one_of
+from workbench.model.arguments import short_repr
 from workbench.model.arrays import Bools, Floats, Ints
-from workbench.model.body import Body
+from workbench.model.body import DIRECTIONS, Body
 from workbench.model.kept import kept_by_row
-from workbench.model.short_repr import short_repr
-from workbench.model.vocabulary import DIRECTIONS
 
 __all__ = [
     "FEET",

@@ -26,8 +26,15 @@ from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.body import Body, Topology
 from workbench.model.bystander import Bystander
 from workbench.model.environment import Environment
-from workbench.posture.kernels.clear_reach import WHOLE, Outcome, clear_reaches, prove_no_room
-from workbench.posture.kernels.contacts import Company, Limbs, Obstacles
+from workbench.posture.kernels.clear_reach import (
+    WHOLE,
+    Outcome,
+    clear_reaches,
+    new_desk,
+    prove_no_room,
+)
+from workbench.posture.kernels.contacts import Company, Limbs, Obstacles, new_space
+from workbench.posture.kernels.hand_room import new_turns
 from workbench.posture.reaching.chains import PIECE, Found, Task
 from workbench.posture.reaching.history import Recall, known_of
 from workbench.posture.reaching.limbs import Limb
@@ -137,6 +144,7 @@ def cleared(
             out,
             begin,
             end,
+            new_desk(task.link, limbs, task.held.shape[1], len(task.seeds.angles)),
         )
 
     in_pieces(work, count, PIECE, threads=room.threads)
@@ -178,7 +186,8 @@ def hands_without_room(
     proved = np.zeros(len(who), np.int64)
 
     def work(begin: int, end: int) -> None:
-        prove_no_room(limbs, who, each, room, proved, begin, end)
+        space = new_space(limbs, len(limbs.axes))
+        prove_no_room(limbs, who, each, room, proved, begin, end, space, new_turns())
 
     in_pieces(work, len(who), PIECE)
     return np.asarray(proved.reshape(-1, count) > 0)
