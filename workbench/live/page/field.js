@@ -15,9 +15,10 @@ export function turnWords([left, up]) {
 }
 
 // Where somebody looks, in words.
-export function gazeWords({ eyes, head, lack }) {
-  const words = `Eyes ${turnWords(eyes)} in the head; head ${turnWords(head)}`;
-  return lack ? `${words}: ${lack.toFixed(0)}° beyond the turn of eyes and head` : words;
+export function gazeWords({ eyes, head, trunk, lack }) {
+  const bends = trunk ? `; trunk ${turnWords([trunk, 0])}` : "";
+  const words = `Eyes ${turnWords(eyes)} in the head; head ${turnWords(head)}${bends}`;
+  return lack ? `${words}: ${lack.toFixed(0)}° beyond the turn of ${trunk ? "eyes, head and trunk" : "eyes and head"}` : words;
 }
 
 // What is free of a field, in words.
