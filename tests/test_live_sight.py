@@ -65,7 +65,9 @@ def test_what_is_seen_while_the_coaming_is_dragged_is_what_a_run_of_the_saved_st
     desk, study
 ):
     before = study.read_text()
-    assert sights(desk)["over the nose"]["passed"]
+    seen = sights(desk)
+    assert seen["over the nose"]["passed"]
+    assert not any(row["words"].endswith((" ", "–")) for row in seen.values())
     asked(desk, RAISED % "false")
     rows = []
     for case in desk.opened.cases:

@@ -9,8 +9,8 @@ const percent = (share) => `${share.toFixed(1)} %`;
 
 // A turn to the left and up [degrees], in words.
 export function turnWords([left, up]) {
-  const side = Math.abs(left) < 0.05 ? "" : `${Math.abs(left).toFixed(0)}° ${left > 0 ? "left" : "right"}`;
-  const rise = Math.abs(up) < 0.05 ? "" : `${Math.abs(up).toFixed(0)}° ${up > 0 ? "up" : "down"}`;
+  const side = Math.abs(left) < 0.5 ? "" : `${Math.abs(left).toFixed(0)}° ${left > 0 ? "left" : "right"}`;
+  const rise = Math.abs(up) < 0.5 ? "" : `${Math.abs(up).toFixed(0)}° ${up > 0 ? "up" : "down"}`;
   return [side, rise].filter(Boolean).join(", ") || "straight ahead";
 }
 
