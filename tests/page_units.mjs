@@ -356,8 +356,10 @@ test("a verdict of a state that is being changed says so", () => {
 
 test("turns of eyes and head are told by their sides", () => {
   assert.equal(turnWords([15, -3.4]), "15° left, 3° down");
-  assert.equal(turnWords([-0.04, 0.01]), "straight ahead");
+  assert.equal(turnWords([-0.4, 0.01]), "straight ahead");
+  assert.equal(turnWords([15, -0.4]), "15° left");
   assert.equal(gazeWords({ eyes: [0, 5], head: [-25, 0], lack: 0 }), "Eyes 5° up in the head; head 25° right");
+  assert.ok(gazeWords({ eyes: [35, 0], head: [60, 0], trunk: 30, lack: 2 }).endsWith("head 60° left; trunk 30° left: 2° beyond the turn of eyes, head and trunk"));
   assert.ok(gazeWords({ eyes: [35, 0], head: [60, 0], lack: 21.6 }).endsWith("22° beyond the turn of eyes and head"));
   const free = { free: [56, 51, 59, 48], error: 0.5 };
   assert.ok(freeWords({ ...free, fine: true }).startsWith("Free: 48.0 % to both eyes, 59.0 % to one at least"));

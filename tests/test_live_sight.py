@@ -7,6 +7,7 @@ import math
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 import workbench as wb
 from tests.conftest import ROOT
@@ -64,7 +65,9 @@ def test_what_is_seen_while_the_coaming_is_dragged_is_what_a_run_of_the_saved_st
     desk, study
 ):
     before = study.read_text()
-    assert sights(desk)["over the nose"]["passed"]
+    seen = sights(desk)
+    assert seen["over the nose"]["passed"]
+    assert not any(row["words"].endswith((" ", "–")) for row in seen.values())
     asked(desk, RAISED % "false")
     rows = []
     for case in desk.opened.cases:
@@ -100,6 +103,23 @@ def field(desk, toward, **more):
     return head, arrays.get("picture")
 
 
+def head_turn(eyes, looks):
+    """The turn of the head in the world, as a rotation vector [rad]."""
+    (left, up) = looks.head_turn[0]
+    return left * eyes.axes[0, 2] - up * eyes.axes[0, 1]
+
+
+def posed_anew(placed, poses, name, turn):
+    """Poses with a segment turned about its joint by a rotation vector in the world, the pelvis still."""
+    body, world = placed.body, placed.world_from_segment[0]
+    segment = body.segments.index(name)
+    seen = Rotation.from_matrix(world[body.parent[segment], :, :3]).inv()
+    joint = seen * Rotation.from_rotvec(turn) * Rotation.from_matrix(world[segment, :, :3])
+    given = dict(zip(body.joints, poses.rotations[0], strict=True))
+    given[body.joints[segment - 1]] = np.roll(joint.as_quat(), 1)
+    return wb.pose(body, {}, rotations=given, position=world[0, :, 3], attitude=world[0, :, :3])
+
+
 TOWARD = (math.cos(0.6), math.sin(0.6), -0.1)
 
 
@@ -109,10 +129,15 @@ def test_the_field_is_what_the_turned_eyes_meet_in_the_place_as_it_is_dragged(de
     pilot, instructor = (one.placed for one in shown(desk).people)
     environment = displaced(desk.opened.study.environment, desk.live.moves)
     eyes = eyes_of(pilot)
-    looks = gaze(eyes, eyes.middle + 1000.0 * np.array(TOWARD))
-    scenery = scenery_of(environment, pilot, {"instructor": instructor})
+    target = eyes.middle + 1000.0 * np.array(TOWARD)
+    looks = gaze(eyes, target)
+    poses = posed_anew(pilot, shown(desk).people[0].poses, "H", head_turn(eyes, looks))
+    turned = wb.place(pilot.body, poses)
+    scenery = scenery_of(environment, turned, {"instructor": instructor})
     region = cone("field", TOWARD, math.radians(60))
-    found = obscuration(scenery, looks.eyes, within=region, step=math.radians(0.5))
+    found = obscuration(
+        scenery, gaze(eyes_of(turned), target).eyes, within=region, step=math.radians(0.5)
+    )
     share = 100 / region.solid_angle
     assert head["free"] == pytest.approx(share * found.free, abs=0.006)
     for row in head["rows"]:
@@ -135,6 +160,42 @@ def test_eyes_turn_first_then_the_head_and_what_is_beyond_both_is_told(desk):
     assert math.hypot(*far["head"]) > 20 and far["eyes"][0] == pytest.approx(15, abs=0.1)
     behind, _ = field(desk, (0.1 * left - level).tolist())
     assert behind["lack"] > 30 and near["lack"] == far["lack"] == 0
+
+
+def test_a_helmet_turns_with_the_head_and_the_arms_with_the_trunk_as_in_a_study_that_sits_so(study):
+    text = study.read_text().replace("pilot: {body", "pilot: {clothes: [helmet], body", 1)
+    wide = study.with_name("wide.yaml")
+    wide.write_text(text.replace("controls: [throttle],", "controls: [throttle], trunk: 30,"))
+    desk = Desk(str(wide))
+    pilot = shown(desk).people[0]
+    body, eyes = pilot.body, eyes_of(pilot.placed)
+    toward = np.array([math.cos(2.2), math.sin(2.2), -0.1])
+    head, _ = field(desk, toward.tolist(), within=90)
+    target = eyes.middle + 1000.0 * toward / np.linalg.norm(toward)
+    trunk = gaze(eyes, target, trunk=math.radians(30)).trunk_turn[0]
+    assert trunk == pytest.approx(math.radians(30)) and head["trunk"] == 30
+    half = posed_anew(pilot.placed, pilot.poses, "UT", trunk * eyes.axes[0, 2])
+    between = wb.place(body, half)
+    looks = gaze(eyes_of(between), target)
+    whole = posed_anew(between, half, "H", head_turn(eyes_of(between), looks))
+    turned = wb.place(body, whole)
+    assert head["head"] == pytest.approx(np.degrees(looks.head_turn[0]), abs=0.06)
+    other = shown(desk).people[1].placed
+    scenery = scenery_of(desk.opened.study.environment, turned, {"instructor": other})
+    at = np.array(head["at"])
+    assert at == pytest.approx(eyes_of(turned).middle[0], abs=1e-5)
+    hidden = obscuration(
+        scenery,
+        eyes_of(turned),
+        within=cone("field", toward, math.radians(90)),
+        step=math.radians(0.5),
+    )
+    share = 100 / hidden.region.solid_angle
+    own = [row for row in head["rows"] if row["name"].startswith("own ")]
+    assert "own helmet" in [row["name"] for row in own]
+    for row in own:
+        k = hidden.names.index(row["name"])
+        assert row["shares"][2] == pytest.approx(share * hidden.either[k], abs=0.006)
 
 
 def test_the_field_is_refused_in_words_where_an_eye_is_inside_a_part_or_nobody_is_there(desk):

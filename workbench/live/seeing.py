@@ -95,6 +95,7 @@ def _figures(found: Field, rows: list[dict[str, Any]]) -> dict[str, Any]:
         "at": looks.eyes.middle[0].round(5).tolist(),
         "head": np.degrees(looks.head_turn[0]).round(1).tolist(),
         "eyes": np.degrees(looks.eye_turn[0]).round(1).tolist(),
+        "trunk": round(math.degrees(float(looks.trunk_turn[0])), 1),
         "lack": round(math.degrees(float(looks.lack[0])), 1),
         "free": (share * hidden.free).round(2).tolist(),
         "error": round(share * hidden.free_error, 2),

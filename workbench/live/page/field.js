@@ -9,15 +9,16 @@ const percent = (share) => `${share.toFixed(1)} %`;
 
 // A turn to the left and up [degrees], in words.
 export function turnWords([left, up]) {
-  const side = Math.abs(left) < 0.05 ? "" : `${Math.abs(left).toFixed(0)}° ${left > 0 ? "left" : "right"}`;
-  const rise = Math.abs(up) < 0.05 ? "" : `${Math.abs(up).toFixed(0)}° ${up > 0 ? "up" : "down"}`;
+  const side = Math.abs(left) < 0.5 ? "" : `${Math.abs(left).toFixed(0)}° ${left > 0 ? "left" : "right"}`;
+  const rise = Math.abs(up) < 0.5 ? "" : `${Math.abs(up).toFixed(0)}° ${up > 0 ? "up" : "down"}`;
   return [side, rise].filter(Boolean).join(", ") || "straight ahead";
 }
 
 // Where somebody looks, in words.
-export function gazeWords({ eyes, head, lack }) {
-  const words = `Eyes ${turnWords(eyes)} in the head; head ${turnWords(head)}`;
-  return lack ? `${words}: ${lack.toFixed(0)}° beyond the turn of eyes and head` : words;
+export function gazeWords({ eyes, head, trunk, lack }) {
+  const bends = trunk ? `; trunk ${turnWords([trunk, 0])}` : "";
+  const words = `Eyes ${turnWords(eyes)} in the head; head ${turnWords(head)}${bends}`;
+  return lack ? `${words}: ${lack.toFixed(0)}° beyond the turn of ${trunk ? "eyes, head and trunk" : "eyes and head"}` : words;
 }
 
 // What is free of a field, in words.

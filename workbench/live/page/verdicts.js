@@ -87,6 +87,9 @@ export class Verdicts {
   }
 
   title() {
-    if (this.head) at("failed").textContent = summary(this.head, this.troubled, this.one);
+    if (!this.head) return;
+    const words = summary(this.head, this.troubled, this.one);
+    const before = words && this.head.generation !== this.generation;
+    at("failed").textContent = before ? `${words.slice(0, -1)}, before this change)` : words;
   }
 }

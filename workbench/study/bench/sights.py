@@ -16,9 +16,12 @@ from numpy.typing import ArrayLike
 
 from workbench.errors import InputError
 from workbench.model.accommodation import OF_RULES, OF_SIGHT
+from workbench.model.arrays import Floats
+from workbench.model.poses import Poses
+from workbench.model.quaternions import exponential, from_matrices, matrices
 from workbench.model.result import Verdict
 from workbench.model.surroundings import move_parts
-from workbench.sight.eyes import Gaze, eyes_of, gaze
+from workbench.sight.eyes import TURNS, Gaze, eyes_of, gaze, head_of
 from workbench.sight.obscuration import Obscuration, obscuration
 from workbench.sight.regions import Region
 from workbench.sight.scenery import Scenery
@@ -30,6 +33,10 @@ from workbench.study.workplaces import workplace_of
 
 __all__ = ["Field", "field_of", "people_here", "sight_verdicts"]
 
+_TRUNK = "UT"
+"""The segment that turns with the trunk, and bears arms and head."""
+_HEAD_TURNED = replace(TURNS, head_side=0.0, head_up=0.0, head_down=0.0)
+"""How far eyes turn whose head has turned already."""
 _FAR = 1000.0
 """Distance [m] of what somebody looks at who looks in a direction."""
 
@@ -97,7 +104,8 @@ def field_of(
 ) -> Field:
     """Turn the eyes and the head of somebody, and measure what hides the field.
 
-    The eyes turn first, as `gaze` has it. What is worn on the head stays as the posture has it.
+    The eyes turn first, then the head with what is worn on it, then the trunk with all that it bears,
+    as far as a criterion of the person lets it, as `gaze` has it.
 
     Parameters
     ----------
@@ -120,8 +128,9 @@ def field_of(
     if not math.isfinite(length) or length == 0.0:
         raise InputError("a direction to look in is three numbers that are not all 0")
     situation = _seeing(opened, placement)[row]
-    eyes = eyes_of(situation.placed)
-    looks = gaze(eyes, eyes.middle + _FAR / length * way)
+    asked = [one.trunk for one in opened.study.criteria if situation.place.role in one.people]
+    target = eyes_of(situation.placed).middle + _FAR / length * way
+    turned, looks = _turned_to(situation, target, max(asked, default=0.0))
     ahead = way / length
     left = looks.eyes.axes[0, 1]
     if abs(left @ ahead) > 0.9:  # far beyond the turn of the head
@@ -129,8 +138,40 @@ def field_of(
     left = left - (left @ ahead) * ahead
     left /= np.linalg.norm(left)
     region = Region("field", np.stack([ahead, left, np.cross(ahead, left)]), within)
-    hidden = obscuration(situation.scenery, looks.eyes, within=region, step=step)
-    return Field(situation.scenery, looks, hidden)
+    hidden = obscuration(turned.scenery, looks.eyes, within=region, step=step)
+    return Field(turned.scenery, looks, hidden)
+
+
+def _turned_to(situation: Situation, target: Floats, trunk: float) -> tuple[Situation, Gaze]:
+    """Turn a person to a target (1, 3) [m]: the posture with trunk and head turned, and how the eyes
+    look from there; trunk: how far [rad] it may turn."""
+    body = situation.body
+    head = head_of(body)
+    looks = gaze(eyes_of(situation.placed), target, trunk=trunk)
+    if not head:
+        return situation, looks  # nothing bears the head
+    aside = looks.trunk_turn
+    if aside.any() and _TRUNK in body.segments:
+        up = eyes_of(situation.placed).axes[0, 2]
+        situation = _with_turn(situation, body.segment(_TRUNK), aside[0] * up)
+        looks = gaze(eyes_of(situation.placed), target)
+    _, left, up = eyes_of(situation.placed).axes[0]
+    to_left, upward = looks.head_turn[0].tolist()
+    situation = _with_turn(situation, head, to_left * up - upward * left)
+    rest = gaze(eyes_of(situation.placed), target, _HEAD_TURNED)
+    return situation, replace(rest, head_turn=looks.head_turn, trunk_turn=aside)
+
+
+def _with_turn(situation: Situation, segment: int, turn: Floats) -> Situation:
+    """A person with a segment, and all that it bears, turned about its joint by a rotation vector (3,)
+    [rad] in the world."""
+    world = situation.placed.world_from_segment[:, :, :, :3]
+    parent = world[0, situation.body.parent[segment]]
+    rotations = situation.poses.rotations.copy()
+    turned = parent.T @ matrices(exponential(turn)) @ world[0, segment]
+    rotations[0, segment - 1] = from_matrices(turned)
+    poses = Poses(rotations, 0, situation.placed.world_from_segment[:, 0])
+    return replace(situation, poses=poses)
 
 
 @lru_cache(maxsize=2)
