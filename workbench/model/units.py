@@ -71,12 +71,13 @@ UNITS = {
     "rad": Unit("deg", " degrees", "°", math.degrees(1.0), 0.2, 1),
     "arcmin": Unit("arcmin", " arc minutes", "′", 60 * math.degrees(1.0), 3.6, 1),
     "share": Unit("percent", " %", "\u00a0%", 100.0, 0.1),
+    "points": Unit("points", " points", " points", 1.0, 0.01),
     "g": Unit("g", " g", "\u00a0g"),
     "": Unit("", "", ""),
 }
 """By the unit of a finding, which is SI but for g: an angle is in radians whether degrees or arc
 minutes are read. A radian counts as an arc at about a hand's length, 200 mm; a percent and an arc
-minute as about a millimetre."""
+minute as about a millimetre, a point of a score as a centimetre."""
 _CHECKS = {
     "stops": "rad",
     "share": "share",
@@ -88,6 +89,7 @@ _CHECKS = {
     "forward_field": "rad",
     "mirror": "share",
     "reflection": "share",
+    "score": "points",
 }
 """The units of checks whose margin is no length."""
 _LIMITS = {"reads": "arcmin"}

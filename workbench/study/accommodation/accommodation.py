@@ -21,6 +21,7 @@ from workbench.model.population import Population
 from workbench.model.population_found import GripFinding, PopulationFound, Shown
 from workbench.model.reason import NO_REASON, Reason
 from workbench.model.study import Role, Study
+from workbench.model.workplace import Workplace
 from workbench.study.accommodation.chunks import Chunk, Question, joined_chunks, result_chunks
 from workbench.study.accommodation.gains import gains_of
 from workbench.study.accommodation.grips import grip_findings, grip_words
@@ -41,6 +42,7 @@ from workbench.study.accommodation.shares import (
 )
 from workbench.study.buried import buried_controls
 from workbench.study.checks.margins import Asked
+from workbench.study.checks.score import assumed_words
 from workbench.study.checks.sight import shortfall_words
 from workbench.study.kept_reaches import kept_by_parts, kept_words
 from workbench.study.people import Present, person_found
@@ -300,7 +302,7 @@ def _warnings(
     return (
         *grip_words(grips),
         *kept_words(kept),
-        *rules_words(question.asked),
+        *rules_words(question.asked, question.place),
         *piece_warnings([(body.name, body)]),
         *odd_people(question.people),
         *_inexact(bodies),
@@ -309,13 +311,16 @@ def _warnings(
     )
 
 
-def rules_words(asked: Sequence[Asked]) -> list[str]:
-    """Say which criteria are judged by rule sets of which not all values are sure."""
+def rules_words(asked: Sequence[Asked], where: Workplace) -> list[str]:
+    """Say which criteria are judged by rule sets of which not all values are sure, and what scores
+    of postures assume."""
     judged: dict[str, list[str]] = {}
     for one in asked:
         rules = one.criterion.rule_set
         if rules is not None and not rules.sure:
-            judged.setdefault(rules.all_told, []).append(one.criterion.name)
+            scored = one.criterion.check == "score"
+            words = assumed_words(one.criterion, where) if scored else ""
+            judged.setdefault(rules.all_told + words, []).append(one.criterion.name)
     told = []
     for words, names in judged.items():
         few = [repr(name) for name in dict.fromkeys(names)]
