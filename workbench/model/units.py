@@ -33,6 +33,8 @@ class Unit:
         What one SI unit counts beside lengths [m].
     places
         Decimals of an amount that is not small.
+    one
+        After the number 1 in a sentence, where that is another word.
     """
 
     column: str
@@ -41,6 +43,7 @@ class Unit:
     scale: float = 1.0
     counts: float = 1.0
     places: int = 0
+    one: str = ""
 
     def shown(self, margin: float) -> float:
         """The number of this unit in a margin [m] that counts beside lengths."""
@@ -60,7 +63,8 @@ class Unit:
         amount = self.shown(margin)
         least = 10.0**-self.places
         if amount >= 0.95 * least:
-            return f"{amount:,.{self.places}f}{self.words}"
+            number = f"{amount:,.{self.places}f}"
+            return f"{number}{self.one if self.one and number == '1' else self.words}"
         if amount >= 0.05 * least:
             return f"{amount:.{self.places + 1}f}{self.words}"
         return f"{amount:.1g}{self.words}"
@@ -71,7 +75,7 @@ UNITS = {
     "rad": Unit("deg", " degrees", "°", math.degrees(1.0), 0.2, 1),
     "arcmin": Unit("arcmin", " arc minutes", "′", 60 * math.degrees(1.0), 3.6, 1),
     "share": Unit("percent", " %", "\u00a0%", 100.0, 0.1),
-    "points": Unit("points", " points", " points", 1.0, 0.01),
+    "points": Unit("points", " points", " points", 1.0, 0.01, one=" point"),
     "g": Unit("g", " g", "\u00a0g"),
     "": Unit("", "", ""),
 }

@@ -381,10 +381,11 @@ def _hopeless(
         limit = reasons(person, r)
         much = shortfall_words(asked[r].requirement, asked[r].criterion, size, limit)
         if asked[r].requirement.name not in told:
-            words.append(
-                f"nobody meets {plain(asked[r].requirement.name)!r}: at least {much} are missing{limit.clause}: check "
-                f"where it is and what is asked for"
+            lack = (
+                f"at least {much} {'is' if much.startswith('1 ') else 'are'} missing{limit.clause}"
             )
+            name = plain(asked[r].requirement.name)
+            words.append(f"nobody meets {name!r}: {lack}: check where it is and what is asked for")
     count = met.sum(axis=0)
     both = met.T.astype(np.float64) @ met.astype(np.float64)
     expected = np.outer(count, count) / len(met)
