@@ -17,8 +17,7 @@ import numpy as np
 import trimesh
 
 from workbench.body.fitting.candidates import Limits
-from workbench.body.fitting.decompose import decompose
-from workbench.body.fitting.fewest import fewest_spheres
+from workbench.body.fitting.decompose import decompose, fewest_spheres
 from workbench.body.fitting.fit_quality import fit_quality
 from workbench.body.fitting.problem import Joints
 from workbench.body.fitting.regions import Regions

@@ -22,8 +22,8 @@ import workbench as wb
 from workbench.live.following import Following
 from workbench.live.seeing import Colours, FieldWork
 from workbench.live.server import SWITCH
-from workbench.model.moves import Move
 from workbench.model.study import PeopleDrawn
+from workbench.model.surroundings import Move
 from workbench.study.bench.answers import answer, judged, near_pairs
 from workbench.study.bench.crowd import AT_HAND
 from workbench.study.bench.edits import Edit, seated, shifted

@@ -67,7 +67,8 @@ def _all_gaps(placed: Placed, query: Callable[[Floats], Callable[[], Floats]]) -
 
 
 def warp_cpu(environment: Environment, placed: Placed) -> dict[str, Ask]:
-    """NVIDIA Warp on the CPU: one launch for all poses, a thread a pose or a segment of a pose."""
+    """NVIDIA Warp on the CPU: one launch for all poses, a thread a pose or a segment of a pose, a
+    ball around each segment asked about before its spheres."""
     import warp as wp  # type: ignore[import-not-found,unused-ignore]
 
     wp.config.quiet = True
@@ -80,6 +81,8 @@ def warp_cpu(environment: Environment, placed: Placed) -> dict[str, Ask]:
     mesh = wp.Mesh(points, corners)
     radius = to_array(placed.body.radius[0].astype(np.float32), dtype=wp.float32)
     start = to_array(placed.body.start.astype(np.int32), dtype=wp.int32)
+    middle = to_array(_middles(placed), dtype=wp.int32)
+    spheres = radius, start, middle
     segments = len(placed.window)
 
     def centres(rows: slice) -> Any:
@@ -89,17 +92,30 @@ def warp_cpu(environment: Environment, placed: Placed) -> dict[str, Ask]:
     def touch(rows: slice) -> Callable[[], Floats]:
         count = rows.stop - rows.start
         hit = wp.zeros(count, dtype=wp.int32, device="cpu")
-        wp.launch(touching, dim=count, inputs=[mesh.id, centres(rows), radius, hit], device="cpu")
+        wp.launch(touching, dim=count, inputs=[mesh.id, centres(rows), *spheres, hit], device="cpu")
         return lambda: hit.numpy().astype(np.bool_)
 
     def gap(rows: slice) -> Callable[[], Floats]:
         count = segments * (rows.stop - rows.start)
         gaps = wp.zeros(count, dtype=wp.float32, device="cpu")
-        inputs = [mesh.id, centres(rows), radius, start, gaps]
+        inputs = [mesh.id, centres(rows), *spheres, gaps]
         wp.launch(segment_gaps, dim=count, inputs=inputs, device="cpu")
         return lambda: _far(gaps.numpy().reshape(-1, segments).astype(np.float64))
 
     return {"any": touch, "by segment": gap}
+
+
+def _middles(placed: Placed) -> Ints:
+    """(N,) the sphere of each segment whose centre is nearest to the middle of them all, in the
+    first pose; 0 where it has none."""
+    start = placed.body.start
+    centres = placed.centres[0]
+    out = np.zeros(len(start) - 1, dtype=np.int32)
+    for n in np.flatnonzero(np.diff(start) > 0):
+        own = centres[start[n] : start[n + 1]]
+        middle = 0.5 * (own.min(axis=0) + own.max(axis=0))
+        out[n] = start[n] + np.argmin(np.linalg.norm(own - middle, axis=1))
+    return out
 
 
 def _far(gaps: Floats) -> Floats:

@@ -9,13 +9,13 @@ from pathlib import Path
 import numpy as np
 
 import workbench as wb
-from workbench.body.parts import moved
 from workbench.body.scaling.measure import measure
 from workbench.draw.camera import look_at
 from workbench.draw.disks import disks
 from workbench.draw.scene import Scene, SceneBody
 from workbench.files.postures import load_postures, posture_path, posture_pose
 from workbench.model.driving import Driver, Package
+from workbench.model.surroundings import move_parts
 from workbench.posture.seating.driving import driving_posture
 
 IMAGES = Path(__file__).resolve().parent / "images"
@@ -47,7 +47,7 @@ def driven(
         eye=at["low_eye"][2],
         seed=seed,
     )
-    car = moved(car, car.seat("driver").moves, found.shift[0])
+    car = move_parts(car, car.seat("driver").moves, found.shift[0])
     poses = found.poses
     for side, control in (("left", "wheel_ten"), ("right", "wheel_two")):
         arm = wb.limb(body, f"{side} hand", grip="grasp", zone=2)

@@ -11,8 +11,7 @@ from PIL import Image
 import workbench as wb
 from workbench.draw.camera import Camera
 from workbench.draw.disks import disks
-from workbench.draw.films.film import film_frames, write_film
-from workbench.draw.films.motion import every_pose, frame_times, scene_at
+from workbench.draw.films.film import every_pose, film_frames, frame_times, scene_at, write_film
 from workbench.draw.films.strip import strip_image
 from workbench.draw.lines.circles import circles
 from workbench.draw.lines.outline import outline
@@ -21,7 +20,7 @@ from workbench.draw.scene import Scene, SceneBody
 from workbench.draw.scene_builder import build_source, scene_of
 from workbench.draw.sphere_raster import painter_item_buffer, project_disks
 from workbench.draw.views import framed_views
-from workbench.model.moving import poses_at
+from workbench.model.posing import poses_at
 
 IMAGES = Path(__file__).resolve().parent / "images"
 TIMES = np.array([0.0, 0.06, 0.085, 0.1])  # [s]; the head is deepest in the coaming at the last

@@ -23,7 +23,7 @@ from workbench.model.accommodation import (
 from workbench.model.criterion import Criterion
 from workbench.model.population_found import PopulationFound, Shown, TriedChange
 from workbench.model.reason import TOO_SHORT, Reason
-from workbench.study.provenance import people_hash
+from workbench.study.run import people_hash
 from workbench.study.workplaces import workplace_of
 
 __all__ = [

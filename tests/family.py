@@ -8,7 +8,7 @@ import yaml
 
 import workbench as wb
 from tests.conftest import ROOT
-from workbench.model.vocabulary import DIRECTIONS
+from workbench.model.body import DIRECTIONS
 
 ARMS = ("UA", "LA", "HN")
 LEGS = ("UL", "LL", "F")

@@ -17,10 +17,10 @@ from tests.judge_field import FEW, field_of
 from tests.judge_limb import Chain, Skin, state_of
 from tests.judge_search import MOST, POOL, Desk, Scene, search
 from tests.oracles import forward
-from workbench.body.parts import moved
 from workbench.model.posing import angles_of, compose
 from workbench.model.quaternions import matrices
 from workbench.model.stops import StopKind
+from workbench.model.surroundings import move_parts
 
 RESTARTS = 200
 CONFIRMED_TIP = 1.1e-4
@@ -263,7 +263,7 @@ class Judge:
     @cached_property
     def room(self):
         """The environment as it stands for this person."""
-        return moved(
+        return move_parts(
             self.surroundings.environment, self.surroundings.moving_parts, self.displacement
         )
 

@@ -17,8 +17,8 @@ from scipy.optimize import least_squares
 import workbench as wb
 from tests.conftest import SHARED
 from tests.reach_truth import HANDS, Seats, seats_of, study_of
-from workbench.body.parts import moved
 from workbench.model.posing import angles_of, compose
+from workbench.model.surroundings import move_parts
 
 ASIDE = (1e-3, 5e-3, 20e-3)
 """[m] How far targets near by are, to both sides along three axes."""
@@ -235,5 +235,5 @@ def searcher(seats: Seats, person: int, hand: str, grip: str, zone: int) -> Sear
     """The search for one limb of one person in a place."""
     one = seats.body[np.array([person])]
     arm = wb.limb(one, hand, grip=grip, zone=zone)
-    room = moved(seats.environment, seats.moving_parts, seats.displacement[person])
+    room = move_parts(seats.environment, seats.moving_parts, seats.displacement[person])
     return Searcher(one, arm, seats.pose(person), room)

@@ -265,6 +265,25 @@ def _write_environment(source: Path, folder: Path, how: Same) -> None:
     (folder / "environment.yaml").write_text(yaml.safe_dump(said, sort_keys=False, width=200))
 
 
+def write_plain(source: Path, folder: Path) -> None:
+    """Write an environment as one OBJ file in metres, z up, which is what `write_same` understands."""
+    environment = wb.load_environment(source)
+    part = np.repeat(environment.polygon_part, np.diff(environment.triangle_start))
+    lines = []
+    count = 0
+    for k, name in enumerate(environment.parts):
+        used, corners = np.unique(environment.triangles[part == k], return_inverse=True)
+        lines.append(f"o {name}")
+        lines += ["v {!r} {!r} {!r}".format(*at) for at in environment.vertices[used].tolist()]
+        faces = (corners.reshape(-1, 3) + count + 1).tolist()
+        lines += ["f {} {} {}".format(*face) for face in faces]
+        count += len(used)
+    (folder / "parts.obj").write_text("\n".join(lines) + "\n")
+    said = _loaded(source)
+    said["meshes"] = [{"file": "parts.obj", "length": "m", "up": "z", "forward": "x"}]
+    (folder / "environment.yaml").write_text(yaml.safe_dump(said, sort_keys=False))
+
+
 def _obj(text: str, how: Same) -> str:
     """An OBJ file of objects in metres, moved; in another order where that is asked for."""
     objects: dict[str, list[list[int]]] = {}

@@ -25,13 +25,13 @@ from tests.crowds import crowd_of
 from tests.test_index_cache import DAMAGE
 from tests.toy_cockpit import STUDY, write_toy
 from workbench import limb, load_study, reach
-from workbench.body.parts import moved
 from workbench.cli import main
 from workbench.contact import index_cache
 from workbench.contact.clearance_pairs import ClearancePair, clearance_of_pairs
 from workbench.files.kinds import json_schemas
 from workbench.files.results.result import load_result
 from workbench.model.accommodation import Change
+from workbench.model.surroundings import move_parts
 from workbench.report.folder import write_report
 from workbench.report.population.rows import population_lines
 from workbench.study import executors
@@ -170,7 +170,7 @@ def test_clearances_of_many_are_those_of_each_in_the_environment_with_the_seat_m
         pose = wb.Poses(
             one.rotations[b : b + 1], one.reference, one.world_from_reference[b : b + 1]
         )
-        room = moved(study.environment, moves, shift[b])
+        room = move_parts(study.environment, moves, shift[b])
         near = wb.clearance(wb.place(body, pose), room)[0, body.segment("H")]
         assert found.distance[b, 0] == pytest.approx(
             near[3], abs=1e-12

@@ -16,7 +16,7 @@ from tests.toy_cockpit import BOXES, write_toy
 from workbench import InputError, load_environment, load_study
 from workbench.cli import main
 from workbench.draw.scene_builder import build_source
-from workbench.model.adjusting import adjusted
+from workbench.model.surroundings import adjusted
 from workbench.study.settings import settings_of
 from workbench.study.workplaces import workplace_of
 

@@ -17,9 +17,9 @@ from workbench.cli import main
 from workbench.model.accommodation import Requirement
 from workbench.model.criterion import Criterion
 from workbench.study.accommodation.accommodation import _hopeless
-from workbench.study.buried import buried_controls
 from workbench.study.checks.margins import Asked
 from workbench.study.executors import dask_executor
+from workbench.study.warnings import buried_controls
 
 CRITERIA = STUDY[STUDY.index("criteria:") :]
 MORE = "criteria:"

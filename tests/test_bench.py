@@ -16,17 +16,12 @@ from hypothesis import strategies as st
 
 import workbench as wb
 from tests.conftest import ROOT
-from workbench.body.parts import moved
-from workbench.contact.arranged import (
-    Arranged,
-    room_of_segments,
-    rooms_by_mover,
-)
 from workbench.contact.collide import allowed_depth, nearest
+from workbench.contact.movers import room_of_segments, rooms_by_mover
 from workbench.errors import InputError
 from workbench.files.study.saving import read_text
 from workbench.files.yaml_text import read_yaml
-from workbench.model.moves import Move
+from workbench.model.surroundings import Move, Surroundings, move_parts
 from workbench.posture.reaching.limbs import limb
 from workbench.study.bench.answers import answer, judged, near_pairs
 from workbench.study.bench.edits import adjusted_to, looking_at, seated, shifted
@@ -46,14 +41,6 @@ from workbench.study.bench.state import (
 )
 
 
-def moved_environment(arranged):
-    """The environment with the parts where they are displaced to: its index is made anew."""
-    environment = arranged.environment
-    for parts, shift in zip(arranged.movers, arranged.displacement, strict=True):
-        environment = moved(environment, [environment.parts[k] for k in parts], shift)
-    return environment
-
-
 def verdict_words(verdicts):
     """What a reader sees of verdicts: to 0.01 mm or degrees."""
     rows = []
@@ -68,21 +55,21 @@ def verdict_words(verdicts):
 @pytest.mark.parametrize("seed", range(4))
 def test_parts_displaced_are_the_parts_moved(trainer, placement, seed):
     shifts = np.random.default_rng(seed).uniform(-0.1, 0.1, (2, 3))
-    arranged = Arranged(trainer.study.environment, trainer.movers, shifts)
-    environment = moved_environment(arranged)
+    arranged = Surroundings(trainer.study.environment, trainer.movers, shifts)
+    environment = arranged.moved()
     person = placement.people[0]
     rest = rooms_by_mover(person.placed, placement.parts)
     found = room_of_segments(rooms_by_mover(person.placed, arranged, rest))
     plain = nearest(person.placed, environment)
     room = (plain.distance + allowed_depth(person.body, environment))[0].min(axis=1)
     near = np.isfinite(room)
-    assert np.array_equal(np.isfinite(found.room[0]), near) and near.sum() > 10
-    assert np.abs(found.room[0, near] - room[near]).max() < 1e-12
+    assert np.array_equal(np.isfinite(found.distance[0]), near) and near.sum() > 10
+    assert np.abs(found.distance[0, near] - room[near]).max() < 1e-12
     person_of = person.placed.body
     sphere, point = found.sphere[0, near], found.point[0, near]
     away = np.linalg.norm(point - person.placed.centres[0, sphere], axis=1)
     outside, inside = (
-        found.room[0, near] + person_of.radius[0, sphere] - s * away for s in (1, -1)
+        found.distance[0, near] + person_of.radius[0, sphere] - s * away for s in (1, -1)
     )
     # the point is in the world; the centre of a sphere may be inside of a solid
     assert np.maximum(outside, inside).min() > -1e-9
@@ -254,10 +241,10 @@ def test_a_seat_stays_within_its_travel(trainer):
     edit = seated(trainer, trainer.start, "pilot", 0.01004, 0.0)
     assert edit.arrangement.people[0].forward == pytest.approx(0.01, abs=1e-12)
     there = placed_people(trainer, edit.arrangement)
-    environment = moved_environment(there.parts)
+    environment = there.parts.moved()
     seat = trainer.seat(0)
     shift = there.people[0].shift
-    expected = moved(trainer.study.environment, seat.moves, shift)
+    expected = move_parts(trainer.study.environment, seat.moves, shift)
     assert np.array_equal(environment.vertices, expected.vertices)
     with pytest.raises(InputError, match="the travel of seat left is"):
         seated(trainer, trainer.start, "pilot", 5.0, 0.0)
@@ -271,10 +258,10 @@ def test_a_part_that_is_moved_is_asked_where_it_stands(trainer, placement, seed)
     second = seated(trainer, first.arrangement, "pilot", 0.02, 0.01).arrangement
     there = placed_people(trainer, second, before=placement)
     found = answer(there, answer(placement))
-    environment = moved_environment(there.parts)
+    environment = there.parts.moved()
     shift = there.people[0].shift
-    expected = moved(
-        moved(trainer.study.environment, ["left_stick", "compass"], by),
+    expected = move_parts(
+        move_parts(trainer.study.environment, ["left_stick", "compass"], by),
         trainer.seat(0).moves,
         shift,
     )
@@ -283,7 +270,7 @@ def test_a_part_that_is_moved_is_asked_where_it_stands(trainer, placement, seed)
     plain = nearest(person.placed, expected)
     room = (plain.distance + allowed_depth(person.body, expected))[0].min(axis=1)
     near = np.isfinite(room)
-    assert np.abs(found.people[0].near.room[0, near] - room[near]).max() < 1e-12
+    assert np.abs(found.people[0].near.distance[0, near] - room[near]).max() < 1e-12
 
 
 def test_a_move_takes_the_place_of_what_was_said_of_the_same_parts(trainer):

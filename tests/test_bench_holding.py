@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 import workbench as wb
 from tests.conftest import ROOT
 from workbench.files.study.saving import read_text
-from workbench.model.moves import Move
+from workbench.model.surroundings import Move
 from workbench.posture.reaching.limbs import FEET, HANDS, limb
 from workbench.study.bench.answers import answer, near_pairs
 from workbench.study.bench.edits import seated, shifted

@@ -19,7 +19,7 @@ from workbench.live.following import Following
 from workbench.live.protocol import parsed, unpacked
 from workbench.live.reach_maps import COARSE
 from workbench.model.accommodation import met_of
-from workbench.model.moves import Move
+from workbench.model.surroundings import Move
 from workbench.study.bench.criteria import PairLimit, asked_for
 from workbench.study.bench.crowd import crowd_question, met_all, open_crowd, settled
 from workbench.study.bench.crowd_followed import followed

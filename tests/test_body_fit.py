@@ -12,9 +12,8 @@ import workbench as wb
 from tests.conftest import ONE_ARM
 from tests.one_arm_cab import POSTURES
 from workbench import InputError, UsageError
-from workbench.body.fitting.candidates import Limits
+from workbench.body.fitting.candidates import Limits, random_samples
 from workbench.body.fitting.polish import union_field
-from workbench.body.fitting.sampling import random_samples
 from workbench.cli import main
 from workbench.study.fit_body import bound_of, fit_body, placed_skeleton, read_surface
 

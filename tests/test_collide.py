@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
 
 import workbench as wb
 from tests import oracles
@@ -320,3 +321,27 @@ def test_nearest_witnesses_lie_where_they_say(one_arm, random_arm, box_cab):
         ) or found.distance[p, n, k] == pytest.approx(
             -gap - one_arm.radius[0][found.sphere[p, n, k]], abs=1e-9
         )
+
+
+@given(
+    st.lists(st.floats(-3, 3), min_size=3, max_size=3),
+    st.lists(st.floats(-10, 10), min_size=3, max_size=3),
+    st.floats(1e-4, 1.0),
+)
+def test_of_two_polygons_as_near_the_first_is_named_wherever_the_box_stands(
+    two_spheres, turn, where, away
+):
+    # over the middle of each edge a centre is as near to both faces that meet there
+    box = box_part("box", [0, 0, 0], [1, 1, 1])
+    corners = np.asarray(box.vertices) - 0.5
+    middles = np.array([[a, b, 0] for a in (0.5, -0.5) for b in (0.5, -0.5)])
+    edges = np.concatenate([np.roll(middles, k, axis=1) for k in range(3)])
+    turned = Rotation.from_rotvec(turn).as_matrix()
+    named = []
+    for rotation, shift in ((np.eye(3), np.zeros(3)), (turned, np.array(where))):
+        there = environment_of(RawPart("box", corners @ rotation.T + shift, box.faces))
+        centres = (edges * (1 + away)) @ rotation.T + shift
+        found = [nearest(at(two_spheres, *centre), there) for centre in centres]
+        named.append([int(one.target[0, 0, 0]) for one in found])
+    assert named[0] == named[1]
+    assert len(set(named[0])) > 2

@@ -14,7 +14,7 @@ from tests.conftest import ROOT
 from tests.pedal_plane import heel_from_ball, pedal_plane_angle
 from workbench import eyellipse, seat_curve
 from workbench.posture.seating.seating import seat_planes
-from workbench.study.buried import buried_controls
+from workbench.study.warnings import buried_controls
 
 FOLDER = ROOT / "environments" / "compact_car"
 SCRIPTS = ROOT / "tools" / "environments" / "compact_car"

@@ -19,15 +19,19 @@ from tests.accommodations import made, result_of, shown_of, trainer_people
 from tests.conftest import ROOT
 from tests.test_accommodation_page import FLAPS, KNEE, parsed, text_of
 from workbench import InputError, compare
-from workbench.body.people.paired import paired_share
-from workbench.body.people.share import share_of
+from workbench.body.people.share import paired_share, share_of
 from workbench.cli import main
 from workbench.draw.web.packing import Packing
 from workbench.model.comparison import Judged
 from workbench.model.population_found import ChangedPerson
-from workbench.report.comparison.page import comparison_tables, write_comparison
-from workbench.report.comparison.picture import changed_picture, person_to_show
-from workbench.report.comparison.words import change_sentence, comparison_headline
+from workbench.report.comparison.page import (
+    change_sentence,
+    changed_picture,
+    comparison_headline,
+    comparison_tables,
+    person_to_show,
+    write_comparison,
+)
 from workbench.report.folder import write_report
 from workbench.study.accommodation.compare import judged
 

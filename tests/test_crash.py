@@ -17,7 +17,7 @@ from workbench.draw.web.motion_view import motion_view
 from workbench.files.motions.tables import angle_table_text
 from workbench.model.motion import SegmentTrack
 from workbench.model.posing import compose, motion_of
-from workbench.motion.recorded.tracks import poses_from_track
+from workbench.motion.recorded.retarget import poses_from_track
 from workbench.report.motions.movement import movement_sentences
 from workbench.report.motions.turning import Turning
 from workbench.report.page import page as report_page

@@ -14,10 +14,9 @@ from workbench import episodes, load_study
 from workbench.contact import batches
 from workbench.contact.collide import allowed_depth, allowed_groups, nearest
 from workbench.files.motions.tables import angle_table_text
-from workbench.model.moving import poses_at
+from workbench.model.posing import poses_at
 from workbench.study.crash.crash import environment_meetings
-from workbench.study.crash.forces import force_curves, ruled_pairs
-from workbench.study.crash.frames import frames_of
+from workbench.study.crash.frames import force_curves, frames_of, ruled_pairs
 from workbench.study.motion_cases import motion_cases
 
 PIT = """environment: pit

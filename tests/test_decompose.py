@@ -8,9 +8,9 @@ import trimesh
 
 from tests.conftest import SHARED, needs_real_input
 from workbench import Bones, InputError, UsageError, decompose, fit_segments, sealed
+from workbench.body.fitting.candidates import even_samples, random_samples
 from workbench.body.fitting.fit_quality import exposed_points, fit_quality
 from workbench.body.fitting.polish import union_field
-from workbench.body.fitting.sampling import even_samples, random_samples
 from workbench.body.kernels.scanlines import shared_volume
 from workbench.body.kernels.setcover import greedy_cover, prune_cover
 from workbench.files.meshes.reading import read_mesh

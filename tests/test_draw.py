@@ -13,11 +13,11 @@ from numpy.typing import ArrayLike
 from workbench import Body, Environment, InputError, Placed, Topology, UsageError
 from workbench.draw.camera import VIEWS, Camera, project, standard_view
 from workbench.draw.disks import disks
+from workbench.draw.hidden import shining_part
 from workbench.draw.lines.circles import circles
 from workbench.draw.lines.edges import drawn_edges, visible_lines
 from workbench.draw.marks.layout import layout_marks
 from workbench.draw.scene import Mark, Scene, SceneBody
-from workbench.draw.shining import shining_part
 from workbench.draw.views import four_views
 from workbench.draw.visibility import projected_disks, render_buffers
 from workbench.model.arrays import Ints

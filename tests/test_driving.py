@@ -22,8 +22,8 @@ from workbench.files.body.encumbrances import load_encumbrance
 from workbench.files.postures import load_postures, posture_path, posture_pose
 from workbench.model.driving import ANGLES
 from workbench.model.environment import Rest, Seat
+from workbench.posture.seating.driving import spine_of, spine_tilts
 from workbench.posture.seating.driving_angles import drawn_angles, h_point_offset
-from workbench.posture.seating.spine import spine_of, spine_tilts
 
 SMALL = Driver("female", 1.525, 0.803, 51.3 / 1.525**2)
 MEDIAN = Driver("male", 1.755, 0.918, 27.47)

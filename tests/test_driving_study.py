@@ -13,7 +13,7 @@ from tests.crowds import Crowd, crowd_of
 from tests.test_driving import foot_and_calf
 from workbench import eyellipse, load_study, seat_curve
 from workbench.model.driving import DrivingAims
-from workbench.study.drivers import drivers_among
+from workbench.study.persons import drivers_among
 from workbench.study.workplaces import occupant
 
 STUDY = """

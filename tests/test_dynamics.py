@@ -20,10 +20,10 @@ from workbench.crash.simulated import STOP_SOFTNESS, simulate
 from workbench.files.crash.simulations import load_simulation
 from workbench.files.motions.tables import read_angle_table
 from workbench.model.posing import compose
-from workbench.model.pulse import gained
+from workbench.model.simulation import gained
 from workbench.posture.kernels.past_stops import past_stops
 from workbench.posture.packed_stops import packed_stops
-from workbench.study.simulation import prepared
+from workbench.study.motion_cases import prepared
 
 BELT = """belts:
   - name: strap

@@ -13,8 +13,7 @@ from hypothesis import strategies as st
 
 from tests.test_draw import boxes, front
 from workbench.draw.camera import look_at, to_view, view_to_pixels
-from workbench.draw.lines.edge_lines import SurfaceLayers, edge_pieces, paint_lines
-from workbench.draw.lines.edges import drawn_edges
+from workbench.draw.lines.edges import SurfaceLayers, drawn_edges, edge_pieces, paint_lines
 
 
 def painted(ends, width=1.0, size=(8, 12)):

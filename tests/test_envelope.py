@@ -14,9 +14,15 @@ from tests.rows import changed
 from tests.test_reach import LOWER, NEAREST, PLANAR, UPPER, legal, tip_of
 from workbench import limb, load_body
 from workbench.posture.reaching.limbs import Limb
-from workbench.study.envelope.asking import asked, drawn
+from workbench.study.envelope.asking import (
+    asked,
+    drawn,
+    level_rays,
+    point_rays,
+    ray_grid,
+    solid_angles,
+)
 from workbench.study.envelope.ends import ray_ends
-from workbench.study.envelope.rays import level_rays, point_rays, ray_grid, solid_angles
 
 HAND = {"name": "right hand", "grip": "grasp"}
 

@@ -12,11 +12,11 @@ import trimesh
 import workbench as wb
 from tests.conftest import SHARED, real_input
 from workbench import InputError, UsageError, environment_from_mesh, load_environment
-from workbench.body.parts import moved
 from workbench.files.environments import environment_files
 from workbench.files.inspection import inspect_environment, inspect_mesh
 from workbench.files.meshes.mesh_validation import validate_part
 from workbench.files.meshes.parts import RawPart
+from workbench.model.surroundings import move_parts
 
 CAB = """environment: box_cab
 length: mm
@@ -364,7 +364,7 @@ def test_faults_are_counted():
 
 def test_moved_parts_take_their_planes_and_circles_along(tmp_path):
     before = load_environment(cab(tmp_path))
-    after = moved(before, ["pan"], [0.1, 0, 0.2])
+    after = move_parts(before, ["pan"], [0.1, 0, 0.2])
     assert corners(after, "pan") == pytest.approx(corners(before, "pan") + np.array([0.1, 0, 0.2]))
     assert corners(after, "floor").tolist() == corners(before, "floor").tolist()
     polygon = np.repeat(np.arange(17), np.diff(after.edge_start))
@@ -380,9 +380,9 @@ def test_moved_parts_take_their_planes_and_circles_along(tmp_path):
 def test_moving_an_unknown_part_or_by_nonsense_is_refused(tmp_path):
     environment = load_environment(cab(tmp_path))
     with pytest.raises(InputError, match="did you mean 'pan'"):
-        moved(environment, ["pann"], [0, 0, 1])
+        move_parts(environment, ["pann"], [0, 0, 1])
     with pytest.raises(UsageError, match="three finite numbers"):
-        moved(environment, ["pan"], [0, float("nan"), 1])
+        move_parts(environment, ["pan"], [0, float("nan"), 1])
 
 
 def test_inspecting_a_mesh_without_a_unit_shows_it_in_each(tmp_path):

@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 import workbench as wb
 from tests.test_draw import boxes, spheres_body
 from workbench import InputError, UsageError
-from workbench.body.solid import body_solid
+from workbench.body.surface import body_solid
 from workbench.files.exports.gltf import Figure, glb_bytes
 from workbench.files.exports.solids import stl_bytes, threemf_bytes
 from workbench.model.quaternions import exponential, from_matrices, multiply, rotate, slerp

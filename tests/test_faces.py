@@ -15,7 +15,7 @@ from tests.conftest import ROOT
 from tests.same_study import Same, write_same
 from tests.test_environments import SEATS, obj, solid
 from workbench import InputError, load_environment, load_study
-from workbench.model.adjusting import adjusted
+from workbench.model.surroundings import adjusted
 
 HEAD = """environment: cab
 length: {unit}

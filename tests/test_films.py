@@ -16,18 +16,23 @@ import workbench as wb
 from tests.conftest import ROOT
 from tests.test_draw import SVG, crowd, front, spheres_body
 from workbench import InputError, MissingPartError, Placed, UsageError
-from workbench.draw.disks import disks
+from workbench.draw.disks import disks, ghost_strengths
 from workbench.draw.display_options import parse_display_options
-from workbench.draw.films.film import film_frames, stamp_text, write_film
-from workbench.draw.films.motion import every_pose, frame_times, scene_at
+from workbench.draw.films.film import (
+    every_pose,
+    film_frames,
+    frame_times,
+    scene_at,
+    stamp_text,
+    write_film,
+)
 from workbench.draw.films.strip import strip_image, strip_svg
-from workbench.draw.ghosts import ghost_strengths
 from workbench.draw.lines.circles import circles
 from workbench.draw.render import camera_for_all_poses
 from workbench.draw.scene import Scene, SceneBody
 from workbench.draw.scene_builder import build_source
 from workbench.draw.visibility import cut_depth, projected_disks
-from workbench.model.moving import poses_at
+from workbench.model.posing import poses_at
 
 
 @pytest.fixture(scope="module")

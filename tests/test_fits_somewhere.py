@@ -16,7 +16,7 @@ from tests.toy_cockpit import write_toy
 from workbench import load_study
 from workbench.cli import main
 from workbench.model.accommodation import Change, met_of
-from workbench.model.moves import Move
+from workbench.model.surroundings import Move
 from workbench.study.accommodation.chunks import joined_chunks, result_chunks
 from workbench.study.accommodation.gains import changed_question
 from workbench.study.checks.table import margins_of

@@ -14,7 +14,7 @@ from workbench import InputError, load_population_model
 from workbench.body.people.growth import growth_people, growth_percentile, growth_values
 from workbench.body.people.share import share_of
 from workbench.cli import main
-from workbench.files.growth import load_growth
+from workbench.files.populations import load_growth
 from workbench.model.measures import MEASURES
 from workbench.model.population import SEXES
 

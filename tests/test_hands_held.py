@@ -11,7 +11,7 @@ from tests.crowds import crowd_of
 from workbench.contact.collide import contacts
 from workbench.study.checks.table import margins_of, most_of, needs_hands
 from workbench.study.positions import comfortable_situations, in_positions
-from workbench.study.situation import seats_moved, with_hands
+from workbench.study.situation import with_hands
 
 PEOPLE = 4
 
@@ -58,7 +58,7 @@ def test_straight_fingers_are_kept_out_of_what_stands_beside_a_control(seated):
     assert len(there) >= 5
     for row in there.tolist():
         posed = with_hands(situation.rows(np.array([row])))
-        found = contacts(posed.placed, seats_moved(posed.place, posed))
+        found = contacts(posed.placed, posed.environment_moved)
         quadrant = found.part == found.other.part_index("throttle_quadrant")
         hand = found.segment == posed.body.segment("RHN")
         assert not np.any(found.excess[quadrant & hand] > 1e-6)

@@ -16,7 +16,7 @@ from tests.test_draw import BOX, SVG, boxes, crowd, front, spheres_body
 from workbench import Placed, UsageError
 from workbench.draw.camera import look_at, projective_depth, standard_view, to_view, view_to_pixels
 from workbench.draw.disks import disks
-from workbench.draw.films.motion import every_pose
+from workbench.draw.films.film import every_pose
 from workbench.draw.lines.arcs import arc_points, outline_arcs
 from workbench.draw.lines.circles import circles, max_outline_difference
 from workbench.draw.lines.edges import drawn_edges

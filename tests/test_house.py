@@ -82,8 +82,8 @@ def test_the_house_check_finds_words_about_a_machine(tmp_path):
         ("from workbench.draw.camera import Camera", "workbench.draw.camera", []),
         ("from workbench.draw.camera import Camera", "", ["use a public name"]),
         (
-            "import workbench.geometry.order",
-            "workbench.geometry.order test_b",
+            "import workbench.geometry.nearest",
+            "workbench.geometry.nearest test_b",
             ["kernels", "any more"],
         ),
         ("", "workbench.draw.camera", ["not imported there any more"]),
@@ -97,6 +97,15 @@ def test_the_house_check_finds_tests_that_reach_inside(tmp_path, monkeypatch, te
     faults = [what for _, _, what in check.check_test_imports()]
     assert len(faults) == len(found)
     assert all(part in what for part, what in zip(found, faults, strict=True))
+
+
+def test_the_house_check_finds_scripts_that_import_what_is_gone(tmp_path, monkeypatch):
+    (tmp_path / "make.py").write_text(
+        "from workbench.draw.camera import Camera, Gone\nfrom workbench.no_more import Camera\n"
+        "from workbench.cli import main\n"
+    )
+    monkeypatch.setattr(check, "tracked", lambda *patterns: [tmp_path / "make.py"])
+    assert [line for _, line, _ in check.check_scripts()] == [1, 2]
 
 
 def test_a_stray_folder_in_a_checkout_is_not_the_repositorys(tmp_path):

@@ -24,7 +24,7 @@ from workbench.model.laban import (
     sign_words,
 )
 from workbench.motion.laban.laban import score_poses
-from workbench.motion.laban.paths import DirectionPath, minimum_jerk
+from workbench.motion.laban.limbs import DirectionPath, minimum_jerk
 from workbench.motion.laban.reading import read_motion_score, strokes
 
 BODY = load_body("bubbleman")

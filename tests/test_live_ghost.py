@@ -14,7 +14,7 @@ from workbench.errors import InputError
 from workbench.live.desk import Desk
 from workbench.live.protocol import parsed, unpacked
 from workbench.live.saved_state import SavedState
-from workbench.model.moves import Move, displaced
+from workbench.model.surroundings import Move, displaced
 from workbench.study.bench.edits import shifted
 
 ROLES = ("pilot", "instructor")

@@ -20,7 +20,7 @@ from workbench.files.study.saving import read_text
 from workbench.live.desk import Desk, Judgement, SupersededError
 from workbench.live.playing import WINDOW, Frames, Gaps, Near
 from workbench.live.protocol import parsed, unpacked
-from workbench.model.moves import Move
+from workbench.model.surroundings import Move
 from workbench.study.bench.answers import judged
 from workbench.study.bench.criteria import PairLimit, asked_for
 from workbench.study.bench.edits import shifted

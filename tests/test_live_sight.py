@@ -11,7 +11,7 @@ import pytest
 import workbench as wb
 from tests.conftest import ROOT
 from workbench.live.protocol import parsed, unpacked
-from workbench.model.moves import displaced
+from workbench.model.surroundings import displaced
 from workbench.model.units import UNITS
 from workbench.sight.eyes import TURNS, eyes_of, gaze
 from workbench.sight.obscuration import obscuration

@@ -14,7 +14,7 @@ import workbench as wb
 from tests.test_crash import BODY, drop, standing
 from workbench.contact import episodes as solve_episodes
 from workbench.files.motions import bvh, opensim, tables
-from workbench.files.motions.bvh_writer import bvh_text
+from workbench.files.motions.bvh import bvh_text
 from workbench.files.motions.tables import angle_table_text
 from workbench.model import poses as model_poses
 from workbench.model import spool

@@ -15,8 +15,8 @@ from workbench.files.names import unique_names
 from workbench.model.motion import Markers
 from workbench.model.posing import angles_of, compose, motion_of
 from workbench.motion.recorded.marker_names import marker_site
-from workbench.motion.recorded.marker_places import marker_places
 from workbench.motion.recorded.markers import bridged, poses_from_markers
+from workbench.motion.recorded.subject import marker_places
 from workbench.study.motions import load_motion
 
 BODY = load_body("bubbleman")

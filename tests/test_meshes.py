@@ -18,7 +18,8 @@ import trimesh
 from tests.conftest import SHARED, real_input
 from tests.step_files import step_assembly
 from workbench import InputError, MissingPartError, UsageError
-from workbench.files.meshes import bounds, reading
+from workbench.files.meshes import parts as mesh_parts
+from workbench.files.meshes import reading
 from workbench.files.meshes import threemf as threemf_module
 from workbench.files.meshes.mesh_validation import validate_part
 from workbench.files.meshes.parts import triangulate
@@ -700,7 +701,7 @@ def test_copies_of_copies_are_counted_before_they_are_made(tmp_path):
 
 
 def test_copies_that_do_not_fit_into_the_memory_are_refused(tmp_path, monkeypatch):
-    monkeypatch.setattr(bounds, "free_memory", lambda: 5000)
+    monkeypatch.setattr(mesh_parts, "free_memory", lambda: 5000)
     nodes = [{"mesh": 0}] * 5
     refused(
         written(tmp_path, "a.gltf", points_gltf(CORNERS, 5126, nodes=nodes)),

@@ -14,7 +14,7 @@ from tests.test_markers import FULL, marked, trc_text
 from tests.whole_motions import read_bvh, read_coordinates
 from workbench import InputError, Poses, UsageError, load_body, place
 from workbench.cli import main
-from workbench.files.motions.bvh_writer import bvh_text
+from workbench.files.motions.bvh import bvh_text
 from workbench.files.motions.markers import read_trc
 from workbench.files.motions.opensim import coordinate_poses
 from workbench.model.posing import angles_of, compose
@@ -22,8 +22,7 @@ from workbench.model.quaternions import conjugate, exponential, multiply, rotate
 from workbench.motion.recorded.doubts import motion_doubts
 from workbench.motion.recorded.retarget import retarget
 from workbench.motion.recorded.skeleton import AXIS_JOINTS, body_lengths
-from workbench.study.motions import MotionOptions, load_motion
-from workbench.study.subject import subject_body
+from workbench.study.motions import MotionOptions, load_motion, subject_body
 
 BODY = load_body("bubbleman")
 FRAMES = 21

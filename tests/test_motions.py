@@ -13,12 +13,11 @@ from tests.conftest import SHARED, real_input
 from tests.whole_motions import read_bvh, read_coordinates, read_segment_table
 from workbench import InputError, Poses, UsageError, load_body, place
 from workbench.cli import main
-from workbench.files.motions.bvh_writer import bvh_text
+from workbench.files.motions.bvh import bvh_text
 from workbench.files.motions.number_rows import FrameRange
 from workbench.files.motions.opensim import coordinate_poses
 from workbench.files.motions.tables import angle_table_text, read_angle_table, table_kind
-from workbench.model.continuous_angles import ContinuousAngles
-from workbench.model.posing import angles_of, compose
+from workbench.model.posing import ContinuousAngles, angles_of, compose
 from workbench.motion.recorded.retarget import retarget
 from workbench.motion.recorded.skeleton import bone_positions
 

@@ -9,9 +9,8 @@ import pytest
 
 import workbench as wb
 from tests.conftest import ROOT
-from workbench.body.parts import moved
 from workbench.errors import InputError
-from workbench.model.moves import Move, displaced, parts_along
+from workbench.model.surroundings import Move, displaced, move_parts, parts_along
 from workbench.report.words import moved_line
 
 TEXT = (ROOT / "studies" / "trainer_clearance.yaml").read_text()
@@ -37,7 +36,7 @@ def test_a_part_goes_with_its_control_and_a_control_alone(tmp_path):
     plain = wb.load_study("trainer_clearance").environment
     study = wb.load_study(study_with(tmp_path, rows))
     environment = study.environment
-    expected = moved(plain, ["throttle_lever"], [0.015, 0.0, 0.02])
+    expected = move_parts(plain, ["throttle_lever"], [0.015, 0.0, 0.02])
     assert np.array_equal(environment.vertices, expected.vertices)
     assert np.array_equal(environment.offset, expected.offset)
     assert control(environment, "throttle") - control(plain, "throttle") == pytest.approx(

@@ -24,7 +24,7 @@ from workbench import (
 from workbench.body.people.conditional import condition, improbability
 from workbench.body.people.percentile import percentile_people, percentile_values
 from workbench.body.people.scores import scores_of
-from workbench.files.growth import load_growth
+from workbench.files.populations import load_growth
 from workbench.model.measures import COCKPIT, MEASURES
 from workbench.model.population import SEXES, Population
 

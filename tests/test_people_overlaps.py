@@ -17,7 +17,7 @@ from workbench.study.accommodation.overlaps import (
 )
 from workbench.study.bench.crowd import crowd_question, open_crowd, settled
 from workbench.study.bench.state import open_study
-from workbench.study.situation import seats_moved, with_hands
+from workbench.study.situation import with_hands
 
 
 @pytest.fixture(scope="module")
@@ -37,7 +37,7 @@ def there(path):
 def alone(situation):
     """By segment and part, or other segment, how deep one person is beyond what is allowed, where
     that is more than the fit error."""
-    environment = seats_moved(situation.place, situation)
+    environment = situation.environment_moved
     posed = with_hands(situation)
     error = situation.body.fit_error[0, :, 1]
     deep = {}

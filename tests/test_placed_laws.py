@@ -15,7 +15,6 @@ from tests.test_segment_pairs import crowded
 from workbench.body import forward
 from workbench.contact.batches import paired_clearance
 from workbench.contact.collide import self_clearance
-from workbench.geometry.order import stable_order
 
 MIRROR = np.diag([1.0, -1.0, 1.0])
 
@@ -133,17 +132,3 @@ def only(body, kept, n):
     fields = ("centre", "radius", "sphere_direction", "twist_share", "blend_joint", "blend_share")
     some = {name: rows_of(body, name)[kept] for name in fields}
     return changed(body, start=start, sphere_names=("",) * len(kept), **some)
-
-
-@given(
-    st.lists(
-        st.sampled_from([0.0, -1.5, 2.0, 2.5, np.inf, -np.inf]) | st.floats(allow_nan=False),
-        max_size=200,
-    )
-)
-def test_keys_are_sorted_as_they_stand_among_equals(keys):
-    keys = np.array(keys, dtype=np.float64)
-    order = np.zeros(len(keys), dtype=np.int64)
-    spare = np.zeros(len(keys), dtype=np.int64)
-    stable_order(keys, len(keys), order, spare)
-    assert order.tolist() == np.argsort(keys, kind="stable").tolist()

@@ -10,10 +10,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from workbench.files.meshes.parts import triangulate, weld
-from workbench.files.meshes.planes import degenerate_faces
 from workbench.files.meshes.polygons import (
     PLANE_TOLERANCE,
     Polygons,
+    degenerate_faces,
     enclosing_circles,
     merge_coplanar,
 )

@@ -15,7 +15,7 @@ from workbench import InputError, UsageError, load_population_model, read_ansur
 from workbench.body.people.draw import fit_population
 from workbench.body.people.percentile import percentile_values
 from workbench.cli import main
-from workbench.files.growth import load_growth
+from workbench.files.populations import load_growth
 from workbench.model.measures import MEASURES
 from workbench.model.population import SEXES, Population, PopulationModel
 

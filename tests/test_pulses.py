@@ -16,9 +16,11 @@ from workbench.cli import main
 from workbench.files.crash.restraints import read_pulse, surface_point
 from workbench.files.crash.simulations import load_simulation
 from workbench.files.kinds import check_file, kind_of
-from workbench.model.force import ForceLaw, force_at, force_history
-from workbench.model.pulse import (
+from workbench.model.simulation import (
     STANDARD_GRAVITY,
+    ForceLaw,
+    force_at,
+    force_history,
     gained,
     half_sine,
     level_at,

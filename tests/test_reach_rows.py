@@ -8,8 +8,8 @@ import pytest
 import workbench as wb
 from tests.conftest import box_part, environment_of
 from workbench import scale
-from workbench.body.parts import moved
 from workbench.files.postures import load_postures, posture_path, posture_pose
+from workbench.model.surroundings import move_parts
 
 MEASURES = (
     {"stature": 1.60, "thumb_tip_reach": 0.70},
@@ -136,7 +136,7 @@ def test_rows_named_by_the_poses_are_the_rows_themselves(people, seated):
             row(seated, person),
             TARGETS,
             limb=wb.limb(people[person], "right hand", zone=2),
-            environment=moved(room, ["board"], aside[b]),
+            environment=move_parts(room, ["board"], aside[b]),
         )
         np.testing.assert_array_equal(kept.reached[b], one.reached[0])
 
@@ -203,7 +203,7 @@ def test_people_keep_off_obstacles_that_move_with_their_seats(people, seated):
         displacement=shift,
     )
     for b, body in enumerate(people):
-        own = moved(room, ["wing"], shift[b])
+        own = move_parts(room, ["wing"], shift[b])
         arm = wb.limb(body, "right hand")
         one = wb.reach(body, row(seated, b), TARGETS[:3], limb=arm, environment=own)
         assert list(found.reached[b]) == list(one.reached[0])

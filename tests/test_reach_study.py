@@ -17,10 +17,10 @@ from workbench import limb, load_study, scale
 from workbench.draw.scene_builder import build_source
 from workbench.model.criterion import Criterion
 from workbench.model.reach import DOUBTS
-from workbench.report.postures.reach_rows import doubt_sentence
-from workbench.study.buried import buried_controls
+from workbench.report.postures.rows import doubt_sentence
 from workbench.study.people import present_people
 from workbench.study.situation import position_of
+from workbench.study.warnings import buried_controls
 
 STUDY = """
 study: two_sitters

@@ -19,7 +19,7 @@ from workbench import InputError, MissingPartError, UsageError
 from workbench.cli import main
 from workbench.draw import window
 from workbench.draw.display_options import DISPLAYS, ENDINGS, parse_display_options
-from workbench.draw.marks.requested_marks import MARKS, with_marks
+from workbench.draw.marks.annotations import MARKS, with_marks
 from workbench.draw.render import render
 from workbench.draw.scene_builder import build_source
 from workbench.files.catalogue import find, names

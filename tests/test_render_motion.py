@@ -32,7 +32,7 @@ from workbench.draw.films.motion_clips import (
     parse_times,
     with_motion,
 )
-from workbench.draw.marks.requested_marks import with_marks
+from workbench.draw.marks.annotations import with_marks
 from workbench.draw.render import render
 from workbench.draw.scene import Scene
 from workbench.draw.scene_builder import build_source

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import re
 from functools import cache
 
 import pytest
 
 from tests.conftest import ROOT
-from tests.same_study import Same, answers, differences, write_same
+from tests.same_study import Same, answers, differences, write_plain, write_same
+
+AIRCRAFT = ROOT.parent / "shared" / "cases" / "grob"
 
 TOLERANCE = 1e-5
 """What two runs may differ by [m, rad or mm]: kernels work in single precision far from the origin."""
@@ -154,7 +157,31 @@ def test_a_shipped_study_has_the_same_answers(tmp_path, name, how):
 def test_a_hand_that_obstacles_keep_off_stays_as_far_off(tmp_path, how):
     study = tmp_path / "study.yaml"
     study.write_text(STANDING)
-    assert unlike(study, tmp_path, how, KEPT_OFF) == []
+    if not how.mirrored:
+        assert unlike(study, tmp_path, how) == []
+        return
+    # who bends with left and right exchanged stands 0.3 um aside; of the ways in which the hand may
+    # hang there as near, one or another is found
+    found, mirrored = (
+        {key: far for key, far in of.items() if key[-1] == "miss" or key[-1] == "passed"}
+        for of in (
+            as_it_is(study, tmp_path),
+            answers(write_same(study, tmp_path / "otherwise", how), how),
+        )
+    )
+    assert len(found) == 6 and differences(found, mirrored, KEPT_OFF) == []
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize("how", EACH.values(), ids=EACH)
+def test_people_in_a_real_light_aircraft_have_the_same_answers(tmp_path, how):
+    if not AIRCRAFT.exists():
+        pytest.skip("the light aircraft of ../shared is not here")
+    study = tmp_path / "fit.yaml"
+    text = re.sub("people: 60", "people: 6", (AIRCRAFT / "fit.yaml").read_text())
+    study.write_text("".join(line for line in text.splitlines(True) if "nine in ten" not in line))
+    write_plain(AIRCRAFT / "environment.yaml", tmp_path)
+    assert unlike(study, tmp_path, how) == []
 
 
 @pytest.mark.nightly

@@ -13,7 +13,7 @@ from tests.conftest import SHARED
 from tests.made_studies import found_of
 from tests.toy_cockpit import write_toy
 from workbench import InputError
-from workbench.body.solid import body_solid
+from workbench.body.surface import body_solid
 from workbench.cli import main
 from workbench.study.fit_body import read_surface, skeleton_of
 

@@ -9,8 +9,8 @@ import pytest
 
 from tests.crowds import crowd_of
 from tests.toy_cockpit import write_toy
+from workbench.posture.seating.seat import SeatMemory
 from workbench.study import situation
-from workbench.study.seat_memory import SeatMemory
 from workbench.study.situation import Occupants, seating_of, take_places
 
 PLACES = np.array([[0.0, 0.01], [0.02, 0.0], [-0.01, 0.03], [0.0, 0.01]])

@@ -7,8 +7,8 @@ import pytest
 import trimesh
 
 from workbench import Bones, InputError, UsageError, fit_segments, sealed
+from workbench.body.fitting.candidates import random_samples
 from workbench.body.fitting.polish import union_field
-from workbench.body.fitting.sampling import random_samples
 from workbench.body.fitting.segmenting import regions_of
 
 RADII = {"least_radius": 0.002, "greatest_radius": 0.2}

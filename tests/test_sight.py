@@ -25,15 +25,13 @@ from workbench.sight.obscuration import (
     target_of_part,
     target_of_point,
 )
-from workbench.sight.panorama import panorama
+from workbench.sight.panorama import look_out, lookout, panorama
 from workbench.sight.rays import first_hits
 from workbench.sight.regions import (
     WHOLE,
-    blind_zone_end,
     cone,
     direction_of,
     outline,
-    solid_angle_of_sphere,
     solid_angle_of_triangles,
 )
 from workbench.sight.scenery import scenery_of
@@ -59,17 +57,18 @@ def test_a_window_of_a_metre_by_half_at_700_mm_fills_0_787_steradians():
 
 
 def test_a_sphere_of_60_mm_at_600_mm_is_a_cone_of_0_031495_steradians():
-    assert solid_angle_of_sphere((0.6, 0, 0), 0.06, (0, 0, 0)) == pytest.approx(0.031495, abs=5e-7)
     assert math.degrees(math.asin(0.1)) == pytest.approx(5.7392, abs=5e-5)
     half = cone("sphere", (1, 0, 0), math.asin(0.1))
     assert half.solid_angle == pytest.approx(0.031495, abs=5e-7)
-    assert solid_angle_of_sphere((0.01, 0, 0), 0.06, (0, 0, 0)) == 4 * math.pi
 
 
-def test_a_post_narrower_than_the_eyes_are_apart_hides_up_to_some_distance_only():
-    assert blind_zone_end(0.050, 0.600) == pytest.approx(2.600)
-    assert blind_zone_end(0.064, 0.600) == pytest.approx(39.000)
-    assert blind_zone_end(0.065, 0.600) == math.inf
+@pytest.mark.parametrize(("width", "end"), [(0.050, 2.600), (0.064, 39.000), (0.065, 1e4)])
+def test_a_post_narrower_than_the_eyes_are_apart_hides_up_to_some_distance_only(width, end):
+    """Past its edges the lines from both eyes, 65 mm apart, meet at d 65 / (65 - width)."""
+    post = scenery_of(room(("post", (0.6, -width / 2, -1), (0.6001, width / 2, 1))))
+    points = [target_of_point("far", (share * end, 0, 0)) for share in (0.99, 1.01)]
+    found = seen_shares(post, given_eyes((0, 0, 0)), points).share[0, :, 2]
+    assert found.tolist() == [0.0, float(width < 0.065)]
 
 
 def test_the_outline_of_a_transport_cockpit_has_1_9945_steradians_and_its_corners():
@@ -218,6 +217,23 @@ def test_what_is_hidden_neither_hides_nor_is_seen_and_glass_is_looked_through():
     assert panorama(scenery_of(behind), (0, 0, 0), step=0.1).look_through((1, 0, 0)) == -1
 
 
+def test_some_directions_show_what_they_do_in_a_panorama():
+    cab = room(
+        ("glass", (1, -0.5, -0.5), (1.1, 0.5, 0.5)),
+        ("wall", (2, -1, -1), (2.1, 1, 1)),
+        ("floor", (-1, -3, -1.3), (3, 3, -1.2)),
+    )
+    scenery = scenery_of(replace(cab, see_through=np.array([True, False, False])))
+    ways = np.random.default_rng(1).normal(size=(40, 50, 3))
+    ways[0] = (1.0, 0.1, 0.05)
+    whole = panorama(scenery, (0, 0, 0), step=2 * DEGREE)
+    item, glass = look_out(scenery, (0, 0, 0), lookout(ways, 2 * DEGREE), through=True)
+    assert np.array_equal(item, whole.look(ways)) and len(np.unique(item)) == 3
+    assert np.array_equal(glass, whole.look_through(ways)) and (glass == 0).any()
+    few = lookout(ways[0], 2 * DEGREE)
+    assert np.array_equal(look_out(scenery, (0, 0, 0), few)[0], item[0])
+
+
 def test_lines_of_sight_name_the_first_thing_in_the_way():
     scenery = scenery_of(
         room(("near", (1, -0.5, -0.5), (1.1, 0.5, 0.5)), ("far", (2, -2, -2), (2.1, 2, 2)))
@@ -238,6 +254,23 @@ def test_a_post_hides_half_a_disc_from_one_eye_and_the_other_half_from_the_other
     seen = seen_shares(scenery, given_eyes((0, 0, 0)), [near, away])
     assert seen.share[0, 0].tolist() == [0, 0, 0, 0]
     assert seen.blocker[0].tolist() == ["post", TURNED_AWAY]
+
+
+def test_people_together_see_what_each_sees_alone_beside_what_goes_along_with_the_seat():
+    cab = room(("post", (0.59, -0.01, -1), (0.6, 0.01, 1)), ("seat", (-0.3, -0.3, -1), (0, 0.3, 0)))
+    shift = np.array([(0.0, 0.0, 0.0), (0.0, 0.05, 0.0), (0.0, 0.0, 0.6)])
+    eyes = given_eyes([(0.1, 0, 0.1), (0.2, 0.02, 0.1), (-0.1, 0, 0.2)])
+    disc = target_of_disc("lamp", (1.5, 0, 0), 0.2, normal=(-1, 0, 0))
+    moving = ("post", "seat")
+    every = seen_shares(scenery_of(cab, moving=moving, displacement=shift), eyes, [disc])
+    for row in range(3):
+        own = scenery_of(cab, moving=moving, displacement=shift[[row]])
+        alone = seen_shares(own, eyes.rows(slice(row, row + 1)), [disc])
+        assert np.array_equal(alone.share[0], every.share[row])
+        assert alone.blocker[0].tolist() == every.blocker[row].tolist()
+        assert alone.inside[0] == every.inside[row]
+    assert every.inside.tolist() == [-1, -1, 1]  # the seat has risen about the eyes of the third
+    assert len(np.unique(every.share[:, 0], axis=0)) == 3
 
 
 def test_an_eye_inside_a_part_is_reported_by_its_name():

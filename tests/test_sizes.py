@@ -15,7 +15,7 @@ from workbench import load_population_model, measure, person_body, scale
 from workbench.body.scaling.manikin import Manikin
 from workbench.body.scaling.measure import MEASURES, lengths
 from workbench.cli import main
-from workbench.files.growth import load_growth
+from workbench.files.populations import load_growth
 from workbench.files.postures import posture_pose
 
 SIX = (

@@ -12,7 +12,7 @@ import workbench as wb
 from tests.accommodations import made, shown_of, trainer_people
 from tests.one_arm_cab import STUDY, write_cab
 from tests.test_accommodation_page import FLAPS
-from workbench.draw.lines.compact import compacted
+from workbench.draw.lines.svg import compacted
 from workbench.draw.web.packing import Packing
 from workbench.model.accommodation import Gain
 from workbench.model.population_found import ChangedPerson, TriedChange

@@ -10,19 +10,21 @@ from tests.conftest import SHARED, real_input
 from tests.test_crash import drop
 from tests.test_markers import BODY, FULL, marked, walk
 from workbench import InputError, load_study, place
-from workbench.body.scaling.lengthen import lengthened
+from workbench.body.scaling.morph import lengthened
 from workbench.cli import main
-from workbench.files.motions.bvh_writer import bvh_text
+from workbench.files.motions.bvh import bvh_text
 from workbench.files.motions.number_rows import FrameRange
 from workbench.model.motion import Markers, SegmentTrack
 from workbench.model.posing import compose
 from workbench.motion.recorded.marker_names import marker_site
-from workbench.motion.recorded.marker_places import marker_places
 from workbench.motion.recorded.skeleton import body_lengths
-from workbench.motion.recorded.subject import factors_from_markers, factors_from_track
+from workbench.motion.recorded.subject import (
+    factors_from_markers,
+    factors_from_track,
+    marker_places,
+)
 from workbench.study.motion_cases import motion_cases
-from workbench.study.motions import MotionOptions, load_motion
-from workbench.study.subject import subject_body
+from workbench.study.motions import MotionOptions, load_motion, subject_body
 
 __all__ = ["drop"]
 

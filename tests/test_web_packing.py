@@ -21,11 +21,11 @@ import workbench as wb
 from tests.conftest import ROOT
 from tests.web_page import node
 from workbench.draw.scene import Mark, Scene, SceneBody
-from workbench.draw.web.compared_view import compared_view
+from workbench.draw.web.case_view import compared_view
 from workbench.draw.web.packing import FINE, TENTH, Packing
 from workbench.draw.web.snippet import PAGE, WIDGET, policy, script, standalone, style
 from workbench.draw.web.views import WebBody, WebView, body_view, scene_view
-from workbench.model.moves import Move, displaced
+from workbench.model.surroundings import Move, displaced
 
 WEB = ROOT / "workbench" / "draw" / "web"
 MOST_BYTES = 25_000

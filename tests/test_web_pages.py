@@ -10,7 +10,7 @@ import pytest
 import workbench as wb
 from tests.one_arm_cab import STUDY, write_cab
 from tests.web_page import launched, opened, pixels, started
-from workbench.draw.web.compared_view import compared_view
+from workbench.draw.web.case_view import compared_view
 from workbench.draw.web.packing import Packing
 from workbench.draw.web.snippet import pair_html, place_html, scripts_html, standalone, style
 from workbench.draw.web.views import WebMark, WebView, body_view

@@ -13,6 +13,7 @@ The rules of the house:
   drawer for everything (utils, helpers, common, misc).
 - Every public function and class has a docstring.
 - No file names the machine that it was made on.
+- Scripts beside the package (benchmarks, docs, tools) import only what is there.
 - Tests import public names from `workbench`, commands from `workbench.cli`, and beyond these only the
   modules of `tests/inner_imports.txt`. Kernels are imported only by the files that are named there
   beside them, next to a slow version that they are compared with.
@@ -21,6 +22,7 @@ The rules of the house:
 from __future__ import annotations
 
 import ast
+import re
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
@@ -69,13 +71,13 @@ HOMES = {
     "cyclopts": {"cli"},
     "rich": {"cli/progress.py"},
     "pyvista": {"draw/window.py"},
-    "imageio_ffmpeg": {"draw/films/mp4.py"},
+    "imageio_ffmpeg": {"draw/films/film.py"},
     "manifold3d": {"body", "files/meshes/parts.py", "files/meshes/mesh_validation.py"},
     "mujoco": {"crash/simulated.py"},
     "distributed": {"study/executors.py"},
     "threadpoolctl": {"study/accommodation/population_bodies.py"},
     "duckdb": {"files/parquet.py"},
-    "pandas": {"report/result_tables.py"},
+    "pandas": {"report/result_rows.py"},
     "starlette": {"live"},
     "uvicorn": {"live"},
     "anywidget": {"draw/web/widget.py"},
@@ -89,7 +91,7 @@ FORWARDS = {
     "model/kept.py",
     "compiled.py",
     "compiled_linked.py",
-    "contact/by_person.py",
+    "contact/collide.py",
 }
 """Files whose functions may take `**kwargs`: one option for each measure, and decorators."""
 CATCHES = {"cli/application.py", "live/describe_desk.py", "live/desk.py", "live/server.py"}
@@ -205,6 +207,21 @@ def check_test_imports() -> Iterator[Fault]:
             yield INNER_IMPORTS, number, f"{' '.join(row)}: not imported there any more"
 
 
+def check_scripts() -> Iterator[Fault]:
+    """Find imports of the package, in files beside it, of names that are not there: nothing runs
+    the scripts of docs and benchmarks day by day."""
+    for path in tracked("benchmarks/*.py", "docs/*.py", "tools/*.py"):
+        for module, node in imported_modules(ast.parse(path.read_text(encoding="utf-8"))):
+            if not module.startswith("workbench.") or not isinstance(node, ast.ImportFrom):
+                continue
+            room = ROOT / module.replace(".", "/")
+            homes = [room.with_suffix(".py"), room / "__init__.py"]
+            text = "".join(file.read_text(encoding="utf-8") for file in homes if file.is_file())
+            for alias in node.names:
+                if not re.search(rf"\b{alias.name}\b", text):
+                    yield path, node.lineno, f"{module} has no {alias.name}"
+
+
 def house_faults() -> list[Fault]:
     """Faults against the rules of the house, file by file."""
     faults: list[Fault] = []
@@ -213,6 +230,7 @@ def house_faults() -> list[Fault]:
         faults += check_imports(path, tree)
         faults += check_definitions(path, tree)
     faults += check_test_imports()
+    faults += check_scripts()
     for path in tracked():
         if path.suffix in TEXTS:
             faults += check_words(path)

@@ -34,22 +34,21 @@ from PIL import Image
 
 import workbench as wb
 from workbench.body.people.growth import growth_people
-from workbench.body.people.paired import paired_share
 from workbench.body.people.percentile import percentile_people
-from workbench.body.people.share import bootstrap_share, share_of
+from workbench.body.people.share import bootstrap_share, paired_share, share_of
 from workbench.body.wear import wear
 from workbench.cli import main as command
 from workbench.errors import InputError
 from workbench.files.body.encumbrances import worn
 from workbench.files.catalogue import names
-from workbench.files.growth import load_growth
 from workbench.files.motions.number_rows import FrameRange
+from workbench.files.populations import load_growth
 from workbench.files.postures import load_postures, posture_path, posture_pose
 from workbench.model.posing import angles_of
 from workbench.model.result import MotionFound, PosturesFound, Verdict
 from workbench.model.study import PeopleDrawn
 from workbench.motion.recorded.marker_names import marker_site
-from workbench.motion.recorded.marker_places import marker_places
+from workbench.motion.recorded.subject import marker_places
 from workbench.motion.signals import cfc_filter, held_level, hic
 from workbench.study.motions import MotionOptions, load_motion
 from workbench.study.run import run
@@ -592,7 +591,7 @@ def reach_study() -> Named:
                 "limb": row.limb,
                 "miss_mm": 1000 * row.miss,
                 "overlap_mm": 1000 * row.overlap,
-                "limit": row.limit,
+                "limit": row.limit.text,
                 "discomfort": row.discomfort,
             },
         )
@@ -661,7 +660,7 @@ def _population(name: str, role: str) -> Named:
             {
                 "met": result.met[:, r].tolist(),
                 "margin_mm": (1000 * result.margin[:, r]).tolist(),
-                "limit": [result.reasons[k] if k >= 0 else "" for k in result.reason[:, r]],
+                "limit": [result.reasons[k].text if k >= 0 else "" for k in result.reason[:, r]],
                 "share": float(result.single[r]),
                 "share_without": float(result.without[r]),
                 "only": float(result.only[r]),

@@ -22,8 +22,7 @@ from pathlib import Path
 
 from workbench.body.people.draw import fit_population
 from workbench.files.ansur import raw_columns, read_ansur
-from workbench.files.growth import load_growth
-from workbench.files.populations import load_population_model
+from workbench.files.populations import load_growth, load_population_model
 from workbench.model.measures import MASS, MEASURES
 from workbench.model.population import PopulationModel
 

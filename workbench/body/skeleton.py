@@ -7,8 +7,7 @@ import numpy as np
 from workbench.body.fitting.segmenting import Bones, SegmentedFit
 from workbench.errors import InputError
 from workbench.model.arrays import Bools, Floats
-from workbench.model.body import Body
-from workbench.model.vocabulary import DIRECTIONS
+from workbench.model.body import DIRECTIONS, Body
 
 __all__ = ["bones_of", "named_rows", "spheres_in_frames"]
 

@@ -31,7 +31,7 @@ from workbench.cli.render import render
 from workbench.cli.simulate import simulate
 from workbench.cli.where import where
 from workbench.errors import InputError, UsageError, WorkbenchError, one_of
-from workbench.files.inputs import noted_inputs
+from workbench.files.opening import noted_inputs
 
 if TYPE_CHECKING:
     from workbench.files.inspection import Inspection

@@ -12,7 +12,7 @@ from workbench.cli.progress import emit, tell
 from workbench.errors import UsageError, one_of
 
 if TYPE_CHECKING:
-    from workbench.model.growth import Growth
+    from workbench.model.person import Growth
     from workbench.model.population import PopulationModel
 
 __all__ = ["body_app"]
@@ -142,8 +142,7 @@ def body_scale(
 
 def _people(population: str | None, age: float | None) -> PopulationModel | Growth:
     """Whose figures measures follow: those of grown people, of children where an age is given."""
-    from workbench.files.growth import load_growth
-    from workbench.files.populations import load_population_model
+    from workbench.files.populations import load_growth, load_population_model
 
     if age is None:
         return load_population_model(population or "ansur2", people=False)

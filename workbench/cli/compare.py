@@ -125,7 +125,7 @@ def _seen(
 ) -> ChangedPerson | None:
     """Somebody who gains or loses in both designs; None unless both studies were run now."""
     from workbench.model.population_found import ChangedPerson
-    from workbench.report.comparison.picture import person_to_show
+    from workbench.report.comparison.page import person_to_show
     from workbench.study.accommodation.accommodation import person_shown
 
     wanted = person_to_show(found)

@@ -10,6 +10,7 @@ from cyclopts import App, Parameter
 
 from workbench.cli.progress import emit, tell
 from workbench.errors import UsageError, one_of
+from workbench.model.figures import plain
 
 if TYPE_CHECKING:
     from workbench.files.motions.number_rows import FrameRange
@@ -108,8 +109,7 @@ def _show_ranges(ranges: dict[str, dict[str, list[float]]]) -> None:
     emit(f"{'joint':<6} " + " ".join(f"{'motion':<20} {'from':>7} {'to':>7}" for _ in range(3)))
     for joint, row in ranges.items():
         cells = (
-            f"{name.replace('_', ' '):<20} {least:>7.1f} {most:>7.1f}"
-            for name, (least, most) in row.items()
+            f"{plain(name):<20} {least:>7.1f} {most:>7.1f}" for name, (least, most) in row.items()
         )
         emit(f"{joint:<6} " + " ".join(cells))
 
@@ -211,8 +211,7 @@ def _read(
 ) -> tuple[Body, Poses, tuple[str, ...]]:
     """The body, sized as its subject where that is wanted, its motion, and notes on both."""
     from workbench.files.body.bodies import load_body
-    from workbench.study.motions import load_motion
-    from workbench.study.subject import subject_body
+    from workbench.study.motions import load_motion, subject_body
 
     who = load_body(body)
     options = motion_options(up=up, unit=unit, names=names, frames=frames)
@@ -227,7 +226,7 @@ def motion_options(
     *, up: str | None, unit: str | None, names: Path | None, frames: FrameRange
 ) -> MotionOptions:
     """How a motion file is read, by the options of a command."""
-    from workbench.files.motions.names import load_names
+    from workbench.files.motions.reading import load_names
     from workbench.study.motions import MotionOptions
 
     return MotionOptions(
@@ -254,8 +253,7 @@ def _ranges(who: Body, poses: Poses) -> dict[str, dict[str, list[float]]]:
     """Least and greatest angle [degrees] of each motion of each joint."""
     import numpy as np
 
-    from workbench.model.continuous_angles import ContinuousAngles
-    from workbench.model.posing import angles_of
+    from workbench.model.posing import ContinuousAngles, angles_of
     from workbench.model.spool import pieces
 
     low = np.full((len(who.joints), 3), np.inf)
@@ -292,8 +290,8 @@ def _resampled(poses: Poses, step: float) -> Poses:
     """The motion at times `step` [s] apart."""
     import numpy as np
 
-    from workbench.model.moving import poses_at
     from workbench.model.poses import stacked
+    from workbench.model.posing import poses_at
     from workbench.model.spool import pieces
 
     start = poses.clock[0]
@@ -304,7 +302,7 @@ def _resampled(poses: Poses, step: float) -> Poses:
 def _written(body: Body, poses: Poses, ending: str, tempo: float | None) -> Content:
     from workbench.body.forward import place
     from workbench.files.exports.gltf import Figure, glb_bytes
-    from workbench.files.motions.bvh_writer import bvh_text
+    from workbench.files.motions.bvh import bvh_text
     from workbench.files.motions.laban import score_text
     from workbench.files.motions.tables import angle_table_text
     from workbench.model.spool import pieces

@@ -191,7 +191,7 @@ def growth(
         one percentile or more; 5 50 95 where not given
     """
     from workbench.body.people.growth import growth_people
-    from workbench.files.growth import load_growth
+    from workbench.files.populations import load_growth
 
     _check(made)
     people = growth_people(load_growth(), sex, p or [5, 50, 95], age=age)

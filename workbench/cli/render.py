@@ -174,7 +174,7 @@ def render(
     options = _options(out, picture, movement)
     bare = _are_meshes(sources, mesh, movement, {"--pose": pose, "--case": case, "--study": study})
     check_file(out)
-    from workbench.draw.marks.requested_marks import with_marks
+    from workbench.draw.marks.annotations import with_marks
     from workbench.draw.render import left_out_words
     from workbench.draw.render import render as write
     from workbench.draw.scene_builder import mesh_source

@@ -42,7 +42,7 @@ def simulate(
     from workbench.files.crash.simulations import load_simulation
     from workbench.files.motions.tables import angle_table_text
     from workbench.files.output_file import check_file, write_file
-    from workbench.study.simulation import run_simulation
+    from workbench.study.motion_cases import run_simulation
 
     paths = [out, forces] if forces is not None else [out]
     for path in paths:
@@ -85,7 +85,7 @@ def _forces(plan: SimulationPlan, made: Simulated) -> str:
 
 def _summary(plan: SimulationPlan, made: Simulated) -> str:
     """What came of it, in a line for the motion and one for each belt."""
-    from workbench.model.pulse import gained
+    from workbench.model.simulation import gained
 
     clock = made.motion.clock
     speed = float(gained(plan.pulse, clock[-1:])[0])

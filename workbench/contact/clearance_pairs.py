@@ -10,12 +10,13 @@ import numpy as np
 from workbench.contact.batches import least_clearances
 from workbench.contact.collide import allowed_depth
 from workbench.contact.kernels.clearance import ClearanceTask
+from workbench.contact.kernels.search import Nearest
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.body import Body
 from workbench.model.environment import Environment
 from workbench.model.poses import Placed
 
-__all__ = ["ClearancePair", "PairClearance", "clearance_of_pairs"]
+__all__ = ["ClearancePair", "clearance_of_pairs"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,20 +29,6 @@ class ClearancePair:
     """Whether overlap that a part allows is added back; else pairs that may overlap are left out."""
 
 
-@dataclass(frozen=True, eq=False)
-class PairClearance:
-    """Clearance of P poses in Q pairs."""
-
-    distance: Floats
-    """(P, Q) [m]: signed, with the overlap that is allowed added back; infinite where nothing is."""
-    sphere: Ints
-    """(P, Q): the nearest sphere, -1 where there is none."""
-    polygon: Ints
-    """(P, Q): the nearest polygon, -1 where there is none."""
-    point: Floats
-    """(P, Q, 3) [m]: the polygon's point nearest to the sphere's centre, NaN where there is none."""
-
-
 def clearance_of_pairs(
     placed: Placed,
     environment: Environment,
@@ -51,7 +38,7 @@ def clearance_of_pairs(
     displacement: Floats | None = None,
     growth: Floats | None = None,
     threads: int | None = None,
-) -> PairClearance:
+) -> Nearest:
     """Compute the least clearance of each pair, for every pose with its own person.
 
     Parameters
@@ -74,8 +61,9 @@ def clearance_of_pairs(
 
     Returns
     -------
-    PairClearance
-        Distances and nearest points; those of a pose do not depend on the other poses.
+    Nearest
+        (P, Q) signed distance with the overlap that is allowed added back, and where; those of a
+        pose do not depend on the other poses.
     """
     count = len(placed)
     moved = np.zeros((count, 3)) if displacement is None else np.ascontiguousarray(displacement)
@@ -84,7 +72,7 @@ def clearance_of_pairs(
     if growth is not None:
         radius = radius + growth[:, placed.body.sphere_segment]
     bodies = placed.centres, radius, moved
-    return PairClearance(*least_clearances(bodies, task, environment, len(pairs), threads=threads))
+    return least_clearances(bodies, task, environment, len(pairs), threads=threads)
 
 
 def _packed(

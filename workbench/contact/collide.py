@@ -3,10 +3,14 @@ polygons exactly."""
 
 from __future__ import annotations
 
-from functools import lru_cache
+from collections.abc import Callable, Iterator
+from dataclasses import fields, replace
+from functools import lru_cache, wraps
+from typing import Any, ParamSpec, TypeVar
 
 import numpy as np
 
+from workbench.body.forward import place
 from workbench.contact.batches import (
     Groups,
     balls_of,
@@ -19,22 +23,25 @@ from workbench.contact.batches import (
     pays,
     touching,
 )
-from workbench.contact.by_person import by_person
 from workbench.contact.fields import packed_faces
 from workbench.contact.kernels.clearance import ClearanceTask, near_sides
 from workbench.contact.kernels.pairs import Balls, sphere_contacts
-from workbench.errors import InputError
+from workbench.errors import InputError, UsageError
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.body import Body, Topology, check_one
 from workbench.model.contacts import TANGENT_TOLERANCE, Clearance, Contacts
 from workbench.model.environment import Environment
-from workbench.model.poses import Placed
+from workbench.model.poses import Placed, Poses
+from workbench.model.spool import pieces
 
 __all__ = [
+    "BLOCK",
     "allowed_depth",
     "allowed_groups",
+    "allowed_in_oneself",
     "body_clearance",
     "body_contacts",
+    "by_person",
     "clearance",
     "clearance_of_groups",
     "clearance_of_rows",
@@ -42,6 +49,7 @@ __all__ = [
     "contacts",
     "nearest",
     "room",
+    "room_of_poses",
     "self_clearance",
     "self_contacts",
 ]
@@ -51,6 +59,69 @@ HAIR = 1e-12
 """More [m] than the rounding of a depth."""
 _ROOM = 1 << 16
 """Sphere pairs that there is room for at first."""
+P = ParamSpec("P")
+T = TypeVar("T")
+
+
+def by_person(function: Callable[P, T]) -> Callable[P, T]:
+    """Let a function of placed bodies with one row be asked of bodies with many.
+
+    Its leading arguments that are Placed have as many poses each. Its answer is an array with a row
+    for each pose, a noun of such arrays, or Contacts; it is the same to the last bit as that of the
+    poses of each person alone.
+    """
+
+    @wraps(function)
+    def call(*args: P.args, **options: P.kwargs) -> T:
+        placed = [one for one in (*args, *options.values()) if isinstance(one, Placed)]
+        if all(len(one.body) == 1 for one in placed) or len({len(one) for one in placed}) > 1:
+            return function(*args, **options)
+        if options.get("rows") is not None:
+            raise UsageError("rows: expected None for a body of several rows; ask for one person")
+        answers = []
+        for rows, some in _people(placed):
+            own = [some.get(id(value), value) for value in args]
+            named = {name: some.get(id(value), value) for name, value in options.items()}
+            answers.append((rows, function(*own, **named)))
+        return _together(answers, placed)  # type: ignore[no-any-return]
+
+    return call
+
+
+def _people(placed: list[Placed]) -> Iterator[tuple[Ints, dict[int, Any]]]:
+    """The numbers of the poses of the same people, and by the id of each that is placed these poses
+    of it, with one row of its body."""
+    people = np.stack([one.person for one in placed], axis=1)
+    chosen, which = np.unique(people, axis=0, return_inverse=True)
+    if not len(chosen):
+        chosen = np.zeros((1, len(placed)), dtype=np.int64)
+    for k, person in enumerate(chosen.tolist()):
+        rows = np.flatnonzero(which.reshape(-1) == k)
+        yield rows, {id(one): one.of_person(b, rows) for one, b in zip(placed, person, strict=True)}
+
+
+def _together(answers: list[tuple[Ints, Any]], placed: list[Placed]) -> Any:
+    """The answers as one, of all bodies."""
+    first = answers[0][1]
+    order = np.concatenate([rows for rows, _ in answers])
+    back = np.argsort(order, kind="stable")
+    if isinstance(first, np.ndarray):
+        return np.concatenate([answer for _, answer in answers])[back]
+    values = {
+        field.name: np.concatenate([getattr(answer, field.name) for _, answer in answers])
+        for field in fields(first)
+        if isinstance(getattr(first, field.name), np.ndarray)
+    }
+    if isinstance(first, Contacts):
+        values["pose"] = np.concatenate([rows[answer.pose] for rows, answer in answers])
+        back = np.argsort(values["pose"], kind="stable")
+    whole: dict[str, Any] = {name: array[back] for name, array in values.items()}
+    bodies = {name: one.body for name, one in zip(("body", "other"), (placed * 2)[:2], strict=True)}
+    for name, body in bodies.items():
+        known = getattr(first, name, None)
+        if known is not None and hasattr(known, "topology"):
+            whole[name] = body
+    return replace(first, **whole)
 
 
 @by_person
@@ -385,6 +456,16 @@ def _depth(segments: tuple[str, ...], environment: Environment) -> Floats:
     return depth
 
 
+def allowed_in_oneself(body: Body) -> Floats:
+    """(B, N, N) [m] how deep segments of the same body may be in one another: by the allowance for
+    soft flesh, and as far as the true surfaces of both may be inside the spheres. Infinite of segments
+    with a common joint."""
+    error = np.nan_to_num(body.fit_error[..., 1])
+    depth: Floats = body.allowance + error[:, :, None] + error[:, None]
+    depth[:, body.adjacent] = np.inf
+    return depth
+
+
 def allowed_groups(body: Body, environment: Environment) -> tuple[Groups, Floats]:
     """Parts that all segments may be equally deep in, as groups, and that depth (N, G) [m]; without
     hidden parts."""
@@ -470,3 +551,35 @@ def _unit(vector: Floats, spare: Floats) -> Floats:
     """Unit vectors; `spare` where a vector has no length to speak of."""
     length = np.linalg.norm(vector, axis=-1, keepdims=True)
     return np.where(length > 1e-12, vector / np.maximum(length, 1e-300), spare)
+
+
+# Questions of any number of poses: they are placed and asked block by block, so that memory holds
+# the answers and one block.
+
+BLOCK = 4096
+"""Poses that are placed at a time."""
+
+
+def room_of_poses(body: Body, poses: Poses, environment: Environment) -> Floats:
+    """Compute the `room` of any number of poses, a million and more.
+
+    Parameters
+    ----------
+    body
+        The body.
+    poses
+        P poses.
+    environment
+        The environment.
+
+    Returns
+    -------
+    Floats
+        (P, N) [m], as `room` gives it for poses that are placed. Beside poses and answers it takes
+        memory for 4,096 poses.
+    """
+    found = np.empty((len(poses), len(body.segments)))
+    grid = pays(poses)
+    for rows in pieces(len(poses), size=BLOCK):
+        found[rows] = room(place(body, poses.rows(rows)), environment, grid=grid)
+    return found

@@ -8,15 +8,14 @@ from typing import NamedTuple
 import numpy as np
 
 from workbench.contact.advance import FINEST, Chase, Spans, contact_spans, deepest, whole_way
-from workbench.contact.chases import Rule, body_chase, candidates, environment_chase, self_chase
 from workbench.contact.collide import allowed_depth
 from workbench.contact.moving import Mover, check_times, pack_motion
+from workbench.contact.sweep import Rule, body_chase, candidates, environment_chase, self_chase
 from workbench.errors import InputError, UsageError, one_of
 from workbench.model.arrays import Floats, Ints
 from workbench.model.body import Body
-from workbench.model.contacts import TANGENT_TOLERANCE
+from workbench.model.contacts import TANGENT_TOLERANCE, Episodes
 from workbench.model.environment import Environment
-from workbench.model.episodes import Episodes
 from workbench.model.poses import Poses
 from workbench.threads import in_pieces
 

@@ -14,10 +14,9 @@ from workbench.contact.kernels.motion import Levers, Turns, aim, bound_segments,
 from workbench.errors import InputError
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.blend import blend_point, twist_shared
-from workbench.model.body import Body, check_one
+from workbench.model.body import Body, check_one, logical_window
 from workbench.model.poses import Placed, Poses, check_joints
 from workbench.model.quaternions import from_matrices, matrices
-from workbench.model.window import logical_window
 
 __all__ = ["Mover", "centres_at", "check_times", "frames_of", "jumps", "pack_motion", "ways"]
 

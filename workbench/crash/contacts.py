@@ -15,9 +15,8 @@ import numpy as np
 from workbench.contact.batches import touching
 from workbench.contact.collide import allowed_depth, clearance, self_clearance, self_contacts
 from workbench.model.arrays import Bools, Floats, Ints
-from workbench.model.force import ForceLaw, force_at
 from workbench.model.poses import Placed
-from workbench.model.simulation import Simulation, depth_offset, law_of
+from workbench.model.simulation import ForceLaw, Simulation, depth_offset, force_at, law_of
 
 __all__ = ["ContactForce", "ContactMemory", "contact_forces"]
 

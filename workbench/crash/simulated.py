@@ -27,11 +27,16 @@ from workbench.crash.masses import (
 from workbench.errors import InputError, MissingPartError
 from workbench.model.arrays import Floats
 from workbench.model.body import Body
-from workbench.model.force import force_at
 from workbench.model.poses import Placed, Poses
-from workbench.model.pulse import STANDARD_GRAVITY, level_at
 from workbench.model.quaternions import conjugate, from_matrices, matrices, multiply
-from workbench.model.simulation import Belt, Simulated, Simulation
+from workbench.model.simulation import (
+    STANDARD_GRAVITY,
+    Belt,
+    Simulated,
+    Simulation,
+    force_at,
+    level_at,
+)
 from workbench.posture.kernels.past_stops import StopPack, past_stops
 from workbench.posture.packed_stops import packed_stops
 

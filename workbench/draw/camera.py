@@ -17,7 +17,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from workbench.draw.kernels.projection import pixel_points, view_points
 from workbench.errors import UsageError, one_of
 from workbench.model.arrays import Floats, frozen
 
@@ -33,6 +32,7 @@ __all__ = [
     "project",
     "projective_depth",
     "standard_view",
+    "to_projective",
     "to_view",
     "view_to_pixels",
 ]
@@ -350,9 +350,9 @@ def orbit(camera: Camera, angle: float, *, axis: ArrayLike = (0.0, 0.0, 1.0)) ->
 def to_view(camera: Camera, points: ArrayLike) -> Floats:
     """Return the view coordinates (..., 3) [m] of points (..., 3) [m] of the world."""
     given = np.asarray(points, dtype=np.float64)
-    axes = np.array([camera.right, camera.up, camera.toward])
-    seen: Floats = view_points(np.ascontiguousarray(given).reshape(-1, 3), axes, camera.centre)
-    return seen.reshape(given.shape)
+    x, y, z = (given[..., k] - camera.centre[k] for k in range(3))
+    axes = (camera.right, camera.up, camera.toward)
+    return np.stack([x * axis[0] + y * axis[1] + z * axis[2] for axis in axes], axis=-1)
 
 
 def view_to_pixels(camera: Camera, seen: Floats) -> Floats:
@@ -365,12 +365,19 @@ def view_to_pixels(camera: Camera, seen: Floats) -> Floats:
         than `camera.closest`; lines and surfaces are clipped there first (see `clipping`).
     """
     nearest = camera.distance * (1.0 - _MIN_EYE_DISTANCE / 2.0)  # clipped ends are rounded
-    middle = np.array([camera.width / 2.0, camera.height / 2.0])
-    flat = np.ascontiguousarray(seen).reshape(-1, 3)
-    pixels: Floats = pixel_points(
-        flat, float(camera.scale), camera.inverse_distance, nearest, middle
-    )
-    return pixels.reshape(seen.shape)
+    depth = seen[..., 2]
+    inside = np.where(depth <= nearest, depth, np.nan)
+    size = float(camera.scale) / (1.0 - inside * camera.inverse_distance)
+    x = camera.width / 2.0 + size * seen[..., 0]
+    y = camera.height / 2.0 - size * seen[..., 1]
+    return np.stack([x, y, depth], axis=-1)
+
+
+def to_projective(camera: Camera, seen: Floats) -> Floats:
+    """Return x, y [pixels] and projective depth (..., 3) of view coordinates (..., 3)."""
+    points = view_to_pixels(camera, seen)
+    points[..., 2] = projective_depth(camera, points[..., 2])
+    return points
 
 
 def project(camera: Camera, points: ArrayLike) -> Floats:

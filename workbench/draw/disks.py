@@ -12,18 +12,16 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from workbench.draw.camera import Camera, facing
-from workbench.draw.colours import GLASS, INK, PAPER, SECTION, ramp
-from workbench.draw.ghosts import paint_overlays
+from workbench.draw.colours import GLASS, INK, INKS, PAPER, SECTION, ramp
 from workbench.draw.kernels.compositing import (
     SolidLayers,
     blend_overlays,
     compose_solids,
     darken_rims,
 )
-from workbench.draw.lines.edge_lines import paint_lines
-from workbench.draw.lines.edges import Lines, drawn_edges, visible_lines
+from workbench.draw.lines.edges import Lines, drawn_edges, paint_lines, visible_lines
 from workbench.draw.marks.pictures import paint_mark_shapes, paint_mark_texts
-from workbench.draw.scene import Scene
+from workbench.draw.scene import Scene, SceneBody
 from workbench.draw.sphere_raster import LIGHT, Surfaces, shade_surfaces
 from workbench.draw.visibility import (
     DepthBuffers,
@@ -33,10 +31,10 @@ from workbench.draw.visibility import (
     triangle_polygons,
 )
 from workbench.errors import UsageError, one_of
-from workbench.model.arrays import Floats
+from workbench.model.arrays import Bools, Floats
 from workbench.model.environment import Environment
 
-__all__ = ["MODES", "POLYGONS", "disks"]
+__all__ = ["MODES", "POLYGONS", "disks", "ghost_strengths", "paint_overlays"]
 
 MODES = ("flat", "shaded", "depth", "id")
 """How bodies are drawn, see `disks`."""
@@ -228,3 +226,67 @@ def _line_mask(lines: Lines, camera: Camera, width: int) -> NDArray[np.uint8]:
     opacity = np.where(lines.faint, _FAINT_OPACITY, _EDGE_OPACITY).astype(np.uint8)
     paint_lines(lines.ends[order].reshape(-1, 4), opacity[order], float(width), mask)
     return mask
+
+
+# Paint ghosts: bodies shown pale behind all others.
+#
+# Ghosts are earlier frames of a motion, or a measurement behind a prediction. They hide nothing, and
+# every body hides them. Later ghosts are stronger.
+
+_MIN_STRENGTH = 0.25
+_MAX_STRENGTH = 0.55
+_STRENGTH_BEHIND_WALL = 0.4
+"""Share of its strength that a ghost keeps behind a wall."""
+
+
+def ghost_strengths(scene: Scene) -> Floats:
+    """Return the opacity (G,) of each ghost, 0 to 1.
+
+    Ghosts with the same pose number are alike. Later poses are stronger.
+    """
+    poses, step = np.unique([shown.pose for shown in scene.ghosts], return_inverse=True)
+    if len(poses) < 2:
+        return np.full(len(scene.ghosts), _MAX_STRENGTH)
+    return np.linspace(_MIN_STRENGTH, _MAX_STRENGTH, len(poses))[step]
+
+
+def paint_overlays(
+    picture: NDArray[np.float32], scene: Scene, camera: Camera, buffers: DepthBuffers, line: int
+) -> None:
+    """Blend the ghosts of a scene into its picture.
+
+    Parameters
+    ----------
+    picture
+        (height, width, 3) of 0 to 255, with environment and bodies; changed in place.
+    scene, camera, buffers
+        The scene, its camera, and its depth buffers.
+    line
+        Width of an outline [pixels].
+    """
+    free = buffers.sphere < 0
+    for shown, strength in zip(scene.ghosts, ghost_strengths(scene).tolist(), strict=True):
+        alone = Scene((shown,))
+        own = render_buffers(alone, camera)
+        here = (own.sphere >= 0) & free
+        colour = _ghost_colours(shown, alone, camera)[own.sphere[here]]
+        colour[_border(own.sphere >= 0, line)[here]] = INKS[shown.colour]
+        behind_wall = buffers.depth[here] > own.body_depth[here]
+        opacity = np.where(behind_wall, _STRENGTH_BEHIND_WALL * strength, strength)[:, None]
+        picture[here] = picture[here] * (1.0 - opacity) + colour * opacity
+
+
+def _ghost_colours(shown: SceneBody, alone: Scene, camera: Camera) -> Floats:
+    """Return the colour (S, 3) of each sphere, by its depth."""
+    return ramp(shown.colour, depth_share(projected_disks(alone, camera).front))
+
+
+def _border(mask: Bools, width: int) -> Bools:
+    """Return the pixels of a mask within `width` pixels of its border, along rows and columns."""
+    inner = mask.copy()
+    for step in range(1, width + 1):
+        inner[step:] &= mask[:-step]
+        inner[:-step] &= mask[step:]
+        inner[:, step:] &= mask[:, :-step]
+        inner[:, :-step] &= mask[:, step:]
+    return mask & ~inner

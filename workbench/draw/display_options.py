@@ -176,7 +176,9 @@ def parse_display_options(
     UsageError
         If an option is out of range or does not suit the file or the display.
     """
-    ending = _ending(out)
+    ending = out.suffix.lower()
+    if ending not in ENDINGS:
+        raise UsageError(f"{out}: the ending says what to make; valid: {', '.join(ENDINGS)}")
     kind = ENDINGS[ending]
     pictures: dict[str, object] = {"display": display, "style": style, "view": view, "size": size}
     pictures |= {"angle": angle, "cut": cut, "trail": trail, "look-at": look_at, "ground": ground}
@@ -244,13 +246,6 @@ def _check_eyes(options: DisplayOptions) -> None:
             f"view {options.view}: lines of two eyes over each other cannot be read; take .png, "
             "or left_eye or right_eye"
         )
-
-
-def _ending(out: Path) -> str:
-    ending = out.suffix.lower()
-    if ending not in ENDINGS:
-        raise UsageError(f"{out}: the ending says what to make; valid: {', '.join(ENDINGS)}")
-    return ending
 
 
 def check_ghosts(options: DisplayOptions, flag: str) -> None:

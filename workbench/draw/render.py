@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 
-from workbench.body.solid import body_solid
+from workbench.body.surface import body_solid
 from workbench.draw.camera import Camera, orbit, standard_view
 from workbench.draw.chart import Chart, chart_image, chart_svg
 from workbench.draw.colours import FAMILIES
@@ -28,8 +28,7 @@ from workbench.draw.eye_view import (
     ruled,
     without_head,
 )
-from workbench.draw.films.film import film_frames, write_film
-from workbench.draw.films.motion import every_pose, frame_times, scene_at
+from workbench.draw.films.film import every_pose, film_frames, frame_times, scene_at, write_film
 from workbench.draw.films.motion_clips import (
     at_times,
     clocks,
@@ -42,7 +41,7 @@ from workbench.draw.hidden import cut_off_words, seen_through
 from workbench.draw.lines.circles import circles
 from workbench.draw.lines.hidden_lines import HIDDEN
 from workbench.draw.lines.outline import outline
-from workbench.draw.marks.requested_marks import marks_for_scene
+from workbench.draw.marks.annotations import marks_for_scene
 from workbench.draw.mirror_plan import mirror_plan
 from workbench.draw.scanline import scanline
 from workbench.draw.scene import Scene
@@ -59,6 +58,7 @@ from workbench.files.output_file import write_file
 from workbench.files.study.rules import load_rule_set
 from workbench.model.arrays import Floats
 from workbench.model.environment import Environment
+from workbench.model.figures import plain
 from workbench.model.poses import Placed
 from workbench.sight.eyes import gaze
 from workbench.sight.rules.mirrors import mirror_ground
@@ -376,7 +376,7 @@ def _charts(source: Source, options: DisplayOptions) -> list[Chart]:
 
 
 def _captions(source: Source) -> list[str]:
-    return [name.replace("_", " ") for name in source.names]
+    return [plain(name) for name in source.names]
 
 
 def _film(

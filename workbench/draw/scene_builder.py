@@ -9,7 +9,6 @@ from pathlib import Path
 import numpy as np
 
 from workbench.body.forward import place
-from workbench.body.parts import moved
 from workbench.draw.scene import Mark, Scene, SceneBody
 from workbench.draw.source import (
     PEOPLE_COLOURS,
@@ -30,7 +29,6 @@ from workbench.files.results.population import PopulationRows
 from workbench.files.results.postures import PersonRow, PostureRow, PosturesRows
 from workbench.files.results.result import FindingRow, ResultFile, load_result
 from workbench.files.study.reader import load_study
-from workbench.model.adjusting import adjusted
 from workbench.model.body import Body
 from workbench.model.environment import Environment
 from workbench.model.figures import tenths
@@ -40,12 +38,13 @@ from workbench.model.posing import join_poses, pose
 from workbench.model.quaternions import matrices
 from workbench.model.result import Result
 from workbench.model.study import Study
+from workbench.model.surroundings import adjusted
 from workbench.model.units import unit_in
-from workbench.posture.seating.seating import seat_shift
+from workbench.posture.seating.seating import seat_at
 from workbench.study.accommodation.accommodation import body_of_person
 from workbench.study.motion_cases import motion_cases
 from workbench.study.people import poses_of, present_people
-from workbench.study.provenance import hashes
+from workbench.study.run import hashes
 from workbench.study.workplaces import drawn_number, occupant
 
 __all__ = [
@@ -424,7 +423,8 @@ def _hardest_source(path: Path, study: Study, rows: PopulationRows, name: str | 
     settings = {column: values[hard.row] for column, values in rows.people.settings.items()}
     environment = _with_settings(study.environment, settings)
     if rows.seat is not None:
-        environment = _seat_at(environment, rows.seat, rows.people.seat_mm[hard.row])
+        forward, up = rows.people.seat_mm[hard.row]
+        environment = seat_at(environment, rows.seat, forward / 1000.0, up / 1000.0)
     person = Person(rows.role, body, _posture(body, hard.posture))
     source = people_source(
         f"{study.title}: person {hard.person}", environment, (person,), (hard.posture.case,)
@@ -473,14 +473,8 @@ def _with_seat(environment: Environment, person: PersonRow) -> Environment:
     """The surroundings with the seat of a person where it stood."""
     if person.seat is None or person.seat_mm is None:
         return environment
-    return _seat_at(environment, person.seat, person.seat_mm)
-
-
-def _seat_at(environment: Environment, name: str, at_mm: tuple[float, float]) -> Environment:
-    """The surroundings with a seat forward and up of where it stands at rest."""
-    seat = environment.seat(name)
-    forward, up = (value / 1000.0 for value in at_mm)
-    return moved(environment, seat.moves, seat_shift(seat, forward, up))
+    forward, up = person.seat_mm
+    return seat_at(environment, person.seat, forward / 1000.0, up / 1000.0)
 
 
 def _shown_motion(result: ResultFile, case: str | None) -> MotionRows | None:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from workbench.body.faces import filled_loops
+from workbench.body.surface import filled_loops
 from workbench.draw.camera import Camera
 from workbench.draw.scene import Scene, shown_corners
 from workbench.errors import UsageError, one_of

@@ -20,9 +20,8 @@ from workbench.draw.camera import (
     TO_VIEWER,
     Camera,
     facing,
-    projective_depth,
+    to_projective,
     to_view,
-    view_to_pixels,
 )
 from workbench.draw.kernels.disk_painter import sphere_depths
 from workbench.draw.scene import Scene
@@ -190,20 +189,13 @@ def _rasterize(
         near, source = clip_triangles(
             seen[environment.triangles[chosen]], TO_VIEWER, camera.closest
         )
-        corners = _to_projective(camera, near)
+        corners = to_projective(camera, near)
     else:  # no clipping needed: project each vertex once
-        corners = _to_projective(camera, seen)[environment.triangles[chosen]]
+        corners = to_projective(camera, seen)[environment.triangles[chosen]]
     facing_away = facing(camera, environment.normal, environment.offset) < 0
     polygon = triangle_polygons(environment)[chosen][source]
     corners[facing_away[polygon], :, 2] -= _BACK_FACE_BIAS
     fill_triangles(corners, chosen[source], camera.inverse_distance, cut, buffers)
-
-
-def _to_projective(camera: Camera, seen: Floats) -> Floats:
-    """Return x, y [pixels] and projective depth (..., 3) of view coordinates (..., 3)."""
-    points = view_to_pixels(camera, seen)
-    points[..., 2] = projective_depth(camera, points[..., 2])
-    return points
 
 
 def _section_pixels(environment: Environment, camera: Camera, opaque: Fragments) -> Bools:

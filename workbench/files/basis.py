@@ -14,11 +14,10 @@ from typing import Any
 import numpy as np
 
 from workbench.errors import InputError, printable
-from workbench.files.inputs import note_input
-from workbench.files.opening import read_whole
+from workbench.files.opening import note_input, read_whole
 from workbench.model.arrays import Floats, Ints
 from workbench.model.basis import Detail, ShapeBasis
-from workbench.model.vocabulary import DIRECTIONS
+from workbench.model.body import DIRECTIONS
 
 __all__ = ["LEVELS", "load_basis"]
 

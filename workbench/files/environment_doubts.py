@@ -18,8 +18,7 @@ from workbench.files.seat_doubts import floor_doubts, rest_doubts, twice_doubts
 from workbench.geometry.ground import ground_of
 from workbench.geometry.polygon import point_winding
 from workbench.model.arrays import Floats
-from workbench.model.doubt import Doubt
-from workbench.model.environment import Environment, Seat
+from workbench.model.environment import Doubt, Environment, Seat
 
 __all__ = ["box_gap", "environment_doubts", "part_box", "unknown_segments"]
 

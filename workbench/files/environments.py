@@ -41,11 +41,19 @@ from workbench.files.meshes.scene import mesh_of_scene
 from workbench.files.meshes.sizes import implausible_sizes
 from workbench.files.schema import fail, validate
 from workbench.files.yaml_text import Document, read_yaml
-from workbench.model.adjusting import seat_tilt
 from workbench.model.arrays import Floats
-from workbench.model.doubt import Doubt, open_doubts
-from workbench.model.environment import Adjustment, Allowance, CushionFront, Environment, Rest, Seat
+from workbench.model.environment import (
+    Adjustment,
+    Allowance,
+    CushionFront,
+    Doubt,
+    Environment,
+    Rest,
+    Seat,
+    open_doubts,
+)
 from workbench.model.posing import attitude_matrix
+from workbench.model.surroundings import seat_tilt
 
 __all__ = [
     "MOST_ADJUSTMENTS",

@@ -11,6 +11,7 @@ import numpy as np
 from workbench.files.bare_mesh import read_bare
 from workbench.files.environments import load_environment
 from workbench.files.schema import metres_in
+from workbench.model.arrays import xyz
 from workbench.model.environment import Environment
 
 __all__ = ["Inspection", "PartSize", "inspect_environment", "inspect_mesh"]
@@ -43,7 +44,7 @@ class PartSize:
     @property
     def size(self) -> Size:
         """Extent along x, y, z."""
-        return _three(np.subtract(self.high, self.low))
+        return xyz(np.subtract(self.high, self.low))
 
 
 @dataclass(frozen=True)
@@ -128,7 +129,7 @@ def inspect_environment(source: str | Path, *, near: Path | None = None) -> Insp
 
 def _size(environment: Environment) -> Size:
     """The extents of an environment [m]."""
-    return _three(environment.bounds[1] - environment.bounds[0])
+    return xyz(environment.bounds[1] - environment.bounds[0])
 
 
 def _parts(environment: Environment) -> tuple[PartSize, ...]:
@@ -145,8 +146,8 @@ def _part(environment: Environment, k: int) -> PartSize:
         name=found.part,
         faces=found.faces,
         polygons=found.polygons,
-        low=_three(corners.min(axis=0)),
-        high=_three(corners.max(axis=0)),
+        low=xyz(corners.min(axis=0)),
+        high=xyz(corners.max(axis=0)),
         open_edges=found.open_edges,
         degenerate=found.degenerate,
         duplicate=found.duplicate,
@@ -159,8 +160,3 @@ def _part(environment: Environment, k: int) -> PartSize:
         inverted=found.inverted,
         solid=bool(environment.solid[k]),
     )
-
-
-def _three(values: np.ndarray[tuple[int, ...], np.dtype[np.float64]]) -> Size:
-    x, y, z = (float(value) for value in values)
-    return x, y, z

@@ -18,8 +18,12 @@ from workbench.files.crash.simulations import load_simulation
 from workbench.files.environment_doubts import unknown_segments
 from workbench.files.environment_schema import EnvironmentFile
 from workbench.files.environments import load_environment
-from workbench.files.growth import GrowthFile, load_growth
-from workbench.files.populations import PopulationFile, load_population_model
+from workbench.files.populations import (
+    GrowthFile,
+    PopulationFile,
+    load_growth,
+    load_population_model,
+)
 from workbench.files.postures import PosturesFile, load_postures, posture_path
 from workbench.files.results.comparison import ComparisonFile
 from workbench.files.results.result import ResultFile

@@ -40,9 +40,8 @@ from typing import Literal
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from workbench.errors import InputError
-from workbench.files.inputs import is_input
-from workbench.files.lock import locked, planted
-from workbench.files.output_file import Content, probe, writable, write_errors
+from workbench.files.opening import is_input
+from workbench.files.output_file import Content, locked, planted, probe, writable, write_errors
 
 __all__ = ["MANIFEST", "Holding", "Manifest", "check_folder", "exchange", "write_folder"]
 

@@ -7,23 +7,27 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated
 
-from pydantic import Field
+from pydantic import AfterValidator, Field
 
 from workbench.errors import InputError, one_of
 from workbench.files.body.bodies import body_path
 from workbench.files.body.schema import BodyFile
 from workbench.files.catalogue import find_beside
-from workbench.files.schema import FileModel, fail, validate
+from workbench.files.schema import FileModel, Length, Vector, fail, validate
 from workbench.files.yaml_text import Document, read_yaml
 from workbench.model.body import Body
 from workbench.model.poses import Poses
 from workbench.model.posing import attitude_matrix, motion_of, pose
 
 __all__ = [
+    "AdjustFile",
     "AnglesFile",
+    "AreaFile",
+    "AtFile",
     "AttitudeFile",
     "PostureFile",
     "PosturesFile",
+    "StandFile",
     "Turns",
     "flat_angles",
     "load_postures",
@@ -187,3 +191,53 @@ def replaced_angles(body: Body, posture: PostureFile, more: AnglesFile) -> Postu
         turns[joint] = kept | motions
     rotations = {joint: q for joint, q in posture.rotations.items() if joint not in extra}
     return posture.model_copy(update={"angles": turns, "rotations": rotations})
+
+
+WIDEST = 2.0
+"""Width [m] of an area to step in, at most: the search of a position goes all over it."""
+
+
+class AdjustFile(FileModel):
+    """Where in its travel a seat stands."""
+
+    forward: Length = 0.0
+    up: Length = 0.0
+
+
+class AtFile(FileModel):
+    """A segment at a place."""
+
+    segment: str
+    position: Vector
+    attitude: AttitudeFile = AttitudeFile()
+
+
+def _rising(value: tuple[float, float]) -> tuple[float, float]:
+    low, high = value
+    if not low <= 0.0 <= high:
+        raise ValueError(
+            "it is from how far behind or to the right, 0 or negative, to how far "
+            "ahead or to the left, 0 or positive: [-200, 300]"
+        )
+    if high - low > WIDEST:
+        raise ValueError(f"an area is {WIDEST:g} m wide at most")
+    return value
+
+
+Steps = Annotated[tuple[Length, Length], Field(strict=False), AfterValidator(_rising)]
+
+
+class AreaFile(FileModel):
+    """The area within which the feet may be: how far from the point they may step, as the person
+    faces, forward and to the left; negative to the rear and to the right."""
+
+    forward: Steps = (0.0, 0.0)
+    left: Steps = (0.0, 0.0)
+
+
+class StandFile(FileModel):
+    """A point that the lowest sphere stands on, the heading, and how far the person may step."""
+
+    on: Vector
+    yaw: Annotated[float, Field(ge=-360, le=360)] = 0.0
+    area: AreaFile | None = None

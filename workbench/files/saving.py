@@ -16,9 +16,8 @@ from typing import TypeVar
 from zlib import crc32
 
 from workbench.errors import InputError
-from workbench.files.lock import locked
 from workbench.files.opening import read_whole
-from workbench.files.output_file import write_errors
+from workbench.files.output_file import locked, write_errors
 
 __all__ = ["bytes_of", "replaced", "saving"]
 

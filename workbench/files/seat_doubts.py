@@ -16,8 +16,7 @@ import numpy as np
 
 from workbench.geometry.ground import Ground
 from workbench.model.arrays import Floats
-from workbench.model.doubt import Doubt
-from workbench.model.environment import Seat
+from workbench.model.environment import Doubt, Seat
 from workbench.model.posing import attitude_matrix
 
 __all__ = ["another_seats", "floor_before", "floor_doubts", "rest_doubts", "twice_doubts"]

@@ -69,6 +69,7 @@ def _sweep_ranges(one: Floats, other: Floats, axis: int) -> tuple[_Ranges, _Rang
     first = np.searchsorted(low, one[:, axis], "left")
     last = np.searchsorted(low, one[:, axis + 2], "right")
     ahead = _Ranges(order, first, np.maximum(first, last))
+    # one that begins together with the other counted above: here only those that begin later
     order = np.argsort(one[:, axis], kind="stable")
     low = one[order, axis]
     first = np.searchsorted(low, other[:, axis], "right")

@@ -43,6 +43,7 @@ def clip_segments(ends: Floats, normal: Floats, offset: float) -> tuple[Floats, 
     for end in (0, 1):
         cut = np.flatnonzero(height[:, end] > 0.0)
         inner = height[cut, 1 - end]
+        # heights h_in <= 0 < h_out: the plane is at the share h_in / (h_in - h_out) of the way
         share = (inner / (inner - height[cut, end]))[:, None]
         pieces[cut, end] = ends[kept[cut], 1 - end] * (1.0 - share) + ends[kept[cut], end] * share
     return pieces, kept
@@ -120,7 +121,7 @@ def plane_intersections(corners: Floats, normal: Floats, offset: float) -> tuple
         Segments (K, 2, 3), and the triangle (K,) of each.
     """
     above = _heights(corners, normal) - offset
-    count = np.sum(above > 0.0, axis=1)
+    count = np.sum(above > 0.0, axis=1)  # 1 or 2 corners above: the plane crosses
     crossed = np.flatnonzero(count % 3 > 0)
     alone = (above[crossed] > 0.0) == (count[crossed] == 1)[:, None]
     split = _split_at_plane(corners[crossed], above[crossed], alone)

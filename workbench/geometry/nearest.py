@@ -56,12 +56,14 @@ def build_solid(vertices: NDArray[np.float64], faces: NDArray[np.int64]) -> Soli
         long * np.roll(long, 1, axis=1)
     )
     angle = np.arccos(np.clip(cosine, -1.0, 1.0))
+    # pseudo-normal of a corner: the normals of its faces, each weighted by the face's angle there
     at_corner = np.zeros_like(vertices)
     for k in range(3):
         for axis in range(3):
             at_corner[:, axis] += np.bincount(
                 faces[:, k], angle[:, k] * flat[:, axis], minlength=len(vertices)
             )
+    # pseudo-normal of an edge: the sum of the normals of the faces that meet there
     tail = faces.ravel()
     head = np.roll(faces, -1, axis=1).ravel()
     key = np.minimum(tail, head) * len(vertices) + np.maximum(tail, head)
@@ -85,7 +87,7 @@ def morton_order(points: NDArray[np.float64]) -> NDArray[np.int64]:
     key = np.zeros(len(points), dtype=np.uint64)
     for axis in range(3):
         bits = cell[:, axis]
-        for shift, mask in (
+        for shift, mask in (  # spread 16 bits so that two places stay free after each
             (16, 0x0000FF0000FF),
             (8, 0x00F00F00F00F),
             (4, 0x0C30C30C30C3),
@@ -139,6 +141,7 @@ def _on_triangle(x, y, z, c, n):  # type: ignore[no-untyped-def]
         p = x - c[k, 0]
         q = y - c[k, 1]
         r = z - c[k, 2]
+        # left of the edge, seen from outside: n . ((c_i - c_k) x (x - c_k)) >= 0
         side = n[0] * (v * r - w * q) + n[1] * (w * p - u * r) + n[2] * (u * q - v * p)
         if side >= 0.0 and (n[0] != 0.0 or n[1] != 0.0 or n[2] != 0.0):
             crossed += 1
@@ -267,6 +270,7 @@ def shrink_balls(points, normals, greatest, slack, solid, centre):  # type: igno
             a = x - qx
             b = y - qy
             c = z - qz
+            # the ball that touches the surface at x and passes q has |x - q|^2 = 2 r (x - q) . n
             along = a * u + b * v + c * w
             touching = (a * a + b * b + c * c) / (2.0 * along) if along > 0.0 else 0.0
             r = min(0.95 * r, max(touching, 0.3 * r))

@@ -38,6 +38,7 @@ def segment_overlaps(centres, radius, start, asked, deepest):  # type: ignore[no
             best = deepest[a, b]
             for u in range(start[a], start[a + 1]):
                 for v in range(start[b], start[b + 1]):
+                    # deeper than the best so far: |c_u - c_v| < r_u + r_v - best
                     reach = radius[u] + radius[v] - best
                     x = centres[u, 0] - centres[v, 0]
                     y = centres[u, 1] - centres[v, 1]
@@ -97,6 +98,7 @@ def union_volumes(centre, radius, start, lines):  # type: ignore[no-untyped-def]
             x = low[0] + (p + 0.5) * wide
             many = 0
             for s in range(a, b):
+                # the plane at x cuts a circle of radius^2 = r^2 - (c_x - x)^2 out of the sphere
                 square = radius[s] ** 2 - (centre[s, 0] - x) ** 2
                 if square > 0.0:
                     cut[many, 0] = square
@@ -107,6 +109,7 @@ def union_volumes(centre, radius, start, lines):  # type: ignore[no-untyped-def]
                 y = low[1] + (q + 0.5) * long
                 used = 0
                 for k in range(many):
+                    # and the line at y half a chord of sqrt(radius^2 - (c_y - y)^2) out of that
                     square = cut[k, 0] - (cut[k, 1] - y) ** 2
                     if square > 0.0:
                         half = math.sqrt(square)

@@ -99,6 +99,7 @@ def _crossed(record, e, i, k, u, v):  # type: ignore[no-untyped-def]
     ak = load_four(record, e + _FOUR * k)
     bi = load_four(record, e + _FOUR * i + _HEADS)
     bk = load_four(record, e + _FOUR * k + _HEADS)
+    # the edge from a to b passes the height v at i = a_i + (b_i - a_i) (v - a_k) / (b_k - a_k)
     parted = below(v, ak) ^ below(v, bk)
     return parted & below(u, divided((bi - ai) * (v - ak), bk - ak) + ai)
 
@@ -113,6 +114,7 @@ def _gaps_of_edges(x, y, z, record, e):  # type: ignore[no-untyped-def]
     d0 = load_four(record, head) - a0
     d1 = load_four(record, head + _FOUR) - a1
     d2 = load_four(record, head + _FOUR + _FOUR) - a2
+    # foot on the edge a + t d: t = (x - a) . d / |d|^2, kept from 0 to 1; 0 where d has no length
     square = d0 * d0 + d1 * d1 + d2 * d2
     t = divided((x - a0) * d0 + (y - a1) * d1 + (z - a2) * d2, square)
     t = where_positive(square, lower(four(1.0), upper(four(0.0), t)))
@@ -187,16 +189,19 @@ def nearest_of_record(x, y, z, record, at, end, limit):  # type: ignore[no-untyp
     u = x - record[at + 3]
     v = y - record[at + 4]
     w = z - record[at + 5]
+    # 1. height above the plane: h = n . (x - c)
     h = n0 * u + n1 * v + n2 * w
     over = max(abs(h) - record[at + 9], 0.0)
     if over * over > limit:
         return np.inf, x, y, z
+    # 2. in the plane, as far out of the enclosing circle: |x - c - h n| - r
     u = u - h * n0
     v = v - h * n1
     w = w - h * n2
     out = max(math.sqrt(u * u + v * v + w * w) - record[at + 6], 0.0)
     if over * over + out * out > limit:
         return np.inf, x, y, z
+    # 3. edges and inside
     best, bx, by, bz = _nearest_of_edges(x, y, z, h, record, at, end)
     if best > limit:
         return np.inf, x, y, z
@@ -217,6 +222,7 @@ def point_winding(x, y, z, corners, first, last):  # type: ignore[no-untyped-def
     Source: van Oosterom & Strackee, IEEE Trans. Biomed. Eng. 30(2), 1983: the solid angle of a
     plane triangle.
     """
+    # solid angle of a triangle: tan(O / 2) = a . (b x c) / (|a||b||c| + a.b |c| + b.c |a| + c.a |b|)
     total = 0.0
     for t in range(first, last):
         a0 = corners[t, 0, 0] - x

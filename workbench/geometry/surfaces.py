@@ -14,6 +14,7 @@ import numpy as np
 
 from workbench.compiled import batch_loop, inlined, inner
 from workbench.geometry.tree import DEPTH, split_tree
+from workbench.geometry.vectors import cross, dot, subtract
 from workbench.model.arrays import Floats
 
 __all__ = ["SurfaceGap", "come_near", "surface_gap"]
@@ -95,21 +96,6 @@ def _least_gap(one: Floats, other: Floats, most: float, enough: float) -> Floats
 
 
 @inlined
-def _dot(u, v):  # type: ignore[no-untyped-def]
-    return u[0] * v[0] + u[1] * v[1] + u[2] * v[2]
-
-
-@inlined
-def _less(u, v):  # type: ignore[no-untyped-def]
-    return u[0] - v[0], u[1] - v[1], u[2] - v[2]
-
-
-@inlined
-def _cross(u, v):  # type: ignore[no-untyped-def]
-    return u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]
-
-
-@inlined
 def _along(p, way, t):  # type: ignore[no-untyped-def]
     """p + t way."""
     return p[0] + t * way[0], p[1] + t * way[1], p[2] + t * way[2]
@@ -123,14 +109,14 @@ def _corner(c, k):  # type: ignore[no-untyped-def]
 @inner
 def _edge_points(p, q, r, s):  # type: ignore[no-untyped-def]
     """The nearest points of the edges p-q and r-s (Ericson 5.1.9)."""
-    d = _less(q, p)
-    e = _less(s, r)
-    w = _less(p, r)
-    a = _dot(d, d)
-    b = _dot(e, e)
-    f = _dot(e, w)
-    c = _dot(d, w)
-    along = _dot(d, e)
+    d = subtract(q, p)
+    e = subtract(s, r)
+    w = subtract(p, r)
+    a = dot(d, d)
+    b = dot(e, e)
+    f = dot(e, w)
+    c = dot(d, w)
+    along = dot(d, e)
     flat = a * b - along * along
     t = 0.0
     if a > 0.0 and flat > _ALONG * a * b:
@@ -147,8 +133,8 @@ def _over(p, c, n):  # type: ignore[no-untyped-def]
     """Whether a point is over the inside of a triangle c (3, 3) with normal n of any length."""
     for k in range(3):
         a = _corner(c, k)
-        side = _less(_corner(c, (k + 1) % 3), a)
-        if _dot(n, _cross(side, _less(p, a))) < 0.0:
+        side = subtract(_corner(c, (k + 1) % 3), a)
+        if dot(n, cross(side, subtract(p, a))) < 0.0:
             return False
     return True
 
@@ -157,8 +143,8 @@ def _over(p, c, n):  # type: ignore[no-untyped-def]
 def _nearer(best, start, end, turned):  # type: ignore[no-untyped-def]
     """The nearer of `best` (squared distance, start, end) and two points; turned: these stand the
     other way round."""
-    away = _less(end, start)
-    square = _dot(away, away)
+    away = subtract(end, start)
+    square = dot(away, away)
     if not square < best[0]:
         return best
     return (square, end, start) if turned else (square, start, end)
@@ -169,19 +155,19 @@ def _face_points(one, other, best, turned):  # type: ignore[no-untyped-def]
     """Improve `best` by the corners of a triangle over the face of another, and by where its edges
     go through that; turned: what is `one` here has the ends."""
     a = _corner(other, 0)
-    n = _cross(_less(_corner(other, 1), a), _less(_corner(other, 2), a))
-    square = _dot(n, n)
+    n = cross(subtract(_corner(other, 1), a), subtract(_corner(other, 2), a))
+    square = dot(n, n)
     if square == 0.0:
         return best
     for k in range(3):
         p = _corner(one, k)
         q = _corner(one, (k + 1) % 3)
-        h = _dot(n, _less(p, a))
-        g = _dot(n, _less(q, a))
+        h = dot(n, subtract(p, a))
+        g = dot(n, subtract(q, a))
         if _over(p, other, n):
             best = _nearer(best, p, _along(p, n, -h / square), turned)
         if h * g < 0.0:
-            x = _along(p, _less(q, p), h / (h - g))
+            x = _along(p, subtract(q, p), h / (h - g))
             if _over(x, other, n):
                 best = _nearer(best, x, x, turned)
     return best

@@ -86,7 +86,7 @@ def _fill_bins(boxes, item, a, b, axis, low, high, space):  # type: ignore[no-un
         space.held[k] = 0
     for s in range(a, b):
         k = int((_middle(boxes, item[s], axis) - low) / (high - low) * BINS)
-        k = min(k, BINS - 1)
+        k = min(k, BINS - 1)  # the greatest middle falls on the last bin's end
         space.held[k] += 1
         _join(space.bins, k, boxes, item[s])
     for k in range(1, BINS):
@@ -120,6 +120,7 @@ def _cut(boxes, item, a, b, space):  # type: ignore[no-untyped-def]
             below += space.held[k - 1]
             if below == 0 or below == b - a:
                 continue
+            # surface area heuristic: N_left A_left + N_right A_right
             cost = below * half_area(space.left, k) + (b - a - below) * half_area(space.right, k)
             if cost < best:
                 best = cost

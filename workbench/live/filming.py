@@ -11,10 +11,9 @@ from pathlib import Path
 import numpy as np
 
 from workbench.body.forward import place
-from workbench.body.parts import moved
 from workbench.draw.camera import Camera, look_at
 from workbench.draw.display_options import DisplayOptions, parse_display_options
-from workbench.draw.films.mp4 import has_encoder
+from workbench.draw.films.film import has_encoder
 from workbench.draw.render import render
 from workbench.draw.scene import Scene, SceneBody
 from workbench.draw.section_planes import SectionPlane
@@ -159,16 +158,11 @@ class Film:
 
     def _still(self) -> Source:
         """The people where they are, with their seats."""
-        arranged = self.placement.parts
-        environment = arranged.environment
-        for group, shift in zip(arranged.movers, arranged.displacement, strict=True):
-            if np.any(shift):
-                environment = moved(environment, [environment.parts[k] for k in group], shift)
         people = [
             (Person(one.state.role, one.body, one.poses), SceneBody(one.placed, 0, colour))
             for one, colour in zip(self.placement.people, cycle(PEOPLE_COLOURS), strict=False)
         ]
-        return self._source(people, environment, moving=False)
+        return self._source(people, self.placement.parts.moved(), moving=False)
 
     def _moving(self) -> Source:
         """The people in their first frame, and their motions."""

@@ -18,7 +18,7 @@ from workbench.errors import InputError
 from workbench.live.frames import PeopleShown, people_frame, waiting_frame
 from workbench.live.reach_maps import ReachMaps
 from workbench.model.arrays import Bools, Floats, Ints
-from workbench.model.moves import Move
+from workbench.model.surroundings import Move
 from workbench.study.accommodation.chunks import Question
 from workbench.study.bench.crowd import (
     Crowd,

@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 
-from workbench.contact.arranged import Arranged
 from workbench.draw.eye_view import FIELD
 from workbench.live.finding_places import place_of_finding
 from workbench.live.persons import person_offers, person_state
@@ -18,12 +17,14 @@ from workbench.model.accommodation import met_of
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.body import Body
 from workbench.model.environment import Adjustment
-from workbench.model.moves import Move
+from workbench.model.figures import plain
 from workbench.model.population import SEXES
 from workbench.model.poses import Placed
 from workbench.model.result import Verdict
 from workbench.model.study import GivenPosture, PredictedPosture
+from workbench.model.surroundings import Move, Surroundings
 from workbench.model.units import UNITS
+from workbench.posture.seating.seating import seat_shift
 from workbench.sight.eyes import eyes_of, has_eyes, head_of
 from workbench.study.bench.answers import TOUCHES, Answer, Judged, near_pairs
 from workbench.study.bench.criteria import role_bodies
@@ -31,7 +32,7 @@ from workbench.study.bench.crowd import Crowd, met_all
 from workbench.study.bench.motions import MotionsJudged, motion_names
 from workbench.study.bench.near import NearPair
 from workbench.study.bench.placing import placed_environment
-from workbench.study.bench.state import OpenStudy, seat_shift
+from workbench.study.bench.state import OpenStudy
 from workbench.study.checks.margins import Asked
 from workbench.study.people import Present
 from workbench.study.situation import moved_by
@@ -138,9 +139,7 @@ def _body(body: Body, stands_by: set[int]) -> dict[str, Any]:
     joints = []
     for j, joint in enumerate(body.joints):
         axes = [
-            None
-            if locked[j, axis]
-            else [motion.replace("_", " ") for motion in stops.motions[j][axis]]
+            None if locked[j, axis] else [plain(motion) for motion in stops.motions[j][axis]]
             for axis in range(3)
         ]
         joints.append({"joint": joint, "name": body.joint_names[j], "axes": axes})
@@ -185,7 +184,7 @@ def answer_frame(found: Answer, opened: OpenStudy, head: Mapping[str, Any], begi
         arrays += [
             (f"centres{row}", person.placed.centres[0].astype(np.float32)),
             (f"radius{row}", person.body.radius[0].astype(np.float32)),
-            (f"room{row}", one.near.room[0].astype(np.float32)),
+            (f"room{row}", one.near.distance[0].astype(np.float32)),
             (f"sphere{row}", one.near.sphere[0].astype(np.int32)),
             (f"part{row}", part.astype(np.uint16)),
             (f"overlap{row}", np.array(sorted(found.overlaps[row]), dtype=np.int32)),
@@ -248,7 +247,7 @@ def move_row(move: Move) -> dict[str, Any]:
     return {"parts": list(move.parts), "controls": list(move.controls), "by": _rounded(move.by)}
 
 
-def part_shifts(arranged: Arranged) -> dict[str, list[float]]:
+def part_shifts(arranged: Surroundings) -> dict[str, list[float]]:
     """By how much parts are displaced [m] from where their environment has them."""
     shifts = arranged.by_part
     moving = sorted(k for group in arranged.movers for k in group)

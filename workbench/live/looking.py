@@ -11,8 +11,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.draw.envelopes.sections import envelope_sections, section_lines
-from workbench.draw.envelopes.solid import outer_faces
+from workbench.draw.envelopes import envelope_sections, outer_faces, section_lines
 from workbench.draw.section_planes import SectionPlane
 from workbench.errors import InputError
 from workbench.live.filming import FPS, Film, FilmView
@@ -23,7 +22,8 @@ from workbench.live.replies import Made, Replies, Work
 from workbench.live.saved_state import SavedState
 from workbench.live.seeing import Colours, FieldWork
 from workbench.model.envelope import ReachTask
-from workbench.model.moves import Move
+from workbench.model.figures import plain
+from workbench.model.surroundings import Move
 from workbench.study.bench.answers import Answer
 from workbench.study.bench.measuring import Thing, measured
 from workbench.study.bench.motions import check_motion
@@ -115,7 +115,7 @@ def _measure(desk: Desk, placement: Placement, question: Question) -> Replies:
 def _name(thing: Thing) -> str:
     if thing.segment:
         return f"{thing.person}: {thing.segment}"
-    return (thing.part or thing.control).replace("_", " ")
+    return plain(thing.part or thing.control)
 
 
 def _motion(desk: Desk, question: Question) -> Replies:

@@ -25,13 +25,13 @@ from workbench.live.protocol import packed
 from workbench.live.replies import Made
 from workbench.model.arrays import Floats, Ints
 from workbench.model.motion_case import MotionCase
-from workbench.model.moving import poses_at
 from workbench.model.poses import Placed
+from workbench.model.posing import poses_at
 from workbench.sight.eyes import eyes_of, has_eyes, head_of
 from workbench.study.bench.answers import TOUCHES
 from workbench.study.bench.motions import Playing, near_in_frame, playing
 from workbench.study.bench.state import Arrangement, OpenStudy
-from workbench.study.motion_gaps import asked_gaps, distance_criteria, frame_rooms
+from workbench.study.motions import asked_gaps, distance_criteria, frame_rooms
 
 __all__ = ["WINDOW", "Frames", "Gaps", "MotionScene", "Near"]
 
@@ -191,11 +191,11 @@ def _least_gaps(found: Playing, placed: tuple[Placed, ...]) -> Iterator[_FrameGa
     """The gaps of each role and parts, and of each two roles."""
     for motion, one in zip(found.motions, placed, strict=True):
         rooms = frame_rooms(motion, one)
-        segment = np.nan_to_num(rooms.room, nan=np.inf).argmin(axis=1)
+        segment = np.nan_to_num(rooms.distance, nan=np.inf).argmin(axis=1)
         each = np.arange(len(segment))
         polygon = rooms.polygon[each, segment]
         yield _FrameGaps(
-            rooms.room[each, segment],
+            rooms.distance[each, segment],
             np.nan_to_num(rooms.point[each, segment]),
             partial(_part_words, motion, segment, polygon),
         )
@@ -253,7 +253,7 @@ def _touching(placed: Placed, motion: MotionCase) -> set[tuple[int, int]]:
     """The spheres that are deeper in a part than it allows, of each segment the worst, with the
     frames."""
     rooms = frame_rooms(motion, placed)
-    frame, segment = np.nonzero((rooms.room < -TOUCHES) & (rooms.sphere >= 0))
+    frame, segment = np.nonzero((rooms.distance < -TOUCHES) & (rooms.sphere >= 0))
     return set(zip(rooms.sphere[frame, segment].tolist(), frame.tolist(), strict=True))
 
 

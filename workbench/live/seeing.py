@@ -15,8 +15,9 @@ from workbench.errors import WorkbenchError
 from workbench.live.protocol import packed
 from workbench.live.replies import Made
 from workbench.model.arrays import Bools, Floats
+from workbench.model.figures import plain
 from workbench.sight.obscuration import obscuration
-from workbench.sight.panorama import bands_of, face_pixels, panorama, pixels_of
+from workbench.sight.panorama import look_out, lookout
 from workbench.study.bench.placing import Placement
 from workbench.study.bench.sights import Field, field_of
 from workbench.study.bench.state import OpenStudy
@@ -123,21 +124,18 @@ def _shown(found: Field, coloured: Zones) -> tuple[list[dict[str, Any]], np.ndar
         shares = [hidden.left[k], hidden.right[k], hidden.either[k], hidden.both[k]]
         rows.append(
             {
-                "name": hidden.names[k].replace("_", " "),
+                "name": plain(hidden.names[k]),
                 "colour": list(coloured.rows[int(coloured.row[k])].colour),
                 "shares": [round(share * float(value), 2) for value in shares],
                 "error": round(share * float(hidden.error[k]), 2),
             }
         )
     ways, inside = _disc(region.half_angle)
-    n = pixels_of(_SHOWN)
-    pixels = face_pixels(ways @ region.axes, n)
-    bands = bands_of(pixels[0], pixels[1], n)
-    left, right = (
-        panorama(found.scenery, eye[0], step=_SHOWN, bands=bands)
-        for eye in (found.gaze.eyes.left, found.gaze.eyes.right)
-    )
-    images = (spread(items[pixels], inside) for items in (left.item, right.item, left.glass))
+    view = lookout(ways @ region.axes, _SHOWN)
+    eyes = found.gaze.eyes
+    left, glass = look_out(found.scenery, eyes.left[0], view, through=True)
+    right, _ = look_out(found.scenery, eyes.right[0], view)
+    images = (spread(items, inside) for items in (left, right, glass))
     painted = coloured.paint(*images)
     painted[~inside] = 255
     return rows, painted

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from workbench.model.moves import Move
+from workbench.model.surroundings import Move
 from workbench.study.bench.criteria import PairLimit, asked_for
 from workbench.study.bench.edits import Edit, adjusted_to, seated, shifted
 from workbench.study.bench.edits_joints import mirrored, turned

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from workbench.model.arguments import short_repr
 from workbench.model.arrays import Bools, Floats
-from workbench.model.moves import Move
-from workbench.model.short_repr import short_repr
+from workbench.model.surroundings import Move
 from workbench.model.units import Unit, unit_of
 
 __all__ = [

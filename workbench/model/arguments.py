@@ -14,6 +14,7 @@ import types
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import fields
 from functools import lru_cache, wraps
+from importlib import import_module
 from inspect import Parameter, Signature, currentframe, signature
 from numbers import Integral, Real
 from pathlib import Path
@@ -22,9 +23,9 @@ from typing import Any, Literal, TypeVar, Union, get_args, get_origin, get_type_
 import numpy as np
 
 from workbench.errors import InputError, UsageError, one_of
-from workbench.model.above import above
 
 __all__ = [
+    "above",
     "argument_fault",
     "caller_level",
     "check_fields",
@@ -32,6 +33,7 @@ __all__ = [
     "checked",
     "chosen_rows",
     "given_words",
+    "short_repr",
 ]
 
 F = TypeVar("F", bound=Callable[..., Any])
@@ -81,9 +83,7 @@ def _taken(value: Any, kind: Any) -> Any:
         return value
     kinds = [getattr(one, "__name__", "") for one in (kind, *get_args(kind))]
     return (
-        above("files.mesh_environments", "environment_of_scene")(value)
-        if "Environment" in kinds
-        else value
+        above("files.bare_mesh", "environment_of_scene")(value) if "Environment" in kinds else value
     )
 
 
@@ -377,3 +377,55 @@ def given_words(value: object) -> str:
         return text
     size = f" of {len(value)}" if isinstance(value, Collection) else ""
     return f"a {type(value).__name__}{size}"
+
+
+# Functions of the rooms above the nouns, for the methods by which nouns offer them.
+#
+# Reading and drawing lie above the nouns, so no noun may import them. They are looked up by name, and
+# only when somebody calls such a method.
+
+
+def above(module: str, function: str) -> Any:
+    """Return a function by its module (below `workbench`) and its name."""
+    return getattr(import_module(f"workbench.{module}"), function)
+
+
+LONGEST = 300
+"""Characters of a line; what fields are longer than that are left out, and dots stand for them."""
+_LONGEST_VALUE = 60
+
+
+def short_repr(noun: Any) -> str:
+    """Return a dataclass in a line of at most LONGEST characters: for its `__repr__`."""
+    name = type(noun).__name__
+    line = ""
+    for field in fields(noun):
+        if not field.repr:
+            continue
+        shown = f"{', ' if line else ''}{field.name}={_value_words(getattr(noun, field.name))}"
+        if len(name) + len(line) + len(shown) + len("(, ...)") > LONGEST:
+            return f"{name}({line}, ...)"
+        line += shown
+    return f"{name}({line})"
+
+
+def _value_words(value: Any) -> str:
+    """A value in a few words."""
+    if isinstance(value, np.ndarray) and value.size > 3:
+        return f"<array {value.shape}>"
+    if isinstance(value, str) and len(value) > _LONGEST_VALUE:
+        return repr(value[: _LONGEST_VALUE - 3] + "...")
+    if isinstance(value, Collection) and not isinstance(value, (str, bytes, np.ndarray)):
+        return _collection_words(value)
+    text = repr(value)
+    return text if len(text) <= _LONGEST_VALUE else f"<{type(value).__name__}>"
+
+
+def _collection_words(value: Collection[Any]) -> str:
+    """A collection as it is where that is short, else how many of what there are."""
+    if len(value) <= 3 and not isinstance(value, Mapping):
+        items = [_value_words(item) for item in value]
+        text = f"({', '.join(items)}{',' if len(items) == 1 else ''})"
+        if len(text) <= _LONGEST_VALUE:
+            return text
+    return f"<{type(value).__name__} of {len(value)}>" if len(value) else repr(value)

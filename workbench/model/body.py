@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, fields
 from typing import Any
 
@@ -13,19 +13,33 @@ from workbench.model.arguments import check_fields, check_index, chosen_rows
 from workbench.model.arrays import ArrayKind, Bools, Floats, Ints, freeze_fields
 from workbench.model.basis import ShapeBasis
 from workbench.model.stops import Stops
-from workbench.model.vocabulary import DIRECTIONS
 
 __all__ = [
+    "DIRECTIONS",
     "KEPT",
+    "OPPOSITE",
     "ROW_FIELDS",
     "SEATED_FACTORS",
     "Body",
     "Topology",
     "body_of_rows",
     "check_one",
+    "logical_window",
     "segment_words",
     "stack_bodies",
+    "walk",
 ]
+
+
+DIRECTIONS: tuple[str, ...] = ("front", "back", "left", "right", "top", "bottom")
+OPPOSITE: dict[str, str] = {
+    "front": "back",
+    "back": "front",
+    "left": "right",
+    "right": "left",
+    "top": "bottom",
+    "bottom": "top",
+}
 
 KEPT = "_kept"
 """Where a body or a topology holds what is kept with it, see model.kept."""
@@ -471,3 +485,46 @@ def check_one(body: Body) -> None:
 def segment_words(body: Body) -> dict[str, str]:
     """The mnemonic of each segment by its name in words, for suggestions."""
     return dict(zip(body.segment_names, body.segments, strict=True))
+
+
+def walk(body: Body | Topology, reference: int) -> list[tuple[int, int, int, bool]]:
+    """The tree walked depth first from the reference segment: (to, came from, joint, upward) for
+    each step.
+
+    Upward is True where the step goes from a joint's distal segment to its proximal one. What hangs
+    behind a step is the run of steps that follows it.
+    """
+    children: list[list[int]] = [[] for _ in body.segments]
+    for child, parent in enumerate(body.parent[1:].tolist(), start=1):
+        children[parent].append(child)
+    steps: list[tuple[int, int, int, bool]] = []
+    todo = [(reference, -1)]
+    while todo:
+        at, came = todo.pop()
+        if came >= 0:
+            upward = int(body.parent[came]) == at
+            steps.append((at, came, (came if upward else at) - 1, upward))
+        parent = int(body.parent[at])
+        near = ([parent] if parent >= 0 else []) + children[at]
+        todo += [(n, at) for n in reversed(near) if n != came]
+    return steps
+
+
+def logical_window(body: Body, segments: Iterable[str] | None, reference: int) -> Bools:
+    """(N,) True for the named segments, the reference segment and all between them; None is the
+    whole body.
+
+    Source: Badler, O'Rourke & Toltzis 1979, the logical window (their Fig. 5). InputError for an
+    unknown segment.
+    """
+    if segments is None:
+        return np.ones(len(body.segments), dtype=np.bool_)
+    came = {to: at for to, at, _, _ in walk(body, reference)}
+    shown = np.zeros(len(body.segments), dtype=np.bool_)
+    shown[reference] = True
+    for name in segments:
+        at = body.segment(name)
+        while at != reference:
+            shown[at] = True
+            at = came[at]
+    return shown

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from math import inf
 
+from workbench.model.arguments import short_repr
 from workbench.model.rule_set import RuleSet
-from workbench.model.short_repr import short_repr
 from workbench.model.work import Work
 
 __all__ = ["Criterion", "Limit"]

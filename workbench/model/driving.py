@@ -8,9 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.errors import InputError
-from workbench.model.arguments import check_fields
+from workbench.model.arguments import check_fields, short_repr
 from workbench.model.arrays import Floats, frozen
-from workbench.model.short_repr import short_repr
 
 __all__ = ["ANGLES", "Driver", "DrivingAims", "DrivingAngles", "Package"]
 

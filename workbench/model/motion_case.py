@@ -8,14 +8,13 @@ from typing import Literal
 
 import numpy as np
 
+from workbench.model.arguments import short_repr
 from workbench.model.arrays import Bools, Floats
 from workbench.model.body import Body
 from workbench.model.criterion import Criterion
 from workbench.model.environment import Environment
 from workbench.model.poses import Poses
-from workbench.model.pulse import Pulse
-from workbench.model.short_repr import short_repr
-from workbench.model.simulation import Belt, ContactRule
+from workbench.model.simulation import Belt, ContactRule, Pulse
 
 __all__ = [
     "Agreement",

@@ -15,13 +15,13 @@ from workbench.model.accommodation import (
     met_of,
     possibly_met,
 )
+from workbench.model.arguments import short_repr
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.body import Body
 from workbench.model.environment import Adjustment, Environment
 from workbench.model.population import Population
 from workbench.model.poses import Placed, Poses
 from workbench.model.reason import Reason
-from workbench.model.short_repr import short_repr
 from workbench.model.study import Study
 from workbench.model.workplace import Workplace
 

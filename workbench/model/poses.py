@@ -9,8 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from workbench.errors import InputError, UsageError
-from workbench.model.above import above
-from workbench.model.arguments import check_fields, check_index, chosen_rows
+from workbench.model.arguments import above, check_fields, check_index, chosen_rows
 from workbench.model.arrays import Bools, Floats, Ints, frozen
 from workbench.model.body import Body
 from workbench.model.quaternions import cross

@@ -14,16 +14,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.errors import InputError, one_of
-from workbench.model.above import above
 from workbench.model.accommodation import GroupShare
-from workbench.model.arguments import checked
+from workbench.model.arguments import above, checked, short_repr
 from workbench.model.arrays import Floats
 from workbench.model.body import Body
-from workbench.model.contacts import Clearance, Contacts
+from workbench.model.contacts import Clearance, Contacts, Episodes
 from workbench.model.criterion import Criterion
 from workbench.model.envelope import Envelope
 from workbench.model.environment import Environment
-from workbench.model.episodes import Episodes
 from workbench.model.motion_case import (
     Agreement,
     Excursion,
@@ -36,7 +34,6 @@ from workbench.model.motion_case import (
 from workbench.model.population_found import PopulationFound
 from workbench.model.poses import Placed, Poses
 from workbench.model.reason import Reason
-from workbench.model.short_repr import short_repr
 from workbench.model.study import Role, Study
 
 __all__ = [
@@ -412,7 +409,7 @@ class Result:
             is none, truth values, or texts. Lengths are in millimetres, as the names say.
         """
         tables: dict[str, dict[str, NDArray[np.generic]]]
-        tables = above("report.result_tables", "result_columns")(self)
+        tables = above("report.result_rows", "result_columns")(self)
         return tables
 
     @checked
@@ -432,7 +429,7 @@ class Result:
         UsageError
             If the result has no such table.
         """
-        return above("report.result_tables", "result_frame")(self, table)
+        return above("report.result_rows", "result_frame")(self, table)
 
     @property
     def passed(self) -> bool:

@@ -24,20 +24,22 @@ class RuleValue:
     source: where it was seen, or what is known of it; status: "seen" where it was read there,
     "remembered" where that was not at hand, "chosen" where the rule leaves it open. origin: of a
     field on the ground, from what it counts behind ("eyes" or "front" of the vehicle), and out
-    ("side", "middle" or "eyes").
+    ("side", "middle" or "eyes"). doubt: what was settled without the source, "" of nothing.
     """
 
     value: Floats
     source: str
     status: str
     origin: tuple[str, str] | None = None
+    doubt: str = ""
 
     @property
     def words(self) -> str:
         """How sure it is."""
+        doubt = f", {self.doubt}" if self.doubt else ""
         if self.status == "seen":
-            return f"seen in {self.source}"
-        return f"{CHOSEN if self.status == 'chosen' else REMEMBERED} ({self.source})"
+            return f"seen in {self.source}{doubt}"
+        return f"{CHOSEN if self.status == 'chosen' else REMEMBERED} ({self.source}{doubt})"
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,11 +77,11 @@ class RuleSet:
         return f"{self.name}: " + "; ".join(told + [self.credit] * bool(self.credit))
 
     def told(self, *names: str) -> str:
-        """Name the rule set for a sentence, with which of some values are not sure."""
+        """Name the rule set for a sentence, with which of some values are not sure, and their doubts."""
         unsure = [name for name in names if self._found(name).status == "remembered"]
-        if not unsure:
-            return self.description
-        return f"{self.description}; {', '.join(unsure)}: {REMEMBERED}"
+        told = [self.description, *([f"{', '.join(unsure)}: {REMEMBERED}"] if unsure else [])]
+        told += [f"{name}: {doubt}" for name in names if (doubt := self._found(name).doubt)]
+        return "; ".join(told)
 
     @property
     def sure(self) -> bool:

@@ -8,22 +8,18 @@ from pathlib import Path
 from typing import Any, Literal
 
 from workbench.errors import InputError
-from workbench.model.above import above
 from workbench.model.accommodation import Change, IntervalRule, MapTask
-from workbench.model.arguments import checked
+from workbench.model.arguments import above, checked, short_repr
 from workbench.model.body import Body
 from workbench.model.criterion import Criterion
-from workbench.model.encumbrance import Encumbrance
 from workbench.model.envelope import ReachTask
 from workbench.model.environment import Environment
-from workbench.model.force import ForceLaw
 from workbench.model.motion_case import SignalPoint
-from workbench.model.moves import Move
-from workbench.model.person import Size
+from workbench.model.person import Encumbrance, Size
 from workbench.model.population import Population, PopulationModel
 from workbench.model.poses import Poses
-from workbench.model.short_repr import short_repr
-from workbench.model.simulation import Restraints
+from workbench.model.simulation import ForceLaw, Restraints
+from workbench.model.surroundings import Move
 from workbench.model.workplace import Aims, Stand
 
 __all__ = [

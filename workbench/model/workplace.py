@@ -8,13 +8,13 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from workbench.model.arguments import short_repr
 from workbench.model.arrays import Bools, Floats
 from workbench.model.bystander import Bystander
 from workbench.model.criterion import Criterion
 from workbench.model.driving import DrivingAims
 from workbench.model.environment import Environment, Seat
 from workbench.model.poses import Placed, Poses
-from workbench.model.short_repr import short_repr
 
 __all__ = ["Aims", "Beside", "Stand", "WorkCase", "Workplace"]
 

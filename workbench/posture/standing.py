@@ -26,7 +26,7 @@ from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.body import Body
 from workbench.model.kept import kept_with_topology
 from workbench.model.poses import Placed, Poses, check_rows, people_of
-from workbench.model.posing import angles_of, compose, motion_of
+from workbench.model.posing import angles_of, attitude_matrix, compose, motion_of
 from workbench.model.stops import StopKind
 from workbench.posture.balance import (
     balance,
@@ -38,6 +38,7 @@ from workbench.posture.balance import (
 from workbench.posture.kernels.past_stops import StopPack
 from workbench.posture.kernels.standing import NUMBERS, STEPS, Stander, Standing, solve_standing
 from workbench.posture.packed_stops import packed_stops
+from workbench.posture.reaching.chains import on_grid
 from workbench.posture.reaching.comfort import comfort_modes
 from workbench.posture.reaching.limbs import HANDS, limb
 from workbench.threads import in_pieces
@@ -147,35 +148,36 @@ def standing_posture(
             f"area: expected two pairs of a least and a greatest step [m], got {area!r}"
         )
     count = len(poses)
-    placed = place(body, poses)
+    turn = attitude_matrix(yaw=heading)
+    own = _in_own_axes(poses, turn)
+    placed = place(body, own)
     centre_of_mass(placed)  # refuses a body without mass
     stander = _stander(body, tuple((name, grip) for name, (grip, _) in hands.items()))
     goals = np.array([np.broadcast_to(_point(at), (count, 3)) for _, at in hands.values()])
+    goals = np.ascontiguousarray(goals.reshape(len(hands), count, 3).swapaxes(0, 1))
+    origin = poses.world_from_reference[:, None, :, 3]
     standing = Standing(
         who=people_of(body, poses),
         foot=_frames(placed, _FEET[0]),
         other=_frames(placed, _FEET[1]),
         edges=_edges(placed, margin),
-        ahead=np.tile([np.cos(heading), np.sin(heading)], (count, 1)),
         area=np.array(np.broadcast_to(ends, (count, 2, 2))),
-        goal=np.ascontiguousarray(goals.reshape(len(hands), count, 3).swapaxes(0, 1)),
-        mode=_modes(body, poses, stander),
+        goal=on_grid((goals - origin) @ turn),
+        mode=_modes(body, own, stander),
     )
-    unknown, numbers = _solved(body, poses, stander, standing, threads)
+    unknown, numbers = _solved(body, own, stander, standing, threads)
     stands = _stands(numbers)
-    moved = _moved(body, poses, placed, stander, unknown, standing.ahead)
+    moved = _moved(body, own, placed, stander, unknown)
+    world = turn @ moved.world_from_reference
+    world[:, :, 3] += origin[:, 0]
     kept = replace(
-        moved, rotations=np.where(stands[:, None, None], moved.rotations, poses.rotations)
-    )
-    kept = replace(
-        kept,
-        world_from_reference=np.where(
-            stands[:, None, None], moved.world_from_reference, poses.world_from_reference
-        ),
+        poses,
+        rotations=np.where(stands[:, None, None], moved.rotations, poses.rotations),
+        world_from_reference=np.where(stands[:, None, None], world, poses.world_from_reference),
     )
     after = place(body, kept)
     miss = {
-        name: np.linalg.norm(_tips(after, stander, h) - standing.goal[:, h], axis=1)
+        name: np.linalg.norm(_tips(after, stander, h) - goals[:, h], axis=1)
         for h, name in enumerate(hands)
     }
     stepped = np.where(stands[:, None], unknown[:, :STEPS], 0.0)
@@ -211,6 +213,14 @@ def _solved(
     return found[np.arange(count), best], numbers[np.arange(count), best]
 
 
+def _in_own_axes(poses: Poses, turn: Floats) -> Poses:
+    """The poses in axes of each row at its reference segment, turned (3, 3) against the world, rounded:
+    so the last digits, which are others elsewhere, choose no posture."""
+    world = np.zeros((len(poses), 3, 4))
+    world[:, :, :3] = on_grid(turn.T @ poses.world_from_reference[:, :, :3])
+    return replace(poses, world_from_reference=world)
+
+
 def _rows(standing: Standing, rows: Ints) -> Standing:
     """Some of the rows."""
     return Standing(
@@ -218,7 +228,6 @@ def _rows(standing: Standing, rows: Ints) -> Standing:
         foot=standing.foot[rows],
         other=standing.other[rows],
         edges=standing.edges[rows],
-        ahead=standing.ahead[rows],
         area=standing.area[rows],
         goal=standing.goal[rows],
         mode=standing.mode[rows],
@@ -350,18 +359,15 @@ def _best(numbers: Floats) -> int:
     return int(np.lexsort((numbers[:, 0], miss, falls))[0])
 
 
-def _moved(
-    body: Body, poses: Poses, placed: Placed, stander: Stander, unknown: Floats, ahead: Floats
-) -> Poses:
-    """Poses with unknowns (P, 2 + n) as they were found, placed by the segment that poses had."""
+def _moved(body: Body, poses: Poses, placed: Placed, stander: Stander, unknown: Floats) -> Poses:
+    """Poses in their own axes with unknowns (P, 2 + n) as they were found, placed by the segment that poses had."""
     angles = angles_of(body, poses)
     angles[:, stander.joint, stander.axis] = unknown[:, STEPS:]
     rotations = poses.rotations.copy()
     turned = np.unique(stander.joint)
     rotations[:, turned] = compose(body, angles)[:, turned]
     foot = _frames(placed, _FEET[0]).copy()
-    foot[:, 0, 3] += unknown[:, 0] * ahead[:, 0] - unknown[:, 1] * ahead[:, 1]
-    foot[:, 1, 3] += unknown[:, 0] * ahead[:, 1] + unknown[:, 1] * ahead[:, 0]
+    foot[:, :STEPS, 3] += unknown[:, :STEPS]
     by_foot = Poses(rotations, body.segment(_FEET[0]), foot, person=poses.person)
     world = segment_frames(body, by_foot, poses.reference)
     return Poses(rotations, poses.reference, world, poses.time, poses.person)

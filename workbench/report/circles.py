@@ -7,7 +7,7 @@ from dataclasses import replace
 from markupsafe import Markup
 
 from workbench.draw.lines.circles import circles
-from workbench.draw.lines.compact import compacted
+from workbench.draw.lines.svg import compacted
 from workbench.draw.scene import Scene
 from workbench.draw.views import four_views
 

@@ -13,9 +13,8 @@ from workbench.files.results.result import ResultFile, dump_json
 from workbench.model.result import Result
 from workbench.report.inspection_text import verdict_lines
 from workbench.report.page import page
-from workbench.report.postures.envelopes.rows import envelope_solids
-from workbench.report.result_rows import result_file
-from workbench.report.result_tables import result_tables
+from workbench.report.postures.envelopes import envelope_solids
+from workbench.report.result_rows import result_file, result_tables
 
 __all__ = ["report_lines", "write_report"]
 

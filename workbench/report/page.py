@@ -8,7 +8,7 @@ import numpy as np
 from markupsafe import Markup
 
 from workbench.draw.web.snippet import policy, scripts_html, style
-from workbench.files.results.result import ResultFile, VerdictRow
+from workbench.files.results.result import ResultFile
 from workbench.model.environment import Environment
 from workbench.model.reach import MOST_SPARE
 from workbench.model.result import Result
@@ -99,18 +99,13 @@ def _lead(rows: ResultFile) -> tuple[str, str] | None:
     place, else the first case; None where neither postures nor motions are looked at."""
     for verdict in rows.verdicts:
         if not verdict.passed and verdict.worst is not None and verdict.worst.point_mm:
-            return _view_of(verdict, rows)
+            names = {motion.name or motion.case for motion in rows.motions}
+            if verdict.motion in names:
+                return "", verdict.motion or ""
+            return verdict.row or "", verdict.worst.case if verdict.worst else ""
     if rows.postures:
         return rows.postures[0].row or "", rows.postures[0].cases[0]
     return ("", rows.motions[0].name or rows.motions[0].case) if rows.motions else None
-
-
-def _view_of(verdict: VerdictRow, rows: ResultFile) -> tuple[str, str]:
-    """The row and the case or motion whose picture shows a verdict."""
-    names = {motion.name or motion.case for motion in rows.motions}
-    if verdict.motion in names:
-        return "", verdict.motion or ""
-    return verdict.row or "", verdict.worst.case if verdict.worst else ""
 
 
 def _share(result: Result, rows: ResultFile) -> str:

@@ -3,7 +3,12 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
+from workbench.errors import MissingPartError, UsageError, one_of
 from workbench.files.results.motions import AgreementRow
 from workbench.files.results.result import FindingRow, ResultFile, VerdictRow
 from workbench.model.motion_case import Agreement
@@ -12,11 +17,11 @@ from workbench.model.units import UNITS
 from workbench.report.headline import headline
 from workbench.report.motions.rows import motion_rows
 from workbench.report.population.rows import population_rows
-from workbench.report.postures.rows import postures_rows
-from workbench.report.tables import micro
+from workbench.report.postures.rows import postures_rows, postures_tables
+from workbench.report.tables import Table, micro, verdict_tables
 from workbench.report.words import finding_sentence, share_sentence, verdict_sentence
 
-__all__ = ["result_file", "verdict_row"]
+__all__ = ["result_columns", "result_file", "result_frame", "result_tables", "verdict_row"]
 
 _AT_MOST = ("excursion", "injury", "score", "pedals")
 """Checks of what must not exceed a limit: value and limit stand without their signs."""
@@ -114,3 +119,56 @@ def _point(finding: Finding) -> tuple[float, float, float] | None:
         return None
     x, y, z = (micro(1000 * value) for value in finding.point)
     return x, y, z
+
+
+def result_tables(result: Result, rows: ResultFile) -> dict[str, Table]:
+    """Return the tables of what a result has, by name.
+
+    Parameters
+    ----------
+    rows
+        The rows of the same result.
+    """
+    tables = dict(verdict_tables(rows.verdicts)) if rows.verdicts else {}
+    if result.postures:
+        tables |= postures_tables(rows.postures)
+    if result.motions:
+        from workbench.report.motions.rows import motion_tables  # not loaded for other studies
+
+        for name, table in motion_tables(result.motions, rows).items():
+            tables[f"motion_{name}" if name in tables else name] = table
+    if result.population is not None and rows.population is not None:
+        from workbench.report.population.rows import population_tables
+
+        tables |= population_tables(result.population, rows.population)
+    return tables
+
+
+def result_columns(result: Result) -> dict[str, dict[str, NDArray[np.generic]]]:
+    """Return the tables of a result as arrays by column. See `Result.tables`."""
+    tables = result_tables(result, result_file(result))
+    return {name: table.columns() for name, table in tables.items()}
+
+
+def result_frame(result: Result, table: str) -> Any:
+    """Return one table of a result as a data frame. See `Result.to_dataframe`.
+
+    Raises
+    ------
+    MissingPartError
+        If pandas is not installed.
+    UsageError
+        If the result has no such table.
+    """
+    try:
+        import pandas
+    except ImportError:
+        raise MissingPartError(
+            "data frames need pandas: pip install pandas (result.tables() gives the same columns as "
+            "arrays)"
+        ) from None
+    tables = result_tables(result, result_file(result))
+    name = table or ("people" if result.population is not None else "verdicts")
+    if name not in tables:
+        raise UsageError(f"table: this result has no table {name!r}; {one_of(name, tables)}")
+    return pandas.DataFrame(tables[name].columns())

@@ -9,7 +9,7 @@ from markupsafe import Markup
 
 from workbench.draw.scene import Scene
 from workbench.draw.views import four_views
-from workbench.draw.web.compared_view import compared_view
+from workbench.draw.web.case_view import compared_view
 from workbench.draw.web.packing import Packing
 from workbench.draw.web.snippet import STILL, pair_html
 from workbench.draw.web.views import WebView

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.files.names import unique_names
+from workbench.files.results.postures import Row
 from workbench.files.results.result import FindingRow, VerdictRow
-from workbench.files.results.row import Row
 
 __all__ = ["Table", "csv_parts", "csv_text", "micro", "row_table", "verdict_tables"]
 

@@ -11,9 +11,8 @@ from markupsafe import Markup, escape
 
 from workbench.draw.camera import Camera, standard_view
 from workbench.draw.disks import disks
-from workbench.draw.hidden import seen_through
+from workbench.draw.hidden import seen_through, shining_part
 from workbench.draw.scene import Mark, Scene
-from workbench.draw.shining import shining_part
 from workbench.draw.web.packing import Packing
 from workbench.draw.web.snippet import picture_address, place_html
 from workbench.draw.web.views import WebView

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -11,6 +12,7 @@ from numpy.typing import ArrayLike
 from workbench.errors import InputError
 from workbench.model.arrays import Floats, Ints, for_rows, freeze_fields
 from workbench.model.body import Body
+from workbench.model.kept import kept_with_topology
 from workbench.model.poses import Placed
 from workbench.model.quaternions import exponential, rotate
 
@@ -90,6 +92,7 @@ class Eyes:
         return np.asarray(math.cos(down) * level - math.sin(down) * up)
 
 
+@kept_with_topology
 def _eye_spheres(body: Body) -> list[int]:
     return [k for k, name in enumerate(body.sphere_names) if name.endswith("eye")]
 
@@ -308,7 +311,19 @@ def gaze(eyes: Eyes, target: ArrayLike, limits: Limits = TURNS, *, trunk: ArrayL
     distance = np.linalg.norm(goal - eyes.middle, axis=1)
     if not np.isfinite(goal).all() or np.any(distance == 0.0):
         raise InputError("gaze: expected finite targets (B, 3) [m] away from the eyes")
-    side = limits.head_side + np.broadcast_to(np.asarray(trunk, np.float64), len(eyes))
+    most = np.broadcast_to(np.asarray(trunk, np.float64), len(eyes))
+    arrays = eyes.left, eyes.right, eyes.axes, eyes.pivot, goal, most
+    return _known_gaze(limits, *(one.tobytes() for one in arrays))
+
+
+@lru_cache(maxsize=16)
+def _known_gaze(limits: Limits, *arrays: bytes) -> Gaze:
+    """What `gaze` finds, once for the same eyes and goals: while a part is dragged, both stay."""
+    shapes = [(-1, 3), (-1, 3), (-1, 3, 3), (-1, 3), (-1, 3), (-1,)]
+    given = zip(arrays, shapes, strict=True)
+    left, right, axes, pivot, goal, most = (np.frombuffer(a).reshape(shape) for a, shape in given)
+    eyes = Eyes(left, right, axes, pivot)
+    side = limits.head_side + most
     low = np.stack([-side, np.full(len(eyes), -limits.head_down)], axis=1)
     high = np.stack([side, np.full(len(eyes), limits.head_up)], axis=1)
     head = np.zeros((len(eyes), 2))

@@ -30,7 +30,7 @@ from workbench.sight.panorama import (
     shapes_before,
 )
 from workbench.sight.regions import WHOLE, Region
-from workbench.sight.scenery import Scenery, check_eyes, enclosing_items
+from workbench.sight.scenery import Scenery, check_eyes, items_around
 from workbench.threads import in_pieces
 
 __all__ = [
@@ -272,7 +272,7 @@ def target_of_disc(
     normal
         (3,) to the side that it is seen from; toward -x, and seen from both sides, if None.
     count
-        Of samples.
+        Of samples, about: the nearest of 1, 9, 25, 49, ...
     item
         The item of the scenery that it is on, -1 for none.
     """
@@ -280,14 +280,17 @@ def target_of_disc(
     ahead = ahead / np.linalg.norm(ahead)
     right = np.cross(np.eye(3)[int(np.argmin(np.abs(ahead)))], ahead)
     right /= np.linalg.norm(right)
-    # Vogel's spiral: equal areas at golden angles
-    k = np.arange(count)
-    distance = diameter / 2.0 * np.sqrt((k + 0.5) / count)
-    angle = k * (math.pi * (3.0 - math.sqrt(5.0)))
+    # rings of 1, 8, 16, ... equal areas, (2 r - 1)^2 within ring r: a mirrored disc has the mirrored ones
+    rings = round((math.sqrt(count) + 1.0) / 2.0)
+    first = np.maximum(2 * np.arange(rings) - 1, 0) ** 2
+    last = (2 * np.arange(rings) + 1) ** 2
+    ring = np.repeat(np.arange(rings), last - first)
+    distance = diameter / 2.0 * np.sqrt(0.5 * (first + last) / last[-1])[ring]
+    angle = 2.0 * math.pi * (np.arange(last[-1]) - first[ring] + 0.5) / (last - first)[ring]
     across = distance[:, None] * (
         np.cos(angle)[:, None] * right + np.sin(angle)[:, None] * np.cross(ahead, right)
     )
-    normals = None if normal is None else np.broadcast_to(ahead, (count, 3))
+    normals = None if normal is None else np.broadcast_to(ahead, across.shape)
     return Target(name, np.asarray(point, dtype=np.float64) + across, normals, item)
 
 
@@ -361,15 +364,15 @@ def lines_of_sight(
     ends = np.asarray(points, dtype=np.float64)
     on = np.full(1, -1) if own is None else np.asarray(own)
     group = np.append(np.arange(0, ends.shape[1], _GROUP), ends.shape[1])
-    return block_lines(scenery, np.asarray(eye), ends, on, group).item
+    return block_lines(scenery, check_eyes(scenery, np.asarray(eye)), ends, on, group).item
 
 
-def block_lines(scenery: Scenery, eye: Floats, points: Floats, own: Ints, group: Ints) -> Lines:
+def block_lines(scenery: Scenery, eyes: Floats, points: Floats, own: Ints, group: Ints) -> Lines:
     """Return what blocks lines first, and at which share of the way.
 
-    group (G + 1,): where groups of points that are near each other begin; else as `lines_of_sight`.
+    eyes (E, 3): of the rows of the scenery, once or, all after each other, several times. group
+    (G + 1,): where groups of points that are near each other begin; else as `lines_of_sight`.
     """
-    eyes = check_eyes(scenery, eye)
     way = np.ascontiguousarray(points - eyes[:, None])
     far = np.maximum(np.linalg.norm(way, axis=2), np.finfo(float).tiny)
     axis = np.add.reduceat(way, group[:-1], axis=1)
@@ -448,22 +451,21 @@ def seen_shares(scenery: Scenery, eyes: Eyes, targets: Sequence[Target]) -> Seen
     own = np.repeat([target.item for target in targets], count)
     goes = np.append(scenery.moving, False)[own][:, None]
     samples = np.concatenate([target.points for target in targets])
-    points = samples + np.where(goes, scenery.displacement[:, None], 0.0)
+    shift = np.where(goes, scenery.displacement[:, None], 0.0)
+    points = np.broadcast_to(samples + shift, (len(eyes), *samples.shape))
     normals = np.concatenate([_normals(target) for target in targets])
-    weight = np.zeros((len(eyes), len(own)))
-    inside = np.full(len(eyes), -1)
-    sees = []
-    blocker = []
-    for eye in (eyes.left, eyes.right):
-        away = eye[:, None] - points
-        distance = np.linalg.norm(away, axis=2)
-        cosine = np.einsum("bmi,mi->bm", away, normals) / distance
-        cosine[:, ~normals.any(axis=1)] = 1.0
-        weight += np.maximum(cosine, 0.0) / distance**2
-        blocker.append(block_lines(scenery, eye, points, own, group).item)
-        inside = np.maximum(inside, enclosing_items(scenery, eye))
-        sees.append((cosine > 0.0) & (blocker[-1] < 0))
-    left, right = (seen & (inside < 0)[:, None] for seen in sees)
+    pairs = np.concatenate([eyes.left, eyes.right])
+    ends = np.concatenate([points, points])
+    away = pairs[:, None] - ends
+    distance = np.linalg.norm(away, axis=2)
+    cosine = np.einsum("bmi,mi->bm", away, normals) / distance
+    cosine[:, ~normals.any(axis=1)] = 1.0
+    weight = (np.maximum(cosine, 0.0) / distance**2).reshape(2, len(eyes), -1).sum(axis=0)
+    met = block_lines(scenery, pairs, ends, own, group).item
+    inside = items_around(scenery, pairs).reshape(2, -1).max(axis=0)
+    blocker = met.reshape(2, len(eyes), -1)
+    sees = ((cosine > 0.0) & (met < 0)).reshape(blocker.shape)
+    left, right = sees & (inside < 0)[:, None]
     seen = np.stack([left, right, left | right, left & right], axis=2)
     total = np.add.reduceat(weight, group[:-1], axis=1)
     scale = np.where(total > 0.0, total, 1.0)

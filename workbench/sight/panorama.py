@@ -9,14 +9,15 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from workbench.errors import InputError
-from workbench.geometry.clipping import clip_triangles
-from workbench.model.arrays import Bools, Floats, Ints
+from workbench.model.arrays import Floats, Ints
 from workbench.sight.kernels.bands import FaceShapes, Items, fill_bands
+from workbench.sight.kernels.projection import Triangles, project_triangles
 from workbench.sight.scenery import Scenery, check_eye
 from workbench.threads import in_pieces
 
@@ -25,10 +26,12 @@ __all__ = [
     "FACES",
     "PIECES",
     "STEP",
+    "Lookout",
     "Panorama",
-    "bands_of",
     "face_directions",
     "face_pixels",
+    "look_out",
+    "lookout",
     "panorama",
     "pixel_weights",
     "pixels_of",
@@ -37,8 +40,6 @@ __all__ = [
 
 STEP = math.radians(0.1)
 """The usual width [rad] of a pixel."""
-_NEAREST = 1e-6
-"""Distance [m] before the eye, along the middle of a face, from which on triangles are seen."""
 _FINEST = math.radians(0.02)
 """Least width [rad] of a pixel: 2 x 10^8 of them have 0.8 GB."""
 BAND = 32
@@ -121,11 +122,55 @@ def face_pixels(way: Floats, n: int) -> tuple[Ints, Ints, Ints]:
     return face, row, column
 
 
-def bands_of(face: Ints, row: Ints, n: int) -> Bools:
-    """Return which bands (6, N) of rows of faces hold some pixels, given by face and row (...)."""
-    bands = np.zeros((6, -(-n // BAND)), dtype=np.bool_)
-    bands[face, row // BAND] = True
-    return bands
+class Lookout(NamedTuple):
+    """Directions in which one eye after another looks, and the K bands of rows that hold their pixels.
+
+    n: pixels along a face. face, first (K,): the face of each band, and its first row. pixel (...): of
+    each direction, in pictures (K, BAND, n) of the bands.
+    """
+
+    n: int
+    face: Ints
+    first: Ints
+    pixel: Ints
+
+
+def lookout(ways: Floats, step: float) -> Lookout:
+    """Return how to look in directions (..., 3) in pixels of at most `step` [rad]."""
+    n = pixels_of(step)
+    face, row, column = face_pixels(ways, n)
+    bands, band = np.unique(face * n + row // BAND, return_inverse=True)
+    pixel = (band.reshape(face.shape) * BAND + row % BAND) * n + column
+    return Lookout(n, bands // n, bands % n * BAND, pixel)
+
+
+def look_out(
+    scenery: Scenery, eye: ArrayLike, view: Lookout, *, row: int = 0, through: bool = False
+) -> tuple[Items, Items]:
+    """Return the opaque items (...) that one eye meets in the directions of a `Lookout`, -1 for none.
+
+    Parameters
+    ----------
+    scenery, eye, row
+        As for `panorama`, with its errors.
+    through
+        Whether the see-through items that are looked through first are asked for too; these are
+        (0,) where they are not.
+    """
+    n = view.n
+    faces = np.unique(view.face)
+    shapes = dict(zip(faces, shapes_before(scenery, eye, row, n, FACES[faces]), strict=True))
+    item = np.empty((len(view.face), BAND, n), dtype=np.int32)
+    glass = np.empty(item.shape if through else (len(item), 0, n), dtype=np.int32)
+
+    def work(begin: int, end: int) -> None:
+        for k in range(begin, end):
+            first = int(view.first[k])
+            last = min(first + BAND, n)
+            fill_bands(shapes[view.face[k]], first, last, BAND, item[k, : last - first], glass[k])
+
+    in_pieces(work, len(item), -(-len(item) // PIECES))
+    return item.reshape(-1)[view.pixel], glass.reshape(-1)[view.pixel if through else slice(0)]
 
 
 @lru_cache(maxsize=4)
@@ -169,9 +214,8 @@ def panorama(
     row: int = 0,
     step: float = STEP,
     axes: ArrayLike | None = None,
-    bands: Bools | None = None,
 ) -> Panorama:
-    """Look in every direction from one eye, or in some.
+    """Look in every direction from one eye.
 
     Parameters
     ----------
@@ -185,8 +229,6 @@ def panorama(
         Largest width [rad] of a pixel. What is thinner may be missed.
     axes
         (3, 3) forward, left, up of the faces as rows; the world's if None.
-    bands
-        (6, N) of `bands_of`: which rows of the faces are filled; all if None. The others have -1.
 
     Raises
     ------
@@ -195,21 +237,20 @@ def panorama(
     """
     frame = np.eye(3) if axes is None else np.asarray(axes, dtype=np.float64)
     n = pixels_of(step)
-    wanted = np.ones((6, -(-n // BAND)), dtype=np.bool_) if bands is None else bands
-    faces = np.flatnonzero(wanted.any(axis=1))
-    shapes = shapes_before(scenery, eye, row, n, FACES[faces] @ frame)
-    item = np.full((6, n, n), -1, dtype=np.int32)
-    glass = np.full((6, n, n), -1, dtype=np.int32)
-    face_of, band = np.nonzero(wanted[faces])
+    shapes = shapes_before(scenery, eye, row, n, FACES @ frame)
+    item = np.empty((6, n, n), dtype=np.int32)
+    glass = np.empty((6, n, n), dtype=np.int32)
+    height = BAND * -(-n // (BAND * PIECES))
 
     def work(begin: int, end: int) -> None:
         for k in range(begin, end):
-            face = faces[face_of[k]]
-            first = BAND * int(band[k])
-            last = min(first + BAND, n)
-            fill_bands(shapes[face_of[k]], first, last, BAND, item[face], glass[face])
+            face, piece = divmod(k, PIECES)
+            rows = slice(piece * height, min((piece + 1) * height, n))
+            fill_bands(
+                shapes[face], rows.start, rows.stop, BAND, item[face, rows], glass[face, rows]
+            )
 
-    in_pieces(work, len(band), -(-len(band) // (6 * PIECES)))
+    in_pieces(work, 6 * PIECES, 1)
     return Panorama(scenery.names, np.asarray(eye, dtype=np.float64), frame, item, glass)
 
 
@@ -230,26 +271,14 @@ def shapes_before(
     point = np.asarray(eye, dtype=np.float64)
     check_eye(scenery, point, row=row)
     own = scenery.of_row(row)
-    away = own.shifts(0) - point
-    corners = own.triangles + away[:, None]
-    turned = np.einsum("ti,ti->t", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])) > 0.0
-    seen = ~(own.solid[own.item] & turned)
-    ball = own.ball[:, :3] + away
+    away = np.where(own.moving[:, None], own.displacement[0], 0.0) - point
+    triangles = Triangles(own.triangles, own.item, own.ball, away, own.solid)
     found = []
-    for right, above, ahead in views:
-        # planes through the eye and the sides of the face, whose normals are sqrt(2) long
-        sides = np.stack([ahead + right, ahead - right, ahead + above, ahead - above])
-        on = seen & np.all(ball @ sides.T >= -math.sqrt(2.0) * own.ball[:, 3:], axis=1)
-        view = np.stack([right, above, ahead])
-        before = (corners[on].reshape(-1, 3) @ view.T).reshape(-1, 3, 3)
-        pieces, source = clip_triangles(before, np.array([0.0, 0.0, -1.0]), -_NEAREST)
-        near = 1.0 / pieces[:, :, 2:]
-        pixels = np.concatenate([pieces[:, :, :2] * near * [1.0, -1.0] + 1.0, near], axis=2)
-        pixels[:, :, :2] *= n / 2.0
-        item = own.item[on][source]
+    for view in views:
+        pixels, item = project_triangles(triangles, np.ascontiguousarray(view), n)
         clear = own.see_through[item]
-        triangles = pixels[~clear], item[~clear], pixels[clear], item[clear]
-        found.append(FaceShapes(*triangles, *_balls(own, point, view)))
+        shown = pixels[~clear], item[~clear], pixels[clear], item[clear]
+        found.append(FaceShapes(*shown, *_balls(own, point, view)))
     return found
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from typing import NamedTuple
@@ -11,14 +11,13 @@ from typing import NamedTuple
 import numpy as np
 
 from workbench.errors import InputError, UsageError
-from workbench.geometry.polygon import point_winding
 from workbench.model.arrays import Bools, Floats, Ints, freeze_fields, frozen
 from workbench.model.environment import Environment
 from workbench.model.poses import Placed
 from workbench.sight.eyes import eyes_of, head_of
-from workbench.sight.kernels.segments import Blockers
+from workbench.sight.kernels.segments import Blockers, enclosing
 
-__all__ = ["Scenery", "check_eye", "check_eyes", "enclosing_items", "scenery_of"]
+__all__ = ["Scenery", "check_eye", "check_eyes", "enclosing_items", "items_around", "scenery_of"]
 
 _WORN = re.compile(r"^.*\(([^()]*?)(?: \d+)?\)$")
 """The name of a sphere that is worn ends with the thing, perhaps with a number: "heel (boots 2)"."""
@@ -51,8 +50,8 @@ class Scenery:
     displacement
         (B, 3) [m] of these.
     ball, item_ball
-        (T, 4) and (N, 4) centre and radius [m] of a sphere about each triangle, and about all of an
-        item; made from the triangles.
+        (T, 4) and (N, 7) centre and radius [m] of a sphere about each triangle, and about all of an
+        item, of which half the size of its box follows; made from the triangles.
     """
 
     names: tuple[str, ...]
@@ -66,7 +65,7 @@ class Scenery:
     moving: Bools
     displacement: Floats
     ball: Floats = field(default_factory=lambda: np.zeros((0, 4)))
-    item_ball: Floats = field(default_factory=lambda: np.zeros((0, 4)))
+    item_ball: Floats = field(default_factory=lambda: np.zeros((0, 7)))
 
     def __post_init__(self) -> None:
         n = len(self.names)
@@ -82,11 +81,13 @@ class Scenery:
             "moving": (np.bool_, (n,)),
             "displacement": (np.float64, (b, 3)),
             "ball": (np.float64, (len(self.triangles), 4)),
-            "item_ball": (np.float64, (n, 4)),
+            "item_ball": (np.float64, (n, 7)),
         }
         if len(self.item_ball) != n:
-            object.__setattr__(self, "ball", _balls(self.triangles, np.arange(len(self.item) + 1)))
-            object.__setattr__(self, "item_ball", _balls(self.triangles, self.start))
+            for name, balls in zip(
+                ("ball", "item_ball"), _balls(self.triangles, self.start), strict=True
+            ):
+                object.__setattr__(self, name, balls)
         freeze_fields(self, arrays, "scenery")
 
     def __len__(self) -> int:
@@ -112,11 +113,6 @@ class Scenery:
             self.sphere_item,
         )
 
-    def shifts(self, row: int) -> Floats:
-        """Return by how much each triangle is displaced in one row, (T, 3) [m]."""
-        shift: Floats = np.where(self.moving, 1.0, 0.0)[self.item, None] * self.displacement[row]
-        return shift
-
     def of_row(self, row: int) -> Scenery:
         """Return the scenery of one row of eyes; UsageError where there is no such row."""
         one = slice(0, 1) if len(self) == 1 else slice(row, row + 1)
@@ -130,18 +126,31 @@ class Scenery:
         )
 
 
-def _balls(triangles: Floats, start: Ints) -> Floats:
-    """(K, 4) [m] spheres about groups of triangles (T, 3, 3) that begin at start (K + 1,)."""
-    balls = np.zeros((len(start) - 1, 4))
-    some = np.flatnonzero(np.diff(start))
+def _balls(triangles: Floats, start: Ints) -> tuple[Floats, Floats]:
+    """Spheres (T, 4) [m] about triangles (T, 3, 3), and spheres and half boxes (K, 7) about groups of
+    them that begin at start (K + 1,); zeros where a group has none."""
+    corners = [np.ascontiguousarray(triangles[:, k]) for k in range(3)]
+    low = np.minimum(np.minimum(*corners[:2]), corners[2])
+    high = np.maximum(np.maximum(*corners[:2]), corners[2])
+    own = (low + high) / 2.0
+    each = np.concatenate([own, _farthest(corners, own)], axis=1)
+    count = np.diff(start)
+    some = np.flatnonzero(count)
+    balls = np.zeros((len(count), 7))
     if len(some):
-        group = np.repeat(np.arange(len(balls)), np.diff(start))
-        low = np.minimum.reduceat(triangles.min(axis=1), start[some])
-        high = np.maximum.reduceat(triangles.max(axis=1), start[some])
-        balls[some, :3] = (low + high) / 2.0
-        away = np.linalg.norm(triangles - balls[group, None, :3], axis=2).max(axis=1)
-        balls[some, 3] = np.maximum.reduceat(away, start[some])
-    return balls
+        least = np.minimum.reduceat(low, start[some])
+        most = np.maximum.reduceat(high, start[some])
+        balls[some, :3] = (least + most) / 2.0
+        away = _farthest(corners, np.repeat(balls[:, :3], count, axis=0))
+        balls[some, 3:4] = np.maximum.reduceat(away, start[some])
+        balls[some, 4:] = (most - least) / 2.0
+    return each, balls
+
+
+def _farthest(corners: Sequence[Floats], middle: Floats) -> Floats:
+    """(T, 1) [m] from middles (T, 3) to the farthest of three corners (T, 3)."""
+    square = [np.einsum("ti,ti->t", out, out) for out in (one - middle for one in corners)]
+    return np.asarray(np.sqrt(np.maximum(np.maximum(*square[:2]), square[2])))[:, None]
 
 
 def scenery_of(
@@ -202,7 +211,7 @@ def scenery_of(
         flags[1, :count] = environment.solid & ~environment.hidden
         flags[2, [environment.part_index(name) for name in moving]] = True
     shown = _shown_triangles(environment)
-    item_ball = np.zeros((len(names), 4))
+    item_ball = np.zeros((len(names), 7))
     item_ball[:count] = shown.item_ball
     return Scenery(
         names,
@@ -222,7 +231,7 @@ def scenery_of(
 
 class _Shown(NamedTuple):
     """Corners (T, 3, 3) [m] of the triangles of the K parts that are not hidden, the part (T,) of
-    each, and the spheres (T, 4), (K, 4) [m] about triangles and parts."""
+    each, and the spheres (T, 4), (K, 7) [m] about triangles and parts."""
 
     corners: Floats
     item: Ints
@@ -235,15 +244,14 @@ def _shown_triangles(environment: Environment | None) -> _Shown:
     """What an environment shows: once for all who look, since only what moves depends on them."""
     if environment is None:
         none = np.zeros(0, dtype=np.int64)
-        return _Shown(np.zeros((0, 3, 3)), none, np.zeros((0, 4)), np.zeros((0, 4)))
+        return _Shown(np.zeros((0, 3, 3)), none, np.zeros((0, 4)), np.zeros((0, 7)))
     counts = np.diff(environment.triangle_start[environment.part_start])
     part = np.repeat(np.arange(len(counts)), counts)
     shown = ~environment.hidden[part]
     corners = environment.vertices[environment.triangles[shown]]
     item = part[shown]
     start = np.searchsorted(item, np.arange(len(environment.parts) + 1))
-    each = np.arange(len(item) + 1)
-    return _Shown(corners, item, _balls(corners, each), _balls(corners, start))
+    return _Shown(corners, item, *_balls(corners, start))
 
 
 @dataclass(frozen=True, eq=False)
@@ -311,20 +319,14 @@ def enclosing_items(scenery: Scenery, eye: Floats) -> Ints:
     InputError, UsageError
         As `check_eyes`.
     """
-    points = check_eyes(scenery, eye)
-    found = np.full(len(points), -1)
-    inside = np.linalg.norm(scenery.centre - points[:, None], axis=2) < scenery.radius
-    holds, sphere = np.nonzero(inside)
-    found[holds] = scenery.sphere_item[sphere]
-    shift = np.where(scenery.moving[:, None], scenery.displacement[:, None], 0.0)
-    away = points[:, None] - scenery.item_ball[:, :3] - shift
-    near = np.linalg.norm(away, axis=2) <= scenery.item_ball[:, 3]
-    start = scenery.start
-    for row, part in np.argwhere(near & scenery.solid).tolist():
-        corners = scenery.triangles[start[part] : start[part + 1]]
-        local = points[row] - shift[min(row, len(shift) - 1), part]
-        if abs(point_winding(*local.tolist(), corners, 0, len(corners))) > 0.5:
-            found[row] = part
+    return items_around(scenery, check_eyes(scenery, eye))
+
+
+def items_around(scenery: Scenery, eyes: Floats) -> Ints:
+    """As `enclosing_items` of eyes (E, 3) of the rows of the scenery, once or, all after each other,
+    several times."""
+    found = np.full(len(eyes), -1)
+    enclosing(eyes, scenery.blockers(scenery.solid), found)
     return found
 
 

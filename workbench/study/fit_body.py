@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from workbench.body.fitting.candidates import Limits
-from workbench.body.fitting.fewest import fewest_spheres
+from workbench.body.fitting.decompose import fewest_spheres
 from workbench.body.fitting.problem import Joints, packed
 from workbench.body.fitting.regions import Regions
 from workbench.body.fitting.registration import register
@@ -36,9 +36,8 @@ from workbench.files.meshes.sizes import implausible_sizes, person_size
 from workbench.files.postures import load_postures, posture_path, posture_pose
 from workbench.files.schema import metres_in
 from workbench.model.arrays import Floats
-from workbench.model.body import Body
+from workbench.model.body import DIRECTIONS, Body
 from workbench.model.posing import angles_of, pose
-from workbench.model.vocabulary import DIRECTIONS
 
 __all__ = [
     "DENSITY",

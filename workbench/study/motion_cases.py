@@ -2,31 +2,34 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 
 from workbench.body.forward import place
-from workbench.body.parts import moved
+from workbench.crash.simulated import simulate
 from workbench.errors import InputError, UsageError
-from workbench.files.crash.simulations import load_simulation, with_airbags
+from workbench.files.crash.restraints import law_in_si
+from workbench.files.crash.simulations import SimulationPlan, load_simulation, with_airbags
 from workbench.files.motions.number_rows import FrameRange
+from workbench.model.arrays import Bools
 from workbench.model.body import Body
 from workbench.model.criterion import Criterion
 from workbench.model.environment import Environment
 from workbench.model.motion_case import MotionCase, SignalPoint
-from workbench.model.moving import poses_at
 from workbench.model.poses import Poses
-from workbench.model.simulation import ContactRule, Restraints
+from workbench.model.posing import poses_at
+from workbench.model.simulation import ContactRule, Restraints, Simulated, Simulation
 from workbench.model.study import Case, RecordedMotion, Role, SimulatedMotion, Study
-from workbench.posture.seating.seating import seat_shift
+from workbench.posture.seating.seat import seat
+from workbench.posture.seating.seating import seat_at
 from workbench.study.crash.belts import with_belts
-from workbench.study.motions import MotionOptions, load_motion
+from workbench.study.motions import MotionOptions, load_motion, subject_body
 from workbench.study.persons import role_body
-from workbench.study.simulation import bearing, run_simulation
-from workbench.study.subject import subject_body
 
-__all__ = ["motion_cases", "moved_case"]
+__all__ = ["bearing", "motion_cases", "moved_case", "prepared", "run_simulation"]
 
 
 def motion_cases(study: Study) -> tuple[MotionCase, ...]:
@@ -162,9 +165,7 @@ def _simulated(action: SimulatedMotion) -> tuple[Poses, tuple[str, ...]]:
 def _cabin(environment: Environment, restraints: Restraints) -> Environment:
     """The environment with the seat where its occupant has put it, and with airbags."""
     if restraints.seat:
-        seat = environment.seat(restraints.seat)
-        shift = seat_shift(seat, restraints.forward, restraints.up)
-        environment = moved(environment, seat.moves, shift)
+        environment = seat_at(environment, restraints.seat, restraints.forward, restraints.up)
     return with_airbags(environment, restraints.airbags)
 
 
@@ -199,3 +200,54 @@ def _forces(
         )
         for law in study.contact_forces
     )
+
+
+def run_simulation(source: str | Path | SimulationPlan) -> Simulated:
+    """Simulate the crash of a file, by path or catalogue name.
+
+    InputError for faults of the file and for a step that is too coarse; MissingPartError without
+    MuJoCo.
+    """
+    plan = source if isinstance(source, SimulationPlan) else load_simulation(source)
+    return simulate(prepared(plan))
+
+
+def prepared(plan: SimulationPlan) -> Simulation:
+    """The plan with its occupant in the seat, and the seat where the occupant has put it."""
+    file = plan.file
+    poses = plan.poses
+    environment = plan.environment
+    if file.seat is not None:
+        at = file.adjust
+        forward, up = (at.forward, at.up) if at is not None else (0.0, 0.0)
+        held = environment.seat(file.seat).held(forward, up)
+        poses = seat(plan.body, poses, held).poses
+        environment = seat_at(environment, file.seat, forward, up)
+    return Simulation(
+        name=file.simulation,
+        body=plan.body,
+        environment=environment,
+        poses=poses,
+        pulse=plan.pulse,
+        belts=plan.belts,
+        rules=plan.rules,
+        other=law_in_si(file.others),
+        flesh=law_in_si(file.flesh),
+        joints=plan.joints,
+        relaxed=tuple(plan.body.joint(name) for name in file.relaxed),
+        bears=bearing(environment, [bag.name for bag in file.airbags]),
+        tone=file.tone,
+        gravity=file.gravity,
+        duration=file.duration / 1000,
+        frame=file.frames / 1000,
+        step=file.step / 1000,
+        settle=file.settle / 1000,
+        inputs=plan.inputs,
+    )
+
+
+def bearing(environment: Environment, more: Iterable[str] = ()) -> Bools:
+    """(K,) the cushions and backs of seats, and the parts named: what pushes back from its surface
+    on."""
+    names = {part for seat in environment.seats for part in seat.parts} | set(more)
+    return np.array([part in names for part in environment.parts], dtype=np.bool_)

@@ -3,28 +3,52 @@ environment."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
+from workbench.body.scaling.morph import lengthened
+from workbench.contact.clearance_pairs import clearance_of_pairs
+from workbench.contact.kernels.search import Nearest
+from workbench.contact.movers import room_of_segments, rooms_by_mover
+from workbench.errors import InputError
 from workbench.files.motions.number_rows import ALL_FRAMES, FrameRange
 from workbench.files.motions.opensim import Coordinates, coordinate_poses
 from workbench.files.motions.reading import Recorded, read_motion
+from workbench.model.arrays import Floats
 from workbench.model.body import Body
+from workbench.model.criterion import Criterion
 from workbench.model.laban import Score
 from workbench.model.motion import Bones, Markers, SegmentTrack
-from workbench.model.poses import Poses, stacked
+from workbench.model.motion_case import MotionCase
+from workbench.model.poses import Placed, Poses, stacked
 from workbench.model.posing import attitude_matrix
 from workbench.model.spool import pieces
+from workbench.model.surroundings import Surroundings
 from workbench.motion.laban.laban import score_poses
 from workbench.motion.recorded.doubts import motion_doubts
 from workbench.motion.recorded.markers import bridged, poses_from_markers
-from workbench.motion.recorded.retarget import retarget
-from workbench.motion.recorded.tracks import poses_from_track
+from workbench.motion.recorded.retarget import poses_from_track, retarget
+from workbench.motion.recorded.subject import (
+    factors_from_bones,
+    factors_from_markers,
+    factors_from_track,
+    height_of,
+)
+from workbench.study.checks.parts import asked_pair, limit_of
 
-__all__ = ["MotionOptions", "load_motion"]
+__all__ = [
+    "AskedGap",
+    "MotionOptions",
+    "asked_gaps",
+    "distance_criteria",
+    "frame_rooms",
+    "load_motion",
+    "nearest_criterion",
+    "subject_body",
+]
 
 _LOOSE = 0.02
 
@@ -131,3 +155,129 @@ def _from_markers(
         f"{fit.markers[worst]} with {1000 * per[worst]:.1f} mm"
     )
     return fit.poses, (*fit.notes, said)
+
+
+@dataclass(frozen=True, eq=False)
+class AskedGap:
+    """What a criterion about distances finds at each frame.
+
+    Parameters
+    ----------
+    criterion
+        A clearance or a contact.
+    distance
+        (P,) [m] with the overlap that a part allows given back to a contact; infinite where nothing
+        is near.
+    limit
+        [m] The distance that may not be fallen short of.
+    """
+
+    criterion: Criterion
+    distance: Floats
+    limit: float
+
+    @property
+    def least(self) -> float:
+        """The least that is left [m] of what is asked for, infinite where nothing is near."""
+        return float((self.distance - self.limit).min(initial=np.inf))
+
+
+def distance_criteria(motion: MotionCase) -> tuple[Criterion, ...]:
+    """The criteria of a motion that are about distances from parts."""
+    return tuple(one for one in motion.criteria if one.check in ("clearance", "contact"))
+
+
+def frame_rooms(motion: MotionCase, placed: Placed) -> Nearest:
+    """Find what comes nearest to each segment at P frames, with the overlap that parts allow added.
+
+    Parameters
+    ----------
+    placed
+        The body of the motion in P of its frames.
+    """
+    still = Surroundings(motion.environment, (), np.zeros((0, 3)))
+    return room_of_segments(rooms_by_mover(placed, still))
+
+
+def asked_gaps(
+    motion: MotionCase, placed: Placed, criteria: Sequence[Criterion]
+) -> tuple[AskedGap, ...]:
+    """Find what criteria about distances find at P frames.
+
+    Parameters
+    ----------
+    placed
+        The body of the motion in P of its frames.
+    criteria
+        Some of `distance_criteria`.
+    """
+    if not criteria:
+        return ()
+    pairs = [asked_pair(motion.body, motion.environment, one) for one in criteria]
+    found = clearance_of_pairs(placed, motion.environment, pairs=pairs).distance
+    return tuple(AskedGap(one, found[:, q], limit_of(one) + 0.0) for q, one in enumerate(criteria))
+
+
+def nearest_criterion(gaps: Sequence[AskedGap]) -> AskedGap | None:
+    """The gap of the criterion that is nearest to failing, None where there is none."""
+    return min(gaps, key=lambda one: one.least, default=None)
+
+
+# The body of a recorded subject: the study's body with the lengths that the motion file itself
+# says.
+
+_TOLD = 0.005
+
+
+def subject_body(
+    body: Body, path: str | Path, *, options: MotionOptions | None = None
+) -> tuple[Body, tuple[str, ...]]:
+    """The body with its limbs and trunk as long as the file says, and what was changed by how
+    much, in sentences.
+
+    BVH: the bones at rest (the unit must be stated: the unit that is guessed makes the legs as long
+    as the body's). Markers: medians of distances that hardly depend on the pose. Single segments:
+    the joints about which they turn. What the file does not say stays as it is. InputError where
+    it states no length.
+    """
+    given = options or MotionOptions()
+    found = next(
+        read_motion(
+            path, body, up=given.up, metres=given.metres, names=given.names, keep=given.keep
+        )
+    )
+    factors: dict[str, float] = {}
+    if isinstance(found, Bones):
+        if given.metres is None:
+            raise InputError(
+                f"{path}: a body scaled to the subject needs the file's unit of length: state it (unit: 1 cm in a study, --unit '1 cm')"
+            )
+        factors = factors_from_bones(body, found, given.names, given.metres)
+    elif isinstance(found, Markers):
+        factors = factors_from_markers(body, found, given.names)
+    elif isinstance(found, SegmentTrack):
+        factors = factors_from_track(body, found)
+    if not factors:
+        raise InputError(
+            f"{path}: states no length of the subject's limbs: bones do, markers at knees and ankles or at "
+            "elbows and wrists, or segments that turn against each other"
+        )
+    try:
+        made = lengthened(body, factors)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
+    return made, tuple(_changes(body, made, factors, Path(path).name))
+
+
+def _changes(body: Body, made: Body, factors: dict[str, float], file: str) -> list[str]:
+    """One sentence: each pair of twins once."""
+    parts: dict[str, float] = {}
+    for segment, factor in factors.items():
+        name = body.segment_names[body.segment(segment)]
+        twin = name.removeprefix("left ").removeprefix("right ")
+        same = [k for k in factors if body.segment_names[body.segment(k)].endswith(twin)]
+        alike = len(same) == 2 and abs(factors[same[0]] - factors[same[1]]) < _TOLD
+        parts[f"{twin}s" if alike else name] = factor
+    said = ", ".join(f"{name} {100 * (f - 1):+.0f} %" for name, f in parts.items())
+    tall = f"{1000 * height_of(body):.0f} mm tall before, {1000 * height_of(made):.0f} mm now"
+    return [f"{file}: the lengths of {body.name} are scaled to the subject: {said}; {tall}"]

@@ -29,7 +29,6 @@ from workbench.model.result import (
 from workbench.model.study import PredictedPosture, Role, Study
 from workbench.model.workplace import Beside, Workplace
 from workbench.posture.stops import stops
-from workbench.study.buried import buried_controls
 from workbench.study.checks import between_people, reach
 from workbench.study.checks.table import findings_of, verdict
 from workbench.study.envelope.envelope import envelopes
@@ -48,10 +47,9 @@ from workbench.study.situation import (
     Situation,
     as_bystander,
     position_of,
-    seats_moved,
 )
 from workbench.study.unasked import overlap_warnings, unasked_overlaps
-from workbench.study.warnings import result_warnings, seat_verdicts
+from workbench.study.warnings import buried_controls, result_warnings, seat_verdicts
 from workbench.study.workplaces import drawn_number, occupant, workplace_of
 
 __all__ = [
@@ -130,7 +128,7 @@ def present_people(
         who, notes = known[role.name] if role.name in known else occupant(role, number)
         workplace = workplace_of(study, row, environment, beside)
         found, moves = _take_place(workplace, who, role)
-        environment = seats_moved(found[0].place, found[0])
+        environment = found[0].environment_moved
         seated[row] = found
         words[row] = [*notes, *moves]
     by_case = [

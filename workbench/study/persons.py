@@ -3,27 +3,29 @@ have them."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 from workbench.body.people.conditional import condition, improbability
 from workbench.body.people.growth import growth_percentile, growth_values
 from workbench.body.people.percentile import percentile_values
 from workbench.body.people.scores import Scores, scores_of
-from workbench.body.scaling.measure import MEASURES
+from workbench.body.scaling.measure import MEASURES, measure
 from workbench.body.scaling.scale import morph_to, scale
 from workbench.body.scaling.seated import seated
 from workbench.body.wear import wear
 from workbench.errors import InputError, one_of
+from workbench.model.arguments import short_repr
 from workbench.model.body import Body
-from workbench.model.growth import Growth
+from workbench.model.driving import Driver, DrivingAims
+from workbench.model.figures import plain
 from workbench.model.measures import GIRTHS, WORDS, check_plausible
-from workbench.model.person import Size
-from workbench.model.population import PopulationModel
-from workbench.model.short_repr import short_repr
+from workbench.model.person import Growth, Size
+from workbench.model.population import SEXES, Population, PopulationModel
 from workbench.model.study import Role
 
-__all__ = ["RARE", "SizedBody", "person_body", "role_body"]
+__all__ = ["RARE", "SizedBody", "drivers_among", "person_body", "role_body"]
 
 Measures = Mapping[str, float]
 
@@ -130,7 +132,7 @@ def _child(
             unit, factor = ("kg", 1.0) if known[0] == "mass" else ("mm", 1000.0)
             end = f"below the {FAR:g}th" if percentile < FAR else f"above the {100 - FAR:g}th"
             notes = (
-                f"{known[0].replace('_', ' ')} {factor * measures[known[0]]:.0f} {unit} is {end} percentile at {age:g} "
+                f"{plain(known[0])} {factor * measures[known[0]]:.0f} {unit} is {end} percentile at {age:g} "
                 f"years; there may be no such child",
             )
         percentile = min(max(percentile, FAR), 100 - FAR)
@@ -185,6 +187,56 @@ def _improbable(scores: Scores, known: Mapping[str, float]) -> tuple[str, ...]:
         else "the mean of the population"
     )
     return (
-        f"{name.replace('_', ' ')} {shown} is {abs(surprise):.1f} standard deviations from {against}; "
+        f"{plain(name)} {shown} is {abs(surprise):.1f} standard deviations from {against}; "
         f"there may be no such person",
     )
+
+
+NEEDED = ("stature", "sitting_height")
+"""The measures that are taken from the body of somebody who does not state them."""
+
+
+def drivers_among(
+    people: Population, rows: Sequence[int], body: Body, aims: DrivingAims
+) -> list[Driver]:
+    """The drivers that some people are.
+
+    Parameters
+    ----------
+    people, rows
+        A population, and B of its people.
+    body
+        B rows, from which measures and masses are taken that the population does not state.
+    aims
+        Says the age, and the sex where it is not that of the person.
+
+    Raises
+    ------
+    InputError
+        For somebody who is no driver.
+    """
+    found = []
+    for k, row in enumerate(rows):
+        values = dict(zip(people.names, people.measures[row].tolist(), strict=True))
+        if "mass" not in values:
+            values["mass"] = float(body.mass[k].sum())
+        missing = [name for name in NEEDED if name not in values]
+        values |= measure(body[k], missing) if missing else {}
+        sex = aims.sex or SEXES[int(people.sex[row])]
+        stature, mass = values["stature"], values["mass"]
+        try:
+            found.append(
+                _driver(sex, stature, values["sitting_height"], mass / stature**2, aims.age)
+            )
+        except InputError as error:
+            raise InputError(
+                [f"{people.called(row)}: {problem}" for problem in error.problems]
+            ) from None
+    return found
+
+
+@lru_cache(maxsize=1 << 14)
+def _driver(
+    sex: str, stature: float, sitting_height: float, mass_index: float, age: float
+) -> Driver:
+    return Driver(sex, stature, sitting_height, mass_index, age)

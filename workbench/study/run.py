@@ -1,24 +1,37 @@
-"""Run a study: people in postures, motions, a population."""
+"""Run a study: people in postures, motions, a population; and what a result was made from and by."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+import hashlib
+import platform
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
+
+import numpy as np
 
 from workbench.errors import UsageError
 from workbench.model.content import content_hash
 from workbench.model.motion_case import Agreement, MotionCase
-from workbench.model.moves import displaced
+from workbench.model.population import Population
 from workbench.model.population_found import PopulationFound
 from workbench.model.result import MotionFound, PosturesFound, Result, Verdict
 from workbench.model.study import Study
+from workbench.model.surroundings import displaced
 from workbench.study.checks.sight_rules import check_rules
 from workbench.study.checks.table import between_verdict
 from workbench.study.people import people_found, present_people
-from workbench.study.provenance import hashes, people_hash, versions
 
-__all__ = ["between_motions", "check_run", "run", "unmoved_postures"]
+__all__ = [
+    "between_motions",
+    "check_run",
+    "hashes",
+    "people_hash",
+    "run",
+    "unmoved_postures",
+    "versions",
+]
 
 Say = Callable[[str], None]
 
@@ -159,7 +172,7 @@ def _population(study: Study, keep: Path | None, say: Say, cluster: str | None) 
     """A population, by this machine or by a cluster; and who is beside it."""
     # not loaded for other studies
     from workbench.study.accommodation.accommodation import accommodation
-    from workbench.study.accommodation.share_verdicts import share_verdicts
+    from workbench.study.accommodation.shares import share_verdicts
     from workbench.study.executors import dask_executor
 
     there = present_people(study) if len(study.roles) > 1 else None
@@ -202,3 +215,34 @@ def check_run(study: Study, *, cluster: str | None = None, film: bool = False) -
         raise UsageError(f"--cluster is for studies of a population; {study.name} has none")
     if film and not study.motions:
         raise UsageError(f"--film is for studies of a motion; {study.name} has none")
+
+
+PACKAGES = ("bubbleman-workbench", "numpy", "scipy", "numba", "trimesh", "manifold3d")
+
+
+def hashes(inputs: Mapping[str, Path]) -> dict[str, str]:
+    """SHA-256 of each input file, by its role."""
+    return {
+        f"{role}": hashlib.sha256(path.read_bytes()).hexdigest()
+        for role, path in sorted(inputs.items())
+    }
+
+
+def people_hash(people: Population) -> str:
+    """SHA-256 of who the people are: the measures' names and values, sexes and weights; not of what
+    they are called."""
+    digest = hashlib.sha256("\n".join(people.names).encode())
+    for array in (people.sex, people.weight, people.measures):
+        digest.update(np.ascontiguousarray(array).tobytes())
+    return digest.hexdigest()
+
+
+def versions() -> dict[str, str]:
+    """Versions of Python and of the packages whose numbers a result rests on."""
+    found = {"python": platform.python_version()}
+    for package in PACKAGES:
+        try:
+            found[package] = version(package)
+        except PackageNotFoundError:
+            found[package] = "not installed"
+    return found

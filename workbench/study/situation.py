@@ -15,7 +15,6 @@ from functools import cached_property, lru_cache, partial
 import numpy as np
 
 from workbench.body.forward import place
-from workbench.body.parts import moved
 from workbench.contact.collide import nearest, self_clearance
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.body import Body
@@ -27,6 +26,7 @@ from workbench.model.environment import Control, Environment, Seat
 from workbench.model.population import Population
 from workbench.model.poses import Placed, Poses
 from workbench.model.reason import Reason
+from workbench.model.surroundings import move_parts
 from workbench.model.workplace import Aims, Stand, WorkCase, Workplace
 from workbench.posture.kernels.clear_reach import KEPT
 from workbench.posture.reaching.heeding import clear_fingers
@@ -38,12 +38,11 @@ from workbench.posture.seating.clear_legs import clear_legs
 from workbench.posture.seating.driving import driving_posture
 from workbench.posture.seating.driving_legs import accelerator_foot
 from workbench.posture.seating.posture import Pedals
-from workbench.posture.seating.seat import Seated, seat
+from workbench.posture.seating.seat import Seated, SeatMemory, seat
 from workbench.posture.standing import standing_posture
 from workbench.sight.eyes import head_of
 from workbench.sight.scenery import Scenery, scenery_of
-from workbench.study.drivers import drivers_among
-from workbench.study.seat_memory import SeatMemory
+from workbench.study.persons import drivers_among
 
 __all__ = [
     "Occupants",
@@ -62,7 +61,6 @@ __all__ = [
     "package_of",
     "position_of",
     "seating_of",
-    "seats_moved",
     "situated",
     "solid_to_others",
     "take_places",
@@ -339,6 +337,13 @@ class Situation:
                 unsure=self.held.unsure[keep] if self.held.unsure is not None else None,
             )
         return found
+
+    @property
+    def environment_moved(self) -> Environment:
+        """The surroundings with the own seat where the first person has put it."""
+        if self.place.seat is None:
+            return self.environment
+        return move_parts(self.environment, self.place.moving_parts, self.displacement[0])
 
     def seat_moved(self, environment: Environment) -> Situation:
         """The same in surroundings where the own seat stands where it was put."""
@@ -805,6 +810,7 @@ def _with_hand(
     moving = np.isin(environment.parts, situation.place.moving_parts).astype(np.int64)
     own = tuple(environment.part_index(part) for part in control.own_parts)
     room = Room(environment, moving, situation.displacement, situation.bystanders, held=own)
+    other_arm = bool(situation.hand_miss)  # it is on its control already
     for zone in range(1, situation.freest(control) + 1):
         arm = limb(body, name, grip=control.grip, zone=zone)
         found = reach(
@@ -822,10 +828,13 @@ def _with_hand(
             brief=brief,
             recall=recall.rows(left) if recall is not None else None,
             thorough=False,
+            other_arm=other_arm,
         )
         rotations[left] = found.poses.rotations
         got = np.flatnonzero(found.reached[:, 0])
-        there = clear_fingers(body, found.poses.rows(got), arm, control.at, room)
+        there = clear_fingers(
+            body, found.poses.rows(got), arm, control.at, room, other_arm=other_arm
+        )
         rotations[left[got]] = there.rotations
         miss[left] = np.where(found.reached[:, 0], 0.0, found.miss[:, 0])
         overlap[left] = found.overlap[:, 0]
@@ -855,10 +864,3 @@ def without_parts(environment: Environment, parts: tuple[str, ...]) -> Environme
     """Surroundings without some parts, by name, once for each, so that they are indexed once."""
     gone = np.isin(environment.parts, parts)
     return replace(environment, hidden=environment.hidden | gone)
-
-
-def seats_moved(place: Workplace, situation: Situation) -> Environment:
-    """The surroundings with the own seat where the first person has put it."""
-    if place.seat is None:
-        return place.environment
-    return moved(place.environment, place.moving_parts, situation.displacement[0])

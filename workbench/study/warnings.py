@@ -10,6 +10,7 @@ import numpy as np
 
 from workbench.contact.enclosure import enclosed
 from workbench.geometry.ground import Ground, ground_of
+from workbench.geometry.polygon import point_winding
 from workbench.model.arrays import Floats
 from workbench.model.criterion import Criterion
 from workbench.model.environment import Environment, Rest, Seat
@@ -20,7 +21,13 @@ from workbench.model.stops import motion_words
 from workbench.posture.seating.seating import seat_planes, seat_shift
 from workbench.study.feet_on_floor import FeetOnFloor, feet_on_floor, feet_words
 
-__all__ = ["enclosure_warnings", "result_warnings", "seat_verdicts", "seat_warnings"]
+__all__ = [
+    "buried_controls",
+    "enclosure_warnings",
+    "result_warnings",
+    "seat_verdicts",
+    "seat_warnings",
+]
 
 SEAT_TOLERANCE = 0.01
 SEAT_LOST = 0.05
@@ -296,3 +303,20 @@ def _faces(
         return True
     normal = environment.normal[person.clearance.target[where]]
     return bool(normal @ rest.normal >= normal @ rest.other)
+
+
+def buried_controls(environment: Environment) -> list[str]:
+    """In words, the controls whose point is inside a solid part that is not their own."""
+    solids = np.flatnonzero(environment.solid & ~environment.hidden).tolist()
+    shells = {environment.parts[k]: environment.triangle_corners(k) for k in solids}
+    notes = []
+    for control in environment.controls:
+        for name, corners in shells.items():
+            if name in control.own_parts:
+                continue
+            if abs(point_winding(*control.at, corners, 0, len(corners))) > 0.5:
+                notes.append(
+                    f"control {control.name!r} is inside the solid part {name!r}: "
+                    f"a hand gets there as deep as the part allows; check where it is"
+                )
+    return notes

@@ -15,11 +15,17 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
 from human.skeleton import SEGMENTS
-from workbench.body.fitting.candidates import Candidates, Limits, inner_balls, joined_candidates
+from workbench.body.fitting.candidates import (
+    Candidates,
+    Limits,
+    Samples,
+    even_samples,
+    inner_balls,
+    joined_candidates,
+)
 from workbench.body.fitting.cover import Targets, cover, joined_targets
 from workbench.body.fitting.polish import polished
 from workbench.body.fitting.regions import Regions
-from workbench.body.fitting.sampling import Samples, even_samples
 from workbench.body.surface import Surface
 
 __all__ = ["Given", "Spheres", "fitted", "shares_at"]

@@ -15,7 +15,7 @@ from human.skeleton import JOINTS, SEGMENTS, Skeleton, posed
 from human.skin import Skin
 from human.source import Person, Source
 from human.transfer import Rig, rigged
-from workbench.body.fitting.sampling import corner_normals
+from workbench.body.fitting.candidates import corner_normals
 from workbench.body.surface import Surface
 
 __all__ = ["FACTORS", "Template", "made_template", "rigs_of"]

@@ -17,8 +17,8 @@ from scipy.spatial import cKDTree
 
 from human.fit import Given, Spheres, shares_at
 from human.skeleton import BETWEEN, JOINTS, SEGMENTS
+from workbench.body.fitting.candidates import even_samples
 from workbench.body.fitting.polish import union_field
-from workbench.body.fitting.sampling import even_samples
 from workbench.body.surface import Surface
 from workbench.geometry.nearest import morton_order
 

@@ -12,9 +12,9 @@ from scipy import ndimage
 
 import workbench as wb
 from human.skeleton import BETWEEN, JOINTS, SEGMENTS
+from workbench.body.fitting.candidates import random_samples
 from workbench.body.fitting.polish import union_field
-from workbench.body.fitting.sampling import random_samples
-from workbench.body.fitting.verify import gap_bound
+from workbench.body.fitting.proof import gap_bound
 from workbench.body.scaling.seated import seated
 from workbench.body.surface import Surface
 from workbench.geometry.nearest import morton_order

@@ -21,9 +21,11 @@ from time import process_time
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.optimize import linprog
+from scipy.sparse import csr_array
 
 from workbench.body.fitting.candidates import Limits
-from workbench.body.fitting.cover import Cover, cover
+from workbench.body.fitting.cover import Cover, cover, held_rows
 from workbench.body.fitting.fit_quality import FitQuality, fit_quality
 from workbench.body.fitting.polish import polished_parts, within_bounds
 from workbench.body.fitting.problem import Joints, Problem, density, prepared
@@ -39,7 +41,14 @@ from workbench.body.surface import Surface
 from workbench.errors import InputError, UsageError
 from workbench.model.arrays import Floats, Ints
 
-__all__ = ["MAX_SPHERES", "SphereFit", "covered_by_count", "decompose", "fit_regions"]
+__all__ = [
+    "MAX_SPHERES",
+    "SphereFit",
+    "covered_by_count",
+    "decompose",
+    "fewest_spheres",
+    "fit_regions",
+]
 
 MAX_SPHERES = 100_000
 """Spheres of a fit at most."""
@@ -379,3 +388,68 @@ def _bisected(problem: Problem, limits: Limits, setup: _Setup) -> Limits:
         if abs(excess) <= 0.01 * setup.greedy_count and not len(found.bare):
             return tried
     return limits.scaled(float(np.exp(high)))
+
+
+def fewest_spheres(
+    surface: Surface,
+    limits: Limits,
+    joints: Joints,
+    regions: Regions,
+    *,
+    targets: int = 2500,
+    seed: int = 0,
+) -> int:
+    """Compute a number of candidate spheres below which no union holds the surface.
+
+    It is the linear relaxation of the set cover: each target is held by shares of spheres that add up
+    to 1 or more, joint spheres are whole, and the least sum is rounded up. A sample of the targets
+    stands for all, which can only lower the bound.
+
+    Parameters
+    ----------
+    surface, limits, joints, regions
+        As for `fit_regions`.
+    targets
+        Number of targets, about.
+    seed
+        0 or more.
+
+    Raises
+    ------
+    InputError
+        If the linear program is not solved.
+
+    References
+    ----------
+    Huangfu, Q. & Hall, J. A. J. (2018), Parallelizing the dual revised simplex method, Mathematical
+    Programming Computation 10, 119-142 (HiGHS).
+    """
+    spacing, sources = density(surface, limits)
+    problem = prepared(
+        surface, limits, spacing=spacing, sources=sources, joints=joints, regions=regions, seed=seed
+    )
+    every = max(1, len(problem.targets) // targets)
+    some = problem.targets.at(np.arange(0, len(problem.targets), every))
+    # the full tolerance, not the 97 % that the search uses
+    some = replace(some, margin=np.where(some.margin > 0, limits.inward, some.margin))
+    usable = problem.radius(limits) > 0
+    start, item = held_rows(some, problem.candidates.at(usable), problem.radius(limits)[usable])
+    held = csr_array((np.ones(len(item)), item, start), shape=(len(start) - 1, len(some))).T.tocsr()
+    held = held[np.flatnonzero(np.diff(held.indptr) > 0)]
+    return int(np.ceil(_least_sum(held, len(joints.radius)) - 1e-6))
+
+
+def _least_sum(held: csr_array, required: int) -> float:
+    """The least sum of shares x >= 0 with H x >= 1; the first `required` shares are 1 or more."""
+    low = np.zeros(held.shape[1])
+    low[:required] = 1.0
+    found = linprog(  # type: ignore[call-overload]  # sparse is fine
+        np.ones(len(low)),
+        A_ub=-held,
+        b_ub=-np.ones(held.shape[0]),
+        bounds=np.column_stack([low, np.full(len(low), np.inf)]),
+        method="highs-ipm",
+    )
+    if not found.success:
+        raise InputError(f"the bound of the fewest spheres could not be found ({found.message})")
+    return float(found.fun)

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
+from workbench.body.fitting.candidates import Samples, random_samples
 from workbench.body.fitting.polish import union_field
-from workbench.body.fitting.sampling import Samples, random_samples
-from workbench.body.fitting.verify import deepest_hollow, gap_bound, split_triangles
+from workbench.body.fitting.proof import deepest_hollow, gap_bound, split_triangles
 from workbench.body.kernels.scanlines import shared_volume
 from workbench.body.surface import Surface
 from workbench.geometry.box_pairs import in_ranges

@@ -10,14 +10,15 @@ import numpy as np
 from workbench.body.fitting.candidates import (
     Candidates,
     Limits,
+    Samples,
     bounded_radius,
+    even_samples,
     inner_balls,
     joined_candidates,
 )
 from workbench.body.fitting.cover import Targets, joined_targets
 from workbench.body.fitting.polish import union_field
 from workbench.body.fitting.regions import EVERYONE, Regions
-from workbench.body.fitting.sampling import Samples, even_samples
 from workbench.body.kernels.spacing import thin_points
 from workbench.body.surface import Surface
 from workbench.errors import InputError

@@ -13,14 +13,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from workbench.body.fitting.candidates import Limits
+from workbench.body.fitting.candidates import Limits, random_samples
 from workbench.body.fitting.decompose import MAX_SPHERES, SphereFit, fit_regions
 from workbench.body.fitting.fit_quality import distance_to_union, exposed_points
 from workbench.body.fitting.polish import union_field
 from workbench.body.fitting.problem import Joints, packed
+from workbench.body.fitting.proof import gap_bound, split_triangles
 from workbench.body.fitting.regions import Regions
-from workbench.body.fitting.sampling import random_samples
-from workbench.body.fitting.verify import gap_bound, split_triangles
 from workbench.body.surface import Surface
 from workbench.errors import InputError, UsageError
 from workbench.model.arguments import check_fields, given_words

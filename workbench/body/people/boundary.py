@@ -26,10 +26,10 @@ from workbench.body.people.conditional import condition
 from workbench.body.people.percentile import quantiles
 from workbench.body.people.scores import Scores, scores_of
 from workbench.errors import InputError
+from workbench.model.arguments import short_repr
 from workbench.model.arrays import Floats
 from workbench.model.measures import COCKPIT
 from workbench.model.population import Population, PopulationModel, sex_index
-from workbench.model.short_repr import short_repr
 
 __all__ = ["Boundary", "boundary_cases"]
 

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from workbench.compiled import inlined, inner
 from workbench.geometry.polygon import point_winding
+from workbench.geometry.vectors import cross, dot
 
 __all__ = ["Shells", "inside_part", "is_closed", "odd_shares"]
 
@@ -45,18 +46,6 @@ def is_closed(triangles: NDArray[np.int64]) -> bool:
 
 
 @inlined
-def _cross(a, b):  # type: ignore[no-untyped-def]
-    """a x b."""
-    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
-
-
-@inlined
-def _dot(a, b):  # type: ignore[no-untyped-def]
-    """a . b."""
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-
-
-@inlined
 def _size(a):  # type: ignore[no-untyped-def]
     """Sum of the magnitudes of a vector's components, which its rounding is a part of."""
     return abs(a[0]) + abs(a[1]) + abs(a[2])
@@ -79,10 +68,10 @@ def _crossing(corners, t, x, y, z, ray):  # type: ignore[no-untyped-def]
     a = _corner(corners, t, 0, x, y, z)
     b = _corner(corners, t, 1, x, y, z)
     c = _corner(corners, t, 2, x, y, z)
-    normal = _cross(a, b)
-    u = _dot(ray, normal)
-    v = _dot(ray, _cross(b, c))
-    w = _dot(ray, _cross(c, a))
+    normal = cross(a, b)
+    u = dot(ray, normal)
+    v = dot(ray, cross(b, c))
+    w = dot(ray, cross(c, a))
     p = _size(a)
     q = _size(b)
     r = _size(c)
@@ -91,7 +80,7 @@ def _crossing(corners, t, x, y, z, ray):  # type: ignore[no-untyped-def]
     below = (u < -d * p * q) + (v < -d * q * r) + (w < -d * r * p)
     if above > 0 and below > 0:
         return 0
-    volume = _dot(c, normal)
+    volume = dot(c, normal)
     doubt = abs(volume) <= ROUNDING * p * q * r
     if above == 3 and not doubt:
         return 1 if volume > 0.0 else 0

@@ -1,4 +1,4 @@
-"""Write films: MP4, animated GIF or animated WebP files.
+"""Choose the frames of a film, and write it: MP4, animated GIF or animated WebP files.
 
 A film appears whole or not at all, with one exception. Ctrl-C finishes the frame that is being
 drawn, and then the file, which holds the finished part. A second Ctrl-C ends at once, without a
@@ -8,10 +8,15 @@ the same bytes; MP4 too, with the same ffmpeg.
 
 from __future__ import annotations
 
+import contextlib
+import math
 import signal
+import subprocess
+import tempfile
 import threading
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from types import FrameType
 
@@ -20,15 +25,24 @@ from PIL import Image, ImageDraw, ImageFont
 
 from workbench.draw.camera import Camera
 from workbench.draw.colours import INK, PAPER
-from workbench.draw.films.motion import scene_at
-from workbench.draw.films.mp4 import Encoder
 from workbench.draw.marks.layout import TEXT_SIZE
-from workbench.draw.scene import Scene
-from workbench.errors import UsageError, one_of
+from workbench.draw.scene import Scene, SceneBody
+from workbench.errors import InputError, MissingPartError, UsageError, one_of
 from workbench.files.output_file import staged
 from workbench.model.arrays import Floats
 
-__all__ = ["FILMS", "film_frames", "stamp_text", "write_film"]
+__all__ = [
+    "FILMS",
+    "MAX_FRAMES",
+    "Encoder",
+    "every_pose",
+    "film_frames",
+    "frame_times",
+    "has_encoder",
+    "scene_at",
+    "stamp_text",
+    "write_film",
+]
 
 FILMS = (".mp4", ".gif", ".webp")
 """Endings of films."""
@@ -260,3 +274,179 @@ def _write_animation(path: Path, ending: str, reel: _Reel, fps: float) -> None:
             quality=85,
             method=4,
         )
+
+
+MAX_FRAMES = 36_000
+"""Largest number of frames of a film: twenty minutes at 30 frames/s. More is a mistake in a unit."""
+_ROUNDING_MARGIN = 1e-9
+"""Share of a frame by which the last frame may be late."""
+
+
+def frame_times(start: float, end: float, *, fps: float, speed: float = 1.0) -> Floats:
+    """Return the time of the motion at each frame of a film.
+
+    Parameters
+    ----------
+    start, end
+        Time span [s] of the motion. The last frame is not after the end.
+    fps
+        Frames per second of the film.
+    speed
+        Seconds of the motion in a second of the film; 0.1 is ten times slow motion.
+
+    Returns
+    -------
+    Floats
+        (F,) times [s].
+
+    Raises
+    ------
+    UsageError
+        If rate or speed are out of range, or there would be more than `MAX_FRAMES`.
+    """
+    if not (math.isfinite(fps) and 0.1 <= fps <= 240.0):
+        raise UsageError(f"film: 0.1 to 240 frames a second are possible, got {fps:g}")
+    if not (math.isfinite(speed) and speed > 0.0):
+        raise UsageError(
+            f"film: a speed above 0 is needed (0.1 is ten times slow motion), got {speed:g}"
+        )
+    count = math.floor((end - start) * fps / speed + _ROUNDING_MARGIN) + 1
+    if not 1 <= count <= MAX_FRAMES:
+        raise UsageError(
+            f"film: {end - start:g} s at {fps:g} frames/s and speed {speed:g} would be {count} frames; "
+            f"1 to {MAX_FRAMES} are possible"
+        )
+    times: Floats = start + np.arange(count, dtype=np.float64) * (speed / fps)
+    return times
+
+
+def scene_at(scene: Scene, frame: int, *, trail: int = 0, every: int = 1) -> Scene:
+    """Return a scene with every body in one of its poses.
+
+    Bodies with a single pose stay as they are. Ghosts of the scene move along.
+
+    Parameters
+    ----------
+    scene
+        Bodies in all their poses.
+    frame
+        Index of the pose.
+    trail, every
+        Number of ghosts of earlier poses, and the frames from one to the next.
+    """
+    moving = [shown for shown in scene.bodies if len(shown.placed) > 1]
+    earlier = [frame - k * every for k in range(trail, 0, -1) if frame - k * every >= 0]
+    trails = tuple(replace(shown, pose=pose) for pose in earlier for shown in moving)
+    bodies = tuple(_in_pose(shown, frame) for shown in scene.bodies)
+    ghosts = tuple(_in_pose(shown, frame) for shown in scene.ghosts)
+    return replace(scene, bodies=bodies, ghosts=trails + ghosts)
+
+
+def _in_pose(shown: SceneBody, frame: int) -> SceneBody:
+    return replace(shown, pose=frame) if len(shown.placed) > 1 else shown
+
+
+def every_pose(scene: Scene, *, most: int = 60) -> Scene:
+    """Return a scene that holds every body in all its poses, for the camera of a film.
+
+    Parameters
+    ----------
+    scene
+        Bodies in all their poses.
+    most
+        Approximate largest number of poses; more are thinned out evenly.
+    """
+    bodies = []
+    for shown in (*scene.bodies, *scene.ghosts):
+        count = len(shown.placed)
+        frames = np.unique(np.linspace(0, count - 1, min(count, most)).round().astype(np.int64))
+        bodies += [replace(shown, pose=int(k)) for k in frames] if count > 1 else [shown]
+    return replace(scene, bodies=tuple(bodies), ghosts=())
+
+
+_QUIET = "-y -hide_banner -loglevel error"
+_INPUT = "-f rawvideo -pix_fmt rgb24"
+_OUTPUT = (
+    "-an -c:v libx264 -preset medium -crf 18 -pix_fmt yuv420p -threads 1 -fflags +bitexact "
+    "-flags:v +bitexact -map_metadata -1 -movflags +faststart -f mp4"
+)
+"""H.264, which every browser and player shows. One thread and no stamp of the encoder's run: the
+same frames give the same bytes."""
+
+
+class Encoder:
+    """An ffmpeg process that takes raw RGB frames; `close` finishes the file.
+
+    The process has a session of its own, so that Ctrl-C in a terminal reaches this program only,
+    which then closes the film.
+    """
+
+    def __init__(self, path: Path, size: tuple[int, int], fps: float) -> None:
+        width, height = size
+        self._errors = tempfile.TemporaryFile()  # noqa: SIM115
+        given = [*_INPUT.split(), "-s", f"{width}x{height}", "-r", f"{fps:.10g}", "-i", "-"]
+        self._process = subprocess.Popen(
+            [_ffmpeg(), *_QUIET.split(), *given, *_OUTPUT.split(), str(path)],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.DEVNULL,
+            stderr=self._errors,
+            start_new_session=True,
+        )
+
+    def write(self, frame: bytes) -> None:
+        """Encode one frame.
+
+        Raises
+        ------
+        InputError
+            If ffmpeg has stopped, with its message.
+        """
+        assert self._process.stdin is not None
+        try:
+            self._process.stdin.write(frame)
+        except BrokenPipeError:
+            raise InputError(f"MP4: {self._last_error()}") from None
+
+    def close(self) -> None:
+        """Finish the file.
+
+        Raises
+        ------
+        InputError
+            If ffmpeg fails, with its message.
+        """
+        assert self._process.stdin is not None
+        with contextlib.suppress(BrokenPipeError):
+            self._process.stdin.close()
+        code = self._process.wait()
+        message = self._last_error()
+        self._errors.close()
+        if code:
+            raise InputError(f"MP4: {message}")
+
+    def _last_error(self) -> str:
+        self._errors.seek(0)
+        lines = self._errors.read().decode("utf-8", "replace").split("\n")
+        last = next((line for line in reversed(lines) if line.strip()), "no reason given")
+        return f"ffmpeg stopped: {last}"
+
+
+def has_encoder() -> bool:
+    """Return whether MP4 films can be made here."""
+    try:
+        _ffmpeg()
+    except MissingPartError:
+        return False
+    return True
+
+
+def _ffmpeg() -> str:
+    """Return the path of the ffmpeg program."""
+    try:
+        from imageio_ffmpeg import get_ffmpeg_exe
+
+        return str(get_ffmpeg_exe())
+    except (ImportError, RuntimeError):
+        raise MissingPartError(
+            "MP4 films need imageio-ffmpeg: pip install 'bubbleman-workbench[film]' (.gif and .webp need nothing more)"
+        ) from None

@@ -16,6 +16,7 @@ from workbench.draw.camera import (
     Camera,
     metric_depth,
     projective_depth,
+    to_projective,
     to_view,
     view_to_pixels,
 )
@@ -101,13 +102,6 @@ def surroundings(scene: Scene, camera: Camera, hidden: str) -> Surroundings | No
     return Surroundings(occluders, lines, sections(scene.environment, camera, cut))
 
 
-def _to_projective(camera: Camera, seen: Floats) -> Floats:
-    """Return x, y [pixels] and projective depth (..., 3) of view coordinates (..., 3)."""
-    points = view_to_pixels(camera, seen)
-    points[..., 2] = projective_depth(camera, points[..., 2])
-    return points
-
-
 def _from_projective(camera: Camera, points: Floats) -> Floats:
     """Return view coordinates (..., 3) [m] of x, y [pixels] and projective depth (..., 3)."""
     depth = metric_depth(camera, points[..., 2])
@@ -151,7 +145,7 @@ def build_occluders(environment: Environment, camera: Camera, cut: float) -> Occ
     opaque = shown[~environment.see_through[part]]
     seen = to_view(camera, environment.vertices)[environment.triangles[opaque]]
     seen, _ = clip_triangles(seen, TO_VIEWER, min(cut, camera.closest))
-    corners = _to_projective(camera, seen)
+    corners = to_projective(camera, seen)
     # the nearest first: what they hide as a whole asks no other
     corners = corners[np.argsort(-corners[:, :, 2].max(axis=1), kind="stable")]
     boxes = _picture_boxes(camera, corners)
@@ -218,7 +212,7 @@ def visible_edge_lines(
         Depth [m] of the near plane.
     """
     source, seen = _behind_near_plane(edges, camera, cut)
-    ends = _to_projective(camera, seen)
+    ends = to_projective(camera, seen)
     inside = _picture_boxes(camera, ends).inside
     ends = ends[inside]
     source = source[inside]

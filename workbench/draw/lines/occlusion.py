@@ -7,8 +7,7 @@ import math
 import numpy as np
 
 from workbench.draw.kernels.occlusion import Occluders, hidden_spans
-from workbench.draw.lines.intervals import gaps_along
-from workbench.draw.lines.silhouettes import ball_extent
+from workbench.draw.lines.silhouettes import ball_extent, gaps_along
 from workbench.geometry.box_pairs import box_pairs, in_ranges
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.sight.kernels.rasterization import MIN_AREA

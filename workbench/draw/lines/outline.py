@@ -21,7 +21,7 @@ import numpy as np
 
 from workbench.draw.camera import Camera
 from workbench.draw.colours import INKS, PAPER, hexadecimal
-from workbench.draw.ghosts import ghost_strengths
+from workbench.draw.disks import ghost_strengths
 from workbench.draw.lines.arcs import Arcs, arc_lengths, arc_points, outline_arcs
 from workbench.draw.lines.hidden_lines import split_hidden_arcs, surroundings
 from workbench.draw.lines.svg import environment_paths, number_rows, page, section_paths

@@ -1,4 +1,4 @@
-"""Make marks of what was measured: contacts, clearances, joint stops, controls, segments, axes.
+"""Choose and make marks of what was measured: contacts, clearances, joint stops, controls, segments, axes.
 
 Every function returns marks to be put into a scene; none depends on the camera. Lengths in labels
 are millimetres.
@@ -6,24 +6,33 @@ are millimetres.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
-from workbench.contact.collide import allowed_depth
-from workbench.draw.scene import Mark
-from workbench.errors import UsageError
-from workbench.model.arrays import Bools, Floats
+from workbench.contact.collide import allowed_depth, contacts, nearest
+from workbench.draw.scene import Mark, Scene, SceneBody
+from workbench.draw.source import Source
+from workbench.errors import UsageError, one_of
+from workbench.model.arrays import Bools, Floats, xyz
 from workbench.model.contacts import Clearance, Contacts
 from workbench.model.environment import Environment
+from workbench.model.figures import plain
+from workbench.model.person import Person
 from workbench.model.poses import Placed
+from workbench.posture.stops import stops
 
 __all__ = [
+    "MARKS",
     "axes_marks",
     "clearance_marks",
     "contact_marks",
     "control_marks",
     "dimension",
+    "marks_for_scene",
     "segment_marks",
     "stop_marks",
+    "with_marks",
 ]
 
 _Point = tuple[float, float, float]
@@ -47,9 +56,9 @@ def contact_marks(contacts: Contacts, pose: int = 0, *, most: int = 20) -> tuple
     order = np.argsort(-deepest.excess, kind="stable")
     chosen = order[deepest.pose[order] == pose]
     is_allowed = deepest.excess[chosen] <= 0
-    allowed = tuple(Mark(_point(deepest.point[row]), "", "allowed") for row in chosen[is_allowed])
+    allowed = tuple(Mark(xyz(deepest.point[row]), "", "allowed") for row in chosen[is_allowed])
     return allowed + tuple(
-        Mark(_point(deepest.point[row]), _millimetres(deepest.excess[row]), "contact")
+        Mark(xyz(deepest.point[row]), _millimetres(deepest.excess[row]), "contact")
         for row in chosen[~is_allowed][:most]
     )
 
@@ -127,8 +136,8 @@ def dimension(
     if named:
         other = near.other
         names = other.parts if isinstance(other, Environment) else other.segment_names
-        label = f"{names[pair[2]].replace('_', ' ')} {label}"
-    return Mark(_point(on_body), label, "clearance", _point(point))
+        label = f"{plain(names[pair[2]])} {label}"
+    return Mark(xyz(on_body), label, "clearance", xyz(point))
 
 
 def stop_marks(
@@ -154,7 +163,7 @@ def stop_marks(
         if np.all(np.isfinite(world)):
             excess = np.degrees(-margin[pose, joint])
             centre = body.joint_in_parent[placed.person[pose], joint]
-            point = _point(world[:, :3] @ centre + world[:, 3])
+            point = xyz(world[:, :3] @ centre + world[:, 3])
             marks.append(Mark(point, f"{body.joint_names[joint]} +{excess:.1f}°", "stop"))
     return tuple(marks)
 
@@ -175,7 +184,7 @@ def control_marks(
     return tuple(
         Mark(
             control.at,
-            control.name.replace("_", " "),
+            plain(control.name),
             "reach" if reached.get(control.name, True) else "missed",
         )
         for control in environment.controls
@@ -190,7 +199,7 @@ def segment_marks(placed: Placed, pose: int = 0) -> tuple[Mark, ...]:
         centres = placed.centres[pose, body.spheres(segment)]
         if len(centres) and np.all(np.isfinite(centres)):
             middle = (centres.min(axis=0) + centres.max(axis=0)) / 2.0
-            marks.append(Mark(_point(middle), name, "segment"))
+            marks.append(Mark(xyz(middle), name, "segment"))
     return tuple(marks)
 
 
@@ -213,15 +222,86 @@ def axes_marks(origin: _Point = (0.0, 0.0, 0.0), *, length: float = 0.2) -> tupl
         raise UsageError(f"axes: a length above 0 m is needed, got {length}")
     tips = np.asarray(origin, dtype=np.float64) + length * np.eye(3)
     return tuple(
-        Mark(origin, name, f"axis_{name}", _point(tip))
-        for name, tip in zip("xyz", tips, strict=True)
+        Mark(origin, name, f"axis_{name}", xyz(tip)) for name, tip in zip("xyz", tips, strict=True)
     )
-
-
-def _point(point: Floats) -> _Point:
-    x, y, z = (float(value) for value in point)
-    return x, y, z
 
 
 def _millimetres(metres: float) -> str:
     return f"{1000.0 * float(metres):.1f} mm"
+
+
+MARKS = ("axes", "clearances", "contacts", "controls", "segments", "stops")
+"""Kinds of marks."""
+
+
+def with_marks(source: Source, kinds: tuple[str, ...]) -> Source:
+    """Add marks of some kinds to a source.
+
+    Parameters
+    ----------
+    source
+        What is drawn.
+    kinds
+        Names of `MARKS`.
+
+    Raises
+    ------
+    UsageError
+        If there is no such kind.
+    """
+    for kind in kinds:
+        if kind not in MARKS:
+            raise UsageError(f"no marks {kind!r}; {one_of(kind, MARKS)}")
+    marked = replace(source, kinds=kinds, fixed=source.scene.marks)
+    scene = replace(source.scene, marks=marks_for_scene(marked, source.scene))
+    return replace(marked, scene=scene)
+
+
+def marks_for_scene(source: Source, scene: Scene) -> tuple[Mark, ...]:
+    """Return the marks of a scene that shows some poses of a source.
+
+    Marks of the kinds that were asked for follow the poses; the others stay.
+    """
+    if not source.kinds:
+        return scene.marks
+    marks = source.fixed
+    for kind in source.kinds:
+        marks += _marks_of_kind(source, scene, kind)
+    return marks
+
+
+def _marks_of_kind(source: Source, scene: Scene, kind: str) -> tuple[Mark, ...]:
+    if kind == "axes":
+        low, high = scene.bounds
+        return axes_marks((0.0, 0.0, 0.0), length=float(np.max(high - low)) / 5.0)
+    if kind == "controls":
+        return control_marks(scene.environment) if scene.environment is not None else ()
+    marks: tuple[Mark, ...] = ()
+    for shown, person in zip(scene.bodies, source.persons, strict=True):
+        marks += _body_marks(scene, shown, person, kind)
+    return marks
+
+
+def _body_marks(scene: Scene, shown: SceneBody, person: Person, kind: str) -> tuple[Mark, ...]:
+    """Return the marks of one body in the pose that is shown."""
+    placed = _shown_pose(shown)
+    if kind == "segments":
+        return segment_marks(placed)
+    if kind == "stops":
+        pose = range(len(person.poses))[shown.pose]
+        return stop_marks(
+            placed, stops(person.body, person.poses.rows(slice(pose, pose + 1))).margin
+        )
+    if scene.environment is None:
+        return ()
+    if kind == "contacts":
+        return contact_marks(contacts(placed, scene.environment))
+    return clearance_marks(placed, nearest(placed, scene.environment))
+
+
+def _shown_pose(shown: SceneBody) -> Placed:
+    """Return the placed body in the shown pose only."""
+    placed = shown.placed
+    pose = range(len(placed))[shown.pose]  # a pose may be counted from the end
+    rows = slice(pose, pose + 1)
+    return Placed(placed.body, placed.world_from_segment[rows], placed.centres[rows], placed.window)

@@ -14,7 +14,7 @@ from workbench.files.body.stops import axis_vector
 from workbench.files.schema import fail
 from workbench.files.yaml_text import Document
 from workbench.model.arrays import Floats
-from workbench.model.vocabulary import DIRECTIONS, OPPOSITE
+from workbench.model.body import DIRECTIONS, OPPOSITE
 
 __all__ = ["depth_first", "direction_table", "segment_faults", "tree_faults"]
 

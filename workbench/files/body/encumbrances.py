@@ -12,7 +12,7 @@ from workbench.files.catalogue import find
 from workbench.files.schema import FileModel, Length, LengthUnit, Vector, fail, validate
 from workbench.files.yaml_text import Document, read_yaml
 from workbench.model.body import Body
-from workbench.model.encumbrance import Encumbrance, Layer
+from workbench.model.person import Encumbrance, Layer
 
 __all__ = ["EncumbranceFile", "load_encumbrance", "missing", "worn"]
 

@@ -13,13 +13,12 @@ from typing import Any
 import numpy as np
 
 from workbench.files.catalogue import is_file, roots
-from workbench.files.inputs import note_input
+from workbench.files.opening import note_input
 from workbench.files.schema import metres_in
 from workbench.files.yaml_changes import Key, yaml_text
 from workbench.files.yaml_text import read_yaml
 from workbench.model.arrays import Floats
-from workbench.model.body import Body, check_one
-from workbench.model.vocabulary import DIRECTIONS
+from workbench.model.body import DIRECTIONS, Body, check_one
 
 __all__ = ["FittedSegment", "SkeletonFile", "body_text", "fitted_text"]
 

@@ -28,10 +28,19 @@ from workbench.files.yaml_text import Document
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.body import Body
 from workbench.model.environment import Environment
-from workbench.model.force import ForceLaw
 from workbench.model.posing import attitude_matrix
-from workbench.model.pulse import STANDARD_GRAVITY, Pulse, half_sine, table_pulse, trapezoid
-from workbench.model.simulation import Airbag, Belt, BeltPoint, ContactRule
+from workbench.model.simulation import (
+    STANDARD_GRAVITY,
+    Airbag,
+    Belt,
+    BeltPoint,
+    ContactRule,
+    ForceLaw,
+    Pulse,
+    half_sine,
+    table_pulse,
+    trapezoid,
+)
 
 __all__ = [
     "airbag_faults",

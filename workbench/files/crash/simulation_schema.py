@@ -7,8 +7,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from workbench.files.places import AdjustFile, AtFile
-from workbench.files.postures import AnglesFile
+from workbench.files.postures import AdjustFile, AnglesFile, AtFile
 from workbench.files.schema import FileModel, Length, LengthUnit, Vector
 
 __all__ = [

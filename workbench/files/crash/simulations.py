@@ -30,10 +30,9 @@ from workbench.files.schema import fail, validate
 from workbench.files.yaml_text import Document, read_yaml
 from workbench.model.body import Body, segment_words
 from workbench.model.environment import Allowance, Environment, Seat
-from workbench.model.joined import joined
 from workbench.model.poses import Poses
-from workbench.model.pulse import Pulse
-from workbench.model.simulation import Airbag, Belt, ContactRule, JointRule
+from workbench.model.simulation import Airbag, Belt, ContactRule, JointRule, Pulse
+from workbench.model.surroundings import joined
 
 __all__ = ["SimulationPlan", "load_simulation", "simulation_path", "with_airbags"]
 

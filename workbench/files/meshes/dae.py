@@ -20,8 +20,15 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from workbench.errors import InputError
-from workbench.files.meshes.bounds import MAX_INSTANCES, check_corners, check_faces
-from workbench.files.meshes.parts import RawMesh, RawPart, placed_part, triangulate
+from workbench.files.meshes.parts import (
+    MAX_INSTANCES,
+    RawMesh,
+    RawPart,
+    check_corners,
+    check_faces,
+    placed_part,
+    triangulate,
+)
 from workbench.model.arrays import Floats, Ints
 
 __all__ = ["read_dae"]

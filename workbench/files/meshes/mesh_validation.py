@@ -15,7 +15,7 @@ import manifold3d
 import numpy as np
 
 from workbench.files.meshes.parts import RawPart, weld
-from workbench.files.meshes.planes import degenerate_faces
+from workbench.files.meshes.polygons import degenerate_faces
 from workbench.files.meshes.shells import OrientedShells, one_shell, orient_shells, shell_labels
 from workbench.files.meshes.winding import (
     HalfEdges,

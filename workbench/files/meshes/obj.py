@@ -19,8 +19,7 @@ from pathlib import Path, PurePosixPath, PureWindowsPath
 import numpy as np
 
 from workbench.errors import InputError
-from workbench.files.meshes.bounds import MAX_CORNERS
-from workbench.files.meshes.parts import RawMesh, RawPart, triangulate
+from workbench.files.meshes.parts import MAX_CORNERS, RawMesh, RawPart, triangulate
 from workbench.files.opening import BYTE_ORDER_MARK
 from workbench.model.arrays import Floats
 

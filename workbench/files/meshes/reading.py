@@ -14,11 +14,10 @@ from pathlib import Path
 import numpy as np
 
 from workbench.errors import InputError, UsageError, one_of
-from workbench.files.meshes.bounds import free_memory
 from workbench.files.meshes.dae import read_dae
 from workbench.files.meshes.gltf import read_glb, read_gltf
 from workbench.files.meshes.obj import read_obj
-from workbench.files.meshes.parts import RawMesh, RawPart, weld
+from workbench.files.meshes.parts import RawMesh, RawPart, free_memory, weld
 from workbench.files.meshes.step import read_step
 from workbench.files.meshes.stl import read_stl
 from workbench.files.meshes.text import read_off, read_ply

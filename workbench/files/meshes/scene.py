@@ -18,8 +18,7 @@ from workbench.files.meshes.reading import AXES
 from workbench.files.names import unique_names
 from workbench.files.schema import metres_in
 from workbench.model.arrays import Floats
-from workbench.model.environment import Environment
-from workbench.model.part import Part
+from workbench.model.environment import Environment, Part
 
 if TYPE_CHECKING:
     import trimesh

@@ -13,8 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from workbench.errors import InputError
-from workbench.files.meshes.bounds import check_corners
-from workbench.files.meshes.parts import RawMesh, RawPart, triangulate
+from workbench.files.meshes.parts import RawMesh, RawPart, check_corners, triangulate
 from workbench.files.opening import BYTE_ORDER_MARK
 from workbench.model.arrays import Floats, Ints
 

@@ -25,8 +25,7 @@ from xml.parsers import expat
 import numpy as np
 
 from workbench.errors import InputError
-from workbench.files.meshes.bounds import MAX_INSTANCES, check_faces
-from workbench.files.meshes.parts import RawMesh, RawPart, placed_part
+from workbench.files.meshes.parts import MAX_INSTANCES, RawMesh, RawPart, check_faces, placed_part
 from workbench.model.arrays import Floats, Ints
 
 __all__ = ["read_threemf"]

@@ -12,12 +12,14 @@ from workbench.files.motions.markers import read_c3d, read_trc
 from workbench.files.motions.number_rows import ALL_FRAMES, FrameRange
 from workbench.files.motions.opensim import Coordinates, coordinate_batches
 from workbench.files.motions.tables import read_angle_table, segment_batches, table_kind
+from workbench.files.schema import fail
+from workbench.files.yaml_text import read_yaml
 from workbench.model.body import Body
 from workbench.model.laban import Score
 from workbench.model.motion import Bones, Markers, SegmentTrack
 from workbench.model.poses import Poses
 
-__all__ = ["MOTIONS", "Recorded", "read_motion"]
+__all__ = ["MOTIONS", "Recorded", "load_names", "read_motion"]
 
 MOTIONS = (".csv", ".bvh", ".trc", ".c3d", ".mot", ".sto", ".laban")
 """Endings of motion files."""
@@ -87,3 +89,27 @@ def read_motion(
         raise InputError(
             f"{source}: {ending or 'no ending'} is no motion format; {one_of(ending, MOTIONS)}"
         )
+
+
+def load_names(path: str | Path) -> dict[str, str]:
+    """Read a YAML file with the same lines as `map` of a motion in a study.
+
+    Returns
+    -------
+    dict
+        Bones by segment, or usual names of markers or coordinates by those of the motion file, ""
+        for one that is left out.
+
+    Raises
+    ------
+    InputError
+        With line and column, if it is no mapping of texts.
+    """
+    document = read_yaml(path)
+    if not isinstance(document.value, dict):
+        raise InputError(fail(document, (), "lines such as 'LUA: lhumerus' are needed"))
+    names = {str(key): value for key, value in document.value.items()}
+    wrong = [key for key, value in names.items() if not isinstance(value, str)]
+    if wrong:
+        raise InputError([fail(document, (key,), "a name is needed, in quotes") for key in wrong])
+    return names

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from workbench.files.results.row import Row
+from workbench.files.results.postures import Row
 
 __all__ = ["MARK", "ChangedPersonRow", "ComparisonFile", "PairRow"]
 

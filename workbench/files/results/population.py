@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from workbench.files.results.postures import PostureRow
-from workbench.files.results.row import Row
+from workbench.files.results.postures import PostureRow, Row
 
 __all__ = [
     "GainRow",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from workbench.files.results.row import Row
+from pydantic import BaseModel, ConfigDict
 
 __all__ = [
     "ContactRow",
@@ -12,8 +12,15 @@ __all__ = [
     "PostureRow",
     "PosturesRows",
     "ReachRow",
+    "Row",
     "StopRow",
 ]
+
+
+class Row(BaseModel):
+    """A row that has the keys of its class and no others."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, defer_build=True)
 
 
 class ContactRow(Row):

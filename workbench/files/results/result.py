@@ -11,8 +11,7 @@ from workbench.errors import InputError
 from workbench.files.opening import read_whole
 from workbench.files.results.motions import AgreementRow, MotionRows
 from workbench.files.results.population import PopulationRows
-from workbench.files.results.postures import PosturesRows
-from workbench.files.results.row import Row
+from workbench.files.results.postures import PosturesRows, Row
 
 __all__ = ["MARK", "FindingRow", "ResultFile", "VerdictRow", "dump_json", "load_result"]
 

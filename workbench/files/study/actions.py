@@ -43,8 +43,7 @@ from workbench.model.driving import DrivingAims
 from workbench.model.environment import Environment
 from workbench.model.poses import Poses
 from workbench.model.posing import attitude_matrix
-from workbench.model.pulse import Pulse
-from workbench.model.simulation import Restraints
+from workbench.model.simulation import Pulse, Restraints
 from workbench.model.study import (
     Action,
     GivenPosture,

@@ -12,7 +12,7 @@ from workbench.files.study.schema import ChangeFile, DisplacedFile, MovedFile
 from workbench.files.study.work import Key, Work
 from workbench.model.accommodation import Change
 from workbench.model.environment import Environment
-from workbench.model.moves import Move, parts_along
+from workbench.model.surroundings import Move, parts_along
 
 __all__ = ["change_of", "move_faults", "moves_of", "riding_words"]
 

@@ -16,7 +16,7 @@ from workbench.files.crash.restraints import contact_faults, law_in_si
 from workbench.files.environments import environment_files, load_environment
 from workbench.files.meshes.reading import FORMATS
 from workbench.files.names import matching
-from workbench.files.places import AreaFile, StandFile
+from workbench.files.postures import AreaFile, StandFile
 from workbench.files.study.actions import (
     CaseActions,
     library_of,
@@ -33,12 +33,10 @@ from workbench.files.study.settings import Sitter, adjusts_of, stated_settings
 from workbench.files.study.work import Key, Work
 from workbench.files.yaml_text import Document, read_yaml
 from workbench.model.accommodation import IntervalRule, MapTask
-from workbench.model.adjusting import adjusted
 from workbench.model.criterion import Criterion
 from workbench.model.envelope import ReachTask
 from workbench.model.environment import Environment
 from workbench.model.motion_case import SignalPoint
-from workbench.model.moves import displaced
 from workbench.model.study import (
     Case,
     ContactForce,
@@ -51,6 +49,7 @@ from workbench.model.study import (
     Study,
     sealed,
 )
+from workbench.model.surroundings import adjusted, displaced
 from workbench.model.workplace import Stand
 
 __all__ = ["limit_faults", "load_study", "read_study"]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -22,12 +22,12 @@ from workbench.files.study.settings import setting_faults
 from workbench.files.study.sizes import measure_fault, people_of_size
 from workbench.files.study.work import Key, Work
 from workbench.model.body import Body, segment_words
-from workbench.model.encumbrance import Encumbrance
 from workbench.model.environment import Environment, Seat
 from workbench.model.measures import COCKPIT
-from workbench.model.person import Size
+from workbench.model.person import Encumbrance, Size
 from workbench.model.population import SEXES, Population, PopulationModel
-from workbench.model.range_of_motion import reduced
+from workbench.model.posing import motion_of
+from workbench.model.stops import StopKind
 from workbench.model.study import PeopleDrawn
 
 __all__ = [
@@ -38,6 +38,7 @@ __all__ = [
     "model_of",
     "people_files",
     "place_faults",
+    "reduced",
     "rows_of",
 ]
 
@@ -101,7 +102,9 @@ def _body(work: Work, name: str, file: RoleFile) -> Body | None:
     key = ("people", name, "body")
     given: str | Body = file.body
     if isinstance(given, Body):
-        return _one_body(work, key, given)
+        if len(given) != 1:
+            work.fault(key, f"one body is needed, got {len(given)} rows: choose one, as body[0]")
+        return given
     try:
         source = body_path(given, near=work.path.parent)
     except InputError as error:
@@ -113,13 +116,6 @@ def _body(work: Work, name: str, file: RoleFile) -> Body | None:
     except InputError as error:
         work.add(error.problems)
         return None
-
-
-def _one_body(work: Work, key: Key, body: Body) -> Body:
-    """A body that was made in Python; reports one of several people."""
-    if len(body) != 1:
-        work.fault(key, f"one body is needed, got {len(body)} rows: choose one, as body[0]")
-    return body
 
 
 def _own_file(work: Work, name: str, body: Body) -> Path | None:
@@ -392,3 +388,47 @@ def _common_measures(paths: list[Path]) -> tuple[str, ...]:
             f"{', '.join(missing)}), called as in ANSUR II or like this"
         )
     return found
+
+
+def reduced(body: Body, changes: Mapping[tuple[str, str], tuple[float, bool]]) -> Body:
+    """Return a body with other joint stops.
+
+    A shoulder, whose stop is a spherical polygon, becomes a cone with the half-angles of its
+    motions. Limits that depend on another motion are scaled by a share, and replaced by an angle.
+
+    Parameters
+    ----------
+    body
+        B bodies of one topology.
+    changes
+        By joint and motion how far it turns [rad], or as a share of what it did where the second is
+        True.
+
+    Raises
+    ------
+    InputError
+        If there is no such joint or motion, or it would turn farther than before.
+    """
+    stops = body.stops
+    limits = stops.limits.copy()
+    kind = stops.kind.copy()
+    couplings = list(stops.couplings)
+    for (name, motion), (value, share) in changes.items():
+        j = body.joint(name)
+        axis, sign = motion_of(body, j, motion)
+        side = 0 if sign > 0 else 1
+        before = float(limits[j, axis, side])
+        limits[j, axis, side] = value * before if share else value
+        if limits[j, axis, side] > before + 1e-9:
+            raise InputError(
+                f"joint {name}: {motion} ends at {np.degrees(before):g} degrees; it can be reduced, "
+                f"got {np.degrees(value):g}: a joint that turns farther is another body file's"
+            )
+        if kind[j] == StopKind.POLYGON:
+            kind[j] = StopKind.CONE
+        own = [k for k in couplings if (k.joint, k.axis, k.side) == (j, axis, side)]
+        couplings = [k for k in couplings if k not in own]
+        if share:
+            couplings += [replace(k, limit=(value * k.limit[0], value * k.limit[1])) for k in own]
+    other = replace(stops, kind=kind, limits=limits, couplings=tuple(couplings))
+    return replace(body, topology=replace(body.topology, stops=other))

@@ -82,4 +82,4 @@ def _value(file: RuleValueFile) -> RuleValue:
     signs = 1.0 if file.axes is None else np.array(_AXES[file.axes])
     value = np.asarray(np.array(file.value, dtype=np.float64) * _UNITS[file.unit] * signs)
     value.flags.writeable = False
-    return RuleValue(value, file.source, file.status, file.origin)
+    return RuleValue(value, file.source, file.status, file.origin, file.doubt)

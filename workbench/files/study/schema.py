@@ -18,8 +18,7 @@ from pydantic import (
 )
 
 from workbench.files.crash.simulation_schema import AirbagFile, BeltFile, ContactFile, PulseFile
-from workbench.files.places import AtFile, StandFile
-from workbench.files.postures import AnglesFile
+from workbench.files.postures import AnglesFile, AtFile, StandFile
 from workbench.files.schema import (
     LENGTH_SCHEMA,
     Degrees,
@@ -775,9 +774,10 @@ Rows = list[float] | list[list[float]]
 
 class RuleValueFile(FileModel):
     """A value of a rule: a number, a list of numbers or of points in `axes`, and its `unit`.
+
     status: seen where it was read in the `source`, remembered where that was not at hand, chosen
     where the rule leaves it open. origin: of a field on the ground, from what it counts behind, and
-    from what out."""
+    from what out. doubt: what was settled without the source, told with each figure."""
 
     value: float | Rows
     unit: Literal[
@@ -804,6 +804,7 @@ class RuleValueFile(FileModel):
     )
     status: Literal["seen", "remembered", "chosen"]
     source: Annotated[str, Field(min_length=1)]
+    doubt: str = ""
 
 
 class RulesFile(FileModel):

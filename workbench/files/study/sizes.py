@@ -7,11 +7,9 @@ from pathlib import Path
 
 from workbench.errors import InputError, one_of
 from workbench.files.catalogue import find
-from workbench.files.growth import load_growth
-from workbench.files.populations import load_population_model
-from workbench.model.growth import Growth
+from workbench.files.populations import load_growth, load_population_model
 from workbench.model.measures import MASS, MEASURES, ON_THE_BODY, WORDS
-from workbench.model.person import Size
+from workbench.model.person import Growth, Size
 from workbench.model.population import PopulationModel, sex_index
 
 __all__ = ["ADULTS", "CHILDREN", "measure_fault", "people_of_size", "size_of"]

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from workbench.errors import InputError, UsageError, has_controls, one_of
-from workbench.files.mesh_environments import (
+from workbench.files.bare_mesh import (
     environment_of_scene,
     is_place,
     load_environment,
@@ -27,8 +27,8 @@ from workbench.files.study.reader import read_study
 from workbench.files.yaml_text import Document
 from workbench.model.arguments import caller_level, given_words
 from workbench.model.environment import Environment
-from workbench.model.moves import Move, displaced
 from workbench.model.study import Study
+from workbench.model.surroundings import Move, displaced
 
 __all__ = ["changed_study", "moved_environment", "moved_kind", "study"]
 

@@ -17,8 +17,7 @@ from workbench.model.body import Body
 from workbench.model.laban import SUBPARTS, Movement, Score, nearest_sign, sign_vector
 from workbench.model.poses import Poses
 from workbench.model.posing import compose
-from workbench.motion.laban.limbs import Ending, Limb, Spine
-from workbench.motion.laban.paths import minimum_jerk
+from workbench.motion.laban.limbs import Ending, Limb, Spine, minimum_jerk
 from workbench.posture.stops import nearest_legal
 
 __all__ = ["BATCH_SIZE", "score_poses"]

@@ -24,8 +24,8 @@ from workbench.model.motion import Markers
 from workbench.model.poses import Poses
 from workbench.model.quaternions import matrices
 from workbench.motion.recorded.marker_names import USUAL_SPREAD, Site, named_sites
-from workbench.motion.recorded.marker_places import marker_places
 from workbench.motion.recorded.skeleton import IDENTITY
+from workbench.motion.recorded.subject import marker_places
 from workbench.posture.kernels.markers import MarkerChain, solve_markers
 from workbench.posture.packed_stops import packed_stops
 from workbench.posture.stops import nearest_legal

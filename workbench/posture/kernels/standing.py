@@ -37,7 +37,7 @@ from workbench.geometry.vectors import (
     subtract,
     vector,
 )
-from workbench.posture.kernels.markers import solve_in_place
+from workbench.posture.kernels.cholesky import LEAST_PIVOT, factorise, substitute
 from workbench.posture.kernels.past_stops import StopPack, past_stops
 
 __all__ = ["NUMBERS", "STEPS", "Stander", "Standing", "solve_standing"]
@@ -124,19 +124,17 @@ class Stander(NamedTuple):
 
 
 class Standing(NamedTuple):
-    """What is asked of P rows."""
+    """What is asked of P rows, in axes of each, x ahead and z up."""
 
     who: Ints
     """(P,) the row of the body."""
     foot: Floats
-    """(P, 3, 4) [m] the right foot in the world before any step."""
+    """(P, 3, 4) [m] the right foot before any step."""
     other: Floats
     """(P, 3, 4) [m] the left one."""
     edges: Floats
     """(P, E, 3) inward normal and offset [m] of the edges within which the centre of mass is to
     stay, before any step; the offset of no edge is minus infinity."""
-    ahead: Floats
-    """(P, 2) unit heading."""
     area: Floats
     """(P, 2, 2) [m] least and greatest step forward and to the left."""
     goal: Floats
@@ -153,7 +151,7 @@ class _Workspace(NamedTuple):
     angles: Floats
     """(J, 3) [rad] all joint angles."""
     world: Floats
-    """(N, 3, 4) [m] segments as the pelvis stands at the origin, then in the world."""
+    """(N, 3, 4) [m] segments as the pelvis stands at the origin, then where they are."""
     residual: Floats
     """(R,) at the unknowns."""
     other: Floats
@@ -222,26 +220,17 @@ def _place(unknown, who, stander, standing, p, work):  # type: ignore[no-untyped
         own = product(turned, quaternion_matrix(q[0], q[1], q[2], q[3]))
         at = add(_origin(above), matvec(turned, vector(stander.at_parent[who, j])))
         _store_frame(own, subtract(at, matvec(own, vector(stander.at_child[who, j]))), world[n])
-    # the world from the pelvis: where the right foot stands, times the inverse of where it is
+    # the axes from the pelvis's: where the right foot stands, times the inverse of where it is
     foot = standing.foot[p]
     here = world[stander.feet[0]]
     back = rotation_part(here)
     inverse = (back[0], back[3], back[6], back[1], back[4], back[7], back[2], back[5], back[8])
     turn = product(rotation_part(foot), inverse)
-    x, y = _stepped(unknown, standing, p)
-    at = add(_origin(foot), (x, y, 0.0))
+    at = add(_origin(foot), (unknown[0], unknown[1], 0.0))
     move = subtract(at, matvec(turn, _origin(here)))
     for n in range(root, stander.parent.shape[0]):
         own = product(turn, rotation_part(world[n]))
         _store_frame(own, add(move, matvec(turn, _origin(world[n]))), world[n])
-
-
-@inlined
-def _stepped(unknown, standing, p):  # type: ignore[no-untyped-def]
-    """How far [m] the feet have stepped along x and y."""
-    x = standing.ahead[p, 0]
-    y = standing.ahead[p, 1]
-    return unknown[0] * x - unknown[1] * y, unknown[0] * y + unknown[1] * x
 
 
 @inner
@@ -255,7 +244,8 @@ def _measure(unknown, who, stander, standing, p, work):  # type: ignore[no-untyp
         frame = work.world[stander.hands[h]]
         tip = add(_origin(frame), matvec(rotation_part(frame), vector(stander.tips[who, h])))
         store(subtract(tip, vector(standing.goal[p, h])), value[3 * h :])
-    x, y = _stepped(unknown, standing, p)
+    x = unknown[0]
+    y = unknown[1]
     left = work.world[stander.feet[1]]
     wanted = standing.other[p]
     gap = subtract(_origin(left), add(_origin(wanted), (x, y, 0.0)))
@@ -363,7 +353,8 @@ def _descend(unknown, free, who, stander, standing, p, work):  # type: ignore[no
                     work.factor[k, m] = work.normal[k, m]
                 work.factor[k, k] += damping * (work.normal[k, k] + 1.0)
                 work.step[k] = -work.slope[k]
-            solve_in_place(work.factor, work.step)
+            factorise(work.factor, LEAST_PIVOT)
+            substitute(work.factor, work.step, work.step)
             most = 0.0
             for k in range(size):
                 most = max(most, abs(work.step[k]))

@@ -16,11 +16,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from workbench.errors import InputError, one_of
+from workbench.model.arguments import short_repr
 from workbench.model.arrays import Bools, Floats, Ints
-from workbench.model.body import Body
+from workbench.model.body import DIRECTIONS, Body
 from workbench.model.kept import kept_by_row
-from workbench.model.short_repr import short_repr
-from workbench.model.vocabulary import DIRECTIONS
 
 __all__ = [
     "FEET",
@@ -28,8 +27,10 @@ __all__ = [
     "HANDS",
     "ZONES",
     "Limb",
+    "arm_alone",
     "limb",
     "limbs_there",
+    "moves_arm_alone",
     "tighter",
     "with_fingers",
 ]
@@ -132,6 +133,16 @@ def tighter(body: Body, own: Limb) -> Limb | None:
     held = limb(body, name, grip=grip, zone=own.zone - 1)
     same = np.array_equal(held.tip, own.tip) and np.array_equal(held.pointing, own.pointing)
     return held if same else replace(held, tip=own.tip, pointing=own.pointing)
+
+
+def moves_arm_alone(own: Limb) -> bool:
+    """Whether a limb is an arm that moves nothing of the trunk."""
+    return "hand" in own.name and own.zone < max(ZONES)
+
+
+def arm_alone(body: Body, own: Limb) -> Limb:
+    """Return an arm of a body so that it moves nothing of the trunk."""
+    return own if moves_arm_alone(own) else tighter(body, own) or own
 
 
 @kept_by_row(Limb.rows)

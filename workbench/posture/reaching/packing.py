@@ -10,9 +10,8 @@ from workbench.body.forward import packed_chain, packed_skin
 from workbench.body.kernels.forward import Chain, Skin
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.blend import blend_point
-from workbench.model.body import Body
+from workbench.model.body import Body, logical_window
 from workbench.model.kept import kept_by_row
-from workbench.model.window import logical_window
 from workbench.posture.kernels.contacts import Limbs
 from workbench.posture.kernels.linkage import Linkage
 from workbench.posture.reaching.limbs import Limb

@@ -16,14 +16,14 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from workbench.model.arguments import short_repr
 from workbench.model.arrays import Floats, Ints
 from workbench.model.body import Body
 from workbench.model.environment import Seat
 from workbench.model.poses import Poses, check_rows, row_for_each
 from workbench.model.posing import join_poses
 from workbench.model.reason import Reason
-from workbench.model.short_repr import short_repr
-from workbench.posture.kernels.seat_search import SeatPlaces, seat_rows
+from workbench.posture.kernels.seat_search import SeatPlaces, new_seat_search, seat_rows
 from workbench.posture.kernels.sitting import PRESSED, ROW, TOTAL_DISCOMFORT, VISITED, Sitting
 from workbench.posture.reaching.chains import Task, apply
 from workbench.posture.seating.posture import DECIMALS, Pedals, positions
@@ -38,7 +38,7 @@ from workbench.posture.seating.stepping import (
 )
 from workbench.threads import in_pieces
 
-__all__ = ["PEOPLE_PER_SEAT_BATCH", "Seated", "in_world", "join_seated", "seat"]
+__all__ = ["PEOPLE_PER_SEAT_BATCH", "SeatMemory", "Seated", "in_world", "join_seated", "seat"]
 
 _Number = TypeVar("_Number", np.float64, np.int64)
 _People = TypeVar("_People", bound="Seated")
@@ -327,7 +327,8 @@ def _stepped(
     out = SeatPlaces(turned, lap, travel, numbers, row)
 
     def work(begin: int, end: int) -> None:
-        seat_rows(sitting, legs, grid, first, ask.every, out, begin, end)
+        search = new_seat_search(sitting, legs, grid.shape[1], turned.shape[1])
+        seat_rows(sitting, legs, grid, first, ask.every, out, begin, end, search)
 
     in_pieces(work, count, PIECE, threads=ask.threads)
     return _Found(turned, lap[:, :, 3].copy(), travel, numbers, row)
@@ -369,3 +370,46 @@ def join_seated(parts: Sequence[Seated]) -> Seated:
         leg_overlap=_joined([part.leg_overlap for part in parts]),
         leg_part=_joined([part.leg_part for part in parts]),
     )
+
+
+# Where the people of a population sit once their seats are held in a position.
+#
+# The same people are seated in the same positions over and over: as the travel is searched, where the
+# search ends, and with each change of the design that leaves seat, pedals and view as they are. Who
+# sits where does not depend on the company, so everybody is seated once in each position.
+
+
+@dataclass(frozen=True, eq=False)
+class SeatMemory:
+    """Seated people, filled in place.
+
+    Parameters
+    ----------
+    known
+        By the key of what decides it, and by the number of a person and the position [m] forward
+        and up: people who were seated together, and the row among them.
+    """
+
+    known: dict[bytes, dict[tuple[int, float, float], tuple[Seated, int]]] = field(
+        default_factory=dict
+    )
+
+    def seated(
+        self, key: bytes, numbers: Ints, positions: Floats, some: Callable[[Ints], Seated]
+    ) -> Seated:
+        """B people of these numbers (B,) in positions (B, 2) [m]; some: seats those at indices, who
+        were not seated there before."""
+        known = self.known.setdefault(key, {})
+        at = list(zip(numbers.tolist(), *positions.T.tolist(), strict=True))
+        new = np.array([row for row, one in enumerate(at) if one not in known], dtype=np.int64)
+        if len(new):
+            fresh = some(new)
+            known.update((at[row], (fresh, k)) for k, row in enumerate(new.tolist()))
+        together: dict[int, list[int]] = {}
+        for row, one in enumerate(at):
+            together.setdefault(id(known[one][0]), []).append(row)
+        parts = []
+        for rows in together.values():
+            batch = known[at[rows[0]]][0]
+            parts.append(batch.rows(np.array([known[at[row]][1] for row in rows])))
+        return join_seated(parts).rows(np.argsort(np.concatenate(list(together.values()))))

@@ -12,11 +12,22 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from workbench.model.arrays import Floats
-from workbench.model.environment import Seat
+from workbench.model.environment import Environment, Seat
 from workbench.model.posing import attitude_matrix
+from workbench.model.surroundings import move_parts
+from workbench.model.workplace import Workplace
 from workbench.posture.reaching.chains import apply, on_grid
 
-__all__ = ["SeatAxes", "own_axes", "seat_attitude", "seat_planes", "seat_shift"]
+__all__ = [
+    "SeatAxes",
+    "leftward",
+    "middle",
+    "own_axes",
+    "seat_at",
+    "seat_attitude",
+    "seat_planes",
+    "seat_shift",
+]
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,8 +77,34 @@ def seat_attitude(seat: Seat) -> Floats:
     return attitude_matrix(yaw=seat.yaw, pitch=-seat.back_angle)
 
 
-def seat_shift(seat: Seat, forward: float, up: float) -> Floats:
-    """(3,) [m] how far a seat stands from its reference position: horizontally ahead, and up."""
+def seat_shift(seat: Seat | None, forward: float, up: float) -> Floats:
+    """(3,) [m] how far a seat stands from its reference position: horizontally ahead, and up; 0 of none."""
+    if seat is None:
+        return np.zeros(3)
     centre = seat_planes(seat)[2]
     shift: Floats = forward * np.array([centre[1], -centre[0], 0.0]) + np.array([0.0, 0.0, up])
     return shift
+
+
+def seat_at(environment: Environment, name: str, forward: float, up: float) -> Environment:
+    """Move what goes with a seat so far [m] ahead and up of where it stands at rest."""
+    seat = environment.seat(name)
+    return move_parts(environment, seat.moves, seat_shift(seat, forward, up))
+
+
+def middle(place: Workplace) -> Floats:
+    """(3,) [m] a point in the middle between left and right of whoever takes a workplace."""
+    if place.own_seat is not None:
+        return np.array(place.own_seat.srp)
+    if place.stand is not None:
+        return np.array(place.stand.on)
+    return np.array(place.cases[0].pose.world_from_reference[0, :, 3])
+
+
+def leftward(place: Workplace) -> Floats:
+    """(3,) the horizontal unit vector to the left of whoever takes a workplace."""
+    if place.own_seat is not None:
+        return seat_planes(place.own_seat)[2]
+    side = place.cases[0].pose.world_from_reference[0, :, 1] * np.array([1.0, 1.0, 0.0])
+    left: Floats = side / np.linalg.norm(side)
+    return left

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from workbench.model.arrays import Floats, Ints
@@ -11,6 +13,7 @@ from workbench.model.posing import motion_of
 from workbench.model.quaternions import cross, exponential, multiply, swing_twist
 from workbench.model.reach import stop_reason
 from workbench.model.reason import NO_REASON, Reason
+from workbench.posture.kernels.driving_legs import FLAT
 from workbench.posture.kernels.sitting import Legs
 from workbench.posture.reaching.chains import (
     AGAIN,
@@ -25,10 +28,17 @@ from workbench.posture.reaching.chains import (
 )
 from workbench.posture.reaching.comfort import comfort_modes
 from workbench.posture.reaching.limbs import limb
-from workbench.posture.seating.leg_triangle import leg_triangle
 from workbench.posture.seating.posture import Pedals, pointed_foot
 
-__all__ = ["comfortable", "first_places", "foot_tasks", "legs_of", "limits_of"]
+__all__ = [
+    "LegTriangle",
+    "comfortable",
+    "first_places",
+    "foot_tasks",
+    "leg_triangle",
+    "legs_of",
+    "limits_of",
+]
 
 HEEL_AGAIN = 0
 """From how many other postures a foot is tried again with its heel on the floor; in the air it is
@@ -232,3 +242,36 @@ def limits_of(task: Task, numbers: Floats) -> tuple[Reason, ...]:
     return tuple(
         NO_REASON if reached[b] else stop_reason(task.body, stop[:, b]) for b in range(count)
     )
+
+
+@dataclass(frozen=True, eq=False)
+class LegTriangle:
+    """Legs whose hip and ankle are given. The arrays have the shape of their distances."""
+
+    hip: Floats
+    """[rad] between the thigh and the line from hip to ankle."""
+    knee: Floats
+    """[rad] between thigh and shank: pi for a straight leg."""
+    lack: Floats
+    """[m] by how much the ankle is out of reach: negative if it is too near."""
+
+
+def leg_triangle(thigh: Floats, shank: Floats, distance: Floats) -> LegTriangle:
+    """Solve the triangle of a leg by the law of cosines.
+
+    Parameters
+    ----------
+    thigh, shank
+        Lengths [m], which broadcast with the distances.
+    distance
+        From hip to ankle [m]. A leg that cannot span it is stretched, or folded.
+
+    Returns
+    -------
+    LegTriangle
+        Angles at hip and knee, and what the leg lacks.
+    """
+    span = np.clip(distance, np.abs(thigh - shank) + FLAT, thigh + shank - FLAT)
+    hip = np.arccos((thigh**2 + span**2 - shank**2) / (2 * thigh * span))
+    knee = np.arccos((thigh**2 + shank**2 - span**2) / (2 * thigh * shank))
+    return LegTriangle(hip, knee, distance - span)

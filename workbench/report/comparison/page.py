@@ -4,42 +4,55 @@ report.html."""
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from html import escape
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from markupsafe import Markup
 
-from workbench.body.people.share import percent
+from workbench.body.people.share import percent, percent_number
+from workbench.draw.scene import Mark, Scene, SceneBody
 from workbench.draw.web.packing import Packing
 from workbench.draw.web.snippet import policy, scripts_html, style
+from workbench.draw.web.views import scene_view
 from workbench.files.output_file import Content
 from workbench.files.output_folder import write_folder
 from workbench.files.results.comparison import MARK, ChangedPersonRow, ComparisonFile, PairRow
 from workbench.files.results.result import dump_json
-from workbench.model.comparison import Comparison, PairedShare
+from workbench.model.accommodation import MET
+from workbench.model.comparison import Comparison, Judged, PairedShare
 from workbench.model.figures import plain
 from workbench.model.population import SEXES, person_name
-from workbench.model.population_found import ChangedPerson
-from workbench.report.comparison.picture import changed_picture
-from workbench.report.comparison.words import (
-    chance_words,
-    change_sentence,
-    comparison_headline,
-    difference_words,
-)
+from workbench.model.population_found import ChangedPerson, Shown
 from workbench.report.page_script import page_script, page_script_html
 from workbench.report.population.charts import change_whisker, changes_axis
+from workbench.report.population.words import (
+    spare_words,
+)
 from workbench.report.section import (
     Section,
     SectionWriter,
     data_section,
     provenance_section,
 )
+from workbench.report.states import TwoStates, two_states
 from workbench.report.tables import csv_text
 from workbench.report.templates import template
 
-__all__ = ["comparison_file", "comparison_page", "comparison_tables", "write_comparison"]
+__all__ = [
+    "chance_words",
+    "change_sentence",
+    "changed_picture",
+    "comparison_file",
+    "comparison_headline",
+    "comparison_page",
+    "comparison_tables",
+    "difference_words",
+    "person_to_show",
+    "worst_missed",
+    "write_comparison",
+]
 
 _MOST = 40  # people on the page
 _FILES = (
@@ -268,3 +281,143 @@ def _shown(pair: PairedShare, reach: float) -> dict[str, Any]:
             change_whisker(pair.low, pair.difference, pair.high, reach=reach, said=said)
         ),
     }
+
+
+_NAMES = ("before", "after")
+
+
+def person_to_show(found: Comparison) -> tuple[int, str] | None:
+    """Return the row of the first who gains, else of the first who loses, and the requirement that
+    was, or is, missed by most; None where nobody changes or only one design asks for it."""
+    for row in (*found.gained, *found.lost):
+        name = worst_missed(found, row)
+        if name in found.before.requirements and name in found.after.requirements:
+            return row, name
+    return None
+
+
+def changed_picture(found: Comparison, seen: ChangedPerson, packing: Packing) -> str:
+    """Return the place of the picture of somebody in both designs, and a sentence above it.
+
+    Parameters
+    ----------
+    packing
+        The pictures of the page; this one is added.
+    """
+    name = worst_missed(found, seen.row)
+    pairs = ((found.before, seen.before), (found.after, seen.after))
+    scenes = [_scene(judged, shown, name, seen.row) for judged, shown in pairs]
+    who = found.before.labels[seen.row]
+    title = f"{who}: {plain(name)}"
+    place = two_states(
+        TwoStates(
+            views=(scene_view(scenes[0], [who]), scene_view(scenes[1], [who])),
+            scenes=(scenes[0], scenes[1]),
+            names=_NAMES,
+            title=title,
+            said=title,
+            caption=f"{person_name(who)}, {plain(name)}: what is short or to spare in either design",
+        ),
+        packing,
+    )
+    return f'<p class="soft">{escape(change_sentence(found, seen.row))}</p>\n{place}\n'
+
+
+def _scene(judged: Judged, shown: Shown, name: str, row: int) -> Scene:
+    """Somebody in one design, with what is short or to spare where the requirement is."""
+    margin = float(judged.margin[row, judged.requirements.index(name)])
+    short = not bool(judged.met[row, judged.requirements.index(name)])
+    unit = judged.unit(name)
+    words = f"{unit.short(-margin)} short" if short else spare_words(margin, unit)
+    marks: tuple[Mark, ...] = ()
+    if shown.target is not None:
+        marks = (Mark(shown.target, words, "missed" if short else "reach"),)
+    return Scene((SceneBody(shown.placed, 0, "warm"),), shown.environment, marks, judged.title)
+
+
+_NOUNS = ("man", "woman")
+
+
+def difference_words(pair: PairedShare) -> str:
+    """ "+3 points (95 % interval +1 to +5)" of a difference of shares, in points of per cent."""
+    difference, low, high = (
+        _signed(share, pair.count) for share in (pair.difference, pair.low, pair.high)
+    )
+    return f"{difference} points ({100 * pair.confidence:g} % interval {low} to {high})"
+
+
+def _signed(share: float, count: int) -> str:
+    text = percent_number(share, count)
+    return text.replace("-", "−") if float(text) <= 0 else f"+{text}"
+
+
+def chance_words(chance: float) -> str:
+    """ "0.11", "under 0.001"."""
+    return "under 0.001" if chance < 0.001 else f"{chance:.2g}" if chance < 0.995 else "1"
+
+
+def comparison_headline(found: Comparison) -> str:
+    """The whole comparison in two sentences."""
+    everybody = found.groups[0]
+    count = everybody.count
+    chance = chance_words(everybody.chance)
+    chance = chance.replace("under", "<") if chance.startswith("under") else f"= {chance}"
+    shares = f"{percent(everybody.before, count)} of {count:,} people fit before and {percent(everybody.after, count)} after"
+    if not everybody.gainers and not everybody.losers:
+        return f"{shares}: the same people, nobody gains and nobody loses."
+    return (
+        f"{shares}, {difference_words(everybody)}. {_people(everybody.gainers)} gain{_s(everybody.gainers)} and "
+        f"{_people(everybody.losers).lower()} lose{_s(everybody.losers)} "
+        f"(exact McNemar test: p {chance})."
+    )
+
+
+def _people(count: int) -> str:
+    return {0: "Nobody", 1: "One person"}.get(count, f"{count:,} people")
+
+
+def _s(count: int) -> str:
+    return "s" if count < 2 else ""
+
+
+def change_sentence(found: Comparison, row: int) -> str:
+    """Why somebody fits in one design only: "female 31, a woman of 1,512 mm: “reach flaps” was 41
+    mm short, 12 mm to spare now."; the requirement that was, or is, missed by most, and how many
+    others there are."""
+    gained = row in found.gained
+    failing, other = (found.before, found.after) if gained else (found.after, found.before)
+    short = np.flatnonzero(~failing.met[row])
+    name = worst_missed(found, row)
+    worst = failing.requirements.index(name)
+    lack = f"{failing.units[worst].short(-float(failing.margin[row, worst]))} short"
+    spare = _spare(other, row, name)
+    words = f"was {lack}, {spare} now"
+    if not gained:
+        words = f"is {lack}, {spare.replace('is ', 'was ')} before"
+    more = f"; {len(short) - 1} more as well" if len(short) > 1 else ""
+    return f"{_who(found.before, row)}: “{plain(name)}” {words}{more}."
+
+
+def worst_missed(found: Comparison, row: int) -> str:
+    """The requirement that somebody who fits in one design only misses by most in the other."""
+    failing = found.before if row in found.gained else found.after
+    short = np.flatnonzero(~failing.met[row])
+    return failing.requirements[int(short[np.argmin(failing.margin[row, short])])]
+
+
+def _who(judged: Judged, row: int) -> str:
+    """ "female 31, a woman of 1,512 mm"."""
+    tall = judged.stature[row]
+    words = f"{person_name(judged.labels[row])}, a {_NOUNS[int(judged.sex[row])]}"
+    return f"{words} of {1000 * tall:,.0f} mm" if np.isfinite(tall) else words
+
+
+def _spare(judged: Judged, row: int, name: str) -> str:
+    """ "12 mm to spare" of a requirement in the other design."""
+    if name not in judged.requirements:
+        return "is not asked for"
+    margin = float(judged.margin[row, judged.requirements.index(name)])
+    if np.isnan(margin):
+        return "does not apply"
+    unit = judged.unit(name)
+    return spare_words(margin, unit) if margin >= -MET else f"{unit.short(-margin)} short"

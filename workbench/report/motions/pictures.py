@@ -13,19 +13,18 @@ import numpy as np
 from workbench.body.forward import place
 from workbench.draw.camera import Camera, standard_view
 from workbench.draw.disks import disks
-from workbench.draw.films.film import stamp_text, write_film
-from workbench.draw.films.motion import frame_times
+from workbench.draw.films.film import frame_times, stamp_text, write_film
 from workbench.draw.films.strip import strip_image
-from workbench.draw.lines.compact import compacted
 from workbench.draw.lines.outline import outline
+from workbench.draw.lines.svg import compacted
 from workbench.draw.scene import Scene, SceneBody
 from workbench.draw.section_planes import cut_away
 from workbench.errors import MissingPartError
 from workbench.model.arrays import Floats
 from workbench.model.environment import Environment
 from workbench.model.motion_case import MotionCase
-from workbench.model.moving import poses_at
 from workbench.model.poses import Placed
+from workbench.model.posing import poses_at
 from workbench.report.words import milliseconds
 from workbench.study.crash.belts import with_belts
 

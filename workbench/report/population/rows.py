@@ -32,7 +32,7 @@ from workbench.report.population.words import (
     gain_sentence,
     no_gain_words,
 )
-from workbench.report.postures.posture_rows import Held, held_tables, posture_row
+from workbench.report.postures.rows import Held, held_tables, posture_row
 from workbench.report.tables import Table
 from workbench.study.accommodation.design import design_of
 

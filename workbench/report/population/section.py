@@ -20,14 +20,14 @@ from workbench.draw.web.views import WebMark, WebView, scene_view
 from workbench.model.accommodation import Gain, GroupShare, ReachMap
 from workbench.model.arrays import Bools, Floats
 from workbench.model.body import Body
-from workbench.model.encumbrance import Encumbrance
 from workbench.model.figures import plain
 from workbench.model.measures import MASS
+from workbench.model.person import Encumbrance
 from workbench.model.population import SEXES, Population
 from workbench.model.population_found import PopulationFound, Shown, TriedChange
 from workbench.model.reach import MOST_SPARE
 from workbench.model.units import UNITS
-from workbench.posture.seating.sides import middle
+from workbench.posture.seating.seating import middle
 from workbench.report.circles import circle_figure
 from workbench.report.population.charts import (
     bar,
@@ -92,7 +92,8 @@ def population_sections(result: PopulationFound, making: Making) -> list[Section
     making.progress("pictures of the hardest people")
     ends = margin_range(result.spread)
     bounded = bool(result.known.all() and result.of_surface.any())
-    requirements = _requirements(result, ends)
+    worst_first = np.lexsort((result.spread[:, 1], result.single)).tolist()
+    requirements = [_figures(result, r) | _charts(result, r, ends) for r in worst_first]
 
     writer = SectionWriter("population", {"making": making, "bounded": bounded})
     margins = {"rows": requirements, "axis": Markup(margin_axis(ends))}
@@ -324,13 +325,6 @@ def _left_out(result: PopulationFound, number: int, name: str) -> dict[str, Any]
         ),
         "all": not failed.any(),
     }
-
-
-def _requirements(result: PopulationFound, ends: tuple[float, float]) -> list[dict[str, Any]]:
-    """A row for each requirement, worst first: shares, charts, margins in millimetres, what limits
-    most often."""
-    worst_first = np.lexsort((result.spread[:, 1], result.single)).tolist()
-    return [_figures(result, r) | _charts(result, r, ends) for r in worst_first]
 
 
 def _figures(result: PopulationFound, r: int) -> dict[str, Any]:

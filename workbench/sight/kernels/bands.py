@@ -64,7 +64,7 @@ def fill_band(shapes: FaceShapes, first: int, scratch: Scratch, item: Items, gla
         Overwritten.
     item, glass
         (H, n) filled with the opaque item in each pixel, and the see-through one before it; -1 for
-        none.
+        none. A glass of no rows is left out.
     """
     height, n = item.shape
     depth = scratch.depth[:height]
@@ -85,7 +85,7 @@ def fill_band(shapes: FaceShapes, first: int, scratch: Scratch, item: Items, gla
     out = Fragments(depth, item, scratch.cut, first)
     fill_triangles(shapes.opaque, shapes.opaque_item, 0.0, math.inf, out)
     glass[:] = -1
-    if len(shapes.clear):
+    if len(glass) and len(shapes.clear):
         before = scratch.clear_depth[:height]
         before[:] = depth
         through = Fragments(before, glass, scratch.cut, first)
@@ -96,15 +96,16 @@ def fill_band(shapes: FaceShapes, first: int, scratch: Scratch, item: Items, gla
 def fill_bands(
     shapes: FaceShapes, begin: int, end: int, height: int, item: Items, glass: Items
 ) -> None:
-    """Fill the rows from `begin` to `end` of a face, (n, n) items and see-through items, band by band.
+    """Fill the rows from `begin` to `end` of a face of n x n pixels, (end - begin, n) items and
+    see-through items, band by band; these may be of no rows, if nobody asks for them.
 
     height: rows of a band.
     """
     n = item.shape[1]
     scratch = _scratch(height, n)
     for first in range(begin, end, height):
-        last = min(first + height, end)
-        fill_band(shapes, first, scratch, item[first:last], glass[first:last])
+        rows = slice(first - begin, min(first + height, end) - begin)
+        fill_band(shapes, first, scratch, item[rows], glass[rows])
 
 
 @njit(cache=True)

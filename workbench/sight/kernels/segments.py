@@ -15,19 +15,25 @@ import math
 from typing import NamedTuple
 
 from workbench.compiled import batch_loop, inlined
-from workbench.geometry.vectors import cross, dot, subtract, vector
+from workbench.geometry.polygon import point_winding
+from workbench.geometry.vectors import cross, dot, norm, subtract, vector
 from workbench.model.arrays import Bools, Floats, Ints
 
-__all__ = ["Blockers", "Lines", "blocked_lines"]
+__all__ = ["Blockers", "Lines", "blocked_lines", "enclosing"]
+
+
+_ROUNDING = 1e-9
+"""[m] More than rounding makes of the size of a box."""
 
 
 class Blockers(NamedTuple):
     """What may stand before B eyes.
 
     corners (T, 3, 3) [m]: triangles, grouped by item; those of an item begin at start (N + 1,).
-    ball (T, 4), item_ball (N, 4) [m]: centre and radius of a sphere about each triangle and each
-    item. blocks (N,): items that block. moving (N,): those displaced by displacement (B or 1, 3)
-    [m]. centre (B or 1, S, 3), radius (B or 1, S) [m]: spheres, NaN for none; sphere_item (S,).
+    ball (T, 4), item_ball (N, 7) [m]: centre and radius of a sphere about each triangle and each
+    item, and half the size of the item's box. blocks (N,): items that block. moving (N,): those
+    displaced by displacement (R, 3) [m]. centre (R, S, 3), radius (R, S) [m]: spheres, NaN for none;
+    sphere_item (S,). Eye b has row b modulo R.
     """
 
     corners: Floats
@@ -117,7 +123,7 @@ def _block(lines, b, m, item, share):  # type: ignore[no-untyped-def]
 def blocked_lines(lines: Lines, blockers: Blockers, begin: int, end: int) -> None:
     """Find what blocks the lines of the eyes from `begin` to `end` first."""
     for b in range(begin, end):
-        row = b if len(blockers.radius) > 1 else 0
+        row = b % len(blockers.radius)
         for g in range(len(lines.group) - 1):
             cone = lines.cone[b, g]
             points = range(lines.group[g], lines.group[g + 1])
@@ -145,3 +151,28 @@ def blocked_lines(lines: Lines, blockers: Blockers, begin: int, end: int) -> Non
                 for m in points:
                     share = _sphere_share(centre, radius, vector(lines.way[b, m]))
                     _block(lines, b, m, blockers.sphere_item[s], share)
+
+
+@batch_loop
+def enclosing(eyes: Floats, blockers: Blockers, found: Ints) -> None:
+    """Write the item that each of eyes (B, 3) is in: a sphere, or of those that block a closed one."""
+    for b in range(len(eyes)):
+        row = b % len(blockers.radius)
+        for s in range(blockers.radius.shape[1]):
+            away = subtract(vector(blockers.centre[row, s]), vector(eyes[b]))
+            if norm(away) < blockers.radius[row, s]:
+                found[b] = blockers.sphere_item[s]
+        for item in range(len(blockers.blocks)):
+            eye = vector(eyes[b])
+            if blockers.moving[item]:
+                eye = subtract(eye, vector(blockers.displacement[row]))
+            bound = blockers.item_ball[item]
+            out = subtract(vector(bound), eye)
+            beside = max(abs(out[0]) - bound[4], abs(out[1]) - bound[5], abs(out[2]) - bound[6])
+            if not blockers.blocks[item] or beside > _ROUNDING:
+                continue
+            x, y, z = eye
+            begun = blockers.start[item]
+            ended = blockers.start[item + 1]
+            if abs(point_winding(x, y, z, blockers.corners, begun, ended)) > 0.5:
+                found[b] = item

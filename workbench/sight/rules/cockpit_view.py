@@ -22,7 +22,7 @@ from workbench.model.rule_set import RuleSet
 from workbench.sight.eyes import Eyes
 from workbench.sight.kernels.bands import Items
 from workbench.sight.obscuration import lines_of_sight
-from workbench.sight.panorama import bands_of, face_pixels, panorama, pixels_of
+from workbench.sight.panorama import Lookout, look_out, lookout
 from workbench.sight.regions import Region, azimuth_elevation, direction_of, outline
 from workbench.sight.rules.eye_points import SIGN, Side
 from workbench.sight.scenery import Scenery
@@ -35,7 +35,6 @@ __all__ = [
     "clear_view",
     "cockpit_outline",
     "cockpit_view",
-    "elevation_limits",
 ]
 
 STEP = np.radians(0.25)
@@ -88,27 +87,6 @@ def cockpit_outline(rules: RuleSet, *, seat: Side, axes: Floats | None = None) -
         [-SIGN[seat], 1.0]
     )  # azimuth positive left
     return outline(f"outline of AC 25.773-1, {seat} seat", corners, axes)
-
-
-def elevation_limits(region: Region, azimuth: float) -> tuple[float, float]:
-    """Lowest and highest elevation [rad] of an outline at an azimuth [rad] to the left.
-
-    InputError where the outline does not go so far.
-    """
-    begin = region.corners
-    end = np.roll(begin, -1, axis=0)
-    low = np.minimum(begin[:, 0], end[:, 0])
-    high = np.maximum(begin[:, 0], end[:, 0])
-    crosses = (low <= azimuth) & (azimuth <= high)
-    if not crosses.any():
-        raise InputError(
-            f"{region.name}: it goes from {np.degrees(-high.max()):g} to "
-            f"{np.degrees(-low.min()):g} degrees to the right, not to {np.degrees(-azimuth):g}"
-        )
-    # of an upright side the end is the beginning of the next one
-    width = np.where(high > low, end[:, 0] - begin[:, 0], 1.0)
-    at = begin[:, 1] + (azimuth - begin[:, 0]) / width * (end[:, 1] - begin[:, 1]) * (high > low)
-    return float(at[crosses].min()), float(at[crosses].max())
 
 
 def cockpit_view(
@@ -189,12 +167,7 @@ def clear_view(
     """Measure how much of an outline is clear, as `cockpit_view` does, and nothing else."""
     lattice = _lattice(region, step)
     items = np.stack(
-        [
-            panorama(scenery, eye[row], row=row, step=step, bands=lattice.bands).item[
-                lattice.pixels
-            ]
-            for eye in (eyes.left, eyes.right)
-        ]
+        [look_out(scenery, eye[row], lattice.view, row=row)[0] for eye in (eyes.left, eyes.right)]
     )
     hidden = np.all(items >= 0, axis=0)
     border = np.zeros_like(hidden)
@@ -228,9 +201,7 @@ class _Lattice(NamedTuple):
     """(M, N) whether they are in the outline, K of them."""
     weight: Floats
     """(K,) [sr]: with cos(elevation), and the outline's own solid angle in all."""
-    pixels: tuple[Ints, Ints, Ints]
-    """(M, N) face, row and column of each direction, and the bands that hold these."""
-    bands: Bools
+    view: Lookout
 
 
 @lru_cache(maxsize=8)
@@ -253,10 +224,8 @@ def _known_lattice(corners: bytes, axes: bytes, step: float) -> _Lattice:
     ways = direction_of(azimuth, elevation) @ region.axes
     inside = region.contains(ways)
     weight = np.cos(elevation[inside])
-    n = pixels_of(step)
-    pixels = face_pixels(ways, n)
-    bands = bands_of(pixels[0], pixels[1], n)
-    return _Lattice(ways, inside, weight * (region.solid_angle / weight.sum()), pixels, bands)
+    share = region.solid_angle / weight.sum()
+    return _Lattice(ways, inside, weight * share, lookout(ways, step))
 
 
 class _Run(NamedTuple):

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -78,7 +79,7 @@ def windscreen_reflection(
     ways = [np.zeros((0, 3))]
     mirroring: dict[int, None] = {}
     for side, eye in enumerate((eyes.left[row], eyes.right[row])):
-        places = _reflected_by(corners, eye, target.points)
+        places = _reflected_by(corners.tobytes(), eye.tobytes(), target.points.tobytes())
         images = np.isfinite(places[..., 0]) & region.contains(places - eye)
         if target.normals is not None:
             images &= np.einsum("tmi,mi->tm", places - target.points, target.normals) > 0.0
@@ -99,15 +100,21 @@ def windscreen_reflection(
     )
 
 
-def _reflected_by(corners: Floats, eye: Floats, points: Floats) -> Floats:
+@lru_cache(maxsize=32)
+def _reflected_by(*arrays: bytes) -> Floats:
     """(T, M, 3) [m] where flat triangles (T, 3, 3) mirror points (M, 3) to an eye (3,), NaN where
-    they do not, or the point is on their other side."""
+    they do not, or the point is on their other side.
+
+    arrays: of triangles, eye and points; while something else is dragged, all three stay.
+    """
+    given, eye, points = (np.frombuffer(one).reshape(-1, 3) for one in arrays)
+    corners = given.reshape(-1, 3, 3)
     sides = np.roll(corners, -1, axis=1) - corners
     normal = np.cross(sides[:, 0], sides[:, 1])
     length = np.linalg.norm(normal, axis=1)
     normal /= np.where(length > 0.0, length, 1.0)[:, None]
     offset = np.einsum("ti,ti->t", normal, corners[:, 0])
-    of_eye = (normal @ eye - offset)[:, None]
+    of_eye = (normal @ eye[0] - offset)[:, None]
     of_point = normal @ points.T - offset[:, None]
     # the line from the eye to the virtual image crosses the plane at this share of its way
     same_side = of_eye * of_point > 0.0

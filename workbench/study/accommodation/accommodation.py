@@ -40,15 +40,13 @@ from workbench.study.accommodation.shares import (
     share_without,
     spread_of,
 )
-from workbench.study.buried import buried_controls
 from workbench.study.checks.margins import Asked
 from workbench.study.checks.score import assumed_words
 from workbench.study.checks.sight import shortfall_words
 from workbench.study.kept_reaches import kept_by_parts, kept_words
 from workbench.study.people import Present, person_found
 from workbench.study.requirements import asked_of, sets_of
-from workbench.study.situation import seats_moved
-from workbench.study.warnings import enclosure_warnings, seat_warnings
+from workbench.study.warnings import buried_controls, enclosure_warnings, seat_warnings
 from workbench.study.workplaces import population_of, workplace_of
 
 __all__ = ["accommodation", "body_of_person", "person_shown", "population_question"]
@@ -348,7 +346,7 @@ def _around(
         return []
     row = hardest[0] if hardest else 0
     _, situations = next(found_situations(question, bodies, np.array([row]), found))
-    environment = seats_moved(situations[0].place, situations[0])
+    environment = situations[0].environment_moved
     cases = tuple(situation.work.name for situation in situations)
     place = replace(situations[0].place, environment=environment)
     there = [replace(situation, place=place) for situation in situations]

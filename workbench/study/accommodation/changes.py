@@ -8,7 +8,7 @@ from dataclasses import replace
 
 from workbench.model.accommodation import Change
 from workbench.model.environment import Environment
-from workbench.model.moves import displaced, moved_controls
+from workbench.model.surroundings import displaced, moved_controls
 from workbench.model.workplace import Workplace
 from workbench.study.checks.margins import Asked
 

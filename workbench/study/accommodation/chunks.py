@@ -26,6 +26,7 @@ from workbench.model.content import content_key
 from workbench.model.population import Population
 from workbench.model.reason import NO_REASON, Reason
 from workbench.model.workplace import Workplace
+from workbench.posture.seating.seat import SeatMemory
 from workbench.study.accommodation.overlaps import Overlaps, join_overlaps, people_overlaps
 from workbench.study.accommodation.population_bodies import BareRows, Family, PopulationBodies
 from workbench.study.certainty import certain_elsewhere, true_bounds
@@ -39,7 +40,6 @@ from workbench.study.positions import (
     found_places,
     tried,
 )
-from workbench.study.seat_memory import SeatMemory
 from workbench.study.situation import Occupants, Remembered, Taken, seating_of
 from workbench.threads import cores
 

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from workbench.body.people.paired import paired_share
+from workbench.body.people.share import paired_share
 from workbench.errors import InputError
 from workbench.files.results.result import ResultFile
 from workbench.model.arrays import Bools
@@ -17,7 +17,7 @@ from workbench.model.population import SEXES, sex_index
 from workbench.model.result import Result
 from workbench.model.units import unit_in
 from workbench.study.accommodation.design import changed_words, design_of
-from workbench.study.provenance import people_hash
+from workbench.study.run import people_hash
 
 __all__ = ["compare", "judged", "judged_file"]
 

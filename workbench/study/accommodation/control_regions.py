@@ -26,7 +26,6 @@ from itertools import product
 import numpy as np
 
 from workbench.body.forward import place as place_body
-from workbench.body.parts import moved
 from workbench.body.scaling.scale import morph_to
 from workbench.contact.collide import contacts
 from workbench.errors import InputError, UsageError, one_of
@@ -36,14 +35,13 @@ from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.body import Body
 from workbench.model.control_region import ControlRegion
 from workbench.model.environment import Control, Environment
-from workbench.model.moves import parts_along
 from workbench.model.poses import Poses
 from workbench.model.posing import join_poses
 from workbench.model.study import Study
+from workbench.model.surroundings import move_parts, parts_along
 from workbench.model.workplace import Workplace
 from workbench.posture.reaching.limbs import FEET, HANDS, limbs_there
-from workbench.posture.seating.seating import seat_planes
-from workbench.posture.seating.sides import leftward
+from workbench.posture.seating.seating import leftward, seat_planes
 from workbench.study.accommodation.accommodation import population_question
 from workbench.study.accommodation.chunks import Question, taken_places
 from workbench.study.accommodation.population_bodies import fit_population
@@ -250,7 +248,7 @@ def control_region(
         behind=found.behind,
         solids=_solids(asked.environment),
         placed=place_body(one.body, one.poses),
-        environment=moved(environment, question.place.moving_parts, one.shift[0]),
+        environment=move_parts(environment, question.place.moving_parts, one.shift[0]),
         standing=question.place.stand is not None,
     )
 

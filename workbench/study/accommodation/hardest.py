@@ -26,7 +26,6 @@ from workbench.study.settings import at_setting, renewed
 from workbench.study.situation import (
     Occupants,
     Situation,
-    seats_moved,
     with_hands,
     without_seat,
 )
@@ -80,7 +79,7 @@ def shown_people(
         situation = there[one.case]
         (again,) = renewed(situation.place, [one])
         look = _look(situation, again)
-        environment = seats_moved(situation.place, situation)
+        environment = situation.environment_moved
         yield Shown(
             row=row,
             requirement=r,

@@ -21,7 +21,7 @@ from workbench.model.posing import join_poses
 from workbench.model.spool import pieces
 from workbench.model.workplace import Workplace
 from workbench.posture.reaching.limbs import HANDS, limbs_there
-from workbench.posture.seating.sides import leftward, middle
+from workbench.posture.seating.seating import leftward, middle
 from workbench.sight.eyes import eyes_of
 from workbench.sight.obscuration import lines_of_sight
 from workbench.study.accommodation.chunks import Question, taken_places

@@ -28,12 +28,12 @@ from workbench.errors import InputError
 from workbench.model.arrays import Floats, Ints
 from workbench.model.body import ROW_FIELDS, Body, body_of_rows, stack_bodies
 from workbench.model.content import content_key
-from workbench.model.encumbrance import Encumbrance
 from workbench.model.measures import MASS
+from workbench.model.person import Encumbrance
 from workbench.model.population import SEXES, Population
+from workbench.posture.seating.seat import SeatMemory
 from workbench.study.executors import Shared, completed
 from workbench.study.persons import APART
-from workbench.study.seat_memory import SeatMemory
 from workbench.study.situation import Taken
 from workbench.threads import cores
 

@@ -24,9 +24,9 @@ import numpy as np
 from workbench.model.accommodation import Change, met_of
 from workbench.model.arrays import Bools, Floats, Ints, xyz
 from workbench.model.environment import Seat
-from workbench.model.moves import Move, moved_controls, parts_along
+from workbench.model.surroundings import Move, moved_controls, parts_along
 from workbench.model.workplace import Workplace
-from workbench.posture.seating.sides import leftward
+from workbench.posture.seating.seating import leftward
 from workbench.study.accommodation.chunks import Chunk, Question
 from workbench.study.accommodation.population_bodies import PopulationBodies
 from workbench.study.accommodation.shares import share_single, share_without

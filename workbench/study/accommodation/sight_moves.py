@@ -16,7 +16,7 @@ import numpy as np
 
 from workbench.model.accommodation import MET, Change
 from workbench.model.arrays import Floats, Ints, xyz
-from workbench.model.moves import Move, parts_along
+from workbench.model.surroundings import Move, parts_along
 from workbench.study.accommodation.changes import changed
 from workbench.study.accommodation.chunks import Chunk, Question
 from workbench.study.accommodation.hardest import Found, found_situations

@@ -11,13 +11,9 @@ from itertools import combinations
 
 import numpy as np
 
-from workbench.contact.arranged import (
-    FrameRooms,
-    SegmentRoom,
-    room_of_segments,
-    rooms_by_mover,
-)
 from workbench.contact.collide import body_clearance, self_clearance
+from workbench.contact.kernels.search import Nearest
+from workbench.contact.movers import FrameRooms, room_of_segments, rooms_by_mover
 from workbench.model.arrays import Floats
 from workbench.model.contacts import Clearance
 from workbench.model.result import PosturesFound
@@ -64,7 +60,7 @@ class PersonAnswer:
 
     person: PlacedPerson
     rooms: FrameRooms
-    near: SegmentRoom
+    near: Nearest
     own: Clearance
     angles: Floats
     limits: Floats

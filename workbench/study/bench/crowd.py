@@ -15,9 +15,9 @@ import numpy as np
 from workbench.body.scaling.scale import morph_to
 from workbench.model.accommodation import met_of
 from workbench.model.arrays import Bools, Floats, Ints
-from workbench.model.moves import control_moves, part_moves
 from workbench.model.population import Population
 from workbench.model.poses import Poses
+from workbench.model.surroundings import control_moves, part_moves
 from workbench.model.workplace import Workplace
 from workbench.study.accommodation.accommodation import population_question
 from workbench.study.accommodation.chunks import Question

@@ -16,10 +16,10 @@ from workbench.errors import InputError, one_of
 from workbench.model.arrays import Floats
 from workbench.model.criterion import Criterion
 from workbench.model.motion_case import MotionCase
-from workbench.model.moves import Move
-from workbench.model.moving import poses_at
 from workbench.model.poses import Placed
+from workbench.model.posing import poses_at
 from workbench.model.result import Verdict
+from workbench.model.surroundings import Move
 from workbench.study.bench.near import (
     MOST_NEAR,
     NearPair,
@@ -32,7 +32,7 @@ from workbench.study.bench.near import (
 from workbench.study.bench.state import Arrangement, OpenStudy, Settings, arranged_environment
 from workbench.study.crash.crash import motion_found
 from workbench.study.motion_cases import motion_cases, moved_case
-from workbench.study.motion_gaps import frame_rooms
+from workbench.study.motions import frame_rooms
 from workbench.study.run import between_motions
 
 __all__ = [

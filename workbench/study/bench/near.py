@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from workbench.contact.arranged import SegmentRoom
 from workbench.contact.collide import allowed_depth
+from workbench.contact.kernels.search import Nearest
 from workbench.model.arrays import Floats
 from workbench.model.body import Body
 from workbench.model.contacts import Clearance, subpart_words
@@ -111,7 +111,7 @@ class Tolerances:
 def part_pairs(
     someone: Someone,
     environment: Environment,
-    near: SegmentRoom,
+    near: Nearest,
     *,
     row: int = 0,
     tolerances: Tolerances | None = None,
@@ -127,7 +127,7 @@ def part_pairs(
         The pose.
     """
     body = someone.body
-    room = near.room[row]
+    room = near.distance[row]
     depth = allowed_depth(body, environment)
     extra = tolerances or Tolerances()
     for n in np.argsort(room, kind="stable")[:most].tolist():

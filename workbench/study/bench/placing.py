@@ -9,8 +9,6 @@ from functools import cached_property
 import numpy as np
 
 from workbench.body.forward import place
-from workbench.body.parts import moved
-from workbench.contact.arranged import Arranged
 from workbench.model.arrays import Floats
 from workbench.model.body import Body
 from workbench.model.bystander import Bystander
@@ -18,6 +16,8 @@ from workbench.model.environment import Environment, Seat
 from workbench.model.poses import Placed, Poses
 from workbench.model.result import Shortfall
 from workbench.model.study import GivenPosture
+from workbench.model.surroundings import Surroundings, move_parts
+from workbench.posture.seating.seating import seat_shift
 from workbench.study.bench.state import (
     Arrangement,
     OpenStudy,
@@ -26,7 +26,6 @@ from workbench.study.bench.state import (
     arranged_environment,
     arranged_parts,
     arranged_study,
-    seat_shift,
 )
 from workbench.study.hands import hands_together
 from workbench.study.people import Present, present_people
@@ -105,7 +104,7 @@ class Placement:
 
     arrangement: Arrangement
     people: tuple[PlacedPerson, ...]
-    parts: Arranged
+    parts: Surroundings
     settings: Settings = ()
 
     def __repr__(self) -> str:
@@ -292,7 +291,7 @@ def _surroundings(
             continue
         if shift.any():
             parts = [environment.parts[k] for k in opened.movers[other]]
-            environment = moved(environment, parts, shift)
+            environment = move_parts(environment, parts, shift)
     return environment
 
 

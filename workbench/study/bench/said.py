@@ -13,10 +13,10 @@ from workbench.model.arrays import Bools, Floats
 from workbench.model.body import Body
 from workbench.model.criterion import Criterion
 from workbench.model.measures import MASS
-from workbench.model.moves import Move
 from workbench.model.person import Size
 from workbench.model.poses import Poses
 from workbench.model.study import GivenPosture, PredictedPosture
+from workbench.model.surroundings import Move
 from workbench.study.bench.edits import adjuster_of
 from workbench.study.bench.state import Arrangement, OpenStudy, PersonState, given_angles
 

@@ -14,10 +14,10 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import ArrayLike
 
-from workbench.body.parts import moved
 from workbench.errors import InputError
 from workbench.model.accommodation import OF_RULES, OF_SIGHT
 from workbench.model.result import Verdict
+from workbench.model.surroundings import move_parts
 from workbench.sight.eyes import Gaze, eyes_of, gaze
 from workbench.sight.obscuration import Obscuration, obscuration
 from workbench.sight.regions import Region
@@ -48,7 +48,7 @@ def people_here(opened: OpenStudy, placement: Placement) -> Present:
         found.append(one)
         if person.shift.any():
             parts = [environment.parts[k] for k in opened.movers[row]]
-            environment = moved(environment, parts, person.shift)
+            environment = move_parts(environment, parts, person.shift)
     mine = tuple((one.seat_moved(environment),) for one in found)
     return Present(environment, study.roles, mine, ())
 

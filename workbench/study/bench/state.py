@@ -13,23 +13,19 @@ from pathlib import Path
 
 import numpy as np
 
-from workbench.contact.arranged import Arranged
 from workbench.errors import InputError
 from workbench.files.study.settings import Sitter, adjusts_of
 from workbench.model.accommodation import MapTask
-from workbench.model.adjusting import adjusted
 from workbench.model.arrays import Floats
 from workbench.model.body import Body
 from workbench.model.criterion import Criterion
-from workbench.model.encumbrance import Encumbrance
 from workbench.model.environment import Environment, Seat
-from workbench.model.moves import Move, displaced, part_moves
-from workbench.model.person import Size
+from workbench.model.person import Encumbrance, Size
 from workbench.model.population import Population
 from workbench.model.poses import Poses
 from workbench.model.posing import angles_of
 from workbench.model.study import Action, Case, PeopleDrawn, PredictedPosture, Role, Study
-from workbench.posture.seating.seating import seat_planes
+from workbench.model.surroundings import Move, Surroundings, adjusted, displaced, part_moves
 from workbench.study.situation import Occupants
 from workbench.study.workplaces import drawn_number, occupant
 
@@ -46,7 +42,6 @@ __all__ = [
     "figure_of",
     "given_angles",
     "open_study",
-    "seat_shift",
 ]
 
 
@@ -424,7 +419,7 @@ def _adjusted(environment: Environment, settings: Settings) -> Environment:
 
 def arranged_parts(
     opened: OpenStudy, moves: tuple[Move, ...], shifts: Floats, settings: Settings = ()
-) -> Arranged:
+) -> Surroundings:
     """Build the environment as opened with parts displaced, which needs no other index.
 
     Parameters
@@ -440,16 +435,7 @@ def arranged_parts(
     by = part_moves(environment, moves) - part_moves(environment, opened.study.moved)
     ways = np.unique(by[by.any(axis=1)], axis=0)
     groups = tuple(tuple(np.flatnonzero((by == way).all(axis=1)).tolist()) for way in ways)
-    return Arranged(environment, (*opened.movers, *groups), np.concatenate([shifts, ways]))
-
-
-def seat_shift(seat: Seat | None, forward: float, up: float) -> Floats:
-    """(3,) [m] by how much the parts that move with a seat are displaced in a position [m]."""
-    if seat is None:
-        return np.zeros(3)
-    centre = seat_planes(seat)[2]
-    ahead = np.array([centre[1], -centre[0], 0.0])
-    return np.asarray(forward * ahead + np.array([0.0, 0.0, up]))
+    return Surroundings(environment, (*opened.movers, *groups), np.concatenate([shifts, ways]))
 
 
 def given_angles(body: Body, poses: Poses) -> Floats:

@@ -17,8 +17,8 @@ from workbench.model.arrays import Bools
 from workbench.model.body import Body
 from workbench.model.criterion import Criterion
 from workbench.model.motion_case import MotionCase
-from workbench.model.moving import poses_at
 from workbench.model.poses import Placed
+from workbench.model.posing import poses_at
 from workbench.model.reason import NO_REASON, Reason
 from workbench.model.result import Finding
 from workbench.model.spool import pieces

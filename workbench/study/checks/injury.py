@@ -9,7 +9,7 @@ import numpy as np
 from workbench.model.criterion import Criterion, Limit
 from workbench.model.motion_case import Signal
 from workbench.model.result import Finding, MotionFound
-from workbench.study.crash.signals import figure_of
+from workbench.study.crash.frames import figure_of
 
 __all__ = ["moments", "too_coarse"]
 

@@ -15,8 +15,9 @@ from dataclasses import replace
 import numpy as np
 
 from workbench.body.forward import place
-from workbench.contact.clearance_pairs import ClearancePair, PairClearance, clearance_of_pairs
+from workbench.contact.clearance_pairs import ClearancePair, clearance_of_pairs
 from workbench.contact.collide import allowed_depth
+from workbench.contact.kernels.search import Nearest
 from workbench.model.accommodation import MET
 from workbench.model.arrays import Bools, Floats
 from workbench.model.body import Body
@@ -105,7 +106,7 @@ def _distances(situation: Situation, criteria: Sequence[Criterion]) -> tuple[Flo
 
 def _nearest(
     situation: Situation, criteria: Sequence[Criterion], growth: Floats | None = None
-) -> PairClearance:
+) -> Nearest:
     """(B, Q) what criteria find nearest, the spheres of each segment grown by (B, N) [m]."""
     body = situation.body
     environment = situation.environment
@@ -115,7 +116,7 @@ def _nearest(
 
 def _nearest_of(
     situation: Situation, pairs: Sequence[ClearancePair], growth: Floats | None = None
-) -> PairClearance:
+) -> Nearest:
     """(B, Q) what is nearest in pairs of spheres and parts."""
     return clearance_of_pairs(
         situation.placed,
@@ -127,7 +128,7 @@ def _nearest_of(
     )
 
 
-def nearest_pair(situation: Situation, criterion: Criterion) -> PairClearance:
+def nearest_pair(situation: Situation, criterion: Criterion) -> Nearest:
     """(B, 1) the spheres and polygons that a criterion finds nearest to each other."""
     return _nearest(situation, [criterion])
 
@@ -161,7 +162,7 @@ def _reason(body: Body, environment: Environment, sphere: int, polygon: int) -> 
     return Reason("near", f"{segment} ({name})" if name else segment, at=part)
 
 
-def _toward(placed: Placed, found: PairClearance) -> Floats:
+def _toward(placed: Placed, found: Nearest) -> Floats:
     """(B, Q, 3) the unit vectors from the nearest spheres to the nearest parts: where a part would
     have to go. NaN where nothing is near, or a centre is inside."""
     people = np.arange(len(placed.centres))[:, None]

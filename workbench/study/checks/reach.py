@@ -33,7 +33,7 @@ from workbench.posture.reaching.history import Recall
 from workbench.posture.reaching.limbs import ZONES, Limb, limb, limbs_there
 from workbench.posture.reaching.obstacles import hands_without_room
 from workbench.posture.reaching.reach import reach
-from workbench.posture.seating.sides import leftward, middle
+from workbench.posture.seating.seating import leftward, middle
 from workbench.study.checks.bending import bent_reaches
 from workbench.study.checks.margins import Asked, Margins, no_margins
 from workbench.study.situation import Remembered, Situation, without_seat

@@ -14,12 +14,11 @@ from workbench.files.meshes.parts import RawPart
 from workbench.model.arrays import Floats
 from workbench.model.body import Body
 from workbench.model.environment import Allowance, Environment
-from workbench.model.force import tension_history
-from workbench.model.joined import joined
 from workbench.model.motion_case import ForceCurve, MotionCase
 from workbench.model.poses import Placed
-from workbench.model.simulation import Belt, BeltPoint
+from workbench.model.simulation import Belt, BeltPoint, tension_history
 from workbench.model.spool import pieces
+from workbench.model.surroundings import joined
 
 __all__ = ["belt_line", "belt_tensions", "with_belts"]
 

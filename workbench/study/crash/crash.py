@@ -15,18 +15,23 @@ from workbench.contact.episodes import episodes, self_episodes
 from workbench.errors import InputError
 from workbench.model.arrays import Floats, Ints
 from workbench.model.body import Body
-from workbench.model.contacts import Clearance
-from workbench.model.episodes import Episodes
+from workbench.model.contacts import Clearance, Episodes
 from workbench.model.motion_case import Agreement, Meeting, MotionCase
-from workbench.model.moving import poses_at
 from workbench.model.poses import Placed, Poses
+from workbench.model.posing import poses_at
 from workbench.model.result import MotionFound
 from workbench.model.spool import pieces
 from workbench.study.checks.table import motion_verdict
 from workbench.study.crash.belts import belt_tensions
-from workbench.study.crash.forces import force_curves, ruled_pairs, with_forces
-from workbench.study.crash.frames import BLOCK, frames_of, stop_breaches
-from workbench.study.crash.signals import signal_of
+from workbench.study.crash.frames import (
+    BLOCK,
+    force_curves,
+    frames_of,
+    ruled_pairs,
+    signal_of,
+    stop_breaches,
+    with_forces,
+)
 from workbench.study.unasked import meeting_warnings, unasked_meetings
 from workbench.study.warnings import enclosure_warnings
 

@@ -22,17 +22,18 @@ from workbench.files.names import unique_names
 from workbench.files.schema import metres_in
 from workbench.files.yaml_changes import Key
 from workbench.model.arrays import Floats
-from workbench.study.describe.edits import Edit, with_value
 from workbench.study.describe.edits_frame import check_row, on_meshes
 from workbench.study.describe.meshes import Meshes, Ray
 from workbench.study.describe.piece_names import named_pieces
 from workbench.study.describe.state import (
     FLOOR,
     Description,
+    Edit,
     OpenPlace,
     bare_mesh,
     file_stamp,
     standing_of,
+    with_value,
 )
 
 __all__ = ["AddedFile", "added_file", "files_beside", "met_file", "moved_file", "removed_file"]

@@ -10,7 +10,6 @@ import numpy as np
 
 from workbench.errors import InputError
 from workbench.files.yaml_changes import Key
-from workbench.study.describe.edits import Edit, with_value
 from workbench.study.describe.edits_parts import with_pieces_named
 from workbench.study.describe.edits_seats import with_picked, with_seat_figures
 from workbench.study.describe.meshes import Ray
@@ -18,10 +17,12 @@ from workbench.study.describe.planes import fitted_plane
 from workbench.study.describe.state import (
     FLOOR,
     Description,
+    Edit,
     OpenPlace,
     spot_of,
     spot_place,
     standing_of,
+    with_value,
 )
 
 __all__ = ["AXES", "agreed", "check_row", "floored", "framed", "on_meshes", "scaled"]

@@ -12,9 +12,15 @@ from workbench.errors import InputError, one_of
 from workbench.files.environment_parts import pieces
 from workbench.files.names import good_name, unique_names
 from workbench.files.yaml_changes import Key
-from workbench.study.describe.edits import Edit, with_value, without_value
 from workbench.study.describe.piece_names import named_pieces
-from workbench.study.describe.state import Description, OpenPlace, standing_of
+from workbench.study.describe.state import (
+    Description,
+    Edit,
+    OpenPlace,
+    standing_of,
+    with_value,
+    without_value,
+)
 
 __all__ = [
     "LargePart",

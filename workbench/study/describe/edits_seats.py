@@ -11,21 +11,23 @@ import numpy as np
 from workbench.errors import InputError, one_of
 from workbench.files.names import good_name
 from workbench.files.yaml_changes import Key
-from workbench.study.describe.edits import Edit, check_there, with_value
 from workbench.study.describe.meshes import Ray
 from workbench.study.describe.state import (
     FITTED,
     SURFACES,
     Description,
+    Edit,
     OpenPlace,
     SeatPicks,
     Spot,
+    check_there,
     figure_reasons,
     figure_values,
     figures_of,
     spot_of,
     spot_place,
     standing_of,
+    with_value,
 )
 
 __all__ = ["carried", "faced", "with_picked", "with_seat_figures"]

@@ -14,21 +14,19 @@ from workbench.files.environment_parts import matching_parts
 from workbench.files.names import good_name
 from workbench.files.yaml_changes import Key
 from workbench.model.arrays import Floats
-from workbench.study.describe.edits import (
-    SECTIONS,
-    Edit,
-    check_there,
-    with_value,
-    without_value,
-)
 from workbench.study.describe.meshes import Ray, Standing
 from workbench.study.describe.state import (
     FITTED,
+    SECTIONS,
     Description,
+    Edit,
     OpenPlace,
+    check_there,
     spot_of,
     standing_of,
     whole,
+    with_value,
+    without_value,
 )
 
 __all__ = ["accepted", "owned", "placed_point", "pointed", "removed", "renamed", "typed"]

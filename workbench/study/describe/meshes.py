@@ -29,7 +29,7 @@ from workbench.files.meshes.reading import (
 )
 from workbench.geometry.ground import Ground
 from workbench.model.arrays import Floats, Ints
-from workbench.model.doubt import Doubt
+from workbench.model.environment import Doubt
 from workbench.study.describe.planes import Surface, grown_faces, outline
 from workbench.study.describe.seats import SeatFigures
 

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from workbench.errors import InputError
+from workbench.errors import InputError, one_of
 from workbench.files.environment_parts import MOST_PIECES, pieces
 from workbench.files.environment_schema import EnvironmentFile
 from workbench.files.environments import unknown_names
@@ -26,8 +26,7 @@ from workbench.files.study.saving import StudyText, read_text
 from workbench.files.yaml_changes import Key
 from workbench.files.yaml_text import Document, parse_yaml
 from workbench.model.arrays import Floats
-from workbench.model.doubt import Doubt, open_doubts
-from workbench.model.environment import Rest, Seat
+from workbench.model.environment import Doubt, Rest, Seat, open_doubts
 from workbench.study.describe.meshes import Hit, Meshes, Standing
 from workbench.study.describe.piece_names import named_pieces
 from workbench.study.describe.seats import SeatFigures, seat_figures
@@ -35,13 +34,16 @@ from workbench.study.describe.seats import SeatFigures, seat_figures
 __all__ = [
     "FITTED",
     "FLOOR",
+    "SECTIONS",
     "SURFACES",
     "UNSURE",
     "Description",
+    "Edit",
     "OpenPlace",
     "SeatPicks",
     "Spot",
     "bare_mesh",
+    "check_there",
     "figure_reasons",
     "figure_values",
     "figures_of",
@@ -53,6 +55,8 @@ __all__ = [
     "standing_of",
     "valid_file",
     "whole",
+    "with_value",
+    "without_value",
 ]
 
 INNER = "environment.yaml"
@@ -443,3 +447,54 @@ def _picked_before(opened: OpenPlace) -> tuple[Description, list[str]]:
 def _spot_at(opened: OpenPlace, description: Description, point: Sequence[float]) -> Spot | None:
     hit = standing_of(opened, description).nearest(np.array(point), ON_MESH)
     return None if hit is None else spot_of(opened, description, hit)
+
+
+# Edits of a description: pure functions from one description to the next.
+#
+# What was pointed at goes along when a unit, an axis or the floor changes; what was typed stays.
+# `edits_frame` has units, axes and the floor, `edits_seats` seats, `edits_things` controls, points and
+# figures that are typed, `edits_parts` parts. Here is what they share.
+
+SECTIONS = {"seat": "seats", "control": "controls", "point": "points"}
+"""Sections of the file by the kinds of what is in them."""
+
+
+@dataclass(frozen=True, eq=False)
+class Edit:
+    """A description, and what is to be said about it."""
+
+    description: Description
+    words: str = ""
+
+
+def check_there(before: Description, kind: str, name: str) -> None:
+    """InputError where a thing is not there."""
+    have = before.says.get(SECTIONS[kind]) or {}
+    if name not in have:
+        raise InputError(f"there is no {kind} {name!r}; {one_of(name, have)}")
+
+
+def with_value(says: Any, key: Key, value: Any) -> Any:
+    """What a file says, with a value at a key; mappings on the way are made."""
+    if not key:
+        return value
+    first = key[0]
+    if isinstance(first, int):
+        rows = list(says)
+        rows[first] = with_value(rows[first], key[1:], value)
+        return rows
+    inner = says.get(first) if says else None
+    return {**(says or {}), first: with_value({} if inner is None else inner, key[1:], value)}
+
+
+def without_value(says: Mapping[str, Any], key: Key) -> dict[str, Any]:
+    """What a file says, without a value; a mapping that is empty then goes too."""
+    rows = {name: value for name, value in says.items() if name != key[0]}
+    if len(key) == 1:
+        return rows
+    inner = without_value(says[str(key[0])], key[1:])
+    return (
+        {name: (inner if name == key[0] else value) for name, value in says.items()}
+        if inner
+        else rows
+    )

@@ -12,25 +12,27 @@ from numpy.typing import ArrayLike
 from workbench.errors import UsageError
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.body import Body, check_one
-from workbench.model.envelope import Envelope, ReachTask
+from workbench.model.envelope import GRADES, Envelope, Losses, RayReach, ReachTask
 from workbench.model.environment import Environment
 from workbench.model.poses import Poses, check_rows
-from workbench.model.ray_reach import GRADES, Losses, RayReach
 from workbench.model.study import Study
 from workbench.posture.reaching.chains import Task
 from workbench.posture.reaching.limbs import limb
-from workbench.study.envelope.asking import Drawn, anchors, asked, drawn, rows_toward
-from workbench.study.envelope.clearing import Room, cleared_from
-from workbench.study.envelope.ends import Ends, ray_ends
-from workbench.study.envelope.rays import (
+from workbench.study.envelope.asking import (
+    Drawn,
     Rays,
+    anchors,
+    asked,
     check_step,
+    drawn,
     level_rays,
     point_rays,
     ray_grid,
+    rows_toward,
     solid_angles,
 )
-from workbench.study.envelope.stations import Stations, cleared_stations, stations
+from workbench.study.envelope.clearing import Room, cleared_from
+from workbench.study.envelope.ends import Ends, Stations, cleared_stations, ray_ends, stations
 from workbench.study.situation import Situation
 
 __all__ = [

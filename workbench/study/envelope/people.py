@@ -9,14 +9,19 @@ from numpy.typing import ArrayLike
 from workbench.errors import UsageError
 from workbench.model.arrays import Floats
 from workbench.model.body import Body
-from workbench.model.envelope import Envelope
+from workbench.model.envelope import GRADES, Envelope, Losses, RayReach
 from workbench.model.poses import Poses, row_for_each
-from workbench.model.ray_reach import GRADES, Losses, RayReach
 from workbench.posture.reaching.limbs import limb
-from workbench.study.envelope.asking import asked, drawn
+from workbench.study.envelope.asking import (
+    asked,
+    check_step,
+    drawn,
+    point_rays,
+    ray_grid,
+    solid_angles,
+)
 from workbench.study.envelope.ends import ray_ends
 from workbench.study.envelope.envelope import no_rays
-from workbench.study.envelope.rays import check_step, point_rays, ray_grid, solid_angles
 
 __all__ = ["people_envelope"]
 

@@ -13,76 +13,22 @@ from functools import lru_cache
 
 import numpy as np
 
-from workbench.contact.batches import grouped_room
+from workbench.contact.batches import grouped_room, nothing_near
 from workbench.contact.collide import allowed_groups
 from workbench.contact.fields import Groups
-from workbench.model.arrays import Floats, Ints, frozen
+from workbench.contact.kernels.search import Nearest
+from workbench.model.arrays import Floats, Ints
 from workbench.model.body import Body, check_one
 from workbench.model.environment import Environment
 from workbench.model.poses import Placed
+from workbench.model.surroundings import Surroundings
 
 __all__ = [
-    "Arranged",
     "FrameRooms",
-    "SegmentRoom",
     "bodies_displaced",
     "room_of_segments",
     "rooms_by_mover",
 ]
-
-
-@dataclass(frozen=True, eq=False)
-class Arranged:
-    """An environment with groups of parts displaced.
-
-    Parameters
-    ----------
-    environment
-        With all parts at rest.
-    movers
-        M groups of parts, by index, that move together; no part is in two of them.
-    displacement
-        (M, 3) [m] of each.
-    """
-
-    environment: Environment
-    movers: Groups
-    displacement: Floats
-
-    def __post_init__(self) -> None:
-        given = frozen(
-            self.displacement, np.float64, (len(self.movers), 3), "arranged.displacement"
-        )
-        object.__setattr__(self, "displacement", given)
-
-    @property
-    def by_part(self) -> Floats:
-        """(K, 3) [m] the displacement of each part."""
-        found = np.zeros((len(self.environment.parts), 3))
-        for parts, shift in zip(self.movers, self.displacement, strict=True):
-            found[list(parts)] = shift
-        return found
-
-
-@dataclass(frozen=True, eq=False)
-class SegmentRoom:
-    """What comes nearest to each of the N segments of P poses.
-
-    Parameters
-    ----------
-    room
-        (P, N) [m] the least signed distance, with the overlap that a part allows added; infinite
-        where nothing is near.
-    sphere, polygon
-        (P, N) which are nearest, -1 where there are none.
-    point
-        (P, N, 3) [m] the polygon's nearest point, NaN where there is none.
-    """
-
-    room: Floats
-    sphere: Ints
-    polygon: Ints
-    point: Floats
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,19 +47,19 @@ class FrameRooms:
 
     Parameters
     ----------
-    placed, arranged
+    placed, surroundings
         What they are of.
     rooms
         By mover, -1 for the parts at rest; movers without shown parts are left out.
     """
 
     placed: Placed
-    arranged: Arranged
-    rooms: Mapping[int, SegmentRoom]
+    surroundings: Surroundings
+    rooms: Mapping[int, Nearest]
 
 
 def rooms_by_mover(
-    placed: Placed, arranged: Arranged, before: FrameRooms | None = None
+    placed: Placed, surroundings: Surroundings, before: FrameRooms | None = None
 ) -> FrameRooms:
     """Compute the room that each segment has beyond the overlap that parts allow, mover by mover.
 
@@ -121,74 +67,64 @@ def rooms_by_mover(
     ----------
     placed
         P poses of a body of one row.
-    arranged
+    surroundings
         The environment. Hidden parts take no part.
     before
         An earlier answer: of the same bodies, what has not been displaced since is not asked again.
     """
     check_one(placed.body)
-    environment = arranged.environment
-    known = _still(placed, arranged, before)
+    environment = surroundings.environment
+    known = _still(placed, surroundings, before)
     rooms = {}
-    for frame in _frames(placed.body, environment, arranged.movers):
-        shift = arranged.displacement[frame.mover] if frame.mover >= 0 else np.zeros(3)
+    for frame in _frames(placed.body, environment, surroundings.movers):
+        shift = surroundings.displacement[frame.mover] if frame.mover >= 0 else np.zeros(3)
         rooms[frame.mover] = known.get(frame.mover) or _room_in_frame(
             bodies_displaced(placed, -shift), environment, frame, shift
         )
-    return FrameRooms(placed, arranged, rooms)
+    return FrameRooms(placed, surroundings, rooms)
 
 
-def _still(placed: Placed, arranged: Arranged, before: FrameRooms | None) -> dict[int, SegmentRoom]:
+def _still(
+    placed: Placed, surroundings: Surroundings, before: FrameRooms | None
+) -> dict[int, Nearest]:
     """The rooms of an earlier answer that hold still."""
     if before is None or before.placed is not placed:
         return {}
-    old = before.arranged
-    if old.environment is not arranged.environment or old.movers != arranged.movers:
+    old = before.surroundings
+    if old.environment is not surroundings.environment or old.movers != surroundings.movers:
         return {}
-    same = np.all(old.displacement == arranged.displacement, axis=1)
+    same = np.all(old.displacement == surroundings.displacement, axis=1)
     return {mover: room for mover, room in before.rooms.items() if mover < 0 or same[mover]}
 
 
-def room_of_segments(found: FrameRooms) -> SegmentRoom:
+def room_of_segments(found: FrameRooms) -> Nearest:
     """Take the least room of each segment from any part.
 
     Returns
     -------
-    SegmentRoom
-        The same as of the environment whose parts are displaced, to rounding.
+    Nearest
+        (P, N) with the overlap that a part allows added: the same as of the environment whose parts
+        are displaced, to rounding.
     """
     return _least(list(found.rooms.values()), found.placed)
 
 
-def _room_in_frame(
-    view: Placed, environment: Environment, frame: _Frame, shift: Floats
-) -> SegmentRoom:
+def _room_in_frame(view: Placed, environment: Environment, frame: _Frame, shift: Floats) -> Nearest:
     """The room from the parts of one frame, for bodies placed in this frame."""
     found = grouped_room(view, environment, frame.groups, frame.allowed)
-    return SegmentRoom(
-        found.distance[:, :, 0],
-        found.sphere[:, :, 0],
-        found.polygon[:, :, 0],
-        found.point[:, :, 0] + shift,
-    )
+    near = Nearest._make(every[:, :, 0] for every in found)
+    return near._replace(point=near.point + shift)
 
 
-def _least(rooms: list[SegmentRoom], placed: Placed) -> SegmentRoom:
+def _least(rooms: list[Nearest], placed: Placed) -> Nearest:
     """The least of the rooms in several frames; where nothing is there, infinite ones."""
     shape = (len(placed), len(placed.window))
     if not rooms:
-        none = np.full(shape, -1)
-        return SegmentRoom(np.full(shape, np.inf), none, none, np.full((*shape, 3), np.nan))
-    least = np.argmin([one.room for one in rooms], axis=0)
+        return nothing_near(shape)
+    least = np.argmin([one.distance for one in rooms], axis=0)
     rows, columns = np.indices(shape)
-
-    def chosen(name: str) -> Floats:
-        every = np.stack([getattr(one, name) for one in rooms])
-        picked: Floats = every[least, rows, columns]
-        return picked
-
-    return SegmentRoom(
-        chosen("room"), chosen("sphere").astype(int), chosen("polygon").astype(int), chosen("point")
+    return Nearest._make(
+        np.stack(every)[least, rows, columns] for every in zip(*rooms, strict=True)
     )
 
 
