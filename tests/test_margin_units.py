@@ -72,6 +72,8 @@ def test_sentences_page_and_files_say_degrees(found):
         ("arcmin", 3.6 * np.radians(4.1 / 60), "4.1 arc minutes"),
         ("share", 0.1 * 0.08, "8 %"),
         ("share", 0.1 * 0.002, "0.2 %"),
+        ("points", 0.01, "1 point"),
+        ("points", 0.02, "2 points"),
     ],
 )
 def test_an_amount_is_written_in_its_unit_and_never_as_nothing(unit, margin, said):

@@ -60,6 +60,7 @@ from .model.posing import pose as pose
 from .model.reach import Reach as Reach
 from .model.result import Result as Result
 from .model.study import Study as Study
+from .model.work import Work as Work
 from .posture.balance import balance as balance
 from .posture.reaching.limbs import limb as limb
 from .posture.reaching.reach import reach as reach
@@ -87,7 +88,6 @@ from .strain.lifting import Lifts as Lifts
 from .strain.lifting import grip_place as grip_place
 from .strain.lifting import lifting as lifting
 from .strain.owas import owas as owas
-from .strain.posture_score import Work as Work
 from .strain.reba import reba as reba
 from .strain.rula import rula as rula
 from .strain.static_load import Push as Push

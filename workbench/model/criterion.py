@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from math import inf
 
 from workbench.model.arguments import short_repr
 from workbench.model.rule_set import RuleSet
+from workbench.model.work import Work
 
 __all__ = ["Criterion", "Limit"]
 
@@ -28,7 +29,7 @@ class Criterion:
     """Something that must hold, in some cases, for some roles.
 
     check: contact, clearance, self_contact, between_people, stops, reach, pedals, preferred_seat,
-    eye_height, view_over, over_nose, sees, reads, excursion, injury or share; "seated" is one that no study asks. people,
+    eye_height, view_over, over_nose, sees, reads, excursion, injury, score or share; "seated" is one that no study asks. people,
     segments, parts, controls: the names that it is about. at_least: [m] of clearance,
     between_people and preferred_seat, [rad] of stops, 0 to 1 of share. zone: the harness zone in
     which controls are to be reached, each control's own where None. hand: that must reach ("left",
@@ -50,6 +51,9 @@ class Criterion:
     the seat, "left" or "right"; points of the environment: eye_point to look from instead of the
     eyes, r_point of the seat, ground at its height; wheel: its parts, and inside_wheel
     what is seen inside its rim, exempt of a forward field where the wheel is low enough.
+
+    Of scores of postures: method "rula", "reba" or "owas" by `rule_set`; at_most: points; work: what
+    a posture cannot say.
     """
 
     name: str
@@ -84,6 +88,8 @@ class Criterion:
     ground: str = ""
     wheel: tuple[str, ...] = ()
     inside_wheel: tuple[str, ...] = ()
+    method: str = ""
+    work: Work = field(default_factory=Work)
     of: tuple[str, ...] = ()
     cases: tuple[str, ...] = ()
 

@@ -69,7 +69,7 @@ class Finding:
         How far [m] the true surface may lie outside the spheres where the value is within its
         limit, inside them where it is beyond; of two bodies both together; NaN where not known.
     unit
-        "m", "rad", "g", "share" (0 to 1), or "" of a number without a unit.
+        "m", "rad", "g", "share" (0 to 1), "points", or "" of a number without a unit.
     time
         When [s], NaN of a posture.
     source

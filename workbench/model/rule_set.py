@@ -91,11 +91,16 @@ class RuleSet:
     @property
     def all_told(self) -> str:
         """Name the rule set for a sentence, with which of its values are not sure: their names, or
-        how many where they are more than two."""
+        how many where they are more than two; and how many were chosen."""
         unsure = sum(value.status == "remembered" for value in self.values.values())
+        chosen = sum(value.status == "chosen" for value in self.values.values())
+        of = f"{chosen} of its {len(self.values)} values {'is' if chosen == 1 else 'are'}"
+        last = f"; {of} {CHOSEN}" if chosen else ""
         if unsure <= 2:
-            return self.told(*self.values)
-        return f"{self.description}; {unsure} of its {len(self.values)} values are {REMEMBERED}"
+            return self.told(*self.values) + last
+        return (
+            f"{self.description}; {unsure} of its {len(self.values)} values are {REMEMBERED}{last}"
+        )
 
     def _found(self, name: str) -> RuleValue:
         if name not in self.values:

@@ -33,6 +33,8 @@ class Unit:
         What one SI unit counts beside lengths [m].
     places
         Decimals of an amount that is not small.
+    one
+        After the number 1 in a sentence, where that is another word.
     """
 
     column: str
@@ -41,6 +43,7 @@ class Unit:
     scale: float = 1.0
     counts: float = 1.0
     places: int = 0
+    one: str = ""
 
     def shown(self, margin: float) -> float:
         """The number of this unit in a margin [m] that counts beside lengths."""
@@ -60,7 +63,8 @@ class Unit:
         amount = self.shown(margin)
         least = 10.0**-self.places
         if amount >= 0.95 * least:
-            return f"{amount:,.{self.places}f}{self.words}"
+            number = f"{amount:,.{self.places}f}"
+            return f"{number}{self.one if self.one and number == '1' else self.words}"
         if amount >= 0.05 * least:
             return f"{amount:.{self.places + 1}f}{self.words}"
         return f"{amount:.1g}{self.words}"
@@ -71,12 +75,13 @@ UNITS = {
     "rad": Unit("deg", " degrees", "°", math.degrees(1.0), 0.2, 1),
     "arcmin": Unit("arcmin", " arc minutes", "′", 60 * math.degrees(1.0), 3.6, 1),
     "share": Unit("percent", " %", "\u00a0%", 100.0, 0.1),
+    "points": Unit("points", " points", " points", 1.0, 0.01, one=" point"),
     "g": Unit("g", " g", "\u00a0g"),
     "": Unit("", "", ""),
 }
 """By the unit of a finding, which is SI but for g: an angle is in radians whether degrees or arc
 minutes are read. A radian counts as an arc at about a hand's length, 200 mm; a percent and an arc
-minute as about a millimetre."""
+minute as about a millimetre, a point of a score as a centimetre."""
 _CHECKS = {
     "stops": "rad",
     "share": "share",
@@ -88,6 +93,7 @@ _CHECKS = {
     "forward_field": "rad",
     "mirror": "share",
     "reflection": "share",
+    "score": "points",
 }
 """The units of checks whose margin is no length."""
 _LIMITS = {"reads": "arcmin"}

@@ -27,7 +27,7 @@ __all__ = [
 _MOST_CLOSE_UPS = 12
 _OVERLAPS = ("contact", "self_contact")
 _REACHED = ("reach", "pedals")
-_AT_MOST = ("excursion", "injury")
+_AT_MOST = ("excursion", "injury", "score")
 
 
 def criteria_sections(

@@ -23,7 +23,7 @@ from workbench.report.words import finding_sentence, share_sentence, verdict_sen
 
 __all__ = ["result_columns", "result_file", "result_frame", "result_tables", "verdict_row"]
 
-_AT_MOST = ("excursion", "injury", "pedals")
+_AT_MOST = ("excursion", "injury", "score", "pedals")
 """Checks of what must not exceed a limit: value and limit stand without their signs."""
 
 

@@ -261,6 +261,12 @@ def _excursion_words(finding: Finding) -> str:
     return f"{finding.subject} is {far} {finding.target} ({allowed} allowed)"
 
 
+def _score_words(finding: Finding) -> str:
+    """ "RULA of the right side is 5 points (4 allowed), 2.0 degrees from another band (upper arm)"."""
+    points = "1 point" if finding.value == -1.0 else f"{-finding.value:.0f} points"
+    return f"{finding.subject} is {points} ({-finding.limit:g} allowed), {finding.target}"
+
+
 _FINDING_WORDS: dict[str, Callable[[Finding], str]] = {
     "contact": _contact_words,
     "clearance": _contact_words,
@@ -278,6 +284,7 @@ _FINDING_WORDS: dict[str, Callable[[Finding], str]] = {
     "sees": _sees_words,
     "reads": _reads_words,
     "excursion": _excursion_words,
+    "score": _score_words,
     "outline": lambda finding: _share_words(finding, "of the outline is clear"),
     "pillar": _pillar_words,
     "forward_field": _field_words,

@@ -19,11 +19,12 @@ from workbench.files.study.rules import rule_set
 from workbench.model.arrays import Ints
 from workbench.model.poses import Placed
 from workbench.model.rule_set import RuleSet
+from workbench.model.work import Work
 from workbench.strain.posture_score import (
+    ASKED_BY,
     EDGE,
     Part,
     PostureScore,
-    Work,
     cell_sums,
     flagged,
     posture_score,
@@ -94,7 +95,7 @@ def owas(
     return replace(
         found,
         version=cell_sums(values, ("table",)),
-        assumed=work.assumed(("load", "stance")),
+        assumed=work.assumed(ASKED_BY["owas"]),
     )
 
 

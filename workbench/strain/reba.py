@@ -20,10 +20,11 @@ from workbench.files.study.rules import rule_set
 from workbench.model.arrays import Floats, Ints
 from workbench.model.poses import Placed
 from workbench.model.rule_set import RuleSet
+from workbench.model.work import Work
 from workbench.strain.posture_score import (
+    ASKED_BY,
     Part,
     PostureScore,
-    Work,
     banded,
     cell_sums,
     flagged,
@@ -34,17 +35,6 @@ from workbench.strain.working_angles import WorkingAngles, working_angles
 
 __all__ = ["reba", "reba_tables"]
 
-_UNSAID = (
-    "load",
-    "shock",
-    "repeated",
-    "static",
-    "rapid",
-    "coupling",
-    "arms_supported",
-    "legs_balanced",
-    "stance",
-)
 _COUPLING = ("good", "fair", "poor", "unacceptable")
 
 
@@ -100,7 +90,7 @@ def reba(
     )
     found = posture_score("REBA", values, tables["score"], parts={**parts, **tables}, lowest=0)
     version = cell_sums(values, ("table_a", "table_b", "table_c"))
-    return replace(found, version=version, assumed=work.assumed(_UNSAID))
+    return replace(found, version=version, assumed=work.assumed(ASKED_BY["reba"]))
 
 
 def reba_tables(

@@ -20,11 +20,12 @@ from workbench.files.study.rules import rule_set
 from workbench.model.arrays import Floats, Ints
 from workbench.model.poses import Placed
 from workbench.model.rule_set import RuleSet
+from workbench.model.work import Work
 from workbench.strain.posture_score import (
+    ASKED_BY,
     EDGE,
     Part,
     PostureScore,
-    Work,
     banded,
     cell_sums,
     flagged,
@@ -34,16 +35,6 @@ from workbench.strain.posture_score import (
 from workbench.strain.working_angles import WorkingAngles, working_angles
 
 __all__ = ["rula", "rula_tables"]
-
-_UNSAID = (
-    "load",
-    "shock",
-    "repeated",
-    "static",
-    "arms_supported",
-    "trunk_supported",
-    "legs_balanced",
-)
 
 
 def rula(
@@ -98,7 +89,7 @@ def rula(
     version = cell_sums(values, ("table_a", "table_b", "table_c"))
     if np.array_equal(values["table_a"], values["table_a_worksheet"]):
         version += "; table A of an early worksheet, not the published one"
-    return replace(found, version=version, assumed=work.assumed(_UNSAID))
+    return replace(found, version=version, assumed=work.assumed(ASKED_BY["rula"]))
 
 
 def rula_tables(

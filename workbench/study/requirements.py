@@ -90,6 +90,8 @@ def _target(place: Workplace, criterion: Criterion, case: int) -> str:
         return (aims.eyes if aims is not None else None) or ""
     if criterion.check == "stops":
         return "joints"
+    if criterion.check == "score":
+        return criterion.method
     if criterion.check in ("self_contact", "excursion"):
         return "segments"
     if criterion.check == "between_people":

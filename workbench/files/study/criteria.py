@@ -23,6 +23,7 @@ from workbench.model.criterion import Criterion, Limit
 from workbench.model.environment import Control, Environment
 from workbench.model.rule_set import RuleSet
 from workbench.model.units import UNITS, limit_unit_of
+from workbench.model.work import Work as Labour
 
 __all__ = ["Known", "criteria_of", "unfit", "visible_parts"]
 
@@ -102,7 +103,7 @@ def criteria_of(work: Work, known: Known) -> list[Criterion]:
         _name_faults(work, row, file, known)
         pairs = _pairs(work, row, file)
         limits = _limits(work, row, file, known)
-        rules = _sight_rules(work, row, file)
+        rules = _rule_set(work, row, file)
         _sight_faults(work, row, file, known, rules)
         if len(work.faults) == before and known.room is not None:
             found.append(_criterion(file, pairs, limits, known, known.room, rules))
@@ -238,7 +239,7 @@ def _why_none(
 
 def _limits(work: Work, row: int, file: CriterionFile, known: Known) -> tuple[Limit, ...]:
     """The limits of the rule set of an injury criterion."""
-    if file.rules is None or file.check in OF_SIGHT:
+    if file.rules is None or file.check != "injury":
         return ()
     key: Key = ("criteria", row, "rules")
     try:
@@ -261,17 +262,25 @@ def _limits(work: Work, row: int, file: CriterionFile, known: Known) -> tuple[Li
     )
 
 
-def _sight_rules(work: Work, row: int, file: CriterionFile) -> RuleSet | None:
-    """The rule set of a criterion of sight."""
-    if file.rules is None or file.check not in OF_SIGHT:
+def _rule_set(work: Work, row: int, file: CriterionFile) -> RuleSet | None:
+    """The rule set of a criterion of sight, or of a score, which has the one of its method where
+    none is named."""
+    shipped = f"strain_{file.method}" if file.check == "score" else None
+    name = file.rules or shipped
+    if name is None or file.check not in (*OF_SIGHT, "score"):
         return None
+    key: Key = ("criteria", row, "rules" if file.rules else "method")
     try:
-        where = find("studies/rules", file.rules, near=work.path.parent)
+        where = find("studies/rules", name, near=work.path.parent)
         rules = load_rule_set(where)
+        lacking = set(load_rule_set(shipped).values) - set(rules.values) if shipped else set()
     except InputError as error:
-        work.errors(("criteria", row, "rules"), error)
+        work.errors(key, error)
         return None
-    work.inputs["rules" if "rules" not in work.inputs else f"rules: {file.rules}"] = where
+    if lacking:
+        what = f"rule set {name} lacks values of {shipped}: {', '.join(sorted(lacking))}"
+        work.fault(key, what)
+    work.inputs["rules" if "rules" not in work.inputs else f"rules: {name}"] = where
     return rules
 
 
@@ -362,6 +371,8 @@ def _criterion(
         ground=file.ground or "",
         wheel=matching(file.wheel or [], known.parts),
         inside_wheel=matching(file.inside_wheel or [], known.parts),
+        method=file.method or "",
+        work=Labour(**file.work.model_dump()) if file.work else Labour(),
         limits=limits,
         of=tuple(file.of or ()),
         cases=tuple(dict.fromkeys(case for _, case in pairs)),

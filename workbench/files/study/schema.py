@@ -90,6 +90,7 @@ _POSSIBLE = {
     "deg": (-180, 180, "degrees"),
     "percent": (0, 100, "percent"),
     "arcmin": (0, 600, "arc minutes"),
+    "points": (1, 15, "points"),
 }
 """What limits are possible in units that are no lengths."""
 
@@ -464,12 +465,32 @@ CHECK_KEYS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
     "reads": (("instruments", "rules"), ("at_least", "visible", "eyes", "trunk")),
     "excursion": (("segments", "direction", "origin", "at_most"), ()),
     "injury": (("rules",), ()),
+    "score": (("method", "at_most"), ("rules", "work")),
     "share": (("at_least",), ("of",)),
 }
 """The keys of each check beside name, check, people and cases: needed ones, and possible ones."""
 _THINGS = ("parts", "controls", "instruments", "points")
 """What may be asked to be seen."""
 _OWN = tuple(dict.fromkeys(key for pair in CHECK_KEYS.values() for keys in pair for key in keys))
+
+
+class WorkFile(FileModel):
+    """What a posture alone cannot say of work, for its score; what is left out is assumed and told.
+
+    load [kg] in the hands; repeated: more than 4 times a minute; static: held for more than a minute;
+    rapid: large fast changes.
+    """
+
+    load: Annotated[float, Field(ge=0)] | None = None
+    shock: bool | None = None
+    repeated: bool | None = None
+    static: bool | None = None
+    rapid: bool | None = None
+    coupling: Literal["good", "fair", "poor", "unacceptable"] | None = None
+    arms_supported: bool | None = None
+    trunk_supported: bool | None = None
+    legs_balanced: bool | None = None
+    stance: Literal["sitting", "standing", "one_leg", "kneeling", "walking"] | None = None
 
 
 class CriterionFile(FileModel):
@@ -498,6 +519,7 @@ class CriterionFile(FileModel):
         "reflection",
         "excursion",
         "injury",
+        "score",
         "share",
     ]
     people: Names | None = None
@@ -529,6 +551,8 @@ class CriterionFile(FileModel):
     ground: Name | None = None
     wheel: Names | None = None
     inside_wheel: Names | None = None
+    method: Literal["rula", "reba", "owas"] | None = None
+    work: WorkFile | None = None
     of: Names | None = None
 
     @model_validator(mode="after")

@@ -21,6 +21,7 @@ from workbench.model.population import Population
 from workbench.model.population_found import GripFinding, PopulationFound, Shown
 from workbench.model.reason import NO_REASON, Reason
 from workbench.model.study import Role, Study
+from workbench.model.workplace import Workplace
 from workbench.study.accommodation.chunks import Chunk, Question, joined_chunks, result_chunks
 from workbench.study.accommodation.gains import gains_of
 from workbench.study.accommodation.grips import grip_findings, grip_words
@@ -40,6 +41,7 @@ from workbench.study.accommodation.shares import (
     spread_of,
 )
 from workbench.study.checks.margins import Asked
+from workbench.study.checks.score import assumed_words
 from workbench.study.checks.sight import shortfall_words
 from workbench.study.kept_reaches import kept_by_parts, kept_words
 from workbench.study.people import Present, person_found
@@ -298,7 +300,7 @@ def _warnings(
     return (
         *grip_words(grips),
         *kept_words(kept),
-        *rules_words(question.asked),
+        *rules_words(question.asked, question.place),
         *piece_warnings([(body.name, body)]),
         *odd_people(question.people),
         *_inexact(bodies),
@@ -307,13 +309,16 @@ def _warnings(
     )
 
 
-def rules_words(asked: Sequence[Asked]) -> list[str]:
-    """Say which criteria are judged by rule sets of which not all values are sure."""
+def rules_words(asked: Sequence[Asked], where: Workplace) -> list[str]:
+    """Say which criteria are judged by rule sets of which not all values are sure, and what scores
+    of postures assume."""
     judged: dict[str, list[str]] = {}
     for one in asked:
         rules = one.criterion.rule_set
         if rules is not None and not rules.sure:
-            judged.setdefault(rules.all_told, []).append(one.criterion.name)
+            scored = one.criterion.check == "score"
+            words = assumed_words(one.criterion, where) if scored else ""
+            judged.setdefault(rules.all_told + words, []).append(one.criterion.name)
     told = []
     for words, names in judged.items():
         few = [repr(name) for name in dict.fromkeys(names)]
@@ -374,10 +379,11 @@ def _hopeless(
         limit = reasons(person, r)
         much = shortfall_words(asked[r].requirement, asked[r].criterion, size, limit)
         if asked[r].requirement.name not in told:
-            words.append(
-                f"nobody meets {plain(asked[r].requirement.name)!r}: at least {much} are missing{limit.clause}: check "
-                f"where it is and what is asked for"
+            lack = (
+                f"at least {much} {'is' if much.startswith('1 ') else 'are'} missing{limit.clause}"
             )
+            name = plain(asked[r].requirement.name)
+            words.append(f"nobody meets {name!r}: {lack}: check where it is and what is asked for")
     count = met.sum(axis=0)
     both = met.T.astype(np.float64) @ met.astype(np.float64)
     expected = np.outer(count, count) / len(met)

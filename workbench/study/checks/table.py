@@ -28,6 +28,7 @@ from workbench.study.checks import (
     joint_stops,
     parts,
     reach,
+    score,
     seat_travel,
     self_contact,
     sight,
@@ -174,6 +175,7 @@ CHECKS = {
         excursion.moments,
         excursion.bounds,
     ),
+    "score": Check(IN_POSTURE, score.margins, score.findings, score.moments),
     "reach": Check(REACHING, reach.margins, never=reach.never_reached),
     "injury": Check(IN_POSTURE, moments=injury.moments),
 }
