@@ -325,6 +325,34 @@ def test_a_mirror_is_proposed_to_go_where_it_shows_the_ground(tmp_path):
     assert 50e-3 <= gain.move <= 65e-3 and gain.joint_after == 1.0
 
 
+def test_a_mirror_is_proposed_to_be_turned(tmp_path):
+    """20 mm below its middle the left eye's image, 690 mm behind it, looks down by 1.66 degrees; the near
+    end of the ground, 1050 mm lower and 21.38 m from there, is 2.81 below: it turns by half of what lacks."""
+    rules = (ROOT / "studies/rules/sight_un_r46.yaml").read_text()
+    ground = r"\1[[20, 0], [20, 1], [21, 1], [21, 0]]"
+    text = re.sub(r"(field_III:\s+value: )\[.*?\]\]", ground, rules, flags=re.S)
+    path = tmp_path / "studies/rules/far.yaml"
+    path.parent.mkdir(parents=True)
+    path.write_text(text)
+    found = wb.run(
+        study_of(
+            tmp_path,
+            f"{MIRROR.replace('sight_un_r46', 'far')}, at_least: 99.9",
+            head=HEAD,
+            glass=(*BOXES, "pillar", "screen"),
+            boxes=[("pane", [790, -200, 1030], [810, 200, 1070])],
+            more="mirrors:\n  side: {part: pane, class: III, radius: flat, face: [-1, 0, 0]}\n",
+        )
+    ).population
+    (words,) = [
+        one.words
+        for one in found.gains
+        if one.words.startswith("turning") and one.joint_after == 1.0
+    ]
+    turn = re.fullmatch(r"turning side ([\d.]+) degrees to look farther down", words)
+    assert 0.575 <= float(turn[1]) <= 0.8
+
+
 def test_a_lit_display_is_proposed_to_go_where_it_is_not_mirrored(tmp_path):
     """Its image is 1.15 m ahead: for the right eye it is out of the outline 20 degrees to the right,
     418.6 + 32.5 mm, 91 mm beyond its left edge; its outermost samples are up to 10 mm within that."""

@@ -16,7 +16,7 @@ from dataclasses import replace
 import numpy as np
 
 from workbench.model.accommodation import MET, Change
-from workbench.model.arrays import Floats, Ints, xyz
+from workbench.model.arrays import Floats, Ints
 from workbench.model.moves import Move, parts_along
 from workbench.study.accommodation.changes import changed
 from workbench.study.accommodation.chunks import Chunk, Question
@@ -93,15 +93,15 @@ class SightMoves:
         ]
 
     def slope(self, move: Move) -> Floats:
-        """(P, R) by how much margins grow with a metre of a move, 0 where it does not do."""
+        """(P, R) by how much margins grow with a metre of a move, or what stands for it of a turn; 0 where
+        it does not do."""
 
         def moved(found: Found, amount: float) -> list[Situation]:
-            by = xyz(amount * np.array(move.by))
-            change = Change("", (Move(move.parts, move.controls, by),))
-            place = changed(found[1][0].place, change)
+            place = changed(found[1][0].place, Change("", (move.times(amount),)))
             return [replace(one, place=place) for one in found[1]]
 
-        few = self._slope(self._some(), moved, _FIRST)
+        # a mirror shows little ground: what it is turned by is not skipped
+        few = self._slope(self._some(), moved, TRIALS if any(move.turn) else _FIRST)
         return self._slope(self.places, moved, TRIALS) if few.any() else few
 
     def _some(self) -> list[Found]:
