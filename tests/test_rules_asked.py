@@ -157,7 +157,7 @@ def test_a_person_s_own_eyes_see_another_share_than_the_design_eye(tmp_path):
 def test_a_rule_of_the_seat_is_the_same_for_everybody(tmp_path):
     found = wb.run(study_of(tmp_path, PILLAR, head=HEAD)).population
     (requirement,) = found.requirements
-    assert requirement.name == "pillar pillar" and requirement.unit.column == "deg"
+    assert requirement.name == "asked" and requirement.unit.column == "deg"
     assert np.ptp(found.margin) == 0.0
     assert math.degrees(found.margin[0, 0] / 0.2) == pytest.approx(6 - 3.082, abs=2e-3)
 

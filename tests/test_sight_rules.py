@@ -6,8 +6,6 @@ character_height_mm, ocular_height_r46_proposal, seatback, tractor_masking), in 
 
 from __future__ import annotations
 
-import re
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -388,10 +386,3 @@ def test_the_docs_tell_of_every_value_how_sure_it_is():
     for path in (ROOT / "studies" / "rules").glob("sight_*.yaml"):
         for row in rule_rows(load_rule_set(path.stem)):
             assert row in page
-
-
-def test_a_rule_set_says_how_many_of_its_values_are_from_memory_or_which_where_they_are_few():
-    told = load_rule_set("sight_un_r125").all_told
-    assert re.search(r"; \d+ of its \d+ values are from memory, not checked", told)
-    few = load_rule_set("sight_nureg_0700").all_told
-    assert few.endswith("; line_down: from memory, not checked against the rule's text")

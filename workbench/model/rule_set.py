@@ -78,20 +78,6 @@ class RuleSet:
         told += [f"{name}: {doubt}" for name in names if (doubt := self._found(name).doubt)]
         return "; ".join(told)
 
-    @property
-    def sure(self) -> bool:
-        """Whether all values were seen in their sources."""
-        return all(value.seen for value in self.values.values())
-
-    @property
-    def all_told(self) -> str:
-        """Name the rule set for a sentence, with which of its values are not sure: their names, or
-        how many where they are more than two."""
-        unsure = sum(not value.seen for value in self.values.values())
-        if unsure <= 2:
-            return self.told(*self.values)
-        return f"{self.description}; {unsure} of its {len(self.values)} values are {REMEMBERED}"
-
     def _found(self, name: str) -> RuleValue:
         if name not in self.values:
             hint = one_of(name, self.values)

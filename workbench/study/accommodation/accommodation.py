@@ -21,6 +21,7 @@ from workbench.model.population import Population
 from workbench.model.population_found import GripFinding, PopulationFound, Shown
 from workbench.model.reason import NO_REASON, Reason
 from workbench.model.study import Role, Study
+from workbench.model.workplace import Workplace
 from workbench.study.accommodation.chunks import Chunk, Question, joined_chunks, result_chunks
 from workbench.study.accommodation.gains import gains_of
 from workbench.study.accommodation.grips import grip_findings, grip_words
@@ -42,6 +43,7 @@ from workbench.study.accommodation.shares import (
 from workbench.study.buried import buried_controls
 from workbench.study.checks.margins import Asked
 from workbench.study.checks.sight import shortfall_words
+from workbench.study.checks.sight_rules import source_of
 from workbench.study.kept_reaches import kept_by_parts, kept_words
 from workbench.study.people import Present, person_found
 from workbench.study.requirements import asked_of, sets_of
@@ -300,7 +302,7 @@ def _warnings(
     return (
         *grip_words(grips),
         *kept_words(kept),
-        *rules_words(question.asked),
+        *rules_words(question.place, question.asked),
         *piece_warnings([(body.name, body)]),
         *odd_people(question.people),
         *_inexact(bodies),
@@ -309,19 +311,23 @@ def _warnings(
     )
 
 
-def rules_words(asked: Sequence[Asked]) -> list[str]:
-    """Say which criteria are judged by rule sets of which not all values are sure."""
+def rules_words(place: Workplace, asked: Sequence[Asked]) -> list[str]:
+    """Say which criteria are judged by values of rule sets that are not sure, and by which."""
     judged: dict[str, list[str]] = {}
-    for one in asked:
-        rules = one.criterion.rule_set
-        if rules is not None and not rules.sure:
-            judged.setdefault(rules.all_told, []).append(one.criterion.name)
-    told = []
-    for words, names in judged.items():
-        few = [repr(name) for name in dict.fromkeys(names)]
-        who = f"criterion {few[0]} is" if len(few) == 1 else f"criteria {', '.join(few)} are"
-        told.append(f"{who} judged by {words}")
-    return told
+    for criterion in dict.fromkeys(one.criterion for one in asked):
+        rules = criterion.rule_set
+        if rules is None:
+            continue
+        mirrors = [place.environment.mirror(name).field for name in criterion.mirrors]
+        told = source_of(criterion, *(f"field_{field}" for field in dict.fromkeys(mirrors)))
+        if told != rules.description:
+            judged.setdefault(told, []).append(repr(criterion.name))
+    return [
+        f"criterion {names[0]} is judged by {words}"
+        if len(names) == 1
+        else f"criteria {', '.join(names)} are judged by {words}"
+        for words, names in judged.items()
+    ]
 
 
 def _inexact(bodies: PopulationBodies) -> list[str]:
