@@ -14,6 +14,7 @@ from tests.conftest import box_part, environment_of
 from workbench.sight.eyes import TURNS, Eyes, gaze, given_eyes
 from workbench.sight.kernels.sphere_rays import Lens, sphere_box
 from workbench.sight.obscuration import (
+    SEEN_BY,
     lines_of_sight,
     obscuration,
     seen_shares,
@@ -171,6 +172,10 @@ def test_shares_of_two_eyes_hold_those_of_one(seed):
     assert np.all(either >= np.maximum(left, right)) and np.all(both <= np.minimum(left, right))
     assert np.all((both >= 0) & (either <= 1 + 1e-12))
     assert either + both == pytest.approx(left + right)
+    for by, share in zip(SEEN_BY, (left, right, either, both), strict=True):
+        seen = seen_shares(scenery, eyes, targets, by=by)
+        assert np.all(seen.blocked <= 1 - share + 1e-12)  # nothing hides more than is not seen
+        assert np.all((seen.blocked > 0) == (share < 1 - 1e-12))
 
 
 @settings(max_examples=5)

@@ -263,7 +263,9 @@ def test_fields_count_from_eyes_front_side_or_middle(rules, name, side, x, y):
 
 def test_a_field_without_an_origin_is_refused():
     with pytest.raises(InputError, match="field 'passenger_field' needs 'origin', as"):
-        mine = RuleSet("mine", "", {"passenger_field": RuleValue(np.zeros((3, 2)), "", seen=False)})
+        mine = RuleSet(
+            "mine", "", {"passenger_field": RuleValue(np.zeros((3, 2)), "", status="remembered")}
+        )
         ground_of("passenger_field", rules=mine)
     with pytest.raises(InputError, match="no value 'field_VII'; did you mean 'field_VI'"):
         ground_of("field_VII")

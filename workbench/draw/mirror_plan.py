@@ -106,7 +106,7 @@ def mirror_plan(
         _patch(colours, (size, line - 0.5 * size), size, found.rows[found.row[k]].colour)
         room = (width - 5.0 * size) / (0.55 * len(text))
         words.append(Words((3.2 * size, line), text, min(0.9 * size, room)))
-    rule = f"outlined and hatched: asked for by {source}, to {_BEHIND[1]:g} m behind at most"
+    rule = f"outlined and hatched, to {_BEHIND[1]:g} m behind at most: asked for by {source}"
     lines = [f"Ground seen in mirrors from {outlook.name}", _CAPTION, *([rule] if required else [])]
     words += plans.sheet.words(*lines)
     return Chart(lines[0], "; ".join(lines[1:]), colours, strokes, words)

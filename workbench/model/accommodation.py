@@ -140,7 +140,7 @@ class Change:
 
     @property
     def size(self) -> float:
-        """The longest way [m] that anything is moved."""
+        """The longest way [m] that anything is moved, 0 of what turns."""
         ends = (*self.travel_forward, *self.travel_up)
         return max(*(math.hypot(*move.by) for move in self.moves), *map(abs, ends))
 
@@ -221,7 +221,7 @@ class Gain:
     """What a change of the design would gain, found from the margins and confirmed by a run with
     the change made.
 
-    words: "moving flaps 32 mm aft"; requirement: the one it is for; move [m]; rate: share gained by
+    words: "moving flaps 32 mm aft"; requirement: the one it is for; move [m], 0 of what turns; rate: share gained by
     a metre, and margin_rate: metres by which the margin grows with a metre, mean of those who do
     not meet the requirement, both at the design as it is; before, after: the share that meets the
     requirement without and with the change (run again); joint_before, joint_after: the share that

@@ -216,11 +216,20 @@ class Move:
         Names of controls that go without their parts.
     by
         (3,) [m] from where the environment's file has them.
+    turn
+        (3,) [rad] rotation vector about the middle of the box around each part, before that. Controls
+        on the parts do not turn.
     """
 
     parts: tuple[str, ...]
     controls: tuple[str, ...]
     by: tuple[float, float, float]
+    turn: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+    def times(self, amount: float) -> Move:
+        """So many times the way, and the turn."""
+        by, turn = (xyz(amount * np.array(way)) for way in (self.by, self.turn))
+        return replace(self, by=by, turn=turn)
 
 
 def parts_along(environment: Environment, controls: Collection[str]) -> tuple[str, ...]:
@@ -288,9 +297,15 @@ def displaced(
     """
     parts = part_moves(environment, moves) - part_moves(environment, before)
     controls = control_moves(environment, moves) - control_moves(environment, before)
-    if not parts.any() and not controls.any():
+    turned = [(name, move.turn) for move in moves if any(move.turn) for name in move.parts]
+    if not parts.any() and not controls.any() and not turned:
         return environment
     found = environment
+    for name, turn in turned:
+        corners = found.triangle_corners(found.part_index(name)).reshape(-1, 3)
+        middle = 0.5 * (corners.min(axis=0) + corners.max(axis=0))
+        rotation = matrices(exponential(np.array(turn)))
+        found = move_parts(found, [name], middle - rotation @ middle, rotation=rotation)
     for by in np.unique(parts[parts.any(axis=1)], axis=0):
         mine = np.flatnonzero((parts == by).all(axis=1))
         found = move_parts(found, [environment.parts[k] for k in mine], by)

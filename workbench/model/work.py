@@ -7,6 +7,7 @@ from typing import Any, Literal
 
 from workbench.errors import InputError
 from workbench.model.arguments import check_fields
+from workbench.model.figures import plain
 
 __all__ = ["Work"]
 
@@ -50,7 +51,7 @@ class Work:
     def assumed(self, names: tuple[str, ...]) -> tuple[str, ...]:
         """Say which of some values are not stated, and what is taken for each."""
         return tuple(
-            f"{name.replace('_', ' ')}: {_ASSUMED[name][1]} (assumed)"
+            f"{plain(name)}: {_ASSUMED[name][1]} (assumed)"
             for name in names
             if getattr(self, name) is None
         )

@@ -149,7 +149,8 @@ def spare_words(verdict: VerdictRow) -> str:
         return "–"
     more = verdict.check == "reach" and worst.value >= 1000 * MOST_SPARE
     lead = "≥\u00a0" if more else ""
-    return lead + _figure(abs(worst.margin), worst, 0.0)
+    figure = _figure(abs(worst.margin), worst, 0.0)
+    return lead + (figure.replace("%", "points") if worst.unit == "percent" else figure)
 
 
 def _figure(value: float, finding: FindingRow, limit: float, known: str = "") -> str:

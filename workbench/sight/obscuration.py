@@ -34,6 +34,7 @@ from workbench.sight.scenery import Scenery, check_eyes, items_around
 from workbench.threads import in_pieces
 
 __all__ = [
+    "SEEN_BY",
     "TURNED_AWAY",
     "Obscuration",
     "Seen",
@@ -396,6 +397,10 @@ def block_lines(scenery: Scenery, eyes: Floats, points: Floats, own: Ints, group
     return lines
 
 
+SEEN_BY = ("left", "right", "either", "both")
+"""By which eyes a share is seen, in the order of `Seen.share`."""
+
+
 @dataclass(frozen=True, eq=False)
 class Seen:
     """How much of K targets B people see.
@@ -408,10 +413,11 @@ class Seen:
         (B, K, 4) of the surface that is turned to the eyes, weighed by solid angle: seen by the left
         eye, by the right, by one at least, by both. 0 where it is turned away.
     blocker
-        (B, K) the name of the item that hides most of what is hidden from one eye or both;
-        `TURNED_AWAY` where no sample faces an eye; "" where all is seen by both.
+        (B, K) the name of the item that hides most of what is not seen by the eyes that are asked;
+        `TURNED_AWAY` where no sample faces an eye; "" where they see all.
     blocked
-        (B, K) the share that this item hides, from one eye at least.
+        (B, K) the share of the target that this item hides, never more than is not seen: half of a
+        sample is put down to what each eye meets where both are hidden.
     inside
         (B,) the item of the scenery that an eye is in, -1 for none; who is in one sees nothing.
     """
@@ -423,7 +429,9 @@ class Seen:
     inside: Ints
 
 
-def seen_shares(scenery: Scenery, eyes: Eyes, targets: Sequence[Target]) -> Seen:
+def seen_shares(
+    scenery: Scenery, eyes: Eyes, targets: Sequence[Target], *, by: str = "either"
+) -> Seen:
     """Measure the share of each target that people see.
 
     A sample weighs cos(angle of incidence) / distance^2, the mean over both eyes; one that faces away
@@ -437,14 +445,18 @@ def seen_shares(scenery: Scenery, eyes: Eyes, targets: Sequence[Target]) -> Seen
         Of B people.
     targets
         K of them.
+    by
+        The eyes that are asked what hides the targets, one of `SEEN_BY`.
 
     Raises
     ------
     InputError, UsageError
-        As `lines_of_sight`.
+        As `lines_of_sight`; UsageError for other eyes.
     """
     if not targets:
         raise UsageError("targets: expected one at least, got none")
+    if by not in SEEN_BY:
+        raise UsageError(f"by: expected one of {', '.join(SEEN_BY)}, got {by!r}")
     check_eyes(scenery, eyes.middle)
     count = [len(target.points) for target in targets]
     group = np.cumsum([0, *count])
@@ -470,9 +482,15 @@ def seen_shares(scenery: Scenery, eyes: Eyes, targets: Sequence[Target]) -> Seen
     total = np.add.reduceat(weight, group[:-1], axis=1)
     scale = np.where(total > 0.0, total, 1.0)
     share = np.add.reduceat(weight[..., None] * seen, group[:-1], axis=1) / scale[..., None]
+    lost = weight * ~seen[..., SEEN_BY.index(by)]
+    asked = [
+        block
+        for side, block in zip(SEEN_BY, blocker, strict=False)
+        if by not in SEEN_BY[:2] or by == side
+    ]
     hides = np.stack(
         [
-            _hidden_by(weight[:, begin:end], [block[:, begin:end] for block in blocker], scenery)
+            _hidden_by(lost[:, begin:end], [block[:, begin:end] for block in asked], scenery)
             for begin, end in pairwise(group.tolist())
         ],
         axis=1,
@@ -493,15 +511,15 @@ def _normals(target: Target) -> Floats:
 
 
 def _hidden_by(weight: Floats, blocker: Sequence[Ints], scenery: Scenery) -> Floats:
-    """(B, N) weights (B, M) of the samples that each item hides from one eye at least.
+    """(B, N) weights (B, M) of the samples that each item hides, shared by the eyes that it or another
+    hides them from.
 
     blocker: (B, M) of each eye.
     """
     count = len(scenery.names) + 1  # the last one is none
     first = np.arange(len(weight))[:, None] * count
-    left, right = (np.where(block >= 0, block, count - 1) + first for block in blocker)
-    other = np.where(left == right, 0.0, weight)  # once where it is hidden from both
-    items = np.concatenate([left, right], axis=1)
-    weights = np.concatenate([weight, other], axis=1)
-    hides = np.bincount(items.ravel(), weights.ravel(), len(weight) * count)
+    each = weight / np.maximum(sum(block >= 0 for block in blocker), 1)
+    items = [np.where(block >= 0, block, count - 1) + first for block in blocker]
+    weights = np.concatenate([each] * len(items), axis=1)
+    hides = np.bincount(np.concatenate(items, axis=1).ravel(), weights.ravel(), len(weight) * count)
     return hides.reshape(-1, count)[:, :-1].astype(np.float64)

@@ -24,7 +24,6 @@ _EACH = {
     "reads": "read",
     "mirror": "ground in",
     "reflection": "no reflection of",
-    "pillar": "pillar",
 }
 """Checks that ask of each thing by itself, and what each is called."""
 

@@ -18,7 +18,7 @@ from workbench.draw.scene import Mark, Scene, SceneBody
 from workbench.draw.views import four_views
 from workbench.draw.web.views import WebMark, WebView, scene_view
 from workbench.model.accommodation import Gain, GroupShare, ReachMap
-from workbench.model.arrays import Bools, Floats
+from workbench.model.arrays import Bools, Floats, xyz
 from workbench.model.body import Body
 from workbench.model.figures import plain
 from workbench.model.measures import MASS
@@ -65,6 +65,9 @@ _PICTURE = 520
 _MOST_MEASURES = 12
 _MOST_PAIRS = 3
 """Changes that are shown before and after."""
+_LOOKED_AT = ("sees", "reads")
+_LINE = 0.8
+"""[m] of a line of sight that is drawn: what is looked at may be far."""
 _TO_SCALE = 0.002
 """[m] How far a line may be longer or shorter than what it says."""
 _LEVELS = (1, 5, 50, 95, 99)
@@ -228,6 +231,7 @@ def _method(result: PopulationFound) -> dict[str, Any]:
         "seated": result.place.seat is not None,
         "steps": result.place.stand is not None and result.place.stand.steps,
         "bootstrap": result.study.shares.interval.method == "bootstrap",
+        "sight": any(one.of_sight for one in result.requirements),
     }
 
 
@@ -482,10 +486,12 @@ def _joint_gain(gain: Gain) -> float:
 
 def _gain(gain: Gain, result: PopulationFound) -> dict[str, Any]:
     """One change as a sentence, with what a millimetre of it gives at first where that says
-    something."""
+    something: what is seen jumps."""
     count = len(result.met)
-    unit = next(one.unit for one in result.requirements if one.name == gain.requirement)
-    amount = unit.shown(1e-3 * gain.margin_rate)
+    one = next(one for one in result.requirements if one.name == gain.requirement)
+    unit = one.unit
+    jumps = one.of_sight and one.check != "over_nose"
+    amount = 0.0 if jumps else unit.shown(1e-3 * gain.margin_rate)
     joint = _joint_gain(gain)
     helps = joint > 1e-9 or (gain.after > gain.before + 1e-9 and joint > -1e-9)
     rates = []
@@ -515,7 +521,9 @@ def _picture(result: PopulationFound, found: Shown, views: PageViews) -> dict[st
     alt = f"{name}: {lack} lacking, seen {_FROM[view]}"
     index = views.add(_view(scene, mark, alt))
     still = still_picture(scene, camera)
-    caption = f"{label}, {name}: {lack} lacking; lines are to scale"
+    sight = result.requirements[found.requirement].check in _LOOKED_AT
+    scale = "the line goes from the eyes toward it" if sight else "lines are to scale"
+    caption = f"{label}, {name}: {lack} lacking; {scale}"
     drawn = "" if found is not result.shown[0] else circle_figure(scene, label)
     place = views.place(index, still=still, alt=alt, caption=caption)
     return {"turnable": place, "circles": drawn}
@@ -544,10 +552,11 @@ def _tried_picture(result: PopulationFound, change: TriedChange, views: PageView
     after = change.margins[1]
     name = plain(change.gain.requirement)
     label = result.people.called(person.row)
-    unit = result.requirements[person.before.requirement].unit
+    asked = result.requirements[person.before.requirement]
+    left = spare_words(after, asked.unit, of=" of the limit" if asked.check == "reads" else "")
     lack = lack_words(result, person.row, person.before.requirement)
     point = person.after.tip or person.after.target
-    spare = None if point is None else WebMark(point, spare_words(after, unit))
+    spare = None if point is None else WebMark(point, left)
     marks = (_lacking(result, person.before, lack), spare)
     one, two = (
         _scene(found, mark, name, label)
@@ -563,7 +572,7 @@ def _tried_picture(result: PopulationFound, change: TriedChange, views: PageView
             said=title,
             caption=(
                 f"{label}: {lack} lacking for “{name}” as it is, "
-                f"{spare_words(after, unit)} after {plain(change.gain.words)}"
+                f"{left} after {plain(change.gain.words)}"
             ),
         ),
         views.packing,
@@ -575,7 +584,8 @@ def _lacking(result: PopulationFound, found: Shown, lack: str) -> WebMark | None
     nothing to point at.
 
     A reach: from where the limb got to its target. A clearance: from the surface of the body to
-    what is too near. Eyes: the height that they lack, or have too much.
+    what is too near. Eyes: the height that they lack, or have too much. What is looked at: the line
+    toward it, not beyond what a picture shows.
     """
     if found.target is None:
         return None
@@ -605,6 +615,9 @@ def _lacking(result: PopulationFound, found: Shown, lack: str) -> WebMark | None
             words = f"{where}, {1000 * asked:g} asked: {lack} lacking"
         to = found.target if room > 0.0 else None
         return WebMark((x, y, z), words, to, failing=True)
+    if apart > 0.0 and check in _LOOKED_AT:
+        end = xyz(tip - way * min(1.0, _LINE / apart))
+        return WebMark(xyz(tip), f"{lack} lacking", end, failing=True)
     if apart > 0.0 and (check == "reach" or abs(apart - short) < _TO_SCALE):
         x, y, z = tip.tolist()
         return WebMark((x, y, z), f"{lack} short", found.target, failing=True)

@@ -546,12 +546,15 @@ def _rank(values: Floats, weight: Floats, value: float) -> tuple[float, str]:
     return (more, "more") if more >= less else (less, "less")
 
 
-def spare_words(margin: float, unit: Unit) -> str:
-    """ "12 mm to spare"; "at least 200 mm to spare" of a reach, which is looked for no farther. margin
-    [m] as it counts beside lengths, unit: in which it is read."""
+def spare_words(margin: float, unit: Unit, *, of: str = "") -> str:
+    """ "12 mm to spare"; "at least 200 mm to spare" of a reach, which is looked for no farther; "nothing
+    to spare" of what is just met. margin [m] as it counts beside lengths, unit: in which it is
+    read; of: what shares are of, " of the limit"."""
     most = "at least " if unit is UNITS["m"] and abs(margin - MOST_SPARE) < MET else ""
-    amount = unit.shown(max(margin, 0.0))
-    return f"{most}{amount:,.{unit.places}f}{unit.words} to spare"
+    amount = f"{unit.shown(max(margin, 0.0)):,.{unit.places}f}"
+    if not float(amount.replace(",", "")):
+        return "nothing to spare"
+    return f"{most}{amount}{unit.words}{of} to spare"
 
 
 def _capital(text: str) -> str:

@@ -43,6 +43,7 @@ from workbench.study.accommodation.shares import (
 from workbench.study.checks.margins import Asked
 from workbench.study.checks.score import assumed_words
 from workbench.study.checks.sight import shortfall_words
+from workbench.study.checks.sight_rules import source_of
 from workbench.study.kept_reaches import kept_by_parts, kept_words
 from workbench.study.people import Present, person_found
 from workbench.study.requirements import asked_of, sets_of
@@ -300,7 +301,7 @@ def _warnings(
     return (
         *grip_words(grips),
         *kept_words(kept),
-        *rules_words(question.asked, question.place),
+        *rules_words(question.place, question.asked),
         *piece_warnings([(body.name, body)]),
         *odd_people(question.people),
         *_inexact(bodies),
@@ -309,22 +310,27 @@ def _warnings(
     )
 
 
-def rules_words(asked: Sequence[Asked], where: Workplace) -> list[str]:
-    """Say which criteria are judged by rule sets of which not all values are sure, and what scores
-    of postures assume."""
+def rules_words(place: Workplace, asked: Sequence[Asked]) -> list[str]:
+    """Say which criteria are judged by values of rule sets that are not sure, and by which, and what
+    scores of postures assume."""
     judged: dict[str, list[str]] = {}
-    for one in asked:
-        rules = one.criterion.rule_set
-        if rules is not None and not rules.sure:
-            scored = one.criterion.check == "score"
-            words = assumed_words(one.criterion, where) if scored else ""
-            judged.setdefault(rules.all_told + words, []).append(one.criterion.name)
-    told = []
-    for words, names in judged.items():
-        few = [repr(name) for name in dict.fromkeys(names)]
-        who = f"criterion {few[0]} is" if len(few) == 1 else f"criteria {', '.join(few)} are"
-        told.append(f"{who} judged by {words}")
-    return told
+    for criterion in dict.fromkeys(one.criterion for one in asked):
+        rules = criterion.rule_set
+        if rules is None:
+            continue
+        if criterion.check == "score":
+            told = rules.all_told + assumed_words(criterion, place)
+        else:
+            mirrors = [place.environment.mirror(name).field for name in criterion.mirrors]
+            told = source_of(criterion, *(f"field_{field}" for field in dict.fromkeys(mirrors)))
+        if told != rules.description:
+            judged.setdefault(told, []).append(repr(criterion.name))
+    return [
+        f"criterion {names[0]} is judged by {words}"
+        if len(names) == 1
+        else f"criteria {', '.join(names)} are judged by {words}"
+        for words, names in judged.items()
+    ]
 
 
 def _inexact(bodies: PopulationBodies) -> list[str]:

@@ -203,6 +203,7 @@ def _left_as_they_are(question: Question, change: Change) -> tuple[Floats, froze
         elif parts & set(one.criterion.parts):
             segments = one.criterion.segments
             legs = bool(segments) and not ARMS.intersection(segments)
+            legs &= not any(any(move.turn) for move in change.moves)
             most[r] = sum(np.linalg.norm(move.by) for move in change.moves) if legs else np.inf
     return most, frozenset(parts)
 

@@ -15,7 +15,7 @@ really gains is what a run with it says (see gains).
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
 
@@ -59,6 +59,10 @@ _ENDS = (
     ("travel_up", 1, "higher"),
 )
 """The ends of the seat's travel: which travel, outward, and what going beyond it is called."""
+_DEGREES = 100.0
+"""What is turned turns by so many degrees where something else would move by a metre."""
+_ASIDE = 0.7
+"""Sine of the angle between where a mirror looks and a side to which it may look farther, at least."""
 _SEAT_WORDS = "letting the seat go "
 MOST_NAMED = 3
 """Parts that are moved together, at most: more have no name in a sentence."""
@@ -85,9 +89,10 @@ class _Way:
     def by(self, amount: float) -> Change:
         """The change with so much [m] of the way gone."""
         unit = self.change
+        much = f"{1000 * amount:.0f} mm" if unit.size else f"{_DEGREES * amount:.1f} degrees"
         return Change(
-            self.words.format(f"{1000 * amount:.0f} mm"),
-            tuple(Move(m.parts, m.controls, xyz(amount * np.array(m.by))) for m in unit.moves),
+            self.words.format(much),
+            tuple(move.times(amount) for move in unit.moves),
             _scaled(unit.travel_forward, amount),
             _scaled(unit.travel_up, amount),
         )
@@ -219,14 +224,24 @@ def _sight_ways(question: Question, moves: SightMoves, found: Chunk) -> Iterator
     each end of its travel, as far as somebody sees by them what he missed."""
     rows = tuple(range(found.margin.shape[1]))
     axes = _axes(question.place)
+    mirrors = question.place.environment.mirrors
     for name, thing in moves.things() if len(moves.people) else ():
-        ways = []
-        for word, axis in axes.items():
-            move = replace(thing, by=xyz(axis))
-            slope = moves.slope(move)
-            words = f"moving {name} {{}} {word}"
-            ways += [_Way(name, words, rows, slope, Change("", (move,)))] if slope.any() else []
-        yield ways
+        moved = {
+            f"moving {name} {{}} {word}": replace(thing, by=xyz(axis))
+            for word, axis in axes.items()
+        }
+        turned = [
+            _turns(name, thing, np.array(mirror.normal), axes)
+            for mirror in mirrors
+            if (mirror.part,) == thing.parts and mirror.aims is None
+        ]
+        for tried in (moved, *turned):
+            ways = [
+                _Way(name, words, rows, slope, Change("", (move,)))
+                for words, move in tried.items()
+                if (slope := moves.slope(move)).any()
+            ]
+            yield ways
     seat = question.place.own_seat
     for travel, outward, words in _ENDS if seat is not None and len(moves.people) else ():
         assert seat is not None
@@ -234,6 +249,17 @@ def _sight_ways(question: Question, moves: SightMoves, found: Chunk) -> Iterator
         at_end = np.flatnonzero(_at_end(seat, found.seat, travel, outward))
         slope = moves.of_seat(outward * np.array([along, not along], dtype=np.float64), at_end)
         yield [_seat_way(travel, outward, words, slope)] if slope.any() else []
+
+
+def _turns(name: str, mirror: Move, normal: Floats, axes: Mapping[str, Floats]) -> dict[str, Move]:
+    """A mirror with a unit normal (3,) turned so that it looks farther to each side, by words."""
+    found = {}
+    for word, axis in axes.items():
+        across = np.cross(normal, axis)
+        if (length := float(np.linalg.norm(across))) > _ASIDE:
+            turn = xyz(np.radians(_DEGREES) * across / length)
+            found[f"turning {name} {{}} to look farther {word}"] = replace(mirror, turn=turn)
+    return found
 
 
 def _axes(place: Workplace) -> dict[str, Floats]:

@@ -2,12 +2,13 @@
 
 What is seen of something jumps where an edge passes it, so that no derivative says how far a part
 must go. Moves are tried instead: who misses something is asked again where he is, with a part, a
-control or his seat farther and farther along a way. Between the last trial that misses and the first
-that meets, the margin is taken as linear. What a move truly gains is what a run with it says.
+control or his seat farther and farther along a way. The first trial that meets says how far, or a
+shorter one that meets too: halfway from the last that misses, or where a linear margin would meet.
 """
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -15,7 +16,7 @@ from dataclasses import replace
 import numpy as np
 
 from workbench.model.accommodation import MET, Change
-from workbench.model.arrays import Floats, Ints, xyz
+from workbench.model.arrays import Floats, Ints
 from workbench.model.surroundings import Move, parts_along
 from workbench.study.accommodation.changes import changed
 from workbench.study.accommodation.chunks import Chunk, Question
@@ -31,6 +32,8 @@ __all__ = ["SightMoves"]
 
 TRIALS = (0.005, 0.01, 0.015, 0.02, 0.025, 0.03, 0.04, 0.05, 0.06, 0.08, 0.1)
 """[m] How far things are moved."""
+_STEP = 1e-3
+"""[m] between the ways that are told."""
 _FIRST = (0.025, 0.1)
 """The same of few people, to find the ways that help."""
 _MOST_THINGS = 5
@@ -90,15 +93,15 @@ class SightMoves:
         ]
 
     def slope(self, move: Move) -> Floats:
-        """(P, R) by how much margins grow with a metre of a move, 0 where it does not do."""
+        """(P, R) by how much margins grow with a metre of a move, or what stands for it of a turn; 0 where
+        it does not do."""
 
         def moved(found: Found, amount: float) -> list[Situation]:
-            by = xyz(amount * np.array(move.by))
-            change = Change("", (Move(move.parts, move.controls, by),))
-            place = changed(found[1][0].place, change)
+            place = changed(found[1][0].place, Change("", (move.times(amount),)))
             return [replace(one, place=place) for one in found[1]]
 
-        few = self._slope(self._some(), moved, _FIRST)
+        # a mirror shows little ground: what it is turned by is not skipped
+        few = self._slope(self._some(), moved, TRIALS if any(move.turn) else _FIRST)
         return self._slope(self.places, moved, TRIALS) if few.any() else few
 
     def _some(self) -> list[Found]:
@@ -132,9 +135,14 @@ class SightMoves:
             for amount in trials:
                 now = self._margins(moved((rows, there), amount))
                 newly = (before < -MET) & (now >= -MET) & (slope[at] == 0.0)
-                share = short / np.where(newly, short - now, 1.0)
-                needed = last + (amount - last) * share
-                slope[at] += np.where(newly, -before / np.where(newly, needed, 1.0), 0.0)
+                if newly.any():
+                    share = (short[newly] / (short[newly] - now[newly])).max()
+                    needed = np.full(before.shape, amount)
+                    for part in (share, 0.5):
+                        guess = _STEP * math.ceil((last + (amount - last) * part) / _STEP)
+                        enough = self._margins(moved((rows, there), guess)) >= -MET
+                        needed = np.where(enough, np.minimum(needed, guess), needed)
+                    slope[at] += np.where(newly, -before / needed, 0.0)
                 short, last = now, amount
         return slope
 

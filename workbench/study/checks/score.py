@@ -15,6 +15,7 @@ import numpy as np
 from workbench.body.forward import place
 from workbench.model.accommodation import MET
 from workbench.model.criterion import Criterion
+from workbench.model.figures import plain
 from workbench.model.poses import Placed
 from workbench.model.reason import Reason
 from workbench.model.result import Finding, MotionFound
@@ -103,7 +104,7 @@ def _side(score: PostureScore, row: int) -> str:
 def _finding(
     score: PostureScore, row: int, criterion: Criterion, case: str, person: str
 ) -> Finding:
-    part = score.next_part[row].replace("_", " ")
+    part = plain(score.next_part[row])
     near = f"{math.degrees(score.to_next_band[row]):.1f} degrees from another band ({part})"
     rules = criterion.rule_set
     assert rules is not None

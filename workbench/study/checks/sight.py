@@ -27,6 +27,7 @@ from workbench.model.units import UNITS
 from workbench.posture.seating.seating import middle
 from workbench.sight.eyes import Eyes, eyes_of, gaze, head_of
 from workbench.sight.obscuration import (
+    SEEN_BY,
     Target,
     seen_shares,
     target_of_disc,
@@ -61,8 +62,6 @@ BEYOND = (
     Reason("beyond", "beyond the turn of trunk, head and eyes"),
 )
 """What keeps something from being seen that nothing stands before, with the trunk still or turning."""
-SEEN_BY = ("left", "right", "either", "both")
-"""By which eyes a share is seen, in the order of `Seen.share`."""
 SIZE = "size of its characters"
 LARGEST = "largest size of its characters"
 FACE = "angle to its face"
@@ -227,7 +226,7 @@ def _sees(
         pieces = environment.control(name).pieces if criterion.controls else ()
         own = [target.item, *(environment.part_index(piece.part) for piece in pieces)]
         clear = looked_through(scenery, own) if max(own) >= 0 else scenery
-        seen = seen_shares(clear, looks.eyes.rows(rows), [target])
+        seen = seen_shares(clear, looks.eyes.rows(rows), [target], by=criterion.eyes)
         within = looks.within[rows]
         beyond = BEYOND[criterion.trunk > 0.0]
         why = [

@@ -46,6 +46,7 @@ from workbench.sight.rules.pillar import pillar_angle
 from workbench.sight.rules.reflection import windscreen_reflection
 from workbench.sight.scenery import Scenery, enclosing_items, scenery_of
 from workbench.study.checks.margins import Asked, Margins, no_margins
+from workbench.study.checks.sight import READ_BY
 from workbench.study.situation import Situation
 
 __all__ = [
@@ -55,6 +56,7 @@ __all__ = [
     "findings",
     "margins",
     "most",
+    "source_of",
     "things_of",
 ]
 
@@ -213,6 +215,14 @@ def _placed(study: Study, criterion: Criterion, key: str, words: str) -> str:
     return fail(document, ("criteria", row, key), words)
 
 
+def source_of(criterion: Criterion, *more: str) -> str:
+    """Name the rule of a criterion, with which of the values that it is judged by are not sure, and
+    their doubts; more: names of values beside those that its check always has."""
+    used = [name for name in _USED.get(criterion.check, ()) if name in _rules(criterion).values]
+    stated = ["pillar_limit"] if criterion.at_most else []
+    return _rules(criterion).told(*(name for name in used if name not in stated), *more)
+
+
 def _rules(criterion: Criterion) -> RuleSet:
     assert criterion.rule_set is not None
     return criterion.rule_set
@@ -279,7 +289,7 @@ def _outline(look: _Look, criterion: Criterion, _: str) -> _Judged:
         view = clear_view(scenery, eyes, region, row=row)
         clear[row] = view.clear
         why[row] = _hides_most(view, region, look.place.environment.parts)
-    return _Judged(clear, criterion.at_least, why, _rules(criterion).told("outline_left_seat"))
+    return _Judged(clear, criterion.at_least, why, source_of(criterion))
 
 
 def _hides_most(view: ClearView, region: Region, parts: tuple[str, ...]) -> Reason:
@@ -294,10 +304,7 @@ def _pillar(situation: Situation, criterion: Criterion, _: str) -> _Judged:
     rules = _rules(criterion)
     found = _pillar_angle(situation.environment, criterion, situation.place.seat)
     limit = criterion.at_most or rules.number("pillar_limit")
-    names = ["p1", "p2", "pm", "seat_back_shift", "seat_travel_shift"]
-    names += ["p_to_e", "e_apart", "s1_rise", "s2_fall"]
-    names += [] if criterion.at_most else ["pillar_limit"]
-    return _judged(situation, found, limit, rules.told(*names))
+    return _judged(situation, found, limit, source_of(criterion))
 
 
 @lru_cache(maxsize=64)
@@ -320,8 +327,7 @@ def _field(situation: Situation, criterion: Criterion, _: str) -> _Judged:
     """How wide something stands in the forward field."""
     assert situation.place.seat is not None
     found = _field_width(situation.environment, criterion, situation.place.seat)
-    source = _rules(criterion).told("v1", "v2", "field_fall", "wheel_fall")
-    return _judged(situation, found, criterion.at_most, source)
+    return _judged(situation, found, criterion.at_most, source_of(criterion))
 
 
 @lru_cache(maxsize=64)
@@ -342,7 +348,6 @@ def _field_width(environment: Environment, criterion: Criterion, seat: str) -> _
 def _mirror(look: _Look, criterion: Criterion, name: str) -> _Judged:
     """The share of the ground of a mirror's class that is seen in it."""
     environment = look.place.environment
-    rules = _rules(criterion)
     mirror = environment.mirror(name)
     scenery, eyes = look.scenery, look.eyes
     seen = np.zeros(len(eyes))
@@ -363,7 +368,7 @@ def _mirror(look: _Look, criterion: Criterion, name: str) -> _Judged:
             why[row] = hider(chief, environment.parts, found.hidden[chief])
             if chief in (OUTSIDE, AWAY):
                 why[row] = Reason("outside", chief, share=round(found.hidden[chief], 3))
-    return _Judged(seen, criterion.at_least, why, rules.told(f"field_{mirror.field}"))
+    return _Judged(seen, criterion.at_least, why, source_of(criterion, f"field_{mirror.field}"))
 
 
 def asked_ground(
@@ -400,10 +405,20 @@ def _reflection(look: _Look, criterion: Criterion, name: str) -> _Judged:
         share[row] = found.share
         if found.parts:
             why[row] = Reason("mirrored", ", ".join(found.parts))
-    source = _rules(criterion).told("outline_left_seat")
-    return _Judged(-share, -criterion.at_most, why, source)
+    return _Judged(-share, -criterion.at_most, why, source_of(criterion))
 
 
+_USED = {
+    "outline": ("outline_left_seat",),
+    "reflection": ("outline_left_seat",),
+    "pillar": (
+        *("p1", "p2", "pm", "seat_back_shift", "seat_travel_over", "seat_travel_shift"),
+        *("p_to_e", "e_apart", "s1_rise", "s2_fall", "pillar_limit"),
+    ),
+    "forward_field": ("v1", "v2", "seat_back_shift", "field_fall", "wheel_fall"),
+    "reads": READ_BY,
+}
+"""The values of its rule set that a check is judged by."""
 _GROUND = 900
 """Points of the ground of a mirror: a share is known to about 1 %."""
 _OF_SEATS: dict[str, Callable[[Situation, Criterion, str], _Judged]] = {
