@@ -264,6 +264,60 @@ def sight_cases():
     }
 
 
+def strain_cases():
+    """The functions that are about what a posture costs."""
+    placed = wb.place(man(), wb.pose(man(), {"RS": {"flexion": 60}}))
+    return {
+        **{
+            method: {"placed": placed, "work": wb.Work(load=1.0), "rules": f"strain_{method}"}
+            for method in ("rula", "reba", "owas")
+        },
+        "working_angles": {"placed": placed},
+        "grip_place": {"placed": placed, "floor": 0.0},
+        "lifting": {"lifts": a_lift(), "rules": "strain_niosh_metric"},
+        "supports_of": {"placed": placed, "segments": ["LF", "RF"], "toward": (0.0, 0.0, -1.0)},
+        "static_load": {
+            "placed": placed,
+            "supports": wb.supports_of(placed, ["LF", "RF"]),
+            "pushes": [wb.Push("RHN", (1.0, 0.0, 0.0))],
+            "held": {"RHN": 1.0},
+        },
+        "arms_of": {"placed": placed, "side": "left", "hand": [0.4, 0.2, 1.2]},
+        "hand_strength": {
+            "arms": wb.arms_of(placed, "right"),
+            "direction": [1.0, 0.0, 0.0],
+            "male": True,
+            "rules": "strain_arm_force_field",
+        },
+        "foot_strength": {
+            "placed": placed,
+            "side": "left",
+            "direction": [1.0, 0.0, 0.0],
+            "male": True,
+            "stature": 1.7,
+            "ages": "18-25",
+            "foot": [0.4, 0.1, 0.1],
+            "rules": "strain_leg_strength",
+        },
+        "grip_strength": {"age": 30.0, "male": True, "rules": "strain_grip"},
+    }
+
+
+def a_lift():
+    """A task for the lifting equation."""
+    return wb.Lifts(
+        load=[10.0],
+        horizontal=0.4,
+        vertical=0.5,
+        travel=0.5,
+        asymmetry=0.0,
+        per_minute=1.0,
+        hours=1.0,
+        stance="standing",
+        hands=2,
+    )
+
+
 def human_cases(tmp_path):
     """The functions that are about people."""
     body = man()
@@ -478,6 +532,10 @@ def test_hostile_arguments_about_sight_are_refused_in_our_own_words():
     assert failures(sight_cases()) == []
 
 
+def test_hostile_arguments_about_strain_are_refused_in_our_own_words():
+    assert failures(strain_cases()) == []
+
+
 def made_by_hand(one_arm):
     """The nouns that people make themselves."""
     poses = wb.pose(one_arm, {})
@@ -490,6 +548,11 @@ def made_by_hand(one_arm):
         wb.Bones(("A", "B"), corners, corners + 0.01),
         wb.Driver("male", 1.75, 0.92, 25.0),
         wb.Package((0.8, 0.0, 0.0), (0.9, 0.0, 0.2), (0.4, 0.0, 0.7), (0.0, 0.0, 0.3)),
+        wb.Work(load=1.0),
+        a_lift(),
+        wb.arms_of(wb.place(man(), wb.pose(man(), {})), "right"),
+        wb.Push("RHN", (1.0, 0.0, 0.0), (0.0, 0.0, 1.0)),
+        wb.supports_of(wb.place(man(), wb.pose(man(), {})), ["LF", "RF"]),
     ]
 
 
@@ -679,6 +742,7 @@ def test_every_public_function_is_tried(one_arm, tmp_path):
         *arm_cases(one_arm),
         *human_cases(tmp_path),
         *slow_cases(),
+        *strain_cases(),
         *sight_cases(),
         *FILES,
         "run",

@@ -282,9 +282,91 @@ def test_a_function_may_be_called_by_python_and_by_compiled_code(two_files):
     assert (module.middle(21), module.times(21), module.middle(1.5)) == (42, 42, 3.0)
 
 
+SHARED = """
+from typing import NamedTuple
+
+import numpy as np
+from workbench.compiled import batch_loop, inner, shared
+
+class Task(NamedTuple):
+    values: np.ndarray
+    factor: float
+
+FACTOR = 2
+
+@inner
+def scaled(task, i):
+    return FACTOR * task.factor * task.values[i]
+
+@shared
+def total(task, scale):
+    found = 0.0
+    for i in range(len(task.values)):
+        found += scale * scaled(task, i)
+    return found
+
+@shared
+def twice(task):
+    return total(task, 2.0)
+
+@batch_loop
+def one(task, out):
+    out[0] = total(task, 1.0)
+
+@batch_loop
+def two(task, out):
+    out[1] = twice(task) + total(task, 1.0)
+"""
+RUN = """
+import numpy as np
+from sharing import Task, one, two
+
+out = np.zeros(2)
+for entry in (two, one):
+    entry(Task(np.array([1.0, 2.0, 4.0]), 1.0), out)
+print(out.tolist(), sum(sum(entry.stats.cache_misses.values()) for entry in (one, two)))
+"""
+
+
+@pytest.fixture
+def sharing(tmp_path, monkeypatch):
+    """Run two entries that share two functions in a new process; what it prints."""
+    monkeypatch.delenv("NUMBA_CACHE_DIR", raising=False)
+
+    def printed(change=str):
+        (tmp_path / "sharing.py").write_text(change(SHARED))
+        (tmp_path / "run.py").write_text(RUN)
+        command = [sys.executable, str(tmp_path / "run.py")]
+        done = subprocess.run(command, capture_output=True, text=True, check=False, cwd=ROOT)
+        assert done.returncode == 0, done.stderr
+        return done.stdout.strip()
+
+    return printed
+
+
+def test_what_entries_share_is_compiled_once_and_read_by_later_processes(sharing, tmp_path):
+    """With the sum 7: 2 x 7 = 14, and twice that and once more, 42. Two entries are compiled."""
+    assert sharing() == "[14.0, 42.0] 2"
+    names = [path.name for path in files(tmp_path, "nbc")]
+    assert len(names) == 4 and sum(".shared." in name for name in names) == 2
+    assert sharing() == "[14.0, 42.0] 0"
+    for path in files(tmp_path, "nbc"):
+        if "total.shared" in path.name:
+            path.unlink()
+    assert sharing() == "[14.0, 42.0] 0"
+    assert [path.name for path in files(tmp_path, "nbc")] == names
+
+
+def test_a_change_below_what_is_shared_recompiles_all_that_reaches_it(sharing):
+    assert sharing() == "[14.0, 42.0] 2"
+    assert sharing(lambda text: text.replace("FACTOR = 2", "FACTOR = 20")) == "[140.0, 420.0] 2"
+    assert sharing(lambda text: text.replace("@shared", "@inner")) == "[14.0, 42.0] 2"
+    assert sharing() == "[14.0, 42.0] 2"
+
+
 def test_where_no_folder_can_be_written_to_nothing_is_kept(kernel, tmp_path, monkeypatch):
-    def no_folder(function):
-        raise RuntimeError(f"cannot cache function {function.__name__!r}: no locator available")
+    def no_folder(kernel, form):
+        raise RuntimeError(f"cannot cache function {kernel.__name__!r}: no locator available")
 
     monkeypatch.setattr(compiled_linked, "_Cache", no_folder)
     assert kernel()(21) == 42 and not files(tmp_path, "nb?")

@@ -16,6 +16,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.accommodations import made, trainer_people
+from tests.conftest import ROOT
 from tests.toy_cockpit import STUDY, write_toy
 from workbench.cli import main
 from workbench.model.accommodation import Requirement
@@ -113,3 +114,14 @@ def test_names_that_hold_commas_and_the_words_of_sentences_come_out_whole(tmp_pa
         for name, written in STRANGE.items():
             other = other.replace(written, name)
         assert one == other
+
+
+def test_one_function_writes_names_for_reading():
+    """`errors`, below all rooms, compares names with what was typed and shows none so."""
+    package = ROOT / "workbench"
+    blank = re.compile(r"""replace(?:All)?\((['"])_\1, (['"]) \2\)""")
+    files = [path for kind in ("*.py", "*.js") for path in package.rglob(kind)]
+    found = {
+        path.relative_to(package).as_posix() for path in files if blank.search(path.read_text())
+    }
+    assert found == {"model/figures.py", "draw/web/pick.js", "errors.py"}

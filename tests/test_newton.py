@@ -1,11 +1,15 @@
-"""The equations of a Newton step: their matrix is the second derivative of what they stand for."""
+"""The equations of a Newton step: their matrix is the second derivative of what they stand for; and
+the solver of linear systems."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from workbench import limb
+from workbench.posture.kernels.cholesky import LEAST_PIVOT, factorise, substitute
 from workbench.posture.kernels.limits import Planes, rooms
 from workbench.posture.kernels.linkage import move, new_state
 from workbench.posture.kernels.newton import HOLD, INSIDE, equations, new_work
@@ -114,3 +118,21 @@ def _onto_cone(arm, row, angles, room):
         trial[angles] *= middle
         low, high = (middle, high) if arm.at(trial).room[row] > 0 else (low, middle)
     return low
+
+
+@given(st.integers(1, 12), st.integers(0, 1000))
+def test_a_positive_definite_system_is_solved_in_place_from_its_lower_triangle(size, seed):
+    rng = np.random.default_rng(seed)
+    half = rng.normal(size=(size, size))
+    matrix = half @ half.T + np.eye(size)
+    right = rng.normal(size=size)
+    expected = np.linalg.solve(matrix, right)
+    matrix[np.triu_indices(size, 1)] = np.nan
+    assert factorise(matrix, LEAST_PIVOT)
+    substitute(matrix, right, right)
+    np.testing.assert_allclose(right, expected, rtol=1e-9, atol=1e-12)
+
+
+def test_a_system_that_is_not_positive_definite_is_said_to_be_none():
+    assert not factorise(np.array([[1.0, 0.0], [2.0, 1.0]]), LEAST_PIVOT)  # 1 - 2 x 2 = -3
+    assert not factorise(np.zeros((1, 1)), LEAST_PIVOT)

@@ -4,12 +4,14 @@ pillar whose angles are known."""
 from __future__ import annotations
 
 import math
+import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 import workbench as wb
-from tests.conftest import BOX, BOX_FACES
+from tests.conftest import BOX, BOX_FACES, ROOT
 from tests.toy_cockpit import BOXES, STUDY, write_toy
 from workbench import load_study
 from workbench.report.words import finding_words
@@ -93,6 +95,7 @@ def test_a_round_pillar_hides_the_angle_of_the_rule(tmp_path, radius, angle):
         f"pillar hides {angle:.1f} degrees from both eyes (6.0 degrees allowed); its upper and its "
     )
     assert "from memory, not checked" in verdict.worst.source
+    assert "; seat_travel_shift: forward, as eyes stay where they are" in verdict.worst.source
 
 
 def test_a_stricter_limit_than_the_rule_s_counts(tmp_path):
@@ -222,3 +225,45 @@ def test_a_lamp_under_a_slanted_screen_is_mirrored_straight_ahead(tmp_path, most
 def test_wrong_keys_and_seats_are_told(tmp_path, criterion, back, said):
     with pytest.raises(wb.InputError, match=said):
         wb.run(study_of(tmp_path, criterion, back=back, more=mirror_at([-400, 1250, 0], "")))
+
+
+READS = "check: reads, rules: sight_nureg_0700, instruments: [lamp]"
+
+
+def test_an_instrument_behind_all_eyes_is_told_before_the_run_where_it_is_asked_for(tmp_path):
+    """In a seat that faces aft, eyes are at x = 0.8 sin 25 deg - 0.227 = 0.111 m, the lamp at 0.9 m."""
+    study_of(tmp_path, READS, more=LAMP)
+    room = tmp_path / "environments/toy/environment.yaml"
+    room.write_text(room.read_text().replace("yaw: 0", "yaw: 180"))
+    said = (
+        rf"{AT}instruments: criterion 'asked', instrument 'lamp': it is 789 mm behind the .*'pilot'"
+    )
+    with pytest.raises(wb.InputError, match=said):
+        wb.run(load_study(tmp_path / "studies/toy_crew.yaml"))
+
+
+def test_a_mirror_without_a_surface_is_told_before_the_run(tmp_path):
+    """Of a box no face is within 37 degrees of a diagonal."""
+    study = study_of(tmp_path, f"{MIRROR}, at_least: 5", more=mirror_at([-8000, 1500, 0]))
+    (mirror,) = study.environment.mirrors
+    bare = replace(mirror, part="pan", normal=(3**-0.5,) * 3)
+    made = study.with_(environment=replace(study.environment, mirrors=(bare,)))
+    said = "^mirrors: criterion 'asked', mirror side: part 'pan' has no surface that faces along"
+    with pytest.raises(wb.InputError, match=said):
+        wb.run(made)
+
+
+def test_a_class_of_mirror_without_ground_is_told_before_the_run_where_it_is_asked_for(tmp_path):
+    study_of(tmp_path, f"{MIRROR}, at_least: 5", more=mirror_at([-8000, 1500, 0]))
+    rules = (ROOT / "studies/rules/sight_un_r46.yaml").read_text()
+    path = tmp_path / "studies/rules/line.yaml"
+    path.parent.mkdir()
+    path.write_text(
+        re.sub(
+            r"(field_III:\s+value: )\[.*?\]\]", r"\1[[4, 0], [9, 0], [20, 0]]", rules, flags=re.S
+        )
+    )
+    study = tmp_path / "studies/toy_crew.yaml"
+    study.write_text(study.read_text().replace("sight_un_r46", "line"))
+    with pytest.raises(wb.InputError, match=rf"{AT}mirrors: criterion 'asked', ground: .*an area"):
+        wb.run(load_study(study))

@@ -29,11 +29,9 @@ from workbench.sight.panorama import look_out, lookout, panorama
 from workbench.sight.rays import first_hits
 from workbench.sight.regions import (
     WHOLE,
-    blind_zone_end,
     cone,
     direction_of,
     outline,
-    solid_angle_of_sphere,
     solid_angle_of_triangles,
 )
 from workbench.sight.scenery import scenery_of
@@ -59,17 +57,18 @@ def test_a_window_of_a_metre_by_half_at_700_mm_fills_0_787_steradians():
 
 
 def test_a_sphere_of_60_mm_at_600_mm_is_a_cone_of_0_031495_steradians():
-    assert solid_angle_of_sphere((0.6, 0, 0), 0.06, (0, 0, 0)) == pytest.approx(0.031495, abs=5e-7)
     assert math.degrees(math.asin(0.1)) == pytest.approx(5.7392, abs=5e-5)
     half = cone("sphere", (1, 0, 0), math.asin(0.1))
     assert half.solid_angle == pytest.approx(0.031495, abs=5e-7)
-    assert solid_angle_of_sphere((0.01, 0, 0), 0.06, (0, 0, 0)) == 4 * math.pi
 
 
-def test_a_post_narrower_than_the_eyes_are_apart_hides_up_to_some_distance_only():
-    assert blind_zone_end(0.050, 0.600) == pytest.approx(2.600)
-    assert blind_zone_end(0.064, 0.600) == pytest.approx(39.000)
-    assert blind_zone_end(0.065, 0.600) == math.inf
+@pytest.mark.parametrize(("width", "end"), [(0.050, 2.600), (0.064, 39.000), (0.065, 1e4)])
+def test_a_post_narrower_than_the_eyes_are_apart_hides_up_to_some_distance_only(width, end):
+    """Past its edges the lines from both eyes, 65 mm apart, meet at d 65 / (65 - width)."""
+    post = scenery_of(room(("post", (0.6, -width / 2, -1), (0.6001, width / 2, 1))))
+    points = [target_of_point("far", (share * end, 0, 0)) for share in (0.99, 1.01)]
+    found = seen_shares(post, given_eyes((0, 0, 0)), points).share[0, :, 2]
+    assert found.tolist() == [0.0, float(width < 0.065)]
 
 
 def test_the_outline_of_a_transport_cockpit_has_1_9945_steradians_and_its_corners():

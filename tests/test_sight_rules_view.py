@@ -14,7 +14,7 @@ from workbench.files.study.rules import load_rule_set
 from workbench.sight.eyes import given_eyes
 from workbench.sight.obscuration import obscuration
 from workbench.sight.regions import WHOLE, solid_angle_of_triangles
-from workbench.sight.rules.cockpit_view import cockpit_outline, cockpit_view, elevation_limits
+from workbench.sight.rules.cockpit_view import cockpit_outline, cockpit_view
 from workbench.sight.rules.eye_points import car_eye_points
 from workbench.sight.rules.forward_field import (
     datum_points,
@@ -85,22 +85,17 @@ def test_outline_has_its_solid_angle_and_corners():
     [(20, -10), (15, -13.5), (0, -17), (-30, -17), (-50, -22), (-95, -27), (-110, -19.8)],
 )
 def test_lower_limits_of_the_outline(right, low):
-    for region, sign in ((LEFT, -1), (RIGHT, 1)):
-        found = elevation_limits(region, np.radians(sign * right))[0]
-        assert np.degrees(found) == pytest.approx(low, abs=5e-4)
+    for region, sign in ((LEFT, 1), (RIGHT, -1)):
+        inside, outside = (way(sign * (right - 1e-4), low + by) for by in (1e-3, -1e-3))
+        assert region.contains(inside) and not region.contains(outside)
 
 
 @pytest.mark.parametrize(
     ("right", "high"), [(20, 15), (0, 21.667), (-20, 28.333), (-40, 35), (-80, 35), (-100, 25)]
 )
 def test_upper_limits_of_the_outline(right, high):
-    found = elevation_limits(LEFT, np.radians(-right))[1]
-    assert np.degrees(found) == pytest.approx(high, abs=5e-4)
-
-
-def test_an_azimuth_beyond_the_outline_is_refused():
-    with pytest.raises(InputError, match="it goes from -120 to 20 degrees to the right, not to 21"):
-        elevation_limits(LEFT, np.radians(-21))
+    inside, outside = (way(right - 1e-4, high + by) for by in (-2e-3, 2e-3))
+    assert LEFT.contains(inside) and not LEFT.contains(outside)
 
 
 def test_a_cone_is_no_outline():

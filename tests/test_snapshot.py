@@ -8,7 +8,16 @@ import json
 import pytest
 
 from tests.conftest import ROOT
-from tools.snapshot import difference, flat, main, read, read_explanations, text_of, write
+from tools.snapshot import (
+    difference,
+    differences,
+    flat,
+    main,
+    read,
+    read_explanations,
+    text_of,
+    write,
+)
 from tools.snapshot_answers import body_alone, body_in_seat, picture
 
 OLD = {
@@ -108,6 +117,16 @@ def test_numbers_are_equal_to_a_billionth_of_the_larger():
     assert difference("x", 1000.0, 1000.0 + 2e-6, 1e-9).size == pytest.approx(2e-6)
     assert difference("x", 0.0, 2e-9, 1e-9).kind == "number"
     assert difference("x", True, 1, 1e-9).kind == "flag"
+
+
+def test_iterations_may_differ_by_a_nanometre_and_a_ten_millionth_of_a_radian():
+    """Two lengths of 1 m apart by 1e-9 m, which is 1e-6 mm; two angles by 6e-6 degrees."""
+    old = {"a/far_mm": 1000.0, "a/turn_deg": 1.0}
+    for name, step in (("a/far_mm", 0.9e-6), ("a/turn_deg", 5.7e-6)):
+        near = old | {name: old[name] + step}
+        assert not list(differences(old, near, solved=True))
+        apart = old | {name: old[name] + 1.2 * step}
+        assert [one.name for one in differences(old, apart, solved=True)] == [name]
 
 
 def test_an_explained_difference_is_accepted_up_to_its_bound(compared):

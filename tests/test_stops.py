@@ -13,8 +13,7 @@ from hypothesis import strategies as st
 import workbench as wb
 from tests.conftest import REFERENCE, real_input
 from workbench.model.posing import angles_of, compose
-from workbench.posture.ellipse import nearest_on_cone
-from workbench.posture.stops import nearest_legal
+from workbench.posture.stops import nearest_legal, nearest_on_cone, nearest_on_polygon
 
 
 def margin(body, joint, **angles):
@@ -124,8 +123,6 @@ def frontal(a):
 
 
 def limb_is_legal(body, direction):
-    from workbench.posture.shoulder import nearest_on_polygon
-
     j = body.joint("RS")
     toward = np.asarray(direction, dtype=float)[None] / np.linalg.norm(direction)
     return (
@@ -145,8 +142,6 @@ def test_the_shoulder_reaches_what_the_swept_check_of_its_polygon_says(bubbleman
 
 
 def test_the_legal_share_of_the_shoulder_sphere_is_58_percent(bubbleman):
-    from workbench.posture.shoulder import nearest_on_polygon
-
     height = (np.arange(2000) + 0.5) / 1000 - 1  # a spiral with equal areas between its points
     turn = np.pi * (1 + np.sqrt(5)) * np.arange(2000)
     ring = np.sqrt(1 - height**2)

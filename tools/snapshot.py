@@ -18,7 +18,8 @@ in three columns:
     reach/trainer_reach/*/miss_mm | 0.02 | the search starts at the posture of the case
     verdict/*/where               | any  | sentences were rewritten
 
-A number in the second column accepts numbers that differ by no more than this. `any` accepts every
+`--solved` allows what a solver that takes other steps may differ by, 1e-9 m and 1e-7 rad; flags and
+texts must be equal. A number in the second column accepts numbers that differ by no more than this. `any` accepts every
 difference: also flags, texts and answers that are in one file only.
 """
 
@@ -44,6 +45,10 @@ DECIMALS = 10
 TOLERANCE = 1e-9
 """Two numbers are equal where they differ by no more than this, or by this part of the larger
 one."""
+SOLVED = 1e-6
+SOLVED_DEGREES = 6e-6
+"""By how much more answers of iterations may differ with `--solved`: lengths in mm, and all that has
+no unit, by 1e-9 m; what ends in _deg by 1e-7 rad."""
 KINDS = ("only in old", "only in new", "flag", "number", "text")
 
 Answers = Mapping[str, Any]
@@ -165,35 +170,40 @@ def together(sections: Mapping[str, Answers], wanted: Iterable[str]) -> Answers:
 
 
 def differences(
-    old: Answers, new: Answers, *, tolerance: float = TOLERANCE
+    old: Answers, new: Answers, *, tolerance: float = TOLERANCE, solved: bool = False
 ) -> Iterator[Difference]:
-    """What differs between two sets of answers, by name."""
+    """What differs between two sets of answers, by name; solved: as answers of iterations may."""
     for name in sorted(old.keys() | new.keys()):
         if name not in new:
             yield Difference(name, "only in old", _short(old[name]))
         elif name not in old:
             yield Difference(name, "only in new", _short(new[name]))
         else:
-            found = difference(name, old[name], new[name], tolerance)
+            more = (SOLVED_DEGREES if name.endswith("_deg") else SOLVED) if solved else 0.0
+            found = difference(name, old[name], new[name], tolerance, more)
             if found is not None:
                 yield found
 
 
-def difference(name: str, old: Any, new: Any, tolerance: float) -> Difference | None:
-    """How two answers of one name differ; None where they do not."""
+def difference(
+    name: str, old: Any, new: Any, tolerance: float, more: float = 0.0
+) -> Difference | None:
+    """How two answers of one name differ; None where they do not, or by no more than `more`."""
     if old == new and not _mixed(old, new):
         return None
     if isinstance(old, list) and isinstance(new, list):
-        return _of_lists(name, old, new, tolerance)
+        return _of_lists(name, old, new, tolerance, more)
     if _is_number(old) and _is_number(new):
-        if _equal(old, new, tolerance):
+        if _equal(old, new, tolerance) or abs(new - old) <= more:
             return None
         return Difference(name, "number", f"{old!r} -> {new!r}", abs(new - old))
     kind = "text" if isinstance(old, str) and isinstance(new, str) else "flag"
     return Difference(name, kind, f"{_short(old)} -> {_short(new)}")
 
 
-def _of_lists(name: str, old: list[Any], new: list[Any], tolerance: float) -> Difference | None:
+def _of_lists(
+    name: str, old: list[Any], new: list[Any], tolerance: float, more: float
+) -> Difference | None:
     """How two lists differ: entry by entry where they are as long as each other, else by what they
     hold."""
     if len(old) != len(new) or all(isinstance(item, str) for item in old + new):
@@ -202,7 +212,7 @@ def _of_lists(name: str, old: list[Any], new: list[Any], tolerance: float) -> Di
         order = "" if gone or come else ", in another order"
         words = f"{len(old)} -> {len(new)} entries{order}; only in old: {_short(gone)}, only in new: {_short(come)}"
         return Difference(name, "text", words)
-    found = [difference(name, a, b, tolerance) for a, b in zip(old, new, strict=True)]
+    found = [difference(name, a, b, tolerance, more) for a, b in zip(old, new, strict=True)]
     wrong = [(index, one) for index, one in enumerate(found) if one is not None]
     if not wrong:
         return None
@@ -349,7 +359,8 @@ def _compare(arguments: argparse.Namespace) -> int:
         return 3
     old = together(before, common)
     new = together(after, common)
-    found = list(explained(differences(old, new, tolerance=arguments.tolerance), known))
+    differing = differences(old, new, tolerance=arguments.tolerance, solved=arguments.solved)
+    found = list(explained(differing, known))
     for line in report(old, new, found, most=arguments.most):
         print(line)
     for row in idle(found, known):
@@ -377,6 +388,9 @@ def main(words: Sequence[str] | None = None) -> int:
     compare.add_argument("--explain", type=Path, help="a file of accepted differences")
     compare.add_argument(
         "--tolerance", type=float, default=TOLERANCE, help="numbers may differ by this much"
+    )
+    compare.add_argument(
+        "--solved", action="store_true", help="allow 1e-9 m and 1e-7 rad, as of other iterations"
     )
     compare.add_argument(
         "--most", type=int, default=10, help="differences listed for each group and kind"

@@ -591,7 +591,7 @@ def reach_study() -> Named:
                 "limb": row.limb,
                 "miss_mm": 1000 * row.miss,
                 "overlap_mm": 1000 * row.overlap,
-                "limit": row.limit,
+                "limit": row.limit.text,
                 "discomfort": row.discomfort,
             },
         )
@@ -660,7 +660,7 @@ def _population(name: str, role: str) -> Named:
             {
                 "met": result.met[:, r].tolist(),
                 "margin_mm": (1000 * result.margin[:, r]).tolist(),
-                "limit": [result.reasons[k] if k >= 0 else "" for k in result.reason[:, r]],
+                "limit": [result.reasons[k].text if k >= 0 else "" for k in result.reason[:, r]],
                 "share": float(result.single[r]),
                 "share_without": float(result.without[r]),
                 "only": float(result.only[r]),

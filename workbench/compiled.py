@@ -21,7 +21,7 @@ from typing import Any
 
 import numba
 
-__all__ = ["batch_loop", "inlined", "inner", "njit", "why_plain"]
+__all__ = ["batch_loop", "inlined", "inner", "njit", "shared", "why_plain"]
 
 TESTED = (0, 63), (0, 68)
 """The first and the last version of numba that the linking compiler was tested with."""
@@ -57,6 +57,17 @@ def njit(*, cache: bool = False, **options: Any) -> Callable[[Callable[..., Any]
 def inner(function: Callable[..., Any]) -> Any:
     """Compile what only compiled code calls: it counts no references, so it makes no arrays."""
     return njit(cache=True, _nrt=False)(function)
+
+
+def shared(function: Callable[..., Any]) -> Any:
+    """Compile as `inner` does, for all entries at once: they call its machine code, and bring none.
+
+    For what is large and called from several entries. Calls cannot be inlined.
+    """
+    made = inner(function)
+    if not numba.config.DISABLE_JIT and not why_plain():
+        made.share()
+    return made
 
 
 def inlined(function: Callable[..., Any]) -> Any:

@@ -8,6 +8,8 @@ translates the code of all that it reaches, once.
 
 What else keeps the first run of a command short:
 
+- What several entries reach can be shared: it has machine code of its own, in a file of its own,
+  which entries call (`_Shared`).
 - Tuples that hold arrays are passed by reference (`compiled_records.py`).
 - A function is compiled once for arrays that may be written to and for read-only ones, and once
   for a number that stands in a call and for any other.
@@ -36,7 +38,9 @@ import platform
 import re
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
+from dataclasses import dataclass
 from functools import cached_property, lru_cache
+from importlib import import_module
 from pathlib import Path
 from types import CodeType, FunctionType, ModuleType
 from typing import Any, ClassVar
@@ -261,11 +265,13 @@ class _EntryLibrary(_Library):
 
     def finalize(self) -> None:
         """Link all that is called, directly or not, each function once."""
-        reached = _reached(self._linking_libraries)
-        for library in reached:
+        rest = []
+        for library in _reached(self._linking_libraries):
+            self._reload_init.update(library._reload_init)
             if isinstance(library, _InnerLibrary):
                 library.link_into(self)
-        rest = [one for one in reached if not isinstance(one, _InnerLibrary)]
+            elif not _is_shared(library):
+                rest.append(library)
         self._linking_libraries: list[Any] = rest
         super().finalize()
 
@@ -335,7 +341,6 @@ class _InnerLibrary(_Library):
     def link_into(self, library: Any) -> None:
         """Link this function into a library, without its callees."""
         self._ensure_finalized()
-        library._reload_init.update(self._reload_init)
         library._final_module.link_in(self._shared_module, preserve=True)
 
     def _get_module_for_linking(self) -> Any:
@@ -344,10 +349,26 @@ class _InnerLibrary(_Library):
         self._ensure_finalized()
         whole = self._shared_module.clone()
         for library in _reached(self._linking_libraries):
+            if _is_shared(library):
+                continue
             own = isinstance(library, _InnerLibrary)
             module = library._shared_module if own else library._get_module_for_linking()
             whole.link_in(module, preserve=True)
         return whole
+
+
+class _SharedLibrary(_EntryLibrary):
+    """LLVM code and machine code of a function with all that it calls, for compiled callers."""
+
+    @property
+    def codegen(self) -> _NoEnvironment:
+        """What sets the function's environment: only what Python calls has one."""
+        return _NoEnvironment()
+
+
+def _is_shared(library: Any) -> bool:
+    """Whether callers find a library's machine code by its name, and link nothing."""
+    return getattr(library, "is_shared", False)
 
 
 class _NoEnvironment:
@@ -355,7 +376,26 @@ class _NoEnvironment:
         """Set nothing."""
 
 
+class _SharedCompiler(_Compiler):
+    """The compiler of functions that several entries call."""
+
+
+@register_pass(mutates_CFG=True, analysis_only=False)
+class _SharedLowering(NativeLowering):  # type: ignore[misc]
+    """Lower into a library that makes machine code for compiled callers."""
+
+    _name = "shared_lowering"
+    lowering_class = RecordLowering
+
+    def run_pass(self, state: Any) -> bool:
+        """Lower one function."""
+        state.library = _SharedLibrary(state.targetctx.codegen(), state.func_id.func_qualname)
+        state.library.enable_object_caching()
+        return bool(super().run_pass(state))
+
+
 _Compiler.lowering = _EntryLowering
+_SharedCompiler.lowering = _SharedLowering
 _InnerCompiler.lowering = _InnerLowering
 
 
@@ -383,8 +423,53 @@ class _Inner(_Called):
         return super().compile(tuple(unliteral(kind) for kind in given))
 
 
+@dataclass(frozen=True)
+class _Load:
+    """What makes a shared function ready before code that calls it is loaded: kept with that."""
+
+    module: str
+    name: str
+    types: tuple[Any, ...]
+
+    def __call__(self) -> None:
+        """Load or compile it."""
+        getattr(import_module(self.module), self.name).inner.compile(self.types)
+
+
+class _Shared(_Inner):
+    """A kernel that several entries call: its machine code is made once and kept by itself.
+
+    Callers know it by a name that is the same in all processes (`RecordTarget.mangler`).
+    """
+
+    def __init__(self, kernel: Kernel, options: dict[str, Any]) -> None:
+        super().__init__(kernel.py_func, kernel.locals, options, _SharedCompiler)
+        self.files = kernel.kept("shared")
+        RecordTarget.shared_names.add(f"{self.py_func.__module__}.{self.py_func.__qualname__}")
+
+    def compile(self, sig: Any) -> Any:
+        """Load or compile for one tuple of types, unless that is done."""
+        given = tuple(unliteral(kind) for kind in normalize_signature(sig)[0])
+        if given not in self.overloads:
+            result = self.files.load_overload(given, self.targetctx)
+            if result is None:
+                with self._compiling_counter:
+                    result = self._compiler.compile(given, None)
+                self.files.save_overload(given, result)
+            else:
+                code = [result.library]
+                self.targetctx.insert_user_function(result.entry_point, result.fndesc, code)
+            result.library.is_shared = True
+            load = _Load(self.py_func.__module__, self.py_func.__name__, given)
+            result.library._reload_init.add(load)
+            self.add_overload(result)
+        return self.overloads[given].entry_point
+
+
 class Kernel(CPUDispatcher):  # type: ignore[misc]
     """A compiled function: what Python calls. Compiled callers are given `inner`."""
+
+    is_shared = False
 
     def __init__(
         self,
@@ -397,11 +482,19 @@ class Kernel(CPUDispatcher):  # type: ignore[misc]
         entry = options | {"no_cfunc_wrapper": True}
         super().__init__(py_func, local_types or {}, entry, pipeline_class)
 
+    def share(self) -> None:
+        """Have one machine code for all compiled callers."""
+        self.is_shared = True
+
     @cached_property
     def _cache(self) -> Any:
         """Where machine code is kept. Most kernels are never called by Python and need none."""
+        return self.kept("")
+
+    def kept(self, form: str) -> Any:
+        """Where machine code of a form is kept."""
         try:
-            return _Cache(self)
+            return _Cache(self, form)
         except RuntimeError:  # no folder can be written to
             return NullCache()
 
@@ -409,6 +502,8 @@ class Kernel(CPUDispatcher):  # type: ignore[misc]
     def inner(self) -> _Inner:
         """What compiled callers call, made where one is compiled."""
         options = self.targetoptions | {"no_cpython_wrapper": True}
+        if self.is_shared:
+            return _Shared(self, options)
         return _Inner(self.py_func, self.locals, options, _InnerCompiler)
 
     @property
@@ -531,7 +626,8 @@ def _describe(value: Any, lines: list[str], seen: dict[int, int]) -> None:
         lines.append(f"{value.__module__}.{value.__qualname__}")
     elif isinstance(value, Dispatcher):
         seen[id(value)] = len(seen)
-        lines.append(f"compiled {sorted(value.targetoptions.items())!r}")
+        form = " shared" if getattr(value, "is_shared", False) else ""
+        lines.append(f"compiled{form} {sorted(value.targetoptions.items())!r}")
         _describe(value.py_func, lines, seen)
     elif isinstance(value, FunctionType):
         seen[id(value)] = len(seen)
@@ -620,10 +716,11 @@ LEVEL_FEATURES = "+avx2,+bmi,+bmi2,+f16c,+fma,+lzcnt,+movbe,+popcnt"
 class _Cache(FunctionCache):  # type: ignore[misc]
     """The compiled code of one function, for all types of arguments that it was compiled for."""
 
-    def __init__(self, kernel: Kernel) -> None:
+    def __init__(self, kernel: Kernel, form: str) -> None:
         super().__init__(kernel.py_func)
         # no line number: a comment above the function would change it
-        name = self._impl.filename_base.replace(f"-{kernel.py_func.__code__.co_firstlineno}.", ".")
+        line = f"-{kernel.py_func.__code__.co_firstlineno}."
+        name = self._impl.filename_base.replace(line, f".{form}." if form else ".")
         self._cache_file = _Files(self._cache_path, name, kernel)
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:

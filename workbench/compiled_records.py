@@ -250,11 +250,19 @@ class RecordTarget(CPUContext):  # type: ignore[misc]
 
     shared_internal: ClassVar[dict[Any, Any]] = {}
     """What numba has compiled of its own for this target."""
+    shared_names: ClassVar[set[str]] = set()
+    """Functions whose machine code other processes call by its name."""
 
     def __init__(self, context: CPUContext) -> None:
         self.__dict__.update(vars(context))
         self.data_model_manager = _MODELS
         self.cached_internal_func = self.shared_internal
+
+    def mangler(self, name: str, types: Any, *, abi_tags: Any = (), uid: int | None = None) -> str:
+        """The name of compiled code; numba numbers functions as they come, in each process anew."""
+        number = None if name in self.shared_names else uid
+        found: str = super().mangler(name, types, abi_tags=abi_tags, uid=number)
+        return found
 
     @property
     def call_conv(self) -> _CallConv:

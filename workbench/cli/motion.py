@@ -10,6 +10,7 @@ from cyclopts import App, Parameter
 
 from workbench.cli.progress import emit, tell
 from workbench.errors import UsageError, one_of
+from workbench.model.figures import plain
 
 if TYPE_CHECKING:
     from workbench.files.motions.number_rows import FrameRange
@@ -108,8 +109,7 @@ def _show_ranges(ranges: dict[str, dict[str, list[float]]]) -> None:
     emit(f"{'joint':<6} " + " ".join(f"{'motion':<20} {'from':>7} {'to':>7}" for _ in range(3)))
     for joint, row in ranges.items():
         cells = (
-            f"{name.replace('_', ' '):<20} {least:>7.1f} {most:>7.1f}"
-            for name, (least, most) in row.items()
+            f"{plain(name):<20} {least:>7.1f} {most:>7.1f}" for name, (least, most) in row.items()
         )
         emit(f"{joint:<6} " + " ".join(cells))
 

@@ -38,6 +38,7 @@ __all__ = [
     "BLOCK",
     "allowed_depth",
     "allowed_groups",
+    "allowed_in_oneself",
     "body_clearance",
     "body_contacts",
     "by_person",
@@ -452,6 +453,16 @@ def _depth(segments: tuple[str, ...], environment: Environment) -> Floats:
             if name in rule.segments or "all" in rule.segments:
                 depth[n, rule.part] = max(depth[n, rule.part], rule.depth)
     depth.flags.writeable = False
+    return depth
+
+
+def allowed_in_oneself(body: Body) -> Floats:
+    """(B, N, N) [m] how deep segments of the same body may be in one another: by the allowance for
+    soft flesh, and as far as the true surfaces of both may be inside the spheres. Infinite of segments
+    with a common joint."""
+    error = np.nan_to_num(body.fit_error[..., 1])
+    depth: Floats = body.allowance + error[:, :, None] + error[:, None]
+    depth[:, body.adjacent] = np.inf
     return depth
 
 

@@ -22,6 +22,7 @@ from workbench.draw.marks.pictures import svg_marks
 from workbench.draw.scene import Mark, Scene, SceneBody
 from workbench.model.arrays import Floats, xyz
 from workbench.model.control_region import ControlRegion
+from workbench.model.figures import plain
 
 __all__ = ["control_region_svg"]
 
@@ -144,7 +145,7 @@ def _panel(region: ControlRegion, view: _View, number: int) -> str:
 
 def _marks(region: ControlRegion) -> tuple[Mark, ...]:
     """Today's place and the nearest one that will do."""
-    name = region.control.name.replace("_", " ")
+    name = plain(region.control.name)
     today = Mark(region.control.at, f"{name} today", "missed")
     if region.nearest is None:
         return (today,)

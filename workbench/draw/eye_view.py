@@ -15,6 +15,7 @@ from workbench.draw.zones import OWN
 from workbench.errors import UsageError, one_of
 from workbench.model.arrays import Floats
 from workbench.model.environment import Environment
+from workbench.model.figures import plain
 from workbench.model.poses import Placed
 from workbench.model.rule_set import RuleSet
 from workbench.sight.eyes import USUAL_DOWN, Eyes, eyes_of, given_eyes, has_eyes, head_of
@@ -152,7 +153,7 @@ def outlook(scene: Scene, people: tuple[str, ...], name: str) -> Outlook:
     azimuth = _HEADINGS * round(math.atan2(forward[1], forward[0]) / _HEADINGS)
     ahead = np.array([math.cos(azimuth), math.sin(azimuth), 0.0])
     axes = np.array([ahead, [-ahead[1], ahead[0], 0.0], [0.0, 0.0, 1.0]])
-    name = looks.name.replace("_", " ")
+    name = plain(looks.name)
     called = f"the eyes of {name}" if looks.body >= 0 else f"eyes at {name}"
     return Outlook(called, scenery, (*parts, *zones), looks.eyes, axes)
 

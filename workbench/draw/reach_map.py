@@ -19,6 +19,7 @@ from workbench.geometry.polygon import inside_loops
 from workbench.model.accommodation import ReachMap
 from workbench.model.arrays import Bools, Floats
 from workbench.model.environment import Control, Environment
+from workbench.model.figures import plain
 
 __all__ = ["BANDS", "LEVELS", "map_controls", "reach_map_svg"]
 
@@ -78,11 +79,9 @@ def reach_map_svg(
     task = reach_map.task
     camera = _panel_camera(reach_map, environment, width, sitter)
     controls = map_controls(reach_map, environment)
-    marks = tuple(Mark(c.at, c.name.replace("_", " "), "point") for c in controls)
+    marks = tuple(Mark(c.at, plain(c.name), "point") for c in controls)
     alone = _only_near_parts(reach_map, environment)
-    scene = Scene(
-        (), alone, marks, f"Who {'sees' if task.sees else 'reaches'} {task.part.replace('_', ' ')}"
-    )
+    scene = Scene((), alone, marks, f"Who {'sees' if task.sees else 'reaches'} {plain(task.part)}")
     drawn = surroundings(scene, camera, "hidden_line")
     silhouette = _silhouette(reach_map, alone, camera)
     bands, labels = _contour_bands(

@@ -58,6 +58,7 @@ from workbench.files.output_file import write_file
 from workbench.files.study.rules import load_rule_set
 from workbench.model.arrays import Floats
 from workbench.model.environment import Environment
+from workbench.model.figures import plain
 from workbench.model.poses import Placed
 from workbench.sight.eyes import gaze
 from workbench.sight.rules.mirrors import mirror_ground
@@ -375,7 +376,7 @@ def _charts(source: Source, options: DisplayOptions) -> list[Chart]:
 
 
 def _captions(source: Source) -> list[str]:
-    return [name.replace("_", " ") for name in source.names]
+    return [plain(name) for name in source.names]
 
 
 def _film(

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from workbench.draw.chart import FINER, Words
 from workbench.draw.colours import PAPER, Colour
 from workbench.model.arrays import Bools, Floats, Ints
+from workbench.model.figures import plain
 
 __all__ = ["CLEAR", "OWN", "Items", "LegendBox", "Zones", "add_legend", "spread", "zones"]
 
@@ -138,7 +139,7 @@ def zones(items: Sequence[str], both: Floats, one: Floats, clear: float) -> Zone
     rows.sort()
     row = np.argsort([k for _, _, k, _ in rows])
     listed = [
-        _Row(names[k].replace("_", " "), colour, float(sums[0][k]), float(sums[1][k]))
+        _Row(plain(names[k]), colour, float(sums[0][k]), float(sums[1][k]))
         for _, _, k, colour in rows
     ]
     return Zones(tuple(listed), row[index], clear)

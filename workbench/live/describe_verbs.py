@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from workbench.errors import InputError
+from workbench.model.figures import plain
 from workbench.study.describe.edits_files import met_file, moved_file, removed_file
 from workbench.study.describe.edits_frame import agreed, floored, framed, scaled
 from workbench.study.describe.edits_parts import dropped, joined, put_back, ruled, split_part
@@ -96,7 +97,7 @@ def _eye(opened: OpenPlace, before: Description, given: Given) -> Edit:
     if name not in before.file.seats:
         raise InputError(f"there is no seat {name!r} yet: pick its cushion and back")
     eye = seated_eye(before.file, name)
-    how = f"assumed: the eyes of the {PERSON.replace('_', ' ')} seated in {name}, looking ahead"
+    how = f"assumed: the eyes of the {plain(PERSON)} seated in {name}, looking ahead"
     return pointed(before, f"{name}_design_eye", eye, how)
 
 

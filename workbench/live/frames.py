@@ -17,6 +17,7 @@ from workbench.model.accommodation import met_of
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.body import Body
 from workbench.model.environment import Adjustment
+from workbench.model.figures import plain
 from workbench.model.population import SEXES
 from workbench.model.poses import Placed
 from workbench.model.result import Verdict
@@ -138,9 +139,7 @@ def _body(body: Body, stands_by: set[int]) -> dict[str, Any]:
     joints = []
     for j, joint in enumerate(body.joints):
         axes = [
-            None
-            if locked[j, axis]
-            else [motion.replace("_", " ") for motion in stops.motions[j][axis]]
+            None if locked[j, axis] else [plain(motion) for motion in stops.motions[j][axis]]
             for axis in range(3)
         ]
         joints.append({"joint": joint, "name": body.joint_names[j], "axes": axes})

@@ -22,6 +22,7 @@ from workbench.live.replies import Made, Replies, Work
 from workbench.live.saved_state import SavedState
 from workbench.live.seeing import Colours, FieldWork
 from workbench.model.envelope import ReachTask
+from workbench.model.figures import plain
 from workbench.model.surroundings import Move
 from workbench.study.bench.answers import Answer
 from workbench.study.bench.measuring import Thing, measured
@@ -114,7 +115,7 @@ def _measure(desk: Desk, placement: Placement, question: Question) -> Replies:
 def _name(thing: Thing) -> str:
     if thing.segment:
         return f"{thing.person}: {thing.segment}"
-    return (thing.part or thing.control).replace("_", " ")
+    return plain(thing.part or thing.control)
 
 
 def _motion(desk: Desk, question: Question) -> Replies:

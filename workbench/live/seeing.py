@@ -15,6 +15,7 @@ from workbench.errors import WorkbenchError
 from workbench.live.protocol import packed
 from workbench.live.replies import Made
 from workbench.model.arrays import Bools, Floats
+from workbench.model.figures import plain
 from workbench.sight.obscuration import obscuration
 from workbench.sight.panorama import look_out, lookout
 from workbench.study.bench.placing import Placement
@@ -123,7 +124,7 @@ def _shown(found: Field, coloured: Zones) -> tuple[list[dict[str, Any]], np.ndar
         shares = [hidden.left[k], hidden.right[k], hidden.either[k], hidden.both[k]]
         rows.append(
             {
-                "name": hidden.names[k].replace("_", " "),
+                "name": plain(hidden.names[k]),
                 "colour": list(coloured.rows[int(coloured.row[k])].colour),
                 "shares": [round(share * float(value), 2) for value in shares],
                 "error": round(share * float(hidden.error[k]), 2),

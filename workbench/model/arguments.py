@@ -215,7 +215,8 @@ def argument_fault(name: str, value: object, kind: Any) -> str:
         is_row = is_array or isinstance(value, (list, tuple))
         return _numbers_fault(name, value, finite=True) if is_row else _words(name, value, kind)
     if origin is Literal:
-        return "" if value in inner else _words(name, value, kind)
+        kinds = tuple(type(one) for one in inner)  # an array is compared element by element
+        return "" if isinstance(value, kinds) and value in inner else _words(name, value, kind)
     if origin is not None:
         return _container_fault(name, value, kind)
     return _plain_fault(name, value, kind)

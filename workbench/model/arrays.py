@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from workbench.errors import InputError
 
-__all__ = ["ArrayKind", "Bools", "Floats", "Ints", "freeze_fields", "frozen", "xyz"]
+__all__ = ["ArrayKind", "Bools", "Floats", "Ints", "for_rows", "freeze_fields", "frozen", "xyz"]
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -38,6 +38,15 @@ def frozen(
         raise InputError(f"{what}: expected an array of shape {wanted}, got {array.shape}")
     array.flags.writeable = False
     return array
+
+
+def for_rows(
+    values: ArrayLike, dtype: type, shape: tuple[int, ...], *, rows: int, what: str
+) -> NDArray[Any]:
+    """Return a read-only array (rows, *shape) of this dtype: the values as given, or the same for
+    all rows where they have this shape alone. Raises as `frozen`."""
+    wanted = shape if np.ndim(values) <= len(shape) else (rows, *shape)
+    return np.broadcast_to(frozen(values, dtype, wanted, what), (rows, *shape))
 
 
 def freeze_fields(noun: object, arrays: Mapping[str, ArrayKind], called: str) -> None:

@@ -24,5 +24,5 @@ def tenths(value: float, limit: float = 0.0) -> str:
 
 
 def plain(name: str) -> str:
-    """A name from a file as words of a sentence."""
-    return " ".join(name.replace("_", " ").split())
+    """A name from a file, or a sentence with such names, as words: nothing else writes names for reading."""
+    return name.replace("_", " ")

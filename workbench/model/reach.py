@@ -10,9 +10,10 @@ import numpy as np
 
 from workbench.model.arrays import Bools, Floats, Ints, frozen
 from workbench.model.body import Body
+from workbench.model.figures import plain
 from workbench.model.poses import Poses, people_of
 from workbench.model.posing import compose
-from workbench.model.reason import NO_REASON, TOO_SHORT, Reason
+from workbench.model.reason import NO_REASON, TOO_SHORT, Reason, hider
 
 __all__ = ["DOUBTS", "MOST_SPARE", "Reach", "join_reaches", "stop_reason"]
 
@@ -75,7 +76,10 @@ class Reach:
     doubt: Ints
     """(B, T) how a reach ended that obstacles put in doubt, as an index into DOUBTS."""
     parts: tuple[str, ...] = ()
-    """Names of the obstacles."""
+    """Names of the parts that are obstacles."""
+    bodies: tuple[str, ...] = ()
+    """Names of the segments of people that are, numbered after the parts: "pilot's left lower arm",
+    "own left upper leg"."""
 
     def __repr__(self) -> str:
         rows, columns = self.reached.shape
@@ -123,7 +127,7 @@ class Reach:
         if self.reached[row, target]:
             return NO_REASON
         if self.part[row, target] >= 0:
-            return Reason("part", self.parts[int(self.part[row, target])])
+            return hider((*self.parts, *self.bodies)[int(self.part[row, target])], self.parts)
         stop = (int(values[row, target]) for values in (self.joint, self.axis, self.side))
         return stop_reason(self.body, stop)
 
@@ -171,5 +175,5 @@ def stop_reason(body: Body, stop: Iterable[int]) -> Reason:
     joint, axis, side = stop
     if joint < 0:
         return TOO_SHORT
-    motion = body.stops.motions[joint][axis][side].replace("_", " ")
+    motion = plain(body.stops.motions[joint][axis][side])
     return Reason("stop", f"{body.joint_names[joint]} ({motion})")

@@ -9,42 +9,51 @@ import numpy as np
 from workbench.errors import InputError, one_of
 from workbench.model.arrays import Floats, frozen
 
-__all__ = ["REMEMBERED", "RuleSet", "RuleValue"]
+__all__ = ["CHOSEN", "REMEMBERED", "RuleSet", "RuleValue"]
 
 REMEMBERED = "from memory, not checked against the rule's text"
 """What is said of a value whose source was not at hand."""
+CHOSEN = "chosen here, the rule gives no number"
+"""What is said of a value that a rule needs and leaves open."""
 
 
 @dataclass(frozen=True, eq=False)
 class RuleValue:
     """A number or an array of numbers in SI units, in the workbench's axes where it is of points.
 
-    source: where it was seen, or what is known of it; seen: whether it was read there. origin: of a
+    source: where it was seen, or what is known of it; status: "seen" where it was read there,
+    "remembered" where that was not at hand, "chosen" where the rule leaves it open. origin: of a
     field on the ground, from what it counts behind ("eyes" or "front" of the vehicle), and out
-    ("side", "middle" or "eyes").
+    ("side", "middle" or "eyes"). doubt: what was settled without the source, "" of nothing.
     """
 
     value: Floats
     source: str
-    seen: bool
+    status: str
     origin: tuple[str, str] | None = None
+    doubt: str = ""
 
     @property
     def words(self) -> str:
         """How sure it is."""
-        return f"seen in {self.source}" if self.seen else f"{REMEMBERED} ({self.source})"
+        doubt = f", {self.doubt}" if self.doubt else ""
+        if self.status == "seen":
+            return f"seen in {self.source}{doubt}"
+        return f"{CHOSEN if self.status == 'chosen' else REMEMBERED} ({self.source}{doubt})"
 
 
 @dataclass(frozen=True, eq=False)
 class RuleSet:
     """A named set of values. `rules["v1"]` is an array, `rules.number("limit")` one number.
 
-    A figure that is made with values carries `status` of their names to whatever prints it.
+    A figure that is made with values carries `status` of their names to whatever prints it, and
+    with it `credit`, the words that the licence of the values asks for.
     """
 
     name: str
     description: str
     values: dict[str, RuleValue]
+    credit: str = ""
 
     def __getitem__(self, name: str) -> Floats:
         return self._found(name).value
@@ -65,25 +74,25 @@ class RuleSet:
         for name in names:
             by_words.setdefault(self._found(name).words, []).append(name)
         told = [f"{', '.join(group)}: {words}" for words, group in by_words.items()]
-        return f"{self.name}: " + "; ".join(told)
+        return f"{self.name}: " + "; ".join(told + [self.credit] * bool(self.credit))
 
     def told(self, *names: str) -> str:
-        """Name the rule set for a sentence, with which of some values are not sure."""
-        unsure = [name for name in names if not self._found(name).seen]
-        if not unsure:
-            return self.description
-        return f"{self.description}; {', '.join(unsure)}: {REMEMBERED}"
+        """Name the rule set for a sentence, with which of some values are not sure, and their doubts."""
+        unsure = [name for name in names if self._found(name).status == "remembered"]
+        told = [self.description, *([f"{', '.join(unsure)}: {REMEMBERED}"] if unsure else [])]
+        told += [f"{name}: {doubt}" for name in names if (doubt := self._found(name).doubt)]
+        return "; ".join(told)
 
     @property
     def sure(self) -> bool:
         """Whether all values were seen in their sources."""
-        return all(value.seen for value in self.values.values())
+        return all(value.status == "seen" for value in self.values.values())
 
     @property
     def all_told(self) -> str:
         """Name the rule set for a sentence, with which of its values are not sure: their names, or
         how many where they are more than two."""
-        unsure = sum(not value.seen for value in self.values.values())
+        unsure = sum(value.status == "remembered" for value in self.values.values())
         if unsure <= 2:
             return self.told(*self.values)
         return f"{self.description}; {unsure} of its {len(self.values)} values are {REMEMBERED}"

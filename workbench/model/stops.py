@@ -9,6 +9,7 @@ import numpy as np
 
 from workbench.model.arguments import short_repr
 from workbench.model.arrays import Bools, Floats, Ints, frozen
+from workbench.model.figures import plain
 
 __all__ = ["Coupling", "StopKind", "Stops", "motion_words"]
 
@@ -20,7 +21,7 @@ _GERUNDS = {"bend": "bending", "turn": "turning"}
 def motion_words(motion: str) -> str:
     """The name of a motion in a sentence: "medial rotation", "bending left" of "bend_left"."""
     first, _, rest = motion.partition("_")
-    return f"{_GERUNDS.get(first, first)} {rest}".strip().replace("_", " ")
+    return plain(f"{_GERUNDS.get(first, first)} {rest}".strip())
 
 
 class StopKind(IntEnum):

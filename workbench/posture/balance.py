@@ -21,11 +21,21 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.errors import InputError
-from workbench.model.arrays import Floats, Ints
+from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.body import Body
 from workbench.model.poses import Placed
 
-__all__ = ["Balance", "balance", "centre_of_mass", "edges_of", "sole_points", "support_polygon"]
+__all__ = [
+    "Balance",
+    "balance",
+    "bearing",
+    "centre_of_mass",
+    "edges_of",
+    "foot_spheres",
+    "hull_margins",
+    "sole_points",
+    "support_polygon",
+]
 
 SOLE = 0.01
 """Height [m] over the lowest sphere of the feet up to which a sphere bears."""
@@ -67,10 +77,10 @@ def balance(placed: Placed) -> Balance:
     0.029
     """
     centre = centre_of_mass(placed)
-    support = tuple(support_polygon(sole_points(placed, row)) for row in range(len(placed)))
-    margin = np.array(
-        [_margin(corners, at) for corners, at in zip(support, centre[:, :2], strict=True)]
-    )
+    support = tuple(support_polygon(points) for points in sole_points(placed))
+    spheres = foot_spheres(placed.body)
+    bears = bearing(placed, spheres, np.array([0.0, 0.0, -1.0]))
+    margin = hull_margins(placed.centres[:, spheres, :2], bears, centre[:, :2])
     return Balance(centre, support, margin)
 
 
@@ -87,14 +97,20 @@ def centre_of_mass(placed: Placed) -> Floats:
     return centre
 
 
-def sole_points(placed: Placed, row: int) -> Floats:
-    """(C, 2) [m] the points of one pose's soles that bear, seen from above; InputError for a body
-    without feet."""
-    body = placed.body
-    rows = foot_spheres(body)
-    low = placed.centres[row, rows, 2] - body.radius[placed.person[row], rows]
-    points: Floats = placed.centres[row, rows, :2][low < low.min() + SOLE]
-    return points
+def sole_points(placed: Placed) -> list[Floats]:
+    """Of each pose the points (C, 2) [m] of the soles that bear, seen from above; InputError for a
+    body without feet."""
+    spheres = foot_spheres(placed.body)
+    bears = bearing(placed, spheres, np.array([0.0, 0.0, -1.0]))
+    return [placed.centres[row, spheres[some], :2] for row, some in enumerate(bears)]
+
+
+def bearing(placed: Placed, spheres: Ints, toward: Floats) -> Bools:
+    """(P, F) which of some spheres (F,) bear: True for those that come within `SOLE` of the farthest
+    one in a direction (3,) of the world."""
+    height = placed.centres[:, spheres] @ toward + placed.body.radius[placed.person][:, spheres]
+    bears: Bools = height > height.max(axis=1, keepdims=True) - SOLE
+    return bears
 
 
 def foot_spheres(body: Body) -> Ints:
@@ -136,15 +152,53 @@ def edges_of(corners: Floats) -> tuple[Floats, Floats]:
     return inward, np.sum(inward * corners, axis=1)
 
 
-def _margin(corners: Floats, point: Floats) -> float:
-    """How far [m] a point (2,) is inside a convex polygon (V, 2), negative outside."""
-    if len(corners) > 2:
-        inward, offset = edges_of(corners)
-        inside = float((inward @ point - offset).min())
-        if inside >= 0.0:
-            return inside
-    ends = np.roll(corners, -1, axis=0) - corners
-    arm = point - corners
-    length = np.maximum(np.sum(ends * ends, axis=1), 1e-18)
-    share = np.clip(np.sum(arm * ends, axis=1) / length, 0.0, 1.0)
-    return -float(np.linalg.norm(arm - share[:, None] * ends, axis=1).min())
+def hull_margins(points: Floats, bears: Bools, at: Floats) -> Floats:
+    """How far points are inside the convex hulls of others, for P of both.
+
+    The hull is walked from corner to corner, for all P at once, by Jarvis's march (1973).
+
+    Parameters
+    ----------
+    points
+        (P, K, 2) [m] the points of each hull.
+    bears
+        (P, K) which of them count; one at least of each.
+    at
+        (P, 2) [m] the points that are asked for.
+
+    Returns
+    -------
+    Floats
+        (P,) [m] the distance from the edge, negative outside. Of a hull without area all is outside.
+    """
+    lowest = np.where(bears, points[..., 0], np.inf).min(axis=1, keepdims=True)
+    first = np.where(bears & (points[..., 0] == lowest), points[..., 1], np.inf).argmin(axis=1)
+    start = points[np.arange(len(points)), first]
+    corner = start
+    nearest = np.full(len(points), np.inf)
+    area = np.zeros(len(points))
+    inside = np.ones(len(points), dtype=np.bool_)
+    for _ in range(points.shape[1]):
+        following = corner
+        for k in range(points.shape[1]):
+            way, other = following - corner, points[:, k] - corner
+            turn = _cross(way, other)
+            farther = (turn == 0.0) & (np.sum(other**2, axis=1) > np.sum(way**2, axis=1))
+            better = bears[:, k] & ((turn < 0.0) | farther)
+            following = np.where(better[:, None], points[:, k], following)
+        edge, arm = following - corner, at - corner
+        length = np.maximum(np.sum(edge**2, axis=1), 1e-18)
+        share = np.clip(np.sum(arm * edge, axis=1) / length, 0.0, 1.0)
+        nearest = np.minimum(nearest, np.linalg.norm(arm - share[:, None] * edge, axis=1))
+        inside &= _cross(edge, arm) >= 0.0
+        area += _cross(corner - start, edge)
+        corner = following
+        if np.array_equal(corner, start):
+            break
+    return np.where(inside & (area > 1e-12), nearest, -nearest)
+
+
+def _cross(a: Floats, b: Floats) -> Floats:
+    """(P,) twice the areas of the triangles of vectors (P, 2), positive against the clock."""
+    area: Floats = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
+    return area

@@ -9,7 +9,7 @@ from workbench.model.body import Body
 from workbench.model.stops import StopKind, Stops
 from workbench.posture.kernels.past_stops import StopPack
 
-__all__ = ["packed_stops"]
+__all__ = ["packed_stops", "polygon_sides"]
 
 
 def packed_stops(body: Body) -> StopPack:
@@ -42,7 +42,7 @@ def _polygons(stops: Stops) -> tuple[Floats, Ints]:
     corners = np.zeros(joints, dtype=np.int64)
     for j in polygonal:
         corners[j] = len(stops.polygon[j])
-        sides[j, : corners[j]] = _sides(stops.polygon[j], stops.polygon_centre[j])
+        sides[j, : corners[j]] = polygon_sides(stops.polygon[j], stops.polygon_centre[j])
     return sides, corners
 
 
@@ -67,7 +67,7 @@ def _chain_before(body: Body, joint: int) -> list[int]:
     return chain
 
 
-def _sides(corner: Floats, centre: Floats) -> Floats:
+def polygon_sides(corner: Floats, centre: Floats) -> Floats:
     """(V, 5, 3) sides of a spherical polygon with corners (V, 3) about a centre (3,).
 
     A side has its first corner, its inward normal, the normals of its two ends, and the normal of

@@ -245,7 +245,7 @@ def _frames(placed: Placed, segment: str) -> Floats:
 
 def _edges(placed: Placed, margin: float) -> Floats:
     """(P, E, 3) the edges of the support polygons, drawn in by a margin [m]; see `Standing`."""
-    each = [edges_of(support_polygon(sole_points(placed, row))) for row in range(len(placed))]
+    each = [edges_of(support_polygon(points)) for points in sole_points(placed)]
     most = max((len(offset) for _, offset in each), default=0)
     edges = np.zeros((len(placed), most, 3))
     edges[:, :, 2] = -np.inf

@@ -27,11 +27,22 @@ from workbench.model.poses import Poses
 from workbench.model.posing import angles_of, compose
 from workbench.model.quaternions import conjugate, multiply, rotate, shortest
 from workbench.model.stops import StopKind
-from workbench.posture.ellipse import nearest_on_cone
-from workbench.posture.kernels.limits import SMALLEST_LIMIT
-from workbench.posture.shoulder import nearest_on_polygon
+from workbench.posture.kernels.stop_law import (
+    SMALLEST_LIMIT,
+    nearest_on_cones,
+    nearest_on_polygons,
+)
+from workbench.posture.packed_stops import polygon_sides
 
-__all__ = ["StopMargins", "moves_flesh", "nearest_legal", "stop_limits", "stops"]
+__all__ = [
+    "StopMargins",
+    "moves_flesh",
+    "nearest_legal",
+    "nearest_on_cone",
+    "nearest_on_polygon",
+    "stop_limits",
+    "stops",
+]
 
 IDENTITY = np.array([1.0, 0.0, 0.0, 0.0])
 
@@ -188,6 +199,36 @@ def stop_limits(body: Body, angles: Floats) -> Floats:
         driver = angles[:, c.driver_joint, c.driver_axis]
         limits[:, c.joint, c.axis, c.side] = np.interp(driver, c.driver_angle, c.limit)
     return limits
+
+
+def nearest_on_cone(swing: Floats, limits: Floats) -> tuple[Floats, Floats, Floats]:
+    """Nearest boundary points of swing cones.
+
+    swing (M, 2) [rad]; limits (M, 2, 2): half-angles (axis; first, second sense). Legal is (s1 /
+    L1)^2 + (s2 / L2)^2 <= 1 with the half-angle of the sign of each component (Baerlocher & Boulic
+    2000). Returns the points (M, 2), the signed distances (M,) (positive inside) and the outward
+    normals there (M, 2).
+    """
+    point = np.empty((len(swing), 2))
+    distance = np.empty(len(swing))
+    normal = np.empty((len(swing), 2))
+    half_angles = np.maximum(limits, SMALLEST_LIMIT)
+    nearest_on_cones(np.ascontiguousarray(swing), half_angles, point, distance, normal)
+    return point, distance, normal
+
+
+def nearest_on_polygon(direction: Floats, polygon: Floats, centre: Floats) -> tuple[Floats, Floats]:
+    """Nearest boundary point of a spherical polygon that is star-shaped about `centre`.
+
+    direction (P, 3), polygon (V, 3) counter-clockwise about centre, centre (3,): unit vectors.
+    Edges are great circles. Returns the point (P, 3) and the signed angle (P,) [rad], positive
+    inside.
+    """
+    point = np.empty((len(direction), 3))
+    angle = np.empty(len(direction))
+    sides = polygon_sides(polygon, centre)
+    nearest_on_polygons(np.ascontiguousarray(direction), sides, point, angle)
+    return point, angle
 
 
 def _joints_of_kind(body: Body, kind: StopKind) -> list[int]:

@@ -10,6 +10,7 @@ from workbench.files.catalogue import find, names
 from workbench.files.kinds import named_kind
 from workbench.files.postures import load_postures, posture_path
 from workbench.model.body import Body
+from workbench.model.figures import plain
 from workbench.model.stops import StopKind
 
 __all__ = ["body_list", "body_sheet", "body_text"]
@@ -104,9 +105,7 @@ def _segment_line(s: dict[str, Any]) -> str:
 
 
 def _joint_line(j: dict[str, Any]) -> str:
-    limits = ", ".join(
-        f"{name.replace('_', ' ')} {limit:g}" for name, limit in j["limits_deg"].items()
-    )
+    limits = ", ".join(f"{plain(name)} {limit:g}" for name, limit in j["limits_deg"].items())
     return (
         f"  {j['number']:>3} {j['joint']:<4} {j['name']}, {'-'.join(j['between'])}, {j['stop']}: "
         f"{limits or 'no stop'}"

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from workbench.model.body import Body
+from workbench.model.figures import plain
 from workbench.posture.stops import moves_flesh
 
 __all__ = ["angle_rows"]
@@ -42,5 +43,5 @@ def angle_rows(
             sense = 1.0 if forth else -1.0
             words = f"{plus}, \u2212 {minus}" if forth and back else plus if forth else minus
             values = [f"{round(sense * angle, 1) + 0.0:.1f}" for angle in angles]
-            rows.append((body.joint_names[j], words.replace("_", " "), values))
+            rows.append((body.joint_names[j], plain(words), values))
     return rows

@@ -6,6 +6,7 @@ from functools import cache
 
 import jinja2
 
+from workbench.model.figures import plain
 from workbench.report.words import for_reading, proper_minus
 
 __all__ = ["template"]
@@ -22,7 +23,7 @@ def template(name: str) -> jinja2.Template:
         lstrip_blocks=True,
     )
     environment.filters["for_reading"] = for_reading
-    environment.filters["plain"] = lambda name: name.replace("_", " ")
+    environment.filters["plain"] = plain
     environment.filters["percents"] = lambda text: text.replace(" %", "\u00a0%")
     environment.filters["minus"] = proper_minus
     return environment.get_template(name)

@@ -14,7 +14,7 @@ from workbench.model.body import Body
 from workbench.model.contacts import Contacts
 from workbench.model.criterion import Criterion
 from workbench.model.environment import Environment
-from workbench.model.figures import tenths
+from workbench.model.figures import plain, tenths
 from workbench.model.person import Size
 from workbench.model.reach import MOST_SPARE
 from workbench.model.result import Finding, PersonFound, Verdict
@@ -89,7 +89,7 @@ def finding_words(check: str, finding: Finding) -> str:
     """What was found, without case, person and time: "head (top) is 12.0 mm from canopy, 38.0 mm less
     than the 50.0 mm asked for"."""
     source = f" (by {finding.source})" if finding.source else ""
-    return without_polygons(_FINDING_WORDS[check](finding) + source).replace("_", " ")
+    return plain(without_polygons(_FINDING_WORDS[check](finding) + source))
 
 
 def milliseconds(seconds: float) -> str:
@@ -235,7 +235,8 @@ def _share_against(finding: Finding) -> str:
 
 def _kept_words(why: str) -> str:
     """ "; left_stick hides 30 %", "" where nothing hides anything."""
-    return f"; it is {why}" if why == BEYOND.text else f"; {why}" if why else ""
+    beyond = why in [one.text for one in BEYOND]
+    return f"; it is {why}" if beyond else f"; {why}" if why else ""
 
 
 def _reads_words(finding: Finding) -> str:
@@ -311,7 +312,7 @@ def in_words(text: str) -> str:
     """A sentence with the names of parts as words and without the numbers of polygons; what is
     quoted stands as it does in a file."""
     pieces = _QUOTED.split(without_polygons(text))
-    pieces[::2] = [piece.replace("_", " ") for piece in pieces[::2]]
+    pieces[::2] = [plain(piece) for piece in pieces[::2]]
     return "".join(pieces)
 
 
@@ -388,7 +389,7 @@ def person_words(person: PersonFound) -> str:
     """Who somebody is and where: "bubbleman as a woman of stature 1525 mm, 51.3 kg, surface known to
     ± 9 mm, in seat left, 20 mm in front of its reference position"."""
     role = person.role
-    words = person.body.name.replace("_", " ")
+    words = plain(person.body.name)
     if role.size is not None:
         words += f" as a {_sized(role.size)}"
     if role.clothes:
@@ -396,7 +397,7 @@ def person_words(person: PersonFound) -> str:
     words += f", {float(person.body.mass[0].sum()):.1f} kg, {_surface_known(person.body)}"
     if role.seat is not None:
         where = seat_position_words(person.forward, person.up)
-        return f"{words}, in seat {role.seat.replace('_', ' ')}, {where}"
+        return f"{words}, in seat {plain(role.seat)}, {where}"
     if role.stand is not None:
         words += ", standing"
         for value, ahead, behind in (
@@ -459,7 +460,7 @@ def _way_words(by: Sequence[float]) -> str:
 def _sized(size: Size) -> str:
     """ "woman of stature 1525 mm, sitting height 800 mm"."""
     given = [
-        f"{name.replace('_', ' ')} {1000 * value:.0f} mm"
+        f"{plain(name)} {1000 * value:.0f} mm"
         for name, value in size.measures.items()
         if name != "mass"
     ]

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from workbench.errors import InputError
-from workbench.model.arrays import Floats, Ints, freeze_fields, frozen
+from workbench.model.arrays import Floats, Ints, for_rows, freeze_fields
 from workbench.model.body import Body
 from workbench.model.kept import kept_with_topology
 from workbench.model.poses import Placed
@@ -307,8 +307,7 @@ def gaze(eyes: Eyes, target: ArrayLike, limits: Limits = TURNS, *, trunk: ArrayL
     >>> np.degrees(found.eye_turn).round(1), np.degrees(found.head_turn).round(1)
     (array([[15. , 14.7]]), array([[28.3,  0. ]]))
     """
-    shape = (3,) if np.ndim(target) < 2 else (len(eyes), 3)
-    goal = np.broadcast_to(frozen(target, np.float64, shape, "gaze: target"), (len(eyes), 3))
+    goal = for_rows(target, np.float64, (3,), rows=len(eyes), what="gaze: target")
     distance = np.linalg.norm(goal - eyes.middle, axis=1)
     if not np.isfinite(goal).all() or np.any(distance == 0.0):
         raise InputError("gaze: expected finite targets (B, 3) [m] away from the eyes")

@@ -272,7 +272,7 @@ def target_of_disc(
     normal
         (3,) to the side that it is seen from; toward -x, and seen from both sides, if None.
     count
-        Of samples.
+        Of samples, about: the nearest of 1, 9, 25, 49, ...
     item
         The item of the scenery that it is on, -1 for none.
     """
@@ -280,14 +280,17 @@ def target_of_disc(
     ahead = ahead / np.linalg.norm(ahead)
     right = np.cross(np.eye(3)[int(np.argmin(np.abs(ahead)))], ahead)
     right /= np.linalg.norm(right)
-    # Vogel's spiral: equal areas at golden angles
-    k = np.arange(count)
-    distance = diameter / 2.0 * np.sqrt((k + 0.5) / count)
-    angle = k * (math.pi * (3.0 - math.sqrt(5.0)))
+    # rings of 1, 8, 16, ... equal areas, (2 r - 1)^2 within ring r: a mirrored disc has the mirrored ones
+    rings = round((math.sqrt(count) + 1.0) / 2.0)
+    first = np.maximum(2 * np.arange(rings) - 1, 0) ** 2
+    last = (2 * np.arange(rings) + 1) ** 2
+    ring = np.repeat(np.arange(rings), last - first)
+    distance = diameter / 2.0 * np.sqrt(0.5 * (first + last) / last[-1])[ring]
+    angle = 2.0 * math.pi * (np.arange(last[-1]) - first[ring] + 0.5) / (last - first)[ring]
     across = distance[:, None] * (
         np.cos(angle)[:, None] * right + np.sin(angle)[:, None] * np.cross(ahead, right)
     )
-    normals = None if normal is None else np.broadcast_to(ahead, (count, 3))
+    normals = None if normal is None else np.broadcast_to(ahead, across.shape)
     return Target(name, np.asarray(point, dtype=np.float64) + across, normals, item)
 
 

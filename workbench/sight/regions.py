@@ -20,16 +20,11 @@ __all__ = [
     "WHOLE",
     "Region",
     "azimuth_elevation",
-    "blind_zone_end",
     "cone",
     "direction_of",
     "outline",
-    "solid_angle_of_sphere",
     "solid_angle_of_triangles",
 ]
-
-WHOLE_SPHERE = 4.0 * math.pi
-"""Solid angle [sr] of all directions."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -178,46 +173,3 @@ def solid_angle_of_triangles(corners: ArrayLike, eye: ArrayLike) -> Floats:
         + np.sum(c * a, axis=-1) * length[..., 1]
     )
     return np.asarray(-2.0 * np.arctan2(volume, whole))
-
-
-def solid_angle_of_sphere(centre: ArrayLike, radius: ArrayLike, eye: ArrayLike) -> Floats:
-    """Return the solid angles (...) [sr] of spheres seen from a point.
-
-    A sphere is seen in a cone of half angle asin(r / d), of 2 pi (1 - cos) steradians. From inside it
-    fills all directions.
-
-    Parameters
-    ----------
-    centre, radius
-        (..., 3) and (...) [m].
-    eye
-        (3,) [m].
-    """
-    away = np.asarray(centre, dtype=np.float64) - np.asarray(eye, dtype=np.float64)
-    share = np.asarray(radius, dtype=np.float64) / np.linalg.norm(away, axis=-1)
-    cosine = np.sqrt(np.maximum(1.0 - share * share, 0.0))
-    # 1 - cos as sin^2 / (1 + cos), which keeps its digits far away
-    outside = 2.0 * math.pi * share * share / (1.0 + cosine)
-    return np.asarray(np.where(share >= 1.0, WHOLE_SPHERE, outside))
-
-
-def blind_zone_end(width: float, distance: float, spacing: float = 0.065) -> float:
-    """Return the distance [m] from the eyes at which the zone that a post hides from both ends.
-
-    The lines from each eye past the post's opposite edges meet at d * spacing / (spacing - width).
-
-    Parameters
-    ----------
-    width, distance
-        Width [m] of the post, square to the line of sight, and its distance d [m] from the eyes.
-    spacing
-        Distance [m] between the eyes.
-
-    Returns
-    -------
-    float
-        Infinity where the post is as wide as the eyes are apart, or wider.
-    """
-    if width >= spacing:
-        return math.inf
-    return distance * spacing / (spacing - width)

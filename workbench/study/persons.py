@@ -19,6 +19,7 @@ from workbench.errors import InputError, one_of
 from workbench.model.arguments import short_repr
 from workbench.model.body import Body
 from workbench.model.driving import Driver, DrivingAims
+from workbench.model.figures import plain
 from workbench.model.measures import GIRTHS, WORDS, check_plausible
 from workbench.model.person import Growth, Size
 from workbench.model.population import SEXES, Population, PopulationModel
@@ -131,7 +132,7 @@ def _child(
             unit, factor = ("kg", 1.0) if known[0] == "mass" else ("mm", 1000.0)
             end = f"below the {FAR:g}th" if percentile < FAR else f"above the {100 - FAR:g}th"
             notes = (
-                f"{known[0].replace('_', ' ')} {factor * measures[known[0]]:.0f} {unit} is {end} percentile at {age:g} "
+                f"{plain(known[0])} {factor * measures[known[0]]:.0f} {unit} is {end} percentile at {age:g} "
                 f"years; there may be no such child",
             )
         percentile = min(max(percentile, FAR), 100 - FAR)
@@ -186,7 +187,7 @@ def _improbable(scores: Scores, known: Mapping[str, float]) -> tuple[str, ...]:
         else "the mean of the population"
     )
     return (
-        f"{name.replace('_', ' ')} {shown} is {abs(surprise):.1f} standard deviations from {against}; "
+        f"{plain(name)} {shown} is {abs(surprise):.1f} standard deviations from {against}; "
         f"there may be no such person",
     )
 

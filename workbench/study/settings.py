@@ -11,6 +11,7 @@ import numpy as np
 
 from workbench.model.arrays import Floats
 from workbench.model.environment import Adjustment
+from workbench.model.figures import plain
 from workbench.model.surroundings import adjusted
 from workbench.model.workplace import Workplace
 from workbench.posture.seating.posture import DECIMALS
@@ -44,7 +45,7 @@ def setting_text(one: Adjustment, value: float) -> str:
     """An adjustment and where it is set [m or rad]: "wheel telescope at −20 mm"."""
     amount = value / one.shown_unit
     words = f"{amount:+.1f} degrees" if one.turns else f"{amount:+.0f} mm"
-    return f"{one.name.replace('_', ' ')} at {words.replace('-', '−')}"
+    return f"{plain(one.name)} at {words.replace('-', '−')}"
 
 
 def nominal_setting(place: Workplace) -> Floats:

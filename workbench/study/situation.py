@@ -810,6 +810,7 @@ def _with_hand(
     moving = np.isin(environment.parts, situation.place.moving_parts).astype(np.int64)
     own = tuple(environment.part_index(part) for part in control.own_parts)
     room = Room(environment, moving, situation.displacement, situation.bystanders, held=own)
+    other_arm = bool(situation.hand_miss)  # it is on its control already
     for zone in range(1, situation.freest(control) + 1):
         arm = limb(body, name, grip=control.grip, zone=zone)
         found = reach(
@@ -827,10 +828,13 @@ def _with_hand(
             brief=brief,
             recall=recall.rows(left) if recall is not None else None,
             thorough=False,
+            other_arm=other_arm,
         )
         rotations[left] = found.poses.rotations
         got = np.flatnonzero(found.reached[:, 0])
-        there = clear_fingers(body, found.poses.rows(got), arm, control.at, room)
+        there = clear_fingers(
+            body, found.poses.rows(got), arm, control.at, room, other_arm=other_arm
+        )
         rotations[left[got]] = there.rotations
         miss[left] = np.where(found.reached[:, 0], 0.0, found.miss[:, 0])
         overlap[left] = found.overlap[:, 0]

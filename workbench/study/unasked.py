@@ -14,6 +14,7 @@ import numpy as np
 from workbench.model.contacts import Contacts
 from workbench.model.criterion import Criterion
 from workbench.model.environment import Environment
+from workbench.model.figures import plain
 from workbench.model.motion_case import Meeting
 from workbench.model.result import PersonFound
 
@@ -141,7 +142,7 @@ def overlap_words(overlap: Overlap) -> str:
     allowed)"."""
     contacts, row = overlap.contacts, overlap.row
     if isinstance(contacts.other, Environment):
-        other = contacts.other.parts[int(contacts.part[row])].replace("_", " ")
+        other = plain(contacts.other.parts[int(contacts.part[row])])
     else:
         own = contacts.other_name(row)
         other = f"{overlap.other}'s {own}" if overlap.other else f"the body's own {own}"

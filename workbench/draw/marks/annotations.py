@@ -17,6 +17,7 @@ from workbench.errors import UsageError, one_of
 from workbench.model.arrays import Bools, Floats, xyz
 from workbench.model.contacts import Clearance, Contacts
 from workbench.model.environment import Environment
+from workbench.model.figures import plain
 from workbench.model.person import Person
 from workbench.model.poses import Placed
 from workbench.posture.stops import stops
@@ -135,7 +136,7 @@ def dimension(
     if named:
         other = near.other
         names = other.parts if isinstance(other, Environment) else other.segment_names
-        label = f"{names[pair[2]].replace('_', ' ')} {label}"
+        label = f"{plain(names[pair[2]])} {label}"
     return Mark(xyz(on_body), label, "clearance", xyz(point))
 
 
@@ -183,7 +184,7 @@ def control_marks(
     return tuple(
         Mark(
             control.at,
-            control.name.replace("_", " "),
+            plain(control.name),
             "reach" if reached.get(control.name, True) else "missed",
         )
         for control in environment.controls

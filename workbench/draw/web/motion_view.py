@@ -11,6 +11,7 @@ import numpy as np
 from workbench.body.forward import place
 from workbench.draw.web.views import WebBody, WebGaps, WebMark, WebView, body_view
 from workbench.model.arrays import Floats
+from workbench.model.figures import plain
 from workbench.model.motion_case import MotionCase
 from workbench.model.poses import Placed
 from workbench.model.posing import poses_at
@@ -185,7 +186,7 @@ def _cord(study: MotionCase, placed: Placed, k: int, count: int) -> WebBody:
     lines = [belt_line(belt, placed, pose) for pose in range(len(placed))]
     centres = np.array([_evenly(line, count) for line in lines])
     return WebBody(
-        belt.name.replace("_", " "),
+        plain(belt.name),
         _BELT_COLOUR,
         np.full(count, _CORD),
         centres,

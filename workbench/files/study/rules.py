@@ -1,4 +1,4 @@
-"""Rule sets of sight: the values of studies/rules/NAME.yaml in SI units and the workbench's axes."""
+"""Rule sets of sight and strain: the values of studies/rules/NAME.yaml in SI units and the workbench's axes."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from workbench.files.study.schema import RulesFile, RuleValueFile
 from workbench.files.yaml_text import read_yaml
 from workbench.model.rule_set import RuleSet, RuleValue
 
-__all__ = ["load_rule_set"]
+__all__ = ["load_rule_set", "rule_set"]
 
 _UNITS = {
     "mm": 1e-3,
@@ -22,6 +22,16 @@ _UNITS = {
     "m2": 1.0,
     "deg": math.radians(1.0),
     "arcmin": math.radians(1.0) / 60.0,
+    "in": 0.0254,
+    "lb": 0.45359237,
+    "kg": 1.0,
+    "kgf": 9.80665,
+    "N": 1.0,
+    "h": 3600.0,
+    "per min": 1.0 / 60.0,
+    "per cm": 100.0,
+    "per in": 1.0 / 0.0254,
+    "per deg": math.degrees(1.0),
     "1": 1.0,
 }
 """What one of each unit is in SI."""
@@ -50,7 +60,13 @@ def load_rule_set(source: str | Path, *, near: Path | None = None) -> RuleSet:
         file.rules,
         file.description,
         {name: _value(value) for name, value in file.values.items()},
+        file.credit,
     )
+
+
+def rule_set(given: RuleSet | str) -> RuleSet:
+    """A rule set itself, or the one of a name or path as `load_rule_set` reads it."""
+    return given if isinstance(given, RuleSet) else load_rule_set(given)
 
 
 def _shape_fault(file: RuleValueFile) -> str:
@@ -66,4 +82,4 @@ def _value(file: RuleValueFile) -> RuleValue:
     signs = 1.0 if file.axes is None else np.array(_AXES[file.axes])
     value = np.asarray(np.array(file.value, dtype=np.float64) * _UNITS[file.unit] * signs)
     value.flags.writeable = False
-    return RuleValue(value, file.source, file.status == "seen", file.origin)
+    return RuleValue(value, file.source, file.status, file.origin, file.doubt)

@@ -750,24 +750,46 @@ Rows = list[float] | list[list[float]]
 
 class RuleValueFile(FileModel):
     """A value of a rule: a number, a list of numbers or of points in `axes`, and its `unit`.
-    status: seen where it was read in the `source`, remembered where that was not at hand. origin: of
-    a field on the ground, from what it counts behind, and from what out."""
+
+    status: seen where it was read in the `source`, remembered where that was not at hand, chosen
+    where the rule leaves it open. origin: of a field on the ground, from what it counts behind, and
+    from what out. doubt: what was settled without the source, told with each figure."""
 
     value: float | Rows
-    unit: Literal["mm", "m", "m2", "deg", "arcmin", "1"]
+    unit: Literal[
+        "mm",
+        "m",
+        "m2",
+        "deg",
+        "arcmin",
+        "in",
+        "lb",
+        "kg",
+        "kgf",
+        "N",
+        "h",
+        "per min",
+        "per cm",
+        "per in",
+        "per deg",
+        "1",
+    ]
     axes: Literal["forward left up", "rearward right up"] | None = None
     origin: tuple[Literal["eyes", "front"], Literal["side", "middle", "eyes"]] | None = Field(
         None, strict=False
     )
-    status: Literal["seen", "remembered"]
+    status: Literal["seen", "remembered", "chosen"]
     source: Annotated[str, Field(min_length=1)]
+    doubt: str = ""
 
 
 class RulesFile(FileModel):
-    """A rule set: limits on signals, or values of a rule of sight, with their sources."""
+    """A rule set: limits on signals, or values of a rule of sight or strain, with their sources.
+    credit: the words that the licence of the values asks for."""
 
     rules: Name
     description: str = ""
+    credit: str = ""
     limits: list[LimitFile] = []
     values: dict[Name, RuleValueFile] = {}
 

@@ -1,6 +1,7 @@
 // Lines and names over the picture: what was picked, seats, controls, points, and where forward is.
 
 import { vec } from "/view/camera.js";
+import { plain } from "/view/pick.js";
 
 const CUSHION = [24, 128, 132];
 const BACK = [206, 84, 20];
@@ -56,7 +57,7 @@ export class Marks {
       arm[k] = ARM;
       this.lines.push({ from: vec.sub(at, arm), to: vec.add(at, arm), colour });
     }
-    this.texts.push({ at, words: name.replaceAll("_", " ") });
+    this.texts.push({ at, words: plain(name) });
   }
 
   // An arrow ahead of the mesh, on its foot.

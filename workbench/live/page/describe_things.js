@@ -1,5 +1,6 @@
 // Seats, controls and points in numbers, each of which can be typed over.
 
+import { plain } from "/view/pick.js";
 import { at, element, options, put, refuse, sendTyped } from "./elements.js";
 
 const TRAVEL = { forward: "travel forward", up: "travel up" };
@@ -39,7 +40,7 @@ export class Things {
 
   // Number fields of one figure; scale: of what is shown in what is sent.
   fields(kind, name, figure, count, scale, step) {
-    const words = figure.replaceAll("_", " ");
+    const words = plain(figure);
     const made = element("span", "", { className: "numbers" });
     const inputs = Array.from({ length: count }, (_, k) => {
       const input = element("input", "", { type: "number", step });

@@ -1,6 +1,7 @@
 // The saved state, see-through beside what is: people where they were, and what was moved.
 
 import { coloured } from "/view/wire.js";
+import { plain } from "/view/pick.js";
 import { ask } from "./connection.js";
 import { element } from "./elements.js";
 import { cross } from "./gizmo.js";
@@ -14,7 +15,6 @@ const MOST = 3; // things that are named
 const NOWHERE = [0, 0, 0];
 
 const far = (a, b) => Math.hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]);
-const plain = (name) => name.replaceAll("_", " ");
 const mm = (metres) => `${(1000 * metres).toFixed(1)} mm`;
 
 // How far [m] the farthest of some spheres is from where it was, and by how much one has grown.

@@ -1,7 +1,7 @@
 // Distances: between two points that are clicked, or two things that are named; and a limit for them.
 
 import { vec } from "/view/camera.js";
-import { named } from "/view/pick.js";
+import { named, plain } from "/view/pick.js";
 import { ask } from "./connection.js";
 import { at, element } from "./elements.js";
 import { signed } from "./rows.js";
@@ -57,7 +57,6 @@ export class Measure {
       made.append(...rows.map(([value, words]) => element("option", words, { value })));
       return made;
     };
-    const plain = (name) => name.replaceAll("_", " ");
     for (const id of ["pair-of", "pair-to"]) {
       const before = at(id).value;
       at(id).replaceChildren(

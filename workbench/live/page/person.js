@@ -1,5 +1,6 @@
 // The person who is chosen: size, clothes, harness zone, and postures by name or predicted.
 
+import { plain } from "/view/pick.js";
 import { ask } from "./connection.js";
 import { at, element, options } from "./elements.js";
 import { Size } from "./size.js";
@@ -12,7 +13,6 @@ const ZONES = {
   stands: ["What moves in verdicts of reach", "the arm", "the arm and the shoulder", "bends and steps"],
 };
 const id = (name) => `predict-${name.replace(" ", "-")}`;
-const words = (name) => name.replaceAll("_", " ");
 
 export class Person {
   // state: hello, answer and the number of the person.
@@ -63,7 +63,7 @@ export class Person {
       const label = element("label");
       const input = element("input", "", { type: "checkbox", value: name });
       input.onchange = () => this.dress();
-      label.append(input, ` ${words(name)}`);
+      label.append(input, ` ${plain(name)}`);
       return { name, label, input };
     });
     at("clothes").replaceChildren(element("legend", "Clothes"), ...this.clothes.map(({ label }) => label));
@@ -89,8 +89,8 @@ export class Person {
     this.clothes.forEach(({ name, input }) => (input.checked = now.clothes.includes(name)));
     at("harness").value = String(now.zone);
     at("free").disabled = now.free || !now.predicted;
-    const kind = now.drives ? "a driver's, predicted" : now.predicted ? "predicted" : `given: ${words(now.posture)}`;
-    const hands = Object.entries(now.hands).map(([hand, control]) => `${hand} on ${words(control)}`);
+    const kind = now.drives ? "a driver's, predicted" : now.predicted ? "predicted" : `given: ${plain(now.posture)}`;
+    const hands = Object.entries(now.hands).map(([hand, control]) => `${hand} on ${plain(control)}`);
     at("posture-now").textContent = [kind, ...hands, ...(now.free ? [this.offers.stands ? "free to step" : "the seat is free"] : [])].join("; ");
     const known = JSON.stringify([this.state.person, now.posture, now.prediction]);
     if (known === this.known || (!always && at("predict").contains(document.activeElement))) return;

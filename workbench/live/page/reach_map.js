@@ -1,5 +1,6 @@
 // Reach maps of the population: the share of people who reach each point of a part, point by point.
 
+import { plain } from "/view/pick.js";
 import { element } from "./elements.js";
 
 // Cividis: lighter is more people, to everybody's eyes.
@@ -9,7 +10,6 @@ const WIDTH = 380;
 const NAMED = 14;
 const SVG = "http://www.w3.org/2000/svg";
 
-const plain = (name) => name.replaceAll("_", " ");
 
 // The number of a share's band: how many levels it comes up to.
 export function band(share, levels) {

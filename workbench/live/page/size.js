@@ -1,10 +1,10 @@
 // The size of the person who is chosen: sex, age, and measures in mm or as percentiles.
 
+import { plain } from "/view/pick.js";
 import { ask } from "./connection.js";
 import { at, element } from "./elements.js";
 
 const ALWAYS = ["stature", "sitting_height", "mass"];
-const words = (name) => name.replaceAll("_", " ");
 const unit = (name) => (name === "mass" ? "kg" : "mm");
 const scale = (name) => (name === "mass" ? 1 : 1000);
 
@@ -52,11 +52,11 @@ export class Size {
       input.onchange = change;
       return input;
     };
-    const value = field(`${words(name)} in ${unit(name)}`, () => this.ask());
-    const percentile = field(`${words(name)}, percentile`, () => this.ask(name));
+    const value = field(`${plain(name)} in ${unit(name)}`, () => this.ask());
+    const percentile = field(`${plain(name)}, percentile`, () => this.ask(name));
     percentile.max = 100;
     const row = element("tr");
-    const cells = [element("th", words(name), { scope: "row" }), element("td"), element("td")];
+    const cells = [element("th", plain(name), { scope: "row" }), element("td"), element("td")];
     cells[1].append(value, ` ${unit(name)}`);
     cells[2].append(percentile, " %");
     row.append(...cells);

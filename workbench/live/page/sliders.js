@@ -1,5 +1,6 @@
 // The sliders of the person who is chosen: the seat within its travel, the joints with their stops.
 
+import { plain } from "/view/pick.js";
 import { ask, waits } from "./connection.js";
 import { at, element } from "./elements.js";
 import { signed } from "./rows.js";
@@ -71,7 +72,7 @@ export class Sliders {
           clearTimeout(resting);
           resting = setTimeout(() => ask("adjust", { name, value: value / scale }, name), REST);
         };
-        return [name, this.slider(name.replaceAll("_", " "), unit, send)];
+        return [name, this.slider(plain(name), unit, send)];
       });
       this.set = new Map(made);
       at("adjustments").replaceChildren(...made.map(([, { row }]) => row));

@@ -1,5 +1,6 @@
 // Parts and controls that can be moved: which one is chosen, and by how much it stands elsewhere.
 
+import { plain } from "/view/pick.js";
 import { ask, waits } from "./connection.js";
 import { at, element } from "./elements.js";
 
@@ -24,7 +25,7 @@ export class Things {
   build({ controls, parts }) {
     const group = (label, kind, names) => {
       const made = element("optgroup", "", { label });
-      const rows = names.map((name) => element("option", name.replaceAll("_", " "), { value: `${kind} ${name}` }));
+      const rows = names.map((name) => element("option", plain(name), { value: `${kind} ${name}` }));
       made.append(...rows);
       return made;
     };

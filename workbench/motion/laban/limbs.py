@@ -16,8 +16,7 @@ from workbench.model.laban import Movement, Sign, sign_vector
 from workbench.model.poses import Poses
 from workbench.model.posing import angles_of, compose
 from workbench.model.quaternions import conjugate, multiply, rotate, shortest, swing_twist
-from workbench.posture.ellipse import nearest_on_cone
-from workbench.posture.stops import nearest_legal, stop_limits
+from workbench.posture.stops import nearest_legal, nearest_on_cone, stop_limits
 
 __all__ = ["DirectionPath", "Ending", "Limb", "Path", "Spine", "minimum_jerk"]
 

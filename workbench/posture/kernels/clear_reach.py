@@ -34,7 +34,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.compiled import inlined, inner, njit
+from workbench.compiled import batch_loop, inlined, inner
 from workbench.contact.kernels.field import deepest, square_bound
 from workbench.geometry.vectors import (
     rotation_part,
@@ -51,12 +51,14 @@ from workbench.posture.kernels.contacts import (
     new_space,
     plane_of_contact,
     touch,
+    way_of_people,
 )
 from workbench.posture.kernels.descent import (
     DISTANT_EASE,
     REACHED,
     approach,
     descend,
+    discomfort,
     look,
     put_row,
     take,
@@ -90,6 +92,7 @@ __all__ = [
     "Looked",
     "Outcome",
     "clear_reaches",
+    "new_desk",
     "prove_no_room",
     "still_reaches",
 ]
@@ -284,8 +287,7 @@ class Witness(NamedTuple):
     part: int
 
 
-@njit(cache=True)
-def _new_desk(link, limbs, joints, seeds):  # type: ignore[no-untyped-def]
+def new_desk(link: Linkage, limbs: Limbs, joints: int, seeds: int) -> Desk:
     """Working space for chains of a linkage, of bodies with so many joints."""
     count = link.axes.shape[0]
     free = link.mode.shape[0]
@@ -493,16 +495,6 @@ def _attempt(case, desk, out):  # type: ignore[no-untyped-def]
     return False
 
 
-@inlined
-def _discomfort(link, angles):  # type: ignore[no-untyped-def]
-    """The weighted square of the distance of angles (K, 3) from the comfort modes."""
-    total = 0.0
-    for i in range(link.mode.shape[0]):
-        off = angles[link.free_joint[i], link.free_axis[i]] - link.mode[i]
-        total += link.weight[i] * off * off
-    return total
-
-
 @inner
 def _make_comfortable(case, desk, out):  # type: ignore[no-untyped-def]
     """Keep a reach, and descend from it in comfort, within planes of all that is near; the most
@@ -512,7 +504,7 @@ def _make_comfortable(case, desk, out):  # type: ignore[no-untyped-def]
     none = np.int64(0)
     cold = np.bool_(False)
     _keep(case, _witness(case, desk), desk, out)
-    best = _discomfort(case.link, state.angles)
+    best = discomfort(case.link, state.angles, 0.0)
     for _ in range(EASY_TURNS):
         _make_planes(case, _contacts(case, NEAR, desk), desk)
         steps, _ = descend(
@@ -529,7 +521,7 @@ def _make_comfortable(case, desk, out):  # type: ignore[no-untyped-def]
         )
         out.numbers[case.row, 2] += steps
         witness = _witness(case, desk)
-        value = _discomfort(case.link, state.angles)
+        value = discomfort(case.link, state.angles, 0.0)
         if _is_reach(witness, 0.0):
             if value < best:
                 _keep(case, witness, desk, out)
@@ -858,27 +850,21 @@ def _come_nearer(case, seeds, many, desk, out):  # type: ignore[no-untyped-def]
     return True
 
 
-@njit(cache=True, nogil=True)
-def clear_reaches(link, limbs, who, held, problem, room, seeds, out, begin, end):  # type: ignore[no-untyped-def]
+@batch_loop
+def clear_reaches(link, limbs, who, held, problem, room, seeds, out, begin, end, desk):  # type: ignore[no-untyped-def]
     """Keep reaches clear of obstacles, rows begin..end of P, each by itself.
 
     link, limbs: of B bodies; who (P,): the body of each row; held (P, J, 4); problem: base (P, 3,
-    4) and goal (P, 12) in the axes of the held segments, and in the world; room: the parts; seeds: postures to begin at; out: the Outcome.
+    4) and goal (P, 12) in the axes of the held segments, and in the world; room: the parts; seeds: postures to begin at;
+    out: the Outcome; desk: working space.
     """
-    desk = _new_desk(link, limbs, held.shape[1], len(seeds.angles))
-    _clear_rows(link, limbs, who, held, problem, room, seeds, out, (begin, end), desk)
-
-
-@inner
-def _clear_rows(link, limbs, who, held, problem, room, seeds, out, rows, desk):  # type: ignore[no-untyped-def]
-    """Keep the rows rows[0]..rows[1] of P clear, each by itself."""
     base, goal, world, target = problem
-    begin, end = rows
-    last = np.int64(-1)
+    last = np.int64(-1), np.int64(-1)
     for p in range(begin, end):
-        if who[p] != last:
+        here = np.int64(who[p]), way_of_people(room, p)
+        if here != last:
             forget(desk.space)
-            last = who[p]
+            last = here
         case = Case(link, limbs, room, held, base, goal, world, target, who[p], p)
         take_row(out.angles, p, desk.state.angles)
         if out.effort[p] >= NEARER:
@@ -922,31 +908,15 @@ def _clear_rows(link, limbs, who, held, problem, room, seeds, out, rows, desk): 
             out.part[p] = buried
 
 
-@njit(cache=True, nogil=True)
-def prove_no_room(limbs, who, targets, room, proved, begin, end):  # type: ignore[no-untyped-def]
+@batch_loop
+def prove_no_room(limbs, who, targets, room, proved, begin, end, space, turns):  # type: ignore[no-untyped-def]
     """Prove of the rows begin..end of P that the hand of body who[p] has no room at target p,
-    however it is turned; proved (P,) is filled with 1 where there is a proof, else 0."""
-    joints = limbs.axes.shape[0]
-    space = new_space(limbs, joints)
-    turns = new_turns()
+    however it is turned; proved (P,) is filled with 1 where there is a proof, else 0;
+    space, turns: working arrays."""
     for p in range(begin, end):
         forget(space)
         target = vector(targets[p])
         proved[p] = has_no_room(limbs, who[p], room, target, REACHED, turns, space)
-
-
-@njit(cache=True, nogil=True)
-def still_reaches(link, limbs, who, held, problem, room, looked, out, begin, end):  # type: ignore[no-untyped-def]
-    """Look whether reaches are still there once their people are elsewhere, rows begin..end of P.
-
-    Each begins from its posture before, in `out.angles`, and is a reach where the search from there
-    finds one: then `out.doubt` is OWN_WAY, and the posture is the new one. Else it is KEPT, and the
-    posture stays. Rows that are KEPT before are left out.
-
-    looked: a `Looked` in the same room, with the same parts shown; the others as of `clear_reaches`.
-    """
-    desk = _new_desk(link, limbs, held.shape[1], np.int64(1))
-    _look_again(link, limbs, who, held, problem, room, looked, out, (begin, end), desk)
 
 
 @inner
@@ -978,11 +948,17 @@ def _copy_looked(last, gap, to_last, to_gap):  # type: ignore[no-untyped-def]
                 to_last[g, s, axis] = last[g, s, axis]
 
 
-@inner
-def _look_again(link, limbs, who, held, problem, room, looked, out, rows, desk):  # type: ignore[no-untyped-def]
-    """Look at the rows rows[0]..rows[1] of P again, each by itself."""
+@batch_loop
+def still_reaches(link, limbs, who, held, problem, room, looked, out, begin, end, desk):  # type: ignore[no-untyped-def]
+    """Look whether reaches are still there once their people are elsewhere, rows begin..end of P.
+
+    Each begins from its posture before, in `out.angles`, and is a reach where the search from there
+    finds one: then `out.doubt` is OWN_WAY, and the posture is the new one. Else it is KEPT, and the
+    posture stays. Rows that are KEPT before are left out.
+
+    looked: a `Looked` in the same room, with the same parts shown; the others as of `clear_reaches`.
+    """
     base, goal, world, target = problem
-    begin, end = rows
     space = desk.space
     for p in range(begin, end):
         if out.doubt[p] == KEPT:

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from workbench.body.kernels.forward import Chain, Skin, chain_transforms, place_spheres
 from workbench.body.kernels.rotation import swing_twist_quaternion
-from workbench.compiled import inlined, inner, njit
+from workbench.compiled import batch_loop, inlined, inner, shared
 from workbench.contact.kernels.field import (
     Field,
     depth_in,
@@ -27,7 +27,6 @@ from workbench.contact.kernels.field import (
 )
 from workbench.contact.kernels.heads import near_heads
 from workbench.contact.kernels.inside import Shells
-from workbench.contact.kernels.pairs import Balls
 from workbench.contact.kernels.search import record_gap
 from workbench.contact.kernels.wide import DEEP, EIGHT, near_boxes, point_lanes
 from workbench.geometry.lanes import first_bit
@@ -48,6 +47,7 @@ from workbench.geometry.vectors import (
 __all__ = [
     "DEEPEST",
     "GROUPS",
+    "Company",
     "Limbs",
     "Obstacles",
     "Space",
@@ -59,6 +59,7 @@ __all__ = [
     "plane_of_contact",
     "row_heights",
     "touch",
+    "way_of_people",
 ]
 
 
@@ -80,9 +81,29 @@ an edge or a corner are all as deep, but for the last digits, which are others o
 or moved."""
 
 
+class Company(NamedTuple):
+    """Bodies that stand still, in one of Q ways in each of P reaches: S spheres in G segments."""
+
+    centres: NDArray[np.float64]
+    """(Q, S, 3) [m] in the world."""
+    radius: NDArray[np.float64]
+    """(Q, S) [m]."""
+    start: NDArray[np.int64]
+    """(G + 1,) where the spheres of each segment begin."""
+    around: NDArray[np.float64]
+    """(Q, G, 3) centres of spheres around those of each segment [m]."""
+    big: NDArray[np.float64]
+    """(Q, G) radii of these [m]."""
+    allowed: NDArray[np.float64]
+    """(Q, N, G) [m] how deep each segment of a limb may be in each of these; infinite where it does
+    not matter."""
+    row: NDArray[np.int64]
+    """(P,) the way of each reach."""
+
+
 class Obstacles(NamedTuple):
     """What is in the way: parts, as F polygons in one or two groups, of which the second is
-    displaced; and people who stand still, as S spheres in segments. A segment counts as a part:
+    displaced; and bodies that stand still, as S spheres in segments. A segment counts as a part:
     these are numbered after the K of the environment, and their spheres after the polygons."""
 
     faces: Faces
@@ -100,8 +121,8 @@ class Obstacles(NamedTuple):
     """(N, groups) [m] the least that is allowed to each segment in a group."""
     shift: NDArray[np.float64]
     """(B, 3) [m] displacement of the second group for each body."""
-    people: Balls
-    """The spheres of the people, in the world (P = 1)."""
+    people: Company
+    """Other people, and the own body but for the limb."""
 
 
 class Space(NamedTuple):
@@ -118,7 +139,8 @@ class Space(NamedTuple):
     """Working arrays of the trees of polygons."""
     found: NDArray[np.float64]
     """(1, DEEPEST, 7) the contacts: excess [m], sphere, polygon, point (3) [m], 1 where the centre
-    is inside. Of a sphere of a person, its number after the polygons, its centre and 0."""
+    is inside. Of a sphere of a person, its number after the polygons, its centre and its radius less
+    what is allowed [m]."""
     last: NDArray[np.float64]
     """(groups, S, 3) [m] where a sphere was last looked at, in its group's own frame."""
     entered: NDArray[np.int64]
@@ -128,8 +150,7 @@ class Space(NamedTuple):
     is not known, or the centre is inside."""
 
 
-@njit(cache=True)
-def new_space(limbs, joints):  # type: ignore[no-untyped-def]
+def new_space(limbs: Limbs, joints: int) -> Space:
     """Make working arrays for bodies of so many joints."""
     spheres = limbs.centre.shape[2]
     segments = limbs.skin.shown.shape[0]
@@ -144,6 +165,12 @@ def new_space(limbs, joints):  # type: ignore[no-untyped-def]
         np.zeros(SOLIDS, np.int64),
         np.full((GROUPS, spheres), -1.0),
     )
+
+
+@inlined
+def way_of_people(room, p):  # type: ignore[no-untyped-def]
+    """The way in which people stand in reach p; 0 where there are none."""
+    return room.people.row[p] if room.people.row.shape[0] > 0 else np.int64(0)
 
 
 @inlined
@@ -421,7 +448,7 @@ def _sphere(x, y, z, r, s, n, g, room, clear, outside, count, space):  # type: i
     return count
 
 
-@inner
+@shared
 def contact_of_sphere(limbs, b, room, g, s, point, space):  # type: ignore[no-untyped-def]
     """Find what sphere s of body b, with its centre at a point (3) [m] in the frame of group g,
     enters of the group beyond what is allowed; space.found is filled, deepest first. Returns the
@@ -434,50 +461,56 @@ def contact_of_sphere(limbs, b, room, g, s, point, space):  # type: ignore[no-un
 
 
 @inlined
-def _near_people(x, y, z, r, s, room, clear, count, space):  # type: ignore[no-untyped-def]
-    """Keep what sphere s, with its centre at (x, y, z) and radius r [m], enters of people by more
-    than -clear [m]: of each of their segments the sphere that it is deepest in."""
+def _near_people(x, y, z, r, s, n, q, room, clear, count, space):  # type: ignore[no-untyped-def]
+    """Keep what sphere s of segment n, with its centre at (x, y, z) and radius r [m], enters of people
+    who stand in way q, by more than -clear [m] beyond what is allowed: of each of their segments the
+    sphere that it is deepest in."""
     people = room.people
     polygons = room.normal.shape[0]
     at = (x, y, z)
     store(at, space.last[PEOPLE, s])
     least = np.inf
-    for g in range(people.big.shape[0]):
-        gap = norm(subtract(at, vector(people.around[0, g]))) - people.big[g]
+    for g in range(people.big.shape[1]):
+        allowed = people.allowed[q, n, g]
+        if allowed == np.inf:
+            continue
+        gap = norm(subtract(at, vector(people.around[q, g]))) - people.big[q, g] + allowed
         foremost = -1
         if gap <= r + clear + WIDER:
             gap = np.inf
             for v in range(people.start[g], people.start[g + 1]):
-                apart = norm(subtract(at, vector(people.centres[0, v]))) - people.radius[v]
-                if apart < gap - 1.0 / STEPS:  # of two as near the first
-                    gap = apart
+                apart = norm(subtract(at, vector(people.centres[q, v]))) - people.radius[q, v]
+                if apart + allowed < gap - 1.0 / STEPS:  # of two as near the first
+                    gap = apart + allowed
                     foremost = v
         least = min(least, gap - 1.0 / STEPS)
         excess = _rounded(r - gap)
         if foremost >= 0 and _may_count(excess, s, polygons + foremost, clear, count, space.found):
-            px, py, pz = vector(people.centres[0, foremost])
-            values = (excess, float(s), float(polygons + foremost), px, py, pz, 0.0)
+            px, py, pz = vector(people.centres[q, foremost])
+            off = people.radius[q, foremost] - allowed
+            values = (excess, float(s), float(polygons + foremost), px, py, pz, off)
             count = _keep(space.found, count, values)
     space.gap[PEOPLE, s] = least
     return count
 
 
 @inner
-def _touch_people(limbs, b, room, near, count, space):  # type: ignore[no-untyped-def]
-    """Keep what a limb that is placed enters of people by more than -near [m]; returns the new
-    count of contacts."""
+def _touch_people(limbs, b, q, room, near, count, space):  # type: ignore[no-untyped-def]
+    """Keep what a limb that is placed enters of people who stand in way q by more than -near [m];
+    returns the new count of contacts."""
     for s in range(limbs.centre.shape[2]):
         if not limbs.solid[b, s]:
             continue
         x, y, z = vector(space.centres[0, s])
         r = limbs.radius[b, s]
+        n = limbs.segment[s]
         some = min(near, -space.found[0, DEEPEST - 1, 0]) if count == DEEPEST else near
         if _spare(x, y, z, s, PEOPLE, space) <= r + some:
-            count = _near_people(x, y, z, r, s, room, some, count, space)
+            count = _near_people(x, y, z, r, s, n, q, room, some, count, space)
     return count
 
 
-@inner
+@shared
 def touch(limbs, b, held, base, p, angles, q, room, near, space):  # type: ignore[no-untyped-def]
     """Place a limb and find what it enters by more than -near [m] beyond what is allowed.
 
@@ -527,8 +560,8 @@ def touch(limbs, b, held, base, p, angles, q, room, near, space):  # type: ignor
             spare = _spare(x, y, z, s, g, space)
             if spare <= max(r + some - room.least[n, g], 0.0):
                 count = _sphere(x, y, z, r, s, n, g, room, some, spare > 0.0, count, space)
-    if room.people.radius.shape[0] > 0:
-        count = _touch_people(limbs, b, room, near, count, space)
+    if room.people.radius.shape[1] > 0:
+        count = _touch_people(limbs, b, way_of_people(room, p), room, near, count, space)
     return count
 
 
@@ -539,7 +572,7 @@ def _away(room, b, i, space):  # type: ignore[no-untyped-def]
     The unit vector leads from the polygon's nearest point to the centre, or back if the centre is
     inside. If both coincide, it is the polygon's normal. The height is that of the nearest point
     along it, in the world. From a sphere of a person it leads from centre to centre, up if both
-    coincide; the nearest point is that of the sphere's surface.
+    coincide; the nearest point is that of the sphere's surface, sunk by what is allowed.
     """
     found = space.found[0, i]
     polygon = int(found[2])
@@ -548,7 +581,7 @@ def _away(room, b, i, space):  # type: ignore[no-untyped-def]
         n = subtract(vector(space.centres[0, int(found[1])]), point)
         size = norm(n)
         n = scale(1.0 / size, n) if size > 1e-9 else (0.0, 0.0, 1.0)
-        return n, dot(n, point) + room.people.radius[polygon - room.normal.shape[0]]
+        return n, dot(n, point) + found[6]
     shift = (0.0, 0.0, 0.0)
     if room.field.trees.root.shape[0] > 1 and room.moving[room.owner[polygon]] > 0:
         shift = vector(room.shift[b])
@@ -582,8 +615,8 @@ def plane_of_contact(limbs, b, room, i, clear, space, planes, m):  # type: ignor
     planes.offset[m] = height + limbs.radius[b, s] - allowed + 2.0 * clear
 
 
-@njit(cache=True, nogil=True)
-def limb_contacts(limbs, who, held, base, angles, room, reach, out, begin, end):  # type: ignore[no-untyped-def]
+@batch_loop
+def limb_contacts(limbs, who, held, base, angles, room, reach, out, begin, end, space):  # type: ignore[no-untyped-def]
     """Find what the limbs of rows begin..end - 1 of P enter, and planes that keep them out of it.
 
     Parameters
@@ -607,17 +640,11 @@ def limb_contacts(limbs, who, held, base, angles, room, reach, out, begin, end):
         DEEPEST); the greatest depth (P,) [m] beyond what is allowed.
     begin, end : int
         Rows to look at.
+    space : Space
+        Working arrays.
     """
-    space = new_space(limbs, held.shape[1])
-    _row_contacts(limbs, who, held, base, angles, room, reach, out, (begin, end), space)
-
-
-@inner
-def _row_contacts(limbs, who, held, base, angles, room, reach, out, rows, space):  # type: ignore[no-untyped-def]
-    """Find contacts and planes of the rows rows[0]..rows[1] - 1 of P."""
     planes, many, part, overlap = out
     near, clear = reach
-    begin, end = rows
     for p in range(begin, end):
         b = who[p]
         forget(space)

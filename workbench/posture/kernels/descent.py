@@ -32,7 +32,7 @@ import math
 
 import numpy as np
 
-from workbench.compiled import inlined, inner
+from workbench.compiled import inlined, inner, shared
 from workbench.posture.kernels.limits import rooms
 from workbench.posture.kernels.linkage import move
 from workbench.posture.kernels.newton import HOLD, INSIDE, back, equations, go, multiply, newton
@@ -45,6 +45,7 @@ __all__ = [
     "REACHED",
     "approach",
     "descend",
+    "discomfort",
     "extend",
     "look",
     "put_row",
@@ -103,7 +104,7 @@ STUCK = 3
 whose system could not be solved."""
 
 
-@inner
+@shared
 def look(link, b, base, p, planes, span, state):  # type: ignore[no-untyped-def]
     """Place the chain of body b at the angles of a state, and fill its room to stops and planes.
 
@@ -135,6 +136,16 @@ def put_row(values, angles, p):  # type: ignore[no-untyped-def]
     for k in range(values.shape[0]):
         for axis in range(3):
             angles[p, k, axis] = values[k, axis]
+
+
+@inlined
+def discomfort(link, angles, base):  # type: ignore[no-untyped-def]
+    """Add to base the weighted squares of the distances of angles (K, 3) from the comfort modes."""
+    total = base
+    for i in range(link.mode.shape[0]):
+        off = angles[link.free_joint[i], link.free_axis[i]] - link.mode[i]
+        total += link.weight[i] * off * off
+    return total
 
 
 @inner
@@ -174,7 +185,7 @@ def _aim(link, goal, p, state, work, pull, bent, warm):  # type: ignore[no-untyp
     equations(link, goal, p, state, work, pull, 1.0, bent)
 
 
-@inner
+@shared
 def descend(link, b, problem, p, planes, span, most, warm, state, work):  # type: ignore[no-untyped-def]
     """Descend in comfort to a posture on the target, from the angles of a state.
 
@@ -300,7 +311,7 @@ def _at_rest(still, gap, worst, ahead):  # type: ignore[no-untyped-def]
     return still > 1 or gap < TIP_TOLERANCE
 
 
-@inner
+@shared
 def _minimise(link, b, problem, p, planes, span, most, damping, ease, ahead, state, work):  # type: ignore[no-untyped-def]
     """Descend with the gain ratio: to the nearest to a target, or as far as a push `ahead` goes.
 

@@ -20,7 +20,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.compiled import inlined, inner, njit
+from workbench.compiled import inlined, inner
 from workbench.geometry.vectors import add, matvec, norm, store, subtract, vector
 from workbench.posture.kernels.contacts import contact_of_sphere
 from workbench.posture.kernels.linkage import rotation_of
@@ -49,8 +49,7 @@ class Turns(NamedTuple):
     """(STACKED,) [rad] half their edges."""
 
 
-@njit(cache=True)
-def new_turns():  # type: ignore[no-untyped-def]
+def new_turns() -> Turns:
     """Make the working space of a proof."""
     return Turns(np.zeros((STACKED, 3)), np.zeros(STACKED))
 

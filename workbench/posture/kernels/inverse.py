@@ -18,7 +18,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.compiled import inlined, inner, njit
+from workbench.compiled import batch_loop, inlined, inner, shared
 from workbench.geometry.vectors import (
     rotation_part,
     subtract,
@@ -49,15 +49,14 @@ __all__ = [
     "Search",
     "Seeds",
     "Solutions",
-    "breaches",
     "greatest_breach",
     "holder",
     "new_chain_workspace",
     "next_seed",
+    "place_chains",
     "place_seeds",
     "solve_chain",
     "solve_chains",
-    "tips",
     "worth",
 ]
 
@@ -130,8 +129,7 @@ class ChainWorkspace(NamedTuple):
     """(K, 3) [rad] the best angles of the row."""
 
 
-@njit(cache=True)
-def new_chain_workspace(joints, free, rows, seeds):  # type: ignore[no-untyped-def]
+def new_chain_workspace(joints: int, free: int, rows: int, seeds: int) -> ChainWorkspace:
     """Make working arrays for so many joints, free angles, rows of room, and seeds."""
     return ChainWorkspace(
         new_state(joints, free, rows),
@@ -331,7 +329,7 @@ def _take_seed(link, b, problem, p, seeds, out, workspace):  # type: ignore[no-u
     return True
 
 
-@inner
+@shared
 def solve_chain(link, b, problem, p, planes, span, search, near, out, workspace):  # type: ignore[no-untyped-def]
     """Solve row p: from the solution near by that out holds, from its own start, from seeds.
 
@@ -372,8 +370,8 @@ def solve_chain(link, b, problem, p, planes, span, search, near, out, workspace)
     put_row(workspace.best, out.angles, p)
 
 
-@njit(cache=True, nogil=True)
-def solve_chains(link, who, problem, planes, start, search, near, out, begin, end):  # type: ignore[no-untyped-def]
+@batch_loop
+def solve_chains(link, who, problem, planes, start, search, near, out, begin, end, workspace):  # type: ignore[no-untyped-def]
     """Solve the rows begin..end - 1 of P, each by itself.
 
     Parameters
@@ -389,24 +387,17 @@ def solve_chains(link, who, problem, planes, start, search, near, out, begin, en
         its guide. Few seeds are tried then, and none if that solution is far from its own target.
     begin, end : int
         Rows to solve.
+    workspace : ChainWorkspace
+        Working arrays, with rows of room for all stops and the planes of any row.
     """
-    most_planes = 0
-    for p in range(begin, end):
-        most_planes = max(most_planes, start[p + 1] - start[p])
-    workspace = new_chain_workspace(
-        link.axes.shape[0],
-        link.mode.shape[0],
-        link.rows.shape[0] + most_planes,
-        search.seeds.angles.shape[0],
-    )
     for p in range(begin, end):
         span = (start[p], start[p + 1])
         solve_chain(link, who[p], problem, p, planes, span, search, near[p] == 1, out, workspace)
 
 
-@njit(cache=True, nogil=True)
-def tips(link, who, base, angles, out):  # type: ignore[no-untyped-def]
-    """Place the tips of P chains.
+@batch_loop
+def place_chains(link, who, base, angles, inside, planes, tip, breach, state):  # type: ignore[no-untyped-def]
+    """Place P chains, and measure their breach of the stops.
 
     Parameters
     ----------
@@ -418,39 +409,23 @@ def tips(link, who, base, angles, out):  # type: ignore[no-untyped-def]
         World-from-base transforms [m].
     angles : (P, K, 3)
         Joint angles [rad].
-    out : (P, 6)
-        Filled with tips [m] and directions.
-    """
-    state = new_state(link.axes.shape[0], link.mode.shape[0], 1)
-    for p in range(len(angles)):
-        take_row(angles, p, state.angles)
-        move(link, who[p], base, p, state)
-        for i in range(6):
-            out[p, i] = state.at[i]
-
-
-@njit(cache=True)
-def breaches(link, planes, angles, out):  # type: ignore[no-untyped-def]
-    """Bring angles inside what can be clamped, and measure the breach that is left.
-
-    Parameters
-    ----------
-    link : Linkage
-        The chain.
+    inside : bool
+        Whether the angles are brought inside what can be clamped first, in place.
     planes : Planes
         No planes.
-    angles : (P, K, 3)
-        Joint angles [rad], clamped in place.
-    out : (P,)
+    tip : (P, 6)
+        Filled with tips [m] and directions.
+    breach : (P,)
         Filled with the greatest breach [rad] of a stop, 0 where all have room.
+    state : State
+        Working arrays.
     """
-    state = new_state(link.axes.shape[0], link.mode.shape[0], len(link.rows))
-    base = np.zeros((1, 3, 4))
-    for i in range(3):
-        base[0, i, i] = 1.0
     for p in range(len(angles)):
         take_row(angles, p, state.angles)
-        within(link, state.angles)
-        look(link, 0, base, 0, planes, (0, 0), state)
-        put_row(state.angles, angles, p)
-        out[p] = greatest_breach(state)
+        if inside:
+            within(link, state.angles)
+            put_row(state.angles, angles, p)
+        look(link, who[p], base, p, planes, (0, 0), state)
+        for i in range(6):
+            tip[p, i] = state.at[i]
+        breach[p] = greatest_breach(state)

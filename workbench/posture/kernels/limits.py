@@ -1,20 +1,11 @@
 """Room of a chain to its stops and to planes, and the gradient of that room.
 
-A row of room is positive inside. It is in radians for a stop and in metres for a plane. Four kinds
-of stops hold the joints:
-
-- a limit of one angle, of a hinge or of a twist, which may follow another angle (a coupling);
-- an elliptic swing cone with four half-angles [1]_;
-- a spherical polygon for the direction of a limb, as the sinus cones of [2]_;
-- a half turn of the swing of that limb.
+A row of room is positive inside. It is in radians for a stop and in metres for a plane. The stops are
+those of `stop_law`.
 
 References
 ----------
-.. [1] P. Baerlocher and R. Boulic (2000), Parametrization and range of motion of the ball-and-socket
-   joint, Deformable Avatars, 180-190.
-.. [2] A. E. Engin and S. T. Tumer (1989), Three-dimensional kinematic modelling of the human
-   shoulder complex, Journal of Biomechanical Engineering 111, 107-112.
-.. [3] G. Taubin (1991), Estimation of planar curves, surfaces, and nonplanar space curves, IEEE
+.. [1] G. Taubin (1991), Estimation of planar curves, surfaces, and nonplanar space curves, IEEE
    Transactions on Pattern Analysis and Machine Intelligence 13, 1115-1138.
 """
 
@@ -40,15 +31,19 @@ from workbench.geometry.vectors import (
     transpose_matvec,
     vector,
 )
+from workbench.posture.kernels.stop_law import (
+    SMALLEST_LIMIT,
+    cone_share,
+    followed_limit,
+    nearest_side,
+)
 
 __all__ = [
     "SIDE_ROWS",
-    "SMALLEST_LIMIT",
     "WHOLE_CONE",
     "WHOLE_POLYGON",
     "WHOLE_TURN",
     "Planes",
-    "nearest_side",
     "rooms",
     "within",
 ]
@@ -59,8 +54,6 @@ WHOLE_CONE = 3
 WHOLE_POLYGON = 4
 WHOLE_TURN = 5
 """What stands in the place of an axis in a row that is about more than one angle."""
-SMALLEST_LIMIT = 1e-9
-"""Half-angle [rad] that stands for 0, so that nothing is divided by zero."""
 MIDDLE_OF_CONE = 0.05
 """Share of its half-angles within which a swing is far from its cone: the gradient is poor there."""
 MOST_SWING = 3.12
@@ -91,23 +84,14 @@ class Planes(NamedTuple):
 
 @inlined
 def _limit(link, angles, k, axis, side):  # type: ignore[no-untyped-def]
-    """Limit [rad] of an angle: its value, the row of coupling that it follows here (or -1), its rate.
-
-    A coupled limit is interpolated between two angles of its driver. It is constant beyond them.
-    """
+    """Limit [rad] of an angle: its value, the row of coupling that it follows here (or -1), its rate."""
     c = link.coupled[k, axis, side]
     if c < 0:
         return link.limits[k, axis, side], -1, 0.0
     coupling = link.coupling[c]
     driver = angles[int(coupling[0]), int(coupling[1])]
-    low = coupling[2]
-    high = coupling[3]
-    if driver <= low:
-        return coupling[4], -1, 0.0
-    if driver >= high:
-        return coupling[5], -1, 0.0
-    rate = (coupling[5] - coupling[4]) / (high - low)
-    return coupling[4] + rate * (driver - low), c, rate
+    limit, rate = followed_limit(driver, coupling[2], coupling[3], coupling[4], coupling[5])
+    return limit, c if rate != 0.0 else -1, rate
 
 
 @inlined
@@ -147,7 +131,7 @@ def _angle_row(link, state, k, axis, side, r):  # type: ignore[no-untyped-def]
 def _cone_row(link, state, k, r):  # type: ignore[no-untyped-def]
     """Fill a row for the swing cone of joint k, with its second derivatives."""
     # With the half-angles L of the quadrant and q = sqrt((s1 / L1)^2 + (s2 / L2)^2), the room is
-    # the first-order distance to the ellipse q = 1 [3]_, an angle:
+    # the first-order distance to the ellipse q = 1 [1]_, an angle:
     #     room = (1 - q) / |∇q|,    ∇q = (s1 / (L1^2 q), s2 / (L2^2 q)).
     s0 = state.angles[k, 0]
     s1 = state.angles[k, 1]
@@ -155,7 +139,7 @@ def _cone_row(link, state, k, r):  # type: ignore[no-untyped-def]
     second = _half_angle(link, state.angles, k, 1)
     l0 = first[1]
     l1 = second[1]
-    q = math.sqrt((s0 / l0) ** 2 + (s1 / l1) ** 2)
+    q = cone_share(s0, s1, l0, l1)
     state.room[r] = UNLIMITED
     state.label[r, 1] = 0
     state.label[r, 2] = first[0]
@@ -190,77 +174,6 @@ def _cone_curvature(l0, l1, g0, g1, q, size):  # type: ignore[no-untyped-def]
     """Second derivatives of minus the room: (diag(1 / L^2) - ∇q ∇q') / (q |∇q|), as xx, xy, yy."""
     bend = 1.0 / (q * size)
     return bend * (1.0 / (l0 * l0) - g0 * g0), -bend * g0 * g1, bend * (1.0 / (l1 * l1) - g1 * g1)
-
-
-@inlined
-def _side_cosine(side, direction):  # type: ignore[no-untyped-def]
-    """Cosine of the distance to one side (5, 3) of a spherical polygon, and whether it is to its arc.
-
-    Beyond the ends of the arc it is the distance to the first corner; the other corner is the first
-    one of the next side.
-    """
-    on_arc = dot(direction, vector(side[2])) >= 0.0 and dot(direction, vector(side[3])) >= 0.0
-    if on_arc:
-        height = dot(direction, vector(side[1]))
-        return math.sqrt(max(0.0, 1.0 - height * height)), True
-    return dot(direction, vector(side[0])), False
-
-
-@inlined
-def _in_polygon(sides, direction):  # type: ignore[no-untyped-def]
-    """Whether a direction is inside a spherical polygon that its centre sees whole.
-
-    The planes through centre and corners cut the sphere into sectors. In its own sector a direction
-    is inside if it is on the inner side of the arc.
-    """
-    count = sides.shape[0]
-    inside = False
-    for i in range(count):
-        following = i + 1 if i + 1 < count else 0
-        if (
-            dot(direction, vector(sides[i, 4])) >= 0.0
-            and dot(direction, vector(sides[following, 4])) < 0.0
-        ):
-            inside = dot(direction, vector(sides[i, 1])) >= 0.0
-    return inside
-
-
-@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
-def nearest_side(sides, direction):  # type: ignore[no-untyped-def]
-    """Find the boundary point of a spherical polygon that is nearest to a direction.
-
-    Parameters
-    ----------
-    sides : (V, 5, 3)
-        As `Linkage.sides`.
-    direction : tuple of three
-        A unit vector.
-
-    Returns
-    -------
-    point : tuple of three
-        The nearest boundary point, a unit vector.
-    side : int
-        The side it is on.
-    inside : bool
-        Whether the direction is inside.
-    """
-    largest = -2.0
-    nearest = 0
-    arc = False
-    for i in range(sides.shape[0]):
-        cosine, on_arc = _side_cosine(sides[i], direction)
-        if cosine > largest:
-            largest = cosine
-            nearest = i
-            arc = on_arc
-    inside = _in_polygon(sides, direction)
-    if not arc:
-        return vector(sides[nearest, 0]), nearest, inside
-    normal = vector(sides[nearest, 1])
-    x, y, z = subtract(direction, scale(dot(direction, normal), normal))
-    size = max(largest, 1e-300)
-    return (x / size, y / size, z / size), nearest, inside
 
 
 @inlined
@@ -382,7 +295,7 @@ def _clamp_swing(link, angles, k):  # type: ignore[no-untyped-def]
     """Bring a swing into its cone along the ray from zero."""
     _, l0, _, _ = _half_angle(link, angles, k, 0)
     _, l1, _, _ = _half_angle(link, angles, k, 1)
-    q = math.sqrt((angles[k, 0] / l0) ** 2 + (angles[k, 1] / l1) ** 2)
+    q = cone_share(angles[k, 0], angles[k, 1], l0, l1)
     if q > 1.0:
         angles[k, 0] = angles[k, 0] / q
         angles[k, 1] = angles[k, 1] / q

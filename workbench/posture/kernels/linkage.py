@@ -124,8 +124,7 @@ class State(NamedTuple):
 # more, onto the stack.
 
 
-@njit(cache=True)
-def new_state(joints, free, rows):  # type: ignore[no-untyped-def]
+def new_state(joints: int, free: int, rows: int) -> State:
     """Make an empty state for so many joints, free angles, and rows of room."""
     return State(
         np.zeros((joints, 3)),

@@ -34,9 +34,10 @@ from workbench.geometry.vectors import (
     transpose_matvec,
     vector,
 )
+from workbench.posture.kernels.cholesky import LEAST_PIVOT, factorise, substitute
 from workbench.posture.kernels.past_stops import StopPack, past_stops
 
-__all__ = ["MarkerChain", "solve_in_place", "solve_markers"]
+__all__ = ["MarkerChain", "solve_markers"]
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -55,8 +56,6 @@ _DEEPEST = 16
 """Blocks of a marker at most: the joints that carry it, and the placed segment's two."""
 _REGULAR = 1e-6
 """What the diagonal of the normal equations has at least."""
-_LEAST_PIVOT = 1e-12
-"""Least pivot of the factorisation."""
 _NUDGE = 1e-6
 """Turn [rad] by which the derivatives of joint angles are taken."""
 
@@ -316,29 +315,6 @@ def _add_stops(rotations, chain, workspace):  # type: ignore[no-untyped-def]
 
 
 @inner
-def solve_in_place(matrix, right):  # type: ignore[no-untyped-def]
-    """Solve a positive definite system by Cholesky's method; the solution replaces the right side."""
-    n = right.shape[0]
-    for j in range(n):
-        for k in range(j):
-            matrix[j, j] -= matrix[j, k] ** 2
-        matrix[j, j] = math.sqrt(max(matrix[j, j], _LEAST_PIVOT))
-        for i in range(j + 1, n):
-            total = matrix[i, j]
-            for k in range(j):
-                total -= matrix[i, k] * matrix[j, k]
-            matrix[i, j] = total / matrix[j, j]
-    for i in range(n):
-        for k in range(i):
-            right[i] -= matrix[i, k] * right[k]
-        right[i] /= matrix[i, i]
-    for i in range(n - 1, -1, -1):
-        for k in range(i + 1, n):
-            right[i] -= matrix[k, i] * right[k]
-        right[i] /= matrix[i, i]
-
-
-@inner
 def _advance(rotations, turn, place, share, chain, workspace):  # type: ignore[no-untyped-def]
     """Turn and move everything by a share of the step.
 
@@ -427,7 +403,8 @@ def _solve_frame(seen, chain, rotations, turn, place, steps, workspace):  # type
         _add_markers(seen, chain, workspace)
         _add_joints(rotations, chain, workspace)
         _add_stops(rotations, chain, workspace)
-        solve_in_place(workspace.matrix, workspace.right)
+        factorise(workspace.matrix, LEAST_PIVOT)
+        substitute(workspace.matrix, workspace.right, workspace.right)
         before = cost
         cost, moved = _descend(cost, seen, chain, rotations, turn, place, workspace)
         if moved < _CLOSE or before - cost <= _LEAST_GAIN * cost:

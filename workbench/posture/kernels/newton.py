@@ -12,14 +12,14 @@ References
 
 from __future__ import annotations
 
-import math
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.compiled import inlined, inner, njit
+from workbench.compiled import inlined, inner, shared
 from workbench.geometry.vectors import cross, dot, scale, subtract, vector
+from workbench.posture.kernels.cholesky import factorise, substitute
 from workbench.posture.kernels.limits import WHOLE_CONE, WHOLE_POLYGON
 
 __all__ = ["HOLD", "INSIDE", "Work", "back", "equations", "go", "multiply", "new_work", "newton"]
@@ -40,8 +40,8 @@ MOST_STEP = 0.6
 """Largest change [rad] of an angle in one step."""
 MOST_TURNS = 6
 """Active sets that are tried for one step at most."""
-LEAST_PIVOT = 1e-9
-"""Pivot of the Cholesky factorisation below which a matrix does not count as positive definite."""
+LEAST_CURVATURE = 1e-9
+"""Square of a pivot of the Cholesky factorisation below which a matrix does not count as positive definite."""
 
 
 class Work(NamedTuple):
@@ -71,8 +71,7 @@ class Work(NamedTuple):
     """(6,) force on the tip and its direction, in the Hessian."""
 
 
-@njit(cache=True)
-def new_work(joints, free, rows):  # type: ignore[no-untyped-def]
+def new_work(joints: int, free: int, rows: int) -> Work:
     """Make empty working arrays for so many joints, free angles, and rows of room."""
     return Work(
         np.zeros((free, free)),
@@ -89,7 +88,7 @@ def new_work(joints, free, rows):  # type: ignore[no-untyped-def]
     )
 
 
-@njit(cache=True, error_model="numpy", _nrt=False)
+@shared
 def equations(link, goal, p, state, work, pull, ease, bent):  # type: ignore[no-untyped-def]
     """Fill gradient and Hessian of the sum that is made least, without its stops.
 
@@ -258,44 +257,6 @@ def _add_stop_curvature(link, state, work):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def _factorise(matrix):  # type: ignore[no-untyped-def]
-    """Replace a lower triangle by its Cholesky factor, with inverse pivots on the diagonal.
-
-    Returns False if the matrix is not positive definite.
-    """
-    n = matrix.shape[0]
-    for j in range(n):
-        value = matrix[j, j]
-        for m in range(j):
-            value -= matrix[j, m] * matrix[j, m]
-        if not value > LEAST_PIVOT:
-            return False
-        matrix[j, j] = 1.0 / math.sqrt(value)
-        for i in range(j + 1, n):
-            value = matrix[i, j]
-            for m in range(j):
-                value -= matrix[i, m] * matrix[j, m]
-            matrix[i, j] = value * matrix[j, j]
-    return True
-
-
-@inlined
-def _substitute(factor, right, step):  # type: ignore[no-untyped-def]
-    """Solve L L' step = right by forward and back substitution, L from `_factorise`."""
-    n = right.shape[0]
-    for i in range(n):
-        value = right[i]
-        for m in range(i):
-            value -= factor[i, m] * step[m]
-        step[i] = value * factor[i, i]
-    for i in range(n - 1, -1, -1):
-        value = step[i]
-        for m in range(i + 1, n):
-            value -= factor[m, i] * step[m]
-        step[i] = value * factor[i, i]
-
-
-@inlined
 def _fill_system(link, state, work, damping):  # type: ignore[no-untyped-def]
     """Fill the system of a step: Hessian, damping, and the penalties of the active rows."""
     # The augmented Lagrangian has (max(0, press + HOLD (INSIDE - room)))2 / (2 HOLD) for a row.
@@ -334,7 +295,7 @@ def _update_active_set(link, state, work):  # type: ignore[no-untyped-def]
     return changed
 
 
-@inner
+@shared
 def newton(link, state, work, damping):  # type: ignore[no-untyped-def]
     """Solve for the damped step; False if its system is not positive definite.
 
@@ -352,9 +313,9 @@ def newton(link, state, work, damping):  # type: ignore[no-untyped-def]
         work.active[r] = 1 if holds else 0
     for _ in range(MOST_TURNS):
         _fill_system(link, state, work, damping)
-        if not _factorise(work.whole):
+        if not factorise(work.whole, LEAST_CURVATURE):
             return False
-        _substitute(work.whole, work.side, work.step)
+        substitute(work.whole, work.side, work.step)
         if not _update_active_set(link, state, work):
             return True
     return True

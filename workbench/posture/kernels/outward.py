@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.compiled import inlined, inner, njit
+from workbench.compiled import batch_loop, inlined, inner
 from workbench.geometry.vectors import cross, dot, matvec, store, transpose_matvec, vector
 from workbench.posture.kernels.descent import (
     ON_RAY,
@@ -28,10 +28,10 @@ from workbench.posture.kernels.descent import (
 )
 from workbench.posture.kernels.inverse import LEGAL, greatest_breach
 from workbench.posture.kernels.limits import within
-from workbench.posture.kernels.linkage import State, new_state
+from workbench.posture.kernels.linkage import Linkage, State, new_state
 from workbench.posture.kernels.newton import Work, new_work
 
-__all__ = ["Extents", "Guides", "reach_outward"]
+__all__ = ["Extents", "Guides", "RayWorkspace", "new_ray_workspace", "reach_outward"]
 
 Floats = NDArray[np.float64]
 
@@ -79,7 +79,7 @@ class _Ray(NamedTuple):
     """(1, 12) the far end that was asked for, and weights that hold x, y and z."""
 
 
-class _Workspace(NamedTuple):
+class RayWorkspace(NamedTuple):
     """Working arrays of one row at a time."""
 
     ray: _Ray
@@ -89,15 +89,14 @@ class _Workspace(NamedTuple):
     """(K, 3) [rad] the posture that came farthest."""
 
 
-@njit(cache=True)
-def _new_workspace(link):  # type: ignore[no-untyped-def]
+def new_ray_workspace(link: Linkage) -> RayWorkspace:
     """Make working arrays for a chain without planes."""
     joints = link.axes.shape[0]
     free = link.mode.shape[0]
     stops = link.rows.shape[0]
     ray = _Ray(np.zeros((3, 3)), np.zeros((1, 3, 4)), np.zeros((1, 12)), np.zeros((1, 12)))
     state = new_state(joints, free, stops)
-    return _Workspace(ray, state, new_work(joints, free, stops), np.zeros((joints, 3)))
+    return RayWorkspace(ray, state, new_work(joints, free, stops), np.zeros((joints, 3)))
 
 
 @inlined
@@ -223,8 +222,8 @@ def _extend_row(link, b, p, planes, far, most, near, out, workspace):  # type: i
     put_row(workspace.best, out.angles, p)
 
 
-@njit(cache=True, nogil=True)
-def reach_outward(link, who, base, rays, planes, far, most, near, out, begin, end):  # type: ignore[no-untyped-def]
+@batch_loop
+def reach_outward(link, who, base, rays, planes, far, most, near, out, begin, end, workspace):  # type: ignore[no-untyped-def]
     """Extend the chains of rows begin..end - 1 of P along their rays, each by itself.
 
     Parameters
@@ -249,8 +248,9 @@ def reach_outward(link, who, base, rays, planes, far, most, near, out, begin, en
         Filled.
     begin, end : int
         Rows to solve.
+    workspace : RayWorkspace
+        Working arrays.
     """
-    workspace = _new_workspace(link)
     for p in range(begin, end):
         _begin_ray(rays, p, base, far, workspace.ray)
         _extend_row(link, who[p], p, planes, far, most, near, out, workspace)

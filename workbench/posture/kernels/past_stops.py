@@ -28,7 +28,12 @@ from workbench.geometry.vectors import (
     vector,
 )
 from workbench.model.stops import StopKind
-from workbench.posture.kernels.limits import SMALLEST_LIMIT, nearest_side
+from workbench.posture.kernels.stop_law import (
+    SMALLEST_LIMIT,
+    cone_share,
+    followed_limit,
+    nearest_side,
+)
 
 __all__ = ["StopPack", "past_stops"]
 
@@ -78,7 +83,7 @@ def _cone_excess(first, second, limits):  # type: ignore[no-untyped-def]
     """Excess of a swing past its cone (s1 / L1)^2 + (s2 / L2)^2 = 1, along the ray from zero."""
     l0 = max(limits[0, 0 if first >= 0 else 1], SMALLEST_LIMIT)
     l1 = max(limits[1, 0 if second >= 0 else 1], SMALLEST_LIMIT)
-    q = math.sqrt((first / l0) ** 2 + (second / l1) ** 2)
+    q = cone_share(first, second, l0, l1)
     if q > 1.0:
         return first - first / q, second - second / q
     return 0.0, 0.0
@@ -127,12 +132,12 @@ def _angle_excess(kind, angles, limits, play, axes):  # type: ignore[no-untyped-
 
 @inlined
 def _apply_couplings(pack, angles, limits):  # type: ignore[no-untyped-def]
-    """Set the limits that follow an angle: interpolated between two angles, constant beyond."""
+    """Set the limits that follow an angle."""
     for m in range(pack.coupling.shape[0]):
         c = pack.coupling[m]
         driver = angles[int(c[3]), int(c[4])]
-        share = min(max((driver - c[5]) / (c[6] - c[5]), 0.0), 1.0)
-        limits[int(c[0]), int(c[1]), int(c[2])] = c[7] + share * (c[8] - c[7])
+        limit, _ = followed_limit(driver, c[5], c[6], c[7], c[8])
+        limits[int(c[0]), int(c[1]), int(c[2])] = limit
 
 
 @njit(cache=True)

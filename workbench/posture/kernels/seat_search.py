@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.compiled import inlined, inner, njit
+from workbench.compiled import batch_loop, inlined, inner
 from workbench.posture.kernels.sitting import (
     FINAL,
     FINAL_HEELS_UP,
@@ -30,8 +30,10 @@ from workbench.posture.kernels.sitting import (
     TRIAL,
     TRIAL_HEELS_UP,
     VISITED,
+    Legs,
     SeatWorkspace,
     Sitter,
+    Sitting,
     begin_sitter,
     copy_matrix,
     copy_row,
@@ -40,7 +42,7 @@ from workbench.posture.kernels.sitting import (
     settle,
 )
 
-__all__ = ["SeatPlaces", "seat_rows"]
+__all__ = ["SeatPlaces", "SeatSearch", "new_seat_search", "seat_rows"]
 
 Floats = NDArray[np.float64]
 
@@ -75,7 +77,7 @@ class SeatPlaces(NamedTuple):
     VISITED."""
 
 
-class _SeatSearch(NamedTuple):
+class SeatSearch(NamedTuple):
     """Working arrays of the search of one person."""
 
     now: Sitter
@@ -93,11 +95,10 @@ class _SeatSearch(NamedTuple):
     workspace: SeatWorkspace
 
 
-@njit(cache=True)
-def _new_search(sit, legs, places, joints):  # type: ignore[no-untyped-def]
+def new_seat_search(sit: Sitting, legs: Legs, places: int, joints: int) -> SeatSearch:
     """Make working arrays for a number of places and joints."""
     now = new_sitter(legs, joints)
-    return _SeatSearch(
+    return SeatSearch(
         now,
         new_sitter(legs, joints),
         np.zeros(now.all.shape[0]),
@@ -337,8 +338,8 @@ def _write_place(legs, b, forward, out, search):  # type: ignore[no-untyped-def]
         copy_row(now.numbers[int(now.chosen[foot])], out.numbers[b, foot])
 
 
-@njit(cache=True, nogil=True)
-def seat_rows(sit, legs, grid, first, every, out, begin, end):  # type: ignore[no-untyped-def]
+@batch_loop
+def seat_rows(sit, legs, grid, first, every, out, begin, end, search):  # type: ignore[no-untyped-def]
     """Seat the people begin..end - 1 of B.
 
     Parameters
@@ -355,14 +356,8 @@ def seat_rows(sit, legs, grid, first, every, out, begin, end):  # type: ignore[n
         Joint rotations in; filled.
     begin, end : int
         People to seat.
+    search : SeatSearch
+        Working arrays.
     """
-    search = _new_search(sit, legs, grid.shape[1], out.rotations.shape[1])
-    _seat_rows(sit, legs, grid, first, every, out, (begin, end), search)
-
-
-@inner
-def _seat_rows(sit, legs, grid, first, every, out, rows, search):  # type: ignore[no-untyped-def]
-    """Seat the people rows[0]..rows[1] - 1 of B."""
-    begin, end = rows
     for b in range(begin, end):
         _seat_person(sit, legs, grid[b], first[b], every, out, b, search)

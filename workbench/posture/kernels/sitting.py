@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.body.kernels.rotation import swing_twist_quaternion
-from workbench.compiled import inlined, inner, njit
+from workbench.compiled import inlined, inner
 from workbench.posture.kernels.contacts import (
     Limbs,
     Space,
@@ -22,7 +22,7 @@ from workbench.posture.kernels.contacts import (
     new_space,
     row_heights,
 )
-from workbench.posture.kernels.descent import REACHED
+from workbench.posture.kernels.descent import REACHED, discomfort
 from workbench.posture.kernels.inverse import (
     DESCENT_STEPS,
     ChainWorkspace,
@@ -217,8 +217,7 @@ class SeatWorkspace(NamedTuple):
     """(F,) [m] heights of the faces of the cushion's front where the seat stands."""
 
 
-@inner
-def _leg_sizes(legs):  # type: ignore[no-untyped-def]
+def _leg_sizes(legs: Legs) -> tuple[int, int, int, int]:
     """Return how many joints a leg has, and the most free angles, stops and seeds of either."""
     left, right = legs.links
     free = max(left.mode.shape[0], right.mode.shape[0])
@@ -227,8 +226,7 @@ def _leg_sizes(legs):  # type: ignore[no-untyped-def]
     return left.axes.shape[0], free, stops, seeds
 
 
-@njit(cache=True)
-def new_sitter(legs, joints):  # type: ignore[no-untyped-def]
+def new_sitter(legs: Legs, joints: int) -> Sitter:
     """Make an empty sitter for bodies of so many joints."""
     links = legs.start.shape[2]
     _, _, stops, _ = _leg_sizes(legs)
@@ -248,8 +246,7 @@ def new_sitter(legs, joints):  # type: ignore[no-untyped-def]
     )
 
 
-@njit(cache=True)
-def new_seat_workspace(sit, legs, joints):  # type: ignore[no-untyped-def]
+def new_seat_workspace(sit: Sitting, legs: Legs, joints: int) -> SeatWorkspace:
     """Make working arrays for bodies of so many joints."""
     links, free, stops, seeds = _leg_sizes(legs)
     chain = new_chain_workspace(links, free, stops, seeds)
@@ -409,16 +406,6 @@ def _heel_down(legs, b, foot, sitter, workspace):  # type: ignore[no-untyped-def
 
 
 @inlined
-def _leg_discomfort(link, angles, base):  # type: ignore[no-untyped-def]
-    """Add to base the weighted squares of the distances of angles (K, 3) from the comfort modes."""
-    total = base
-    for d in range(link.mode.shape[0]):
-        off = angles[link.free_joint[d], link.free_axis[d]] - link.mode[d]
-        total += link.weight[d] * off * off
-    return total
-
-
-@inlined
 def _turn_leg(legs, foot, angles, rotations):  # type: ignore[no-untyped-def]
     """Write the rotations of a leg's joints at angles (K, 3) [rad]."""
     for k in range(angles.shape[0]):
@@ -447,9 +434,9 @@ def _step_on(legs, b, foot, heels_down, sitter, workspace):  # type: ignore[no-u
     sitter.chosen[foot] = r
     base = legs.in_air if legs.floor > 0 and not down else 0.0
     link = legs.links[0] if foot == 0 else legs.links[1]
-    discomfort = _leg_discomfort(link, sitter.angles[r], base)
+    cost = discomfort(link, sitter.angles[r], base)
     _turn_leg(legs, foot, sitter.angles[r], sitter.rotations)
-    return sitter.numbers[r, 0], discomfort, down
+    return sitter.numbers[r, 0], cost, down
 
 
 @inner

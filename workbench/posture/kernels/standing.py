@@ -37,7 +37,7 @@ from workbench.geometry.vectors import (
     subtract,
     vector,
 )
-from workbench.posture.kernels.markers import solve_in_place
+from workbench.posture.kernels.cholesky import LEAST_PIVOT, factorise, substitute
 from workbench.posture.kernels.past_stops import StopPack, past_stops
 
 __all__ = ["NUMBERS", "STEPS", "Stander", "Standing", "solve_standing"]
@@ -353,7 +353,8 @@ def _descend(unknown, free, who, stander, standing, p, work):  # type: ignore[no
                     work.factor[k, m] = work.normal[k, m]
                 work.factor[k, k] += damping * (work.normal[k, k] + 1.0)
                 work.step[k] = -work.slope[k]
-            solve_in_place(work.factor, work.step)
+            factorise(work.factor, LEAST_PIVOT)
+            substitute(work.factor, work.step, work.step)
             most = 0.0
             for k in range(size):
                 most = max(most, abs(work.step[k]))

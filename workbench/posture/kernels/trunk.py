@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.compiled import inner, njit
+from workbench.posture.kernels.cholesky import LEAST_PIVOT, factorise, substitute
 
 __all__ = ["trunk_turns"]
 
@@ -59,7 +60,7 @@ class _Workspace(NamedTuple):
     descent: Floats
     """(5,) negative gradient."""
     matrix: Floats
-    """(5, 5) the matrix that is eliminated, in place."""
+    """(5, 5) the matrix that is factorised, in place."""
     right: Floats
     """(5,) its right side."""
     held: NDArray[np.int64]
@@ -136,41 +137,21 @@ def _fill_normal_equations(workspace):  # type: ignore[no-untyped-def]
 
 
 @inner
-def _eliminate(matrix, right, held):  # type: ignore[no-untyped-def]
-    """Bring the rows of the free unknowns to triangular form: Gauss, without pivots (positive)."""
-    for i in range(TRUNK_ANGLES):
-        if held[i] != 0:
-            continue
-        for r in range(i + 1, TRUNK_ANGLES):
-            if held[r] == 0:
-                share = matrix[r, i] / matrix[i, i]
-                right[r] -= share * right[i]
-                for j in range(TRUNK_ANGLES):
-                    if held[j] == 0:
-                        matrix[r, j] -= share * matrix[i, j]
-
-
-@inner
 def _solve_free(workspace):  # type: ignore[no-untyped-def]
-    """Solve for the free angles of the step; the held ones stand in it."""
+    """Solve for the free angles of the step; the held ones stand in it: their rows are x = step."""
     matrix = workspace.matrix
     right = workspace.right
     held = workspace.held
-    step = workspace.step
     for i in range(TRUNK_ANGLES):
-        right[i] = workspace.descent[i]
+        right[i] = workspace.step[i] if held[i] != 0 else workspace.descent[i]
         for j in range(TRUNK_ANGLES):
             matrix[i, j] = workspace.hessian[i, j]
-            if held[j] != 0 and held[i] == 0:
-                right[i] -= matrix[i, j] * step[j]
-    _eliminate(matrix, right, held)
-    for i in range(TRUNK_ANGLES - 1, -1, -1):
-        if held[i] == 0:
-            value = right[i]
-            for j in range(i + 1, TRUNK_ANGLES):
-                if held[j] == 0:
-                    value -= matrix[i, j] * step[j]
-            step[i] = value / matrix[i, i]
+            if held[i] != 0 or held[j] != 0:
+                matrix[i, j] = 1.0 if i == j else 0.0
+                if held[i] == 0:
+                    right[i] -= workspace.hessian[i, j] * workspace.step[j]
+    factorise(matrix, LEAST_PIVOT)
+    substitute(matrix, right, workspace.step)
 
 
 @inner

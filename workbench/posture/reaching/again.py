@@ -19,13 +19,14 @@ from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.body import Body
 from workbench.model.environment import Environment
 from workbench.model.poses import Poses
-from workbench.posture.kernels.clear_reach import KEPT, Looked, Outcome, still_reaches
+from workbench.posture.kernels.clear_reach import KEPT, Looked, Outcome, new_desk, still_reaches
 from workbench.posture.kernels.contacts import GROUPS
-from workbench.posture.reaching.chains import goals_of, limb_task
+from workbench.posture.reaching.chains import goals_of, limb_task, rows_of
+from workbench.posture.reaching.heeding import in_own_body
 from workbench.posture.reaching.history import known_of
 from workbench.posture.reaching.limbs import Limb
 from workbench.posture.reaching.linkage import joints_between
-from workbench.posture.reaching.obstacles import obstacles_of
+from workbench.posture.reaching.obstacles import Room, obstacles_of
 from workbench.posture.reaching.packing import packed_limbs
 from workbench.threads import in_pieces
 
@@ -131,10 +132,15 @@ def still_reached(
 
     def work(begin: int, end: int) -> None:
         problem = *task.own, task.base, task.goal
+        desk = new_desk(task.link, limbs, task.held.shape[1], 1)
         still_reaches(
-            task.link, limbs, task.who, task.held, problem, room, kept.looked, out, begin, end
+            task.link, limbs, task.who, task.held, problem, room, kept.looked, out, begin, end, desk
         )
 
     in_pieces(work, rows, PIECE)
-    kept.reached[:] = (out.doubt != KEPT).reshape(kept.reached.shape)
+    got = np.flatnonzero(out.doubt != KEPT)
+    if "hand" in limb.name:
+        around = Room(environment, moving, displacement)
+        got = got[in_own_body(rows_of(task, got), out.angles[got], around) <= 0]
+    kept.reached[:] = np.isin(np.arange(rows), got).reshape(kept.reached.shape)
     return kept.reached.copy()

@@ -18,16 +18,15 @@ from workbench.posture.kernels.inverse import (
     Search,
     Seeds,
     Solutions,
-    breaches,
+    new_chain_workspace,
     solve_chains,
-    tips,
 )
 from workbench.posture.kernels.limits import Planes
 from workbench.posture.kernels.linkage import Linkage
 from workbench.posture.reaching.limbs import Limb
 from workbench.posture.reaching.linkage import joints_between
 from workbench.posture.reaching.packing import packed_links
-from workbench.posture.reaching.seeds import NO_PLANES, packed_seeds
+from workbench.posture.reaching.seeds import NO_PLANES, chains_placed, packed_seeds
 from workbench.threads import in_pieces
 
 __all__ = [
@@ -47,6 +46,7 @@ __all__ = [
     "limb_task",
     "on_grid",
     "posed",
+    "reaches",
     "rows_of",
     "solved",
     "stopped_by",
@@ -89,6 +89,8 @@ class Task:
     """The K joints of the chain, from the held segment out."""
     who: Ints
     """(P,) the row of the body that reaches."""
+    pose: Ints
+    """(P,) the pose that it reaches from, by number."""
     held: Floats
     """(P, J, 4) the rotations that the joints stand at."""
     base: Floats
@@ -132,6 +134,14 @@ class Found:
             self.part[rows],
         )
 
+    def put(self, rows: Ints, other: Found) -> None:
+        """Put others in the place of some rows."""
+        self.angles[rows] = other.angles
+        self.numbers[rows] = other.numbers
+        self.held[rows] = other.held
+        self.overlap[rows] = other.overlap
+        self.part[rows] = other.part
+
     def joined(self, other: Found) -> Found:
         """The rows of both."""
         return Found(
@@ -154,13 +164,22 @@ class Walls:
 
 
 def limb_task(
-    body: Body, limb: Limb, who: Ints, *, held: Floats, base: Floats, goal: Floats
+    body: Body,
+    limb: Limb,
+    who: Ints,
+    *,
+    held: Floats,
+    base: Floats,
+    goal: Floats,
+    pose: Ints | None = None,
 ) -> Task:
-    """A task of a limb; arguments as the fields of `Task`."""
+    """A task of a limb; arguments as the fields of `Task`. pose: each has its own if None."""
     link = packed_links(body, limb)
     joints = joints_between(body, limb.base, limb.end)
     # arrays of one kind only: each new kind would have the kernels compiled again
-    return Task(body, limb, link, packed_seeds(body, limb), joints, who, np.array(held), base, goal)
+    seeds = packed_seeds(body, limb)
+    pose = np.arange(len(who)) if pose is None else pose
+    return Task(body, limb, link, seeds, joints, who, pose, np.array(held), base, goal)
 
 
 def goals_of(targets: Floats) -> Floats:
@@ -189,10 +208,20 @@ def root_joint(body: Body, limb: Limb) -> int:
     return body.joint(body.segments[limb.end][0] + ("H" if "foot" in limb.name else "S"))
 
 
+def reaches(found: Found) -> Bools:
+    """(P,) which reaches have the tip on its target and enter nothing."""
+    return np.asarray((found.numbers[:, 0] <= REACHED) & (found.overlap <= 0))
+
+
 def rows_of(task: Task, rows: Ints | Bools) -> Task:
     """Some rows of a task."""
     return replace(
-        task, who=task.who[rows], held=task.held[rows], base=task.base[rows], goal=task.goal[rows]
+        task,
+        who=task.who[rows],
+        pose=task.pose[rows],
+        held=task.held[rows],
+        base=task.base[rows],
+        goal=task.goal[rows],
     )
 
 
@@ -250,8 +279,11 @@ def solved(
         out = Solutions(np.array(near.angles), np.array(near.numbers), np.array(near.held))
     known = np.full(count, int(near is not None))
 
+    rows = len(link.rows) + int(np.diff(first).max(initial=0))
+
     def work(begin: int, end: int) -> None:
-        solve_chains(link, task.who, problem, planes, first, search, known, out, begin, end)
+        space = new_chain_workspace(len(link.axes), len(link.mode), rows, len(task.seeds.angles))
+        solve_chains(link, task.who, problem, planes, first, search, known, out, begin, end, space)
 
     in_pieces(work, count, PIECE, threads=threads)
     return Found(*out, np.zeros(count), np.full(count, -1))
@@ -259,15 +291,13 @@ def solved(
 
 def legal(task: Task, angles: Floats) -> Bools:
     """(P,) whether angles (P, K, 3) are within the stops, but for rounding."""
-    breach = np.zeros(len(angles))
-    breaches(task.link, NO_PLANES, np.array(angles), breach)
+    _, breach = chains_placed(task.link, task.who, task.base, np.array(angles), inside=True)
     return breach < 1e-3
 
 
 def tips_of(task: Task, angles: Floats) -> Floats:
     """(P, 6) where angles (P, K, 3) bring tip and direction."""
-    at = np.zeros((len(angles), 6))
-    tips(task.link, task.who, task.base, angles, at)
+    at, _ = chains_placed(task.link, task.who, task.base, angles, inside=False)
     return at
 
 

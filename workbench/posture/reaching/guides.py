@@ -161,6 +161,7 @@ class Guides:
             seeds=new_seeds(angles, 1),
             joints=self.joints,
             who=np.zeros(count, np.int64),
+            pose=np.zeros(count, np.int64),
             held=np.zeros((count, len(self.body.joints), 4)),
             base=np.repeat(np.eye(3, 4)[None], count, axis=0),
             goal=goals_of(CUBE * number),

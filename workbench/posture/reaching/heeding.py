@@ -15,12 +15,21 @@ from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.body import Body
 from workbench.model.poses import Poses, people_of
 from workbench.model.posing import angles_of
-from workbench.posture.kernels.clear_reach import BRIEF, KEPT, SKIPPED
+from workbench.posture.kernels.clear_reach import BRIEF, FEW_STARTS, KEPT, SKIPPED
 from workbench.posture.reaching.chains import Found, Task, goals_of, limb_task, posed, rows_of
-from workbench.posture.reaching.limbs import Limb, with_fingers
+from workbench.posture.reaching.limbs import Limb, arm_alone, with_fingers
 from workbench.posture.reaching.obstacles import Room, cleared
+from workbench.posture.reaching.oneself import own_body
 
-__all__ = ["as_posed", "clear_fingers", "deep_in", "heeding", "in_oneself", "swung_clear"]
+__all__ = [
+    "as_posed",
+    "clear_fingers",
+    "deep_in",
+    "heeding",
+    "in_oneself",
+    "in_own_body",
+    "swung_clear",
+]
 
 ARMS = ("UA", "LA", "HN")
 """The segments of an arm, without their side: where legs are brought clear they are still to go
@@ -78,6 +87,20 @@ def in_oneself(task: Task, angles: Floats) -> Floats:
     return deepest
 
 
+def in_own_body(task: Task, angles: Floats, room: Room, *, other_arm: bool = False) -> Floats:
+    """How much deeper (P,) [m] arms at angles (P, K, 3) are in the own body than it allows, 0 where they are
+    not: in that of the room if there is one, else as it has come to lie. other_arm: as of `own_body`.
+    """
+    room = replace(room, people=(), bodies_only=True)
+    if room.own is None:
+        body = task.body
+        poses = Poses(posed(task, angles), task.limb.base, task.base, person=task.who)
+        arm = arm_alone(body, task.limb)
+        room = replace(room, own=own_body(body, poses, arm, other_arm=other_arm))
+        task, angles = as_posed(body, poses, arm)
+    return deep_in(task, angles, room).overlap
+
+
 def heeding(task: Task, angles: Floats, clear: Bools, before: Floats) -> Bools:
     """(P,) which of the clear legs at angles (P, K, 3) enter the own body no deeper than it allows, or
     than before (P,) [m]."""
@@ -89,8 +112,16 @@ def heeding(task: Task, angles: Floats, clear: Bools, before: Floats) -> Bools:
     return kept
 
 
-def clear_fingers(body: Body, poses: Poses, hand: Limb, at: Sequence[float], room: Room) -> Poses:
-    """Bring the fingers of hands that have reached a control clear of obstacles.
+def clear_fingers(
+    body: Body,
+    poses: Poses,
+    hand: Limb,
+    at: Sequence[float],
+    room: Room,
+    *,
+    other_arm: bool = False,
+) -> Poses:
+    """Bring the fingers of hands that have reached a control clear of obstacles and of the own body.
 
     A reach does not count fingers, which bend out of the way: where the body's straight ones are in
     something, and another posture of the hand keeps them out, that one is taken.
@@ -103,12 +134,16 @@ def clear_fingers(body: Body, poses: Poses, hand: Limb, at: Sequence[float], roo
         (3,) where the hands are [m].
     room
         The obstacles; in those that are `held` the hand may be.
+    other_arm
+        As of `own_body`.
     """
-    task, angles = as_posed(body, poses, with_fingers(body, hand))
+    arm = arm_alone(body, hand)
+    room = replace(room, own=own_body(body, poses, arm, other_arm=other_arm))
+    task, angles = as_posed(body, poses, with_fingers(body, arm))
     task = replace(task, goal=goals_of(np.repeat(np.array([at]), len(poses), axis=0)))
     deep = np.flatnonzero(deep_in(task, angles, room).overlap > 0.0)
     some = rows_of(task, deep)
-    found, doubt = swung_clear(some, angles[deep], room)
+    found, doubt = cleared(some, _known(some, angles[deep]), room, effort=FEW_STARTS)
     clear = doubt < KEPT
     rotations = np.array(poses.rotations)
     rotations[deep[clear]] = posed(some, found.angles)[clear]

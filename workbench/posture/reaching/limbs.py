@@ -27,8 +27,10 @@ __all__ = [
     "HANDS",
     "ZONES",
     "Limb",
+    "arm_alone",
     "limb",
     "limbs_there",
+    "moves_arm_alone",
     "tighter",
     "with_fingers",
 ]
@@ -131,6 +133,16 @@ def tighter(body: Body, own: Limb) -> Limb | None:
     held = limb(body, name, grip=grip, zone=own.zone - 1)
     same = np.array_equal(held.tip, own.tip) and np.array_equal(held.pointing, own.pointing)
     return held if same else replace(held, tip=own.tip, pointing=own.pointing)
+
+
+def moves_arm_alone(own: Limb) -> bool:
+    """Whether a limb is an arm that moves nothing of the trunk."""
+    return "hand" in own.name and own.zone < max(ZONES)
+
+
+def arm_alone(body: Body, own: Limb) -> Limb:
+    """Return an arm of a body so that it moves nothing of the trunk."""
+    return own if moves_arm_alone(own) else tighter(body, own) or own
 
 
 @kept_by_row(Limb.rows)

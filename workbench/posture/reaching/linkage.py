@@ -13,6 +13,7 @@ from workbench.model.body import Body
 from workbench.model.stops import StopKind
 from workbench.posture.kernels.limits import WHOLE_CONE, WHOLE_POLYGON, WHOLE_TURN
 from workbench.posture.kernels.linkage import Linkage
+from workbench.posture.packed_stops import polygon_sides
 from workbench.posture.reaching.comfort import comfort_modes
 
 __all__ = ["joints_between", "linkage"]
@@ -195,13 +196,5 @@ def _polygon(body: Body, joints: list[int], k: int | None) -> tuple[Floats, int]
     if frame not in links[: k + 1]:
         what = f"the stop of the {body.joint_names[j]} stands in {body.segment_names[frame]}, which must be held or beyond"
         raise InputError(f"body {body.name}: {what}")
-    corner = body.stops.polygon[j]
-    following = np.roll(corner, -1, axis=0)
-    # corners run counter-clockwise seen from outside, so corner x next corner points inward
-    inward = np.cross(corner, following)
-    inward /= np.linalg.norm(inward, axis=1, keepdims=True)
-    first_end = np.cross(inward, corner)
-    second_end = np.cross(following, inward)
-    spoke = np.cross(body.stops.polygon_centre[j], corner)
-    sides = np.stack([corner, inward, first_end, second_end, spoke], axis=1)
-    return np.ascontiguousarray(sides), links.index(frame)
+    sides = polygon_sides(body.stops.polygon[j], body.stops.polygon_centre[j])
+    return sides, links.index(frame)

@@ -20,7 +20,7 @@ import numpy as np
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.posture.kernels.clear_reach import BURIED, KEPT, NEARER, NEXT_TO, OTHER_WAY, PRECISE
 from workbench.posture.kernels.inverse import NEARLY
-from workbench.posture.reaching.chains import REACHED, Found, Task, rows_of, tips_of
+from workbench.posture.reaching.chains import Found, Task, reaches, rows_of, tips_of
 from workbench.posture.reaching.obstacles import Room, cleared
 
 __all__ = ["asked_again", "missed_by_obstacles"]
@@ -37,9 +37,8 @@ FARTHEST = 1.0
 
 def missed_by_obstacles(found: Found, doubt: Ints) -> Ints:
     """The rows that miss their targets by obstacles."""
-    reached = (found.numbers[:, 0] <= REACHED) & (found.overlap <= 0)
     blamed = (doubt >= KEPT) | (found.part >= 0) | (found.overlap > 0)
-    return np.flatnonzero(~reached & blamed)
+    return np.flatnonzero(~reaches(found) & blamed)
 
 
 @dataclass(frozen=True, eq=False)

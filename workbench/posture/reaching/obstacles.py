@@ -20,18 +20,25 @@ from workbench.contact.collide import allowed_depth
 from workbench.contact.fields import field_of, packed_faces, packed_shells
 from workbench.contact.kernels.field import Field
 from workbench.contact.kernels.inside import Shells
-from workbench.contact.kernels.pairs import Balls
 from workbench.contact.kernels.search import Trees
 from workbench.geometry.polygon import Faces
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.body import Body, Topology
 from workbench.model.bystander import Bystander
 from workbench.model.environment import Environment
-from workbench.posture.kernels.clear_reach import WHOLE, Outcome, clear_reaches, prove_no_room
-from workbench.posture.kernels.contacts import Limbs, Obstacles
+from workbench.posture.kernels.clear_reach import (
+    WHOLE,
+    Outcome,
+    clear_reaches,
+    new_desk,
+    prove_no_room,
+)
+from workbench.posture.kernels.contacts import Company, Limbs, Obstacles, new_space
+from workbench.posture.kernels.hand_room import new_turns
 from workbench.posture.reaching.chains import PIECE, Found, Task
 from workbench.posture.reaching.history import Recall, known_of
 from workbench.posture.reaching.limbs import Limb
+from workbench.posture.reaching.oneself import OwnBody
 from workbench.posture.reaching.packing import packed_limbs
 from workbench.threads import in_pieces
 
@@ -51,14 +58,16 @@ def _plain(arrays: Sequence[NDArray[Any]]) -> list[NDArray[Any]]:
     return views
 
 
-NOBODY = Balls(
+NOBODY = Company(
     *_plain(
         [
             np.zeros((1, 0, 3)),
-            np.zeros(0),
+            np.zeros((1, 0)),
             np.zeros(1, np.int64),
             np.zeros((1, 0, 3)),
-            np.zeros(0),
+            np.zeros((1, 0)),
+            np.zeros((1, 1, 0)),
+            np.zeros(0, np.int64),
         ]
     )
 )
@@ -68,8 +77,8 @@ NOBODY = Balls(
 @dataclass(frozen=True, eq=False)
 class Room:
     """Obstacles: an environment, and which of its parts (K,) stand aside by shift (B, 3) [m] for
-    each body; and people who stand still. Of parts that are `held` nothing keeps the segment of a
-    limb that arrives."""
+    each body; people who stand still; and the own body, None where it is not heeded. Of parts that
+    are `held` nothing keeps the segment of a limb that arrives."""
 
     environment: Environment
     moving: Ints
@@ -77,6 +86,9 @@ class Room:
     people: Sequence[Bystander] = ()
     threads: int | None = None
     held: Sequence[int] = ()
+    own: OwnBody | None = None
+    bodies_only: bool = False
+    """Whether the environment does not count."""
 
 
 def cleared(
@@ -132,6 +144,7 @@ def cleared(
             out,
             begin,
             end,
+            new_desk(task.link, limbs, task.held.shape[1], len(task.seeds.angles)),
         )
 
     in_pieces(work, count, PIECE, threads=room.threads)
@@ -173,15 +186,21 @@ def hands_without_room(
     proved = np.zeros(len(who), np.int64)
 
     def work(begin: int, end: int) -> None:
-        prove_no_room(limbs, who, each, room, proved, begin, end)
+        space = new_space(limbs, len(limbs.axes))
+        prove_no_room(limbs, who, each, room, proved, begin, end, space, new_turns())
 
     in_pieces(work, len(who), PIECE)
     return np.asarray(proved.reshape(-1, count) > 0)
 
 
 def _packed(task: Task, room: Room) -> tuple[Limbs, Obstacles]:
-    parts = obstacles_of(task.body, room.environment, room.moving, room.shift)
-    around = _with_people(parts, room.people) if room.people else parts
+    around = obstacles_of(task.body, room.environment, room.moving, room.shift)
+    if room.people or room.own is not None:
+        around = _with_people(around, room, task.pose)
+    if room.bodies_only:
+        trees = around.field.trees
+        nowhere = _plain([np.full_like(trees.root, -1)])[0]
+        around = around._replace(field=around.field._replace(trees=trees._replace(root=nowhere)))
     if room.held:
         allowed = np.array(around.allowed)
         allowed[task.limb.end, list(room.held)] = np.inf
@@ -197,43 +216,86 @@ def obstacles_of(body: Body, environment: Environment, moving: Ints, shift: Floa
     )
 
 
-def _with_people(parts: Obstacles, people: Sequence[Bystander]) -> Obstacles:
-    """Obstacles with people in them; each of their segments counts as a part, in the order of
-    `Bystander.segment_names`."""
-    at: list[Floats] = []
-    radius: list[Floats] = []
-    for person in people:
-        row = int(person.placed.person[0])
-        at += [person.placed.centres[0, spheres] for spheres in person.spheres]
-        size = person.placed.body.radius[row] + person.kept_off
-        radius += [size[spheres] for spheres in person.spheres]
-    if not at:
-        return parts
-    around = [0.5 * (points.min(axis=0) + points.max(axis=0)) for points in at]
-    big = [
-        float(np.max(np.linalg.norm(points - hub, axis=1) + size)) + ENCLOSING
-        for points, hub, size in zip(at, around, radius, strict=True)
-    ]
-    counts = np.array([len(points) for points in at])
-    first = len(parts.moving)
-    balls = _plain(
-        [
-            np.concatenate(at)[None],
-            np.concatenate(radius),
-            np.concatenate([[0], np.cumsum(counts)]),
-            np.array(around)[None],
-            np.array(big),
-        ]
-    )
-    part = first + np.repeat(np.arange(len(counts)), counts)
+def _with_people(parts: Obstacles, room: Room, pose: Ints) -> Obstacles:
+    """Obstacles with people in them, then the own body, in pose (P,) in each reach. Each of their
+    segments counts as a part: of the others those that are shown, of the own body all that have
+    spheres."""
+    some = [_others(room.people, len(parts.allowed))] if room.people else []
+    some += [_own(room.own, pose)] if room.own is not None else []
+    people = some[0] if len(some) == 1 else _both(some[0], some[1])
+    counts = np.diff(people.start)
     owner, allowed, moving = _plain(
         [
-            np.concatenate([parts.owner, part]),
-            np.pad(parts.allowed, ((0, 0), (0, len(counts)))),
-            np.pad(parts.moving, (0, len(counts))),
+            np.concatenate(
+                [parts.owner, len(parts.moving) + np.repeat(np.arange(len(counts)), counts)]
+            ),
+            np.hstack([parts.allowed, np.zeros((len(parts.allowed), len(counts)))]),
+            np.concatenate([parts.moving, np.zeros(len(counts), np.int64)]),
         ]
     )
-    return parts._replace(owner=owner, allowed=allowed, moving=moving, people=Balls(*balls))
+    return parts._replace(
+        owner=owner,
+        allowed=allowed,
+        moving=moving,
+        people=Company(*_plain([np.ascontiguousarray(values) for values in people])),
+    )
+
+
+def _others(people: Sequence[Bystander], segments: int) -> Company:
+    """People who stand in one way, for limbs of so many segments."""
+    at = [one.placed.centres[:, some] for one in people for some in one.spheres]
+    radius = [
+        one.placed.body.radius[one.placed.person][:, some] + one.kept_off
+        for one in people
+        for some in one.spheres
+    ]
+    around = [0.5 * (points.min(axis=1) + points.max(axis=1)) for points in at]
+    big = [
+        np.max(np.linalg.norm(points - hub[:, None], axis=2) + size, axis=1) + ENCLOSING
+        for points, hub, size in zip(at, around, radius, strict=True)
+    ]
+    return Company(
+        np.concatenate([np.zeros((1, 0, 3)), *at], axis=1),
+        np.concatenate([np.zeros((1, 0)), *radius], axis=1),
+        np.concatenate([[0], np.cumsum([points.shape[1] for points in at])]).astype(np.int64),
+        np.array(around).reshape(1, -1, 3),
+        np.array(big).reshape(1, -1),
+        np.zeros((1, segments, len(at))),
+        np.zeros(0, np.int64),
+    )
+
+
+def _own(own: OwnBody, pose: Ints) -> Company:
+    """The own body, in pose (P,) in each reach."""
+    placed = own.placed
+    body = placed.body
+    full = np.diff(body.start) > 0
+    world = placed.world_from_segment[:, full]
+    middle = body.enclosing_centre[placed.person][:, full]
+    around = np.einsum("qgij,qgj->qgi", world[..., :3], middle) + world[..., 3]
+    return Company(
+        placed.centres,
+        body.radius[placed.person],
+        np.unique(body.start),
+        around,
+        body.enclosing_radius[placed.person][:, full] + ENCLOSING,
+        own.allowed,
+        pose,
+    )
+
+
+def _both(others: Company, own: Company) -> Company:
+    """Other people and the own body."""
+    ways = len(own.centres)
+    each = (np.repeat(values, ways, axis=0) for values in others[:2])
+    centres, radius = (np.concatenate(pair, axis=1) for pair in zip(each, own[:2], strict=True))
+    again = (np.repeat(values, ways, axis=0) for values in others[3:6])
+    around, big, allowed = (
+        np.concatenate(pair, axis=axis)
+        for pair, axis in zip(zip(again, own[3:6], strict=True), (1, 1, 2), strict=True)
+    )
+    start = np.concatenate([others.start, others.start[-1] + own.start[1:]])
+    return Company(centres, radius, start, around, big, allowed, own.row)
 
 
 @lru_cache(maxsize=8)

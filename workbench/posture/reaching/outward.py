@@ -7,7 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.model.arrays import Floats, Ints
-from workbench.posture.kernels.outward import Extents, Guides, reach_outward
+from workbench.posture.kernels.outward import (
+    Extents,
+    Guides,
+    new_ray_workspace,
+    reach_outward,
+)
 from workbench.posture.reaching.chains import PIECE, Found, Task
 from workbench.posture.reaching.seeds import NO_PLANES
 from workbench.threads import in_pieces
@@ -94,6 +99,7 @@ def outward(
             out,
             begin,
             end,
+            new_ray_workspace(task.link),
         )
 
     in_pieces(work, count, PIECE, threads=threads)

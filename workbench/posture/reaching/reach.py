@@ -22,7 +22,6 @@ from workbench.model.reach import Reach, join_reaches
 from workbench.posture.kernels.clear_reach import BRIEF, BURIED, PRECISE, WHOLE
 from workbench.posture.reaching.chains import (
     AGAIN,
-    REACHED,
     TURN_LEVER,
     Found,
     Task,
@@ -31,6 +30,8 @@ from workbench.posture.reaching.chains import (
     discomfort_of,
     goals_of,
     limb_task,
+    posed,
+    reaches,
     root_joint,
     rows_of,
     solved,
@@ -38,10 +39,12 @@ from workbench.posture.reaching.chains import (
     tips_of,
 )
 from workbench.posture.reaching.guides import Guides, Guiding, guides_of
+from workbench.posture.reaching.heeding import in_own_body
 from workbench.posture.reaching.history import Recall
-from workbench.posture.reaching.limbs import Limb, tighter
-from workbench.posture.reaching.nearer import asked_again
+from workbench.posture.reaching.limbs import Limb, moves_arm_alone, tighter
+from workbench.posture.reaching.nearer import asked_again, missed_by_obstacles
 from workbench.posture.reaching.obstacles import Room, cleared
+from workbench.posture.reaching.oneself import own_body, own_names
 from workbench.posture.reaching.outward import Lead, no_lead, outward
 
 __all__ = ["reach"]
@@ -67,6 +70,7 @@ class _Ask:
     brief: bool
     recall: Recall | None
     thorough: bool
+    other_arm: bool
     threads: int | None
 
     def rows(self, keep: slice | Ints, count: int) -> _Ask:
@@ -96,6 +100,7 @@ def reach(
     brief: bool = False,
     recall: Recall | None = None,
     thorough: bool = True,
+    other_arm: bool = False,
     threads: int | None = None,
 ) -> Reach:
     """Solve the inverse kinematics of one limb for B people with T targets each.
@@ -117,7 +122,8 @@ def reach(
     direction
         (3,), (T, 3) or (B, T, 3): where the limb is to point on arrival; anywhere if None.
     environment
-        Obstacles, with the contact that they allow; none if None.
+        Obstacles, with the contact that they allow; none if None. Beside them an arm keeps clear of
+        the own trunk, head and legs too, as far as these may not overlap.
     moving_parts, displacement
         The names of obstacles that are displaced, and (B, 3) [m] by how much for each person.
     bystanders
@@ -143,6 +149,8 @@ def reach(
         Whether what is missed by obstacles is asked again, from many starts and at targets near
         by, so that no miss exceeds that of a target near by by more than their distance. A caller
         who only compares many places spares the time.
+    other_arm
+        Whether the other arm is an obstacle too, where the poses have it; else it gives way.
     threads
         All cores if None. No answer depends on it.
 
@@ -185,6 +193,7 @@ def reach(
         brief=brief,
         recall=recall,
         thorough=thorough and not brief,
+        other_arm=other_arm,
         threads=threads,
     )
     person = people_of(body, poses)
@@ -300,24 +309,27 @@ class _Solved:
     reached: Bools
     extension: Floats
 
+    def rows(self, rows: Ints) -> _Solved:
+        """Some of the rows."""
+        return _Solved(
+            rows_of(self.task, rows),
+            self.found.rows(rows),
+            self.doubt[rows],
+            self.reached[rows],
+            self.extension[rows],
+        )
+
 
 def _crowd_reach(crowd: _Crowd, ask: _Ask) -> Reach:
     """The reaches of a crowd, obstacles and extension included."""
-    return _answer(crowd, _solved_crowd(crowd, ask), _obstacle_names(ask))
-
-
-def _obstacle_names(ask: _Ask) -> tuple[str, ...]:
-    """What obstacles are called: parts, then the segments of bystanders."""
-    parts = ask.environment.parts if ask.environment is not None else ()
-    return (*parts, *(name for one in ask.bystanders for name in one.segment_names))
+    return _answer(crowd, ask, _solved_crowd(crowd, ask))
 
 
 def _solved_crowd(crowd: _Crowd, ask: _Ask) -> _Solved:
     """What the reaches of a crowd come to, in tighter zones where the limb misses in its own."""
     task = _task(crowd, ask)
-    whose = np.repeat(np.arange(len(crowd.held)), crowd.goals.shape[1])
-    start = _start(task, crowd, ask, whose)
-    guided = _guided(task, crowd, ask, whose)
+    start = _start(task, crowd, ask)
+    guided = _guided(task, crowd, ask)
     near = None if guided is None else guided.guides.near(guided.cubes, guided.how, start)
     found = solved(
         task, start, AGAIN if ask.restarts is None else ask.restarts, near=near, threads=ask.threads
@@ -325,60 +337,104 @@ def _solved_crowd(crowd: _Crowd, ask: _Ask) -> _Solved:
     doubt = np.zeros(len(task), np.int64)
     if ask.environment is not None:
         found, doubt = _among_obstacles(task, found, start, crowd, ask)
-    reached = (found.numbers[:, 0] <= REACHED) & (found.overlap <= 0)
     extension = np.zeros(len(task))
-    own = _Solved(task, found, doubt, reached, extension)
-    if ask.tighter:
-        _take_tighter(own, crowd, ask, whose)
-    rows = np.flatnonzero(reached)
+    own = _Solved(task, found, doubt, reaches(found), extension)
+    held = tighter(crowd.body, crowd.limb)
+    if held is not None and ask.environment is not None and held.base != crowd.limb.base:
+        _turn_arms_alone(own, held, crowd, ask)
+    if held is not None and ask.tighter:
+        _take_tighter(own, held, crowd, ask)
+    rows = np.flatnonzero(own.reached)
     if ask.most > 0 and len(rows):
         some = rows_of(task, rows)
-        root = _roots(task, _at_origin(crowd.held))[whose[rows]]
+        root = _roots(task, _at_origin(crowd.held))[task.pose[rows]]
         lead = no_lead(some) if guided is None else guided.beyond(rows, start[rows], ask.most)
         beyond = _extension(some, found.rows(rows), root, lead, ask)
         extension[rows] = np.maximum(extension[rows], beyond)
     return own
 
 
+def _room(crowd: _Crowd, ask: _Ask) -> Room:
+    """The obstacles of a crowd, without the own body."""
+    assert ask.environment is not None
+    moving = np.isin(ask.environment.parts, list(ask.moving_parts)).astype(np.int64)
+    return Room(ask.environment, moving, crowd.displacement, ask.bystanders, ask.threads)
+
+
 def _among_obstacles(
     task: Task, free: Found, start: Floats, crowd: _Crowd, ask: _Ask
 ) -> tuple[Found, Ints]:
-    """What reaches come to beside obstacles, and what became of each."""
-    assert ask.environment is not None
-    moving = np.isin(ask.environment.parts, list(ask.moving_parts)).astype(np.int64)
-    room = Room(ask.environment, moving, crowd.displacement, ask.bystanders, ask.threads)
+    """What reaches come to beside obstacles, and what became of each. What then enters the own body is
+    searched for again."""
+    room = _room(crowd, ask)
     effort = BRIEF if ask.brief else WHOLE
     found, doubt = cleared(task, free, room, effort=effort, recall=ask.recall)
+    if moves_arm_alone(task.limb):
+        own = own_body(task.body, crowd.held, task.limb, other_arm=ask.other_arm)
+        room = replace(room, own=own)
+        rows = np.flatnonzero(reaches(found))
+        rows = rows[in_own_body(rows_of(task, rows), found.angles[rows], room) > 0]
+        if len(rows):
+            recall = ask.recall.each().rows(rows) if ask.recall is not None else None
+            again = cleared(
+                rows_of(task, rows), found.rows(rows), room, effort=effort, recall=recall
+            )
+            found.put(rows, again[0])
+            doubt[rows] = again[1]
+        if ask.thorough:  # of what is missed, too, no posture is told that enters the own body
+            rows = missed_by_obstacles(found, doubt)
+            deep = in_own_body(rows_of(task, rows), found.angles[rows], room)
+            found.overlap[rows] = np.maximum(found.overlap[rows], deep)
     starts = start if ask.initial is not None else None
     return asked_again(task, free, found, doubt, room, starts=starts, thorough=ask.thorough)
 
 
-def _take_tighter(own: _Solved, crowd: _Crowd, ask: _Ask, whose: Ints) -> None:
+def _turn_arms_alone(own: _Solved, arm: Limb, crowd: _Crowd, ask: _Ask) -> None:
+    """Where a limb that moves the trunk has come into the own body, let the arm alone reach, from the
+    trunk as it has come to lie. arm: the limb in the zone that holds the trunk."""
+    rows = np.flatnonzero(own.reached)
+    some = rows_of(own.task, rows), own.found.angles[rows]
+    rows = rows[in_own_body(*some, _room(crowd, ask), other_arm=ask.other_arm) > 0]
+    if not len(rows):
+        return
+    task = rows_of(own.task, rows)
+    angles = own.found.angles[rows]
+    poses = Poses(posed(task, angles), task.limb.base, task.base, person=task.who)
+    ask = replace(_of_rows(ask, own.task.pose, rows), recall=None)
+    _put(own, rows, _solved_crowd(_held_crowd(crowd, arm, poses, rows), ask), angles)
+
+
+def _take_tighter(own: _Solved, held: Limb, crowd: _Crowd, ask: _Ask) -> None:
     """Put in what the limb reaches in tighter zones where it misses in its own, and what it misses
     by less there. What is too deep in a part for the hand is so in every zone."""
-    held = tighter(crowd.body, crowd.limb)
     missed = np.flatnonzero(~own.reached & (own.doubt != BURIED))
-    if held is None or not len(missed):
+    if not len(missed):
         return
+    whose = own.task.pose
+    poses = replace(crowd.held, person=crowd.person).rows(whose[missed])
     there = _solved_crowd(
-        _held_crowd(crowd, held, whose[missed], missed), _of_rows(ask, whose, missed)
+        _held_crowd(crowd, held, poses, missed),
+        _of_rows(ask, whose, missed),
     )
     less = _short(there.found) < _short(own.found.rows(missed)) - PRECISE
     got = np.flatnonzero(there.reached | less)
     rows = missed[got]
-    columns = [own.task.joints.index(joint) for joint in there.task.joints]
     angles = angles_of(own.task.body, crowd.held)[whose[rows]][:, own.task.joints]
-    angles[:, columns] = there.found.angles[got]
-    own.found.angles[rows] = angles
-    numbers = there.found.numbers[got].copy()
+    _put(own, rows, there.rows(got), angles)
+
+
+def _put(own: _Solved, rows: Ints, there: _Solved, angles: Floats) -> None:
+    """Put what some rows of reaches come to in a tighter zone in their place; the joints that are held
+    there are at angles (P, K, 3) [rad]."""
+    columns = [own.task.joints.index(joint) for joint in there.task.joints]
+    angles[:, columns] = there.found.angles
+    numbers = there.found.numbers.copy()
     numbers[:, 3] = np.array(columns)[numbers[:, 3].astype(np.int64)]  # the joint of a stop
-    own.found.numbers[rows] = numbers
-    own.found.held[rows] = 0.0  # multipliers of another chain
-    own.found.overlap[rows] = there.found.overlap[got]
-    own.found.part[rows] = there.found.part[got]
-    own.doubt[rows] = there.doubt[got]
-    own.reached[rows] = there.reached[got]
-    own.extension[rows] = there.extension[got]
+    held = np.zeros((len(rows), own.found.held.shape[1]))  # not the multipliers of another chain
+    own.found.put(rows, replace(there.found, angles=angles, numbers=numbers, held=held))
+    own.doubt[rows] = there.doubt
+    own.reached[rows] = there.reached
+    own.extension[rows] = there.extension
 
 
 def _short(found: Found) -> Floats:
@@ -387,12 +443,14 @@ def _short(found: Found) -> Floats:
     return lack
 
 
-def _held_crowd(crowd: _Crowd, held: Limb, whose: Ints, rows: Ints) -> _Crowd:
-    """A crowd of one person for each of some reaches of a crowd, with the limb in another zone."""
-    world = segment_frames(crowd.body, crowd.held, held.base)
-    poses = Poses(crowd.held.rotations, held.base, world, person=crowd.person).rows(whose)
+def _held_crowd(crowd: _Crowd, held: Limb, poses: Poses, rows: Ints) -> _Crowd:
+    """A crowd of one person for each of some reaches of a crowd, in poses (P,), with the limb in another
+    zone."""
+    world = segment_frames(crowd.body, poses, held.base)
+    person = people_of(crowd.body, poses)
+    poses = Poses(poses.rotations, held.base, world, person=person)
     goals, ways = (values.reshape(-1, 1, 3)[rows] for values in (crowd.goals, crowd.ways))
-    return replace(crowd, limb=held, held=poses, person=crowd.person[whose], goals=goals, ways=ways)
+    return replace(crowd, limb=held, held=poses, person=person, goals=goals, ways=ways)
 
 
 def _of_rows(ask: _Ask, whose: Ints, rows: Ints) -> _Ask:
@@ -427,18 +485,19 @@ def _task(crowd: _Crowd, ask: _Ask) -> Task:
         held=np.repeat(crowd.held.rotations, count, axis=0),
         base=np.repeat(crowd.held.world_from_reference, count, axis=0),
         goal=goal,
+        pose=np.repeat(np.arange(len(crowd.held)), count),
     )
 
 
-def _start(task: Task, crowd: _Crowd, ask: _Ask, whose: Ints) -> Floats:
+def _start(task: Task, crowd: _Crowd, ask: _Ask) -> Floats:
     """(P, K, 3) [rad] the angles as the poses have them, the free ones at their comfort modes or as
     in the initial poses."""
-    angles = cold(task, angles_of(task.body, crowd.held)[whose][:, task.joints])
+    angles = cold(task, angles_of(task.body, crowd.held)[task.pose][:, task.joints])
     if ask.initial is not None:
         link = task.link
         given = angles_of(task.body, ask.initial)[:, task.joints]
         given = np.repeat(given, len(crowd.held), axis=0) if len(given) == 1 else given
-        angles = np.where(link.free_of >= 0, given[whose], angles)
+        angles = np.where(link.free_of >= 0, given[task.pose], angles)
     return angles
 
 
@@ -455,14 +514,14 @@ class _Guided:
         return self.guides.beyond(self.cubes[rows], self.how.rows(rows), start, most)
 
 
-def _guided(task: Task, crowd: _Crowd, ask: _Ask, whose: Ints) -> _Guided | None:
+def _guided(task: Task, crowd: _Crowd, ask: _Ask) -> _Guided | None:
     """The guides of a task; None where the search starts elsewhere."""
     if ask.initial is not None or ask.restarts is not None or ask.directed:
         return None
     guides = guides_of(task.body, task.limb)
     if guides is None:
         return None
-    how = guides.guiding(task, _at_origin(crowd.held), whose)
+    how = guides.guiding(task, _at_origin(crowd.held), task.pose)
     return _Guided(guides, how, guides.cubes(task.own.goal[:, :3], how))
 
 
@@ -479,7 +538,7 @@ def _roots(task: Task, held: Poses) -> Floats:
     return apply(world[:, :, :3], task.body.joint_in_child[person, joint]) + world[:, :, 3]
 
 
-def _answer(crowd: _Crowd, solved_rows: _Solved, obstacles: tuple[str, ...]) -> Reach:
+def _answer(crowd: _Crowd, ask: _Ask, solved_rows: _Solved) -> Reach:
     """The answers of the rows (P,), a row (T,) for each person."""
     task = solved_rows.task
     found = solved_rows.found
@@ -490,6 +549,7 @@ def _answer(crowd: _Crowd, solved_rows: _Solved, obstacles: tuple[str, ...]) -> 
     miss = np.sqrt(arm[:, 0] ** 2 + arm[:, 1] ** 2 + arm[:, 2] ** 2)
     discomfort = discomfort_of(task, found.angles)
     joint, axis, side = stopped_by(task, found, reached)
+    others = [name for one in ask.bystanders for name in one.segment_names]
     return Reach(
         body=task.body,
         limb=task.limb.name,
@@ -509,5 +569,6 @@ def _answer(crowd: _Crowd, solved_rows: _Solved, obstacles: tuple[str, ...]) -> 
         side=side.reshape(shape),
         part=np.where(reached, -1, found.part).reshape(shape),
         doubt=solved_rows.doubt.reshape(shape),
-        parts=obstacles,
+        parts=ask.environment.parts if ask.environment is not None else (),
+        bodies=(*others, *own_names(task.body)),
     )

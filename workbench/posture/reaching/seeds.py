@@ -7,12 +7,13 @@ import numpy as np
 from workbench.model.arrays import Floats, Ints
 from workbench.model.body import Body
 from workbench.model.kept import kept_by_row, kept_with_topology
-from workbench.posture.kernels.inverse import Seeds, breaches
+from workbench.posture.kernels.inverse import Seeds, place_chains
 from workbench.posture.kernels.limits import Planes
+from workbench.posture.kernels.linkage import Linkage, new_state
 from workbench.posture.reaching.limbs import Limb
 from workbench.posture.reaching.linkage import joints_between, linkage
 
-__all__ = ["NO_PLANES", "new_seeds", "packed_seeds", "seed_angles"]
+__all__ = ["NO_PLANES", "chains_placed", "new_seeds", "packed_seeds", "seed_angles"]
 
 SEEDS = 128
 """Number of seeds of a limb."""
@@ -49,8 +50,21 @@ def seed_angles(body: Body, base: int, end: int, free: tuple[int, ...]) -> Float
     angles = np.where(link.free_of >= 0, -limits[..., 1] + share * limits.sum(axis=-1), 0.0)
     swing = np.linalg.norm(angles[..., :2], axis=-1, keepdims=True)
     angles[..., :2] *= np.minimum(1.0, 3.0 / np.maximum(swing, 1e-9))
-    breach = np.zeros(len(angles))
-    breaches(link, NO_PLANES, angles, breach)
+    nobody = np.zeros(len(angles), dtype=np.int64)
+    origin = np.repeat(np.eye(3, 4)[None], len(angles), axis=0)
+    _, breach = chains_placed(link, nobody, origin, angles, inside=True)
     # the legal ones first, then the least wrong: a start need not be legal
     order = np.argsort(breach, kind="stable")[:SEEDS]
     return np.ascontiguousarray(angles[order])
+
+
+def chains_placed(
+    link: Linkage, who: Ints, base: Floats, angles: Floats, *, inside: bool
+) -> tuple[Floats, Floats]:
+    """Tips (P, 6) of chains at angles (P, K, 3), and their greatest breaches (P,) [rad] of stops;
+    inside: the angles are brought inside cones, hinges and twist limits first, in place."""
+    tip = np.zeros((len(angles), 6))
+    breach = np.zeros(len(angles))
+    state = new_state(len(link.axes), len(link.mode), len(link.rows))
+    place_chains(link, who, base, angles, inside, NO_PLANES, tip, breach, state)
+    return tip, breach

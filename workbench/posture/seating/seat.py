@@ -23,7 +23,7 @@ from workbench.model.environment import Seat
 from workbench.model.poses import Poses, check_rows, row_for_each
 from workbench.model.posing import join_poses
 from workbench.model.reason import Reason
-from workbench.posture.kernels.seat_search import SeatPlaces, seat_rows
+from workbench.posture.kernels.seat_search import SeatPlaces, new_seat_search, seat_rows
 from workbench.posture.kernels.sitting import PRESSED, ROW, TOTAL_DISCOMFORT, VISITED, Sitting
 from workbench.posture.reaching.chains import Task, apply
 from workbench.posture.seating.posture import DECIMALS, Pedals, positions
@@ -327,7 +327,8 @@ def _stepped(
     out = SeatPlaces(turned, lap, travel, numbers, row)
 
     def work(begin: int, end: int) -> None:
-        seat_rows(sitting, legs, grid, first, ask.every, out, begin, end)
+        search = new_seat_search(sitting, legs, grid.shape[1], turned.shape[1])
+        seat_rows(sitting, legs, grid, first, ask.every, out, begin, end, search)
 
     in_pieces(work, count, PIECE, threads=ask.threads)
     return _Found(turned, lap[:, :, 3].copy(), travel, numbers, row)

@@ -9,6 +9,7 @@ from html import escape
 import numpy as np
 
 from workbench.model.arrays import Floats
+from workbench.model.figures import plain
 from workbench.model.motion_case import Meeting
 from workbench.model.result import MotionFound
 from workbench.report.words import milliseconds, proper_minus
@@ -47,7 +48,7 @@ def timeline(result: MotionFound) -> str:
     parts = [_open(height, "Contacts over time"), *axis.grid(height)]
     for row, ((segment, other), meetings) in enumerate(kept):
         y = 8 + _ROW * row
-        label = f"{names.get(segment, segment)}: {other.replace('_', ' ')}"
+        label = f"{names.get(segment, segment)}: {plain(other)}"
         parts.append(
             f'<text x="{_LEFT - 10}" y="{y + 13}" text-anchor="end" font-size="12.5" fill="#1d2733" {_FONT}>'
             f"{escape(_cut(label))}</text>"
@@ -81,7 +82,7 @@ def _bar(axis: _Axis, y: float, meeting: Meeting) -> list[str]:
     )
     if meeting.own:
         look = f'y="{y + 2.5}" height="13" fill="#f2cf6b" stroke="#5f4a00"'
-    other = meeting.other.replace("_", " ")
+    other = plain(meeting.other)
     said = (
         f"{meeting.who}, {other}: from {milliseconds(meeting.enter)} to "
         f"{milliseconds(meeting.leave)}, {1000 * meeting.depth:.1f} mm deep at "

@@ -11,6 +11,7 @@ import numpy as np
 from workbench.body.forward import place
 from workbench.model.arrays import Floats
 from workbench.model.body import Body
+from workbench.model.figures import plain
 from workbench.model.laban import nearest_sign, sign_words
 from workbench.model.poses import Poses
 from workbench.model.posing import ContinuousAngles, angles_of
@@ -249,7 +250,7 @@ def _flung(turn: _Turn, time: Floats) -> str:
 def _turned(turn: _Turn) -> str:
     """ "extends from 95 to 20 degrees"."""
     motion = turn.motions[0] if turn.end > turn.begin else turn.motions[1]
-    verb = _VERBS.get(motion, f"moves in {motion.replace('_', ' ')}")
+    verb = _VERBS.get(motion, f"moves in {plain(motion)}")
     sense = 1.0 if motion == turn.motions[0] or min(turn.begin, turn.end) >= 0 else -1.0
     return f"{verb} from {sense * turn.begin + 0.0:.0f} to {sense * turn.end + 0.0:.0f} degrees"
 

@@ -12,6 +12,7 @@ from workbench.body.forward import place
 from workbench.draw.eye_view import eye_point
 from workbench.draw.scene import SceneBody
 from workbench.model.arrays import Floats
+from workbench.model.figures import plain
 from workbench.model.motion_case import MotionCase
 from workbench.model.posing import angles_of, named_angles, poses_at
 from workbench.model.result import MotionFound
@@ -49,10 +50,10 @@ def _person(motion: MotionCase, times: Floats) -> dict[str, Any]:
         eyes = [", ".join(f"{round(1000 * c) + 0}" for c in point.tolist()) for point in points]
     found = [named_angles(body, angles) for angles in angles_of(body, poses)]
     detail = f" (level of detail {body.detail})" if body.detail else ""
-    belts = ", ".join(belt.name.replace("_", " ") for belt in motion.belts)
+    belts = ", ".join(plain(belt.name) for belt in motion.belts)
     return {
         "name": ", ".join(word for word in (motion.person, motion.name) if word),
-        "words": f"{body.name.replace('_', ' ')}, {float(body.mass[0].sum()):.1f} kg; {len(body.sphere_names):,} spheres{detail}"
+        "words": f"{plain(body.name)}, {float(body.mass[0].sum()):.1f} kg; {len(body.sphere_names):,} spheres{detail}"
         + (f"; held by {belts}" if belts else ""),
         "eyes": eyes,
         "angles": angle_rows(body, found),

@@ -16,7 +16,7 @@ from workbench.draw.web.snippet import STILL
 from workbench.files.results.motions import MeetingRow, MotionRows
 from workbench.files.results.result import FindingRow, ResultFile
 from workbench.model.arrays import Floats
-from workbench.model.figures import tenths
+from workbench.model.figures import plain, tenths
 from workbench.model.motion_case import Meeting
 from workbench.model.result import MotionFound, Result
 from workbench.motion.signals import GRAVITY
@@ -163,7 +163,7 @@ def unasked_lines(result: Result, views: PageViews) -> list[Markup]:
         view = views.of_case(motion.study.name or motion.study.case)
         lead = f"{motion.study.name}: " if len(result.motions) > 1 else ""
         for meeting in unasked_meetings(motion.study.criteria, motion.meetings):
-            words = meeting_sentence(meeting).replace("_", " ")
+            words = plain(meeting_sentence(meeting))
             text = f"{lead}{words[:1].lower()}{words[1:]}" if lead else words
             lines.append(_look(view, meeting).link(text))
     return lines
@@ -190,7 +190,7 @@ def _place(views: PageViews, index: int, motion: MotionFound, colour: str) -> Ma
 def motion_words(rows: MotionRows) -> str:
     """Who moves, for how long: "pilot: bubbleman, 121 frames from 0.0 to 120.0 ms"."""
     start, end = rows.span_ms
-    body = rows.body.replace("_", " ")
+    body = plain(rows.body)
     return f"{rows.person}: {body}, {rows.frames} frames from {start:.1f} to {end:.1f} ms"
 
 
@@ -275,9 +275,7 @@ def _force_curves(result: MotionFound) -> str:
     called = [
         f"{names[f.segment]}: {f.part}" if f.segment else f"tension of the {f.part}" for f in strong
     ]
-    lines = [
-        (name.replace("_", " "), f.force / 1000) for name, f in zip(called, strong, strict=True)
-    ]
+    lines = [(plain(name), f.force / 1000) for name, f in zip(called, strong, strict=True)]
     return (
         curves(result.study.motion.clock, lines, unit="kN", title="Forces over time")
         if lines

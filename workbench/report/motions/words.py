@@ -8,6 +8,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from workbench.model.figures import plain
 from workbench.model.motion_case import Agreement, Meeting, StopBreach
 from workbench.model.result import MotionFound, Verdict
 from workbench.model.simulation import STANDARD_GRAVITY, Pulse, gained
@@ -31,7 +32,7 @@ _MOST_AT_ONCE = 3
 def meeting_sentence(meeting: Meeting) -> str:
     """ "At 83.4 ms the head, forehead (front) meets the upper panel at 6.1 m/s and is 31.0 mm deep
     at 91.0 ms." """
-    other = meeting.other.replace("_", " ")
+    other = plain(meeting.other)
     deep = f"{1000 * meeting.depth:.1f} mm deep at {milliseconds(meeting.deepest)}"
     deep += f", pushed back with {_newtons(meeting.force)}" if meeting.force else ""
     allowed = f" ({1000 * meeting.allowed:.0f} mm allowed)" if meeting.allowed > 0 else ""
@@ -60,7 +61,7 @@ def happening(motion: MotionFound, time: float) -> str:
     names = dict(zip(motion.study.body.segments, motion.study.body.segment_names, strict=True))
     here.sort(key=lambda meeting: meeting.allowed - meeting.depth)
     said = [
-        f"{names.get(meeting.segment, meeting.segment)} in the {meeting.other.replace('_', ' ')} "
+        f"{names.get(meeting.segment, meeting.segment)} in the {plain(meeting.other)} "
         f"(up to {1000 * meeting.depth:.0f} mm)"
         for meeting in here[:_MOST_AT_ONCE]
     ]

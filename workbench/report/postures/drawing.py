@@ -14,6 +14,7 @@ from workbench.draw.lines.svg import compacted
 from workbench.draw.marks.annotations import clearance_marks
 from workbench.draw.scene import Mark, Scene
 from workbench.draw.views import four_views
+from workbench.model.figures import plain
 from workbench.model.result import PersonFound
 
 __all__ = ["clearance_drawing"]
@@ -41,7 +42,7 @@ def clearance_drawing(
     name, camera = views[int(np.argmax([_length(camera, marks) for _, camera in views]))]
     words = f"line drawing with the {len(marks)} nearest clearances in millimetres"
     drawing = outline(replace(scene, marks=marks, description=words), camera)
-    return {"name": name.replace("_", " "), "svg": Markup(compacted(drawing))}
+    return {"name": plain(name), "svg": Markup(compacted(drawing))}
 
 
 def _length(camera: Camera, marks: tuple[Mark, ...]) -> float:

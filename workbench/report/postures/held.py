@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from workbench.model.figures import plain
 from workbench.model.posing import angles_of
 from workbench.model.result import PersonFound
 
@@ -22,7 +23,7 @@ def posture_words(person: PersonFound, case: int) -> str:
     person takes it: "riding, with other angles at right shoulder and right elbow"."""
     name = person.postures[case]
     first = person.postures.index(name)
-    words = name.replace("_", " ")
+    words = plain(name)
     if first == case or name in _FOUND:
         return words
     angles = angles_of(person.body, person.poses)

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from workbench.model.figures import plain
 from workbench.model.result import PosturesFound, Result, Verdict
 from workbench.model.study import Study
 from workbench.report.postures.section import case_states
@@ -55,7 +56,7 @@ def _section(before: PosturesFound, after: PosturesFound, making: Making, number
     html = side_by_side(
         criteria,
         _NAMES,
-        what=f"Each criterion before and after; {words.replace('_', ' ')}",
+        what=f"Each criterion before and after; {plain(words)}",
         picture=picture,
     )
     end = f"-{number + 1}" if number else ""

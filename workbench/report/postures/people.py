@@ -11,6 +11,7 @@ from workbench.body.people.percentile import percentile_values
 from workbench.draw.eye_view import eye_point
 from workbench.draw.scene import SceneBody
 from workbench.files.results.postures import PersonRow, PosturesRows
+from workbench.model.figures import plain
 from workbench.model.measures import MASS
 from workbench.model.person import Size
 from workbench.model.population import PopulationModel
@@ -71,7 +72,7 @@ def _measure(size: Size, name: str) -> tuple[str, str, str]:
     """A measure, its value, and its percentile among people of the same sex; "" where not known."""
     value = size.measures[name]
     text = f"{value:.1f} kg" if name == MASS else f"{1000 * value:,.0f} mm"
-    return name.replace("_", " "), text, _percentile(size, name, value)
+    return plain(name), text, _percentile(size, name, value)
 
 
 def _percentile(size: Size, name: str, value: float) -> str:

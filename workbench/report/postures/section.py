@@ -19,7 +19,7 @@ from workbench.draw.web.case_view import case_view
 from workbench.draw.web.views import WebView
 from workbench.files.results.postures import PosturesRows, ReachRow
 from workbench.files.results.result import FindingRow
-from workbench.model.figures import tenths
+from workbench.model.figures import plain, tenths
 from workbench.model.result import Finding, PersonFound, PosturesFound
 from workbench.report.circles import circle_figure
 from workbench.report.postures.drawing import clearance_drawing
@@ -91,7 +91,7 @@ def postures_sections(
         found.append(writer.section("questions", f"envelope-{k + 1}", title, values))
     people = tuple(person.name for person in result.people)
     beheld = [
-        Beheld(_scene(result, case, []), people, name, f"{name.replace('_', ' ')}, {in_case}")
+        Beheld(_scene(result, case, []), people, name, f"{plain(name)}, {in_case}")
         for case, in_case in enumerate(result.cases)
         for name in people
     ]
@@ -142,7 +142,7 @@ def overlap_lines(result: PosturesFound, views: PageViews) -> list[Markup]:
         text = without_polygons(f"{lead}{overlap.case}, {overlap.person}: {words}")
         point = [1000.0 * value for value in overlap.contacts.point[overlap.row].tolist()]
         place = look(views.of_case(overlap.case, result.row), point)
-        lines.append(place.link(text.replace("_", " ")))
+        lines.append(place.link(plain(text)))
     return lines
 
 
@@ -180,7 +180,7 @@ def _reaches(result: PosturesFound, rows: PosturesRows, view: int) -> list[dict[
 
 def _short(row: ReachRow) -> str:
     """ "small woman: flaps, zone 2: 41 mm short"."""
-    control = row.control.replace("_", " ")
+    control = plain(row.control)
     return f"{row.person}: {control}, zone {row.zone}: {row.miss_mm:.0f} mm short"
 
 
@@ -223,7 +223,7 @@ def _case(result: PosturesFound, case: int, views: PageViews) -> dict[str, Any]:
             index, still=still, alt=f"{name}, corner view", caption=_caption(result, view)
         ),
         "people": [f"{person.name}: {posture_words(person, case)}" for person in result.people],
-        "stills": [(name.replace("_", " "), png) for name, png in stills.items()],
+        "stills": [(plain(name), png) for name, png in stills.items()],
         "drawing": drawing,
         "circles": circles,
         "marked": [
@@ -399,7 +399,7 @@ def _matrix(result: PosturesFound, person: PersonFound, case: int, view: int) ->
     points = 1000.0 * person.clearance.point[case]
 
     def said(n: int, k: int) -> str:
-        part = environment.parts[k].replace("_", " ")
+        part = plain(environment.parts[k])
         return (
             f"{person.name}: {body.segment_names[n]} to {part}, {_distance(float(distance[n, k]))}"
         )
@@ -465,6 +465,6 @@ def _stop_cell(person: PersonFound, p: int, j: int) -> dict[str, str]:
     margin = person.margin[p, j]
     return {
         "text": f"{math.degrees(margin) + 0.0:.1f}".replace("-", "−"),
-        "motion": person.margin_motion[p][j].replace("_", " "),
+        "motion": plain(person.margin_motion[p][j]),
         "kind": "hit" if margin < -1e-9 else "close" if margin < 0.0873 else "far",
     }

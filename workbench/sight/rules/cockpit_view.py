@@ -35,7 +35,6 @@ __all__ = [
     "clear_view",
     "cockpit_outline",
     "cockpit_view",
-    "elevation_limits",
 ]
 
 STEP = np.radians(0.25)
@@ -88,27 +87,6 @@ def cockpit_outline(rules: RuleSet, *, seat: Side, axes: Floats | None = None) -
         [-SIGN[seat], 1.0]
     )  # azimuth positive left
     return outline(f"outline of AC 25.773-1, {seat} seat", corners, axes)
-
-
-def elevation_limits(region: Region, azimuth: float) -> tuple[float, float]:
-    """Lowest and highest elevation [rad] of an outline at an azimuth [rad] to the left.
-
-    InputError where the outline does not go so far.
-    """
-    begin = region.corners
-    end = np.roll(begin, -1, axis=0)
-    low = np.minimum(begin[:, 0], end[:, 0])
-    high = np.maximum(begin[:, 0], end[:, 0])
-    crosses = (low <= azimuth) & (azimuth <= high)
-    if not crosses.any():
-        raise InputError(
-            f"{region.name}: it goes from {np.degrees(-high.max()):g} to "
-            f"{np.degrees(-low.min()):g} degrees to the right, not to {np.degrees(-azimuth):g}"
-        )
-    # of an upright side the end is the beginning of the next one
-    width = np.where(high > low, end[:, 0] - begin[:, 0], 1.0)
-    at = begin[:, 1] + (azimuth - begin[:, 0]) / width * (end[:, 1] - begin[:, 1]) * (high > low)
-    return float(at[crosses].min()), float(at[crosses].max())
 
 
 def cockpit_view(

@@ -34,8 +34,6 @@ __all__ = [
     "Glass",
     "MirrorField",
     "aimed_normal",
-    "convex_image",
-    "convex_magnification",
     "glass_of",
     "ground_points",
     "looked_through",
@@ -120,19 +118,6 @@ def reflected(points: Floats, at: Floats, normal: Floats) -> Floats:
     and virtual images."""
     height = np.asarray((points - at) @ normal)
     return np.asarray(points - 2.0 * height[..., None] * normal)
-
-
-def convex_image(distance: float, radius: float) -> float:
-    """Distance [m] behind a convex glass of the image of what is `distance` [m] before it, near the
-    axis: 1 / image = 1 / distance + 2 / radius."""
-    return 1.0 / (1.0 / distance + 2.0 / radius)
-
-
-def convex_magnification(distance: float, eye: float, radius: float) -> float:
-    """How large a thing looks in a convex mirror against a flat one, near the axis, where it is
-    `distance` and the eye `eye` [m] before the glass."""
-    image = convex_image(distance, radius)
-    return image / distance * (eye + distance) / (eye + image)
 
 
 def reflections(glass: Glass, eye: Floats, points: Floats) -> Floats:

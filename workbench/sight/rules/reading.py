@@ -58,8 +58,7 @@ def reading(
     Raises
     ------
     InputError
-        If the characters have no height, the face no direction, or the instrument is behind
-        everybody.
+        If the characters have no height, or the face no direction.
     """
     normal = np.asarray(face, dtype=np.float64)
     length = float(np.linalg.norm(normal))
@@ -69,8 +68,6 @@ def reading(
         raise InputError("reading: the instrument has no face; state the direction out of its face")
     way = np.asarray(at, dtype=np.float64) - eyes.middle
     distance = np.linalg.norm(way, axis=1)
-    if np.all(np.einsum("bi,bi->b", way, eyes.axes[:, 0]) <= 0.0):
-        raise InputError("reading: the instrument is behind the eyes of everybody")
     slant = -(way @ normal) / (length * distance)
     down = rules.number("line_down")
     line = np.stack([eyes.line(down=down), eyes.axes[:, 1], eyes.line(down=down - np.pi / 2)], 1)

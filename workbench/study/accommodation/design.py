@@ -10,6 +10,7 @@ import numpy as np
 
 from workbench.model.criterion import Criterion
 from workbench.model.environment import Environment
+from workbench.model.figures import plain
 from workbench.model.study import Study
 from workbench.model.units import limit_unit_of
 
@@ -68,7 +69,7 @@ def _criterion_facts(criterion: Criterion) -> Iterator[str]:
             value = f"{value:.4g}"
         elif isinstance(value, tuple):
             value = " ".join(map(str, value))
-        yield f"{one.name.replace('_', ' ')} {value}"
+        yield f"{plain(one.name)} {value}"
 
 
 def _mm(values: Iterable[float], between: str = ", ") -> str:

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.contact.clearance_pairs import ClearancePair, clearance_of_pairs
-from workbench.contact.collide import allowed_depth, self_contacts
+from workbench.contact.collide import allowed_depth, allowed_in_oneself, self_contacts
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.body import Body
 from workbench.model.criterion import Criterion
@@ -190,7 +190,7 @@ def _nearest(
 
 def _in_oneself(there: Situation) -> Iterator[tuple[tuple[int, int, int, int], float]]:
     """By person and two segments of the body how deep [m] one is in the other."""
-    error = np.nan_to_num(there.body.fit_error[there.placed.person][..., 1])
+    allowed = allowed_in_oneself(there.body)[there.placed.person]
     found = self_contacts(there.placed).deepest()
     names = there.body.segments
     asked = [set(one.segments) for one in _asking(there, "self_contact")]
@@ -198,7 +198,7 @@ def _in_oneself(there: Situation) -> Iterator[tuple[tuple[int, int, int, int], f
         person = int(found.pose[row])
         one = int(found.segment[row])
         other = int(found.other_segment[row])
-        sure = float(found.excess[row]) - error[person, one] - error[person, other]
+        sure = -float(found.distance[row]) - allowed[person, one, other]
         if sure > LEAST and not any({names[one], names[other]} & some for some in asked):
             yield (person, one, -1, other), float(found.excess[row])
 

@@ -11,6 +11,7 @@ from workbench.errors import InputError, one_of
 from workbench.files.names import good_name
 from workbench.model.body import Body
 from workbench.model.criterion import Criterion
+from workbench.model.figures import plain
 from workbench.study.bench.edits import FARTHEST, LENGTH_STEP, Edit, rounded
 from workbench.study.bench.state import Arrangement, OpenStudy
 
@@ -105,7 +106,7 @@ def _criterion(opened: OpenStudy, wanted: PairLimit) -> Criterion:
         _check_apart(opened, body, n, k)
         owner = f"{wanted.person}'s " if len(roles) > 1 else ""
         return Criterion(
-            name=f"{owner}{own} to {wanted.part.replace('_', ' ')}",
+            name=f"{owner}{own} to {plain(wanted.part)}",
             check="clearance",
             people=(wanted.person,),
             segments=(body.segments[n],),

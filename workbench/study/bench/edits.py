@@ -14,6 +14,7 @@ import numpy as np
 
 from workbench.errors import InputError, one_of
 from workbench.model.environment import Adjustment
+from workbench.model.figures import plain
 from workbench.model.surroundings import Move
 from workbench.study.bench.placing import Placement
 from workbench.study.bench.state import Arrangement, OpenStudy, PersonState
@@ -189,7 +190,7 @@ def adjusted_to(opened: OpenStudy, arrangement: Arrangement, name: str, value: f
         return Edit(arrangement)
     settings[name] = tenths / scale
     after = replace(arrangement, settings=tuple(sorted(settings.items())))
-    return Edit(after, f"{name.replace('_', ' ')} at {tenths:g} {unit}".replace("-", "−"))
+    return Edit(after, f"{plain(name)} at {tenths:g} {unit}".replace("-", "−"))
 
 
 def adjuster_of(opened: OpenStudy, one: Adjustment) -> str:

@@ -10,6 +10,7 @@ import numpy as np
 from workbench.errors import InputError, one_of
 from workbench.model.arrays import Floats
 from workbench.model.body import Body
+from workbench.model.figures import plain
 from workbench.model.poses import Poses
 from workbench.model.posing import compose
 from workbench.model.study import GivenPosture, PredictedPosture
@@ -81,7 +82,7 @@ def _stop_words(body: Body, angles: Floats, joint: int, axis: int) -> str:
     beyond = max(angle - up, -angle - down)
     if not body.stops.kind[joint] or beyond < np.radians(ANGLE_STEP / 2):
         return ""
-    motion = body.stops.motions[joint][axis][int(angle < 0)].replace("_", " ")
+    motion = plain(body.stops.motions[joint][axis][int(angle < 0)])
     return (
         f"{body.joint_names[joint]}: {np.degrees(beyond):.1f} degrees beyond the stop of {motion}"
     )

@@ -11,6 +11,7 @@ import numpy as np
 
 from workbench.model.accommodation import MET
 from workbench.model.criterion import Criterion
+from workbench.model.figures import plain
 from workbench.model.reason import Reason
 from workbench.model.result import Finding, MotionFound
 from workbench.model.spool import pieces
@@ -33,7 +34,7 @@ def margins(situation: Situation, asked: Sequence[Asked]) -> Margins:
         joint = angle.argmin(axis=1)
         found.margin[:, r] = UNITS["rad"].counted(angle.min(axis=1) - one.criterion.at_least)
         for b in np.flatnonzero(found.margin[:, r] < -MET):
-            motion = left.motion(int(b), int(joint[b])).replace("_", " ")
+            motion = plain(left.motion(int(b), int(joint[b])))
             found.words[b, r] = Reason("stop", f"{body.joint_names[joint[b]]} ({motion})")
     return found
 

@@ -16,7 +16,6 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.errors import InputError
 from workbench.model.accommodation import MET, Requirement
 from workbench.model.arrays import Bools, Floats, xyz
 from workbench.model.criterion import Criterion
@@ -57,8 +56,11 @@ __all__ = [
 ROUNDING = 1e-9
 """[m] More than rounding makes of the same sum of what is seen."""
 
-BEYOND = Reason("beyond", "beyond the turn of head and eyes")
-"""What keeps something from being seen that nothing stands before."""
+BEYOND = (
+    Reason("beyond", "beyond the turn of head and eyes"),
+    Reason("beyond", "beyond the turn of trunk, head and eyes"),
+)
+"""What keeps something from being seen that nothing stands before, with the trunk still or turning."""
 SEEN_BY = ("left", "right", "either", "both")
 """By which eyes a share is seen, in the order of `Seen.share`."""
 SIZE = "size of its characters"
@@ -227,8 +229,9 @@ def _sees(
         clear = looked_through(scenery, own) if max(own) >= 0 else scenery
         seen = seen_shares(clear, looks.eyes.rows(rows), [target])
         within = looks.within[rows]
+        beyond = BEYOND[criterion.trunk > 0.0]
         why = [
-            hider(str(blocker), environment.parts) if ok else BEYOND
+            hider(str(blocker), environment.parts) if ok else beyond
             for blocker, ok in zip(seen.blocker[:, 0], within, strict=True)
         ]
         share = seen.share[:, 0, SEEN_BY.index(criterion.eyes)]
@@ -244,11 +247,7 @@ def _reading(environment: Environment, criterion: Criterion, name: str, eyes: Ey
     """How an instrument is seen by eyes before they, and the head, turn to it."""
     assert criterion.rule_set is not None
     one = environment.instrument(name)
-    try:
-        return reading(eyes, one.at, one.face, one.characters, criterion.rule_set)
-    except InputError as error:
-        lead = f"criterion {criterion.name!r}, instrument {name!r}: {error}"
-        raise InputError(f"{lead}; leave it out of 'instruments'") from None
+    return reading(eyes, one.at, one.face, one.characters, criterion.rule_set)
 
 
 def _middle(situation: Situation, target: Target) -> Floats:

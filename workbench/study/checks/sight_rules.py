@@ -160,23 +160,47 @@ def eye_points_of(environment: Environment, criterion: Criterion, seat: str) -> 
 
 
 def check_rules(study: Study) -> None:
-    """Raise InputError for criteria that are judged from a seat and cannot be, all at once: where they
-    stand in the study's file, and what would be right."""
+    """Raise InputError for criteria of sight that cannot be judged in their seats or with their
+    things, all at once: where they stand in the study's file, and what would be right."""
     faults = []
     for criterion in study.criteria:
-        found = _FROM_SEAT.get(criterion.check)
-        asked = [role.seat for role in study.roles if found and role.name in criterion.people]
-        for seat in dict.fromkeys(filter(None, asked)):
-            key, right = "rules", "set 'back_angle' of the seat within it"
-            try:
-                eye_points_of(study.environment, criterion, seat)
-                key, right = _NAMED[criterion.check]
-                _FROM_SEAT[criterion.check](study.environment, criterion, seat)
-            except InputError as error:
-                words = f"{error}; {right}, or leave the criterion out"
-                faults.append(_placed(study, criterion, key, words))
+        asked = [role.seat for role in study.roles if role.name in criterion.people]
+        for seat in dict.fromkeys(asked):
+            for key, right, ask in _BEFORE_A_RUN.get(criterion.check, ()):
+                try:
+                    ask(study.environment, criterion, seat or "")
+                except InputError as error:
+                    words = f"{error}; {right}, or leave the criterion out"
+                    faults.append(_placed(study, criterion, key, words))
+                    break
     if faults:
-        raise InputError(faults)
+        raise InputError(tuple(dict.fromkeys(faults)))
+
+
+def _mirrors_given(environment: Environment, criterion: Criterion, _: str) -> None:
+    """InputError where a mirror has no surface, or its class no ground."""
+    for name in criterion.mirrors:
+        mirror = environment.mirror(name)
+        try:
+            glass_of(environment, mirror)
+            ground_points(asked_ground(environment, criterion, mirror, np.array(mirror.at)))
+        except InputError as error:
+            raise InputError(f"criterion {criterion.name!r}, {error}") from None
+
+
+def _instruments_ahead(environment: Environment, criterion: Criterion, seat: str) -> None:
+    """InputError where nobody in a seat has the eyes behind an instrument."""
+    if not seat:
+        return
+    one = environment.seat(seat)
+    ahead = np.array([np.cos(one.yaw), np.sin(one.yaw), 0.0])
+    for name in criterion.instruments:
+        behind = float(ahead @ np.subtract(one.nominal_eye, environment.instrument(name).at))
+        if behind > _EYES_BACK:
+            raise InputError(
+                f"criterion {criterion.name!r}, instrument {name!r}: it is {1000 * behind:.0f} mm "
+                f"behind the usual place of the eyes in seat {seat!r}, so that nobody there reads it"
+            )
 
 
 def _placed(study: Study, criterion: Criterion, key: str, words: str) -> str:
@@ -386,15 +410,25 @@ _OF_SEATS: dict[str, Callable[[Situation, Criterion, str], _Judged]] = {
     "pillar": _pillar,
     "forward_field": _field,
 }
-_FROM_SEAT: dict[str, Callable[[Environment, Criterion, str], _OfSeat]] = {
-    "pillar": _pillar_angle,
-    "forward_field": _field_width,
+_EYES_BACK = 0.25
+"""[m] From the usual place of eyes in a seat back to where nobody's are, in no position of it."""
+_BACK_ANGLE = ("rules", "set 'back_angle' of the seat within it")
+_BEFORE_A_RUN: dict[
+    str, tuple[tuple[str, str, Callable[[Environment, Criterion, str], object]], ...]
+] = {
+    "pillar": (
+        (*_BACK_ANGLE, eye_points_of),
+        ("parts", "name the parts of the A-pillar there", _pillar_angle),
+    ),
+    "forward_field": (
+        (*_BACK_ANGLE, eye_points_of),
+        ("wheel", "name the parts of the steering wheel", _field_width),
+    ),
+    "mirror": (("mirrors", "leave it out of 'mirrors'", _mirrors_given),),
+    "reads": (("instruments", "leave it out of 'instruments'", _instruments_ahead),),
 }
-_NAMED = {
-    "pillar": ("parts", "name the parts of the A-pillar there"),
-    "forward_field": ("wheel", "name the parts of the steering wheel"),
-}
-"""The key that says which parts these rules are about, and what would be right."""
+"""What is tried of a check before a run, for each seat: the key of the criterion that a fault is put down
+to, and what would be right."""
 _OF_EYES: dict[str, Callable[[_Look, Criterion, str], _Judged]] = {
     "outline": _outline,
     "mirror": _mirror,

@@ -15,6 +15,7 @@ from workbench.files.postures import load_postures, posture_path, posture_pose
 from workbench.geometry.ground import Ground
 from workbench.model.arrays import Floats
 from workbench.model.body import Body
+from workbench.model.figures import plain
 from workbench.model.poses import Placed, Poses
 from workbench.posture.seating.seat import Seated, seat
 from workbench.study.feet_on_floor import feet_on_floor, feet_words
@@ -82,7 +83,7 @@ def person_words() -> str:
     z = placed.centres[0, :, 2]
     radius = _person().radius[0]
     high = float((z + radius).max() - (z - radius).min())
-    return f"{PERSON.replace('_', ' ')}, {high:.2f} m tall"
+    return f"{plain(PERSON)}, {high:.2f} m tall"
 
 
 def seated_eye(file: EnvironmentFile, name: str) -> Floats:
@@ -113,7 +114,7 @@ def seated_words(file: EnvironmentFile, name: str, ground: Ground) -> list[str]:
     parts = [key for one in pedals.values() for key in one.part_keys]
     no_floor = [part for key in parts for part in matching_parts(key, ground.names)]
     feet = feet_on_floor(seated_person(file, name), 0, own_seat, ground, without=no_floor)
-    return feet_words(f"{name}: {PERSON.replace('_', ' ')}, hands in the lap", feet, list(pedals))
+    return feet_words(f"{name}: {plain(PERSON)}, hands in the lap", feet, list(pedals))
 
 
 def seated_person(file: EnvironmentFile, name: str) -> Placed:

@@ -13,7 +13,7 @@ import numpy as np
 
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.environment import Environment
-from workbench.posture.kernels.contacts import DEEPEST, limb_contacts
+from workbench.posture.kernels.contacts import DEEPEST, limb_contacts, new_space
 from workbench.posture.kernels.limits import Planes
 from workbench.posture.reaching.chains import PIECE, Found, Task, Walls, rows_of, solved
 from workbench.posture.reaching.obstacles import obstacles_of
@@ -74,8 +74,19 @@ def touched(task: Task, angles: Floats, room: Room, near: float) -> Touched:
     )
 
     def work(begin: int, end: int) -> None:
+        space = new_space(limbs, task.held.shape[1])
         limb_contacts(
-            limbs, task.who, task.held, task.base, angles, obstacles, (near, CLEAR), out, begin, end
+            limbs,
+            task.who,
+            task.held,
+            task.base,
+            angles,
+            obstacles,
+            (near, CLEAR),
+            out,
+            begin,
+            end,
+            space,
         )
 
     in_pieces(work, count, PIECE)

@@ -1,0 +1,78 @@
+"""The own body as an obstacle of an arm: trunk, head and legs, which stand still while it reaches.
+
+What counts is deeper than the own body allows, see `allowed_in_oneself`. The other arm gives way, but
+for one whose hand holds something.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from workbench.body.forward import place
+from workbench.contact.collide import allowed_in_oneself
+from workbench.model.arrays import Floats, Ints
+from workbench.model.body import Body
+from workbench.model.kept import kept_by_row
+from workbench.model.poses import Placed, Poses
+from workbench.posture.reaching.limbs import Limb
+
+__all__ = ["OwnBody", "own_body", "own_names"]
+
+ARM = ("UA", "LA", "HN")
+"""The segments of an arm, without their side."""
+
+
+@dataclass(frozen=True, eq=False)
+class OwnBody:
+    """The segments of people that stand still while an arm of theirs reaches.
+
+    Parameters
+    ----------
+    placed
+        (Q,) the people.
+    allowed
+        (Q, N, G) [m] how deep each segment of the arm may be in each of the body that has spheres;
+        infinite where it does not matter.
+    """
+
+    placed: Placed
+    allowed: Floats
+
+
+def own_names(body: Body) -> tuple[str, ...]:
+    """What the segments that have spheres are called: "own left upper leg"."""
+    return tuple(f"own {body.segment_names[n]}" for n in np.flatnonzero(np.diff(body.start)))
+
+
+def own_body(body: Body, poses: Poses, arm: Limb, *, other_arm: bool) -> OwnBody:
+    """The own body of people who reach with an arm that moves nothing of the trunk.
+
+    Parameters
+    ----------
+    poses
+        (Q,) from which they reach.
+    other_arm
+        Whether the other arm stays where it is.
+    """
+    placed = place(body, poses)
+    allowed = _allowed(body, arm.name[0].upper(), arm.moving, other_arm)
+    return OwnBody(placed, allowed[placed.person])
+
+
+def _some(allowed: Floats, rows: Ints) -> Floats:
+    return allowed[rows]
+
+
+@kept_by_row(_some)
+def _allowed(body: Body, side: str, moving: tuple[int, ...], other_arm: bool) -> Floats:
+    """(B, N, G) of the arm of a side, as of `OwnBody`."""
+    mine = [side + name for name in ARM]
+    other = [("L" if side == "R" else "R") + name for name in ARM]
+    allowed = allowed_in_oneself(body)
+    allowed[:, ~np.isin(body.segments, mine)] = np.inf
+    allowed[:, :, list(moving)] = np.inf
+    gone = np.isin(body.segments, other[-1:] if other_arm else other)
+    allowed[:, :, gone] = np.inf  # one hand may lie on the other
+    return np.ascontiguousarray(allowed[:, :, np.diff(body.start) > 0])

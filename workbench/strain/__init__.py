@@ -1,0 +1,1 @@
+"""Strain: scores of postures, lifting, static loads and strength."""
