@@ -16,7 +16,7 @@ import workbench as wb
 from tests.conftest import ROOT
 from tests.made_seat import METRES, SRP, corners, obj_text, seat_parts
 from workbench.cli import main
-from workbench.draw.web.thinning import sharp_edges, thinned
+from workbench.draw.web.place_mesh import sharp_edges, thinned
 from workbench.errors import InputError
 from workbench.files.environments import load_environment
 from workbench.files.meshes.parts import RawMesh, RawPart

@@ -13,8 +13,7 @@ import pytest
 
 from tests.conftest import ROOT
 from workbench.errors import InputError
-from workbench.files.output_file import write_file
-from workbench.files.saving import replaced, saving
+from workbench.files.output_file import replaced, saving, write_file
 from workbench.files.study.saving import ChangedFileError, read_text, save_text
 
 STUDY = (ROOT / "studies" / "trainer_clearance.yaml").read_text()
@@ -61,7 +60,7 @@ def test_of_those_who_save_at_once_one_is_confirmed_and_that_is_what_the_file_sa
 HOLDS = """
 import sys, time
 from pathlib import Path
-from workbench.files.saving import saving
+from workbench.files.output_file import saving
 with saving(Path(sys.argv[1])):
     print("held", flush=True)
     time.sleep(60)

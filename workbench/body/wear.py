@@ -14,9 +14,9 @@ import numpy as np
 from workbench.body.scaling.manikin import Manikin
 from workbench.errors import InputError, one_of
 from workbench.model.arrays import Floats, Ints
+from workbench.model.blend import settled
 from workbench.model.body import DIRECTIONS, Body
 from workbench.model.person import Encumbrance, Layer
-from workbench.model.settled import settled
 
 __all__ = ["wear"]
 

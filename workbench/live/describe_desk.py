@@ -13,7 +13,7 @@ from zlib import crc32
 
 import numpy as np
 
-from workbench.draw.web.thinning import ThinMesh, thinned
+from workbench.draw.web.place_mesh import ThinMesh, thinned
 from workbench.draw.web.views import PEOPLE, WebView, body_view
 from workbench.errors import InputError, WorkbenchError, printable
 from workbench.geometry.components import component_labels

@@ -10,8 +10,7 @@ from typing import Any
 import numpy as np
 
 from workbench.draw.colours import Colour
-from workbench.draw.web.place_mesh import CONTROL_PART, GLASS_PART, PLAIN_PART, SEAT_PART
-from workbench.draw.web.thinning import ThinMesh
+from workbench.draw.web.place_mesh import CONTROL_PART, GLASS_PART, PLAIN_PART, SEAT_PART, ThinMesh
 from workbench.draw.web.views import WebPlace
 from workbench.errors import InputError
 from workbench.files.environment_controls import found_controls

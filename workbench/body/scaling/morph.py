@@ -13,8 +13,8 @@ from workbench.body.scaling.space import ON_JOINT, volumes
 from workbench.errors import InputError
 from workbench.model.arrays import Floats, Ints
 from workbench.model.basis import Detail, ShapeBasis
+from workbench.model.blend import settled
 from workbench.model.body import Body, check_one
-from workbench.model.settled import settled
 
 __all__ = ["lengthened", "morph"]
 

@@ -23,9 +23,9 @@ from workbench.body.scaling.space import ShapeSpace, shape_space, volumes
 from workbench.body.scaling.stretch import PARAMETERS
 from workbench.errors import InputError
 from workbench.model.arrays import Floats
+from workbench.model.blend import settled
 from workbench.model.body import SEATED_FACTORS, Body
 from workbench.model.measures import check_plausible
-from workbench.model.settled import settled
 
 __all__ = ["LONGER", "check_likely", "morph_to", "rebuilt", "scale", "scale_many"]
 

@@ -18,8 +18,8 @@ from workbench.files.schema import fail, validate
 from workbench.files.yaml_text import Document, read_yaml
 from workbench.model.arrays import Floats, Ints
 from workbench.model.basis import ShapeBasis, in_order
+from workbench.model.blend import settled
 from workbench.model.body import DIRECTIONS, Body, Topology
-from workbench.model.settled import settled
 
 __all__ = ["body_path", "load_body"]
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from workbench.errors import InputError
 from workbench.files.opening import read_whole
-from workbench.files.saving import bytes_of, replaced, saving
+from workbench.files.output_file import bytes_of, replaced, saving
 from workbench.files.study.reader import load_study
 from workbench.model.study import Study
 

@@ -13,8 +13,7 @@ from typing import Any
 from workbench.errors import InputError
 from workbench.files.catalogue import find
 from workbench.files.environments import load_environment
-from workbench.files.output_file import write_errors, write_file
-from workbench.files.saving import replaced, saving
+from workbench.files.output_file import replaced, saving, write_errors, write_file
 from workbench.files.study.reader import read_study
 from workbench.files.study.saving import StudyText
 from workbench.files.yaml_changes import Key, changed_text, yaml_text
