@@ -31,16 +31,21 @@ FORMER = (
     (1, "left hand", 2, LATCH),
     (2, "left hand", 2, LATCH),
     (3, "left hand", 2, LATCH),
-    (3, "left hand", 1, LATCH),
-    (1, "left hand", 1, "fuel_selector"),
-    (2, "left hand", 1, "fuel_selector"),
     (0, "left hand", 2, "audio_panel"),
     (0, "left hand", 3, "nav_com_radio"),
     (2, "left hand", 2, "left_air_vent"),
-    (0, "right hand", 1, "ignition"),
 )
 """Person of HARD, hand, zone and control that the search of before said to be kept by an
 obstacle."""
+THROUGH_ONESELF = (
+    (3, "left hand", 1, LATCH),
+    (1, "left hand", 1, "fuel_selector"),
+    (2, "left hand", 1, "fuel_selector"),
+    (0, "right hand", 1, "ignition"),
+)
+"""The same where every way that is clear of the cockpit leads through the own body: of 600,000 drawn
+postures the least deep has the upper arm 4.8 mm deeper in the own upper torso than it gives, for
+the ignition, and 88 mm in the central torso for the fuel selector."""
 DEEP_REACHED = 35
 """Of 44 targets 100 mm deep in the panel those that are reached."""
 
@@ -181,6 +186,17 @@ def test_who_was_falsely_said_to_be_kept_reaches_within_the_stops_and_clear(
 
 def one(environment, name):
     return next(control for control in environment.controls if control.name == name)
+
+
+@pytest.mark.parametrize(("who", "hand", "zone", "name"), THROUGH_ONESELF)
+def test_who_would_have_to_reach_through_himself_does_not_reach(
+    hard, trainer, who, hand, zone, name
+):
+    bodies, poses = hard
+    control = one(trainer, name)
+    arm = limb(bodies[who], hand, grip=control.grip, zone=zone)
+    found = reach(bodies[who], row(poses, who), [control.at], limb=arm, environment=trainer)
+    assert not found.reached[0, 0] and found.miss[0, 0] > 1e-3
 
 
 @pytest.mark.nightly
