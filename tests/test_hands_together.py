@@ -243,7 +243,7 @@ def test_who_is_said_to_be_kept_off_by_others_is_so_for_a_slow_sampler(study_of)
     """Somebody holds the parking brake, low between the seats, and the other's control is moved so
     near to it that there is often no room for two hands; at most other controls they make room."""
     wrong = judged = 0
-    for seed in range(24):
+    for seed in range(48):
         rng = np.random.default_rng(100 + seed)
         pair = drawn(rng)
         pair[0].control = "parking_brake"

@@ -290,8 +290,8 @@ def belted():
     ("around", "grip"),
     [
         *(("nothing", grip) for grip in ("push", "pinch", "grasp")),
-        ("trainer", "grasp"),
         ("belted", "push"),
+        pytest.param("trainer", "grasp", marks=pytest.mark.nightly),
         pytest.param("trainer", "push", marks=pytest.mark.nightly),
         pytest.param("trainer", "pinch", marks=pytest.mark.nightly),
         pytest.param("belted", "pinch", marks=pytest.mark.nightly),
