@@ -21,11 +21,9 @@ from workbench.model.poses import Placed
 from workbench.model.rule_set import RuleSet
 from workbench.model.work import Work
 from workbench.strain.posture_score import (
-    ASKED_BY,
     EDGE,
     Part,
     PostureScore,
-    cell_sums,
     flagged,
     posture_score,
     tabled,
@@ -91,11 +89,8 @@ def owas(
     }
     category = owas_table({name: part.score for name, part in parts.items()}, rules=values)
     by_side = np.repeat(category[:, None], 2, axis=1)
-    found = posture_score("OWAS", values, by_side, parts=parts, lowest=1)
-    return replace(
-        found,
-        version=cell_sums(values, ("table",)),
-        assumed=work.assumed(ASKED_BY["owas"]),
+    return posture_score(
+        "OWAS", values, by_side, parts=parts, lowest=1, tables=("table",), work=work
     )
 
 

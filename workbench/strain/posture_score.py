@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from workbench.errors import InputError
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.rule_set import RuleSet
+from workbench.model.work import Work
+from workbench.strain.working_angles import WorkingAngles
 
 __all__ = [
     "ASKED_BY",
@@ -17,10 +19,10 @@ __all__ = [
     "Part",
     "PostureScore",
     "banded",
-    "cell_sums",
     "flagged",
     "posture_score",
     "tabled",
+    "upper_arm",
 ]
 
 _OF_BOTH = ("load", "shock", "repeated", "static")
@@ -110,6 +112,15 @@ def flagged(angle: Floats, rules: RuleSet, name: str) -> Part:
     return Part((angle > limit + EDGE).astype(np.int64), np.abs(angle - limit))
 
 
+def upper_arm(angles: WorkingAngles, work: Work, rules: RuleSet) -> Part:
+    """The band that an upper arm is raised to, 1 more with the shoulder up and 1 if abducted, 1 less
+    where it rests on something; no less than 1."""
+    raised = banded(angles.arm_raise, rules, "upper_arm")
+    raised += flagged(angles.shoulder_raise, rules, "raised")
+    raised += flagged(angles.arm_out, rules, "abducted")
+    return replace(raised, score=np.maximum(raised.score - int(bool(work.arms_supported)), 1))
+
+
 def tabled(rules: RuleSet, name: str, row: Ints, column: Ints) -> Ints:
     """The cells of a table, its rows and columns counted from 0; beyond its ends its last ones."""
     table = rules.shaped(name, None, None)
@@ -118,19 +129,26 @@ def tabled(rules: RuleSet, name: str, row: Ints, column: Ints) -> Ints:
     return cells.astype(np.int64)
 
 
-def cell_sums(rules: RuleSet, names: tuple[str, ...]) -> str:
+def _cell_sums(rules: RuleSet, names: tuple[str, ...]) -> str:
     """Name the tables of a rule set by the sums of their cells, which tell versions apart."""
     sums = "/".join(f"{rules[name].sum():g}" for name in names)
     return f"{rules.description}; cell sums {sums}"
 
 
 def posture_score(
-    method: str, rules: RuleSet, by_side: Ints, *, parts: Mapping[str, Part | Ints], lowest: int
+    method: str,
+    rules: RuleSet,
+    by_side: Ints,
+    *,
+    parts: Mapping[str, Part | Ints],
+    lowest: int,
+    tables: tuple[str, ...],
+    work: Work,
 ) -> PostureScore:
     """Compose a score of P postures from those of both sides (P, 2) and of the parts.
 
     Of equal sides the one that is nearer to another band counts. lowest: the number of the lowest
-    action level. version and assumed are left to the method.
+    action level. tables: those of the rule set that tell its version. work: as it was stated.
     """
     worse = by_side.max(axis=1)
     levels = rules.shaped("action_levels", None)
@@ -147,9 +165,9 @@ def posture_score(
         parts={name: _both(part, len(worse)) for name, part in parts.items()},
         to_next_band=nearest.min(axis=0),
         next_part=tuple(names[first].tolist()),
-        version=rules.description,
+        version=_cell_sums(rules, tables),
         status=rules.status(*rules.values),
-        assumed=(),
+        assumed=work.assumed(ASKED_BY[method.lower()]),
     )
 
 

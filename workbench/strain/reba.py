@@ -22,14 +22,13 @@ from workbench.model.poses import Placed
 from workbench.model.rule_set import RuleSet
 from workbench.model.work import Work
 from workbench.strain.posture_score import (
-    ASKED_BY,
     Part,
     PostureScore,
     banded,
-    cell_sums,
     flagged,
     posture_score,
     tabled,
+    upper_arm,
 )
 from workbench.strain.working_angles import WorkingAngles, working_angles
 
@@ -88,9 +87,15 @@ def reba(
         activity=sum(bool(one) for one in (stated.static, stated.repeated, stated.rapid)),
         rules=values,
     )
-    found = posture_score("REBA", values, tables["score"], parts={**parts, **tables}, lowest=0)
-    version = cell_sums(values, ("table_a", "table_b", "table_c"))
-    return replace(found, version=version, assumed=work.assumed(ASKED_BY["reba"]))
+    return posture_score(
+        "REBA",
+        values,
+        tables["score"],
+        parts={**parts, **tables},
+        lowest=0,
+        tables=("table_a", "table_b", "table_c"),
+        work=work,
+    )
 
 
 def reba_tables(
@@ -117,10 +122,6 @@ def reba_tables(
 
 def _parts(angles: WorkingAngles, work: Work, rules: RuleSet) -> dict[str, Part]:
     """The scores of the parts of the body."""
-    upper = banded(angles.arm_raise, rules, "upper_arm")
-    upper += flagged(angles.shoulder_raise, rules, "raised")
-    upper += flagged(angles.arm_out, rules, "abducted")
-    upper = replace(upper, score=np.maximum(upper.score - int(bool(work.arms_supported)), 1))
     away = _either(
         flagged(np.abs(angles.wrist_deviation), rules, "wrist_deviated"),
         flagged(np.abs(angles.forearm_twist), rules, "twist_end"),
@@ -131,7 +132,7 @@ def _parts(angles: WorkingAngles, work: Work, rules: RuleSet) -> dict[str, Part]
         "neck": banded(angles.neck_flexion, rules, "neck")
         + _turned(angles.neck_twist, angles.neck_side, rules),
         "legs": _legs(angles, work, rules),
-        "upper_arm": upper,
+        "upper_arm": upper_arm(angles, work, rules),
         "lower_arm": banded(angles.elbow, rules, "lower_arm"),
         "wrist": banded(np.abs(angles.wrist_bend), rules, "wrist") + away,
     }

@@ -22,15 +22,14 @@ from workbench.model.poses import Placed
 from workbench.model.rule_set import RuleSet
 from workbench.model.work import Work
 from workbench.strain.posture_score import (
-    ASKED_BY,
     EDGE,
     Part,
     PostureScore,
     banded,
-    cell_sums,
     flagged,
     posture_score,
     tabled,
+    upper_arm,
 )
 from workbench.strain.working_angles import WorkingAngles, working_angles
 
@@ -85,11 +84,19 @@ def rula(
         force=_force(stated, values),
         rules=values,
     )
-    found = posture_score("RULA", values, tables["grand"], parts={**parts, **tables}, lowest=1)
-    version = cell_sums(values, ("table_a", "table_b", "table_c"))
+    found = posture_score(
+        "RULA",
+        values,
+        tables["grand"],
+        parts={**parts, **tables},
+        lowest=1,
+        tables=("table_a", "table_b", "table_c"),
+        work=work,
+    )
     if np.array_equal(values["table_a"], values["table_a_worksheet"]):
-        version += "; table A of an early worksheet, not the published one"
-    return replace(found, version=version, assumed=work.assumed(ASKED_BY["rula"]))
+        early = f"{found.version}; table A of an early worksheet, not the published one"
+        return replace(found, version=early)
+    return found
 
 
 def rula_tables(
@@ -122,10 +129,6 @@ def _column(score: Ints) -> Ints:
 
 def _parts(angles: WorkingAngles, work: Work, rules: RuleSet) -> dict[str, Part]:
     """The scores of the parts of the body."""
-    upper = banded(angles.arm_raise, rules, "upper_arm")
-    upper += flagged(angles.shoulder_raise, rules, "raised")
-    upper += flagged(angles.arm_out, rules, "abducted")
-    upper = replace(upper, score=np.maximum(upper.score - int(bool(work.arms_supported)), 1))
     beside = flagged(angles.forearm_out, rules, "out_to_side")
     beside = replace(beside, score=np.maximum(beside.score, angles.across))
     wrist = banded(np.abs(angles.wrist_bend), rules, "wrist")
@@ -135,7 +138,7 @@ def _parts(angles: WorkingAngles, work: Work, rules: RuleSet) -> dict[str, Part]
     sideways = _turned(angles.trunk_twist, angles.trunk_side, rules)
     legs = np.full(len(angles), 1 if work.legs_balanced else 2)
     return {
-        "upper_arm": upper,
+        "upper_arm": upper_arm(angles, work, rules),
         "lower_arm": banded(angles.elbow, rules, "lower_arm") + beside,
         "wrist": wrist + flagged(np.abs(angles.wrist_deviation), rules, "wrist_deviated"),
         "twist": replace(twist, score=1 + twist.score),
