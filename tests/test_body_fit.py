@@ -17,7 +17,7 @@ from workbench.body.fitting.polish import union_field
 from workbench.cli import main
 from workbench.study.fit_body import bound_of, fit_body, placed_skeleton, read_surface
 
-COARSE = ["--outward", "8 mm", "--inward", "8 mm", "--least-radius", "3 mm"]
+COARSE = ["--outward", "10 mm", "--inward", "10 mm", "--least-radius", "4 mm"]
 FOREARM = """
 outlines: forearm
 length: mm
@@ -86,8 +86,8 @@ def test_a_sphere_is_exactly_at_every_joint_in_both_segments(fitted):
 
 def test_the_surface_stays_within_the_stated_fit_error(fitted, arm):
     surface = read_surface(arm / "arm.obj", length="mm")
-    assert (fitted.fit_error[0, :, 0] <= 8.3e-3).all() and (
-        fitted.fit_error[0, :, 1] <= 8.1e-3
+    assert (fitted.fit_error[0, :, 0] <= 10.3e-3).all() and (
+        fitted.fit_error[0, :, 1] <= 10.1e-3
     ).all()
     places = random_samples(surface, 30_000, seed=9).point - [0, 0, 1]
     centres = wb.place(fitted, wb.pose(fitted, {})).centres[0]

@@ -107,7 +107,7 @@ def test_a_posture_of_a_result_can_be_taken_on(made, checked):
 def crowd(tmp_path_factory):
     """A population's study, what a run finds of it, and the folder with its result."""
     folder = tmp_path_factory.mktemp("crowd")
-    study = smaller_study("car_driver", folder, people=20)
+    study = smaller_study("car_driver", folder, people=8)
     result = wb.run(wb.load_study(study))
     write_report(result, folder / "out")
     return result.population, folder / "out"
