@@ -36,6 +36,7 @@ from workbench.files.opening import noted_inputs
 if TYPE_CHECKING:
     from workbench.files.inspection import Inspection
     from workbench.files.results.result import ResultFile
+    from workbench.study.describe.named_seat import NamedSeat
 
 
 __all__ = ["app", "main"]
@@ -237,6 +238,7 @@ def inspect(
     units: str | None = None,
     up: Annotated[str | None, Parameter(allow_leading_hyphen=True)] = None,
     forward: Annotated[str | None, Parameter(allow_leading_hyphen=True)] = None,
+    seat: tuple[str, str] | None = None,
     as_json: Json = False,
 ) -> int:
     """Show the parts, sizes, quality and warnings of mesh files or an environment, or what a result
@@ -254,6 +256,9 @@ def inspect(
         the mesh's upward axis, such as z or -y
     forward
         the mesh's forward axis; what is neither given nor said by the file is assumed, and told
+    seat
+        the parts of a seat's cushion and of its back: its reference point and angles are computed,
+        printed as lines of an environment's file, and checked
     """
     from workbench.files.inspection import inspect_environment, inspect_mesh
     from workbench.files.kinds import is_mesh, is_result
@@ -270,6 +275,16 @@ def inspect(
         )
     if is_result(Path(sources[0])):
         return _inspect_result(Path(sources[0]), as_json=as_json)
+    if seat is not None:
+        from workbench.study.describe.named_seat import named_seat
+
+        made = named_seat(sources, *seat, length=units, up=up, forward=forward)
+        emit(_dumped(made) if as_json else made.lines.rstrip())
+        for line in made.checks:
+            tell(line)
+        for doubt in made.doubts:
+            tell(f"warning: {doubt}")
+        return 0
     with Progress() as say:
         say(f"reading {' and '.join(sources)}")
         if meshes:
@@ -339,7 +354,7 @@ def json_text(data: Any) -> str:
 
 
 def _dumped(
-    data: ResultFile | Inspection | list[Any] | dict[str, Any],
+    data: ResultFile | Inspection | NamedSeat | list[Any] | dict[str, Any],
 ) -> str:
     from dataclasses import asdict, is_dataclass
 

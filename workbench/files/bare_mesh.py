@@ -33,7 +33,14 @@ from workbench.files.schema import to_metres
 from workbench.model.arguments import caller_level
 from workbench.model.environment import Environment
 
-__all__ = ["BareMesh", "environment_of_scene", "is_place", "load_environment", "read_bare"]
+__all__ = [
+    "BareMesh",
+    "environment_of_scene",
+    "is_place",
+    "load_environment",
+    "placed_file",
+    "read_bare",
+]
 
 _NO_MOVE = (0.0, 0.0, 0.0)
 
@@ -88,7 +95,7 @@ def read_bare(
     InputError
         If a file cannot be read, or a unit or a place is none. UsageError for wrong axes.
     """
-    placed = [_placed(source) for source in sources]
+    placed = [placed_file(source) for source in sources]
     raws = tuple(read_mesh(path) for path, _ in placed)
     frames = tuple(
         taken_frame(_alike(raw, raws), length=length, up=up, forward=forward) for raw in raws
@@ -126,8 +133,9 @@ def _alike(raw: RawMesh, raws: Sequence[RawMesh]) -> RawMesh:
     return replace(raw, parts=tuple(part for one in alike for part in one.parts))
 
 
-def _placed(source: str | Path) -> tuple[Path, tuple[float, float, float]]:
-    """A file, and how far it is moved [m]."""
+def placed_file(source: str | Path) -> tuple[Path, tuple[float, float, float]]:
+    """Return a file, and how far it is moved [m], of FILE or FILE@X,Y,Z. InputError for another
+    place."""
     text = str(source)
     name, at, given = text.rpartition("@")
     if not at or is_file(Path(text)):

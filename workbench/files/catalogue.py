@@ -31,7 +31,8 @@ def find(kind: str, name: str, inner: str = "", *, near: Path | None = None) -> 
     kind
         "bodies", "environments" or "studies".
     name
-        The name of the entry, or the path of a file.
+        The name of the entry, or the path of a file; of a folder that lies where the program runs, or
+        beside the file that names it, the name alone will do.
     inner
         The file inside an entry's folder ("environment.yaml"), or "" where entries are single files
         NAME.yaml.
@@ -50,6 +51,9 @@ def find(kind: str, name: str, inner: str = "", *, near: Path | None = None) -> 
         path = entry / inner if inner else entry
         if is_file(path):
             return path
+    beside = (near or Path()) / name / inner
+    if inner and is_file(beside):
+        return beside
     raise InputError(
         f"no {kind} entry named {name!r}; {one_of(name, names(kind, inner, near=near))}"
     )

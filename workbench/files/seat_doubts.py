@@ -19,7 +19,15 @@ from workbench.model.arrays import Floats
 from workbench.model.environment import Doubt, Seat
 from workbench.model.posing import attitude_matrix
 
-__all__ = ["another_seats", "floor_before", "floor_doubts", "rest_doubts", "twice_doubts"]
+__all__ = [
+    "SITTER",
+    "another_seats",
+    "floor_before",
+    "floor_doubts",
+    "rest_doubts",
+    "rest_lines",
+    "twice_doubts",
+]
 
 SITTER = 0.4
 """Width [m] of who sits: hips and chest of most people, without arms (ANSUR II, hip breadth sitting
@@ -84,7 +92,7 @@ def rest_doubts(seat: Seat, cushion: Floats, back: Floats) -> Iterator[Doubt]:
         words = words or _off_words(name, part, _met_first(seat, name, corners))
         if words:
             yield Doubt(f"{name} of seat {seat.name}", f"seat {seat.name!r}: {words}")
-    opening = 90.0 + math.degrees(seat.back_angle - seat.cushion_angle)
+    opening = _opening(seat)
     if not OPENING[0] <= opening <= OPENING[1]:
         yield Doubt(
             f"angles of seat {seat.name}",
@@ -101,6 +109,45 @@ def another_seats(seat: Seat, back: Floats) -> str:
     if across is None or (across.right < 0.5 * SITTER and across.left > -0.5 * SITTER):
         return ""
     return _aside_words("back", seat.back.part, across)
+
+
+def rest_lines(seat: Seat, cushion: Floats, back: Floats, ground: Ground) -> Iterator[str]:
+    """Return how the cushion and the back of a seat stand to each other and over the floor.
+
+    Parameters
+    ----------
+    seat, cushion, back
+        As of `rest_doubts`.
+    ground
+        What is to be stood on.
+    """
+    lap = _across(seat, "cushion", cushion)
+    lean = _across(seat, "back", back)
+    if lap and lean:
+        aside = 0.5 * (lean.left + lean.right - lap.left - lap.right)
+        shared = max(min(lap.left, lean.left) - max(lap.right, lean.right), 0.0)
+        yield (
+            f"the middle of the back is {1e3 * abs(aside):.0f} mm to the "
+            f"{'left' if aside > 0.0 else 'right'} of that of the cushion; the cushion is "
+            f"{1e3 * (lap.left - lap.right):.0f} mm wide, the back {1e3 * (lean.left - lean.right):.0f} "
+            f"mm, and {1e3 * shared:.0f} mm of it are behind the cushion"
+        )
+    yield (
+        f"cushion and back open by {_opening(seat):.0f} degrees; {OPENING[0]:g} to {OPENING[1]:g} "
+        f"are plausible"
+    )
+    floor = floor_before(seat, ground)
+    if floor is not None:
+        yield (
+            f"the seat reference point is {1e3 * (seat.srp[2] - floor.height):.0f} mm above "
+            f"{floor.part!r}, the floor before it; {1e3 * HEIGHT[0]:.0f} to {1e3 * HEIGHT[1]:.0f} "
+            f"mm are plausible"
+        )
+
+
+def _opening(seat: Seat) -> float:
+    """Degrees between cushion and back."""
+    return 90.0 + math.degrees(seat.back_angle - seat.cushion_angle)
 
 
 def _across(seat: Seat, name: str, corners: Floats) -> _Across | None:

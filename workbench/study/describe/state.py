@@ -34,6 +34,7 @@ from workbench.study.describe.seats import SeatFigures, seat_figures
 __all__ = [
     "FITTED",
     "FLOOR",
+    "INNER",
     "SECTIONS",
     "SURFACES",
     "UNSURE",
@@ -48,6 +49,7 @@ __all__ = [
     "figure_values",
     "figures_of",
     "file_stamp",
+    "fitted_seat",
     "open_place",
     "open_sizes",
     "spot_of",
@@ -358,7 +360,7 @@ def figures_of(opened: OpenPlace, description: Description, seat: str) -> SeatFi
         back = stands.corners(opened.meshes.grown(picks.faces("back")))
         places = [spot_place(opened, description, spot) for spot in picks.cushion]
         figures = seat_figures(cushion, back, np.array(places))
-        fitted = _fitted_seat(seat, figures)
+        fitted = fitted_seat(seat, figures)
         another = another_seats(fitted, back)
         if another:
             raise InputError(f"{seat}: {another}")
@@ -368,8 +370,8 @@ def figures_of(opened: OpenPlace, description: Description, seat: str) -> SeatFi
     return stands.figures[picks]
 
 
-def _fitted_seat(name: str, figures: SeatFigures) -> Seat:
-    """A seat with the figures of its planes, to be held against the mesh."""
+def fitted_seat(name: str, figures: SeatFigures) -> Seat:
+    """Return a seat with the figures of its planes, to be held against the mesh."""
     x, y, z = figures.srp.tolist()
     cushion, back = (Rest(surface, (), 0.0) for surface in SURFACES)
     angles = (figures.back_angle, figures.cushion_angle, figures.yaw)
