@@ -130,6 +130,24 @@ def test_a_curved_cushion_gives_one_plane_whatever_face_is_picked(picked):
     assert abs(normal[1]) < 0.01 and plane.off < 0.012
 
 
+@settings(max_examples=12)
+@given(st.integers(0, 10**6), st.integers(5, 9), st.floats(0.006, 0.016), st.floats(-3, 12))
+def test_of_a_cushion_in_ribs_every_rib_gives_the_plane_of_all(picked, ribs, deep, slope):
+    # seams across, `deep` below the ribs' crowns; beside it a bolster and before it a front that fall
+    def height(x, y):
+        rib = deep * np.abs(np.sin(np.pi * ribs * x / 0.42))
+        lip = 4.0 * np.maximum(x - 0.42, 0.0)
+        return 0.3 + math.tan(math.radians(slope)) * x + rib - lip
+
+    x = np.append(np.linspace(0, 0.42, 12 * ribs + 1), 0.45)
+    surface = grid(height, x, np.linspace(-0.2, 0.2, 11))
+    faces = np.flatnonzero(surface.corners[..., 0].max(axis=1) < 0.42)
+    plane = fitted_plane(surface.corners[grown_faces(surface, [int(faces[picked % len(faces)])])])
+    normal = plane.normal * np.sign(plane.normal[2])
+    assert math.degrees(math.atan2(-normal[0], normal[2])) == pytest.approx(slope, abs=2.0)
+    assert plane.off < deep
+
+
 def test_a_surface_ends_at_an_edge_and_a_face_without_area_is_none():
     parts = seat_parts()
     faces = np.array([(1, 5, 7), (1, 7, 3), (0, 4, 5), (0, 5, 1), (1, 1, 5)])

@@ -4,6 +4,9 @@ squares through it.
 A surface grows from the faces over edges that bend little, as long as faces lie within a cone about
 the normal of the plane. The plane is fitted, the surface grown anew about its normal, and so on
 until both agree. So it hardly matters which face of a cushion was pointed at.
+
+Upholstery in ribs ends such a surface at the next seam. Where the faces around it that lie near its
+plane, over seams of any bend, are several times as large, they are the surface.
 """
 
 from __future__ import annotations
@@ -26,6 +29,12 @@ not."""
 CONE = np.radians(15.0)
 """Angle [rad] between a face and the plane of its surface, at most: what slopes more is the front
 lip of a cushion, or its bolster."""
+RIB_CONE = np.radians(60.0)
+"""Angle [rad] between a face of a rib and the plane of all ribs, at most."""
+RIB_DEPTH = 0.05
+"""Distance of a rib's face from the plane of all ribs, as a share of their extent, at most."""
+RIBBED = 2.0
+"""The ribs together are larger than the first of them at least so many times."""
 ROUNDS = 8
 """How often a surface is grown at most."""
 _NO_AREA = 1e-12
@@ -72,8 +81,8 @@ class Surface:
         return np.where(area > 0.0, self._crosses / np.where(area > 0.0, 2.0 * area, 1.0), 0.0)
 
     @cached_property
-    def neighbours(self) -> Ints:
-        """(N, 2) pairs of faces that share an edge over which a surface goes on."""
+    def edges(self) -> Ints:
+        """(N, 2) pairs of faces that share an edge."""
         a, b, c = self.faces.T
         ends = np.sort(np.concatenate([np.stack(pair, 1) for pair in ((a, b), (b, c), (c, a))]), 1)
         face = np.tile(np.arange(len(self.faces)), 3)
@@ -81,11 +90,15 @@ class Surface:
         ends = ends[order]
         face = face[order]
         shared = (ends[1:] == ends[:-1]).all(axis=1)
-        one = face[:-1][shared]
-        other = face[1:][shared]
-        bend = np.abs(np.einsum("ij,ij->i", self.normal[one], self.normal[other]))
-        kept = bend >= np.cos(BEND)
-        return np.stack([one[kept], other[kept]], axis=1)
+        return np.stack([face[:-1][shared], face[1:][shared]], axis=1)
+
+    @cached_property
+    def neighbours(self) -> Ints:
+        """(N, 2) pairs of faces that share an edge over which a smooth surface goes on."""
+        one, other = self.normal[self.edges.T]
+        bend = np.abs(np.einsum("ij,ij->i", one, other))
+        found: Ints = self.edges[bend >= np.cos(BEND)]
+        return found
 
 
 @dataclass(frozen=True, eq=False)
@@ -164,16 +177,35 @@ def grown_faces(surface: Surface, seeds: Sequence[int]) -> Ints:
     for _ in range(ROUNDS):
         normal = fitted_plane(surface.corners[region]).normal
         inside = np.abs(surface.normal @ normal) >= np.cos(CONE)
-        found = _connected(surface, inside, first)
+        found = _connected(surface, surface.neighbours, inside, first)
+        if np.array_equal(found, region):
+            break
+        region = found
+    ribs = _ribs(surface, region)
+    return ribs if surface.area[ribs].sum() >= RIBBED * surface.area[region].sum() else region
+
+
+def _ribs(surface: Surface, first: Ints) -> Ints:
+    """The faces that lie near the plane of a rib and hang together with it, over edges of any bend;
+    their plane is fitted and they are grown anew until both agree."""
+    middle = surface.corners.mean(axis=1)
+    region = first
+    for _ in range(4 * ROUNDS):
+        corners = surface.corners[region]
+        plane = fitted_plane(corners)
+        extent = float(np.ptp(corners.reshape(-1, 3), axis=0).max())
+        near = np.abs((middle - plane.centre) @ plane.normal) <= RIB_DEPTH * extent
+        inside = near & (np.abs(surface.normal @ plane.normal) >= np.cos(RIB_CONE))
+        found = _connected(surface, surface.edges, inside, first.tolist())
         if np.array_equal(found, region):
             break
         region = found
     return region
 
 
-def _connected(surface: Surface, inside: Bools, seeds: Sequence[int]) -> Ints:
-    """The faces that hang together with the seeds over faces inside, and the seeds."""
-    one, other = surface.neighbours[inside[surface.neighbours].all(axis=1)].T
+def _connected(surface: Surface, pairs: Ints, inside: Bools, seeds: Sequence[int]) -> Ints:
+    """The faces that hang together with the seeds by pairs of faces inside, and the seeds."""
+    one, other = pairs[inside[pairs].all(axis=1)].T
     label = component_labels(one, other, len(surface.faces))
     found = inside & np.isin(label, label[list(seeds)])
     found[list(seeds)] = True
