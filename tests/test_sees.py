@@ -12,6 +12,7 @@ import pytest
 import workbench as wb
 from tests.toy_cockpit import STUDY, write_toy
 from workbench import load_study
+from workbench.model.units import UNITS
 from workbench.report.population.words import person_sentence
 from workbench.report.words import finding_words
 from workbench.sight.eyes import eyes_of, gaze
@@ -164,6 +165,38 @@ def test_of_a_population_each_thing_is_a_requirement_of_its_own(tmp_path, height
     )
     said = person_sentence(result, 0)
     assert "the low is 0 % visible to" in said and ", 100 % asked: the panel hides most" in said
+
+
+def test_where_everybody_meets_everything_the_page_shows_who_comes_nearest_to_missing_it(
+    tmp_path, height
+):
+    """Nobody is among the hardest; of each criterion of sight the one is shown with the least margin,
+    which is the margin of what is measured in its own unit."""
+    path = written(
+        tmp_path,
+        "name: far, check: sees, points: [high, higher], at_least: 50",
+        "name: dials, check: reads, instruments: [dial], rules: sight_nureg_0700, at_least: 2",
+        "name: nose, check: over_nose, down: 1",
+        "name: clear, check: outline, rules: sight_ac_25_773_1, side: left, at_least: 5",
+        points=f"  high: [3000, 0, {1000 * height + 300:.1f}]\n  higher: [3000, 0, 3000]",
+        head=HEAD,
+    )
+    result = wb.run(load_study(path))
+    people = result.population
+    assert people.served.all() and not people.shown
+    of = [people.requirements[one.requirement].criterion for one in people.beheld]
+    assert of == ["far", "dials", "nose", "clear"]
+    for one, name in zip(people.beheld, of, strict=True):
+        least = np.nanmin(people.margin[:, one.requirement])
+        assert people.margin[one.row, one.requirement] == least
+        unit = "share" if name == "dials" else one.finding.unit
+        share = abs(one.finding.limit) if name == "dials" else 1.0
+        spare = UNITS[unit].counts * one.finding.margin / share
+        assert spare == pytest.approx(least, abs=1e-9), name
+    wb.write_report(result, tmp_path / "out")
+    text = (tmp_path / "out/report.html").read_text()
+    assert text.count(", nearest to missing it: a ") == 4 + 2  # of pictures also their words
+    assert f"({people.people.called(people.beheld[2].row)}), " in text
 
 
 def on_side(folder, side):

@@ -11,7 +11,7 @@ from PIL import Image
 
 from workbench.draw.camera import Camera
 from workbench.draw.colours import PAPER
-from workbench.draw.marks.pictures import paint_mark_texts
+from workbench.draw.marks.pictures import paint_mark_shapes, paint_mark_texts
 from workbench.draw.scene import Scene
 from workbench.draw.visibility import render_buffers
 from workbench.model.arrays import Bools
@@ -53,24 +53,26 @@ def both_eyes(
     apart = float(np.linalg.norm(camera.aside))
     shift = round(pixels * apart / camera.focus)
     wide = replace(camera, width=camera.width + 2 * shift, aside=(0.0, 0.0, 0.0))
+    bare = replace(scene, marks=())
     images = []
     hidden = []
     for sign, first in ((1.0, 2 * shift), (-1.0, 0)):
         eye = replace(wide, centre=wide.centre + sign * np.array(camera.aside))
         kept = slice(first, first + camera.width)
-        images.append(np.asarray(paint(scene, eye).convert("RGB"), dtype=np.float64)[:, kept])
-        hidden.append(_hidden(scene, eye)[:, kept])
+        images.append(np.asarray(paint(bare, eye).convert("RGB"), dtype=np.float64)[:, kept])
+        hidden.append(_hidden(bare, eye)[:, kept])
     mixed = (images[0] + images[1]) / 2.0
-    if math.isfinite(camera.focus):
-        return Image.fromarray(np.round(mixed).astype(np.uint8))
-    one = hidden[0] ^ hidden[1]
-    mixed[one] += _PALE * (np.array(PAPER) - mixed[one])
-    row, column = np.indices(one.shape)
-    step = max(4, camera.width // _HATCHES)
-    mixed[hidden[0] & hidden[1] & ((row + column) % step == 0)] *= _HATCH
+    far = not math.isfinite(camera.focus)
+    if far:
+        one = hidden[0] ^ hidden[1]
+        mixed[one] += _PALE * (np.array(PAPER) - mixed[one])
+        row, column = np.indices(one.shape)
+        step = max(4, camera.width // _HATCHES)
+        mixed[hidden[0] & hidden[1] & ((row + column) % step == 0)] *= _HATCH
     image = Image.fromarray(np.round(mixed).astype(np.uint8))
-    if camera.width >= _KEY_WIDTH:
-        paint_mark_texts(image, Scene(key=_KEY), camera)
+    key = _KEY if far and camera.width >= _KEY_WIDTH else ()
+    paint_mark_shapes(image, scene, camera, 1)
+    paint_mark_texts(image, replace(scene, key=key), camera)
     return image
 
 

@@ -18,6 +18,7 @@ from workbench.model.accommodation import (
 from workbench.model.arguments import short_repr
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.body import Body
+from workbench.model.criterion import Finding
 from workbench.model.environment import Adjustment, Environment
 from workbench.model.population import Population
 from workbench.model.poses import Placed, Poses
@@ -43,7 +44,8 @@ class Shown:
     the person in one pose, in the attempt where it is a reach; placed: the same; environment: with the seat where this person sits. limb: "right
     hand" of a reach, else what comes too near ("right shin"), "" where nothing is to be named.
     target, tip (3,) [m] in the world: where the limb was to go and where it got, or the two nearest
-    points of a clearance; None where there is nothing to point at.
+    points of a clearance; None where there is nothing to point at. finding: of a criterion of sight
+    what is measured, None of others.
     """
 
     row: int
@@ -55,6 +57,7 @@ class Shown:
     limb: str = ""
     target: tuple[float, float, float] | None = None
     tip: tuple[float, float, float] | None = None
+    finding: Finding | None = None
 
     __repr__ = short_repr
 
@@ -207,6 +210,9 @@ class PopulationFound:
     hardest, shown
         Rows of the people farthest from being served, worst first, at most five; and the same
         people to be drawn.
+    beheld
+        For each criterion of sight whoever comes nearest to missing it, met or not, with what is
+        measured.
     overlaps, overlapping
         What overlaps by more than is allowed though no criterion asks about it; and (P,) of whom
         that is so.
@@ -240,6 +246,7 @@ class PopulationFound:
     maps: tuple[ReachMap, ...]
     warnings: tuple[str, ...]
     shown: tuple[Shown, ...] = ()
+    beheld: tuple[Shown, ...] = ()
     overlaps: tuple[PeopleOverlap, ...] = ()
     grips: tuple[GripFinding, ...] = ()
     overlapping: Bools = field(kw_only=True)

@@ -19,7 +19,7 @@ from workbench.model.arguments import above, checked, short_repr
 from workbench.model.arrays import Floats
 from workbench.model.body import Body
 from workbench.model.contacts import Clearance, Contacts, Episodes
-from workbench.model.criterion import Criterion
+from workbench.model.criterion import Criterion, Finding
 from workbench.model.envelope import Envelope
 from workbench.model.environment import Environment
 from workbench.model.motion_case import (
@@ -46,71 +46,6 @@ __all__ = [
     "Shortfall",
     "Verdict",
 ]
-
-
-@dataclass(frozen=True)
-class Finding:
-    """One measured value of a criterion.
-
-    Parameters
-    ----------
-    case
-        The name of the case.
-    person, other_person
-        Names of the roles, "" where there is none.
-    subject, target
-        Both sides in words.
-    value, limit
-        In `unit`. The value must not be below the limit: of what must not exceed something, both
-        are negative.
-    point
-        (3,) [m] in the world, None where there is none.
-    surface_known_to
-        How far [m] the true surface may lie outside the spheres where the value is within its
-        limit, inside them where it is beyond; of two bodies both together; NaN where not known.
-    unit
-        "m", "rad", "g", "share" (0 to 1), "points", or "" of a number without a unit.
-    time
-        When [s], NaN of a posture.
-    source
-        The rule set that a figure is made with, and which of its values are not sure; "" of others.
-    about
-        The control or point of the environment that the target is, "" of others.
-    sphere, polygon, other_sphere
-        The sphere of the body that is nearest or farthest, and what is nearest to it: the polygon
-        of the part (by its number in the part), or the sphere of the other limb; -1 where there is
-        none.
-    """
-
-    case: str
-    person: str
-    other_person: str
-    subject: str
-    target: str
-    value: float
-    limit: float
-    point: tuple[float, float, float] | None = None
-    surface_known_to: float = math.nan
-    unit: str = "m"
-    time: float = math.nan
-    sphere: int = -1
-    polygon: int = -1
-    other_sphere: int = -1
-    source: str = ""
-    about: str = ""
-
-    __repr__ = short_repr
-
-    @property
-    def margin(self) -> float:
-        """What is to spare, negative where the criterion is not met."""
-        return self.value - self.limit
-
-    @property
-    def doubt(self) -> float:
-        """How far the body's surface, where it truly is, may lie beyond the limit [m]; negative
-        where it cannot, NaN where it is not known."""
-        return self.surface_known_to - abs(self.margin)
 
 
 @dataclass(frozen=True)

@@ -51,9 +51,10 @@ from workbench.report.population.words import (
     requirement_sentence,
     settable_words,
     spare_words,
+    who_words,
 )
 from workbench.report.section import Making, Section, SectionWriter
-from workbench.report.sight import Beheld, sight_sections
+from workbench.report.sight import Beheld, Glimpse, sight_sections
 from workbench.report.states import TwoStates, two_states
 from workbench.report.turnable import PageViews, still_picture
 from workbench.report.words import HALF_MILLIMETRE, millimetres
@@ -105,7 +106,7 @@ def population_sections(result: PopulationFound, making: Making) -> list[Section
     return [
         *_changes(result, making, writer),
         *_who(result, requirements, making, writer),
-        *sight_sections(result.study.criteria, _beheld(result)),
+        *sight_sections(_glimpses(result), [_beheld(result, one) for one in result.shown]),
         writer.section("questions", "margins", "Margins", margins),
         writer.section("people", "crowd", "The people of the population", _crowd(result)),
         writer.section("tables", "requirements", "All requirements", every),
@@ -113,13 +114,26 @@ def population_sections(result: PopulationFound, making: Making) -> list[Section
     ]
 
 
-def _beheld(result: PopulationFound) -> list[Beheld]:
-    """The hardest people as found."""
+def _beheld(result: PopulationFound, one: Shown) -> Beheld:
+    """Somebody as found."""
     role = result.place.role
-    scenes = [Scene((SceneBody(one.placed),), one.environment) for one in result.shown]
+    scene = Scene((SceneBody(one.placed),), one.environment)
+    words = f"{who_words(result, one.row)}, {one.case}"
+    return Beheld(scene, (role,), role, words, result.place.seat or "")
+
+
+def _glimpses(result: PopulationFound) -> list[Glimpse]:
+    """The criteria of sight as whoever comes nearest to missing them sees them."""
+    criteria = {one.name: one for one in result.study.criteria}
     return [
-        Beheld(scene, (role,), role, f"{result.people.called(one.row)}, {one.case}")
-        for scene, one in zip(scenes, result.shown, strict=True)
+        Glimpse(
+            criteria[result.requirements[one.requirement].criterion],
+            one.finding,
+            _beheld(result, one),
+            result.place.environment,
+        )
+        for one in result.beheld
+        if one.finding is not None
     ]
 
 

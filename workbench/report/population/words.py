@@ -44,6 +44,7 @@ __all__ = [
     "requirement_sentence",
     "settable_words",
     "spare_words",
+    "who_words",
 ]
 
 _NOUNS = {"female": ("woman", "her", "women"), "male": ("man", "his", "men")}
@@ -376,12 +377,8 @@ def person_sentence(result: PopulationFound, row: int) -> str:
     """Who it is and what is farthest from being met: "A woman of 1,512 mm (female 31): her right
     hand stays 41 mm short of flaps in zone 2, limited by the length of the arm. Her popliteal
     height is 352 mm; 97 % of the women here have more. 2 more requirements are not met."."""
-    people = result.people
-    noun, whose, _ = _NOUNS[SEXES[int(people.sex[row])]]
-    tall = ""
-    if "stature" in people.names:
-        tall = f" of {1000 * people.column('stature')[row]:,.0f} mm"
-    text = f"A {noun}{tall} ({result.people.called(row)}): "
+    whose = _NOUNS[SEXES[int(result.people.sex[row])]][1]
+    text = f"{_capital(who_words(result, row))}: "
     short = np.flatnonzero(~result.met[row])
     if not len(short):
         return text + "every requirement is met."
@@ -392,6 +389,15 @@ def person_sentence(result: PopulationFound, row: int) -> str:
         text += f" {more} more requirement{'s are' if more > 1 else ' is'} not met."
     setting = setting_words(result, row)
     return text + (f" The setting with the smallest shortfall: {setting}." if setting else "")
+
+
+def who_words(result: PopulationFound, row: int) -> str:
+    """Who it is: "a woman of 1,512 mm (female 31)"."""
+    people = result.people
+    tall = ""
+    if "stature" in people.names:
+        tall = f" of {1000 * people.column('stature')[row]:,.0f} mm"
+    return f"a {_NOUNS[SEXES[int(people.sex[row])]][0]}{tall} ({people.called(row)})"
 
 
 @dataclass(frozen=True)

@@ -19,6 +19,7 @@ from workbench.draw.web.case_view import case_view
 from workbench.draw.web.views import WebView
 from workbench.files.results.postures import PosturesRows, ReachRow
 from workbench.files.results.result import FindingRow
+from workbench.model.accommodation import OF_SIGHT
 from workbench.model.figures import plain, tenths
 from workbench.model.result import Finding, PersonFound, PosturesFound
 from workbench.report.circles import circle_figure
@@ -28,7 +29,7 @@ from workbench.report.postures.held import posture_words
 from workbench.report.postures.people import people_sections
 from workbench.report.postures.rows import doubt_sentence
 from workbench.report.section import Making, Section, SectionWriter
-from workbench.report.sight import Beheld, sight_sections
+from workbench.report.sight import Beheld, Glimpse, sight_sections
 from workbench.report.states import TwoStates, two_states
 from workbench.report.turnable import Look, PageViews, close_up, look, still_picture
 from workbench.report.words import (
@@ -90,14 +91,30 @@ def postures_sections(
         }
         found.append(writer.section("questions", f"envelope-{k + 1}", title, values))
     people = tuple(person.name for person in result.people)
-    beheld = [
-        Beheld(_scene(result, case, []), people, name, f"{plain(name)}, {in_case}")
+    beheld = {
+        (in_case, one.name): Beheld(
+            _scene(result, case, []),
+            people,
+            one.name,
+            f"{plain(one.name)}, {in_case}",
+            one.role.seat or "",
+        )
         for case, in_case in enumerate(result.cases)
-        for name in people
+        for one in result.people
+    }
+    glimpses = [
+        Glimpse(
+            verdict.criterion,
+            verdict.worst,
+            beheld[verdict.worst.case, verdict.worst.person],
+            result.environment,
+        )
+        for verdict in result.verdicts
+        if verdict.criterion.check in OF_SIGHT and verdict.worst is not None
     ]
     return [
         *found,
-        *sight_sections(result.study.criteria, beheld, end=end),
+        *sight_sections(glimpses, list(beheld.values()), end=end),
         *people_sections(result, rows, making, end=end),
         *_tables(result, rows, cases, writer),
     ]

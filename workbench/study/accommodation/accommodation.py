@@ -25,7 +25,12 @@ from workbench.model.workplace import Workplace
 from workbench.study.accommodation.chunks import Chunk, Question, joined_chunks, result_chunks
 from workbench.study.accommodation.gains import gains_of
 from workbench.study.accommodation.grips import grip_findings, grip_words
-from workbench.study.accommodation.hardest import found_situations, hardest_rows, shown_people
+from workbench.study.accommodation.hardest import (
+    beheld_people,
+    found_situations,
+    hardest_rows,
+    shown_people,
+)
 from workbench.study.accommodation.limiting import bearing_on, limiting_measures, odd_people
 from workbench.study.accommodation.overlaps import Overlaps, overlap_warnings, summed_overlaps
 from workbench.study.accommodation.people_maps import people_maps
@@ -99,6 +104,7 @@ def accommodation(
     found = joined_chunks(chunks)
     met = met_of(found.margin)
     hardest = hardest_rows(found.margin)
+    missed = [int(np.nanargmin(found.margin[row])) for row in hardest]
     gains = gains_of(question, study.changes, bodies, found, keep=keep, say=say, executor=executor)
     maps = people_maps(question, study.reach_maps, bodies, say=say, executor=executor)
     grips = tuple(grip_findings(question, bodies, found))
@@ -137,7 +143,8 @@ def accommodation(
             *overlap_warnings(overlaps, len(people), people.labels),
             *study.warnings,
         ),
-        shown=tuple(shown_people(question, bodies, found, hardest)),
+        shown=tuple(shown_people(question, bodies, found, hardest, at=missed)),
+        beheld=tuple(beheld_people(question, bodies, found)),
         overlaps=overlaps,
         overlapping=found.overlapping,
         elsewhere=found.elsewhere,
@@ -205,10 +212,8 @@ def person_shown(found: PopulationFound, row: int, requirement: str) -> Shown | 
     people = found.people.rows(np.array([row]))
     bodies = fit_population(found.body, people, role.clothes, sits=role.seat is not None)
     one = slice(row, row + 1)
-    alone = np.full((1, len(names)), np.nan)
-    alone[0, column] = found.margin[row, column]
     chunk = Chunk(
-        margin=alone,
+        margin=found.margin[one],
         low=found.low[one],
         high=found.high[one],
         reason=found.reason[one],
@@ -226,7 +231,7 @@ def person_shown(found: PopulationFound, row: int, requirement: str) -> Shown | 
         words=found.reasons,
     )
     question = replace(population_question(found.study), people=people)
-    return next(shown_people(question, bodies, chunk, [0]))
+    return next(shown_people(question, bodies, chunk, [0], at=[column]))
 
 
 def _crowd(study: Study) -> tuple[int, Role]:

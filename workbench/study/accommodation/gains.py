@@ -111,17 +111,8 @@ def _with_person(
     if not among[row]:
         return TriedChange(gain)
     margins = (float(found.margin[row, r]), float(then.margin[row, r]))
-    one, two = (
-        next(shown_people(asked, bodies, _at_requirement(chunk, r), [row])) for asked, chunk in both
-    )
+    one, two = (next(shown_people(asked, bodies, chunk, [row], at=[r])) for asked, chunk in both)
     return TriedChange(gain, ChangedPerson(row, one, two), margins)
-
-
-def _at_requirement(chunk: Chunk, r: int) -> Chunk:
-    """A chunk as if nothing but one requirement were asked: people are shown at it."""
-    margin = np.full_like(chunk.margin, np.nan)
-    margin[:, r] = chunk.margin[:, r]
-    return replace(chunk, margin=margin)
 
 
 def _compared(

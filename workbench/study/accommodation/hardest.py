@@ -1,4 +1,5 @@
-"""The people farthest from being served, posed at what they miss most, to be looked at."""
+"""The people farthest from being served, posed at what they miss most, and those nearest to missing
+what they see, to be looked at."""
 
 from __future__ import annotations
 
@@ -10,6 +11,7 @@ import numpy as np
 from workbench.body.forward import place as place_body
 from workbench.model.accommodation import MET
 from workbench.model.arrays import Floats, Ints, xyz
+from workbench.model.criterion import Finding
 from workbench.model.population_found import Shown
 from workbench.model.poses import Placed, Poses
 from workbench.posture.reaching.limbs import FEET, HANDS, Limb, limb, limbs_there
@@ -19,8 +21,8 @@ from workbench.study.accommodation.population_bodies import PopulationBodies
 from workbench.study.checks.margins import Asked
 from workbench.study.checks.parts import nearest_pair
 from workbench.study.checks.seat_travel import worse_foot
-from workbench.study.checks.sight import line_to
-from workbench.study.checks.view import eyes_of, nose_edge
+from workbench.study.checks.table import findings_of
+from workbench.study.checks.view import eyes_of
 from workbench.study.positions import comfortable_situations, in_positions
 from workbench.study.settings import at_setting, renewed
 from workbench.study.situation import (
@@ -30,7 +32,7 @@ from workbench.study.situation import (
     without_seat,
 )
 
-__all__ = ["Found", "found_situations", "hardest_rows", "shown_people"]
+__all__ = ["Found", "beheld_people", "found_situations", "hardest_rows", "shown_people"]
 
 Found = tuple[Ints, list[Situation]]
 """Rows of people, and these people in each case."""
@@ -69,11 +71,15 @@ def found_situations(
 
 
 def shown_people(
-    question: Question, bodies: PopulationBodies, found: Chunk, rows: Sequence[int]
+    question: Question,
+    bodies: PopulationBodies,
+    found: Chunk,
+    rows: Sequence[int],
+    *,
+    at: Sequence[int],
 ) -> Iterator[Shown]:
-    """Some people (rows) as found, in their position, at the requirement they miss by most."""
-    for row in rows:
-        r = int(np.nanargmin(found.margin[row]))
+    """Some people (rows) as found, in their position, each at one requirement (at)."""
+    for row, r in zip(rows, at, strict=True):
         one = question.asked[r]
         _, there = next(found_situations(question, bodies, np.array([row]), found))
         situation = there[one.case]
@@ -90,18 +96,42 @@ def shown_people(
             limb=look.limb,
             target=look.target,
             tip=look.tip,
+            finding=look.finding,
         )
+
+
+def beheld_people(question: Question, bodies: PopulationBodies, found: Chunk) -> Iterator[Shown]:
+    """For each criterion of sight whoever comes nearest to missing one of its requirements, met or
+    not; nobody where it applies to nobody."""
+    asked = [one.requirement for one in question.asked]
+    for name in dict.fromkeys(one.criterion for one in asked if one.of_sight):
+        mine = np.array([one.criterion == name for one in asked])
+        margin = np.where(mine & ~np.isnan(found.margin), found.margin, np.inf)
+        row, r = np.unravel_index(np.argmin(margin), margin.shape)
+        if np.isfinite(margin[row, r]):
+            yield from shown_people(question, bodies, found, [int(row)], at=[int(r)])
+
+
+def _measured(situation: Situation, one: Asked) -> Finding | None:
+    """What is measured of a requirement of sight: of reading the limit of which the least share is to
+    spare, as its margin counts."""
+    every = findings_of([situation], one.criterion)
+    mine = [finding for finding in every if finding.subject == one.requirement.target] or every
+    shares = [(one.unit != "share" and abs(one.limit)) or 1.0 for one in mine]
+    spare = [finding.margin / share for finding, share in zip(mine, shares, strict=True)]
+    return mine[int(np.argmin(spare))] if mine else None
 
 
 @dataclass(frozen=True, eq=False)
 class _Look:
     """What to look at: one pose of a person; what comes too near or does not get there, "" where
-    nothing is to be named; and the two points that are to be near or apart."""
+    nothing is to be named; the two points that are to be near or apart; and what is measured of sight."""
 
     poses: Poses
     limb: str = ""
     target: tuple[float, float, float] | None = None
     tip: tuple[float, float, float] | None = None
+    finding: Finding | None = None
 
 
 def _look(resting: Situation, one: Asked) -> _Look:
@@ -114,14 +144,10 @@ def _look(resting: Situation, one: Asked) -> _Look:
         return _nearest(situation, one)
     if check in ("eye_height", "view_over"):
         return _eyes(situation)
-    if check in ("sees", "reads"):
-        eye, at = line_to(situation, one.criterion, one.requirement.target)
-        return _Look(situation.poses, "eyes", xyz(at[0]), xyz(eye[0]))
-    if check == "over_nose":
-        edge, eye = nose_edge(situation, one.criterion)[0], eyes_of(situation)[0]
-        return _Look(
-            situation.poses, "eyes", xyz(edge) if np.isfinite(edge).all() else None, xyz(eye)
-        )
+    if one.requirement.of_sight:
+        found = _measured(situation, one)
+        at = None if found is None else found.point
+        return _Look(situation.poses, "eyes", at, xyz(eyes_of(situation)[0]), found)
     if check in ("pedals", "preferred_seat"):
         return _foot(situation)
     return _Look(situation.poses)

@@ -46,7 +46,6 @@ __all__ = [
     "READ_BY",
     "findings",
     "limit_of_reading",
-    "line_to",
     "margins",
     "most",
     "shortfall_words",
@@ -179,12 +178,6 @@ def findings(situation: Situation, criterion: Criterion) -> Iterator[Finding]:
                     unit=unit,
                     source=source,
                 )
-
-
-def line_to(situation: Situation, criterion: Criterion, name: str) -> tuple[Floats, Floats]:
-    """(B, 3) [m] where the middle of everybody's eyes and the middle of a thing are."""
-    target = _target(situation.environment, criterion, name, xyz(middle(situation.place)))
-    return eyes_of(situation.placed).middle, _middle(situation, target)
 
 
 @dataclass(frozen=True, eq=False)

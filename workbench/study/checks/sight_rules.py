@@ -33,7 +33,7 @@ from workbench.sight.obscuration import target_of_part
 from workbench.sight.regions import Region
 from workbench.sight.rules.cockpit_view import COARSE, ClearView, clear_view, cockpit_outline
 from workbench.sight.rules.eye_points import EyePoints, Side, car_eye_points
-from workbench.sight.rules.forward_field import forward_field
+from workbench.sight.rules.forward_field import ForwardField, forward_field
 from workbench.sight.rules.mirrors import (
     AWAY,
     OUTSIDE,
@@ -42,7 +42,7 @@ from workbench.sight.rules.mirrors import (
     mirror_field,
     mirror_ground,
 )
-from workbench.sight.rules.pillar import pillar_angle
+from workbench.sight.rules.pillar import PillarAngle, pillar_angle
 from workbench.sight.rules.reflection import windscreen_reflection
 from workbench.sight.scenery import Scenery, enclosing_items, scenery_of
 from workbench.study.checks.margins import Asked, Margins, no_margins
@@ -53,9 +53,12 @@ __all__ = [
     "asked_ground",
     "check_rules",
     "eye_points_of",
+    "field_of",
     "findings",
     "margins",
     "most",
+    "pillar_of",
+    "rules_of",
     "source_of",
     "things_of",
 ]
@@ -153,7 +156,7 @@ def eye_points_of(environment: Environment, criterion: Criterion, seat: str) -> 
         return car_eye_points(
             environment.points[criterion.r_point],
             one.back_angle,
-            _rules(criterion),
+            rules_of(criterion),
             seat_travel=high - low,
             driver=_side(criterion.side),
         )
@@ -218,12 +221,13 @@ def _placed(study: Study, criterion: Criterion, key: str, words: str) -> str:
 def source_of(criterion: Criterion, *more: str) -> str:
     """Name the rule of a criterion, with which of the values that it is judged by are not sure, and
     their doubts; more: names of values beside those that its check always has."""
-    used = [name for name in _USED.get(criterion.check, ()) if name in _rules(criterion).values]
+    used = [name for name in _USED.get(criterion.check, ()) if name in rules_of(criterion).values]
     stated = ["pillar_limit"] if criterion.at_most else []
-    return _rules(criterion).told(*(name for name in used if name not in stated), *more)
+    return rules_of(criterion).told(*(name for name in used if name not in stated), *more)
 
 
-def _rules(criterion: Criterion) -> RuleSet:
+def rules_of(criterion: Criterion) -> RuleSet:
+    """The rule set of a criterion that has one."""
     assert criterion.rule_set is not None
     return criterion.rule_set
 
@@ -272,7 +276,7 @@ def _region(place: Workplace, criterion: Criterion) -> Region:
     """The outline about the direction in which people face."""
     left = leftward(place)
     axes = np.stack([np.array([left[1], -left[0], 0.0]), left, np.array([0.0, 0.0, 1.0])])
-    return cockpit_outline(_rules(criterion), seat=_side(criterion.side), axes=axes)
+    return cockpit_outline(rules_of(criterion), seat=_side(criterion.side), axes=axes)
 
 
 def _outline(look: _Look, criterion: Criterion, _: str) -> _Judged:
@@ -301,24 +305,30 @@ def _hides_most(view: ClearView, region: Region, parts: tuple[str, ...]) -> Reas
 def _pillar(situation: Situation, criterion: Criterion, _: str) -> _Judged:
     """The angle that a pillar hides from both eyes."""
     assert situation.place.seat is not None
-    rules = _rules(criterion)
+    rules = rules_of(criterion)
     found = _pillar_angle(situation.environment, criterion, situation.place.seat)
     limit = criterion.at_most or rules.number("pillar_limit")
     return _judged(situation, found, limit, source_of(criterion))
 
 
 @lru_cache(maxsize=64)
-def _pillar_angle(environment: Environment, criterion: Criterion, seat: str) -> _OfSeat:
-    """[rad] hidden; the side of a pillar is that of its middle."""
+def pillar_of(environment: Environment, criterion: Criterion, seat: str) -> PillarAngle:
+    """What a pillar hides from the eyes that a criterion's rule turns to it, for a seat; the side of a
+    pillar is that of its middle. InputError as of `pillar_angle` and `eye_points_of`."""
     points = eye_points_of(environment, criterion, seat)
     corners = np.concatenate(
         [environment.triangle_corners(environment.part_index(part)) for part in criterion.parts]
     )
     side: Side = "left" if corners[..., 1].mean() > points["pm"][1] else "right"
     try:
-        found = pillar_angle(corners, points, _rules(criterion), side=side)
+        return pillar_angle(corners, points, rules_of(criterion), side=side)
     except InputError as error:
         raise InputError(f"criterion {criterion.name!r}: {error}") from None
+
+
+def _pillar_angle(environment: Environment, criterion: Criterion, seat: str) -> _OfSeat:
+    """[rad] hidden."""
+    found = pillar_of(environment, criterion, seat)
     upper, lower = np.degrees((found.of_upper, found.of_lower)).tolist()
     return _OfSeat(found.angle, Reason("cuts", f"{upper:.1f} and {lower:.1f} degrees"))
 
@@ -331,16 +341,22 @@ def _field(situation: Situation, criterion: Criterion, _: str) -> _Judged:
 
 
 @lru_cache(maxsize=64)
-def _field_width(environment: Environment, criterion: Criterion, seat: str) -> _OfSeat:
-    """[rad] that is covered, and the part that covers most of it."""
-    found = forward_field(
+def field_of(environment: Environment, criterion: Criterion, seat: str) -> ForwardField:
+    """What stands in the forward field of a criterion, for a seat. InputError as of `forward_field`
+    and `eye_points_of`."""
+    return forward_field(
         environment,
         eye_points_of(environment, criterion, seat),
-        _rules(criterion),
+        rules_of(criterion),
         exempt=criterion.parts,
         wheel=criterion.wheel,
         inside_wheel=criterion.inside_wheel,
     )
+
+
+def _field_width(environment: Environment, criterion: Criterion, seat: str) -> _OfSeat:
+    """[rad] that is covered, and the part that covers most of it."""
+    found = field_of(environment, criterion, seat)
     chief = max(found.blocked, key=lambda name: found.blocked[name].width, default="")
     return _OfSeat(found.width, hider(chief, environment.parts))
 
@@ -377,7 +393,7 @@ def asked_ground(
     """The corners (K, 3) [m] of the ground that a criterion asks for in a mirror, for eyes with their
     middle (3,) [m]."""
     ground = environment.points[criterion.ground][2]
-    rules = _rules(criterion)
+    rules = rules_of(criterion)
     return mirror_ground(
         environment, mirror, rules, eye=eye, vehicle=criterion.parts, ground=ground
     )

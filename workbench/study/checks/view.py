@@ -38,7 +38,6 @@ __all__ = [
     "eyes_of",
     "findings",
     "margins",
-    "nose_edge",
     "nose_findings",
     "nose_margins",
 ]
@@ -122,11 +121,6 @@ def nose_findings(situation: Situation, criterion: Criterion) -> Iterator[Findin
             point=(x, y, z) if part >= 0 else None,
             unit="rad",
         )
-
-
-def nose_edge(situation: Situation, criterion: Criterion) -> Floats:
-    """(B, 3) [m] the edge over which everybody looks down, NaN where there is none."""
-    return _over_nose(situation, criterion).edge
 
 
 def eyes_of(situation: Situation) -> Floats:
