@@ -94,6 +94,20 @@ def test_mirrored_targets_have_mirrored_answers(man, sits):
     assert right.reached.any() and not right.reached.all()
 
 
+def test_an_arm_that_the_chest_keeps_off_reaches_from_a_trunk_that_leans(man, sits):
+    """Targets close before the chest and the belly: upright, the upper arm or the hand is in the trunk."""
+    close = np.array([[0.04, -0.13, 0.27], [0.08, -0.08, 0.22], [0.06, -0.11, 0.27]])
+    leaning = []
+    for hand, targets in (("right hand", close), ("left hand", close * ASIDE)):
+        held, freed = (wb.limb(man, hand, grip="grasp", zone=zone) for zone in (2, 3))
+        assert not wb.reach(man, sits, targets, limb=held, environment=FAR).reached.any()
+        found = wb.reach(man, sits, targets, limb=freed, environment=FAR)
+        assert found.reached.all() and entered(man, found.poses, hand).max() == 0.0
+        assert wb.stops(man, found.poses).margin.min() > -1e-3
+        leaning.append(found.angles[0, :, 0])
+    np.testing.assert_allclose(leaning[1], leaning[0] * (1, -1, -1), atol=1e-9)
+
+
 def test_people_of_a_crowd_have_their_own_bodies(man):
     bodies = wb.stack_bodies([wb.scale(man, {"stature": s}) for s in (1.62, 1.75, 1.9)])
     poses = wb.join_poses([wb.pose(body, SIT, reference="LT") for body in bodies])
@@ -154,9 +168,9 @@ def ways(body, poses, arm, target, draws):
 @pytest.mark.parametrize("zone", [1, 2, 3])
 def test_what_is_kept_by_the_own_body_is_so_for_a_slow_sampler(man, sits, zone):
     """Targets all about the lap, which often lie within the body: what is reached enters nothing, and of
-    what is not, the sampler finds a clear posture for one in ten at most."""
+    what is not, the sampler finds a clear posture for one in twenty at most."""
     rng = np.random.default_rng(zone)
-    count = 120
+    count = 360
     low, high = (0.0, -0.25, -0.05), (0.5, 0.25, 0.35)
     targets = rng.uniform(low, high, (count, 3))
     hand = ("left hand", "right hand")[zone % 2]
@@ -172,4 +186,4 @@ def test_what_is_kept_by_the_own_body_is_so_for_a_slow_sampler(man, sits, zone):
         for k in kept
         if (some := ways(man, sits, arm, targets[k], draws=20))
     )
-    assert len(kept) >= 8 and wrong <= 0.1 * len(kept)
+    assert len(kept) >= 20 and wrong <= 0.05 * len(kept)

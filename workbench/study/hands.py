@@ -10,8 +10,9 @@ controls. Fingers on a control bend around it and count for nobody.
 
 3. Where that is not enough, who is not kept off makes room for those who are, by ever more.
 
-The first of these in which nobody stays off a control for the sake of others is taken, or else the one
-in which the hands stay off least, of equal ones the first. Who is not in the way of others is where
+The first of these in which nobody stays off a control for the sake of others is taken, or else one in
+which the fewest people do, and of these the one in which the hands stay off least, of equal ones the
+first: where two hands can't both hold a lever, one holds it. Who is not in the way of others is where
 he or she would be alone, in every order. A failed search is no proof: there may be postures in which
 all hands are on their controls although none was found.
 """
@@ -42,6 +43,11 @@ class _Tried:
 
     people: list[Situation]
     off: list[float]
+
+    @property
+    def cost(self) -> tuple[int, float]:
+        """How many people stay off, and how far [m] all do: the least is the best."""
+        return sum(off > 0.0 for off in self.off), sum(self.off)
 
 
 def hands_together(
@@ -75,13 +81,13 @@ def _by_name(resting: Sequence[Situation], standing: Sequence[Bystander]) -> lis
             order = [k, *(i for i in everybody if i != k)]
             tried.append(_tried(_in_order(resting, standing, order)))
     for room in ROOM_MADE:
-        if min(sum(one.off) for one in tried) > 0.0:
+        if min(one.cost for one in tried)[0]:
             tried += [_tried(_with_room(resting, standing, one, room)) for one in tried[:ROOMS]]
-    best = min(tried, key=lambda one: sum(one.off))
+    best = min(tried, key=lambda one: one.cost)
     for _ in range(AGAIN):
         if sum(best.off) > 0.0:
             again = _tried(_with_room(resting, standing, best, 0.0))
-            best = min(best, again, key=lambda one: sum(one.off))
+            best = min(best, again, key=lambda one: one.cost)
     return best.people
 
 

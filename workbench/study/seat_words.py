@@ -62,7 +62,9 @@ def shortfalls(situation: Situation) -> list[Shortfall]:
         overlap = float(situation.hand_overlap[hand][0])
         off = _limb_off(situation, hand, held[hand], miss, limit, overlap)
         if off is not None and hand in kept_off:
-            off = replace(off, why=": ".join([*filter(None, [off.why]), _NO_ROOM]))
+            names = " or ".join(one.name for one in situation.bystanders)
+            by = off.why if limit[0].kind == "other" else f"kept off by {names}"
+            off = replace(off, why=f"{by}: {_NO_ROOM}")
         found.append(off)
     return [one for one in found if one is not None]
 

@@ -17,7 +17,7 @@ from workbench.model.poses import Poses, people_of
 from workbench.model.posing import angles_of
 from workbench.posture.kernels.clear_reach import BRIEF, FEW_STARTS, KEPT, SKIPPED
 from workbench.posture.reaching.chains import Found, Task, goals_of, limb_task, posed, rows_of
-from workbench.posture.reaching.limbs import Limb, arm_alone, with_fingers
+from workbench.posture.reaching.limbs import Limb, arm_alone, shoulder_held, with_fingers
 from workbench.posture.reaching.obstacles import Room, cleared
 from workbench.posture.reaching.oneself import own_body
 
@@ -89,13 +89,14 @@ def in_oneself(task: Task, angles: Floats) -> Floats:
 
 def in_own_body(task: Task, angles: Floats, room: Room, *, other_arm: bool = False) -> Floats:
     """How much deeper (P,) [m] arms at angles (P, K, 3) are in the own body than it allows, 0 where they are
-    not: in that of the room if there is one, else as it has come to lie. other_arm: as of `own_body`.
+    not: in that of the room if there is one, else as it has come to lie, the own shoulder included.
+    other_arm: as of `own_body`.
     """
     room = replace(room, people=(), bodies_only=True)
     if room.own is None:
         body = task.body
         poses = Poses(posed(task, angles), task.limb.base, task.base, person=task.who)
-        arm = arm_alone(body, task.limb)
+        arm = shoulder_held(body, task.limb)
         room = replace(room, own=own_body(body, poses, arm, other_arm=other_arm))
         task, angles = as_posed(body, poses, arm)
     return deep_in(task, angles, room).overlap

@@ -31,6 +31,7 @@ __all__ = [
     "limb",
     "limbs_there",
     "moves_arm_alone",
+    "shoulder_held",
     "tighter",
     "with_fingers",
 ]
@@ -143,6 +144,12 @@ def moves_arm_alone(own: Limb) -> bool:
 def arm_alone(body: Body, own: Limb) -> Limb:
     """Return an arm of a body so that it moves nothing of the trunk."""
     return own if moves_arm_alone(own) else tighter(body, own) or own
+
+
+def shoulder_held(body: Body, own: Limb) -> Limb:
+    """Return an arm of a body so that it moves nothing of trunk and shoulder."""
+    held = tighter(body, own)
+    return own if held is None else shoulder_held(body, held)
 
 
 @kept_by_row(Limb.rows)

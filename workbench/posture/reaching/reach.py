@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import product
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -39,9 +40,10 @@ from workbench.posture.reaching.chains import (
     tips_of,
 )
 from workbench.posture.reaching.guides import Guides, Guiding, guides_of
-from workbench.posture.reaching.heeding import in_own_body
+from workbench.posture.reaching.heeding import deep_in, in_own_body
 from workbench.posture.reaching.history import Recall
 from workbench.posture.reaching.limbs import Limb, moves_arm_alone, tighter
+from workbench.posture.reaching.linkage import joints_between
 from workbench.posture.reaching.nearer import asked_again, missed_by_obstacles
 from workbench.posture.reaching.obstacles import Room, cleared
 from workbench.posture.reaching.oneself import own_body, own_names
@@ -53,6 +55,14 @@ PEOPLE_PER_REACH_BATCH = 512
 """Rows of a body that are packed at a time, which bounds the memory."""
 MOST_EXTENSION = 1.0
 """[m] No limb reaches farther beyond a target that it reaches."""
+LEANS = tuple(
+    sorted(
+        product((-0.7, 0.0, 0.45), (-0.6, 0.0, 0.6), (-0.6, 0.0, 0.6)),
+        key=lambda lean: (sum(share**2 for share in lean), lean),
+    )
+)
+"""How a trunk leans that is tried where the arm comes into the own body: back or forward, away from the
+arm or toward it, and turned likewise, as shares of what the joints allow; the least leaning first."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -340,8 +350,10 @@ def _solved_crowd(crowd: _Crowd, ask: _Ask) -> _Solved:
     extension = np.zeros(len(task))
     own = _Solved(task, found, doubt, reaches(found), extension)
     held = tighter(crowd.body, crowd.limb)
-    if held is not None and ask.environment is not None and held.base != crowd.limb.base:
-        _turn_arms_alone(own, held, crowd, ask)
+    if held is not None and ask.environment is not None:
+        into_itself = _turn_arms_alone(own, held, crowd, ask)
+        if ask.thorough and held.base != crowd.limb.base:
+            _lean_elsewhere(own, held, into_itself, crowd, ask)
     if held is not None and ask.tighter:
         _take_tighter(own, held, crowd, ask)
     rows = np.flatnonzero(own.reached)
@@ -389,19 +401,53 @@ def _among_obstacles(
     return asked_again(task, free, found, doubt, room, starts=starts, thorough=ask.thorough)
 
 
-def _turn_arms_alone(own: _Solved, arm: Limb, crowd: _Crowd, ask: _Ask) -> None:
-    """Where a limb that moves the trunk has come into the own body, let the arm alone reach, from the
-    trunk as it has come to lie. arm: the limb in the zone that holds the trunk."""
+def _turn_arms_alone(own: _Solved, arm: Limb, crowd: _Crowd, ask: _Ask) -> Ints:
+    """Where a limb that moves trunk or shoulder has come into the own body, let the arm alone reach, from
+    these as they have come to lie; returns these rows. arm: the limb in the next tighter zone."""
     rows = np.flatnonzero(own.reached)
     some = rows_of(own.task, rows), own.found.angles[rows]
     rows = rows[in_own_body(*some, _room(crowd, ask), other_arm=ask.other_arm) > 0]
-    if not len(rows):
-        return
+    if len(rows):
+        angles = own.found.angles[rows]
+        _put(own, rows, _arms_alone(own, arm, rows, angles, crowd, ask), angles)
+    return rows
+
+
+def _arms_alone(
+    own: _Solved, arm: Limb, rows: Ints, angles: Floats, crowd: _Crowd, ask: _Ask
+) -> _Solved:
+    """What arms alone come to in some rows, from the trunk at angles (P, K, 3) [rad]."""
     task = rows_of(own.task, rows)
-    angles = own.found.angles[rows]
     poses = Poses(posed(task, angles), task.limb.base, task.base, person=task.who)
     ask = replace(_of_rows(ask, own.task.pose, rows), recall=None)
-    _put(own, rows, _solved_crowd(_held_crowd(crowd, arm, poses, rows), ask), angles)
+    return _solved_crowd(_held_crowd(crowd, arm, poses, rows), ask)
+
+
+def _lean_elsewhere(own: _Solved, arm: Limb, rows: Ints, crowd: _Crowd, ask: _Ask) -> None:
+    """Let arms that the own body keeps off reach from a trunk that leans in another way, for one
+    posture of the trunk proves nothing of others: the first of `LEANS` from which one reaches, and in
+    which the trunk too is clear."""
+    brief = replace(ask, brief=True, thorough=False, tighter=False)
+    body = own.task.body
+    trunk = own.task.joints[: -len(joints_between(body, arm.base, arm.end))]
+    reach_of = body.stops.limits[trunk]
+    aside = 1.0 if arm.name.startswith("left") else -1.0
+    for lean in LEANS:
+        rows = rows[~own.reached[rows]]
+        if not len(rows):
+            return
+        share = np.array(lean) * (1.0, aside, aside)
+        leaning = np.where(share > 0, reach_of[:, :, 0], reach_of[:, :, 1]) * share
+        angles = own.found.angles[rows]
+        angles[:, : len(trunk)] = leaning
+        there = _arms_alone(own, arm, rows, angles, crowd, brief)
+        clear = deep_in(
+            rows_of(own.task, rows),
+            np.concatenate([angles[:, : len(trunk)], there.found.angles], axis=1),
+            _room(crowd, ask),
+        )
+        got = np.flatnonzero(there.reached & (clear.overlap <= 0))
+        _put(own, rows[got], there.rows(got), angles[got])
 
 
 def _take_tighter(own: _Solved, held: Limb, crowd: _Crowd, ask: _Ask) -> None:
