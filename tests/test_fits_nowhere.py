@@ -47,7 +47,7 @@ def where_fits(crowd: Crowd, row: int, comfortable, place, step=STEP) -> np.ndar
         asked = [
             one
             for one in renewed(place, question.asked)
-            if CHECKS[one.requirement.check].cost == cost and not same_everywhere(one)
+            if CHECKS[one.requirement.check].cost == cost and not same_everywhere(place, one)
         ]
         met = []
         for first in range(0, len(left) if asked else 0, BATCH):
@@ -80,7 +80,7 @@ def test_nobody_fits_in_a_dense_lattice_who_is_said_to_fit_nowhere(study, people
     comfortable = comfortable_situations(place, who)
     no_sets = np.zeros((len(question.asked), 0), dtype=np.bool_)
     found = fitted_positions(place, question.asked, no_sets, who, comfortable)
-    depends = [not same_everywhere(one) for one in question.asked]
+    depends = [not same_everywhere(place, one) for one in question.asked]
     nowhere = np.flatnonzero((found.tried.margin[:, depends] < -MET).any(axis=1))
     assert len(nowhere) > 5
     refuted = {
@@ -116,7 +116,7 @@ def test_nobody_fits_at_a_finer_grid_of_settings_who_is_said_to_fit_at_none():
     nowhere = np.flatnonzero((found.tried.margin < -MET).any(axis=1))
     assert len(nowhere) > 5
     refuted = {}
-    anywhere = [one for one in question.asked if same_everywhere(one)]
+    anywhere = [one for one in question.asked if same_everywhere(question.place, one)]
     for setting in finer_settings(question.place):
         place = at_setting(question.place, setting)
         left = np.array([row for row in nowhere.tolist() if row not in refuted])

@@ -7,8 +7,11 @@ import pytest
 
 import workbench as wb
 from tests.conftest import BOX, BOX_FACES
+from tests.crowds import crowd_of
 from workbench.errors import InputError
 from workbench.model.workplace import Stand
+from workbench.study.checks.table import margins_of, most_of, same_everywhere
+from workbench.study.positions import comfortable_situations, in_positions
 
 DESK = {
     "floor": ((-1.5, -1.5, -0.1), (1.5, 1.5, 0)),
@@ -96,6 +99,34 @@ def test_a_mirrored_area_is_stepped_in_to_the_other_side(desk):
     (desk / "environment.yaml").write_text(mirrored.replace("-700", "700"))
     left = stands_at(answered(desk, controls="right, aside", area="{left: [0, 600]}"))
     assert left == pytest.approx(right * [1, -1], abs=1e-3)
+
+
+def test_who_misses_what_is_the_same_everywhere_still_stands_where_the_rest_is_met(desk):
+    joints = "  - {name: joints, check: stops, at_least: 100}\n"
+    found = answered(desk, controls="aside", area="{left: [-600, 600]}", more=joints)
+    assert [verdict.passed for verdict in found.verdicts] == [True, False]
+    assert any(
+        "every requirement that depends on where the person stands is met" in line
+        for line in found.warnings
+    )
+
+
+def test_nobody_has_more_to_spare_than_the_length_of_the_arms_allows(desk):
+    answered(desk, people=", population: {source: ansur2, people: 2, seed: 1}")
+    joints = "  - {name: joints, check: stops, at_least: 0}\n"
+    text = (desk / "study.yaml").read_text().replace("right]", "right, left, aside, far]")
+    (desk / "study.yaml").write_text(text + joints)
+    crowd = crowd_of(desk / "study.yaml")
+    rows = np.repeat([0, 1], 30)
+    place, asked = crowd.question.place, crowd.question.asked
+    who = crowd.occupants(crowd.bodies[rows], rows)
+    spots = np.random.default_rng(0).uniform([-1.0, -1.0], [0.2, 1.0], (60, 2))
+    there = in_positions(place, who, spots, comfortable_situations(place, who))
+    found = margins_of(there, asked).margin
+    most = most_of(there, asked)
+    assert (found <= most + 1e-9).all() and (most[:, :4] < 0).mean() > 0.3
+    np.testing.assert_allclose(found[:, 4], found[rows * 30, 4], atol=1e-9)
+    assert [same_everywhere(place, one) for one in asked] == [False] * 4 + [True]
 
 
 def test_left_and_ahead_are_those_of_the_heading():

@@ -182,6 +182,12 @@ class Workplace:
         seat = self.own_seat
         return () if seat is None else seat.moves
 
+    def carried(self, case: int) -> bool:
+        """Whether another position carries the whole body along in a case, so that its posture is
+        the same in all: of somebody who stands as stated, and holds nothing."""
+        work = self.cases[case]
+        return self.stand is not None and work.aims is None and not work.held
+
     @property
     def first_predicted(self) -> int:
         """The index of the case that decides where the seat is wanted: the first whose posture is

@@ -52,10 +52,15 @@ class ReachBound:
     def excludes(self, people: Ints, points: Floats) -> Bools:
         """(P,) whether points (P, 3) [m], each of one of the people (P,), are in none of the
         balls."""
+        return self.misses(people, points) > 0.0
+
+    def misses(self, people: Ints, points: Floats) -> Floats:
+        """(P,) [m] by how much the limb misses points (P, 3) [m], each of one of the people (P,), at
+        least: their distance from the nearest ball, 0 within one."""
         away = points[:, None] - self.centre[people]
-        outside = np.einsum("pgi,pgi->pg", away, away) > self.radius[people] ** 2
-        found: Bools = outside.all(axis=1)
-        return found
+        outside = np.sqrt(np.einsum("pgi,pgi->pg", away, away)) - self.radius[people]
+        least: Floats = np.maximum(outside.min(axis=1), 0.0)
+        return least
 
 
 def reach_bound(body: Body, poses: Poses, limb: Limb) -> ReachBound:

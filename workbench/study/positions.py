@@ -39,7 +39,6 @@ from workbench.model.content import content_key
 from workbench.model.workplace import Workplace
 from workbench.posture.seating.posture import DECIMALS
 from workbench.study.checks.margins import Asked, Margins, no_margins
-from workbench.study.checks.reach import same_in_the_area
 from workbench.study.checks.table import (
     AFTER_SEATING,
     CHECKS,
@@ -440,6 +439,8 @@ def fitted_positions(
     found = _begun_with(here, position_of(comfortable[0]), nominal_setting(place), members)
     movable = _movable(place, asked)
     missing = (here.margin[:, movable] < -MET).any(axis=1)
+    if coarse:  # who misses what is the same everywhere fits nowhere
+        missing &= ~(here.margin[:, ~movable] < -MET).any(axis=1)
     for begun, mine in ((False, missing & ~settled), (True, missing & settled)):
         short = np.flatnonzero(mine)
         if len(positions) < 2 or not len(short):
@@ -576,10 +577,7 @@ def _axis(low: float, high: float, spacing: float) -> Floats:
 
 def _movable(place: Workplace, asked: Sequence[Asked]) -> Bools:
     """(R,) the requirements whose margins depend on the position."""
-    return np.array(
-        [not same_everywhere(one) and not same_in_the_area(place, one) for one in asked],
-        dtype=np.bool_,
-    )
+    return np.array([not same_everywhere(place, one) for one in asked], dtype=np.bool_)
 
 
 def _score(margin: Floats, counted: Bools) -> Floats:
@@ -658,6 +656,7 @@ def _judge(search: _Search, people: Ints, positions: Floats) -> None:
     known = np.tile(same, (len(people), 1))
     # what counts of each person so far: what is asked for others' sake does not, until his own turn
     told = known.copy()
+    far = _out_of_reach(search, situations)
     for stage in _stages(search, people):
         wants = stage.columns[left] & ~known[left]
         if stage.legs and wants.any():
@@ -670,7 +669,8 @@ def _judge(search: _Search, people: Ints, positions: Floats) -> None:
         margin = np.where(told[left], found.margin[left], np.nan)
         if stage.at_most and wants.any():
             _put_most(situations, search.asked, wants, margin)
-        hopeful = _hopeful(search, people[left], margin)
+        at_most = np.where(np.isnan(margin), far[left], margin)
+        hopeful = _hopeful(search, people[left], at_most)
         given_up = np.setdiff1d(np.arange(len(left)), hopeful)
         at = positions[left[given_up]]
         _note(search, people[left[given_up]], at, margin[given_up])
@@ -698,6 +698,17 @@ def _put_most(
     where = np.ix_(rows, columns)
     most = most_of(some, [asked[r] for r in columns.tolist()])
     margin[where] = np.where(wants[where], most, margin[where])
+
+
+def _out_of_reach(search: _Search, situations: Sequence[Situation]) -> Floats:
+    """(N, R) what people who stand have to spare at most by the length of their limbs, NaN of what
+    that does not tell. Positions are compared by it, but it is not noted: it may be off by a hand's
+    length. In the travel of a seat, which is shorter than a lap, hardly a control is out of reach."""
+    found = np.full((len(situations[0]), len(search.asked)), np.nan)
+    reaches = [r for r, one in enumerate(search.asked) if one.control is not None]
+    if search.place.seat is None and reaches:
+        found[:, reaches] = most_of(situations, [search.asked[r] for r in reaches])
+    return found
 
 
 def _worth_a_call(wants: Bools, more: Bools) -> Bools:
@@ -771,7 +782,7 @@ def _stages(search: _Search, people: Ints) -> list[_Stage]:
     """
     cost = np.array([CHECKS[one.requirement.check].cost for one in search.asked])
     held = np.array([needs_hands(search.wanted[one.case], one) for one in search.asked])
-    looks = np.array([takes_looks(one) for one in search.asked])
+    looks = np.array([takes_looks(search.place, one) for one in search.asked])
     seen = np.array([one.requirement.of_sight for one in search.asked])
     missed = search.best.tried.margin[people] < -MET
     legs = np.array([needs_legs(search.wanted[one.case], one) for one in search.asked])
@@ -881,10 +892,12 @@ def _search_travel(search: _Search, scan: Callable[[_Search], None]) -> None:
             again = search.of(people, before, few_starts=few_starts)
             _search_travel(again, scan)
             search.best.take(people, again.best)
-    # who is proved to be kept from something everywhere fits nowhere
-    search.best.window[~search.counted[:, _movable(search.place, search.asked)].all(axis=1)] = (
-        np.nan
-    )
+    # who is proved to be kept from something everywhere, or misses what is the same everywhere, fits
+    # nowhere
+    movable = _movable(search.place, search.asked)
+    nowhere = ~search.counted[:, movable].all(axis=1)
+    nowhere |= (search.fixed.margin[:, ~movable] < -MET).any(axis=1)
+    search.best.window[nowhere] = np.nan
 
 
 def _judge_whole(search: _Search) -> None:

@@ -210,16 +210,17 @@ def setting_words(
     if not set_so:
         return []
     lead = f"{situation.place.role}, {situation.work.name}"
-    return [f"{lead}: {' and '.join(set_so)}, where {_why(found.tried, asked)}"]
+    return [f"{lead}: {' and '.join(set_so)}, where {_why(place, found.tried, asked)}"]
 
 
-def _why(found: Tried, asked: Sequence[Asked]) -> str:
+def _why(place: Workplace, found: Tried, asked: Sequence[Asked]) -> str:
     """Why the first person is where he or she is."""
-    if lacks := _lacks(found.margin[0], asked):
+    if lacks := _lacks(place, found.margin[0], asked):
         return f"the shortfall is smallest: {lacks}"
     if float(np.nanmin(found.margin[0])) >= -MET:
         return "every requirement on this person is met"
-    return "every requirement that depends on the seat position is met"
+    where = "where the person stands" if place.seat is None else "the seat position"
+    return f"every requirement that depends on {where} is met"
 
 
 def move_words(situation: Situation, found: Fitted, asked: Sequence[Asked]) -> list[str]:
@@ -243,10 +244,12 @@ def move_words(situation: Situation, found: Fitted, asked: Sequence[Asked]) -> l
     if stands:
         chosen = situation.work.aims is not None
         where = f"{' and '.join(way)} the {'most comfortable' if chosen else 'stated'} place"
-        return [f"{lead}: the person stands {where}, where {_why(found.tried, asked)}"]
+        return [
+            f"{lead}: the person stands {where}, where {_why(situation.place, found.tried, asked)}"
+        ]
     where = f"{' and '.join(way)} the most comfortable position"
-    why = _why(found.tried, asked)
-    before = _lacks(found.first[0], asked)
+    why = _why(situation.place, found.tried, asked)
+    before = _lacks(situation.place, found.first[0], asked)
     there = f"; in the most comfortable position {before}" if before else ""
     legs = ""
     at_end = float(situation.spare[0].min()) < AT_END  # what pedals are for the legs is said then
@@ -256,11 +259,13 @@ def move_words(situation: Situation, found: Fitted, asked: Sequence[Asked]) -> l
     return [f"{lead}: the seat is set {where}, where {why}{there}{legs}"]
 
 
-def _lacks(margin: Floats, asked: Sequence[Asked]) -> str:
+def _lacks(place: Workplace, margin: Floats, asked: Sequence[Asked]) -> str:
     """What is missed most of the requirements (R,) that depend on the position, by how much, and how
     many more; "" where nothing is."""
     missed = [
-        r for r in np.argsort(margin).tolist() if margin[r] < -MET and not same_everywhere(asked[r])
+        r
+        for r in np.argsort(margin).tolist()
+        if margin[r] < -MET and not same_everywhere(place, asked[r])
     ]
     if not missed:
         return ""

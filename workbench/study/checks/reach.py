@@ -28,6 +28,7 @@ from workbench.model.workplace import Workplace
 from workbench.posture.balance import balance
 from workbench.posture.kernels.clear_reach import KEPT
 from workbench.posture.kernels.inverse import NEARLY
+from workbench.posture.reach_bound import reach_bound
 from workbench.posture.reaching.again import KeptReaches, no_reaches, still_reached
 from workbench.posture.reaching.history import Recall
 from workbench.posture.reaching.limbs import ZONES, Limb, limb, limbs_there
@@ -44,6 +45,7 @@ __all__ = [
     "findings",
     "margins",
     "margins_again",
+    "most",
     "never_reached",
     "same_in_the_area",
 ]
@@ -232,6 +234,25 @@ def _bends(place: Workplace, grip: str, zone: int) -> bool:
     """Whether a control is reached by bending, and stepping, too: in zone 3 by the hands of who
     stands."""
     return place.stand is not None and grip != "foot" and zone == max(ZONES)
+
+
+def most(situation: Situation, asked: Sequence[Asked]) -> Floats:
+    """(B, R) [m] what everybody has to spare in each control at most: less than nothing where it is
+    beyond the length of all limbs that may do it, in every zone. Infinite elsewhere."""
+    body = situation.body
+    poses = situation.taken.poses
+    found = np.full((len(situation), len(asked)), np.inf)
+    for group, rows in _grouped(situation, asked, 0.0).items():
+        zones = [replace(group, zone=zone) for zone in ZONES if zone <= group.zone]
+        arms = [_limb(body, one, name) for one in zones for name in group.limbs(body)]
+        bounds = [reach_bound(body, poses, arm) for arm in arms]
+        for r in rows if not _bends(situation.place, group.grip, group.zone) else ():
+            control = asked[r].control
+            assert control is not None
+            at = np.broadcast_to(control.at, (len(situation), 3))
+            miss = np.min([one.misses(np.arange(len(at)), at) for one in bounds], axis=0)
+            found[miss > 0.0, r] = -miss[miss > 0.0]
+    return found
 
 
 def same_in_the_area(place: Workplace, asked: Asked) -> bool:

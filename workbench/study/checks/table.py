@@ -20,6 +20,7 @@ from workbench.model.criterion import Criterion
 from workbench.model.motion_case import MotionCase
 from workbench.model.result import Finding, MotionFound, Verdict
 from workbench.model.units import UNITS
+from workbench.model.workplace import Workplace
 from workbench.posture.reaching.limbs import HANDS
 from workbench.study.checks import (
     between_people,
@@ -68,6 +69,8 @@ IN_POSTURE = 1
 REACHING = 2
 """The cost of what searches for postures."""
 _SAME_EVERYWHERE = ("preferred_seat", "pillar", "forward_field")
+_OF_POSTURE = ("self_contact", "stops", "score")
+"""Checks that ask for nothing but the posture."""
 Answer = TypeVar("Answer")
 
 
@@ -176,7 +179,7 @@ CHECKS = {
         excursion.bounds,
     ),
     "score": Check(IN_POSTURE, score.margins, score.findings, score.moments),
-    "reach": Check(REACHING, reach.margins, never=reach.never_reached),
+    "reach": Check(REACHING, reach.margins, most=reach.most, never=reach.never_reached),
     "injury": Check(IN_POSTURE, moments=injury.moments),
 }
 
@@ -226,16 +229,21 @@ def _posed(
         yield with_hands(situation), held
 
 
-def same_everywhere(one: Asked) -> bool:
-    """Whether the margin of a requirement is the same in every position of the seat: that of a seat,
-    or of a point of the environment from which is looked."""
-    return one.requirement.check in _SAME_EVERYWHERE or bool(one.criterion.eye_point)
+def same_everywhere(place: Workplace, one: Asked) -> bool:
+    """Whether the margin of a requirement is the same in every position: that of a seat, or of a
+    point of the environment from which is looked; of somebody who stands, that of a posture which
+    is carried along, and of what is stepped to."""
+    check = one.requirement.check
+    if check in _OF_POSTURE:
+        return place.carried(one.case)
+    fixed = check in _SAME_EVERYWHERE or bool(one.criterion.eye_point)
+    return fixed or reach.same_in_the_area(place, one)
 
 
-def takes_looks(one: Asked) -> bool:
+def takes_looks(place: Workplace, one: Asked) -> bool:
     """Whether a requirement is of what each person sees in thousands of directions: it takes longer
     than a reach."""
-    return one.requirement.check in OF_RULES and not same_everywhere(one)
+    return one.requirement.check in OF_RULES and not same_everywhere(place, one)
 
 
 def needs_hands(situation: Situation, one: Asked, hands: Collection[str] = HANDS) -> bool:
