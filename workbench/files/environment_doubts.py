@@ -35,6 +35,8 @@ _ON = 0.01
 _CUSHION = (0.2, 1.0)
 """Least and greatest depth [m] of what is sat on, its smaller extent from above: of a child's seat,
 of a lounge with its back."""
+_PEDALS = 1.5
+"""A pedal farther [m] ahead of a seat or behind it is another seat's."""
 _SHORT = 0.0002
 """A travel or a depth that is shorter [m] than this, and not 0, was typed in another unit."""
 
@@ -53,6 +55,7 @@ def environment_doubts(environment: Environment, *, moved: bool) -> list[Doubt]:
         *_seats_away(environment, moved),
         *_cushion_sizes(environment),
         *_seats_odd(environment),
+        *_seats_turned(environment),
         *_short_lengths(environment),
         *_controls_away(environment),
         *_controls_on_nothing(environment),
@@ -149,6 +152,33 @@ def _seats_odd(environment: Environment) -> Iterator[Doubt]:
         yield from rest_doubts(seat, cushion, back)
         yield from floor_doubts(seat, ground)
     yield from twice_doubts(environment.seats)
+
+
+def _seats_turned(environment: Environment) -> Iterator[Doubt]:
+    """Seats that look the other way than their back, the pedals or the whole place says."""
+    feet = [control for control in environment.controls if control.for_feet]
+    aft = all(abs(seat.yaw) > 0.75 * np.pi for seat in environment.seats)
+    for seat in environment.seats:
+        ahead = np.array([np.cos(seat.yaw), np.sin(seat.yaw), 0.0])
+        ways = {one.name: float((np.array(one.at) - seat.srp) @ ahead) for one in feet}
+        near = {name: way for name, way in ways.items() if abs(way) < _PEDALS}
+        said = ["all seats face backward"] if aft else []
+        if near and max(near.values()) < 0.0:
+            name = max(near, key=lambda name: near[name])
+            said.append(
+                f"the pedal {name!r} lies {-1e3 * near[name]:.0f} mm behind its reference point"
+            )
+        if seat.back.part not in ("", seat.cushion.part):
+            middles = [part_box(environment, p).mean(axis=0) for p in seat.parts]
+            before = float((middles[1] - middles[0]) @ ahead)
+            if before > _NEAR:
+                said.append(f"its back lies {1e3 * before:.0f} mm ahead of its cushion")
+        if said:
+            yield Doubt(
+                f"heading of seat {seat.name}",
+                f"seat {seat.name!r}: {', and '.join(said)}: is its yaw, or the forward axis of the "
+                f"meshes, the other way?",
+            )
 
 
 def _short_lengths(environment: Environment) -> Iterator[Doubt]:

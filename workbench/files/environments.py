@@ -25,6 +25,7 @@ from workbench.files.environment_schema import (
     unit_metres,
 )
 from workbench.files.meshes.assembly import build_environment
+from workbench.files.meshes.frame_doubts import PlacedMesh, frame_doubts
 from workbench.files.meshes.obj import outside_folder
 from workbench.files.meshes.parts import RawMesh, RawPart
 from workbench.files.meshes.reading import (
@@ -219,24 +220,26 @@ def _meshes(
     notes: list[str] = []
     doubts: list[Doubt] = []
     faults: list[str] = []
+    meshes: list[PlacedMesh] = []
     for row, mesh in enumerate(file.meshes):
         key = ("meshes", row, "file")
         try:
-            found, said, odd = _mesh(folder, mesh, alone=len(file.meshes) == 1)
+            stands, said, odd = _mesh(folder, mesh, alone=len(file.meshes) == 1)
         except InputError as error:
             faults += [fail(document, key, problem) for problem in error.problems]
             continue
+        meshes.append(stands)
         taken = {part.name for part in parts}
-        twice = [part.name for part in found if part.name in taken]
+        twice = [part.name for part in stands.parts if part.name in taken]
         faults += [fail(document, key, _twice(file, row, name)) for name in twice]
-        parts += found
+        parts += stands.parts
         notes += [f"{mesh.file}: {note}" for note in said]
         doubts += odd
     if not faults and (wrong := implausible(float(extent(tuple(parts)).max()), 1.0)):
         faults.append(fail(document, ("meshes",), wrong))
     if faults:
         raise InputError(faults)
-    return parts, notes, doubts
+    return parts, notes, [*doubts, *frame_doubts(meshes)]
 
 
 def _twice(file: EnvironmentFile, row: int, name: str) -> str:
@@ -250,8 +253,8 @@ def _twice(file: EnvironmentFile, row: int, name: str) -> str:
 
 def _mesh(
     folder: Path, mesh: MeshFile, *, alone: bool
-) -> tuple[tuple[RawPart, ...], tuple[str, ...], list[Doubt]]:
-    """The parts of a mesh in the world's frame, notes about it, and doubts about its sizes. alone:
+) -> tuple[PlacedMesh, tuple[str, ...], list[Doubt]]:
+    """A mesh in the world, notes about it, and doubts about its sizes. alone:
     it is all there is."""
     if outside_folder(mesh.file):
         raise InputError(
@@ -268,7 +271,8 @@ def _mesh(
     except InputError as error:
         raise InputError([f"{mesh.file}: {problem}" for problem in error.problems]) from None
     parts = to_world(arranged, frame.rotation, metres=frame.metres, move=frame.move)
-    return parts, raw.notes, size_doubts(parts, frame.metres, mesh)
+    stands = PlacedMesh(mesh.file, parts, frame.metres, frame.rotation, frame.move)
+    return stands, raw.notes, size_doubts(parts, frame.metres, mesh)
 
 
 def size_doubts(parts: Iterable[RawPart], metres: float, mesh: MeshFile) -> list[Doubt]:
