@@ -18,7 +18,7 @@ from workbench.errors import InputError
 from workbench.files.environment_schema import unit_metres
 from workbench.files.meshes.parts import RawMesh, RawPart
 from workbench.files.meshes.reading import axes_rotation, implausible, to_world
-from workbench.files.meshes.sizes import named_fits
+from workbench.files.meshes.sizes import NamedFits, named_fits
 from workbench.files.schema import metres_in
 from workbench.geometry.sampling import even_places
 from workbench.model.arrays import Bools, Floats
@@ -161,7 +161,8 @@ def _unit(raw: RawMesh, turned: RawMesh) -> Taken:
     """The unit of a mesh: as the file says, else the one that least speaks against.
 
     The size of the whole is weighed against those of parts that are named after things: n of N that
-    are odd weigh 2 n / (N + 2), so that one name alone decides nothing.
+    are odd weigh 2 n / (N + 2), so that one name alone decides nothing, unless most of the mesh is
+    that thing.
     """
     if raw.metres is not None:
         named = [unit for unit, metres in metres_in.items() if math.isclose(metres, raw.metres)]
@@ -169,15 +170,17 @@ def _unit(raw: RawMesh, turned: RawMesh) -> Taken:
     corners = np.concatenate([part.vertices[part.faces.ravel()] for part in raw.parts])
     largest = float(np.ptp(corners, axis=0).max())
     against: dict[str, float] = {}
-    fitting: dict[str, int] = {}
+    fitting: dict[str, NamedFits] = {}
     for unit in ("m", "mm", "cm", "in", "ft"):
         metres = metres_in[unit]
         if implausible(largest, metres):
             continue
         parts = to_world(turned, np.eye(3), metres=metres)
-        fits, of = named_fits(parts, metres, file=Path(raw.file).stem)
-        fitting[unit] = fits
-        against[unit] = _NAMES * (of - fits) / (of + _FEW)
+        found = named_fits(parts, metres, file=Path(raw.file).stem)
+        fitting[unit] = found
+        against[unit] = _NAMES * (found.of - found.fits) / (found.of + _FEW)
+        if found.whole:  # a wheel alone is no cockpit, and as large as wheels are
+            continue
         against[unit] += _NO_COCKPIT * (largest * metres < _LIKELY)
         against[unit] += _HALL * (largest * metres > _LONG)
     if not against:
@@ -186,9 +189,10 @@ def _unit(raw: RawMesh, turned: RawMesh) -> Taken:
     near = [unit for unit in against if against[unit] < against[best] + _PLAIN and unit != best]
     others = [f"{largest * metres_in[unit]:.3g} m in {unit}" for unit in near]
     also = f"; it would be {' or '.join(others)}" if others else ""
-    usual = best in ("m", "mm") or fitting[best] > 0
+    usual = best in ("m", "mm") or fitting[best].fits > 0
     sure = not others and usual and against[best] == 0.0
-    return Taken(best, f"by its size, {largest * metres_in[best]:.3g} m long{also}", sure)
+    thing = f", as of {fitting[best].whole!r}" if fitting[best].whole else ""
+    return Taken(best, f"by its size, {largest * metres_in[best]:.3g} m long{thing}{also}", sure)
 
 
 # Guess the axes of a mesh whose file does not say them, with the reason in words.
