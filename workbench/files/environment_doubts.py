@@ -270,9 +270,11 @@ def _shared_pieces(environment: Environment) -> Iterator[Doubt]:
 
 
 def _factor_hint(box: Floats, point: Sequence[float]) -> str:
-    """That a wrong unit explains a point, where it does; "" else, as where it is at the box (2, 3)
-    [m] of its part already."""
-    if box_gap(box, point) <= _NEAR:
+    """That a wrong unit explains a point, where it does and no other point would do; "" else, as where
+    it is at the box (2, 3) [m] of its part already."""
+    # a part at the origin, or larger than it is away from there, has points of most other units too
+    telling = float(np.linalg.norm(box.mean(axis=0))) > float(np.linalg.norm(np.ptp(box, axis=0)))
+    if box_gap(box, point) <= _NEAR or box_gap(box, (0.0, 0.0, 0.0)) <= _NEAR or not telling:
         return ""
     units = sorted(metres_in.values())
     factors = sorted({one / other for one in units for other in units if one != other})
@@ -303,12 +305,14 @@ def _distance(
 
 
 def _mistaken_units(box: Floats, point: Iterable[float]) -> tuple[str, str] | None:
-    """The unit that was taken for a box (2, 3) [m], and the one in which it would be at a point;
-    None where there is no such unit."""
+    """The unit that was taken for the box (2, 3) [m] of a cushion, and the one in which it would be
+    one, at a point; None where there is no such unit."""
     at = tuple(point)
     for used, taken in metres_in.items():
         for right, metres in metres_in.items():
-            if used != right and box_gap(box * metres / taken, at) <= _NEAR:
+            there = box * metres / taken
+            plausible = _CUSHION[0] <= np.ptp(there, axis=0)[:2].min() <= _CUSHION[1]
+            if used != right and plausible and box_gap(there, at) <= _NEAR:
                 return used, right
     return None
 
