@@ -5,9 +5,14 @@ from __future__ import annotations
 import shutil
 from pathlib import Path
 
+import numpy as np
 import pytest
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
 
 from tests.conftest import ROOT
+from tests.made_seat import corners, obj_text
+from workbench.files.environments import load_environment
 from workbench.files.kinds import check_file
 
 EYE = "left_design_eye: [20, 280, 1053]"
@@ -113,3 +118,36 @@ def test_the_environments_and_studies_of_the_catalogue_have_no_doubts():
         assert check_file(path).warnings == (), path
     for path in sorted((ROOT / "environments").glob("*/environment.yaml")):
         assert check_file(path).warnings == (), path
+
+
+CAB = """environment: cab
+length: mm
+meshes: [{file: cab.obj, length: m, up: z, forward: x}]
+controls: {knob: {at: AT, part: lever, grip: push, zone: 1}}
+"""
+
+
+@settings(max_examples=30)
+@given(
+    low=st.tuples(*[st.floats(-1.5, 1.5)] * 3),
+    at=st.tuples(*[st.floats(-3000.0, 3000.0)] * 3),
+)
+@example(low=(-0.03, -0.03, -0.03), at=(900.0, 0.0, 0.0))
+def test_a_wrong_unit_is_suspected_only_where_the_number_in_it_leads_to_the_part(
+    tmp_path_factory, low, at
+):
+    """A part at the origin explains nothing: whatever is made small enough is there."""
+    home = tmp_path_factory.mktemp("cab")
+    box = corners(low, np.add(low, 0.06))
+    (home / "cab.obj").write_text(
+        obj_text({"lever": box, "floor": corners((-2, -2, -2), (2, 2, -1.9))})
+    )
+    (home / "environment.yaml").write_text(CAB.replace("AT", str(list(map(float, at)))))
+    said = [line for line in load_environment(home).warnings if "times as large" in line]
+    origin = float(np.linalg.norm(np.clip(0.0, box.min(axis=0), box.max(axis=0))))
+    assert not said or origin > 0.1
+    for line in said:
+        factor = float(line.partition("numbers were ")[2].split()[0])
+        there = factor * np.array(at) / 1000.0
+        away = np.clip(there, box.min(axis=0), box.max(axis=0)) - there
+        assert np.linalg.norm(away) < 0.11

@@ -183,7 +183,7 @@ def test_points_and_controls_are_there(tmp_path):
     ("text", "line", "words"),
     [
         ("parts: {pann: {hidden: true}}\n", 5, "did you mean 'pan'?"),
-        ('parts: {"left_*": {hidden: true}}\n', 5, "no part of this name"),
+        ('parts: {"left_*": {hidden: true}}\n', 5, "no part 'left_"),
         ("parts: {pan: {hiden: true}}\n", 5, "did you mean 'hidden'?"),
         ("parts:\n  pan: {allow: [{segments: all, depth: -3}]}\n", 6, "depth"),
         ("parts:\n  sheet: {solid: true}\n", 6, "4 of its edges are open"),

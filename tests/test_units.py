@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import trimesh
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.conftest import ROOT, SHARED, box_part, real_input
@@ -20,6 +20,7 @@ from workbench.files.meshes.reading import extent, implausible, read_mesh, to_wo
 from workbench.files.meshes.sizes import SIZE_RANGES, implausible_sizes, person_size
 from workbench.files.meshes.taken_frame import taken_frame
 from workbench.files.schema import metres_in
+from workbench.study.describe.state import open_place
 from workbench.study.fit_body import read_surface
 
 ENVIRONMENTS = SHARED / "environments"
@@ -250,6 +251,26 @@ def test_no_unit_of_a_place_for_people_is_guessed_as_sure_and_is_another(
     )
     (said,) = [words for words in inspect_mesh(path).assumed if words.startswith("unit ")]
     assert "(not sure)" in said or said.startswith(f"unit {unit}: ")
+
+
+@settings(max_examples=20)
+@given(
+    name=st.sampled_from(sorted(THINGS)),
+    scale=st.floats(0.8, 1.2),
+    unit=st.sampled_from(sorted(metres_in)),
+    knob=st.booleans(),
+)
+def test_a_thing_alone_is_taken_in_a_unit_in_which_it_is_one_by_inspect_and_live(
+    tmp_path, name, scale, unit, knob
+):
+    """No warning says that it would be one in another unit than the one that is guessed."""
+    size = np.array(THINGS[name]) * scale / metres_in[unit]
+    parts = [sized(name, size)] + ([sized("knob", 0.05 * size)] if knob else [])
+    path = written(tmp_path, *parts)
+    found = inspect_mesh(path)
+    assert not [line for line in found.warnings if "wrong unit" in line and name in line]
+    opened = open_place(path)
+    assert metres_in[opened.start.says["meshes"][0]["length"]] == found.metres
 
 
 def test_a_unit_that_one_name_speaks_against_is_not_sure(tmp_path):

@@ -14,6 +14,7 @@ from workbench.errors import InputError, UsageError
 from workbench.files import environments
 from workbench.files.catalogue import is_file
 from workbench.files.meshes.assembly import build_environment
+from workbench.files.meshes.frame_doubts import PlacedMesh, frame_doubts
 from workbench.files.meshes.parts import RawMesh, RawPart
 from workbench.files.meshes.reading import (
     FORMATS,
@@ -102,10 +103,12 @@ def read_bare(
     )
     alone = len(raws) == 1
     parts: list[RawPart] = []
+    meshes: list[PlacedMesh] = []
     notes: list[str] = []
     problems: list[str] = []
     for raw, frame, (path, move) in zip(raws, frames, placed, strict=True):
         own = to_world(raw, frame.rotation, metres=frame.metres, move=np.array(move))
+        meshes.append(PlacedMesh(path.name, own, frame.metres, frame.rotation, np.array(move)))
         taken = {part.name for part in parts}
         parts += [
             replace(part, name=f"{path.stem}_{part.name}") if part.name in taken else part
@@ -118,6 +121,7 @@ def read_bare(
         smallest = SMALLEST if alone else SMALLEST_OF_SEVERAL
         wrong = implausible(float(extent(raw.parts).max()), told, smallest=smallest)
         problems += [f"{lead}{wrong}"] if wrong else []
+    notes += [doubt.words for doubt in frame_doubts(meshes)]
     names = unique_names((part.name for part in parts), "part")
     named = [replace(part, name=name) for part, name in zip(parts, names, strict=True)]
     title = " and ".join(path.stem for path, _ in placed)

@@ -35,6 +35,8 @@ _ON = 0.01
 _CUSHION = (0.2, 1.0)
 """Least and greatest depth [m] of what is sat on, its smaller extent from above: of a child's seat,
 of a lounge with its back."""
+_PEDALS = 1.5
+"""A pedal farther [m] ahead of a seat or behind it is another seat's."""
 _SHORT = 0.0002
 """A travel or a depth that is shorter [m] than this, and not 0, was typed in another unit."""
 
@@ -53,6 +55,7 @@ def environment_doubts(environment: Environment, *, moved: bool) -> list[Doubt]:
         *_seats_away(environment, moved),
         *_cushion_sizes(environment),
         *_seats_odd(environment),
+        *_seats_turned(environment),
         *_short_lengths(environment),
         *_controls_away(environment),
         *_controls_on_nothing(environment),
@@ -151,6 +154,33 @@ def _seats_odd(environment: Environment) -> Iterator[Doubt]:
     yield from twice_doubts(environment.seats)
 
 
+def _seats_turned(environment: Environment) -> Iterator[Doubt]:
+    """Seats that look the other way than their back, the pedals or the whole place says."""
+    feet = [control for control in environment.controls if control.for_feet]
+    aft = all(abs(seat.yaw) > 0.75 * np.pi for seat in environment.seats)
+    for seat in environment.seats:
+        ahead = np.array([np.cos(seat.yaw), np.sin(seat.yaw), 0.0])
+        ways = {one.name: float((np.array(one.at) - seat.srp) @ ahead) for one in feet}
+        near = {name: way for name, way in ways.items() if abs(way) < _PEDALS}
+        said = ["all seats face backward"] if aft else []
+        if near and max(near.values()) < 0.0:
+            name = max(near, key=lambda name: near[name])
+            said.append(
+                f"the pedal {name!r} lies {-1e3 * near[name]:.0f} mm behind its reference point"
+            )
+        if seat.back.part not in ("", seat.cushion.part):
+            middles = [part_box(environment, p).mean(axis=0) for p in seat.parts]
+            before = float((middles[1] - middles[0]) @ ahead)
+            if before > _NEAR:
+                said.append(f"its back lies {1e3 * before:.0f} mm ahead of its cushion")
+        if said:
+            yield Doubt(
+                f"heading of seat {seat.name}",
+                f"seat {seat.name!r}: {', and '.join(said)}: is its yaw, or the forward axis of the "
+                f"meshes, the other way?",
+            )
+
+
 def _short_lengths(environment: Environment) -> Iterator[Doubt]:
     """Lengths that were typed in metres where millimetres are meant."""
     for seat in environment.seats:
@@ -240,9 +270,11 @@ def _shared_pieces(environment: Environment) -> Iterator[Doubt]:
 
 
 def _factor_hint(box: Floats, point: Sequence[float]) -> str:
-    """That a wrong unit explains a point, where it does; "" else, as where it is at the box (2, 3)
-    [m] of its part already."""
-    if box_gap(box, point) <= _NEAR:
+    """That a wrong unit explains a point, where it does and no other point would do; "" else, as where
+    it is at the box (2, 3) [m] of its part already."""
+    # a part at the origin, or larger than it is away from there, has points of most other units too
+    telling = float(np.linalg.norm(box.mean(axis=0))) > float(np.linalg.norm(np.ptp(box, axis=0)))
+    if box_gap(box, point) <= _NEAR or box_gap(box, (0.0, 0.0, 0.0)) <= _NEAR or not telling:
         return ""
     units = sorted(metres_in.values())
     factors = sorted({one / other for one in units for other in units if one != other})
@@ -273,12 +305,14 @@ def _distance(
 
 
 def _mistaken_units(box: Floats, point: Iterable[float]) -> tuple[str, str] | None:
-    """The unit that was taken for a box (2, 3) [m], and the one in which it would be at a point;
-    None where there is no such unit."""
+    """The unit that was taken for the box (2, 3) [m] of a cushion, and the one in which it would be
+    one, at a point; None where there is no such unit."""
     at = tuple(point)
     for used, taken in metres_in.items():
         for right, metres in metres_in.items():
-            if used != right and box_gap(box * metres / taken, at) <= _NEAR:
+            there = box * metres / taken
+            plausible = _CUSHION[0] <= np.ptp(there, axis=0)[:2].min() <= _CUSHION[1]
+            if used != right and plausible and box_gap(there, at) <= _NEAR:
                 return used, right
     return None
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -25,6 +25,7 @@ from workbench.files.environment_schema import (
     unit_metres,
 )
 from workbench.files.meshes.assembly import build_environment
+from workbench.files.meshes.frame_doubts import PlacedMesh, frame_doubts
 from workbench.files.meshes.obj import outside_folder
 from workbench.files.meshes.parts import RawMesh, RawPart
 from workbench.files.meshes.reading import (
@@ -85,21 +86,21 @@ def load_environment(source: str | Path, *, near: Path | None = None) -> Environ
     """
     path = _path(source, near)
     document = read_yaml(path)
-    file = validate(document, EnvironmentFile)
+    try:
+        file = validate(document, EnvironmentFile)
+    except InputError as error:
+        raise InputError([*error.problems, *_faults_of_names(document, path.parent)]) from None
     parts, notes, sizes = _meshes(document, file, path.parent)
     names = [part.name for part in parts]
-    rules, faults = _rules(document, file, names)
-    faults += unknown_names(document, file, names)
+    rules = _rules(file, names)
+    faults = unknown_names(document, names)
     faults += adjustment_faults(document, file, names)
-    if faults:
-        raise InputError(faults)
     environment, open_parts = build_environment(
         file.environment, parts, solid=[rule.solid for rule in rules]
     )
-    if open_parts:
-        raise InputError(
-            [fail(document, _rule_path(file, names[k]), what) for k, what in open_parts]
-        )
+    faults += [fail(document, _rule_path(file, names[k]), what) for k, what in open_parts]
+    if faults:
+        raise InputError(faults)
     return _complete(document, environment, file, rules, notes, sizes)
 
 
@@ -219,24 +220,26 @@ def _meshes(
     notes: list[str] = []
     doubts: list[Doubt] = []
     faults: list[str] = []
+    meshes: list[PlacedMesh] = []
     for row, mesh in enumerate(file.meshes):
         key = ("meshes", row, "file")
         try:
-            found, said, odd = _mesh(folder, mesh, alone=len(file.meshes) == 1)
+            stands, said, odd = _mesh(folder, mesh, alone=len(file.meshes) == 1)
         except InputError as error:
             faults += [fail(document, key, problem) for problem in error.problems]
             continue
+        meshes.append(stands)
         taken = {part.name for part in parts}
-        twice = [part.name for part in found if part.name in taken]
+        twice = [part.name for part in stands.parts if part.name in taken]
         faults += [fail(document, key, _twice(file, row, name)) for name in twice]
-        parts += found
+        parts += stands.parts
         notes += [f"{mesh.file}: {note}" for note in said]
         doubts += odd
     if not faults and (wrong := implausible(float(extent(tuple(parts)).max()), 1.0)):
         faults.append(fail(document, ("meshes",), wrong))
     if faults:
         raise InputError(faults)
-    return parts, notes, doubts
+    return parts, notes, [*doubts, *frame_doubts(meshes)]
 
 
 def _twice(file: EnvironmentFile, row: int, name: str) -> str:
@@ -250,8 +253,8 @@ def _twice(file: EnvironmentFile, row: int, name: str) -> str:
 
 def _mesh(
     folder: Path, mesh: MeshFile, *, alone: bool
-) -> tuple[tuple[RawPart, ...], tuple[str, ...], list[Doubt]]:
-    """The parts of a mesh in the world's frame, notes about it, and doubts about its sizes. alone:
+) -> tuple[PlacedMesh, tuple[str, ...], list[Doubt]]:
+    """A mesh in the world, notes about it, and doubts about its sizes. alone:
     it is all there is."""
     if outside_folder(mesh.file):
         raise InputError(
@@ -268,7 +271,8 @@ def _mesh(
     except InputError as error:
         raise InputError([f"{mesh.file}: {problem}" for problem in error.problems]) from None
     parts = to_world(arranged, frame.rotation, metres=frame.metres, move=frame.move)
-    return parts, raw.notes, size_doubts(parts, frame.metres, mesh)
+    stands = PlacedMesh(mesh.file, parts, frame.metres, frame.rotation, frame.move)
+    return stands, raw.notes, size_doubts(parts, frame.metres, mesh)
 
 
 def size_doubts(parts: Iterable[RawPart], metres: float, mesh: MeshFile) -> list[Doubt]:
@@ -332,50 +336,79 @@ def _rule_path(file: EnvironmentFile, name: str) -> tuple[str, ...]:
     return ("parts", keys[-1], "solid") if keys else ("parts",)
 
 
-def _rules(
-    document: Document, file: EnvironmentFile, names: list[str]
-) -> tuple[list[PartFile], list[str]]:
+def _rules(file: EnvironmentFile, names: list[str]) -> list[PartFile]:
     """The rule of each part: a rule for its own name goes before any pattern, a later pattern
     before an earlier."""
     chosen = {name: PartFile() for name in names}
-    faults = []
     for key in sorted(file.parts, key=lambda key: key in chosen):
-        matched = matching_parts(key, names)
-        if not matched:
-            faults.append(
-                fail(document, ("parts", key), f"no part of this name; {one_of(key, names)}")
-            )
-        chosen |= dict.fromkeys(matched, file.parts[key])
-    return list(chosen.values()), faults
+        chosen |= dict.fromkeys(matching_parts(key, names), file.parts[key])
+    return list(chosen.values())
 
 
-def unknown_names(document: Document, file: EnvironmentFile, names: list[str]) -> list[str]:
-    """A line for each part that seats, controls, instruments and mirrors name and that is not
-    there."""
+_PART_KEYS: tuple[tuple[str, tuple[str, ...]], ...] = (
+    ("seats", ("cushion", "part")),
+    ("seats", ("back", "part")),
+    ("seats", ("moves",)),
+    ("controls", ("part",)),
+    ("adjustments", ("parts",)),
+    ("instruments", ("part",)),
+    ("mirrors", ("part",)),
+)
+"""Sections of an environment's file, and the keys of their things that name parts."""
+
+
+def unknown_names(document: Document, names: Sequence[str]) -> list[str]:
+    """Return a line for each part that the file has rules for, or that its things name, and that is
+    not there. What is no name at all is passed over.
+
+    Parameters
+    ----------
+    document
+        The file, which need not be valid.
+    names
+        The parts of its meshes.
+    """
     return [
         fail(document, path, f"no part {name!r}; {one_of(name, names)}")
-        for path, name in _named_parts(file)
+        for path, name in _named_parts(document.value)
         # a cushion and a back are one part each, all else may be patterns
-        if name not in names and (path[2] in ("cushion", "back") or not matching_parts(name, names))
+        if name not in names
+        and (path[2:3] in (("cushion",), ("back",)) or not matching_parts(name, names))
     ]
 
 
-def _named_parts(file: EnvironmentFile) -> Iterator[tuple[tuple[str | int, ...], str]]:
-    """The parts that seats, controls, instruments and mirrors name, each after where it
-    stands."""
-    for seat, rest in file.seats.items():
-        yield ("seats", seat, "cushion", "part"), rest.cushion.part
-        if rest.back.part:
-            yield ("seats", seat, "back", "part"), rest.back.part
-        for k, name in enumerate(rest.moves):
-            yield ("seats", seat, "moves", k), name
-    for control, given in file.controls.items():
-        listed = not isinstance(given.part, str)
-        for k, name in enumerate(given.part_keys):
-            yield ("controls", control, "part", *([k] if listed else [])), name
-    for section, things in (("instruments", file.instruments), ("mirrors", file.mirrors)):
-        for thing, one in things.items():
-            yield (section, thing, "part"), one.part
+def _named_parts(says: Mapping[str, Any]) -> Iterator[tuple[tuple[str | int, ...], str]]:
+    """The parts that a file names, each after where it stands."""
+    for key in _mapping(says.get("parts")):
+        yield ("parts", key), key
+    for section, keys in _PART_KEYS:
+        for thing, one in _mapping(says.get(section)).items():
+            for key in keys:
+                one = _mapping(one).get(key)
+            for k, name in enumerate(one if isinstance(one, list) else [one]):
+                if isinstance(name, str) and name:
+                    yield (section, thing, *keys, *([k] if isinstance(one, list) else [])), name
+
+
+def _mapping(value: Any) -> Mapping[str, Any]:
+    """A value that is a mapping; an empty one for another."""
+    return value if isinstance(value, dict) else {}
+
+
+def _faults_of_names(document: Document, folder: Path) -> list[str]:
+    """What is wrong with the meshes and the names of parts of a file that has other faults too; []
+    where these faults are of its meshes or its unit."""
+    says = _mapping(document.value)
+    own = {key: says[key] for key in ("length", "meshes") if key in says}
+    try:
+        file = validate(replace(document, value={"environment": "_", **own}), EnvironmentFile)
+    except InputError:
+        return []
+    try:
+        parts, _, _ = _meshes(document, file, folder)
+    except InputError as error:
+        return list(error.problems)
+    return unknown_names(document, [part.name for part in parts])
 
 
 def _complete(
@@ -575,7 +608,7 @@ def adjustment_faults(document: Document, file: EnvironmentFile, names: Sequence
     names: the parts of the meshes.
     """
     every = (
-        *_unknown(file, names),
+        *_unknown(file),
         *_mounted_on_themselves(file),
         *_without_parts(file),
         *_moved_twice(file, names),
@@ -585,16 +618,12 @@ def adjustment_faults(document: Document, file: EnvironmentFile, names: Sequence
     return [fail(document, key, what) for key, what in every]
 
 
-def _unknown(file: EnvironmentFile, names: Sequence[str]) -> Iterator[tuple[Key, str]]:
-    """Parts, points, seats and adjustments that are named and not there."""
+def _unknown(file: EnvironmentFile) -> Iterator[tuple[Key, str]]:
+    """Points, seats and adjustments that are named and not there."""
     for name, one in file.adjustments.items():
-        for k, part in enumerate(one.parts):
-            if not matching_parts(part, names):
-                key: Key = ("adjustments", name, "parts", k)
-                yield key, f"no part {part!r}; {one_of(part, names)}"
         for k, point in enumerate(one.points):
             if point not in file.points:
-                key = ("adjustments", name, "points", k)
+                key: Key = ("adjustments", name, "points", k)
                 yield key, f"no point {point!r}; {one_of(point, file.points)}"
         for what, given, valid in (
             ("adjustment", one.mounted_on, file.adjustments),

@@ -27,7 +27,7 @@ from workbench.files.meshes.reading import LARGEST
 from workbench.files.schema import metres_in
 from workbench.model.arrays import Floats
 
-__all__ = ["SIZE_RANGES", "implausible_sizes", "named_fits", "person_size"]
+__all__ = ["SIZE_RANGES", "NamedFits", "implausible_sizes", "named_fits", "person_size"]
 
 
 @dataclass(frozen=True)
@@ -252,17 +252,42 @@ def implausible_sizes(
     return (f"{shown}{more}: {_unit_advice(sizes, wrong, metres)}",)
 
 
-def named_fits(parts: Iterable[RawPart], metres: float, *, file: str = "") -> tuple[int, int]:
-    """Count what has a plausible size of the parts, and the whole, that are named after a thing, and
-    all of them.
+@dataclass(frozen=True)
+class NamedFits:
+    """What a mesh that is read with some unit has of things that its names tell.
+
+    Parameters
+    ----------
+    fits, of
+        How many are as large as their names say, of how many.
+    whole
+        The thing that the file is called, or that all parts are of half the mesh's size and more, where
+        its size is that of one; "" else.
+    """
+
+    fits: int
+    of: int
+    whole: str
+
+
+def named_fits(parts: Iterable[RawPart], metres: float, *, file: str = "") -> NamedFits:
+    """Count what has a plausible size of the parts, and the whole, that are named after a thing.
 
     Parameters
     ----------
     parts, metres, file
         As of `implausible_sizes`.
     """
-    sizes = _meant_sizes(list(parts), metres, file, ())
-    return sum(size.fits(1.0) for size in sizes), len(sizes)
+    known = list(parts)
+    sizes = _meant_sizes(known, metres, file, ())
+    right = [size for size in sizes if size.fits(1.0)]
+    fitting = {size.name: size.thing for size in right}
+    half = 0.5 * _extents(known)[2]
+    large = [part.name for part in known if _extents([part])[2] >= half]
+    whole = fitting.get(file, "")
+    if large and set(large) <= fitting.keys():
+        whole = fitting[large[0]]
+    return NamedFits(len(right), len(sizes), whole)
 
 
 def _meant_sizes(

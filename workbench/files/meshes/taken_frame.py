@@ -18,12 +18,21 @@ from workbench.errors import InputError
 from workbench.files.environment_schema import unit_metres
 from workbench.files.meshes.parts import RawMesh, RawPart
 from workbench.files.meshes.reading import axes_rotation, implausible, to_world
-from workbench.files.meshes.sizes import named_fits
+from workbench.files.meshes.sizes import NamedFits, named_fits
 from workbench.files.schema import metres_in
 from workbench.geometry.sampling import even_places
 from workbench.model.arrays import Bools, Floats
 
-__all__ = ["GuessedAxes", "Taken", "TakenFrame", "guessed_axes", "taken_frame"]
+__all__ = [
+    "GuessedAxes",
+    "Taken",
+    "TakenFrame",
+    "guessed_axes",
+    "named_way",
+    "surface_points",
+    "symmetries",
+    "taken_frame",
+]
 
 _LIKELY = 1.0
 """A mesh that is smaller [m] is no likely cockpit."""
@@ -152,7 +161,8 @@ def _unit(raw: RawMesh, turned: RawMesh) -> Taken:
     """The unit of a mesh: as the file says, else the one that least speaks against.
 
     The size of the whole is weighed against those of parts that are named after things: n of N that
-    are odd weigh 2 n / (N + 2), so that one name alone decides nothing.
+    are odd weigh 2 n / (N + 2), so that one name alone decides nothing, unless most of the mesh is
+    that thing.
     """
     if raw.metres is not None:
         named = [unit for unit, metres in metres_in.items() if math.isclose(metres, raw.metres)]
@@ -160,15 +170,17 @@ def _unit(raw: RawMesh, turned: RawMesh) -> Taken:
     corners = np.concatenate([part.vertices[part.faces.ravel()] for part in raw.parts])
     largest = float(np.ptp(corners, axis=0).max())
     against: dict[str, float] = {}
-    fitting: dict[str, int] = {}
+    fitting: dict[str, NamedFits] = {}
     for unit in ("m", "mm", "cm", "in", "ft"):
         metres = metres_in[unit]
         if implausible(largest, metres):
             continue
         parts = to_world(turned, np.eye(3), metres=metres)
-        fits, of = named_fits(parts, metres, file=Path(raw.file).stem)
-        fitting[unit] = fits
-        against[unit] = _NAMES * (of - fits) / (of + _FEW)
+        found = named_fits(parts, metres, file=Path(raw.file).stem)
+        fitting[unit] = found
+        against[unit] = _NAMES * (found.of - found.fits) / (found.of + _FEW)
+        if found.whole:  # a wheel alone is no cockpit, and as large as wheels are
+            continue
         against[unit] += _NO_COCKPIT * (largest * metres < _LIKELY)
         against[unit] += _HALL * (largest * metres > _LONG)
     if not against:
@@ -177,9 +189,10 @@ def _unit(raw: RawMesh, turned: RawMesh) -> Taken:
     near = [unit for unit in against if against[unit] < against[best] + _PLAIN and unit != best]
     others = [f"{largest * metres_in[unit]:.3g} m in {unit}" for unit in near]
     also = f"; it would be {' or '.join(others)}" if others else ""
-    usual = best in ("m", "mm") or fitting[best] > 0
+    usual = best in ("m", "mm") or fitting[best].fits > 0
     sure = not others and usual and against[best] == 0.0
-    return Taken(best, f"by its size, {largest * metres_in[best]:.3g} m long{also}", sure)
+    thing = f", as of {fitting[best].whole!r}" if fitting[best].whole else ""
+    return Taken(best, f"by its size, {largest * metres_in[best]:.3g} m long{thing}{also}", sure)
 
 
 # Guess the axes of a mesh whose file does not say them, with the reason in words.
@@ -337,7 +350,7 @@ def guessed_axes(raw: RawMesh) -> GuessedAxes:
     raw
         As in its file.
     """
-    points = _surface_points(raw.parts)
+    points = surface_points(raw.parts)
     size = np.ptp(points, axis=0)
     up = _stated(raw.up) or _guessed_up(raw.parts, points, size)
     forward = _stated(raw.forward)
@@ -355,10 +368,10 @@ def _stated(axis: str | None) -> _Direction | None:
 
 
 def _guessed_up(parts: Sequence[RawPart], points: Floats, size: Floats) -> _Direction:
-    found = _by_names(parts, size, ABOVE, BELOW, np.ones(3, dtype=bool))
+    found = named_way(parts, size, ABOVE, BELOW, np.ones(3, dtype=bool))
     if found is not None:
         return found
-    mirror = _symmetries(points)
+    mirror = symmetries(points)
     across = int(mirror.argmax())
     rest = [axis for axis in range(3) if axis != across]
     area = _facing_area(parts)
@@ -385,14 +398,14 @@ def _guessed_forward(
     parts: Sequence[RawPart], points: Floats, size: Floats, up: _Direction
 ) -> _Direction:
     level = np.abs(up.way) < 0.5
-    found = _by_names(parts, size, AHEAD, BEHIND, level)
+    found = named_way(parts, size, AHEAD, BEHIND, level)
     if found is not None:
         return found
-    left = _by_names(parts, size, LEFT, RIGHT, level)
+    left = named_way(parts, size, LEFT, RIGHT, level)
     if left is not None:
         # x forward, y left, z up: forward is left x up
         return _Direction(np.cross(left.way, up.way), left.why, True)
-    mirror = _symmetries(points)
+    mirror = symmetries(points)
     first, second = np.flatnonzero(level).tolist()
     along = first if size[first] >= size[second] else second
     why = "the longer of two axes"
@@ -411,14 +424,15 @@ def _guessed_forward(
     return _Direction(way, f"{why}, and slopes lean away from it", sure)
 
 
-def _by_names(
+def named_way(
     parts: Sequence[RawPart],
     size: Floats,
     ahead: frozenset[str],
     behind: frozenset[str],
     allowed: Bools,
 ) -> _Direction | None:
-    """The axis along which parts of some names stand apart from parts of others."""
+    """Find the axis along which parts of some names stand apart from parts of others; None where they
+    do not."""
     groups: list[list[tuple[str, Floats]]] = [[], []]
     for part in parts:
         words = {word.lower() for word in _WORD.findall(part.name)}
@@ -438,8 +452,8 @@ def _by_names(
     return _Direction(way, f"by the names {groups[0][0][0]} and {groups[1][0][0]}", True)
 
 
-def _surface_points(parts: Sequence[RawPart]) -> Floats:
-    """(N, 3) points spread evenly over the surface: of each face as many as its share of the area,
+def surface_points(parts: Sequence[RawPart]) -> Floats:
+    """Return (N, 3) points spread evenly over the surface: of each face as many as its share of the area,
     at fixed places, so that the same mesh gives the same points."""
     corners = np.concatenate([part.vertices[part.faces] for part in parts])
     a, b, c = np.moveaxis(corners, 1, 0)
@@ -455,8 +469,8 @@ def _surface_points(parts: Sequence[RawPart]) -> Floats:
     return found
 
 
-def _symmetries(points: Floats) -> Floats:
-    """(3,) how far the surface is its mirror image along each axis: the share of its area that cells
+def symmetries(points: Floats) -> Floats:
+    """Return (3,) how far the surface is its mirror image along each axis: the share of its area that cells
     and their mirror images have in common."""
     low = points.min(axis=0)
     size = np.ptp(points, axis=0)

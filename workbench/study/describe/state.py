@@ -246,7 +246,7 @@ def open_place(source: Path, out: Path | None = None) -> OpenPlace:
         names = meshes.standing(start.file.meshes).names
         opened = OpenPlace(target or path, path.parent, meshes, start, text, (), stamps)
         start, notes = _picked_before(opened)
-        notes += unknown_names(says, file, list(names))
+        notes += unknown_names(says, names)
         notes += [
             f"{mesh.file}: the file does not say its unit: choose it"
             for raw, mesh in zip(meshes.raws, file.meshes, strict=True)
