@@ -15,7 +15,6 @@ from workbench.files.environment_schema import EnvironmentFile
 from workbench.files.schema import validate
 from workbench.files.yaml_text import parse_yaml
 from workbench.geometry.ground import ground_of
-from workbench.report.headline import headline
 from workbench.study.describe.people import seated_person, seated_words
 from workbench.study.feet_on_floor import feet_on_floor
 
@@ -131,16 +130,17 @@ def test_a_shelf_over_the_feet_is_no_floor_and_one_that_shins_go_through_is(
 
 
 def test_a_seat_that_is_not_where_its_cushion_is_comes_first_and_its_feet_are_not_explained(
-    tmp_path,
+    tmp_path, capsys
 ):
     cab(tmp_path, 0.0)
     file = tmp_path / "environment.yaml"
     file.write_text(file.read_text().replace("srp: [0, 0, 0.45]", "srp: [-0.2, 0, 0.1]"))
-    (tmp_path / "study.yaml").write_text(STUDY)
-    result = wb.run(wb.load_study(tmp_path / "study.yaml"))
+    (tmp_path / "sit.yaml").write_text(STUDY)
+    main(["run", str(tmp_path / "sit.yaml"), "--out", str(tmp_path / "out"), "--json"])
+    rows = json.loads(capsys.readouterr().out)
     lost = "eat 'left': its reference point is 299 mm below"
-    assert result.warnings[0].startswith(f"s{lost}")
-    assert not [one for one in result.warnings if "the feet" in one or "check the seat" in one]
-    said = headline(result)
+    assert rows["warnings"][0].startswith(f"s{lost}")
+    assert not [one for one in rows["warnings"] if "the feet" in one or "check the seat" in one]
+    said = rows["headline"]
     assert said.startswith(f"S{lost}") and "Mend this first" in said
     assert "tightest gap" not in said
