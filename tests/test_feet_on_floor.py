@@ -127,3 +127,20 @@ def test_a_shelf_over_the_feet_is_no_floor_and_one_that_shins_go_through_is(
     told = words(tmp_path, sole, more={"shelf": shelf})
     assert bool(told) == under, told
     assert not told or "the feet are 200 mm under 'shelf'" in told[0]
+
+
+def test_a_seat_that_is_not_where_its_cushion_is_comes_first_and_its_feet_are_not_explained(
+    tmp_path, capsys
+):
+    cab(tmp_path, 0.0)
+    file = tmp_path / "environment.yaml"
+    file.write_text(file.read_text().replace("srp: [0, 0, 0.45]", "srp: [-0.2, 0, 0.1]"))
+    (tmp_path / "sit.yaml").write_text(STUDY)
+    main(["run", str(tmp_path / "sit.yaml"), "--out", str(tmp_path / "out"), "--json"])
+    rows = json.loads(capsys.readouterr().out)
+    lost = "eat 'left': its reference point is 299 mm below"
+    assert rows["warnings"][0].startswith(f"s{lost}")
+    assert not [one for one in rows["warnings"] if "the feet" in one or "check the seat" in one]
+    said = rows["headline"]
+    assert said.startswith(f"S{lost}") and "Mend this first" in said
+    assert "tightest gap" not in said

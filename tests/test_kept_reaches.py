@@ -13,7 +13,7 @@ from tests.toy_cockpit import write_toy
 from workbench.cli import main
 from workbench.model.accommodation import Requirement
 from workbench.model.criterion import Criterion
-from workbench.model.environment import Control
+from workbench.model.environment import Control, OwnPiece
 from workbench.model.reason import TOO_SHORT, Reason
 from workbench.model.result import ControlReach
 from workbench.study.kept_reaches import kept_by_parts, kept_of_people, kept_words
@@ -146,3 +146,35 @@ def test_a_list_of_parts_answers_the_question(tmp_path):
     found = wb.run(wb.load_study(study))
     assert found.population.single[0] == 1.0
     assert not [words for words in found.warnings if "in the way" in words]
+
+
+def test_a_piece_that_is_the_controls_already_is_not_asked_about_again():
+    made = room()
+    (lever,) = made.controls
+    taken = replace(made, controls=(replace(lever, pieces=(OwnPiece("stalk", ""),)),))
+    asked = Criterion("levers", "reach", ("driver",), (), (), 0.0, controls=("lever",))
+    row = ControlReach(
+        "driver", "lever", 1, 1, "right hand", False, 0.0, 0.02, REASONS[STALK], None, 0.0, "", "x"
+    )
+    assert len(list(kept_words(kept_of_people(made, [asked], [row])))) == 1
+    assert not kept_of_people(taken, [asked], [row])
+
+
+@pytest.mark.parametrize("hand, share", [("left", 0.0), ("right", 1.0)])
+def test_people_are_asked_for_a_control_by_the_hand_that_the_case_puts_there(tmp_path, hand, share):
+    held = {
+        "eyes: eye}": f"eyes: eye, hands: {{{hand}: near}}}}",
+        ", hand: right": "",
+        "knob, ": "",
+    }
+    path = write_toy(tmp_path, people=3, swap=held)
+    file = tmp_path / "environments" / "toy" / "environment.yaml"
+    text = file.read_text().replace(
+        "[450, -200, 800]", "[300, -550, 800]"
+    )  # the right hand's alone
+    file.write_text(text)
+    found = wb.run(wb.load_study(path)).population
+    column = [one.name for one in found.requirements].index("reach near")
+    assert found.single[column] == share
+    shown = [one.limb for one in found.shown if one.requirement == column]
+    assert set(shown) <= {f"{hand} hand"}

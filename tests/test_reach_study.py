@@ -125,6 +125,24 @@ def test_a_run_says_who_reaches_what_in_words(ran, tmp_path):
     assert (tmp_path / "out" / "reaches.csv").read_text().count("\n") == 1 + 3 * 3
 
 
+@pytest.mark.parametrize(
+    "hands, asked",
+    [("left: throttle", "left hand"), ("right: throttle", "right hand"), ("", "right")],
+)
+def test_the_limb_that_a_case_puts_on_a_control_is_asked_for_it(written, hands, asked):
+    held = "hands: {left: left_stick, right: throttle}"
+    assert STUDY.count(held) == 1
+    text = STUDY.replace(held, f"hands: {{{hands}}}").replace("left_stick, throttle, grab", "grab")
+    text = text.replace("[grab_handle], zone: 1", "[throttle, left_seat_left_pedal]")
+    text = text.replace(
+        "left: left_seat_left_pedal, right: left", "right: left_seat_left_pedal, left: left"
+    )
+    result = wb.run(load_study(written(text)))
+    limbs = {row.control: row.limb for row in result.postures[0].reaches}
+    assert limbs["throttle"].startswith(asked)
+    assert limbs["left_seat_left_pedal"] == "right foot"
+
+
 def test_what_is_to_spare_is_how_much_farther_from_the_shoulder_the_hand_gets(ran, flying):
     situation, environment = flying[0], flying[2]
     poses, placed = situation.taken.poses, flying[3]

@@ -76,14 +76,16 @@ def test_cushion_and_back_that_hold_less_than_half_of_a_sitter_are_told_with_the
 
 def test_a_seat_away_from_the_planes_of_its_parts_and_one_that_opens_too_far_are_told(tmp_path):
     said = cab(tmp_path, {"z": 0.55, "back_angle": 80})
-    assert any("no face of 'left_pan' lies in the plane of its cushion" in line for line in said)
+    assert any(
+        "its reference point is 150 mm above its cushion 'left_pan'" in line for line in said
+    )
     assert any("cushion and back open by 170 degrees" in line for line in said)
 
 
 def test_a_seat_without_a_floor_and_one_too_high_over_it_are_told(tmp_path):
     (said,) = cab(tmp_path, {}, without=("floor",))
     assert "there is no floor before it, 600 to 900 mm ahead" in said
-    high = {"z": 1.0, "cushion": "left_back", "back": "wall"}
+    high = {"z": 1.0, "cushion": "left_back", "back": "left_back"}
     assert any("1000 mm above 'floor', the floor before it" in line for line in cab(tmp_path, high))
 
 
@@ -137,8 +139,42 @@ def test_a_seat_is_doubted_where_its_planes_are_60_mm_off_its_faces(dx, dz, one_
     assume(abs(off.max() - 0.06) > 1e-6)
     said = [doubt.words for doubt in rest_doubts(seat, *faces)]
     assert bool(said) == bool(off.max() > 0.06)
+    if said and not one_part:
+        assert "at (100, 200, 300) mm it would be where the planes of both meet" in said[0]
 
 
 def test_how_far_a_cushion_is_from_the_plane_of_its_seat_is_said(tmp_path):
     (said,) = cab(tmp_path, {"z": 0.33})
-    assert "its cushion 'left_pan' is met 70 mm above the plane that the seat reference" in said
+    assert "its reference point is 70 mm below its cushion 'left_pan', so that a sitter" in said
+
+
+@pytest.mark.parametrize(
+    "at, said",
+    [
+        (
+            (0.0, 0.74),
+            "340 mm above its cushion 'left_pan', so that a sitter floats above the cushion",
+        ),
+        (
+            (0.0, 0.06),
+            "340 mm below its cushion 'left_pan', so that a sitter sinks through the cush",
+        ),
+        ((0.3, 0.4), "300 mm ahead of its back 'left_back', so that a sitter has no back behind"),
+        (
+            (-0.2, 0.4),
+            "200 mm behind its back 'left_back', so that a sitter leans through the back",
+        ),
+    ],
+)
+def test_a_seat_reference_point_off_its_cushion_or_back_is_told_with_where_it_would_be_right(
+    at, said
+):
+    seat = Seat(
+        *("left", (at[0], 0.35, at[1]), 0.0, 0.0, 0.0),
+        *(Rest("left_pan", ("LT",), 0.02), Rest("left_back", ("LT",), 0.02)),
+        *((0.0, 0.0), (0.0, 0.0), ()),
+    )
+    faces = [PARTS[name][np.array(BOX)] for name in ("left_pan", "left_back")]
+    (doubt,) = rest_doubts(seat, *faces)
+    assert doubt.words.startswith(f"seat 'left': its reference point is {said}")
+    assert "at (0, 350, 400) mm it would be where the planes of both meet" in doubt.words

@@ -6,7 +6,7 @@ away. Each sentence gives the distance, and the unit of length that would explai
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence, Set
 from itertools import combinations
 
 import numpy as np
@@ -14,7 +14,7 @@ import numpy as np
 from workbench.errors import one_of
 from workbench.files.environment_own import grippable
 from workbench.files.schema import metres_in
-from workbench.files.seat_doubts import floor_doubts, rest_doubts, twice_doubts
+from workbench.files.seat_doubts import floor_doubts, place_of, rest_doubts, twice_doubts
 from workbench.geometry.ground import ground_of
 from workbench.geometry.polygon import point_winding
 from workbench.model.arrays import Floats
@@ -51,10 +51,11 @@ def environment_doubts(environment: Environment, *, moved: bool) -> list[Doubt]:
     moved
         Whether meshes are moved to their places, so that no unit of length explains a distance.
     """
+    odd = list(_seats_odd(environment))
     return [
-        *_seats_away(environment, moved),
+        *_seats_away(environment, moved, {doubt.about for doubt in odd}),
         *_cushion_sizes(environment),
-        *_seats_odd(environment),
+        *odd,
         *_seats_turned(environment),
         *_short_lengths(environment),
         *_controls_away(environment),
@@ -105,19 +106,23 @@ def part_box(environment: Environment, part: str) -> Floats:
     return np.array([corners.min(axis=0), corners.max(axis=0)])
 
 
-def _seats_away(environment: Environment, moved: bool) -> Iterator[Doubt]:
+def _seats_away(environment: Environment, moved: bool, told: Set[str]) -> Iterator[Doubt]:
     """Seats whose reference point is not at their cushion: a person is seated by the numbers of the
-    YAML file, and must meet the mesh there."""
+    YAML file, and must meet the mesh there. told: what is doubted already, with where they would be
+    right."""
     for seat in environment.seats:
         box = part_box(environment, seat.cushion.part)
         gap = box_gap(box, seat.srp)
         if gap > _SEAT_AWAY:
             hint = ": a wrong unit of length, or a wrong place?"
+            about = place_of(seat.name)
             if not moved and (units := _mistaken_units(box, seat.srp)):
                 used, right = units
                 hint = f": the mesh would be there if its unit were {right} where {used} is taken"
+            elif about in told:
+                continue
             yield Doubt(
-                f"place of seat {seat.name}",
+                about,
                 f"seat {seat.name!r}: its reference point is {gap:.3g} m away from its cushion "
                 f"{seat.cushion.part!r}{hint}",
             )
@@ -149,8 +154,10 @@ def _seats_odd(environment: Environment) -> Iterator[Doubt]:
             else np.empty((0, 3, 3))
             for rest in (seat.cushion, seat.back)
         )
-        yield from rest_doubts(seat, cushion, back)
-        yield from floor_doubts(seat, ground)
+        found = list(rest_doubts(seat, cushion, back))
+        yield from found
+        if place_of(seat.name) not in [doubt.about for doubt in found]:
+            yield from floor_doubts(seat, ground)  # of a seat in its place
     yield from twice_doubts(environment.seats)
 
 

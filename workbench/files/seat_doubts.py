@@ -8,7 +8,7 @@ reference point.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 
@@ -24,6 +24,7 @@ __all__ = [
     "another_seats",
     "floor_before",
     "floor_doubts",
+    "place_of",
     "rest_doubts",
     "rest_lines",
     "twice_doubts",
@@ -47,6 +48,11 @@ MET = {"cushion": (0.1, 0.2, 0.3), "back": (0.15, 0.3, 0.45)}
 """Where [m] along its plane from the seat reference point it is asked what a sitter meets first."""
 MET_ASIDE = (-0.08, 0.0, 0.08)
 """Where [m] across the seat."""
+LOST = 0.2
+"""A back that is farther [m] from its plane is that of a seat in another place: who sits there has the
+right height otherwise."""
+ALL_OVER = tuple(np.array((x, y)) for x in (0.1, 0.3, 0.5, 0.7, 0.9) for y in (0.2, 0.5, 0.8))
+"""Where in the box of a cushion or a back, as shares of its extents, its outer side is asked for."""
 MET_WITHIN = 0.25
 """What is farther [m] from the plane is another thing."""
 OPENING = (80.0, 160.0)
@@ -82,16 +88,28 @@ def rest_doubts(seat: Seat, cushion: Floats, back: Floats) -> Iterator[Doubt]:
         (T, 3, 3) [m] the faces of each, or of the parts that they are of; of a back that has no part
         none are needed.
     """
-    for name, part, corners in (
-        ("cushion", seat.cushion.part, cushion),
-        ("back", seat.back.part, back),
-    ):
-        if not part:
-            continue
-        words = _aside_words(name, part, _across(seat, name, corners))
-        words = words or _off_words(name, part, _met_first(seat, name, corners))
+    faces = {"cushion": (seat.cushion.part, cushion), "back": (seat.back.part, back)}
+    off = {}
+    for name, (part, corners) in faces.items():
+        across = _across(seat, name, corners) if part else None
+        words = _aside_words(name, part, across) if across is not None else ""
         if words:
             yield Doubt(f"{name} of seat {seat.name}", f"seat {seat.name!r}: {words}")
+        elif part:
+            off[name] = _off_plane(seat, name, corners, near=across is not None)
+    if unlike := [name for name, size in off.items() if math.isnan(size)]:
+        parts = " and ".join(f"of {faces[name][0]!r} in the plane of its {name}" for name in unlike)
+        words = (
+            f"no face lies {parts}: are the seat reference point, the angles and the part right?"
+        )
+        yield Doubt(place_of(seat.name), f"seat {seat.name!r}: {words}")
+    elif any(abs(size) > OFF_PLANE for size in off.values()):
+        named = {name: faces[name][0] for name in off}
+        outer = {name: _off_plane(seat, name, faces[name][1], near=False) for name in off}
+        words = _place_words(seat, named, off, outer)
+        lost = abs(off.get("cushion", 0.0)) > OFF_PLANE or max(map(abs, off.values())) > LOST
+        about = place_of(seat.name) if lost else f"back of seat {seat.name}"
+        yield Doubt(about, f"seat {seat.name!r}: {words}")
     opening = _opening(seat)
     if not OPENING[0] <= opening <= OPENING[1]:
         yield Doubt(
@@ -100,6 +118,11 @@ def rest_doubts(seat: Seat, cushion: Floats, back: Floats) -> Iterator[Doubt]:
             f"{OPENING[0]:g} to {OPENING[1]:g} degrees are plausible: are back_angle and "
             f"cushion_angle right, and not exchanged?",
         )
+
+
+def place_of(name: str) -> str:
+    """Return what a doubt about where a seat is, by its name, is about."""
+    return f"place of seat {name}"
 
 
 def another_seats(seat: Seat, back: Floats) -> str:
@@ -197,27 +220,64 @@ def _met_first(seat: Seat, name: str, corners: Floats) -> float:
     return float(np.median(met)) if 2 * len(met) > len(places) else 0.0
 
 
-def _off_words(name: str, part: str, off: float) -> str:
-    """That a sitter meets a cushion or a back elsewhere than in its plane; "" where not."""
-    if abs(off) <= OFF_PLANE:
-        return ""
-    ways = {"cushion": ("above", "below"), "back": ("before", "behind")}[name]
-    called = name if part == name else f"{name} {part!r}"
+def _off_plane(seat: Seat, name: str, corners: Floats, *, near: bool) -> float:
+    """How far [m] before the plane of a cushion or a back its faces are; nan where none faces as it
+    does. near: whether some are near the plane: then what a sitter meets counts, else the outer side
+    of the part, in the middle of places all over it."""
+    if near:
+        return _met_first(seat, name, corners)
+    own = _in_plane(seat, name, corners)
+    crosses = np.cross(own[:, 1] - own[:, 0], own[:, 2] - own[:, 0])
+    own = own[np.abs(crosses[:, 2]) >= ALIKE * np.linalg.norm(crosses, axis=1)]
+    if not len(own):
+        return math.nan
+    low, high = own[..., :2].min(axis=(0, 1)), own[..., :2].max(axis=(0, 1))
+    count = len(own)
+    faces = Ground(own, np.zeros(count, dtype=np.int64), (name,), np.zeros(count, dtype=np.bool_))
+    met = []
+    for share in ALL_OVER:
+        heights = faces.levels(low + share * (high - low))[0]
+        met += heights[-1:].tolist()
+    return float(np.median(met)) if met else math.nan
+
+
+def _place_words(
+    seat: Seat, parts: Mapping[str, str], off: Mapping[str, float], outer: Mapping[str, float]
+) -> str:
+    """How far the seat reference point is from cushion and back, what that does to a sitter, and
+    where it would be right. parts: of each; off, outer: how far [m] what a sitter meets and the whole
+    outer side are before the plane."""
+    ways = {"cushion": ("below", "above"), "back": ("behind", "ahead of")}
+    where = [
+        f"{1e3 * abs(size):.0f} mm {ways[name][size < 0.0]} its {name} {parts[name]!r}"
+        for name, size in off.items()
+        if abs(size) > OFF_PLANE
+    ]
+    cushion = off.get("cushion", 0.0)
+    back = off.get("back", 0.0)
+    does = "leans through the back" if back > 0.0 else "has no back behind"
+    if abs(cushion) > OFF_PLANE:
+        does = "sinks through the cushion" if cushion > 0.0 else "floats above the cushion"
+    sides = [outer.get("cushion", 0.0), outer.get("back", 0.0)]
+    # the shift (x, z) whose part along either normal is what that plane is off
+    normals = np.array(
+        [
+            [-math.sin(seat.cushion_angle), math.cos(seat.cushion_angle)],
+            [math.cos(seat.back_angle), math.sin(seat.back_angle)],
+        ]
+    )
+    ahead, up = np.linalg.solve(normals, np.nan_to_num(sides)).tolist()
+    right = np.array(seat.srp) + attitude_matrix(yaw=seat.yaw) @ np.array([ahead, 0.0, up])
+    at = ", ".join(f"{round(1e3 * value) + 0}" for value in right.tolist())
     return (
-        f"its {called} is met {1e3 * abs(off):.0f} mm {ways[0] if off > 0.0 else ways[1]} the plane "
-        f"that the seat reference point and the {name} angle give it: is the seat reference point "
-        f"right?"
+        f"its reference point is {' and '.join(where)}, so that a sitter {does}; at ({at}) mm it would be "
+        f"where the planes of both meet"
     )
 
 
-def _aside_words(name: str, part: str, across: _Across | None) -> str:
+def _aside_words(name: str, part: str, across: _Across) -> str:
     """How far a cushion or a back is beside the sitter; "" where it is not."""
     under = "under" if name == "cushion" else "behind"
-    if across is None:
-        return (
-            f"no face of {part!r} lies in the plane of its {name}: are the seat reference point, "
-            f"the angles and the part right?"
-        )
     half = 0.5 * SITTER
     held = min(across.left, half) - max(across.right, -half)
     if held >= HELD * SITTER:

@@ -31,6 +31,7 @@ from workbench.study.unasked import (
     unasked_meetings,
     unasked_overlaps,
 )
+from workbench.study.warnings import lost_seats
 
 __all__ = ["headline", "outcome_words"]
 
@@ -41,7 +42,10 @@ _OF_THE_BODY = ("self_contact", "stops")
 
 def headline(result: Result) -> str:
     """The whole result in three sentences, of a population besides what its own headline says."""
-    words = []
+    lost = lost_seats(result.study.environment, result.study.roles).values()
+    words = [_capital(doubt.words) + "." * (not doubt.words.endswith("?")) for doubt in lost]
+    if lost:
+        words.append("Mend this first: all else is of people who are not on that seat.")
     shares = [verdict for verdict in result.verdicts if verdict.share is not None]
     of_postures = [verdict for found in result.postures for verdict in found.verdicts]
     known = {id(verdict) for verdict in (*shares, *of_postures)}
@@ -55,6 +59,8 @@ def headline(result: Result) -> str:
         words.append(f"{_scope(result.postures)}: {_outcome(result.postures, of_postures)}.")
     if result.motions:
         words += _motions(result, of_motions)
+    if lost:  # its gaps and overlaps say nothing more
+        return in_words(" ".join(words))
     words += _least(_gaps(result), "The tightest gap is {}.")
     overlaps = ((-excess, words) for excess, words in _overlaps(result))
     words += _least(overlaps, "The deepest overlap that no criterion asks about: {}.")
@@ -134,14 +140,15 @@ def _decisive(verdicts: Sequence[Verdict]) -> Verdict | None:
     """The verdict that fails by most, else the one nearest to its limit; None where nothing was
     measured.
 
-    A millimetre, a degree and a percent count alike; of other figures a hundredth of the limit. Where
+    Who is not on his seat decides before all else. A millimetre, a degree and a percent count alike; of other figures a hundredth of the limit. Where
     all hold, what the body model does to itself, and a contact that is allowed, as of a hand with what
     it holds, decide only where nothing else was measured.
     """
     known = [one for one in verdicts if one.worst is not None or one.share is not None]
     failed = [one for one in known if not one.passed]
     if failed:
-        return min(failed, key=_margin)
+        unseated = [one for one in failed if one.criterion.check == "seated"]
+        return min(unseated or failed, key=_margin)
     if any(not one.passed for one in verdicts):
         return None
     known = [one for one in known if one.criterion.check != "pedals"]  # on them or not

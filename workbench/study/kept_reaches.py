@@ -163,13 +163,16 @@ def _is_asked(criterion: Criterion, row: ControlReach) -> bool:
 
 
 def _touched(touching: Touching, control: Control, part: str) -> str:
-    """The part of a control that another touches, with which it could be one thing; "" for none."""
+    """The part of a control that another touches, with which it could be one thing; "" for none, and
+    where it is the control's already."""
+    if part in control.own_parts:
+        return ""
     names = touching.meshes.names
     other = names.index(part)
     for name in control.own_parts:
         own = names.index(name)
         small = touching.extent([own, other]) <= GRIPPABLE
-        if name != part and small and touching.touch(own, other):
+        if small and touching.touch(own, other):
             return name
     return ""
 

@@ -49,7 +49,12 @@ from workbench.study.situation import (
     position_of,
 )
 from workbench.study.unasked import overlap_warnings, unasked_overlaps
-from workbench.study.warnings import buried_controls, result_warnings, seat_verdicts
+from workbench.study.warnings import (
+    buried_controls,
+    lost_seats,
+    result_warnings,
+    seat_verdicts,
+)
 from workbench.study.workplaces import drawn_number, occupant, workplace_of
 
 __all__ = [
@@ -240,7 +245,9 @@ def people_found(study: Study, there: Present) -> PosturesFound:
             *(one.sentence for one in there.short),
             *piece_warnings((person.name, person.body) for person in people),
             *(buried_controls(environment) if reaches else ()),
-            *result_warnings(environment, cases, people),
+            *result_warnings(
+                environment, cases, people, lost_seats(study.environment, there.roles)
+            ),
             *overlap_warnings(overlaps),
         ),
         short=there.short,

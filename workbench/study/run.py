@@ -22,6 +22,7 @@ from workbench.model.surroundings import displaced
 from workbench.study.checks.sight_rules import check_rules
 from workbench.study.checks.table import between_verdict
 from workbench.study.people import people_found, present_people
+from workbench.study.warnings import lost_seats
 
 __all__ = [
     "between_motions",
@@ -97,7 +98,7 @@ def _people(study: Study) -> Result:
     return Result(
         study=study,
         verdicts=tuple(verdicts),
-        warnings=tuple(dict.fromkeys((*_warnings(sections), *study.warnings))),
+        warnings=_in_order(study, (*_warnings(sections), *study.warnings)),
         provenance=_provenance(study),
         postures=tuple(postures),
         motions=motions,
@@ -157,6 +158,12 @@ def _agreements(study: Study, motions: Sequence[MotionFound]) -> tuple[Agreement
     return motions_agree(one, two)
 
 
+def _in_order(study: Study, warnings: Sequence[str]) -> tuple[str, ...]:
+    """Warnings, each once, first those of seats from which others follow."""
+    lost = lost_seats(study.environment, study.roles).values()
+    return tuple(dict.fromkeys((*(doubt.said for doubt in lost), *warnings)))
+
+
 def _warnings(sections: Sequence[tuple[str, tuple[str, ...]]]) -> list[str]:
     """The warnings of all sections: what each of several says stands once, the rest with the
     section's name."""
@@ -187,7 +194,7 @@ def _population(study: Study, keep: Path | None, say: Say, cluster: str | None) 
     return Result(
         study=study,
         verdicts=(*verdicts, *share_verdicts(found)),
-        warnings=tuple(dict.fromkeys((*warnings, *found.warnings))),
+        warnings=_in_order(study, (*warnings, *found.warnings)),
         provenance=_provenance(study, found),
         postures=beside,
         population=found,

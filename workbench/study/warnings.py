@@ -3,27 +3,30 @@ enclosed, seats missed."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Container, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from workbench.contact.enclosure import enclosed
+from workbench.files.seat_doubts import place_of, rest_doubts
 from workbench.geometry.ground import Ground, ground_of
 from workbench.geometry.polygon import point_winding
 from workbench.model.arrays import Floats
 from workbench.model.criterion import Criterion
-from workbench.model.environment import Environment, Rest, Seat
+from workbench.model.environment import Doubt, Environment, Rest, Seat
 from workbench.model.figures import tenths
 from workbench.model.poses import Placed
 from workbench.model.result import Finding, PersonFound, Verdict
 from workbench.model.stops import motion_words
+from workbench.model.study import Role
 from workbench.posture.seating.seating import seat_planes, seat_shift
 from workbench.study.feet_on_floor import FeetOnFloor, feet_on_floor, feet_words
 
 __all__ = [
     "buried_controls",
     "enclosure_warnings",
+    "lost_seats",
     "result_warnings",
     "seat_verdicts",
     "seat_warnings",
@@ -39,9 +42,13 @@ its own."""
 
 
 def result_warnings(
-    environment: Environment, cases: tuple[str, ...], people: tuple[PersonFound, ...]
+    environment: Environment,
+    cases: tuple[str, ...],
+    people: tuple[PersonFound, ...],
+    lost: Container[str],
 ) -> list[str]:
-    """Sentences, person by person."""
+    """Sentences, person by person. lost: seats that are known to be elsewhere: where their sitters
+    rest and have their feet says no more."""
     found: list[str] = []
     ground = ground_of(environment)
     for person in people:
@@ -49,9 +56,31 @@ def result_warnings(
         found += _swallowed(environment, cases, person)
         found += _bounded(environment, cases, person)
         found += enclosure_warnings(person.name, person.placed, environment, cases)
-        found += seat_warnings(environment, cases, person)
-        if person.role.seat is not None:
+        if person.role.seat is not None and person.role.seat not in lost:
+            found += seat_warnings(environment, cases, person)
             found += _under_floor(environment, person, cases, ground)
+    return found
+
+
+def lost_seats(environment: Environment, roles: Iterable[Role]) -> dict[str, Doubt]:
+    """Return by seat that some roles sit in what is doubted of where it is, where anything is.
+
+    Whoever sits there is not on the cushion, and what else is found of them follows from that. What
+    the environment accepts is no doubt. environment: as its file has it.
+    """
+    found: dict[str, Doubt] = {}
+    for name in {role.seat: None for role in roles if role.seat is not None}:
+        seat = environment.seat(name)
+        faces = [
+            environment.triangle_corners(environment.part_index(rest.part))
+            if rest.part
+            else np.empty((0, 3, 3))
+            for rest in (seat.cushion, seat.back)
+        ]
+        for doubt in rest_doubts(seat, *faces):
+            about = doubt.about in (place_of(name), f"cushion of seat {name}")
+            if about and doubt.said in environment.warnings:
+                found.setdefault(name, doubt)
     return found
 
 

@@ -52,7 +52,12 @@ from workbench.study.checks.sight_rules import source_of
 from workbench.study.kept_reaches import kept_by_parts, kept_words
 from workbench.study.people import Present, person_found
 from workbench.study.requirements import asked_of, sets_of
-from workbench.study.warnings import buried_controls, enclosure_warnings, seat_warnings
+from workbench.study.warnings import (
+    buried_controls,
+    enclosure_warnings,
+    lost_seats,
+    seat_warnings,
+)
 from workbench.study.workplaces import population_of, workplace_of
 
 __all__ = ["accommodation", "body_of_person", "person_shown", "population_question"]
@@ -362,9 +367,10 @@ def _around(
     place = replace(situations[0].place, environment=environment)
     there = [replace(situation, place=place) for situation in situations]
     one = person_found(replace(role, name=question.people.called(row)), there)
+    lost = lost_seats(question.place.environment, [role])
     return [
         *enclosure_warnings(one.name, situations[0].placed, environment),
-        *seat_warnings(environment, cases, one),
+        *(() if lost else seat_warnings(environment, cases, one)),
     ]
 
 

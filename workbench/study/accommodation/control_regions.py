@@ -45,6 +45,7 @@ from workbench.posture.seating.seating import leftward, seat_planes
 from workbench.study.accommodation.accommodation import population_question
 from workbench.study.accommodation.chunks import Question, taken_places
 from workbench.study.accommodation.population_bodies import fit_population
+from workbench.study.checks.reach import limbs_asked
 from workbench.study.executors import Shared, completed
 from workbench.study.people import Present
 from workbench.study.reach_map import COARSE, ReachObstacles, from_coarse_to_fine, who_reaches
@@ -89,9 +90,8 @@ class _Asked:
     @property
     def limbs(self) -> tuple[str, ...]:
         """The limbs that may reach it."""
-        if self.hand != "either":
-            return (f"{self.hand} hand",)
-        return FEET if self.control.for_feet else HANDS
+        both = FEET if self.control.for_feet else HANDS
+        return tuple(limb for limb in both if self.hand in ("either", limb.split()[0]))
 
     @property
     def grip(self) -> str:
@@ -283,8 +283,8 @@ def check_region(
 
 
 def _as_asked(question: Question, name: str) -> tuple[_Asked, int]:
-    """How the first criterion asks for a control, and in which case; in its own zone by either hand
-    where none does."""
+    """How the first criterion asks for a control, and in which case; in its own zone, in
+    the first case, where none does."""
     place = question.place
     control = next(one for one in place.environment.controls if one.name == name)
     one = next(
@@ -294,14 +294,17 @@ def _as_asked(question: Question, name: str) -> tuple[_Asked, int]:
     gone = parts_along(place.environment, (name,))
     if control.for_feet:
         gone = (*gone, *place.moving_parts)  # the thighs press the cushion down
+    case = 0 if one is None else one.case
+    hand = None if one is None else one.criterion.hand
+    sides = [limb.split()[0] for limb in limbs_asked(place, place.cases[case], control, hand)]
     asked = _Asked(
         control=control,
-        hand="either" if one is None else one.criterion.hand or "either",
+        hand="either" if len(sides) > 1 else sides[0],
         zone=control.zone if one is None else one.requirement.zone,
         environment=without_parts(place.environment, gone),
         moving_parts=place.moving_parts,
     )
-    return asked, 0 if one is None else one.case
+    return asked, case
 
 
 def _sitting(

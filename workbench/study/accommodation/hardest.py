@@ -14,12 +14,13 @@ from workbench.model.arrays import Floats, Ints, xyz
 from workbench.model.criterion import Finding
 from workbench.model.population_found import Shown
 from workbench.model.poses import Placed, Poses
-from workbench.posture.reaching.limbs import FEET, HANDS, Limb, limb, limbs_there
+from workbench.posture.reaching.limbs import Limb, limb, limbs_there
 from workbench.posture.reaching.reach import reach
 from workbench.study.accommodation.chunks import Chunk, Question
 from workbench.study.accommodation.population_bodies import PopulationBodies
 from workbench.study.checks.margins import Asked
 from workbench.study.checks.parts import nearest_pair
+from workbench.study.checks.reach import limbs_asked
 from workbench.study.checks.seat_travel import worse_foot
 from workbench.study.checks.table import findings_of
 from workbench.study.checks.view import eyes_of
@@ -187,21 +188,17 @@ def _foot(situation: Situation) -> _Look:
 
 
 def _reaching(situation: Situation, one: Asked) -> _Look:
-    """In the attempt, by whichever hand or foot comes nearest. The obstacles stand as in the study,
+    """In the attempt, by the limb that comes nearest of those that are asked. The obstacles stand as in the study,
     those that go along with the seat aside by its travel: an environment of its own for each person
     would be indexed anew."""
     assert one.control is not None
     foot = one.control.for_feet
-    sides = (
-        [f"{one.criterion.hand} hand"]
-        if one.criterion.hand
-        else limbs_there(situation.body, FEET if foot else HANDS)
-    )
     place = situation.place
     room = without_seat(place) if foot and place.seat is not None else place.environment
     grip, zone = ("ball", 1) if foot else (one.control.grip, one.requirement.zone)
     tries = []
-    for name in sides:
+    names = limbs_asked(place, situation.work, one.control, one.criterion.hand)
+    for name in limbs_there(situation.body, names):
         found = reach(
             situation.body,
             situation.taken.poses,

@@ -2,8 +2,9 @@
 
 The margin of a control that is reached is how much farther out from the shoulder or hip it could
 be. The margin of one that is missed is what the limb stays short, and how deep obstacles are still
-entered there. The limb on the side of the control is asked first, the other where that one misses.
-Of a control in the middle the limb that holds it in this case is asked first, else the right one.
+entered there. Where the case puts one limb on the control, that limb must reach it (`limbs_asked`).
+Else the limb on the side of the control is asked first, the right one of a control in the middle, and
+the other where that one misses.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ from workbench.model.poses import Poses
 from workbench.model.reach import DOUBTS, MOST_SPARE, Reach
 from workbench.model.reason import NO_REASON, Reason
 from workbench.model.result import ControlReach, Finding
-from workbench.model.workplace import Workplace
+from workbench.model.workplace import WorkCase, Workplace
 from workbench.posture.balance import balance
 from workbench.posture.kernels.clear_reach import KEPT
 from workbench.posture.kernels.inverse import NEARLY
@@ -43,6 +44,7 @@ __all__ = [
     "ReachMemory",
     "control_reaches",
     "findings",
+    "limbs_asked",
     "margins",
     "margins_again",
     "most",
@@ -68,26 +70,16 @@ class _Group:
     ----------
     grip, zone
         Of all of them.
-    side
-        "left" or "right": the limb that is asked first.
-    hand
-        The hand that must do it, "" where either may.
+    limbs
+        The limbs that may do it, in the order in which they are asked.
     spare
         [m] how far beyond a control it is asked whether the limb gets there too.
     """
 
     grip: str
     zone: int
-    side: str
-    hand: str
+    limbs: tuple[str, ...]
     spare: float
-
-    def limbs(self, body: Body) -> tuple[str, ...]:
-        """The limbs of a body that may do it, in the order in which they are asked."""
-        kind = "foot" if self.grip == "foot" else "hand"
-        other = "left" if self.side == "right" else "right"
-        sides = [self.hand] if self.hand else [self.side, other]
-        return limbs_there(body, [f"{side} {kind}" for side in sides])
 
 
 @dataclass(frozen=True, eq=False)
@@ -181,21 +173,39 @@ def _grouped(situation: Situation, asked: Sequence[Asked], spare: float) -> dict
 def _group(
     situation: Situation, control: Control, zone: int, criterion: Criterion, spare: float
 ) -> _Group:
-    hand = criterion.hand or ""
-    return _Group(control.grip, zone, hand or _side(situation, control), hand, spare)
+    names = limbs_asked(situation.place, situation.work, control, criterion.hand)
+    return _Group(control.grip, zone, limbs_there(situation.body, names), spare)
 
 
-def _side(situation: Situation, control: Control) -> str:
-    """On which side of the own seat a control is; of somebody without a seat, of the posture. In
-    the middle: the side of the one limb that holds it, right where none or both do."""
-    place = situation.place
+def limbs_asked(
+    place: Workplace, work: WorkCase, control: Control, hand: str | None
+) -> tuple[str, ...]:
+    """Return the limbs that a control is asked of, in the order in which they are asked.
+
+    Parameters
+    ----------
+    place, work, control
+        Where, in which of its cases, and for what.
+    hand
+        "left" or "right" where the criterion states it, else None.
+
+    Returns
+    -------
+    tuple[str, ...]
+        The limb on the side that is stated; else the one that the case puts on the control: whether
+        another could get there too says nothing of the case. Of what both or none hold, the limb on its
+        side of the seat, or of who has none of the posture, then the other; in the middle the right one
+        first.
+    """
+    kind = "foot" if control.for_feet else "hand"
+    held = [limb for limb, name in work.held.items() if name == control.name]
+    if hand:
+        return (f"{hand} {kind}",)
+    if len(held) == 1:
+        return (held[0],)
     away = float((np.array(control.at) - middle(place)) @ leftward(place))
-    if abs(away) > MIDDLE:
-        return "left" if away > 0 else "right"
-    holding = {
-        limb.split()[0] for limb, name in situation.work.held.items() if name == control.name
-    }
-    return "left" if holding == {"left"} else "right"
+    sides = ("left", "right") if away > MIDDLE else ("right", "left")
+    return tuple(f"{side} {kind}" for side in sides)
 
 
 def _reached_by(situation: Situation, group: _Group, controls: Sequence[Control]) -> _Reached:
@@ -209,7 +219,7 @@ def _reached_by(situation: Situation, group: _Group, controls: Sequence[Control]
     best = _nothing_reached(len(situation), len(controls))
     thorough = situation.remembered is None
     unsure = {}
-    for name in group.limbs(situation.body):
+    for name in group.limbs:
         who = np.flatnonzero(best.short.any(axis=1))
         if not len(who):
             break
@@ -225,7 +235,7 @@ def _reached_by(situation: Situation, group: _Group, controls: Sequence[Control]
         _search_whole(situation, group, controls, name, in_doubt, best)
     if _bends(situation.place, group.grip, group.zone):
         searching = situation.remembered is not None and situation.remembered.searching
-        for name in () if searching else group.limbs(situation.body):
+        for name in () if searching else group.limbs:
             _bend(situation, group, controls, name, best)
     return best
 
@@ -244,7 +254,7 @@ def most(situation: Situation, asked: Sequence[Asked]) -> Floats:
     found = np.full((len(situation), len(asked)), np.inf)
     for group, rows in _grouped(situation, asked, 0.0).items():
         zones = [replace(group, zone=zone) for zone in ZONES if zone <= group.zone]
-        arms = [_limb(body, one, name) for one in zones for name in group.limbs(body)]
+        arms = [_limb(body, one, name) for one in zones for name in group.limbs]
         bounds = [reach_bound(body, poses, arm) for arm in arms]
         for r in rows if not _bends(situation.place, group.grip, group.zone) else ():
             control = asked[r].control
@@ -466,7 +476,7 @@ class _Again:
         margin = np.full(shape, -np.inf)
         known = np.ones(shape, dtype=np.bool_)
         sure = np.zeros(shape, dtype=np.bool_) if self.before is None else ~np.isnan(self.before)
-        for name in self.group.limbs(self.situation.body):
+        for name in self.group.limbs:
             if np.all((margin >= 0) | sure):
                 break
             self._ask(name, margin, known, sure)
@@ -562,7 +572,7 @@ def never_reached(situation: Situation, asked: Sequence[Asked]) -> Bools:
     for group, rows in _grouped(situation, asked, 0.0).items():
         controls = [control for r in rows if (control := asked[r].control) is not None]
         recall = _recall(situation, controls)
-        arms = [_limb(situation.body, group, name) for name in group.limbs(situation.body)]
+        arms = [_limb(situation.body, group, name) for name in group.limbs]
         assert recall is not None
         kept = np.any([recall.kept(arm) for arm in arms], axis=0)
         for at in np.flatnonzero(kept.any(axis=0)).tolist():
@@ -649,7 +659,7 @@ def _zone_reaches(
                 discomfort=float(best.discomfort[0, t]),
                 doubt=DOUBTS[best.doubt[0, t]],
                 case=situation.work.name,
-                hand=group.hand,
+                hand=criteria[0].hand or "",
             )
 
 
