@@ -266,13 +266,13 @@ def grip(page):
     """Where the middle and the arrows are in the window."""
     page.get_by_role("button", name="corner").click()
     stage = page.locator("#picture .stage")
-    seen = now = None
+    seen = []
     for _ in range(50):  # until the picture stands still, however busy the machine is
         page.wait_for_timeout(300)
-        seen, now = now, stage.get_attribute("data-grip")
-        if now and now == seen:
+        seen.append(stage.get_attribute("data-grip"))
+        if seen[-1] and seen[-3:] == [seen[-1]] * 3:
             break
-    places = json.loads(now)
+    places = json.loads(seen[-1])
     box = page.locator("#picture canvas").bounding_box()
     return [(box["x"] + x, box["y"] + y) for x, y in places]
 

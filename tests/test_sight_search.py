@@ -38,7 +38,7 @@ def full_way(patch):
     """Let everything be asked in every position as it is at last."""
     for name in ("sees", "reads", "outline", "mirror", "reflection"):
         patch.setitem(CHECKS, name, replace(CHECKS[name], most=None, spheres=None))
-    patch.setattr(positions, "takes_looks", lambda one: False)
+    patch.setattr(positions, "takes_looks", lambda *asked: False)
 
 
 @pytest.mark.parametrize(
