@@ -333,7 +333,10 @@ def test_criteria_are_shares_of_people_who_meet_all_their_requirements(ten):
     ("margin", "said"),
     [
         (0.01, "Everybody fits (95 % interval 89 to 100 %, 30 people)."),
-        (-0.01, "Nobody fits (95 % interval 0 to 11 %, 30 people); “reach flaps” is not met."),
+        (
+            -0.01,
+            "Nobody fits (95 % interval 0 to 11 %, 30 people). Nobody meets “reach flaps”: it is m",
+        ),
     ],
 )
 def test_everybody_and_nobody(margin, said):
@@ -342,6 +345,24 @@ def test_everybody_and_nobody(margin, said):
     parsed(html)
     assert said in text_of(html)
     assert ("hardest case" in html) == (margin < 0)
+
+
+def test_where_nobody_fits_the_headline_says_what_keeps_everybody_and_what_would_mend_it():
+    flaps = -np.arange(11, 31) / 1000
+    knee = np.repeat([-0.005, 0.02], [5, 15])
+    people = trainer_people(20)
+    gain = Gain("moving flaps 32 mm aft", "reach flaps", 0.032, 2.1, 0.0, 1.0, 0.0, 0.75)
+    found = made(people, [FLAPS, KNEE], np.stack([flaps, knee], axis=1), gains=[gain])
+    assert population_headline(found) == (
+        "Nobody fits (95 % interval 0 to 16 %, 20 people). Nobody meets “reach flaps”: it is missed "
+        "by 11 mm to 30 mm, limited most often by the length of the arm. Without “engine and cabin” "
+        "75 % would fit. Moving flaps 32 mm aft takes "
+        "“reach flaps” from 0 to 100 % and all requirements together from 0 to 75 %."
+    )
+    both = made(people, [FLAPS, KNEE], np.stack([flaps, flaps], axis=1))
+    assert "whoever is nearest to fitting misses “reach flaps” (100 %) and “right" in (
+        population_headline(both)
+    )
 
 
 def test_one_person_one_requirement_no_map_no_picture():

@@ -103,7 +103,7 @@ def accommodation(
     chunks = result_chunks(question, bodies, keep=keep, say=say, executor=executor)
     found = joined_chunks(chunks)
     met = met_of(found.margin)
-    hardest = hardest_rows(found.margin)
+    hardest = hardest_rows(found.margin, people.weight)
     gains = gains_of(question, study.changes, bodies, found, keep=keep, say=say, executor=executor)
     maps = people_maps(question, study.reach_maps, bodies, say=say, executor=executor)
     grips = tuple(grip_findings(question, bodies, found))
@@ -132,13 +132,13 @@ def accommodation(
         without=share_without(found.sets[:, : len(asked)], people.weight),
         only=missed_only(met, people.weight),
         spread=spread_of(found.margin, people.weight),
-        hardest=hardest,
+        hardest=tuple(hardest),
         tried=tuple(gains),
         maps=tuple(maps),
         grips=grips,
         warnings=(
             *_warnings(question, body, bodies, found, grips),
-            *_around(role, question, bodies, found, hardest),
+            *_around(role, question, bodies, found, tuple(hardest)),
             *overlap_warnings(overlaps, len(people), people.labels),
             *study.warnings,
         ),
@@ -210,10 +210,8 @@ def person_shown(found: PopulationFound, row: int, requirement: str) -> Shown | 
     people = found.people.rows(np.array([row]))
     bodies = fit_population(found.body, people, role.clothes, sits=role.seat is not None)
     one = slice(row, row + 1)
-    alone = np.full((1, len(names)), np.nan)
-    alone[0, column] = found.margin[row, column]
     chunk = Chunk(
-        margin=alone,
+        margin=found.margin[one],
         low=found.low[one],
         high=found.high[one],
         reason=found.reason[one],
@@ -231,7 +229,7 @@ def person_shown(found: PopulationFound, row: int, requirement: str) -> Shown | 
         words=found.reasons,
     )
     question = replace(population_question(found.study), people=people)
-    return next(shown_people(question, bodies, chunk, [0]))
+    return next(shown_people(question, bodies, chunk, {0: column}))
 
 
 def _crowd(study: Study) -> tuple[int, Role]:
