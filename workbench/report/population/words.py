@@ -519,7 +519,7 @@ def _lacks(result: PopulationFound, row: int, index: int, whose: str) -> str:
         )
         share = least + float(result.margin[row, index]) / requirement.unit.counts
         him = {"her": "her", "his": "him"}[whose]
-        seen = f"the {plain(requirement.target)} is {100 * share:.0f} % visible to {him}"
+        seen = f"{plain(requirement.target)} is {100 * share:.0f} % visible to {him}"
         rest = "most of the rest" if 100 * share >= 0.5 else "most of it"
         return f"{seen}, {100 * least:g} % asked{_hides_words(lack.reason, whose, rest)}"
     if requirement.check in OF_RULES or requirement.check == "reads":
@@ -580,7 +580,7 @@ def _clearance_lacks(lack: _Lack) -> str:
         who = lack.limb or "body"
         part = lack.requirement.target
         why = lack.why
-    return f"{lack.whose} {who} is {lack.by} too close to the {plain(part)}{why}"
+    return f"{lack.whose} {who} is {lack.by} too close to {plain(part)}{why}"
 
 
 def reason_words(reason: Reason, limb: str = "") -> str:
@@ -591,10 +591,10 @@ def reason_words(reason: Reason, limb: str = "") -> str:
     if reason.kind == "limb":
         legs = not {"foot", "leg", "pedal", "heel"}.isdisjoint(re.split(r"[^a-z]+", limb.lower()))
         return f"the length of the {'leg' if legs else 'arm'}"
-    words = plain(replace(reason, at=f"the {reason.at}" if reason.at else "").text)
+    words = plain(reason.text)
     if reason.kind == "own":
         return f"the body's {words}"
-    named = reason.kind in ("stop", "segment", "near", "part", "reading")
+    named = reason.kind in ("stop", "segment", "near", "reading")
     return f"the {words}" if named and not words.startswith("the ") else words
 
 
