@@ -63,6 +63,14 @@ def met_of(margin: Floats) -> Bools:
     return np.asarray(np.isnan(margin) | (margin >= -MET), dtype=np.bool_)
 
 
+def most_missed(margin: Floats, weight: Floats) -> int:
+    """Return the requirement, of margins (P, R) [m], that most people, by weight (P,), miss; of several
+    the one of which most is missing in the median."""
+    missed = ~met_of(margin)
+    lacking = np.median(np.where(missed, -margin, 0.0), axis=0)
+    return int(np.lexsort((-lacking, -np.round(weight @ missed, 12)))[0])
+
+
 def certainly_met(margin: Floats, low: Floats) -> Bools:
     """Whether margins [m] are met even where the true ones are as low as they may be; not where
     it is not known how low (NaN)."""

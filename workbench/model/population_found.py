@@ -208,8 +208,8 @@ class PopulationFound:
     grips
         Controls that nobody uses with the grip that is asked for, since they are flat.
     hardest, shown
-        Rows of the people farthest from being served, worst first, at most five; and the same
-        people to be drawn.
+        Rows of the people farthest from being served, at most five, first who misses most of what
+        most people miss, then worst first; and the same people to be drawn.
     beheld
         For each criterion of sight whoever comes nearest to missing it, met or not, with what is
         measured.
@@ -251,6 +251,12 @@ class PopulationFound:
     grips: tuple[GripFinding, ...] = ()
     overlapping: Bools = field(kw_only=True)
     elsewhere: Bools = field(kw_only=True)
+
+    def looked_at(self, row: int) -> int:
+        """The requirement that one of the people is looked at for: where drawn, else the one that
+        is missed by most."""
+        drawn = (one.requirement for one in self.shown if one.row == row)
+        return next(drawn, int(np.nanargmin(self.margin[row])))
 
     def __repr__(self) -> str:
         served = f"{int(self.served.sum())} of {len(self.served)} people fit"

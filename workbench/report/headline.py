@@ -33,7 +33,7 @@ from workbench.study.unasked import (
 )
 from workbench.study.warnings import lost_seats
 
-__all__ = ["headline", "outcome_words"]
+__all__ = ["deciding", "headline", "outcome_words"]
 
 _TOUCHING = 5e-5
 """[m] A smaller distance reads as 0.0 mm: there the body touches, or rests."""
@@ -96,7 +96,7 @@ def _motions(result: Result, verdicts: Sequence[Verdict]) -> list[str]:
         return [f"{motion_scope(result.motions[0])}: {outcome_words(verdicts)}."]
     differs = differs_words(verdicts, [motion.study.name for motion in result.motions])
     said = [f"{_capital(differs)}."]
-    if decisive := _decisive(verdicts):
+    if decisive := deciding(verdicts):
         lead = "Nearest to its limit" if decisive.passed else "The worst"
         said.append(f"{lead} is “{decisive.criterion.name}”: {_verdict_words(decisive)}.")
     return said
@@ -106,7 +106,7 @@ def outcome_words(verdicts: Sequence[Verdict]) -> str:
     """How criteria came out, with what decides: "2 of 7 criteria fail, the worst “head to canopy”:
     head (top) is 12.0 mm from canopy, 38.0 mm less than the 50.0 mm asked for (cruise, pilot)"."""
     said = _counted(verdicts)
-    decisive = _decisive(verdicts)
+    decisive = deciding(verdicts)
     if decisive is None:
         return said
     words = _verdict_words(decisive)
@@ -136,7 +136,7 @@ def _counted(verdicts: Sequence[Verdict]) -> str:
     return "both criteria hold" if count == 2 else f"all {count} criteria hold"
 
 
-def _decisive(verdicts: Sequence[Verdict]) -> Verdict | None:
+def deciding(verdicts: Sequence[Verdict]) -> Verdict | None:
     """The verdict that fails by most, else the one nearest to its limit; None where nothing was
     measured.
 

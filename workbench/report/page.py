@@ -14,6 +14,7 @@ from workbench.model.reach import MOST_SPARE
 from workbench.model.result import Result
 from workbench.model.study import PredictedPosture
 from workbench.report.criteria import criteria_sections
+from workbench.report.headline import deciding
 from workbench.report.page_script import page_script, page_script_html
 from workbench.report.postures.section import overlap_lines, postures_sections
 from workbench.report.section import (
@@ -76,7 +77,7 @@ def page(
     progress
         Called with words on how far it is.
     """
-    views = PageViews(wanted=_lead(rows))
+    views = PageViews(wanted=_lead(result, rows))
     making = Making(views, files, film, progress or (lambda words: None))
     sections = _sections(result, rows, making)
     return template("page.html.j2").render(
@@ -94,15 +95,15 @@ def page(
     )
 
 
-def _lead(rows: ResultFile) -> tuple[str, str] | None:
-    """The row and the case of the picture at the top: where the first criterion fails that has a
-    place, else the first case; None where neither postures nor motions are looked at."""
-    for verdict in rows.verdicts:
-        if not verdict.passed and verdict.worst is not None and verdict.worst.point_mm:
-            names = {motion.name or motion.case for motion in rows.motions}
-            if verdict.motion in names:
-                return "", verdict.motion or ""
-            return verdict.row or "", verdict.worst.case if verdict.worst else ""
+def _lead(result: Result, rows: ResultFile) -> tuple[str, str] | None:
+    """The row and the case of the picture at the top: of the verdict that decides, as the headline
+    says it, else the first case; None where neither postures nor motions are looked at."""
+    verdict = deciding([one for one in result.verdicts if one.share is None])
+    if verdict is not None and verdict.worst is not None:
+        names = {motion.name or motion.case for motion in rows.motions}
+        return (
+            ("", verdict.motion) if verdict.motion in names else (verdict.row, verdict.worst.case)
+        )
     if rows.postures:
         return rows.postures[0].row or "", rows.postures[0].cases[0]
     return ("", rows.motions[0].name or rows.motions[0].case) if rows.motions else None

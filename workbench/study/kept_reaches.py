@@ -184,6 +184,8 @@ def kept_words(kept: Iterable[KeptReach]) -> Iterator[str]:
         ends = [f"{1000 * value:.1f}" for value in (one.least, one.most)]
         by = " to ".join(dict.fromkeys(ends))
         words = f"{one.who} {name}: {one.part} is in the way by {by} mm"
+        if one.part in one.control.own_parts:
+            words += f", and is a piece of {name} itself: does its point lie too deep in it?"
         if one.beside:
             own = ", ".join((*one.control.own_parts, one.part))
             words += (

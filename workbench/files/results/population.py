@@ -95,7 +95,8 @@ class PeopleRow(Row):
 
 
 class HardRow(Row):
-    """One of the people hardest to serve, at the requirement that is missed by most.
+    """One of the people hardest to serve, at the requirement that is missed by most; the first at the
+    one that most people miss.
 
     row: of everybody, counted from 0; posture: as the picture shows the person, in the attempt
     where it is a reach, in the position of the seat and the setting that stand in that row; null

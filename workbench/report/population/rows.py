@@ -198,7 +198,7 @@ def _settings(result: PopulationFound) -> Floats:
 
 
 def _hard(result: PopulationFound, row: int) -> HardRow:
-    r = int(np.nanargmin(result.margin[row]))
+    r = result.looked_at(row)
     reason = int(result.reason[row, r])
     shown = next((one for one in result.shown if one.row == row), None)
     return HardRow(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import pairwise
@@ -42,12 +41,12 @@ from workbench.report.population.words import (
     certain_shares,
     certainty_percents,
     certainty_words,
+    chief_reason,
     elsewhere_words,
     gain_sentence,
     lack_words,
     no_gain_words,
     person_sentence,
-    reason_words,
     requirement_sentence,
     settable_words,
     spare_words,
@@ -367,7 +366,7 @@ def _figures(result: PopulationFound, r: int) -> dict[str, Any]:
         "people": int((~met).sum()),
         "by_sex": [_share_of_some(weight, sex == s, met) for s in (1, 0)],
         "applies": bool(np.isfinite(result.margin[:, r]).any()),
-        "reason": _reason(result, r),
+        "reason": chief_reason(result, r),
     }
 
 
@@ -421,22 +420,6 @@ def _share_of_some(weight: Floats, some: Bools, met: Bools) -> str:
     if not some.any():
         return "–"
     return percent(float(weight[some] @ met[some]) / float(weight[some].sum()), int(some.sum()))
-
-
-def _reason(result: PopulationFound, index: int) -> str:
-    """What limits most often those who do not meet a requirement, for how many of them, and between
-    which shares it hides: "the canopy, 2.9 to 6.1 % (212 of 300)"."""
-    codes = result.reason[~result.met[:, index], index]
-    found = [result.reasons[int(code)] for code in codes if code >= 0]
-    if not found:
-        return ""
-    ((chief, count),) = Counter(replace(one, share=0.0) for one in found).most_common(1)
-    words = reason_words(chief, result.requirements[index].target)
-    shares = [one.share for one in found if replace(one, share=0.0) == chief]
-    if any(shares):
-        ends = dict.fromkeys(f"{100 * share:.3g}" for share in (min(shares), max(shares)))
-        words += f", {' to '.join(ends)} %"
-    return words if count == len(codes) else f"{words} ({count} of {len(codes)})"
 
 
 def _measures(result: PopulationFound) -> list[dict[str, Any]]:
@@ -533,7 +516,7 @@ def _picture(result: PopulationFound, found: Shown, views: PageViews) -> dict[st
     cameras = four_views(scene, width=_PICTURE, height=_PICTURE)
     view, camera = max(cameras, key=lambda pair: (_length(pair[1], mark), pair[0] == "left"))
     alt = f"{name}: {lack} lacking, seen {_FROM[view]}"
-    index = views.add(_view(scene, mark, alt))
+    index = views.add(replace(_view(scene, mark, alt), look_from=view))
     still = still_picture(scene, camera)
     sight = result.requirements[found.requirement].check in _LOOKED_AT
     scale = "the line goes from the eyes toward it" if sight else "lines are to scale"

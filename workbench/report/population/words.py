@@ -6,12 +6,21 @@ from __future__ import annotations
 import math
 import re
 from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from workbench.body.people.share import TENTHS_FROM, percent, percent_number, percent_parts
-from workbench.model.accommodation import MET, OF_RULES, Gain, GroupShare, Requirement
+from workbench.model.accommodation import (
+    MET,
+    OF_RULES,
+    Gain,
+    GroupShare,
+    Requirement,
+    met_of,
+    most_missed,
+)
 from workbench.model.arrays import Bools, Floats
 from workbench.model.figures import plain
 from workbench.model.measures import MASS
@@ -31,6 +40,7 @@ __all__ = [
     "certain_shares",
     "certainty_percents",
     "certainty_words",
+    "chief_reason",
     "elsewhere_words",
     "first_found",
     "gain_sentence",
@@ -52,6 +62,8 @@ _MOST_SETTINGS = 4
 """Settings that are listed in a sentence."""
 _MOST_KEPT = 3
 """Controls that nobody reaches that open the headline."""
+_ALMOST_NOBODY = 0.05
+"""Where no more than this share fits, the headline says what keeps people out and what mends it."""
 _FEW = 20  # people of one sex: below, shares among them say little
 
 
@@ -105,7 +117,73 @@ def _share_sentence(result: PopulationFound) -> str:
     else:
         who = "Nobody fits"
     fits = f"{who} ({interval}, {count:,} people){_worst(result)}."
+    if everybody.share <= _ALMOST_NOBODY:
+        keeps = [] if first_found(result) else [_keeps_words(result)]
+        fits = " ".join([f"{who} ({interval}, {count:,} people).", *keeps, *_mends_words(result)])
     return f"{fits}{_undecided(everybody)}{clear_words(result)}"
+
+
+def _keeps_words(result: PopulationFound) -> str:
+    """What most people miss, by how much from the least to the most, and what limits most of them;
+    what else nobody meets."""
+    met = met_of(result.margin)
+    chief = most_missed(result.margin, result.people.weight)
+    rows = np.flatnonzero(~met[:, chief])
+    ends = rows[np.argsort(-result.margin[rows, chief], kind="stable")][[0, -1]].tolist()
+    size = " to ".join(dict.fromkeys(lack_words(result, row, chief) for row in ends))
+    alone = f"{percent(float(1 - result.single[chief]), len(met))} of the people do not meet"
+    who = alone if met[:, chief].any() else "Nobody meets"
+    reason = chief_reason(result, chief)
+    limited = f", limited most often by {reason}" if reason else ""
+    others = [r for r in np.flatnonzero(~met.any(axis=0)).tolist() if r != chief]
+    nor = f" Nor does anybody meet {_listed(result, others)}." if others else ""
+    return (
+        f"{who} “{plain(result.requirements[chief].name)}”: it is missed by {size}{limited}.{nor}"
+    )
+
+
+def _mends_words(result: PopulationFound) -> list[str]:
+    """What would let people fit where hardly anybody does: the criterion without which most would, or
+    what whoever is nearest to fitting misses; and the change that gains most."""
+    weight = result.people.weight / result.people.weight.sum()
+    names = list(dict.fromkeys(one.criterion for one in result.requirements))
+    columns = len(result.requirements) + np.arange(len(names))
+    shares = weight @ result.sets[:, columns]
+    best = int(np.argmax(shares))
+    missed = ~met_of(result.margin)
+    if shares[best] > result.shares[0].share + 1e-12:
+        mine = [r for r, one in enumerate(result.requirements) if one.criterion == names[best]]
+        lacks = sorted((r for r in mine if missed[:, r].any()), key=lambda r: result.single[r])
+        share = percent(float(shares[best]), len(missed))
+        said = f"Without “{plain(names[best])}” {share} would fit"
+        if len(mine) > 1:
+            said += f": of its {len(mine)} requirements people miss {_listed(result, lacks)}"
+    else:
+        fewest = int(missed.sum(axis=1).min())
+        found = Counter(
+            tuple(np.flatnonzero(row).tolist()) for row in missed if row.sum() == fewest
+        )
+        ((few, _),) = found.most_common(1)
+        left = _listed(result, few)
+        said = f"To drop one criterion is not enough: whoever is nearest to fitting misses {left}"
+    gains = sorted(result.gains, key=lambda one: (one.joint_after, one.after - one.before))
+    helps = [one for one in gains if one.after > one.before]
+    gain = [gain_sentence(one, len(missed)) for one in helps[-1:]]
+    return gain if len(names) == 1 else [f"{said}.", *gain]
+
+
+def _listed(result: PopulationFound, rows: Sequence[int]) -> str:
+    """Requirements by their names, "“reach flaps” (94 %)", with the share that misses each; of many
+    the first few."""
+    count = len(result.served)
+    names = [
+        f"“{plain(result.requirements[r].name)}” ({percent(float(1 - result.single[r]), count)})"
+        for r in rows[:_MOST_KEPT]
+    ]
+    more = len(rows) - len(names)
+    if more:
+        names.append(f"{more} more")
+    return f"{', '.join(names[:-1])} and {names[-1]}" if len(names) > 1 else names[0]
 
 
 def clear_words(result: PopulationFound) -> str:
@@ -235,7 +313,7 @@ def _worst(result: PopulationFound) -> str:
     out = 1 - np.asarray(result.single)
     if result.served.all():
         return ""
-    worst = int(np.argmax(out))
+    worst = most_missed(result.margin, result.people.weight)
     name = f"“{plain(result.requirements[worst].name)}”"
     if len(out) == 1 or len(result.served) == 1:
         return f"; {name} is not met"
@@ -318,7 +396,7 @@ def requirement_sentence(result: PopulationFound) -> str:
     """Which requirement is met least by itself, and which would gain most if it were dropped."""
     if result.served.all():
         return "Everybody meets every requirement."
-    most = int(np.argmin(result.single))
+    most = most_missed(result.margin, result.people.weight)
     count = len(result.served)
     name = plain(result.requirements[most].name)
     out = percent(1 - float(result.single[most]), count)
@@ -382,8 +460,10 @@ def person_sentence(result: PopulationFound, row: int) -> str:
     short = np.flatnonzero(~result.met[row])
     if not len(short):
         return text + "every requirement is met."
-    worst = int(short[np.argmin(result.margin[row, short])])
-    text += _lacks(result, row, worst, whose) + "." + limiting_words(result, row)
+    worst = result.looked_at(row)
+    text += _lacks(result, row, worst, whose) + "."
+    if worst == short[np.argmin(result.margin[row, short])]:
+        text += limiting_words(result, row)
     more = len(short) - 1
     if more:
         text += f" {more} more requirement{'s are' if more > 1 else ' is'} not met."
@@ -445,7 +525,7 @@ def _lacks(result: PopulationFound, row: int, index: int, whose: str) -> str:
         )
         share = least + float(result.margin[row, index]) / requirement.unit.counts
         him = {"her": "her", "his": "him"}[whose]
-        seen = f"the {plain(requirement.target)} is {100 * share:.0f} % visible to {him}"
+        seen = f"{plain(requirement.target)} is {100 * share:.0f} % visible to {him}"
         rest = "most of the rest" if 100 * share >= 0.5 else "most of it"
         return f"{seen}, {100 * least:g} % asked{_hides_words(lack.reason, whose, rest)}"
     if requirement.check in OF_RULES or requirement.check == "reads":
@@ -506,7 +586,7 @@ def _clearance_lacks(lack: _Lack) -> str:
         who = lack.limb or "body"
         part = lack.requirement.target
         why = lack.why
-    return f"{lack.whose} {who} is {lack.by} too close to the {plain(part)}{why}"
+    return f"{lack.whose} {who} is {lack.by} too close to {plain(part)}{why}"
 
 
 def reason_words(reason: Reason, limb: str = "") -> str:
@@ -517,11 +597,27 @@ def reason_words(reason: Reason, limb: str = "") -> str:
     if reason.kind == "limb":
         legs = not {"foot", "leg", "pedal", "heel"}.isdisjoint(re.split(r"[^a-z]+", limb.lower()))
         return f"the length of the {'leg' if legs else 'arm'}"
-    words = plain(replace(reason, at=f"the {reason.at}" if reason.at else "").text)
+    words = plain(reason.text)
     if reason.kind == "own":
         return f"the body's {words}"
-    named = reason.kind in ("stop", "segment", "near", "part", "reading")
+    named = reason.kind in ("stop", "segment", "near", "reading")
     return f"the {words}" if named and not words.startswith("the ") else words
+
+
+def chief_reason(result: PopulationFound, index: int) -> str:
+    """What limits most often those who do not meet a requirement, for how many of them, and between
+    which shares it hides: "the canopy, 2.9 to 6.1 % (212 of 300)"."""
+    codes = result.reason[~result.met[:, index], index]
+    found = [result.reasons[int(code)] for code in codes if code >= 0]
+    if not found:
+        return ""
+    ((chief, count),) = Counter(replace(one, share=0.0) for one in found).most_common(1)
+    words = reason_words(chief, result.requirements[index].target)
+    shares = [one.share for one in found if replace(one, share=0.0) == chief]
+    if any(shares):
+        ends = dict.fromkeys(f"{100 * share:.3g}" for share in (min(shares), max(shares)))
+        words += f", {' to '.join(ends)} %"
+    return words if count == len(codes) else f"{words} ({count} of {len(codes)})"
 
 
 def limiting_words(result: PopulationFound, row: int) -> str:

@@ -108,8 +108,7 @@ def accommodation(
     chunks = result_chunks(question, bodies, keep=keep, say=say, executor=executor)
     found = joined_chunks(chunks)
     met = met_of(found.margin)
-    hardest = hardest_rows(found.margin)
-    missed = [int(np.nanargmin(found.margin[row])) for row in hardest]
+    hardest = hardest_rows(found.margin, people.weight)
     gains = gains_of(question, study.changes, bodies, found, keep=keep, say=say, executor=executor)
     maps = people_maps(question, study.reach_maps, bodies, say=say, executor=executor)
     grips = tuple(grip_findings(question, bodies, found))
@@ -138,17 +137,19 @@ def accommodation(
         without=share_without(found.sets[:, : len(asked)], people.weight),
         only=missed_only(met, people.weight),
         spread=spread_of(found.margin, people.weight),
-        hardest=hardest,
+        hardest=tuple(hardest),
         tried=tuple(gains),
         maps=tuple(maps),
         grips=grips,
         warnings=(
             *_warnings(question, body, bodies, found, grips),
-            *_around(role, question, bodies, found, hardest),
+            *_around(role, question, bodies, found, tuple(hardest)),
             *overlap_warnings(overlaps, len(people), people.labels),
             *study.warnings,
         ),
-        shown=tuple(shown_people(question, bodies, found, hardest, at=missed)),
+        shown=tuple(
+            shown_people(question, bodies, found, list(hardest), at=list(hardest.values()))
+        ),
         beheld=tuple(beheld_people(question, bodies, found)),
         overlaps=overlaps,
         overlapping=found.overlapping,

@@ -48,7 +48,7 @@ def gains_of(
     executor: Executor | None = None,
 ) -> Iterator[TriedChange]:
     """The gains of changes that are asked for, or else of proposals that let more people meet
-    everything."""
+    everything; where nobody does without and with them, that let more meet what they are proposed for."""
 
     def run(other: Question) -> Chunk:
         return joined_chunks(result_chunks(other, bodies, keep=keep, say=say, executor=executor))
@@ -68,7 +68,9 @@ def gains_of(
     good = 0
     for count, (change, at) in enumerate(proposals(question, bodies, found), 1):
         one = tried(change, at)
-        if one.gain.joint_after > one.gain.joint_before + 1e-12:
+        gain = one.gain
+        fewer = gain.joint_after == 0.0 and gain.after > gain.before + 1e-12
+        if gain.joint_after > gain.joint_before + 1e-12 or (fewer and gain.joint_before == 0.0):
             good += 1
             yield one
         if good == MOST_GAINS or count == MOST_TRIES:

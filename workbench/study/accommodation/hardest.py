@@ -3,13 +3,13 @@ what they see, to be looked at."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
 from workbench.body.forward import place as place_body
-from workbench.model.accommodation import MET
+from workbench.model.accommodation import MET, most_missed
 from workbench.model.arrays import Floats, Ints, xyz
 from workbench.model.criterion import Finding
 from workbench.model.population_found import Shown
@@ -40,18 +40,22 @@ Found = tuple[Ints, list[Situation]]
 MOST = 5
 
 
-def hardest_rows(margin: Floats) -> tuple[int, ...]:
-    """The rows of at most five people with the most negative margin (P, R), worst first, one a
+def hardest_rows(margin: Floats, weight: Floats) -> dict[int, int]:
+    """The rows of at most five people with the most negative margin (P, R), each with the requirement
+    to look at: first who misses most of what most people, by weight (P,), miss; then worst first, one a
     worst requirement as far as there are: the same trouble five times says less. Those that remain
     fill up."""
+    chief = most_missed(margin, weight)
     known = np.nan_to_num(margin, nan=np.inf)
     worst = known.min(axis=1)
     at = known.argmin(axis=1)
     order = [int(row) for row in np.argsort(worst, kind="stable") if worst[row] < -MET]
-    first = list({int(at[row]): row for row in reversed(order)}.values())
-    chosen = sorted(first, key=order.index)[:MOST]
+    lead = min(order, key=lambda row: (at[row] != chief, known[row, chief]), default=-1)
+    first = {int(at[row]): row for row in reversed(order) if row != lead and at[row] != chief}
+    chosen = [lead] * bool(order) + sorted(first.values(), key=order.index)[: MOST - 1]
     chosen += [row for row in order if row not in chosen][: MOST - len(chosen)]
-    return tuple(sorted(chosen, key=order.index))
+    chosen[1:] = sorted(chosen[1:], key=order.index)
+    return {row: chief if row == lead else int(at[row]) for row in chosen}
 
 
 def found_situations(
