@@ -223,3 +223,33 @@ def test_whether_a_person_stands_or_lies_no_shape_tells_and_it_is_said(tmp_path,
     long = "xyz"[int(np.argmax(mesh.extents))]
     assert up.startswith(f"up {long} (not sure): a round shape, as of a person, is taken to stand")
     assert forward.startswith("forward ") and "(not sure)" in forward
+
+
+def test_a_few_parts_that_dwarf_all_others_say_nothing_of_unit_and_axes(tmp_path):
+    """A cone of light of 200 m on a cab of 2 m: with it a unit of 10 mm would be likely."""
+    cab = {
+        f"box_{k}": corners((0.2 * k, -0.6, 0.0), (0.2 * k + 0.1, 0.6, 0.9)) for k in range(1, 10)
+    }
+    cab |= {name: corners((0, -0.7, 0), (0.1, 0.7, 1.2)) for name in "abcdefghij"}
+    cab |= {
+        "floor": corners((0, -0.7, -0.05), (2, 0.7, 0)),
+        "roof": corners((0, -0.7, 1.2), (2, 0.7, 1.25)),
+    }
+    cone = {"LightCone": corners((2, -100, -100), (202, 100, 100))}
+    frames = []
+    for name, parts in (("cab.obj", cab), ("lit.obj", cab | cone)):
+        (tmp_path / name).write_text(obj_text(parts, up="y", forward="-x"))
+        frames.append(read_bare([tmp_path / name]))
+    one, lit = (bare.frames[0] for bare in frames)
+    assert (one.length.value, one.up.value) == ("m", "y")
+    assert (lit.length, lit.up, lit.forward) == (one.length, one.up, one.forward)
+    words = "'LightCone': 100 times as large as all other parts together"
+    assert any(words in line for line in frames[1].environment.warnings)
+    says = (
+        "environment: cab\nlength: mm\nmeshes: [{file: lit.obj, length: m, up: y, forward: -x}]\n"
+    )
+    (tmp_path / "environment.yaml").write_text(says)
+    with pytest.raises(InputError, match=r"is 202 m large.*drop: \[LightCone\]"):
+        load_environment(tmp_path)
+    (tmp_path / "environment.yaml").write_text(says.replace("}", ", drop: [LightCone]}"))
+    assert len(load_environment(tmp_path).parts) == len(cab)

@@ -23,6 +23,7 @@ from workbench.files.meshes.reading import (
     SMALLEST_OF_SEVERAL,
     extent,
     implausible,
+    outsized_words,
     read_mesh,
     to_world,
 )
@@ -115,7 +116,8 @@ def read_bare(
             for part in own
         ]
         lead = "" if alone else f"{path.name}: "
-        said = (*implausible_sizes(own, frame.metres, file=path.stem), *raw.notes)
+        sizes = implausible_sizes(own, frame.metres, file=path.stem)
+        said = filter(None, (outsized_words(raw.parts), *sizes, *raw.notes))
         notes += [f"{lead}{note}" for note in said]
         told = raw.metres if length is None else frame.metres
         smallest = SMALLEST if alone else SMALLEST_OF_SEVERAL

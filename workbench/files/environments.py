@@ -34,6 +34,7 @@ from workbench.files.meshes.reading import (
     axes_rotation,
     extent,
     implausible,
+    outsized_words,
     read_mesh,
     stated_axes,
     to_world,
@@ -262,14 +263,15 @@ def _mesh(
         )
     raw = read_mesh(folder / mesh.file)
     frame = mesh_frame(raw, mesh)
-    smallest = SMALLEST if alone else SMALLEST_OF_SEVERAL
-    wrong = implausible(float(extent(raw.parts).max()), frame.metres, smallest=smallest)
-    if wrong or frame.metres is None:
-        raise InputError(f"{mesh.file}: {wrong}")
     try:
         arranged = arranged_mesh(raw, mesh.split, mesh.drop, mesh.join)
     except InputError as error:
         raise InputError([f"{mesh.file}: {problem}" for problem in error.problems]) from None
+    smallest = SMALLEST if alone else SMALLEST_OF_SEVERAL
+    wrong = implausible(float(extent(arranged.parts).max()), frame.metres, smallest=smallest)
+    if wrong or frame.metres is None:
+        aside = outsized_words(arranged.parts)
+        raise InputError("; ".join(filter(None, (f"{mesh.file}: {wrong}", aside))))
     parts = to_world(arranged, frame.rotation, metres=frame.metres, move=frame.move)
     stands = PlacedMesh(mesh.file, parts, frame.metres, frame.rotation, frame.move)
     return stands, raw.notes, size_doubts(parts, frame.metres, mesh)

@@ -7,7 +7,7 @@ memory, the files that are referred to, the numbers, the unit, the extent.
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -36,11 +36,17 @@ __all__ = [
     "axes_rotation",
     "extent",
     "implausible",
+    "outsized",
+    "outsized_words",
     "read_mesh",
     "stated_axes",
     "to_world",
 ]
 
+_OUTSIZED = 5.0
+"""A part that is so many times as large as all others together is none of a place."""
+_FEW = 0.05
+"""Share of the parts that are such, at most."""
 SMALLEST = 0.3
 LARGEST = 60.0
 """Extents [m] between which a cockpit, a room or a vehicle lies."""
@@ -276,6 +282,31 @@ def extent(parts: tuple[RawPart, ...]) -> Floats:
     low = np.min([part.vertices.min(axis=0) for part in parts], axis=0)
     size: Floats = np.max([part.vertices.max(axis=0) for part in parts], axis=0) - low
     return size
+
+
+def outsized(parts: Sequence[RawPart]) -> tuple[RawPart, ...]:
+    """Return the few parts that are each many times as large as all others together, such as cones of
+    light: they say nothing about the unit and the axes of a place."""
+    order = sorted(parts, key=lambda part: -float(np.ptp(part.vertices, axis=0).max()))
+    for count in range(int(_FEW * len(order)), 0, -1):
+        rest = float(extent(tuple(order[count:])).max())
+        if float(np.ptp(order[count - 1].vertices, axis=0).max()) >= _OUTSIZED * rest:
+            return tuple(order[:count])
+    return ()
+
+
+def outsized_words(parts: Sequence[RawPart]) -> str:
+    """Return a sentence about the parts of `outsized`; "" where there are none."""
+    aside = outsized(parts)
+    if not aside:
+        return ""
+    others = tuple(part for part in parts if part not in aside)
+    times = float(extent(aside).max() / extent(others).max())
+    names = ", ".join(repr(part.name) for part in aside)
+    return (
+        f"{names}: {times:.0f} times as large as all other parts together, left aside for unit and "
+        f"axes; drop what is no part of the place (drop: [{', '.join(p.name for p in aside)}])"
+    )
 
 
 def implausible(largest: float, metres: float | None, *, smallest: float = SMALLEST) -> str | None:

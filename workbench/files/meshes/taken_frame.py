@@ -17,7 +17,7 @@ import numpy as np
 from workbench.errors import InputError
 from workbench.files.environment_schema import unit_metres
 from workbench.files.meshes.parts import RawMesh, RawPart
-from workbench.files.meshes.reading import axes_rotation, implausible, to_world
+from workbench.files.meshes.reading import axes_rotation, implausible, outsized, to_world
 from workbench.files.meshes.sizes import NamedFits, named_fits
 from workbench.files.schema import metres_in
 from workbench.geometry.sampling import even_places
@@ -110,7 +110,9 @@ def taken_frame(
     InputError
         If the unit is none. UsageError if the axes are none, or not at right angles.
     """
-    said = replace(raw, up=up or raw.up, forward=forward or raw.forward)
+    aside = outsized(raw.parts)
+    telling = tuple(part for part in raw.parts if part not in aside)
+    said = replace(raw, parts=telling, up=up or raw.up, forward=forward or raw.forward)
     if forward is None and said.up and said.forward and said.up[-1] == said.forward[-1]:
         said = replace(said, forward=None)
     if said.up and said.forward:

@@ -358,7 +358,9 @@ class Meshes:
             doubts.append(Doubt("height", words))
         for row, (raw, mesh) in enumerate(zip(self.raws, says, strict=False)):
             frame = mesh_frame(raw, mesh)
-            own = self.mesh == row
+            own = (self.mesh == row) & (stands.part >= 0)
+            if not own.any():
+                continue
             largest = float(np.ptp(self.vertices[self.faces[own].ravel()], axis=0).max())
             smallest = SMALLEST if len(says) == 1 else SMALLEST_OF_SEVERAL
             wrong = implausible(largest, frame.metres, smallest=smallest)
@@ -367,8 +369,7 @@ class Meshes:
                 continue
             there = np.unique(stands.part[own])
             parts = [
-                RawPart(stands.names[k], *_two_corners(stands.boxes[k]))
-                for k in there[there >= 0].tolist()
+                RawPart(stands.names[k], *_two_corners(stands.boxes[k])) for k in there.tolist()
             ]
             doubts += size_doubts(parts, frame.metres or 1.0, mesh)
         return doubts

@@ -18,7 +18,7 @@ from workbench.files.environment_schema import EnvironmentFile
 from workbench.files.environments import unknown_names
 from workbench.files.meshes.obj import outside_folder
 from workbench.files.meshes.parts import RawMesh
-from workbench.files.meshes.reading import read_mesh
+from workbench.files.meshes.reading import outsized_words, read_mesh
 from workbench.files.meshes.taken_frame import taken_frame
 from workbench.files.schema import metres_in, validate
 from workbench.files.seat_doubts import another_seats, floor_doubts, rest_doubts
@@ -302,7 +302,7 @@ def bare_mesh(raw: RawMesh) -> tuple[dict[str, Any], dict[Key, str]]:
 
 def _bare(source: Path, raw: RawMesh) -> tuple[Description, list[str]]:
     """A description of a bare mesh, and what was guessed for it."""
-    notes: list[str] = []
+    notes = list(filter(None, [outsized_words(raw.parts)]))
     guessed, why = bare_mesh(raw)
     mesh: dict[str, Any] = {"file": source.name, **guessed}
     if raw.metres is None:
