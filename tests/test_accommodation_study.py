@@ -20,7 +20,7 @@ import numpy as np
 import pytest
 
 import workbench as wb
-from tests.conftest import ROOT
+from tests.conftest import BOX, BOX_FACES, ROOT
 from tests.crowds import crowd_of
 from tests.test_index_cache import DAMAGE
 from tests.toy_cockpit import STUDY, write_toy
@@ -567,6 +567,26 @@ def test_a_part_that_is_looked_over_is_proposed_to_be_lowered_by_what_eyes_are_t
     lower = next(gain for gain in result.gains if gain.words.startswith("moving panel"))
     assert lower.words == f"moving panel {np.ceil(1000 * lack.max()):.0f} mm down"
     assert lower.after == lower.joint_after == 1.0 and lower.margin_rate == pytest.approx(1.0)
+
+
+def test_a_part_that_would_come_up_through_everybody_is_not_tried_on_everybody(tmp_path):
+    """A slab that belongs to the roof lies 10 mm below the top of the pan. The roof would have to go
+    up by 46 mm for five people's heads; the slab would then be 26 mm deep in all thighs."""
+    swap = of_figures(tmp_path) | {
+        "at_least: 150}": "at_least: 450}\n  - {name: inside, check: contact, at_most: 10}"
+    }
+    path = write_toy(tmp_path, people=PEOPLE, swap=swap)
+    slab = [[x, y, z] for x, y, z in [100, -200, 240] + [200, 400, 50] * BOX]
+    mesh = tmp_path / "environments" / "toy" / "toy.obj"
+    lines = [f"v {x:g} {y:g} {z:g}" for x, y, z in slab]
+    count = mesh.read_text().count("\nv ") + 1
+    lines += [f"f {a} {b} {c}" for a, b, c in (BOX_FACES + count).tolist()]
+    mesh.write_text(mesh.read_text() + "\n".join(lines) + "\n")
+    said = []
+    found = accommodation(load_study(path), say=said.append)
+    tried = [line for line in said if line.startswith("trying: ")]
+    assert found.served.sum() == 1 and tried
+    assert not [line for line in tried if "roof" in line], tried
 
 
 def test_nobody_is_proposed_to_move_what_he_sits_on(tmp_path):

@@ -74,6 +74,7 @@ from workbench.study.situation import (
 __all__ = [
     "FINEST",
     "SPACING",
+    "WITHIN_NEIGHBOURS",
     "Before",
     "Fitted",
     "Tried",

@@ -100,19 +100,21 @@ class _Way:
 
 @dataclass(frozen=True, eq=False)
 class _Candidate:
-    """A change, the number of the requirement that it is for, and the share that would meet
-    everything."""
+    """A change, the number of the requirement that it is for, the share that would meet everything,
+    and who would (P,)."""
 
     change: Change
     requirement: int
     share: float
+    served: Bools
 
 
 def proposals(
     question: Question, bodies: PopulationBodies, found: Chunk
-) -> Iterator[tuple[Change, int]]:
+) -> Iterator[tuple[Change, int, Bools]]:
     """Changes that let more people meet everything, as far as the margins say, with the number of
-    the requirement each is for: first those that let most people meet everything."""
+    the requirement each is for and who would (P,): first those that let most people meet
+    everything."""
     met = met_of(found.margin)
     weight = question.people.weight
     now = float(weight @ met.all(axis=1) / weight.sum())
@@ -139,7 +141,7 @@ def proposals(
     pairs.sort(key=lambda one: -one.share)
     once = {one.change: one for one in (*best, *pairs[:MOST_PAIRS])}
     for one in sorted(once.values(), key=lambda one: -one.share):
-        yield one.change, one.requirement
+        yield one.change, one.requirement, one.served
 
 
 def growth(question: Question, found: Chunk, change: Change, r: int) -> Floats:
@@ -389,7 +391,7 @@ def _single(found: Chunk, ways: Sequence[_Way], weight: Floats, now: float) -> _
     k = int(np.argmax(shares[m]))
     amount = float(steps[m + 1])
     r = _most_met(found, [ways[k]], [amount], weight)
-    return _Candidate(ways[k].by(amount), r, float(shares[m, k]))
+    return _Candidate(ways[k].by(amount), r, float(shares[m, k]), served[k][m])
 
 
 def _most_met(found: Chunk, ways: Sequence[_Way], amounts: Sequence[float], weight: Floats) -> int:
@@ -444,7 +446,8 @@ def _pair(found: Chunk, two: Sequence[_Way], weight: Floats) -> _Candidate | Non
         _sum(one.travel_forward, other.travel_forward),
         _sum(one.travel_up, other.travel_up),
     )
-    return _Candidate(together, _most_met(found, two, amounts, weight), float(shares[m, k]))
+    r = _most_met(found, two, amounts, weight)
+    return _Candidate(together, r, float(shares[m, k]), served[m, k])
 
 
 def _together(one: str, other: str) -> str:
