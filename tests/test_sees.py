@@ -261,7 +261,10 @@ def test_what_is_lacking_of_reading_is_told_in_the_unit_of_what_limits_it(tmp_pa
     )
     told = " ".join(result.warnings)
     assert "nobody meets 'read dial': at least " in told and "arc minutes (16.0 asked)" in told
-    assert "criterion 'dials' is judged by NUREG-0700" in told and "line_down: from memory" in told
+    assert (
+        "criterion 'dials' is judged by NUREG-0700" in told
+        and "straight ahead (0 degrees): from memory" in told
+    )
 
 
 @pytest.fixture(scope="module")
