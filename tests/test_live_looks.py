@@ -68,7 +68,7 @@ def test_the_least_gap_of_every_frame_is_the_clearance_of_the_report(crash):
         "knees free of the panel",
     ]
     assert arrays["asked1"].min() == pytest.approx(least.min(), abs=1e-6)
-    assert " – left_stick" in head["worst"]["words"]
+    assert " – left stick" in head["worst"]["words"]
 
 
 def test_frames_come_in_windows_with_what_touches_in_red(crash):

@@ -432,7 +432,7 @@ def test_a_smaller_person_is_off_the_pedals_and_a_button_predicts_the_posture(pa
     page.locator("#size-sex").select_option("female")
     off = page.locator("#trouble li", has_text="left foot")
     off.wait_for()
-    assert "from left_seat_left_pedal (19 mm as opened)" in off.text_content()
+    assert "from left seat left pedal (19 mm as opened)" in off.text_content()
     page.wait_for_selector("#verdicts:not(.waiting) tr")
     assert "but see above" in page.locator("#failed").text_content()
     off.get_by_role("button", name="Predict the posture (pilot)").click()

@@ -94,13 +94,13 @@ def shown(desk):
 
 
 def field(desk, toward, **more):
-    """What hides the pilot's field, and the picture of it."""
+    """What hides the pilot's field, and the arrays of its pictures."""
     work = asked(
         desk, json.dumps({"do": "field", "person": "pilot", "toward": toward, **more})
     ).work
     (frame,) = work.made().frames
     head, arrays = unpacked(frame)
-    return head, arrays.get("picture")
+    return head, arrays
 
 
 def head_turn(eyes, looks):
@@ -125,7 +125,7 @@ TOWARD = (math.cos(0.6), math.sin(0.6), -0.1)
 
 def test_the_field_is_what_the_turned_eyes_meet_in_the_place_as_it_is_dragged(desk):
     asked(desk, RAISED % "false")
-    head, picture = field(desk, TOWARD)
+    head, arrays = field(desk, TOWARD)
     pilot, instructor = (one.placed for one in shown(desk).people)
     environment = displaced(desk.opened.study.environment, desk.live.moves)
     eyes = eyes_of(pilot)
@@ -147,6 +147,7 @@ def test_the_field_is_what_the_turned_eyes_meet_in_the_place_as_it_is_dragged(de
         hides = [found.left[k], found.right[k], found.either[k], found.both[k]]
         assert row["shares"] == pytest.approx(share * np.array(hides), abs=0.006)
     assert head["at"] == pytest.approx(looks.eyes.middle[0], abs=1e-5)
+    picture = arrays["picture"]
     assert picture.shape == (3 * head["size"] ** 2,) and len(np.unique(picture)) > 10
 
 
@@ -170,7 +171,7 @@ def test_a_helmet_turns_with_the_head_and_the_arms_with_the_trunk_as_in_a_study_
     pilot = shown(desk).people[0]
     body, eyes = pilot.body, eyes_of(pilot.placed)
     toward = np.array([math.cos(2.2), math.sin(2.2), -0.1])
-    head, _ = field(desk, toward.tolist(), within=90)
+    head, arrays = field(desk, toward.tolist(), within=90)
     target = eyes.middle + 1000.0 * toward / np.linalg.norm(toward)
     trunk = gaze(eyes, target, trunk=math.radians(30)).trunk_turn[0]
     assert trunk == pytest.approx(math.radians(30)) and head["trunk"] == 30
@@ -180,6 +181,9 @@ def test_a_helmet_turns_with_the_head_and_the_arms_with_the_trunk_as_in_a_study_
     whole = posed_anew(between, half, "H", head_turn(eyes_of(between), looks))
     turned = wb.place(body, whole)
     assert head["head"] == pytest.approx(np.degrees(looks.head_turn[0]), abs=0.06)
+    # the picture shows the body so: arms and helmet stand elsewhere than at rest
+    assert arrays["centres"] == pytest.approx(turned.centres[0].ravel(), abs=1e-5)
+    assert np.abs(turned.centres - pilot.placed.centres).max() > 0.3
     other = shown(desk).people[1].placed
     scenery = scenery_of(desk.opened.study.environment, turned, {"instructor": other})
     at = np.array(head["at"])
@@ -206,11 +210,11 @@ def test_the_field_is_refused_in_words_where_an_eye_is_inside_a_part_or_nobody_i
     )
     by = (eye - middle).tolist()
     asked(desk, json.dumps({"do": "move", "parts": ["coaming"], "by": [0, 0, 0.01]}))
-    head, picture = field(desk, TOWARD)
-    assert not head["words"] and picture is not None
+    head, arrays = field(desk, TOWARD)
+    assert not head["words"] and arrays
     asked(desk, json.dumps({"do": "move", "parts": ["centre_console"], "by": by}))
-    head, picture = field(desk, TOWARD)
-    assert "is inside 'centre_console', so it sees nothing" in head["words"] and picture is None
+    head, arrays = field(desk, TOWARD)
+    assert "is inside 'centre_console', so it sees nothing" in head["words"] and not arrays
     head, _ = field(desk, [0, 0, 0])
     assert head["words"].startswith("a direction to look in")
     replies = desk.do(parsed('{"do": "field", "person": "nobody", "toward": [1, 0, 0]}'))

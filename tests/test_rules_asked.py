@@ -98,7 +98,10 @@ def test_a_round_pillar_hides_the_angle_of_the_rule(tmp_path, radius, angle):
         f"pillar hides {angle:.1f} degrees from both eyes (6.0 degrees allowed); its upper and its "
     )
     assert "from memory, not checked" in verdict.worst.source
-    assert "; seat_travel_shift: forward, as eyes stay where they are" in verdict.worst.source
+    assert (
+        "; the way that P moves by the length of the seat travel: forward, as eyes stay"
+        in verdict.worst.source
+    )
 
 
 def test_a_stricter_limit_than_the_rule_s_counts(tmp_path):

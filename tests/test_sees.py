@@ -115,6 +115,18 @@ def test_what_is_beyond_the_turn_is_told_with_the_trunk_where_it_turns(tmp_path,
     assert words.endswith(f"; it is beyond the turn of {what} and eyes")
 
 
+@pytest.mark.parametrize("up", [0.0, 20.0])
+def test_a_helmet_turns_with_the_head_to_what_is_looked_at(tmp_path, up):
+    """60 degrees to the side the head turns by 45: a helmet that stayed would be before the eyes. It
+    hides what somebody sits so that its shell comes between, and nothing else."""
+    way = np.array([math.cos(1.05), math.sin(1.05), math.tan(math.radians(up))])
+    x, y, z = (1000 * (np.array([0.1, 0.0, 1.05]) + 30.0 * way)).tolist()
+    criterion = "name: a, check: sees, points: [aside], at_least: 1"
+    worn = ONE.replace("body: adult_male", "body: adult_male, clothes: [helmet]")
+    ((verdict,), _) = found(tmp_path, criterion, points=f"  aside: [{x}, {y}, {z}]", head=worn)
+    assert verdict.worst.value == 1.0, verdict.worst.target
+
+
 def test_the_own_hand_hides_the_knob_that_it_holds(tmp_path):
     path = tmp_path / "held.yaml"
     path.write_text(HELD)
@@ -249,7 +261,10 @@ def test_what_is_lacking_of_reading_is_told_in_the_unit_of_what_limits_it(tmp_pa
     )
     told = " ".join(result.warnings)
     assert "nobody meets 'read dial': at least " in told and "arc minutes (16.0 asked)" in told
-    assert "criterion 'dials' is judged by NUREG-0700" in told and "line_down: from memory" in told
+    assert (
+        "criterion 'dials' is judged by NUREG-0700" in told
+        and "straight ahead (0 degrees): from memory" in told
+    )
 
 
 @pytest.fixture(scope="module")

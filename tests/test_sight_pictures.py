@@ -4,6 +4,7 @@ on rooms whose figures can be found by hand."""
 from __future__ import annotations
 
 import io
+import itertools
 import math
 import re
 from dataclasses import replace
@@ -11,7 +12,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from PIL import Image
 
@@ -180,6 +181,20 @@ def test_the_far_border_of_what_is_hidden_is_a_straight_line_to_a_pixel():
     near = {pixel(chart, sheet, (x, 15.0 - step)) == CLEAR for x in across}
     far = {pixel(chart, sheet, (x, 15.0 + step)) == CLEAR for x in across}
     assert (near, far) == ({False}, {True})
+
+
+@given(st.tuples(*[st.floats(-3.0, 3.0)] * 2), st.floats(0.3, 2.0))
+@settings(max_examples=10)
+def test_labels_of_a_plan_of_the_ground_never_stand_on_one_another(at, tall):
+    """Mean letters are 0.55 of their height wide; each distance and ring keeps its own label."""
+    scene = seen(room({"cab": ((-2, -1, 0.0), (2, 1, 0.2))}), at=(at[0] / 2, at[1] / 4, tall))
+    chart = ground_plan(scene, 0.0, width=240, height=240)
+    labels = [one for one in chart.words if re.fullmatch(r"[\d.]+ m", one.text)]
+    assert len(labels) >= 4
+    for one, other in itertools.combinations(labels, 2):
+        across, along = np.abs(np.subtract(one.at, other.at))
+        letters = 0.55 * one.size * (len(one.text) + len(other.text)) / 2
+        assert across >= letters or along >= one.size, (one, other)
 
 
 def test_a_road_is_the_ground_and_hides_none_of_it():

@@ -397,4 +397,17 @@ def test_a_rule_set_says_how_many_of_its_values_are_from_memory_or_which_where_t
     told = load_rule_set("sight_un_r125").all_told
     assert re.search(r"; \d+ of its \d+ values are from memory, not checked", told)
     few = load_rule_set("sight_nureg_0700").all_told
-    assert few.endswith("; line_down: from memory, not checked against the rule's text")
+    end = "; the line of sight below straight ahead (0 degrees): from memory, not checked against the "
+    assert few.endswith(f"{end}rule's text")
+
+
+def test_values_of_sight_that_are_not_sure_are_told_in_words_with_their_figures_and_units():
+    told = load_rule_set("sight_un_r125").told("p1", "v1", "p_to_e", "s2_fall")
+    asked = "the point P1 (35, -20, 627 mm rearward right up), the distance from P to the eyes (104 mm), "
+    assert f"; {asked}the fall to the lower cut S2 (5 degrees): from memory, " in told
+    for path in (ROOT / "studies" / "rules").glob("sight_*.yaml"):
+        rules = load_rule_set(path.stem)
+        for name, value in rules.values.items():
+            if value.status != "seen" or value.doubt:
+                assert not value.called.startswith(name.replace("_", " ")), name
+                assert "_" not in rules.told(name)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -10,7 +11,7 @@ import numpy as np
 from workbench.draw.chart import FINER, Chart, Stroke, Words
 from workbench.draw.colours import INK
 from workbench.draw.directions import Outlook
-from workbench.draw.sheet import Sheet
+from workbench.draw.sheet import LETTER, Sheet
 from workbench.draw.zones import Items, spread, zones
 from workbench.errors import UsageError
 from workbench.model.arrays import Bools, Floats
@@ -194,14 +195,35 @@ def _grid(sheet: Sheet, radius: float, near: Floats) -> tuple[list[Stroke], list
     strokes.append(sheet.line(radius * circle, INK, 1.2))
     cross = 0.02 * radius * np.array([[-1.0, 0.0], [1.0, 0.0], [np.nan, np.nan], [0, -1], [0, 1]])
     strokes += sheet.emphasised(cross)
-    # ring labels go to the upper right, between the sides that are labelled
-    slant = np.array([math.sin(0.4), math.cos(0.4)])
-    labels = [sheet.label(ring * slant, f"{ring:g} m") for ring in rings[:-1]]
-    for k in range(_LABELLED):
-        side = k * _SIDES // _LABELLED
+    labels: list[Words] = []
+    for side in range(0, _SIDES, _SIDES // _LABELLED):
         distance = float(near[side])
         if distance < radius:
             azimuth = side * (math.tau / _SIDES)
-            point = distance * np.array([-math.sin(azimuth), math.cos(azimuth)])
-            labels.append(sheet.label(point, f"{distance:.1f} m")._replace(colour=INK))
+            way = np.array([-math.sin(azimuth), math.cos(azimuth)])
+            label = _clear_label(sheet, distance, way, f"{distance:.1f} m", labels)
+            strokes.append(Stroke(np.stack([sheet.pixels(distance * way), np.array(label.at)])))
+            labels.append(label._replace(colour=INK))
+    # ring labels go to the upper right, between the sides that are labelled
+    slant = np.array([math.sin(0.4), math.cos(0.4)])
+    for ring in rings[:-1]:
+        labels.append(_clear_label(sheet, ring, slant, f"{ring:g} m", labels))
     return strokes, labels
+
+
+def _clear_label(
+    sheet: Sheet, distance: float, way: Floats, text: str, others: Sequence[Words]
+) -> Words:
+    """A label at a distance along a direction (2,), or as much farther out as others need room."""
+    label = sheet.label(distance * way, text)
+    while any(_overlap(label, other) for other in others):
+        distance += 0.5 * label.size / sheet.scale
+        label = sheet.label(distance * way, text)
+    return label
+
+
+def _overlap(one: Words, other: Words) -> bool:
+    """Whether two labels stand on one another."""
+    apart = np.abs(np.subtract(one.at, other.at))
+    wide = 0.5 * LETTER * one.size * (len(one.text) + len(other.text) + 1)
+    return bool(apart[0] < wide and apart[1] < 1.2 * one.size)

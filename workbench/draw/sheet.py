@@ -12,13 +12,13 @@ from workbench.draw.colours import INK, PAPER, Colour
 from workbench.draw.zones import LegendBox, Zones, add_legend
 from workbench.model.arrays import Bools, Floats
 
-__all__ = ["GRID", "Sheet"]
+__all__ = ["GRID", "LETTER", "Sheet"]
 
 GRID: Colour = (96, 104, 116)
 """Colour of the lines of a grid."""
 _WIDTH = 62.0
 """Width of a picture as a multiple of the size of its letters, which are 8 to 14 pixels high."""
-_LETTER = 0.55
+LETTER = 0.55
 """Mean width of letters as a multiple of their height."""
 _LEGEND = 20.0
 """Lines of a legend that room is kept for."""
@@ -72,7 +72,7 @@ class Sheet:
         """The title, and in smaller letters what else there is to say; letters that all have room."""
         words = []
         for k, text in enumerate(lines):
-            room = (self.width - 2.0 * self.letters) / (_LETTER * max(len(text), 1))
+            room = (self.width - 2.0 * self.letters) / (LETTER * max(len(text), 1))
             size = min((0.9 if k else 1.2) * self.letters, room)
             words.append(Words((self.letters, (1.0 + 1.3 * k) * self.letters), text, size))
         return words

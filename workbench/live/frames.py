@@ -340,7 +340,7 @@ def _verdict(verdict: Verdict, there: Present | None) -> dict[str, Any]:
     return row | {
         "margin": margin if np.isfinite(margin) else None,
         "unit": unit.sign.strip(),
-        "words": f"{lead}: " + " – ".join(filter(None, (worst.subject, worst.target))),
+        "words": plain(f"{lead}: " + " – ".join(filter(None, (worst.subject, worst.target)))),
         "case": worst.case,
         "person": worst.person,
         "point": None if point is None else [round(value, 5) for value in point],

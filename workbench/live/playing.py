@@ -24,6 +24,7 @@ from workbench.live.frames import near_row
 from workbench.live.protocol import packed
 from workbench.live.replies import Made
 from workbench.model.arrays import Floats, Ints
+from workbench.model.figures import plain
 from workbench.model.motion_case import MotionCase
 from workbench.model.poses import Placed
 from workbench.model.posing import poses_at
@@ -151,7 +152,7 @@ class Gaps(_Asked):
             frame = int(gaps.room.argmin())
             if gaps.room[frame] < least.min(initial=np.inf):
                 point = gaps.point[frame].round(5).tolist()
-                worst = {"words": gaps.words(frame), "point": point}
+                worst = {"words": plain(gaps.words(frame)), "point": point}
             least = np.minimum(least, gaps.room)
         arrays: Arrays = [("least", least.astype(np.float32))]
         rows: list[dict[str, Any]] = []

@@ -83,7 +83,8 @@ class FieldWork:
             rows, picture = _shown(found, self.known[names])
         except WorkbenchError as error:
             return Made([packed(head | {"words": str(error)})])
-        return Made([packed(head | _figures(found, rows), [("picture", picture)])])
+        arrays = [("picture", picture), ("centres", found.placed.centres[0].astype(np.float32))]
+        return Made([packed(head | _figures(found, rows), arrays)])
 
 
 def _figures(found: Field, rows: list[dict[str, Any]]) -> dict[str, Any]:

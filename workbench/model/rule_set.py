@@ -24,7 +24,8 @@ class RuleValue:
     source: where it was seen, or what is known of it; status: "seen" where it was read there,
     "remembered" where that was not at hand, "chosen" where the rule leaves it open. origin: of a
     field on the ground, from what it counts behind ("eyes" or "front" of the vehicle), and out
-    ("side", "middle" or "eyes"). doubt: what was settled without the source, "" of nothing.
+    ("side", "middle" or "eyes"). doubt: what was settled without the source, "" of nothing. called:
+    what it is in a sentence, with its figure and unit where that is one number or a few.
     """
 
     value: Floats
@@ -32,6 +33,7 @@ class RuleValue:
     status: str
     origin: tuple[str, str] | None = None
     doubt: str = ""
+    called: str = ""
 
     @property
     def words(self) -> str:
@@ -78,9 +80,10 @@ class RuleSet:
 
     def told(self, *names: str) -> str:
         """Name the rule set for a sentence, with which of some values are not sure, and their doubts."""
-        unsure = [name for name in names if self._found(name).status == "remembered"]
+        values = [self._found(name) for name in names]
+        unsure = [value.called for value in values if value.status == "remembered"]
         told = [self.description, *([f"{', '.join(unsure)}: {REMEMBERED}"] if unsure else [])]
-        told += [f"{name}: {doubt}" for name in names if (doubt := self._found(name).doubt)]
+        told += [f"{value.called}: {value.doubt}" for value in values if value.doubt]
         return "; ".join(told)
 
     @property

@@ -14,7 +14,7 @@ from workbench.errors import InputError, UsageError
 from workbench.model.arrays import Bools, Floats, Ints, freeze_fields, frozen
 from workbench.model.environment import Environment
 from workbench.model.poses import Placed
-from workbench.sight.eyes import eyes_of, head_of
+from workbench.sight.eyes import Eyes, eyes_of, head_of
 from workbench.sight.kernels.segments import Blockers, enclosing
 
 __all__ = ["Scenery", "check_eye", "check_eyes", "enclosing_items", "items_around", "scenery_of"]
@@ -52,6 +52,8 @@ class Scenery:
     ball, item_ball
         (T, 4) and (N, 7) centre and radius [m] of a sphere about each triangle, and about all of an
         item, of which half the size of its box follows; made from the triangles.
+    on_head
+        (S,) spheres worn on the head of who looks; empty where there are none.
     """
 
     names: tuple[str, ...]
@@ -66,6 +68,7 @@ class Scenery:
     displacement: Floats
     ball: Floats = field(default_factory=lambda: np.zeros((0, 4)))
     item_ball: Floats = field(default_factory=lambda: np.zeros((0, 7)))
+    on_head: Bools = field(default_factory=lambda: np.zeros(0, dtype=np.bool_))
 
     def __post_init__(self) -> None:
         n = len(self.names)
@@ -124,6 +127,18 @@ class Scenery:
             radius=self.radius[one],
             displacement=self.displacement[one],
         )
+
+    def head_turned(self, eyes: Eyes, looks: Eyes) -> Scenery:
+        """Return it with what is worn on the head turned about the neck as the head is, from eyes at
+        rest to those of a gaze, B each."""
+        if not self.on_head.any():
+            return self
+        turn = np.einsum("bki,bkj->bij", looks.axes, eyes.axes)
+        pivot = eyes.pivot[:, None]
+        worn = np.einsum("bij,bsj->bsi", turn, self.centre[:, self.on_head] - pivot)
+        centre = self.centre.copy()
+        centre[:, self.on_head] = pivot + worn
+        return replace(self, centre=centre)
 
 
 def _balls(triangles: Floats, start: Ints) -> tuple[Floats, Floats]:
@@ -226,6 +241,7 @@ def scenery_of(
         np.broadcast_to(np.zeros(3) if displacement is None else displacement, (rows, 3)),
         shown.ball,
         item_ball,
+        np.concatenate([np.zeros(0, dtype=np.bool_), *(one.on_head for one in people)]),
     )
 
 
@@ -262,6 +278,7 @@ class _Spheres:
     centre: Floats
     radius: Floats
     item: Ints
+    on_head: Bools
 
     def __len__(self) -> int:
         return len(self.radius)
@@ -272,7 +289,8 @@ def _spheres_of(placed: Placed, whose: str) -> _Spheres:
     body = placed.body
     names = tuple(f"{whose} {name}" for name in body.segment_names)
     radius = np.where(np.isfinite(placed.centres[:, :, 0]), body.radius[placed.person], np.nan)
-    return _Spheres(names, placed.centres, radius, body.sphere_segment)
+    none = np.zeros(len(body.sphere_segment), dtype=np.bool_)
+    return _Spheres(names, placed.centres, radius, body.sphere_segment, none)
 
 
 def _own(placed: Placed, without: Bools | None) -> _Spheres:
@@ -296,7 +314,9 @@ def _own(placed: Placed, without: Bools | None) -> _Spheres:
     kept = ~on_head | worn
     if without is not None:
         kept &= ~without
-    return _Spheres(tuple(names), found.centre[:, kept], radius[:, kept], item[kept])
+    return _Spheres(
+        tuple(names), found.centre[:, kept], radius[:, kept], item[kept], (on_head & worn)[kept]
+    )
 
 
 def enclosing_items(scenery: Scenery, eye: Floats) -> Ints:

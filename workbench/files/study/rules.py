@@ -12,6 +12,7 @@ from workbench.files.catalogue import find
 from workbench.files.schema import fail, validate
 from workbench.files.study.schema import RulesFile, RuleValueFile
 from workbench.files.yaml_text import read_yaml
+from workbench.model.figures import plain
 from workbench.model.rule_set import RuleSet, RuleValue
 
 __all__ = ["load_rule_set", "rule_set"]
@@ -35,6 +36,8 @@ _UNITS = {
     "1": 1.0,
 }
 """What one of each unit is in SI."""
+_WORDS = {"deg": " degrees", "arcmin": " arc minutes", "in": " inches", "1": ""}
+"""How units are written in a sentence that are not written as in a file."""
 _AXES = {"forward left up": (1.0, 1.0, 1.0), "rearward right up": (-1.0, -1.0, 1.0)}
 """Signs that turn points of other axes to the workbench's."""
 
@@ -59,7 +62,7 @@ def load_rule_set(source: str | Path, *, near: Path | None = None) -> RuleSet:
     return RuleSet(
         file.rules,
         file.description,
-        {name: _value(value) for name, value in file.values.items()},
+        {name: _value(name, value) for name, value in file.values.items()},
         file.credit,
     )
 
@@ -78,8 +81,13 @@ def _shape_fault(file: RuleValueFile) -> str:
     return ""
 
 
-def _value(file: RuleValueFile) -> RuleValue:
+def _value(name: str, file: RuleValueFile) -> RuleValue:
     signs = 1.0 if file.axes is None else np.array(_AXES[file.axes])
     value = np.asarray(np.array(file.value, dtype=np.float64) * _UNITS[file.unit] * signs)
     value.flags.writeable = False
-    return RuleValue(value, file.source, file.status, file.origin, file.doubt)
+    unit = _WORDS.get(file.unit, f" {file.unit}")
+    axes = "" if file.axes is None else f" {file.axes}"
+    figures = ", ".join(f"{figure:g}" for figure in np.ravel(file.value).tolist())
+    figure = f" ({figures}{unit}{axes})" if value.ndim < 2 else ""
+    called = f"{file.words or plain(name)}{figure}"
+    return RuleValue(value, file.source, file.status, file.origin, file.doubt, called)

@@ -777,7 +777,8 @@ class RuleValueFile(FileModel):
 
     status: seen where it was read in the `source`, remembered where that was not at hand, chosen
     where the rule leaves it open. origin: of a field on the ground, from what it counts behind, and
-    from what out. doubt: what was settled without the source, told with each figure."""
+    from what out. doubt: what was settled without the source, told with each figure. words: what it is
+    called there, its key where it has none."""
 
     value: float | Rows
     unit: Literal[
@@ -805,6 +806,7 @@ class RuleValueFile(FileModel):
     status: Literal["seen", "remembered", "chosen"]
     source: Annotated[str, Field(min_length=1)]
     doubt: str = ""
+    words: str = ""
 
 
 class RulesFile(FileModel):

@@ -83,7 +83,7 @@ function showFields() {
   frame.show(found, hello);
   at("sizes").replaceChildren(...found.sizes.map((one) => next.doubt(one)));
   at("mode-meet").hidden = found.meshes.length < 2;
-  options(at("add-files"), found.others);
+  options(at("add-files"), found.others, undefined, String);
   things.show(found, hello);
 }
 

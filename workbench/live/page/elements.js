@@ -1,5 +1,7 @@
 // Making elements of the page, and its keys. Words of files are only ever written as text.
 
+import { plain } from "/view/pick.js";
+
 export const at = (id) => document.getElementById(id);
 
 export function element(name, words = "", more = {}) {
@@ -8,9 +10,10 @@ export function element(name, words = "", more = {}) {
   return Object.assign(made, more);
 }
 
-export function options(select, names, chosen) {
+// words: how a name is written; names of files stand as they are.
+export function options(select, names, chosen, words = plain) {
   const same = names.length === select.children.length && names.every((name, k) => select.children[k].value === name);
-  if (!same) select.replaceChildren(...names.map((name) => element("option", name, { value: name }))); // an open list stays open
+  if (!same) select.replaceChildren(...names.map((name) => element("option", words(name), { value: name }))); // an open list stays open
   if (chosen !== undefined) select.value = chosen;
 }
 

@@ -18,14 +18,14 @@ export class Eye {
   // source: gives where the person who is chosen looks from, { role, at, sight, up, head, body }, or
   // null; repaint: paints the people anew; say: is told why there is no view.
   constructor(source, repaint, say) {
-    Object.assign(this, { source, repaint, say, panel: null, set: null, body: null, veiled: false, field: 0, shown: () => {} });
+    Object.assign(this, { source, repaint, say, panel: null, set: null, body: null, turned: null, veiled: false, field: 0, shown: () => {} });
     document.addEventListener("left", () => this.left());
   }
 
   // Take the picture that is there now.
   attach(panel) {
     this.panel = panel;
-    this.set = this.body = null;
+    this.set = this.body = this.turned = null;
     this.veiled = false;
     this.button = panel.button("eye", () => this.toggle(), false);
     panel.bar.querySelector(".space").before(this.button);
@@ -56,27 +56,34 @@ export class Eye {
     if (this.body) delete this.body.unseen;
     body.unseen = from.head;
     this.body = body;
+    this.turned = null;
     this.repaint();
   }
 
-  // The eyes go with the head that turns.
-  moveTo(at) {
-    const { viewer } = this.panel;
-    if (!this.set || viewer.camera.at.every((value, k) => value === at[k])) return;
+  // Head and trunk turn with the gaze, with all that they bear: the eyes are at a point, the spheres about centres.
+  turn(at, centres) {
+    const { scene, viewer } = this.panel;
+    if (!this.set || this.body.centres.length !== centres.length) return; // it is being fetched
+    this.turned = [at, centres];
+    if (this.body.centres === centres && viewer.camera.at === at) return;
     viewer.camera.at = at;
-    viewer.draw();
+    this.body.centres = this.body.frames = centres;
+    scene.frame += 1;
+    viewer.moved();
   }
 
-  // The people have moved: the view goes along, turned as it was.
+  // The people have moved: the view goes along, turned as it was, until it is known how they sit who look there.
   follow() {
-    if (this.set) this.look(this.panel.viewer.camera.angle);
+    if (!this.set) return;
+    this.look(this.panel.viewer.camera.angle);
+    if (this.turned && !this.panel.film) this.turn(...this.turned);
   }
 
   left() {
     if (!this.set) return;
     this.set = null;
     if (this.body) delete this.body.unseen;
-    this.body = null;
+    this.body = this.turned = null;
     if (this.veiled && this.panel.viewer.walls) this.panel.setWalls();
     this.veiled = false;
     this.button.setAttribute("aria-pressed", "false");

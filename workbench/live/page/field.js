@@ -74,7 +74,7 @@ export class Field {
     at("field-rows").replaceChildren(...head.rows.map(fieldRow));
     at("field-more").textContent = head.more ? `${head.more} more hide less` : "";
     this.paint(head, arrays.picture);
-    if (!panel.film) this.eye.moveTo(head.at);
+    if (!panel.film) this.eye.turn(head.at, arrays.centres);
   }
 
   paint({ size, rows, within }, picture) {

@@ -1,5 +1,6 @@
 // Rows of the tables: verdicts, and what is nearest to what.
 
+import { plain } from "/view/pick.js";
 import { element } from "./elements.js";
 
 // A cell whose words look at a place of the picture.
@@ -30,7 +31,7 @@ export function allowedWords({ mm, allowed }) {
 // A near pair, red where it is deeper than it may be; fill: is given it where a distance is to be asked for.
 export function nearRow(pair, look, fill) {
   const row = element("tr");
-  const target = pair.other ? `${pair.other}: ${pair.target}` : pair.target;
+  const target = plain(pair.other ? `${pair.other}: ${pair.target}` : pair.target);
   row.append(
     element("td", signed(pair.mm), { className: `number ${pair.deep ? "failed" : ""}` }),
     element("td", allowedWords(pair), { className: `soft ${pair.deep ? "failed" : ""}` }),

@@ -11,6 +11,7 @@ import numpy as np
 
 from workbench.model.arrays import Floats
 from workbench.model.environment import Control
+from workbench.model.figures import plain
 from workbench.model.study import GivenPosture
 from workbench.posture.reaching.limbs import FEET, limb
 from workbench.study.bench.answers import TOUCHES, Answer, PersonAnswer
@@ -191,7 +192,7 @@ def _off_words(role: str, off: tuple[LimbOff, ...]) -> list[str]:
     if not off:
         return []
     named = [
-        f"{one.limb} {1e3 * one.distance:.0f} mm from {one.control} "
+        f"{one.limb} {1e3 * one.distance:.0f} mm from {plain(one.control)} "
         f"({1e3 * one.before:.0f} mm as opened)"
         for one in off
     ]

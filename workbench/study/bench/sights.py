@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike
 from workbench.errors import InputError
 from workbench.model.accommodation import OF_RULES, OF_SIGHT
 from workbench.model.arrays import Floats
-from workbench.model.poses import Poses
+from workbench.model.poses import Placed, Poses
 from workbench.model.quaternions import exponential, from_matrices, matrices
 from workbench.model.result import Verdict
 from workbench.model.surroundings import move_parts
@@ -80,6 +80,8 @@ class Field:
 
     Parameters
     ----------
+    placed
+        The person with trunk and head turned.
     scenery
         What may hide something.
     gaze
@@ -88,6 +90,7 @@ class Field:
         What each item hides within an angle of the direction.
     """
 
+    placed: Placed
     scenery: Scenery
     gaze: Gaze
     hidden: Obscuration
@@ -139,7 +142,7 @@ def field_of(
     left /= np.linalg.norm(left)
     region = Region("field", np.stack([ahead, left, np.cross(ahead, left)]), within)
     hidden = obscuration(turned.scenery, looks.eyes, within=region, step=step)
-    return Field(turned.scenery, looks, hidden)
+    return Field(turned.placed, turned.scenery, looks, hidden)
 
 
 def _turned_to(situation: Situation, target: Floats, trunk: float) -> tuple[Situation, Gaze]:

@@ -219,6 +219,7 @@ def _sees(
         pieces = environment.control(name).pieces if criterion.controls else ()
         own = [target.item, *(environment.part_index(piece.part) for piece in pieces)]
         clear = looked_through(scenery, own) if max(own) >= 0 else scenery
+        clear = clear.head_turned(eyes, looks.eyes.rows(rows))
         seen = seen_shares(clear, looks.eyes.rows(rows), [target], by=criterion.eyes)
         within = looks.within[rows]
         beyond = BEYOND[criterion.trunk > 0.0]
