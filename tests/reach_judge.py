@@ -43,6 +43,26 @@ class Verdict:
     """Ways of the judge that the package did not confirm."""
 
 
+def entered(body, poses, hand, *, other_arm=False):
+    """(P,) [m] how deep an arm is in other segments, beyond the allowance for flesh and as far as the
+    true surfaces may be inside the spheres; the fingers aside, and the other arm unless asked for."""
+    found = wb.self_contacts(wb.place(body, poses))
+    side = hand[0].upper()
+    arm = [body.segment(side + name) for name in ("UA", "LA", "HN")]
+    other = [body.segment("LR"[side == "L"] + name) for name in ("UA", "LA", "HN")]
+    bends = (body.sphere_segment == arm[2]) & ~wb.limb(body, hand).solid[0]
+    pair = found.segment, found.other_segment
+    counts = np.isin(pair[0], arm) != np.isin(pair[1], arm)
+    counts &= ~(bends[found.sphere] | bends[found.other_sphere])
+    if not other_arm:
+        counts &= ~(np.isin(pair[0], other) | np.isin(pair[1], other))
+    error = np.nan_to_num(body.fit_error[0, :, 1])
+    deep = -found.distance - body.allowance[0][pair] - error[pair[0]] - error[pair[1]]
+    deepest = np.zeros(len(poses))
+    np.maximum.at(deepest, found.pose[counts], deep[counts])
+    return deepest
+
+
 class Surroundings:
     """An environment whose parts stand still or go along with a seat."""
 
@@ -72,8 +92,10 @@ class Surroundings:
 class Judge:
     """One limb of one person (a body of one row) in one posture, among surroundings."""
 
-    def __init__(self, body, arm, pose, surroundings, displacement):
+    def __init__(self, body, arm, pose, surroundings, displacement, *, heeds_body=False):
+        """heeds_body: whether a way may not lead through the own body."""
         self.body = body
+        self.heeds_body = heeds_body
         self.arm = arm
         self.base = forward(body, pose)[0]
         self.angles = angles_of(body, pose)[0]
@@ -296,6 +318,8 @@ class Judge:
         margin = wb.stops(self.body, pose).margin[0, list(self.arm.free)]
         if margin.min() < -CONFIRMED_STOP:
             return False
+        if self.heeds_body and entered(self.body, pose, self.arm.name.split(",")[0])[0] > 0.0:
+            return False
         met = wb.contacts(placed, self.room)
         return not np.any(self.arm.solid[0, met.sphere] & (met.excess > 0))
 
@@ -320,4 +344,4 @@ class Judge:
         return Verdict(-1, self.angles_at(pool[0]), refused)
 
 
-__all__ = ["RESTARTS", "Judge", "Surroundings", "Verdict"]
+__all__ = ["RESTARTS", "Judge", "Surroundings", "Verdict", "entered"]

@@ -179,7 +179,9 @@ class Seats:
         """The judge of one limb of one person."""
         one = self.body[np.array([person])]
         arm = wb.limb(one, name, grip=grip, zone=zone)
-        return Judge(one, arm, self.pose(person), self.surroundings, self.displacement[person])
+        pose = self.pose(person)
+        shift = self.displacement[person]
+        return Judge(one, arm, pose, self.surroundings, shift, heeds_body=True)
 
 
 def study_of(name: str, folder: Path) -> Path:
@@ -240,8 +242,9 @@ class Asked:
 
     @property
     def kept(self) -> np.ndarray:
-        """(B, T) what is said to be kept by an obstacle."""
-        return np.asarray(~self.found.reached & (self.free.miss < NEARLY))
+        """(B, T) what is said to be kept by an obstacle; what the own body keeps is none."""
+        obstacle = self.found.part < len(self.found.parts)
+        return np.asarray(~self.found.reached & obstacle & (self.free.miss < NEARLY))
 
 
 def asked_of(seats: Seats, hand: str, deeper: float) -> Iterator[Asked]:

@@ -8,7 +8,7 @@ import pytest
 
 import workbench as wb
 from tests.conftest import box_part, environment_of
-from tests.reach_judge import Judge, Surroundings
+from tests.reach_judge import Judge, Surroundings, entered
 from workbench.posture.reaching.again import no_reaches, still_reached
 
 SIT = {joint: {"flexion": 85} for joint in ("LH", "RH")} | {
@@ -29,26 +29,6 @@ def man():
 @pytest.fixture(scope="module")
 def sits(man):
     return wb.pose(man, SIT, reference="LT")
-
-
-def entered(body, poses, hand, *, other_arm=False):
-    """(P,) [m] how deep an arm is in other segments, beyond the allowance for flesh and as far as the
-    true surfaces may be inside the spheres; the fingers aside, and the other arm unless asked for."""
-    found = wb.self_contacts(wb.place(body, poses))
-    side = hand[0].upper()
-    arm = [body.segment(side + name) for name in ("UA", "LA", "HN")]
-    other = [body.segment("LR"[side == "L"] + name) for name in ("UA", "LA", "HN")]
-    bends = (body.sphere_segment == arm[2]) & ~wb.limb(body, hand).solid[0]
-    pair = found.segment, found.other_segment
-    counts = np.isin(pair[0], arm) != np.isin(pair[1], arm)
-    counts &= ~(bends[found.sphere] | bends[found.other_sphere])
-    if not other_arm:
-        counts &= ~(np.isin(pair[0], other) | np.isin(pair[1], other))
-    error = np.nan_to_num(body.fit_error[0, :, 1])
-    deep = -found.distance - body.allowance[0][pair] - error[pair[0]] - error[pair[1]]
-    deepest = np.zeros(len(poses))
-    np.maximum.at(deepest, found.pose[counts], deep[counts])
-    return deepest
 
 
 @pytest.mark.parametrize("zone", [1, 2, 3])

@@ -113,6 +113,25 @@ def test_markers_a_centimetre_off_their_places_are_found_there():
     assert np.sqrt(np.mean(fit.residual**2)) < 0.003
 
 
+@pytest.mark.parametrize(
+    ("degrees", "shift"), [(37.0, (0, 0, 0)), (0.0, (10, -10, 0)), (200.0, (3, 4, 1))]
+)
+def test_a_recording_that_is_turned_and_moved_has_the_same_joint_angles(degrees, shift):
+    made = marked(walk(30), FULL, shift=0.01)
+    c, s = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
+    turn = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+    elsewhere = made.position @ turn.T + shift
+    fit = poses_from_markers(BODY, made)
+    other = poses_from_markers(BODY, Markers(made.names, elsewhere, made.time, "made"))
+    joints = [j for j in range(len(BODY.joints)) if j + 1 != fit.poses.reference]
+    np.testing.assert_allclose(
+        other.poses.rotations[:, joints], fit.poses.rotations[:, joints], atol=1e-9
+    )
+    there, here = (one.poses.world_from_reference for one in (other, fit))
+    np.testing.assert_allclose(there[:, :, 3], here[:, :, 3] @ turn.T + shift, atol=1e-9)
+    np.testing.assert_allclose(there[:, :, :3], turn @ here[:, :, :3], atol=1e-9)
+
+
 def test_joints_solved_from_markers_stay_within_their_stops():
     """Elbows that bend backward and a hand folded on its forearm are not followed past the stops."""
     poses = walk(20)

@@ -10,8 +10,8 @@ from tests.reach_truth import HANDS, MESHES, REAL, SHIPPED, seats_of, study_of, 
 
 pytestmark = pytest.mark.nightly
 DETAILS = ("coarse", "medium", "fine")
-PEOPLE = {"controls": 168, "real": 20, "pockets": 12}
-"""People of each place and level of detail: 1,008 in all at the controls of trainer and car."""
+PEOPLE = {"controls": 42, "real": 10, "pockets": 8}
+"""People of each place and level of detail: 252 in all at the controls of trainer and car."""
 JUDGED = {"controls": 10_000, "real": 200, "pockets": 60}
 """Most that are judged of each place, level of detail and hand."""
 DEEPER = {"pockets": 0.1}

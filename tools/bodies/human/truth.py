@@ -33,6 +33,9 @@ LEANING = {
     "HP": {"flexion": 2.0},
 }
 """Trunk, neck and head of the posture `driving`."""
+SLOUCHED = LEANING | {"W": {"flexion": 12.0}, "SP": {"flexion": 20.0}}
+"""The trunk of mean drivers (Park and others 2016) on a body: two joints bend as many do."""
+TRUNK = {"LT", "CT", "UT", "N", "LSM", "RSM"}
 BENT = {
     "LE": ("flexion", 100.0),
     "LK": ("flexion", 100.0),
@@ -198,8 +201,8 @@ def _winding(points, corner):  # type: ignore[no-untyped-def]
 
 
 def allowances(body: Body) -> tuple[list[tuple[str, str, float]], list[str]]:
-    """Overlaps of segments standing or sitting, upright and leaning, the flesh spread or not, as
-    allowances, rounded up to 2 mm; and those that no flesh explains."""
+    """Overlaps of segments standing or sitting, upright and leaning, the flesh spread or not, of segments
+    of the trunk slouched too, as allowances, rounded up to 2 mm; and those that no flesh explains."""
     bare = _without(body)
     segment = body.sphere_segment
     deepest: dict[tuple[str, str], float] = {}
@@ -209,6 +212,7 @@ def allowances(body: Body) -> tuple[list[tuple[str, str, float]], list[str]]:
         (bare, SEATED),
         (sitting, SEATED),
         (sitting, SEATED | LEANING),
+        (sitting, SEATED | SLOUCHED),
     ):
         found = wb.self_contacts(wb.place(shape, wb.pose(shape, posture)))
         rows = zip(found.sphere, found.other_sphere, found.distance, strict=True)
@@ -217,6 +221,8 @@ def allowances(body: Body) -> tuple[list[tuple[str, str, float]], list[str]]:
                 (body.segments[segment[one]], body.segments[segment[other]]), key=SEGMENTS.index
             )
             key = (pair[0], pair[1])
+            if posture == SEATED | SLOUCHED and not set(key) <= TRUNK:
+                continue  # drivers' arms do not hang beside the trunk
             deepest[key] = max(deepest.get(key, 0.0), -float(distance))
     rows = [
         (a, b, float(np.ceil(500 * depth + 0.5) / 500)) for (a, b), depth in sorted(deepest.items())

@@ -22,12 +22,13 @@ from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.body import Body
 from workbench.model.motion import Markers
 from workbench.model.poses import Poses
-from workbench.model.quaternions import matrices
+from workbench.model.quaternions import matrices, multiply
 from workbench.motion.recorded.marker_names import USUAL_SPREAD, Site, named_sites
 from workbench.motion.recorded.skeleton import IDENTITY
 from workbench.motion.recorded.subject import marker_places
 from workbench.posture.kernels.markers import MarkerChain, solve_markers
 from workbench.posture.packed_stops import packed_stops
+from workbench.posture.reaching.chains import on_grid
 from workbench.posture.stops import nearest_legal
 
 __all__ = ["MarkerFit", "bridged", "poses_from_markers"]
@@ -189,6 +190,9 @@ def _solved_without_outliers(
 ) -> _Fitted:
     """Solve all frames; leave out the worst marker that lies far off, and repeat.
 
+    All is solved in axes of the pelvis as it is guessed in the first frame, in points on a grid, so the
+    last digits, which are others once a recording is turned or moved, choose no posture.
+
     Parameters
     ----------
     body, markers
@@ -196,6 +200,9 @@ def _solved_without_outliers(
     sites, seen
         The known markers, and their positions (P, M, 3) [m].
     """
+    _require_visible(markers, seen)
+    origin = _first_guess(_MarkerLayout.of(body, sites), seen[0])
+    seen = on_grid((seen - origin.pelvis[:, 3]) @ origin.pelvis[:, :3])
     left_out: dict[str, float] = {}
     while True:
         kept = np.array([name not in left_out for name in sites], dtype=np.bool_)
@@ -213,8 +220,22 @@ def _solved_without_outliers(
             residual = _distances(shown, solution)
             worst = _outlier(residual) if may_leave_out else None
         if worst is None:
+            solution = _in_world(solution, origin)
             return _Fitted(layout, solution, tuple(own), residual, left_out)
         left_out[tuple(own)[worst]] = float(_marker_rms(residual)[worst])
+
+
+def _in_world(solution: _Solution, origin: _Start) -> _Solution:
+    """A solution in axes of a pelvis, in the world in which that stands."""
+    turn, at = origin.pelvis[:, :3], origin.pelvis[:, 3]
+    pelvis = turn @ solution.pelvis
+    pelvis[:, :, 3] += at
+    return replace(
+        solution,
+        attitude=multiply(origin.attitude, solution.attitude),
+        pelvis=pelvis,
+        modelled=solution.modelled @ turn.T + at,
+    )
 
 
 def _distances(seen: Floats, solution: _Solution) -> Floats:
