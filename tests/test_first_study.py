@@ -107,6 +107,22 @@ def test_hands_are_on_the_wheel_or_stick_and_on_what_is_nearest(tmp_path, contro
     assert predicted(first(write_cab(tmp_path, controls=f"{{{rows}}}")))["hands"] == hands
 
 
+def test_a_throttle_that_is_pushed_is_held_by_the_hand_of_its_side_all_the_same(tmp_path):
+    yoke = control((450, 200, 600))
+    knob = control((450, 0, 500), "push")
+    study = first(write_cab(tmp_path, controls=f"{{yoke: {yoke}, throttle: {knob}}}"))
+    assert predicted(study)["hands"] == {"left": "yoke", "right": "throttle"}
+
+
+def test_footplates_that_go_along_are_no_pedals_and_hands_are_on_what_is_nearest(tmp_path):
+    path = tmp_path / "study.yaml"
+    assert main(["new", "counter", "-o", str(path)]) == 0
+    study = yaml.safe_load(path.read_text())
+    hands = {"left": "bell", "right": "card_terminal"}
+    assert predicted(study, "wheelchair")["hands"] == hands
+    assert asked(study, "preferred_seat") == []
+
+
 def test_a_sitter_with_switches_alone_rests_and_is_asked_to_reach_them(tmp_path):
     rows = f"{{start_button: {control((600, 100, 500), 'push')}}}"
     study = first(write_cab(tmp_path, controls=rows))
@@ -202,6 +218,7 @@ def test_controls_far_apart_have_somebody_each(tmp_path):
 def test_without_seats_and_controls_somebody_stands_clear_near_the_middle(tmp_path):
     study = first(write_cab(tmp_path, parts=DESK, seats=()))
     x, y, z = study["people"]["person"]["stand"]["on"]
+    assert study["cases"][0]["name"] == "standing"
     assert z == 0 and math.hypot(x, y) < 1000
     assert wb.run(wb.load_study(tmp_path / "study.yaml")).passed
 

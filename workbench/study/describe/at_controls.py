@@ -230,9 +230,7 @@ def _hands(frame: SeatFrame, free: Iterable[Control], own: Sequence[Control]) ->
     )
     mine = [one for one in near if one in own]
     uses = {one.name: use_of(one) for one in near}
-    power = [
-        one for one in near if uses[one.name].kind == "power" and one.grip in ("grasp", "pinch")
-    ]
+    power = [one for one in near if uses[one.name].kind == "power"]
     wheels = [one for one in mine if uses[one.name].kind == "wheel"]
     sticks = [one for one in mine if uses[one.name].kind == "stick"]
     if wheels:
@@ -240,7 +238,9 @@ def _hands(frame: SeatFrame, free: Iterable[Control], own: Sequence[Control]) ->
     elif sticks:
         stick = sticks[0]
         _take(guess, _stick_side(frame, stick, power), stick, _by(uses[stick.name]))
-    if not (wheels or sticks or any(one.for_feet for one in own)):
+    # footplates that go along with a wheelchair are no pedals
+    pedals = [one for one in own if one.for_feet and one.part not in frame.seat.moves]
+    if not (wheels or sticks or pedals):
         _nearest_by_side(guess, frame, [one for one in power if one in mine], "", uses)
         levers = [one for one in mine if uses[one.name].kind == "lever" and one.zone == 1]
         _nearest_by_side(guess, frame, levers, "nearest to where hands are at work, in zone 1")

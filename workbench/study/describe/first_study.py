@@ -47,6 +47,7 @@ no fault."""
 LEGS = ["LUL", "RUL", "LLL", "RLL"]
 CASE = "at the controls"
 AT_REST = "seated"
+STANDING = "standing"
 """Names of the case, where anybody is at controls and where nobody is."""
 LEANING = "bending and stepping, in balance"
 """What zone 3 is to somebody who stands."""
@@ -123,7 +124,11 @@ def first_study(environment: Environment, source: str, *, people: int = 0) -> st
         for role, sitter in sitters.items()
     }
     lines += _posture_lines([made.posture for made in actions.values() if made.posture])
-    case = CASE if stands or any(one.operates for one in sitters.values()) else AT_REST
+    case = AT_REST if sitters else STANDING
+    if any(one.operates for one in sitters.values()) or any(
+        one.controls for one in stands.values()
+    ):
+        case = CASE
     lines += ["cases:", f"  - name: {case}", "    people:"]
     for role, made in actions.items():
         lines.append(f"      {flow_text(role)}: {flow_text(made.action)}")
@@ -300,8 +305,10 @@ def _asked_in_seat(sitter: Sitter, about: Around, people: int) -> Iterator[_Row]
     yield from _clearances(sitter, about)
     if sitter.feet:
         yield _Row({"name": "feet on the pedals", "check": "pedals"})
-    low, high = sitter.frame.seat.travel_forward
-    if sitter.feet and not people and high - low >= SHORT_TRAVEL:
+    seat = sitter.frame.seat
+    low, high = seat.travel_forward
+    worked = {one.part for one in sitter.asked if one.name in sitter.feet.values()}
+    if worked - {*seat.moves} and not people and high - low >= SHORT_TRAVEL:
         travel = {"name": "travel left", "check": "preferred_seat", "at_least": TRAVEL_LEFT}
         note = "assumed: so much of the seat's travel is left fore and aft where it is comfortable"
         yield _Row(travel, note)

@@ -149,7 +149,7 @@ def _on_cushion(opened: OpenPlace, description: Description, part: str) -> Ray:
     found = _most_met(opened, stands, own, np.eye(3), ((left, right), (aft, front)), math.inf)
     if found is None:
         raise InputError(f"nobody can sit on {part!r}: no face of it is level enough")
-    return found.ray
+    return found[2]
 
 
 def _on_back(opened: OpenPlace, description: Description, name: str, part: str) -> Ray:
@@ -174,29 +174,11 @@ def _on_back(opened: OpenPlace, description: Description, name: str, part: str) 
             wide = (side - 0.5 * SITTER, side + 0.5 * SITTER)
             met = _most_met(opened, stands, own, axes, (wide, tall), start)
             if met is not None:
-                found.append((met.count, -elsewhere, met.height - start, met.ray))
+                count, height, ray = met
+                found.append((count, -elsewhere, height - start, ray))
     if found:
         return max(found, key=lambda row: row[:3])[3]
     raise InputError(f"nobody can lean against {part!r}: no face of it is steep enough")
-
-
-@dataclass(frozen=True)
-class _Met:
-    """What most of several rays meet first.
-
-    Parameters
-    ----------
-    count
-        How many of them.
-    height
-        Where [m] along the axis that they go down.
-    ray
-        The one that meets it next to the middle of all.
-    """
-
-    count: int
-    height: float
-    ray: Ray
 
 
 def _most_met(
@@ -204,11 +186,12 @@ def _most_met(
     stands: Standing,
     own: Ints,
     axes: Floats,
-    window: tuple[tuple[float, float], tuple[float, float]],
+    window: Sequence[tuple[float, float]],
     top: float,
-) -> _Met | None:
-    """Find the surface of faces that most rays meet first; None where they meet nothing that is
-    square enough to them.
+) -> tuple[int, float, Ray] | None:
+    """Find the surface of faces that most rays meet first: how many, how high [m] along the axis that
+    they go down, and the ray that meets it next to the middle of all; None where they meet nothing
+    that is square enough to them.
 
     axes: (3, 3) rows; rays go down the third one from the height `top` [m], over a window [m] of the
     two others.
@@ -238,5 +221,4 @@ def _most_met(
     point = points[np.linalg.norm(points - points.mean(axis=0), axis=1).argmin()]
     start = np.array([point[0], point[1], point[2] + 1.0]) @ axes
     part = stands.names[int(stands.part[best[0][0]])]
-    ray = Ray(part, xyz(start), xyz(-axes[2]), 1.0)
-    return _Met(len(best), float(point[2]), ray)
+    return len(best), float(point[2]), Ray(part, xyz(start), xyz(-axes[2]), 1.0)
