@@ -111,10 +111,14 @@ def test_the_lower_leg_reaches_the_floor_farther_ahead_by_pythagoras(tmp_path, s
 
 def test_a_run_says_that_feet_are_through_the_floor(tmp_path, sole, capsys):
     cab(tmp_path, sole + 0.1)
+    mesh = tmp_path / "cab.obj"
+    mesh.write_text(mesh.read_text() + mesh.read_text().splitlines()[-1] + "\n")  # a face twice
+    assert any("duplicate face" in line for line in wb.load_environment(tmp_path).warnings)
     (tmp_path / "sit.yaml").write_text(STUDY)
     main(["run", str(tmp_path / "sit.yaml"), "--out", str(tmp_path / "out"), "--json"])
     told = json.loads(capsys.readouterr().out)["warnings"]
     (said,) = [line for line in told if "under 'floor'" in line]
+    assert not [line for line in told if "duplicate face" in line]  # no figure depends on it
     assert said.startswith("driver, at rest: the feet are 1") and "mm higher would mend it" in said
 
 
