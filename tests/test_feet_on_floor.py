@@ -148,3 +148,22 @@ def test_a_seat_that_is_not_where_its_cushion_is_comes_first_and_its_feet_are_no
     said = rows["headline"]
     assert said.startswith(f"S{lost}") and "Mend this first" in said
     assert "tightest gap" not in said
+
+
+@pytest.mark.parametrize(
+    "asked, told",
+    [
+        ("segments: [LUL, LLL], parts: [pan, floor]", True),
+        ("segments: [LLL], parts: [pan]", False),
+        ("segments: [LUL], parts: [floor]", False),
+        ("subparts: [LLL/knee cap], parts: [pan]", False),
+    ],
+)
+def test_room_for_thighs_to_what_they_lie_on_is_told_to_say_nothing_of_knees(tmp_path, asked, told):
+    cab(tmp_path, 0.0)
+    rule = f"{{name: knee room, check: clearance, {asked}, at_least: 30}}"
+    text = STUDY.replace("{name: clear, check: contact}", rule)
+    (tmp_path / "sit.yaml").write_text(text)
+    said = [line for line in wb.load_study(tmp_path / "sit.yaml").warnings if "thighs" in line]
+    assert bool(said) == told
+    assert not told or "lie over 'pan', so that 30 mm from it say nothing" in said[0]
