@@ -132,7 +132,7 @@ def _changes(result: PopulationFound, making: Making, writer: SectionWriter) -> 
     ]
     no_gain = no_gain_words(result)
     if gains or no_gain:
-        helpful = any(gain["helps"] for gain in gains) or not gains
+        helpful = any(gain["helps"] for gain in gains)
         title = "Changes that would gain" if helpful else "Changes tried"
         yield writer.section("changes", "changes", title, {"gains": gains, "no_gain": no_gain})
 
