@@ -286,7 +286,7 @@ def test_what_nobody_meets_and_what_contradicts_is_told():
     met[20:, 1] = True
     margin = np.where(met, 0.0, -0.04)
     told = _hopeless(asked("low", "high", "never"), margin)
-    assert told[0].startswith("nobody meets 'never': at least 40 mm are missing: check")
+    assert told[0].startswith("nobody meets 'never': it is missed by at least 40 mm: check")
     assert told[1] == (
         "nobody meets both 'low' and 'high' in the position of the seat found for them: the two may "
         "contradict each other"

@@ -42,7 +42,8 @@ def test_what_clears_by_less_than_the_surface_is_known_to_may_not_hold(one_arm):
     assert found.doubtful == found.worst
     told = verdict_sentence(found)
     assert told.endswith(
-        "1.0 mm more than the 454.0 mm asked for. The surface is known to ± 3 mm, so it may truly fail."
+        "1.0 mm more than the 454.0 mm asked for. Not certain: 1.0 mm to "
+        "spare, and the body's surface is known to ± 3 mm there."
     )
 
 
@@ -59,7 +60,8 @@ def test_a_breach_that_the_surface_may_lie_inside_of_may_yet_hold(one_arm):
     assert found.doubtful == found.breaches[0]
     told = verdict_sentence(found)
     assert told.endswith(
-        "1.0 mm less than the 456.0 mm asked for. The surface is known to ± 2 mm, so it may truly pass."
+        "1.0 mm less than the 456.0 mm asked for. Not certain: 1.0 mm "
+        "short, and the body's surface is known to ± 2 mm there."
     )
     assert only(outcome(one_arm, 0.458, inside=0.002)).doubtful is None
 
@@ -76,7 +78,7 @@ def test_of_two_people_both_surfaces_count(one_arm):
     made = study(body, criterion("between_people", at_least=0.197), other=(0.3, 0.0, 0.0))
     found = only(found_of(made))
     assert found.worst.surface_known_to == pytest.approx(0.004)
-    assert ("The surface is known to ± 4 mm" in verdict_sentence(found)) == (
+    assert ("surface is known to ± 4 mm" in verdict_sentence(found)) == (
         abs(found.worst.value - 0.197) < 0.004
     )
 
@@ -103,7 +105,7 @@ def test_the_farthest_of_an_excursion_is_known_as_well_as_its_surface(one_arm):
     found = only(found_of(study(body, asks)))
     assert found.worst.surface_known_to == pytest.approx(0.004)
     assert found.doubtful == found.worst
-    assert "may truly fail" in verdict_sentence(found)
+    assert "Not certain: " in verdict_sentence(found)
 
 
 def test_named_spheres_are_known_as_well_as_their_segment(one_arm):

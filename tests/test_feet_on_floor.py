@@ -111,10 +111,14 @@ def test_the_lower_leg_reaches_the_floor_farther_ahead_by_pythagoras(tmp_path, s
 
 def test_a_run_says_that_feet_are_through_the_floor(tmp_path, sole, capsys):
     cab(tmp_path, sole + 0.1)
+    mesh = tmp_path / "cab.obj"
+    mesh.write_text(mesh.read_text() + mesh.read_text().splitlines()[-1] + "\n")  # a face twice
+    assert any("duplicate face" in line for line in wb.load_environment(tmp_path).warnings)
     (tmp_path / "sit.yaml").write_text(STUDY)
     main(["run", str(tmp_path / "sit.yaml"), "--out", str(tmp_path / "out"), "--json"])
     told = json.loads(capsys.readouterr().out)["warnings"]
     (said,) = [line for line in told if "under 'floor'" in line]
+    assert not [line for line in told if "duplicate face" in line]  # no figure depends on it
     assert said.startswith("driver, at rest: the feet are 1") and "mm higher would mend it" in said
 
 
@@ -144,3 +148,22 @@ def test_a_seat_that_is_not_where_its_cushion_is_comes_first_and_its_feet_are_no
     said = rows["headline"]
     assert said.startswith(f"S{lost}") and "Mend this first" in said
     assert "tightest gap" not in said
+
+
+@pytest.mark.parametrize(
+    "asked, told",
+    [
+        ("segments: [LUL, LLL], parts: [pan, floor]", True),
+        ("segments: [LLL], parts: [pan]", False),
+        ("segments: [LUL], parts: [floor]", False),
+        ("subparts: [LLL/knee cap], parts: [pan]", False),
+    ],
+)
+def test_room_for_thighs_to_what_they_lie_on_is_told_to_say_nothing_of_knees(tmp_path, asked, told):
+    cab(tmp_path, 0.0)
+    rule = f"{{name: knee room, check: clearance, {asked}, at_least: 30}}"
+    text = STUDY.replace("{name: clear, check: contact}", rule)
+    (tmp_path / "sit.yaml").write_text(text)
+    said = [line for line in wb.load_study(tmp_path / "sit.yaml").warnings if "thighs" in line]
+    assert bool(said) == told
+    assert not told or "lie over 'pan', so that 30 mm from it say nothing" in said[0]

@@ -16,6 +16,7 @@ from workbench.model.arguments import above, check_fields, check_index, checked,
 from workbench.model.arrays import ArrayKind, Bools, Floats, Ints, freeze_fields
 
 __all__ = [
+    "HARMLESS",
     "Adjustment",
     "Allowance",
     "Control",
@@ -557,6 +558,10 @@ class Doubt:
     def said(self) -> str:
         """The sentence, with the name by which it is put away."""
         return f"{self.words} [{self.about}]"
+
+
+HARMLESS = "; nothing that is found depends on it"
+"""What notes about a mesh end with that a run need not repeat: `check` and `inspect` say them."""
 
 
 def open_doubts(doubts: Iterable[Doubt], accepted: Sequence[str]) -> list[Doubt]:

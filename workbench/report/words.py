@@ -379,8 +379,8 @@ def share_words(criterion: Criterion, group: GroupShare) -> str:
 
 
 def _doubt(verdict: Verdict) -> str:
-    """ " The surface is known to ± 3 mm, so it may truly fail." where the verdict could turn, with what
-    was found where that is not the worst."""
+    """ " Not certain: 1.0 mm to spare, and the body's surface is known to ± 3 mm there." where the verdict
+    could turn, with what was found where that is not the worst."""
     found = verdict.doubtful
     if found is None:
         return ""
@@ -388,8 +388,8 @@ def _doubt(verdict: Verdict) -> str:
         "" if found == verdict.worst else f" Also {finding_words(verdict.criterion.check, found)}."
     )
     known = surface_words(found.surface_known_to)
-    may = "fail" if verdict.passed else "pass"
-    return f"{other} The surface is known to{known} mm, so it may truly {may}."
+    left = f"{millimetres(abs(found.margin))} {'to spare' if verdict.passed else 'short'}"
+    return f"{other} Not certain: {left}, and the body's surface is known to{known} mm there."
 
 
 def person_words(person: PersonFound) -> str:

@@ -13,6 +13,7 @@ import numpy as np
 
 from workbench.errors import UsageError
 from workbench.model.content import content_hash
+from workbench.model.environment import HARMLESS
 from workbench.model.motion_case import Agreement, MotionCase
 from workbench.model.population import Population
 from workbench.model.population_found import PopulationFound
@@ -159,9 +160,11 @@ def _agreements(study: Study, motions: Sequence[MotionFound]) -> tuple[Agreement
 
 
 def _in_order(study: Study, warnings: Sequence[str]) -> tuple[str, ...]:
-    """Warnings, each once, first those of seats from which others follow."""
+    """Warnings, each once, first those of seats from which others follow; without notes about meshes
+    on which nothing depends."""
     lost = lost_seats(study.environment, study.roles).values()
-    return tuple(dict.fromkeys((*(doubt.said for doubt in lost), *warnings)))
+    told = dict.fromkeys((*(doubt.said for doubt in lost), *warnings))
+    return tuple(one for one in told if not one.endswith(HARMLESS))
 
 
 def _warnings(sections: Sequence[tuple[str, tuple[str, ...]]]) -> list[str]:

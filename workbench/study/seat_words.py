@@ -238,7 +238,7 @@ def move_words(situation: Situation, found: Fitted, asked: Sequence[Asked]) -> l
     way = [
         f"{1000 * abs(size):.0f} mm {words[0] if size > 0 else words[1]}"
         for size, words in ((ahead, ("ahead of", "behind")), (above, aside))
-        if abs(size) >= 5e-4
+        if round(1000 * abs(size))
     ]
     lead = f"{situation.place.role}, {situation.work.name}"
     if stands:

@@ -92,8 +92,10 @@ def seat_warnings(
     if person.role.seat is None:
         return
     most = DRIVER_TOLERANCE if "driver" in person.postures else SEAT_TOLERANCE
-    for rest in _rests(environment.seat(person.role.seat)):
-        yield from _missed(environment, person, rest, cases, most)
+    seat = environment.seat(person.role.seat)
+    rests = _rests(seat)
+    said = [line for rest in rests for line in _missed(environment, person, rest, cases, most)]
+    yield from said[:1] if seat.cushion.part == seat.back.part else said
 
 
 def _under_floor(
@@ -182,6 +184,7 @@ def enclosure_warnings(
 
     cases: the names of the poses, where they have any.
     """
+    around: dict[str, list[str]] = {}
     for part in environment.undecided:
         if environment.hidden[part]:
             continue
@@ -190,10 +193,12 @@ def enclosure_warnings(
             continue
         where = f", {cases[int(within[0])]}" if cases else ""
         where += f" and {len(within) - 1} more" if cases and len(within) > 1 else ""
+        around.setdefault(where, []).append(repr(environment.parts[part]))
+    for where, parts in around.items():
+        named = f"part{'s' * (len(parts) > 1)} {' and '.join(parts)}"
         yield (
-            f"{name}{where}: the body is enclosed by the open part {environment.parts[part]!r}, which counts as a "
-            "surface without an inside: mend its mesh if it is a solid, or say 'solid: false' for it if it is a shell "
-            "around people"
+            f"{name}{where}: the body is enclosed by the open {named}: that is right of a shell around people "
+            f"('solid: false' says that it is one), and of a solid the mesh is to be mended"
         )
 
 
@@ -215,8 +220,8 @@ def _missed(
     where = f"{1000 * gap:.0f} mm clear of" if gap > 0 else f"{-1000 * gap:.0f} mm deep in"
     yield (
         f"{person.name}, {cases[case]}: {named} is "
-        f"{where} {surface.part!r}, the {rest.words}, at ({x:.0f}, {y:.0f}, {z:.0f}) mm, where {1000 * surface.depth:.0f} mm deep was stated: check the "
-        f"seat reference point, the seat's angles, and the mesh's unit and axes"
+        f"{where} {surface.part!r}, the {rest.words}, at ({x:.0f}, {y:.0f}, {z:.0f}) mm, where {1000 * surface.depth:.0f} mm deep was stated: are the "
+        f"seat reference point and the seat's angles right?"
     )
 
 

@@ -11,7 +11,7 @@ from workbench.files.meshes.parts import RawPart, weld
 from workbench.files.meshes.polygons import Polygons, merge_coplanar
 from workbench.files.meshes.winding import winding_sense
 from workbench.model.arrays import Bools, Floats, Ints
-from workbench.model.environment import Environment, Quality
+from workbench.model.environment import HARMLESS, Environment, Quality
 
 __all__ = ["build_environment"]
 
@@ -203,7 +203,7 @@ def _shared_face_warnings(
         where = f"most of them ({count.max()}) {where}"
     return [
         f"{total} face{'s lie' if total > 1 else ' lies'} exactly on faces of other parts, {where}: "
-        "kept, since distances are the same"
+        f"kept, since distances are the same{HARMLESS}"
     ]
 
 

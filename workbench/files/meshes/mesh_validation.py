@@ -27,6 +27,7 @@ from workbench.files.meshes.winding import (
 )
 from workbench.geometry.components import component_labels
 from workbench.model.arrays import Bools, Floats, Ints
+from workbench.model.environment import HARMLESS
 
 __all__ = ["Defect", "MeshDefects", "united", "validate_part"]
 
@@ -83,11 +84,13 @@ class MeshDefects:
         if self.open_edges == 0 and not self.closed:  # the reason why it is no solid
             crowded += surface
             one_sided += surface
-        turned = ": turned" if self.closed else ""
+        else:
+            crowded += HARMLESS
+        turned = (": turned" if self.closed else "") + HARMLESS
         shell = "closed shell"
         kinds = [
-            Defect(self.degenerate, "degenerate face", " kept (without area, they count as lines)"),
-            Defect(self.duplicate, "duplicate face", " left out (exactly on others)"),
+            Defect(self.degenerate, "degenerate face", f" kept (without area){HARMLESS}"),
+            Defect(self.duplicate, "duplicate face", f" left out (exactly on others){HARMLESS}"),
             Defect(self.open_edges, "open edge", surface),
             Defect(self.crowded_edges, "edge", crowded),
             Defect(self.one_sided, "patch", one_sided),

@@ -7,7 +7,7 @@ Nothing of it is an error. Each sentence gives the distance.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,9 +15,11 @@ import numpy as np
 from workbench.files.environment_doubts import unknown_segments
 from workbench.files.study.roles import LoadedRole
 from workbench.files.study.schema import StudyFile
-from workbench.geometry.ground import ground_of
+from workbench.geometry.ground import Ground, ground_of
 from workbench.model.arrays import Floats
+from workbench.model.criterion import Criterion
 from workbench.model.environment import Environment, Seat
+from workbench.model.posing import attitude_matrix
 from workbench.model.study import PredictedPosture
 from workbench.model.units import UNITS, limit_unit_of
 from workbench.model.workplace import Aims
@@ -35,6 +37,10 @@ _HIP_AWAY = 0.3
 """How far [m] a hip point may be from the seat reference point: sitters sink in less."""
 _WHEEL = (0.15, 1.2)
 """Least and greatest distance [m] of a wheel's centre from the seat reference point."""
+_LAP = tuple((ahead, left) for ahead in (0.1, 0.25, 0.4) for left in (-0.12, 0.12))
+_UNDER_LAP = (-0.25, 0.1)
+"""Where thighs are, ahead and to the left of the seat reference point [m]; what is at such heights
+[m] over it there bears them, or is what bears them."""
 _HEEL_OFF = 0.03
 """How far [m] a heel point may be from the surface under or over it: a carpet, a sole."""
 
@@ -43,6 +49,7 @@ def study_doubts(
     environment: Environment,
     roles: Mapping[str, LoadedRole],
     actions: Mapping[tuple[int, str], object],
+    criteria: Sequence[Criterion],
 ) -> list[str]:
     """Return a sentence for each thing that is probably a mistake.
 
@@ -54,6 +61,8 @@ def study_doubts(
         Who takes part, by name.
     actions
         What each does, by the row of the case and the name of the role.
+    criteria
+        What must hold.
     """
     bodies = [role.body for role in roles.values()]
     doubts = unknown_segments(environment, [name for body in bodies for name in body.segments])
@@ -61,7 +70,33 @@ def study_doubts(
         seat = roles[name].file.seat
         if isinstance(action, PredictedPosture) and seat is not None:
             doubts += _aim_doubts(environment, environment.seat(seat), action.aims)
+    rooms = [one for one in criteria if one.check == "clearance" and one.at_least > 0.0]
+    seats = {name: role.file.seat for name, role in roles.items() if role.file.seat is not None}
+    ground = ground_of(environment) if rooms and seats else None
+    for name, seat in seats.items():
+        mine = [one for one in rooms if name in one.people]
+        if ground is not None:
+            doubts += _lap_doubts(environment.seat(seat), ground, mine)
     return list(dict.fromkeys(doubts))
+
+
+def _lap_doubts(seat: Seat, ground: Ground, rooms: Sequence[Criterion]) -> Iterator[str]:
+    """Clearances of thighs from what they lie on, or what is under that: no room for knees."""
+    under: set[str] = set()
+    for ahead, left in _LAP:
+        x, y, _ = (attitude_matrix(yaw=seat.yaw) @ np.array([ahead, left, 0.0])).tolist()
+        heights, parts = ground.levels(np.array([seat.srp[0] + x, seat.srp[1] + y]))
+        low, high = (seat.srp[2] + height for height in _UNDER_LAP)
+        near = parts[(heights > low) & (heights < high)]
+        under.update(ground.names[part] for part in near.tolist())
+    for one in rooms:
+        borne = [part for part in one.parts if part in under]
+        if borne and not one.subparts and {"LUL", "RUL"} & set(one.segments):
+            yield (
+                f"criterion {one.name!r}: the thighs of who sits in seat {seat.name!r} lie over "
+                f"{' and '.join(map(repr, borne))}, so that {1e3 * one.at_least:g} mm from it say nothing "
+                f"of the room for knees: leave it out, or ask 'subparts: [LLL/knee cap, RLL/knee cap]'"
+            )
 
 
 def _aim_doubts(environment: Environment, seat: Seat, aims: Aims) -> Iterator[str]:

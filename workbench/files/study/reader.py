@@ -505,7 +505,7 @@ def _study(
         contact_forces=_forces(file, known),
         warnings=(
             *room.warnings,
-            *study_doubts(room, known.roles, actions),
+            *study_doubts(room, known.roles, actions, criteria),
             *length_doubts(stood, file),
         ),
     )

@@ -146,7 +146,7 @@ def _changes(result: PopulationFound, making: Making, writer: SectionWriter) -> 
     ]
     no_gain = no_gain_words(result)
     if gains or no_gain:
-        helpful = any(gain["helps"] for gain in gains) or not gains
+        helpful = any(gain["helps"] for gain in gains)
         title = "Changes that would gain" if helpful else "Changes tried"
         yield writer.section("changes", "changes", title, {"gains": gains, "no_gain": no_gain})
 
@@ -519,8 +519,8 @@ def _picture(result: PopulationFound, found: Shown, views: PageViews) -> dict[st
     index = views.add(replace(_view(scene, mark, alt), look_from=view))
     still = still_picture(scene, camera)
     sight = result.requirements[found.requirement].check in _LOOKED_AT
-    scale = "the line goes from the eyes toward it" if sight else "lines are to scale"
-    caption = f"{label}, {name}: {lack} lacking; {scale}"
+    scale = "; the line goes from the eyes toward it" if sight else "; lines are to scale"
+    caption = f"{label}, {name}: {lack} lacking{scale if mark is not None else ''}"
     drawn = "" if found is not result.shown[0] else circle_figure(scene, label)
     place = views.place(index, still=still, alt=alt, caption=caption)
     return {"turnable": place, "circles": drawn}

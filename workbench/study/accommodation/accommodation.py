@@ -397,9 +397,7 @@ def _hopeless(
         limit = reasons(person, r)
         much = shortfall_words(asked[r].requirement, asked[r].criterion, size, limit)
         if asked[r].requirement.name not in told:
-            lack = (
-                f"at least {much} {'is' if much.startswith('1 ') else 'are'} missing{limit.clause}"
-            )
+            lack = f"it is missed by at least {much}{limit.clause}"
             name = plain(asked[r].requirement.name)
             words.append(f"nobody meets {name!r}: {lack}: check where it is and what is asked for")
     count = met.sum(axis=0)
