@@ -74,6 +74,7 @@ from workbench.study.situation import (
 __all__ = [
     "FINEST",
     "SPACING",
+    "WAVE",
     "Before",
     "Fitted",
     "Tried",
@@ -82,6 +83,7 @@ __all__ = [
     "found_places",
     "in_positions",
     "lattice",
+    "spacing_of",
     "tried",
 ]
 
