@@ -44,15 +44,15 @@ def test_the_time_left_never_rises_and_every_pass_is_named(durations, steps):
 
 
 def test_the_time_left_is_that_of_all_passes_and_right_where_they_take_what_is_usual():
-    # bodies 4 s, asking 10 s, three changes 5 s each, the rest 3 s: 32 s in all
-    lines = told([4, 10, 5, 5, 5, 3], steps=10)
+    # bodies 1 s, asking 10 s, three changes 5 s each, the rest 3 s: 29 s in all
+    lines = told([1, 10, 5, 5, 5, 3], steps=10)
     assert lines[0] == "bodies: 0 of 100 people"  # nothing is known yet
     assert "asking: 50 of 100 people, 23 s left" in lines
     assert "change: 0 of 100 people, 18 s left" in lines
 
 
 def test_where_it_takes_far_longer_than_was_said_no_time_is_told():
-    lines = told([4, 10, 5, 5, 5, 300], steps=10)
+    lines = told([1, 10, 5, 5, 5, 300], steps=10)
     assert seconds_left(lines[-10]) is not None and seconds_left(lines[-5]) is None
 
 

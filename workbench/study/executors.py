@@ -27,8 +27,8 @@ from concurrent.futures import (
 )
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import ExitStack, contextmanager, nullcontext, suppress
-from contextvars import ContextVar
-from functools import cached_property, lru_cache
+from contextvars import ContextVar, copy_context
+from functools import cached_property, lru_cache, partial
 from itertools import islice
 from multiprocessing import current_process, get_context
 from multiprocessing.connection import Connection
@@ -104,29 +104,6 @@ def worked(share: float) -> None:
     _HEARD.get()(share)
 
 
-@contextmanager
-def _heard(hear: Callable[[float], None]) -> Iterator[None]:
-    """Let something be called with what a job tells by `worked`."""
-    token = _HEARD.set(hear)
-    try:
-        yield
-    finally:
-        _HEARD.reset(token)
-
-
-def _each_beat(tell: Callable[[float], None], before: int) -> Callable[[float], None]:
-    """What hears of a job and tells once in a `BEAT` how many are done, with those before it."""
-    told = time.monotonic()
-
-    def hear(share: float) -> None:
-        nonlocal told
-        if time.monotonic() - told >= BEAT:
-            told = time.monotonic()
-            tell(before + share)
-
-    return hear
-
-
 def completed(
     function: Callable[..., T],
     keys: Sequence[K],
@@ -150,7 +127,7 @@ def completed(
         Runs the jobs: `local_executor` if None. A single job, or a single core, needs no other
         process: the jobs are then run here, in order.
     waiting
-        Called after each result is taken and every second in between, with how many jobs are done: those at hand
+        Called after each result is taken and each second or oftener in between, with how many jobs are done: those at hand
         in part, as far as they tell by `worked` and run on this machine. Where they are those of a
         cluster, its workers are counted every second.
 
@@ -168,9 +145,9 @@ def completed(
     processes = min(cores(), len(keys))
     if executor is None and (processes < 2 or current_process().daemon):
         for number, key in enumerate(keys):
-            with _heard(_each_beat(waiting, number)):
-                result = function(*arguments(key))
-            yield key, result
+            heard = copy_context()
+            heard.run(_HEARD.set, partial(_told_in_part, waiting, number))
+            yield key, heard.run(function, *arguments(key))
             waiting(number + 1)
         return
     most = CLUSTER_JOBS if executor is not None else 2 * processes
@@ -239,10 +216,12 @@ def local_executor(processes: int | None = None, meter: Any = None) -> Iterator[
 
 
 def _run_job(function: Callable[..., T], args: tuple[Any, ...]) -> T:
-    with _WORKER.job(), _heard(_WORKER.count):
-        found = function(*args)
-        worked(1.0)
-        return found
+    with _WORKER.job():
+        return function(*args)
+
+
+def _told_in_part(waiting: Callable[[float], None], before: int, share: float) -> None:
+    waiting(before + share)
 
 
 class _Worker:
@@ -269,6 +248,7 @@ class _Worker:
         self._share = 0.0
         try:
             yield
+            self.count(1.0)
         finally:
             with self._lock:
                 self._in_job = False
@@ -304,6 +284,7 @@ def _begin_worker(ending: Connection, held: Connection, meter: Any) -> None:
     os.environ[THREADS] = "1"
     held.close()
     _WORKER.meter = meter
+    _HEARD.set(_WORKER.count)
     threading.Thread(target=_WORKER.end_with, args=(ending,), daemon=True).start()
 
 

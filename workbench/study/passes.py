@@ -23,13 +23,13 @@ Say = Callable[[str], None]
 Count = Callable[[float, int], None]
 """Called with how much is done, and of how many."""
 BODIES, ASKING, CHANGE, MAP, LAST = "bodies", "asking", "change", "map", "last"
-_WEIGHTS = {BODIES: 0.4, ASKING: 1.0, CHANGE: 0.5, MAP: 0.3, LAST: 0.3}
+_WEIGHTS = {BODIES: 0.1, ASKING: 1.0, CHANGE: 0.5, MAP: 0.3, LAST: 0.3}
 """What a pass takes: fitting the bodies, asking everybody, asking again with a change, a map of a part,
 and what follows (who is shown, pictures, the page)."""
 FIRST_ESTIMATE = 2.0
-"""Time [s] after which it is told how long it will take."""
-_LEAST_DONE = 0.01
-"""The share of the work that must be done for that."""
+_LEAST_DONE = 0.05
+"""Time [s] after which it is told how long it will take, and the share of the work that must be done:
+to fit bodies tells nothing of how long the people are asked."""
 _KNOWN = 0.1
 """The share of a pass by which it tells by itself how long it takes."""
 
@@ -79,14 +79,15 @@ class Passes:
         ahead = sum(_WEIGHTS[kind] for kind in self._ahead)
         left = (1.0 - share) * self._now
         now = self._clock()
-        spent = now - self._begun
-        if spent < FIRST_ESTIMATE or done < _LEAST_DONE * (done + left + ahead):
+        if now - self._begun < FIRST_ESTIMATE or done < _LEAST_DONE * (done + left + ahead):
             return ""
-        rate = spent / done
+        rate = (now - self._begun) / done
         own = (now - self._since) / share * (1.0 - share) if share > _KNOWN else rate * left
-        estimate = own + rate * ahead
-        if estimate > 2.0 * self._left + 5.0:
+        if own + rate * ahead > 2.0 * self._left + 5.0:
             return ""
-        self._left = min(self._left, estimate)
-        seconds = self._left
-        return f", {seconds:.0f} s left" if seconds < 120 else f", {seconds / 60:.0f} min left"
+        self._left = min(self._left, own + rate * ahead)
+        return (
+            f", {self._left:.0f} s left"
+            if self._left < 120
+            else f", {self._left / 60:.0f} min left"
+        )
