@@ -205,9 +205,9 @@ def test_kept_bodies_are_read_back_as_they_were(toy, tmp_path, monkeypatch):
     monkeypatch.setenv("WORKBENCH_CACHE", str(tmp_path))
     some = study.people.rows(np.arange(3))
     lines = []
-    first = fit_population(study.body, some, progress=lines.append)
-    again = fit_population(study.body, some, progress=lambda text: pytest.fail(text))
-    assert lines == ["fitting bodies: 0 of 3", "fitting bodies: 3 of 3"]
+    first = fit_population(study.body, some, progress=lambda *done: lines.append(done))
+    again = fit_population(study.body, some, progress=lambda *done: pytest.fail(done))
+    assert lines == [(0, 3), (3.0, 3)]
     assert all(np.array_equal(first.fields[n], again.fields[n]) for n in first.fields)
     assert first.notes == again.notes
 
@@ -221,7 +221,7 @@ def test_a_damaged_file_of_bodies_is_fitted_anew(toy, tmp_path, monkeypatch, dam
     (path,) = (tmp_path / "people").iterdir()
     path.write_bytes(DAMAGE[damage](path.read_bytes()))
     lines = []
-    again = fit_population(study.body, some, progress=lines.append)
+    again = fit_population(study.body, some, progress=lambda *done: lines.append(done))
     assert bool(lines) == (damage != "longer")  # bytes after the end of an archive are not read
     assert all(np.array_equal(first.fields[n], again.fields[n]) for n in first.fields)
 
@@ -240,14 +240,11 @@ def test_a_damaged_chunk_is_worked_on_anew(toy, tmp_path, monkeypatch, damage):
     monkeypatch.setattr(population_bodies, "MAX_CHUNKS_TOGETHER", 1)
     question = few_asked(study)
     lines = []
-    first = result_chunks(question, bodies, keep=tmp_path, say=lines.append)
+    first = result_chunks(question, bodies, keep=tmp_path, tell=lambda *done: lines.append(done))
     path = min(tmp_path.iterdir())
     path.write_bytes(DAMAGE[damage](path.read_bytes()))
-    again = result_chunks(question, bodies, keep=tmp_path, say=lines.append)
-    assert list(dict.fromkeys(line for line in lines if line.startswith("person 0"))) == [
-        "person 0 of 8",
-        f"person 0 of {0 if damage == 'longer' else 4}",
-    ]
+    again = result_chunks(question, bodies, keep=tmp_path, tell=lambda *done: lines.append(done))
+    assert [line for line in lines if not line[0]] == [(0, 8), (0, 0 if damage == "longer" else 4)]
     assert all(a.margin.tobytes() == b.margin.tobytes() for a, b in zip(first, again, strict=True))
 
 
@@ -256,7 +253,7 @@ def test_a_folder_that_cannot_be_written_gives_one_clear_message(toy, tmp_path):
     (tmp_path / "file").write_text("in the way")
     with pytest.raises(wb.InputError, match=r"file/keep: cannot be written \(Not a directory\)$"):
         keep = tmp_path / "file" / "keep"
-        result_chunks(few_asked(study), bodies, keep=keep, say=lambda text: None)
+        result_chunks(few_asked(study), bodies, keep=keep, tell=lambda done, total: None)
 
 
 def test_the_result_has_its_published_shape_and_everybody_is_in_the_table(toy, tmp_path):
@@ -439,7 +436,7 @@ def test_what_is_found_of_people_does_not_depend_on_who_is_worked_on_with_them(
 
 
 def all_of(question, bodies):
-    return joined_chunks(result_chunks(question, bodies, keep=None, say=lambda text: None))
+    return joined_chunks(result_chunks(question, bodies, keep=None, tell=lambda done, total: None))
 
 
 def test_the_command_says_what_leaves_people_out(toy, tmp_path, capsys):

@@ -184,7 +184,9 @@ def chunk_of(crowd, share=1.0):
     family = crowd.bodies.family
     template = replace(family.template, fit_error=share * family.template.fit_error)
     bodies = replace(crowd.bodies, family=replace(family, template=template), seats={})
-    return joined_chunks(result_chunks(crowd.question, bodies, keep=None, say=lambda text: None))
+    return joined_chunks(
+        result_chunks(crowd.question, bodies, keep=None, tell=lambda done, total: None)
+    )
 
 
 @pytest.fixture(scope="module")

@@ -345,7 +345,9 @@ def margins(path, keep):
     """The numbers of all chunks, and how many people had to be worked on."""
     crowd = crowd_of(path)
     said = []
-    chunks = result_chunks(crowd.question, crowd.bodies, keep=keep, say=said.append)
+    chunks = result_chunks(
+        crowd.question, crowd.bodies, keep=keep, tell=lambda *done: said.append(done)
+    )
     names = ("margin", "reason", "toward", "seat")
     return [[getattr(c, n).tobytes() for n in names] + [c.words] for c in chunks], said[0]
 
@@ -373,10 +375,10 @@ def test_a_run_that_goes_on_after_the_joint_stops_were_edited_equals_a_fresh_one
     keep = tmp_path / "keep"
     before, _ = margins(path, keep)
     sorted(keep.glob("*.chunk"))[1].unlink()  # cut off after the first chunk
-    assert margins(path, keep) == (before, "person 0 of 1")
+    assert margins(path, keep) == (before, (0, 1))
     old, new = EDITS[edit]
     assert old in text
     body.write_text(text.replace(old, new))
     resumed, said = margins(path, keep)
-    assert said == "person 0 of 2"
+    assert said == (0, 2)
     assert resumed == margins(path, None)[0] != before

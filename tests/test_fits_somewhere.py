@@ -155,7 +155,7 @@ def fit_with_a_change(study, change):
     """(P,) who fits with a change, the same by the short and by the whole search; and who did
     before."""
     question = study.question
-    options = {"keep": None, "say": lambda text: None}
+    options = {"keep": None, "tell": lambda done, total: None}
     before = joined_chunks(result_chunks(question, study.bodies, **options))
     some = changed_question(question, before, change)
     short = joined_chunks(result_chunks(some, study.bodies, **options))

@@ -18,6 +18,7 @@ from workbench.sight.obscuration import Target, seen_shares
 from workbench.sight.scenery import scenery_of
 from workbench.study.accommodation.chunks import taken_places
 from workbench.study.accommodation.people_maps import people_maps
+from workbench.study.passes import Passes
 from workbench.study.situation import Occupants, in_place
 
 
@@ -32,7 +33,7 @@ def two(tmp_path_factory):
     people = replace(people, weight=np.array([1.0, 3.0]))
     study = study.with_people(people, reach_maps=(task,))
     bodies = study.bodies
-    maps = people_maps(study.question, study.study.reach_maps, bodies, say=lambda text: None)
+    maps = people_maps(study.question, study.study.reach_maps, bodies, passes=Passes(print, []))
     return study, bodies, next(maps)
 
 
@@ -61,7 +62,7 @@ def test_who_sees_a_point_is_who_has_a_line_to_it_from_either_eye(two):
     60 mm hides nothing of it."""
     study, bodies, _ = two
     task = MapTask("instrument_panel", "push", 1, "either", 60, sees=True)
-    (found,) = people_maps(study.question, (task,), bodies, say=lambda text: None)
+    (found,) = people_maps(study.question, (task,), bodies, passes=Passes(print, []))
     ((taken,),) = taken_places(study.question.place, study.people, bodies)
     who = Occupants(bodies[:], study.people, np.arange(2))
     situation = in_place(study.question.place, 0, who, taken).held

@@ -6,6 +6,7 @@ import os
 import shutil
 import sys
 import textwrap
+import threading
 import time
 from collections.abc import Callable
 from typing import Any, TextIO
@@ -16,8 +17,11 @@ __all__ = ["Progress", "emit", "emit_sentence", "emit_verdict", "tell"]
 
 _INKS = {"passed": "32", "FAILED": "1;31"}
 """Codes of colours on a terminal: green, and bold red."""
+FIRST_WORD = 1.5
 QUIET_TIME = 10.0
-"""Time [s] after which a command whose talk is not read on a terminal says how far it is."""
+"""A command whose talk is not read on a terminal says how far it is after the first time [s], then
+after the second, and each time after as long again as it has taken: few lines, however long it is.
+What it goes over to is said earlier by as much as the two are apart."""
 _INDENT = 8
 """Columns by which the lines of a verdict that go on are set in: as wide as its first word."""
 
@@ -69,11 +73,16 @@ def emit_verdict(line: str) -> None:
 
 class Progress:
     """`with Progress() as say: say("reading")`: on a terminal one line that changes, with the time
-    that has gone by; elsewhere a line every `QUIET_TIME`, so that a log shows that it goes on."""
+    that has gone by; elsewhere now and then a line of its own, so that a log shows that it goes on.
+    Who stops it by Ctrl-C is told where it was, if that was counted."""
 
     def __enter__(self) -> Callable[[str], None]:
         self.line: Any = None
-        self.told = time.monotonic()
+        self.begun = time.monotonic()
+        self.next = 0.0
+        self.last = "starting"
+        self.first = threading.Timer(FIRST_WORD, self._tell)
+        self.first.daemon = True
         if sys.stderr.isatty():
             from rich.console import Console
             from rich.progress import Progress as Line
@@ -84,15 +93,26 @@ class Progress:
             self.line = Line(*columns, console=Console(stderr=True), transient=True)
             self.task = self.line.add_task("starting", total=None)
             self.line.start()
+        else:
+            self.first.start()
         return self._say
 
     def _say(self, text: str) -> None:
+        another = text.partition(":")[0] != self.last.partition(":")[0]
+        self.last = text
         if self.line is not None:
             self.line.update(self.task, description=printable(text))
-        elif time.monotonic() - self.told >= QUIET_TIME:
-            self.told = time.monotonic()
-            tell(text)
+        elif self.next and time.monotonic() >= self.next - another * (QUIET_TIME - FIRST_WORD):
+            self._tell()
 
-    def __exit__(self, *_: object) -> None:
+    def _tell(self) -> None:
+        now = time.monotonic()
+        self.next = now + max(QUIET_TIME, now - self.begun)
+        tell(self.last)
+
+    def __exit__(self, kind: type[BaseException] | None, error: object, trace: object) -> None:
+        self.first.cancel()
         if self.line is not None:
             self.line.stop()
+        if kind is KeyboardInterrupt and ":" in self.last:  # something was counted
+            raise KeyboardInterrupt(f"{str(error) or 'stopped'} (it was at: {self.last})")

@@ -171,6 +171,8 @@ def hull_margins(points: Floats, bears: Bools, at: Floats) -> Floats:
     Floats
         (P,) [m] the distance from the edge, negative outside. Of a hull without area all is outside.
     """
+    some = bears.any(axis=0)
+    points, bears = points[:, some], bears[:, some]
     lowest = np.where(bears, points[..., 0], np.inf).min(axis=1, keepdims=True)
     first = np.where(bears & (points[..., 0] == lowest), points[..., 1], np.inf).argmin(axis=1)
     start = points[np.arange(len(points)), first]

@@ -8,7 +8,7 @@ undecided there is tried in other positions, with spheres as large as the true s
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -62,7 +62,13 @@ def true_bounds(
 
 
 def certain_elsewhere(
-    place: Workplace, asked: Sequence[Asked], who: Occupants, fitted: Fitted, bounds: Bounds
+    place: Workplace,
+    asked: Sequence[Asked],
+    who: Occupants,
+    fitted: Fitted,
+    bounds: Bounds,
+    *,
+    proceed: Callable[[], None] = lambda: None,
 ) -> Bools:
     """Find who fits for certain in another position than that of the margins.
 
@@ -73,6 +79,8 @@ def certain_elsewhere(
     ----------
     bounds
         (B, R) as of `true_bounds`.
+    proceed
+        As of `fitted_positions`.
 
     Returns
     -------
@@ -95,6 +103,8 @@ def certain_elsewhere(
         comfortable = comfortable_situations(there, some)
         here = fitted.tried.rows(rows)
         here.margin[:] = bounds.low[rows]
-        again = fitted_positions(there, certain, no_sets, some, comfortable, here=here)
+        again = fitted_positions(
+            there, certain, no_sets, some, comfortable, here=here, proceed=proceed
+        )
         found[rows] = met_of(again.tried.margin).all(axis=1)
     return found

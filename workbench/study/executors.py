@@ -27,7 +27,8 @@ from concurrent.futures import (
 )
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import ExitStack, contextmanager, nullcontext, suppress
-from functools import cached_property, lru_cache
+from contextvars import ContextVar, copy_context
+from functools import cached_property, lru_cache, partial
 from itertools import islice
 from multiprocessing import current_process, get_context
 from multiprocessing.connection import Connection
@@ -38,7 +39,7 @@ from weakref import WeakKeyDictionary, WeakValueDictionary
 from workbench.errors import InputError, MissingPartError
 from workbench.threads import THREADS, cores
 
-__all__ = ["Shared", "completed", "dask_executor", "local_executor"]
+__all__ = ["Shared", "completed", "dask_executor", "local_executor", "worked"]
 
 K = TypeVar("K")
 T = TypeVar("T")
@@ -51,6 +52,8 @@ BEAT = 1.0
 """Time [s] after which who waits for jobs is told that these are not done."""
 WORKERLESS_TIME = 60.0
 """Time [s] after which a cluster that has no worker is given up."""
+_START = "fork" if sys.platform == "linux" else "spawn"
+"""How processes begin."""
 CLUSTER_JOBS = 256
 """Jobs handed to a cluster at a time."""
 
@@ -92,13 +95,22 @@ def _unpickled(token: str, pickled: bytes) -> Shared[Any]:
     return Shared(pickle.loads(pickled))
 
 
+_HEARD: ContextVar[Callable[[float], None]] = ContextVar("heard", default=lambda share: None)
+"""What is called with the share that is done of the job at hand."""
+
+
+def worked(share: float) -> None:
+    """Tell who waits for the job at hand how much of it is done, from 0 to 1."""
+    _HEARD.get()(share)
+
+
 def completed(
     function: Callable[..., T],
     keys: Sequence[K],
     arguments: Callable[[K], tuple[Any, ...]],
     *,
     executor: Executor | None = None,
-    waiting: Callable[[], None] = lambda: None,
+    waiting: Callable[[float], None] = lambda done: None,
 ) -> Generator[tuple[K, T]]:
     """Call a function once for each key, in parallel, and yield the results as they are ready.
 
@@ -115,8 +127,9 @@ def completed(
         Runs the jobs: `local_executor` if None. A single job, or a single core, needs no other
         process: the jobs are then run here, in order.
     waiting
-        Called every second in which no job of other processes is done. Where they are those of a
-        cluster, its workers are counted then.
+        Called after each result is taken and each second or oftener in between, with how many jobs are done: those at hand
+        in part, as far as they tell by `worked` and run on this machine. Where they are those of a
+        cluster, its workers are counted every second.
 
     Yields
     ------
@@ -131,13 +144,19 @@ def completed(
     """
     processes = min(cores(), len(keys))
     if executor is None and (processes < 2 or current_process().daemon):
-        for key in keys:
-            yield key, function(*arguments(key))
+        for number, key in enumerate(keys):
+            heard = copy_context()
+            heard.run(_HEARD.set, partial(_told_in_part, waiting, number))
+            yield key, heard.run(function, *arguments(key))
+            waiting(number + 1)
         return
     most = CLUSTER_JOBS if executor is not None else 2 * processes
     left = iter(keys)
     futures: dict[Future[T], K] = {}
-    with nullcontext(executor) if executor is not None else local_executor(processes) as pool:
+    ready = 0
+    meter = get_context(_START).Value("d", 0.0)
+    ours = local_executor(processes, meter)
+    with nullcontext(executor) if executor is not None else ours as pool:
         while True:
             for key in islice(left, most - len(futures)):
                 futures[pool.submit(_run_job, function, arguments(key))] = key
@@ -145,14 +164,15 @@ def completed(
                 return
             done = wait(futures, timeout=BEAT, return_when=FIRST_COMPLETED).done
             if not done:
-                waiting()
                 _WATCHED.get(pool, lambda: None)()
             for future in done:
                 yield futures.pop(future), future.result()
+            ready += len(done)
+            waiting(max(meter.value, ready))
 
 
 @contextmanager
-def local_executor(processes: int | None = None) -> Iterator[Executor]:
+def local_executor(processes: int | None = None, meter: Any = None) -> Iterator[Executor]:
     """Start processes of this machine, each with one thread, and end them on an error.
 
     A process within a job of `completed` ends at once.
@@ -161,19 +181,21 @@ def local_executor(processes: int | None = None) -> Iterator[Executor]:
     ----------
     processes
         How many; one for each core if None.
+    meter
+        A number that processes share: how many jobs are done, those at hand in part.
 
     Raises
     ------
     InputError
         If a process is killed.
     """
-    context = get_context("fork" if sys.platform == "linux" else "spawn")
+    context = get_context(_START)
     ending, held = context.Pipe(duplex=False)
     executor = ProcessPoolExecutor(
         processes or cores(),
         mp_context=context,
         initializer=_begin_worker,
-        initargs=(ending, held),
+        initargs=(ending, held, meter),
     )
     try:
         with warnings.catch_warnings():
@@ -198,6 +220,10 @@ def _run_job(function: Callable[..., T], args: tuple[Any, ...]) -> T:
         return function(*args)
 
 
+def _told_in_part(waiting: Callable[[float], None], before: int, share: float) -> None:
+    waiting(before + share)
+
+
 class _Worker:
     """What a process of a pool does when its parent ends, or wants it to end.
 
@@ -209,6 +235,8 @@ class _Worker:
         self._lock = threading.Lock()
         self._in_job = False
         self._wanted = True
+        self._share = 0.0
+        self.meter: Any = None
 
     @contextmanager
     def job(self) -> Iterator[None]:
@@ -217,11 +245,20 @@ class _Worker:
             if not self._wanted:
                 os._exit(1)
             self._in_job = True
+        self._share = 0.0
         try:
             yield
+            self.count(1.0)
         finally:
             with self._lock:
                 self._in_job = False
+
+    def count(self, share: float) -> None:
+        """Count the share that is done of the job at hand for who waits for it."""
+        if self.meter is not None and share > self._share:
+            with self.meter.get_lock():
+                self.meter.value += share - self._share
+            self._share = share
 
     def end_with(self, ending: Connection) -> None:
         """Wait until the other end of a pipe, which only the parent has, is closed; then end."""
@@ -239,13 +276,15 @@ _WORKER = _Worker()
 """This process, where it belongs to a pool."""
 
 
-def _begin_worker(ending: Connection, held: Connection) -> None:
+def _begin_worker(ending: Connection, held: Connection, meter: Any) -> None:
     """Prepare a process for jobs with one thread each, and let it end with its parent."""
     # Ctrl-C in a terminal reaches all processes: the parent reports it and ends the others
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
     os.environ[THREADS] = "1"
     held.close()
+    _WORKER.meter = meter
+    _HEARD.set(_WORKER.count)
     threading.Thread(target=_WORKER.end_with, args=(ending,), daemon=True).start()
 
 

@@ -74,6 +74,7 @@ from workbench.study.situation import (
 __all__ = [
     "FINEST",
     "SPACING",
+    "WAVE",
     "WITHIN_NEIGHBOURS",
     "Before",
     "Fitted",
@@ -83,6 +84,7 @@ __all__ = [
     "found_places",
     "in_positions",
     "lattice",
+    "spacing_of",
     "tried",
 ]
 

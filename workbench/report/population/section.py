@@ -92,7 +92,7 @@ def population_sections(result: PopulationFound, making: Making) -> list[Section
         What the sections of the page share; a turnable picture is added for each of the hardest
         people.
     """
-    making.progress("pictures of the hardest people")
+    making.progress("drawing pictures")
     ends = margin_range(result.spread)
     bounded = bool(result.known.all() and result.of_surface.any())
     worst_first = np.lexsort((result.spread[:, 1], result.single)).tolist()
@@ -180,7 +180,10 @@ def _who(
         count = len(result.hardest)
         words = _NUMBERS[count] if count < len(_NUMBERS) else str(count)
         title = f"The {words} hardest cases" if count > 1 else "The hardest case"
-        people = [_person(result, row, making.views) for row in result.hardest]
+        people: list[dict[str, Any]] = []
+        for row in result.hardest:
+            making.progress(f"drawing pictures: {len(people)} of {count} of the hardest people")
+            people.append(_person(result, row, making.views))
         yield writer.section("questions", "hardest", title, {"hardest": people})
     for k, found in enumerate(result.maps, start=1):
         map_ = _map(result, found)

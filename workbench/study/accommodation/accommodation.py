@@ -23,7 +23,7 @@ from workbench.model.reason import NO_REASON, Reason
 from workbench.model.study import Role, Study
 from workbench.model.workplace import Workplace
 from workbench.study.accommodation.chunks import Chunk, Question, joined_chunks, result_chunks
-from workbench.study.accommodation.gains import gains_of
+from workbench.study.accommodation.gains import MOST_TRIES, gains_of
 from workbench.study.accommodation.grips import grip_findings, grip_words
 from workbench.study.accommodation.hardest import (
     beheld_people,
@@ -50,6 +50,7 @@ from workbench.study.checks.score import assumed_words
 from workbench.study.checks.sight import shortfall_words
 from workbench.study.checks.sight_rules import source_of
 from workbench.study.kept_reaches import kept_by_parts, kept_words
+from workbench.study.passes import ASKING, BODIES, CHANGE, LAST, MAP, Passes
 from workbench.study.people import Present, person_found
 from workbench.study.requirements import asked_of, sets_of
 from workbench.study.warnings import (
@@ -104,13 +105,23 @@ def accommodation(
     role = _crowd(study)[1]
     body = morph_to(role.body, role.detail)
     sits = role.seat is not None
-    bodies = fit_population(body, people, role.clothes, sits=sits, executor=executor, progress=say)
-    chunks = result_chunks(question, bodies, keep=keep, say=say, executor=executor)
+    changes = [CHANGE] * (len(study.changes) or MOST_TRIES)
+    passes = Passes(say, [BODIES, ASKING, *changes, *[MAP] * len(study.reach_maps), LAST])
+    fitting = passes.begin(BODIES, "fitting bodies")
+    bodies = fit_population(
+        body, people, role.clothes, sits=sits, executor=executor, progress=fitting
+    )
+    asking = passes.begin(ASKING, "asking everybody")
+    chunks = result_chunks(question, bodies, keep=keep, tell=asking, executor=executor)
     found = joined_chunks(chunks)
     met = met_of(found.margin)
     hardest = hardest_rows(found.margin, people.weight)
-    gains = gains_of(question, study.changes, bodies, found, keep=keep, say=say, executor=executor)
-    maps = people_maps(question, study.reach_maps, bodies, say=say, executor=executor)
+    gains = tuple(
+        gains_of(
+            question, study.changes, bodies, found, keep=keep, passes=passes, executor=executor
+        )
+    )
+    maps = tuple(people_maps(question, study.reach_maps, bodies, passes=passes, executor=executor))
     grips = tuple(grip_findings(question, bodies, found))
     overlaps = summed_overlaps(
         Overlaps(found.overlap, found.depth), body, place.environment, people.weight
@@ -138,8 +149,8 @@ def accommodation(
         only=missed_only(met, people.weight),
         spread=spread_of(found.margin, people.weight),
         hardest=tuple(hardest),
-        tried=tuple(gains),
-        maps=tuple(maps),
+        tried=gains,
+        maps=maps,
         grips=grips,
         warnings=(
             *_warnings(question, body, bodies, found, grips),

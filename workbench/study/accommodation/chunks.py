@@ -12,8 +12,8 @@ from collections.abc import Callable, Generator, Sequence
 from concurrent.futures import Executor
 from contextlib import closing, suppress
 from dataclasses import astuple, dataclass, fields, replace
+from itertools import count
 from pathlib import Path
-from time import monotonic
 from typing import Any
 
 import numpy as np
@@ -31,13 +31,17 @@ from workbench.study.accommodation.overlaps import Overlaps, join_overlaps, peop
 from workbench.study.accommodation.population_bodies import BareRows, Family, PopulationBodies
 from workbench.study.certainty import certain_elsewhere, true_bounds
 from workbench.study.checks.margins import Asked, Bounds, no_bounds
-from workbench.study.executors import Shared, completed
+from workbench.study.executors import Shared, completed, worked
+from workbench.study.passes import Count
 from workbench.study.positions import (
+    WAVE,
     Before,
     Fitted,
     comfortable_situations,
     fitted_positions,
     found_places,
+    lattice,
+    spacing_of,
     tried,
 )
 from workbench.study.situation import Occupants, Remembered, Taken, seating_of
@@ -50,7 +54,6 @@ __all__ = [
     "joined_chunks",
     "result_chunks",
     "taken_places",
-    "time_left",
 ]
 
 Say = Callable[[str], None]
@@ -143,7 +146,7 @@ def result_chunks(
     bodies: PopulationBodies,
     *,
     keep: Path | None,
-    say: Say,
+    tell: Count,
     executor: Executor | None = None,
 ) -> list[Chunk]:
     """Answer a question for everybody, chunk by chunk, or read what an earlier run kept.
@@ -154,8 +157,8 @@ def result_chunks(
         The bodies of the people.
     keep
         The folder of the chunks; nothing is kept if None.
-    say
-        Called with a line on how many people are done.
+    tell
+        Called with how many people are done, those at hand in part, and of how many.
     executor
         Does the work: processes of this machine if None. The numbers are the same for all.
 
@@ -173,20 +176,18 @@ def result_chunks(
     found = files.read()
     missing = [number for number in range(len(bodies.chunks)) if number not in found]
     people = sum(_size(bodies.chunks[number]) for number in missing)
-    begun = monotonic()
     done = 0
 
-    def tell() -> None:
-        say(f"person {done} of {people}{time_left(begun, done, people - done)}")
+    def waiting(jobs: float) -> None:
+        tell(people * jobs / len(missing), people)
 
-    tell()
+    tell(0, people)
     try:
-        with closing(_evaluated(question, bodies, missing, executor, tell)) as ready:
+        with closing(_evaluated(question, bodies, missing, executor, waiting)) as ready:
             for number, chunk in ready:
                 files.write(number, chunk)
                 found[number] = chunk
                 done += _size(bodies.chunks[number])
-                tell()
     except InputError as error:
         if keep is None or not done:
             raise
@@ -254,7 +255,7 @@ def _evaluated(
     bodies: PopulationBodies,
     missing: Sequence[int],
     executor: Executor | None,
-    waiting: Callable[[], None],
+    waiting: Callable[[float], None],
 ) -> Generator[tuple[int, Chunk]]:
     """Yield the chunks of these numbers as they are done, and note where their people sit."""
     places = _places(question.place, question.people, bodies)
@@ -290,6 +291,18 @@ def _places(
     return [(key, rows.start, rows.stop) for rows in bodies.chunks]
 
 
+def _telling(place: Workplace) -> Callable[[], None]:
+    """What is called before each batch of positions and tells how much of a chunk is done: all, after
+    many; half of it after as many as a search of the travel takes."""
+    usual = 2.0 + len(lattice(place.travel, spacing_of(place))) / WAVE
+    calls = count()
+
+    def proceed() -> None:
+        worked(1.0 - 0.5 ** (next(calls) / usual))
+
+    return proceed
+
+
 def _evaluate_chunk(
     task: Shared[_Task],
     numbers: Ints,
@@ -318,9 +331,12 @@ def _evaluate_chunk(
     question = task.value.question
     place = question.place
     who = Occupants(task.value.family.body(rows), question.people, numbers, seats=seats)
+    proceed = _telling(place)
     situations = comfortable_situations(place, who, taken or ())
     before = question.before.rows(numbers) if question.before is not None else None
-    fitted = fitted_positions(place, question.asked, question.members, who, situations, before)
+    fitted = fitted_positions(
+        place, question.asked, question.members, who, situations, before, proceed=proceed
+    )
     bounds = no_bounds(len(who), question.asked)
     overlaps = join_overlaps([], [])
     elsewhere = np.zeros(len(who), dtype=np.bool_)
@@ -330,7 +346,7 @@ def _evaluate_chunk(
         overlaps = join_overlaps(
             [people_overlaps(there) for _, there in places], [rows for rows, _ in places]
         )
-        elsewhere = certain_elsewhere(place, question.asked, who, fitted, bounds)
+        elsewhere = certain_elsewhere(place, question.asked, who, fitted, bounds, proceed=proceed)
     found = tuple(situation.taken for situation in situations)
     return _as_numbers(fitted, bounds, overlaps, elsewhere), taken or found, seats
 
@@ -380,14 +396,6 @@ def forget_chunks(keep: Path) -> None:
                 path.unlink(missing_ok=True)
         with suppress(OSError):
             keep.rmdir()
-
-
-def time_left(begun: float, done: int, left: int) -> str:
-    """ ", 40 s left", from what was done since the beginning; "" where nothing was, or is left."""
-    if not done or not left:
-        return ""
-    seconds = (monotonic() - begun) / done * left
-    return f", {seconds:.0f} s left" if seconds < 120 else f", {seconds / 60:.0f} min left"
 
 
 def _as_numbers(fitted: Fitted, bounds: Bounds, overlaps: Overlaps, elsewhere: Bools) -> Chunk:

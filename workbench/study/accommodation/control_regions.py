@@ -47,6 +47,7 @@ from workbench.study.accommodation.chunks import Question, taken_places
 from workbench.study.accommodation.population_bodies import fit_population
 from workbench.study.checks.reach import limbs_asked
 from workbench.study.executors import Shared, completed
+from workbench.study.passes import BODIES, Passes
 from workbench.study.people import Present
 from workbench.study.reach_map import COARSE, ReachObstacles, from_coarse_to_fine, who_reaches
 from workbench.study.situation import without_parts
@@ -319,7 +320,7 @@ def _sitting(
         role.clothes,
         sits=role.seat is not None,
         executor=executor,
-        progress=say,
+        progress=Passes(say, [BODIES]).begin(BODIES, "fitting bodies"),
     )
     say("seating everybody")
     chunks = taken_places(question.place, question.people, bodies, executor=executor)

@@ -3,7 +3,7 @@ confirmed by a run with the change made."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from concurrent.futures import Executor
 from dataclasses import replace
 from pathlib import Path
@@ -22,6 +22,7 @@ from workbench.study.accommodation.population_bodies import PopulationBodies
 from workbench.study.accommodation.proposals import growth, proposals
 from workbench.study.accommodation.shares import share_single
 from workbench.study.checks.table import most_of
+from workbench.study.passes import CHANGE, Passes
 from workbench.study.positions import WITHIN_NEIGHBOURS, Before
 from workbench.study.settings import nominal_setting, renewed
 from workbench.study.situation import with_clear_legs
@@ -38,7 +39,6 @@ ARMS = frozenset(("LSM", "RSM", "LUA", "RUA", "LLA", "RLA", "LHN", "RHN"))
 """The segments that go along with hands."""
 NEAR = 5e-3
 """Half the move [m] over which the rate of a gain is taken."""
-Run = Callable[[Question], Chunk]
 
 
 def gains_of(
@@ -48,18 +48,15 @@ def gains_of(
     found: Chunk,
     *,
     keep: Path | None,
-    say: Callable[[str], None],
+    passes: Passes,
     executor: Executor | None = None,
 ) -> Iterator[TriedChange]:
     """The gains of changes that are asked for, or else of proposals that let more people meet
     everything; where nobody does without and with them, that let more meet what they are proposed for."""
 
-    def run(other: Question) -> Chunk:
-        return joined_chunks(result_chunks(other, bodies, keep=keep, say=say, executor=executor))
-
     def tried(change: Change, at: int | None, other: Question) -> TriedChange:
-        say(f"trying: {change.words}")
-        then = run(other)
+        tell = passes.begin(CHANGE, f"trying {change.words}")
+        then = joined_chunks(result_chunks(other, bodies, keep=keep, tell=tell, executor=executor))
         rows = borne_by(question.place, question.asked, change) if at is None else at
         gain = _compared(question, found, then.margin, change, rows)
         both = ((question, found), (other, then))

@@ -3,7 +3,7 @@ that are asked for, and who sees them."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from concurrent.futures import Executor
 from contextlib import closing
 from dataclasses import dataclass, replace
@@ -27,6 +27,7 @@ from workbench.sight.obscuration import lines_of_sight
 from workbench.study.accommodation.chunks import Question, taken_places
 from workbench.study.accommodation.population_bodies import PopulationBodies
 from workbench.study.executors import Shared, completed
+from workbench.study.passes import MAP, Count, Passes
 from workbench.study.reach_map import part_points, who_reaches
 from workbench.study.situation import Occupants, Situation, Taken, in_place
 
@@ -48,17 +49,18 @@ def people_maps(
     tasks: Sequence[MapTask],
     bodies: PopulationBodies,
     *,
-    say: Callable[[str], None],
+    passes: Passes,
     executor: Executor | None = None,
 ) -> Iterator[ReachMap]:
     """The maps that a study asks for, over the sides of each part that face the people. Obstacles
     do not count for who reaches; all that stands before the eyes does for who sees."""
     for task in tasks:
         points, normals = map_points(question.place, task)
+        tell = passes.begin(MAP, f"who {'sees' if task.sees else 'reaches'} {task.part}")
         if task.sees:
-            share = _seen_share(question, bodies, task, points, normals, say, executor)
+            share = _seen_share(question, bodies, task, points, normals, tell, executor)
         else:
-            share = _reached_share(question, bodies, task, points, say, executor)
+            share = _reached_share(question, bodies, task, points, tell, executor)
         flat = map_plane(question.place, points).flat(points)
         yield ReachMap(task, points, normals, flat, share)
 
@@ -68,7 +70,7 @@ def _reached_share(
     bodies: PopulationBodies,
     task: MapTask,
     points: Floats,
-    say: Callable[[str], None],
+    tell: Count,
     executor: Executor | None,
 ) -> Floats:
     """(M,) the weighted share of everybody, where they sit, who reach each point."""
@@ -82,12 +84,12 @@ def _reached_share(
         range(len(parts)),
         lambda n: (body[parts[n]], poses.rows(parts[n]), weight[parts[n]], points, task),
         executor=executor,
+        waiting=lambda done: tell(len(poses) * done / len(parts), len(poses)),
     )
     reached = np.zeros((len(parts), len(points)))
     with closing(jobs):
-        for done, (number, found) in enumerate(jobs, 1):
+        for number, found in jobs:
             reached[number] = found
-            say(f"reach map of {task.part}: {100 * done // len(parts)} %")
     share: Floats = np.clip(reached.sum(axis=0) / weight.sum(), 0.0, 1.0)
     return share
 
@@ -98,7 +100,7 @@ def _seen_share(
     task: MapTask,
     points: Floats,
     normals: Floats,
-    say: Callable[[str], None],
+    tell: Count,
     executor: Executor | None,
 ) -> Floats:
     """(M,) the weighted share of everybody, where they sit, who see each point."""
@@ -111,12 +113,17 @@ def _seen_share(
         who = Occupants(bodies[rows], people, np.arange(rows.start, rows.stop))
         return place, task, who, chunks[number][task.case], points, normals
 
-    jobs = completed(seen_weight, range(len(chunks)), arguments, executor=executor)
+    jobs = completed(
+        seen_weight,
+        range(len(chunks)),
+        arguments,
+        executor=executor,
+        waiting=lambda done: tell(len(people) * done / len(chunks), len(people)),
+    )
     seen = np.zeros((len(chunks), len(points)))
     with closing(jobs):
-        for done, (number, found) in enumerate(jobs, 1):
+        for number, found in jobs:
             seen[number] = found
-            say(f"who sees {task.part}: {100 * done // len(chunks)} %")
     share: Floats = np.clip(seen.sum(axis=0) / people.weight.sum(), 0.0, 1.0)
     return share
 

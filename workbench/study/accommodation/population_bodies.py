@@ -8,7 +8,7 @@ environment variable WORKBENCH_CACHE names the folder, or switches the files off
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Mapping, Sequence
+from collections.abc import Generator, Mapping, Sequence
 from concurrent.futures import Executor
 from contextlib import closing, suppress
 from dataclasses import dataclass, field
@@ -32,7 +32,8 @@ from workbench.model.measures import MASS
 from workbench.model.person import Encumbrance
 from workbench.model.population import SEXES, Population
 from workbench.posture.seating.seat import SeatMemory
-from workbench.study.executors import Shared, completed
+from workbench.study.executors import Shared, completed, worked
+from workbench.study.passes import Count
 from workbench.study.persons import APART
 from workbench.study.situation import Taken
 from workbench.threads import cores
@@ -187,7 +188,7 @@ def fit_population(
     *,
     sits: bool = False,
     executor: Executor | None = None,
-    progress: Callable[[str], None] = lambda text: None,
+    progress: Count = lambda done, total: None,
 ) -> PopulationBodies:
     """Fit a body to each person; chunks that an earlier run fitted are read from disk.
 
@@ -231,7 +232,7 @@ def _fitted_chunks(
     templates: Mapping[str, Body],
     people: Population,
     executor: Executor | None,
-    progress: Callable[[str], None],
+    progress: Count,
 ) -> Generator[tuple[int, FittedChunk]]:
     """Yield each chunk and the number of its first person: those on disk, then those to fit."""
     base = content_key("fitting", templates, EXACT_MEASURES)
@@ -253,21 +254,22 @@ def _fit_missing(
     templates: Mapping[str, Body],
     missing: Mapping[int, tuple[bytes, Population]],
     executor: Executor | None,
-    progress: Callable[[str], None],
+    progress: Count,
 ) -> Generator[tuple[int, FittedChunk]]:
     """Fit chunks, by key and people, in parallel; keep each and yield it as it is ready."""
     shared = Shared(templates)
-    count = 0
     total = sum(len(people) for _, people in missing.values())
-    progress(f"fitting bodies: 0 of {total}")
+    progress(0, total)
     jobs = completed(
-        _fit_shared, list(missing), lambda first: (shared, missing[first][1]), executor=executor
+        _fit_shared,
+        list(missing),
+        lambda first: (shared, missing[first][1]),
+        executor=executor,
+        waiting=lambda done: progress(total * done / len(missing), total),
     )
     with closing(jobs):
         for first, fitted in jobs:
             _write_chunk(missing[first][0], fitted)
-            count += len(fitted.notes)
-            progress(f"fitting bodies: {count} of {total}")
             yield first, fitted
 
 
@@ -323,7 +325,10 @@ def fit_chunk(templates: Mapping[str, Body], people: Population) -> FittedChunk:
             )
             for sex in SEXES
         }
-        found = [_fit(templates[one.sex], one, next(streams[one.sex])) for one in persons]
+        found = []
+        for one in persons:
+            found.append(_fit(templates[one.sex], one, next(streams[one.sex])))
+            worked(len(found) / len(persons))
     bodies = [body for body, _ in found]
     fields = {name: np.concatenate([getattr(b, name) for b in bodies]) for name in FITTED_FIELDS}
     masses = [_mass_of(one, body) for one, body in zip(persons, bodies, strict=True)]

@@ -29,6 +29,7 @@ from workbench.study.bench.state import (
 )
 from workbench.study.checks.margins import Asked
 from workbench.study.checks.reach import ReachMemory
+from workbench.study.passes import BODIES, Passes
 from workbench.study.people import present_people
 from workbench.study.positions import (
     Before,
@@ -195,9 +196,10 @@ def open_crowd(opened: OpenStudy, say: Callable[[str], None] = lambda text: None
     role = opened.study.roles[row]
     people = population_of(replace(role, population=opened.population))
     body = morph_to(role.body, role.detail)
+    fitting = Passes(say, [BODIES]).begin(BODIES, "fitting bodies")
     with ThreadPoolExecutor(1) as pool:  # no forks: other threads of this process are at work
         bodies = fit_population(
-            body, people, role.clothes, sits=role.seat is not None, executor=pool, progress=say
+            body, people, role.clothes, sits=role.seat is not None, executor=pool, progress=fitting
         )
     count = len(people)
     first = np.unique(np.linspace(0, count - 1, min(count, AT_HAND)).round().astype(np.int64))
