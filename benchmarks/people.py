@@ -28,6 +28,7 @@ from workbench.study.accommodation.accommodation import population_question
 from workbench.study.accommodation.chunks import joined_chunks, result_chunks
 from workbench.study.accommodation.people_maps import people_maps
 from workbench.study.accommodation.population_bodies import PopulationBodies, fit_population
+from workbench.study.passes import MAP, Passes
 
 __all__ = [
     "EVERYBODY",
@@ -132,7 +133,7 @@ def margins_in_seat(study: Study, bodies: PopulationBodies) -> Floats:
     """(B, R) what everybody has to spare in each requirement, in one position of the seat or where
     the seat's travel suits them best."""
     question = population_question(study)
-    chunks = result_chunks(question, bodies, keep=None, say=lambda text: None)
+    chunks = result_chunks(question, bodies, keep=None, tell=lambda done, total: None)
     return joined_chunks(chunks).margin
 
 
@@ -145,7 +146,8 @@ def _map(study: Study, bodies: PopulationBodies, points: int) -> str:
     """How many points a map of the panel has, and the share that is reached on the average."""
     task = MapTask("instrument_panel", "push", 2, "either", points)
     question = population_question(study)
-    panel = next(people_maps(question, (task,), bodies, say=lambda text: None))
+    passes = Passes(lambda text: None, [MAP])
+    panel = next(people_maps(question, (task,), bodies, passes=passes))
     return f"{len(panel.points)} points of the panel, {panel.share.mean():.1%} of them reached"
 
 
