@@ -36,7 +36,8 @@ RIB_DEPTH = 0.05
 RIBBED = 2.0
 """The ribs together are larger than the first of them at least so many times."""
 ROUNDS = 8
-"""How often a surface is grown at most."""
+RIB_ROUNDS = 32
+"""How often a surface is grown at most, and one of ribs, rib by rib."""
 _NO_AREA = 1e-12
 """Twice the area of a face, as a share of the square of the mesh's size, that is none."""
 
@@ -173,42 +174,39 @@ def grown_faces(surface: Surface, seeds: Sequence[int]) -> Ints:
     first = [face for face in seeds if surface.area[face] > 0.0]
     if not first:
         raise InputError("no face with an area was picked: pick one in the picture")
-    region = np.array(sorted(set(first)), dtype=np.int64)
-    for _ in range(ROUNDS):
-        normal = fitted_plane(surface.corners[region]).normal
-        inside = np.abs(surface.normal @ normal) >= np.cos(CONE)
-        found = _connected(surface, surface.neighbours, inside, first)
-        if np.array_equal(found, region):
-            break
-        region = found
-    ribs = _ribs(surface, region)
-    return ribs if surface.area[ribs].sum() >= RIBBED * surface.area[region].sum() else region
+    picked = np.array(sorted(set(first)), dtype=np.int64)
+    smooth = _grown(surface, picked, surface.neighbours, cone=CONE, rounds=ROUNDS)
+    ribs = _grown(surface, smooth, surface.edges, cone=RIB_CONE, depth=RIB_DEPTH, rounds=RIB_ROUNDS)
+    return ribs if surface.area[ribs].sum() >= RIBBED * surface.area[smooth].sum() else smooth
 
 
-def _ribs(surface: Surface, first: Ints) -> Ints:
-    """The faces that lie near the plane of a rib and hang together with it, over edges of any bend;
-    their plane is fitted and they are grown anew until both agree."""
+def _grown(
+    surface: Surface, first: Ints, pairs: Ints, *, cone: float, rounds: int, depth: float = np.inf
+) -> Ints:
+    """The faces that hang together with the first ones by pairs of faces, at most so oblique [rad] to
+    their plane and so far from it, as a share of their extent; the plane is fitted and they are grown
+    anew until both agree."""
     middle = surface.corners.mean(axis=1)
     region = first
-    for _ in range(4 * ROUNDS):
+    for _ in range(rounds):
         corners = surface.corners[region]
         plane = fitted_plane(corners)
         extent = float(np.ptp(corners.reshape(-1, 3), axis=0).max())
-        near = np.abs((middle - plane.centre) @ plane.normal) <= RIB_DEPTH * extent
-        inside = near & (np.abs(surface.normal @ plane.normal) >= np.cos(RIB_CONE))
-        found = _connected(surface, surface.edges, inside, first.tolist())
+        inside = np.abs(surface.normal @ plane.normal) >= np.cos(cone)
+        inside &= np.abs((middle - plane.centre) @ plane.normal) <= depth * extent
+        found = _connected(surface, pairs, inside, first)
         if np.array_equal(found, region):
             break
         region = found
     return region
 
 
-def _connected(surface: Surface, pairs: Ints, inside: Bools, seeds: Sequence[int]) -> Ints:
+def _connected(surface: Surface, pairs: Ints, inside: Bools, seeds: Ints) -> Ints:
     """The faces that hang together with the seeds by pairs of faces inside, and the seeds."""
     one, other = pairs[inside[pairs].all(axis=1)].T
     label = component_labels(one, other, len(surface.faces))
-    found = inside & np.isin(label, label[list(seeds)])
-    found[list(seeds)] = True
+    found = inside & np.isin(label, label[seeds])
+    found[seeds] = True
     return np.flatnonzero(found)
 
 
