@@ -91,16 +91,13 @@ def changed_words(before: Mapping[str, str], after: Mapping[str, str]) -> list[s
     mm", "part shelf: only after"."""
     words = []
     for name, fact in before.items():
-        other = after.get(name, fact)
-        if other == fact:
+        now = after.get(name, fact)
+        if now == fact:
             continue
-        if name.startswith(_CRITERION):  # what both ask is left out
-            one, two = fact.split(", "), other.split(", ")
-            fact, other = (
-                ", ".join(piece for piece in pieces if piece not in beside) or "not stated"
-                for pieces, beside in ((one, two), (two, one))
-            )
-        words.append(f"{name}: {fact} → {other}")
+        if name.startswith(_CRITERION):
+            words.append(f"{name}: {_without(fact, now)} → {_without(now, fact)}")
+        else:
+            words.append(f"{name}: {fact} → {now}")
     for one, other, when in ((before, after, "before"), (after, before, "after")):
         words += [
             f"{name}: only {when}"
@@ -108,3 +105,9 @@ def changed_words(before: Mapping[str, str], after: Mapping[str, str]) -> list[s
             if name not in other and not name.startswith(_PLACE)
         ]
     return words
+
+
+def _without(fact: str, beside: str) -> str:
+    """What a criterion asks that another one does not."""
+    also = beside.split(", ")
+    return ", ".join(piece for piece in fact.split(", ") if piece not in also) or "not stated"
